@@ -1,0 +1,298 @@
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/task_group.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "radix_sort.hpp"
+#include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/output.hpp"
+#include "softcd/pipeline/stage_clock.hpp"
+#include "softcd/pipeline/workspace.hpp"
+
+namespace softcd {
+
+/// The stages' primitives on the host with oneTBB. Everything runs to its end before the call returns, except launch,
+/// which runs the whole detection as a task.
+class CpuBackend {
+ public:
+  /// Counts are in host memory: a list that overflowed can grow at once.
+  static constexpr bool kKnowsCounts = true;
+
+  /// Uninitialised memory that only grows.
+  template <class T>
+  class Buffer {
+    static_assert(std::is_trivially_copyable_v<T>);
+
+   public:
+    void reserve(CpuBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
+      if (capacity <= capacity_) return;
+      std::unique_ptr<std::byte[]> grown(new std::byte[capacity * sizeof(T)]);
+      if (kept > 0) std::memcpy(grown.get(), memory_.get(), std::min(kept, capacity_) * sizeof(T));
+      backend.add_bytes((capacity - capacity_) * sizeof(T));
+      memory_ = std::move(grown);
+      capacity_ = capacity;
+    }
+    T* data() { return reinterpret_cast<T*>(memory_.get()); }
+    const T* data() const { return reinterpret_cast<const T*>(memory_.get()); }
+    std::uint64_t capacity() const { return capacity_; }
+
+   private:
+    std::unique_ptr<std::byte[]> memory_;
+    std::uint64_t capacity_ = 0;
+  };
+
+  /// A buffer and the scratch that sorting it needs.
+  template <class T>
+  class SortBuffer {
+   public:
+    void reserve(CpuBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
+      current_.reserve(backend, capacity, kept);
+      scratch_.reserve(backend, capacity, 0);
+    }
+    T* data() { return current_.data(); }
+    T* scratch() { return scratch_.data(); }
+    void swap() { std::swap(current_, scratch_); }
+
+   private:
+    Buffer<T> current_;
+    Buffer<T> scratch_;
+  };
+
+  CpuBackend() = default;
+  CpuBackend(const CpuBackend&) = delete;
+  CpuBackend& operator=(const CpuBackend&) = delete;
+  /// A detection that nobody waited for is waited for; its result, or its failure, interests nobody.
+  ~CpuBackend() noexcept {
+    task_.cancel();
+    try {
+      task_.wait();
+    } catch (...) {  // NOLINT(bugprone-empty-catch)
+    }
+  }
+
+  template <class F>
+  void for_each(const char* /*label*/, Count count, const F& f) {
+    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i));
+    });
+  }
+
+  template <class F, class... Targets>
+  void for_each_append(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
+    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      std::tuple<Output<Targets>...> outputs(lists...);
+      std::apply(
+          [&](auto&... output) {
+            for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i), output...);
+          },
+          outputs);
+    });
+  }
+
+  /// f(i, k, lists...) for every item i and k < its share of work; offsets[i] is the work of the items before. Work is
+  /// distributed evenly, however unevenly the items have it.
+  template <class F, class... Targets>
+  void for_each_work(const char* /*label*/, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
+                     const F& f, Appender<Targets>... lists) {
+    const std::uint64_t item_count = items.get();
+    const std::uint64_t work = item_count == 0 ? 0 : *total;
+    parallel_ranges(work, kWorkGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      std::tuple<Output<Targets>...> outputs(lists...);
+      std::uint64_t item =
+          static_cast<std::uint64_t>(std::upper_bound(offsets, offsets + item_count, begin) - offsets) - 1;
+      std::apply(
+          [&](auto&... output) {
+            for (std::uint64_t at = begin; at < end; ++item) {
+              const std::uint64_t item_end = std::min(end, item + 1 < item_count ? offsets[item + 1] : work);
+              for (; at < item_end; ++at) {
+                f(static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(at - offsets[item]), output...);
+              }
+            }
+          },
+          outputs);
+    });
+  }
+
+  void exclusive_scan(const char* /*label*/, Count count, const std::uint32_t* values, std::uint64_t* sums,
+                      std::uint64_t* total) {
+    std::uint64_t sum = 0;
+    const std::uint64_t n = count.get();
+    for (std::uint64_t i = 0; i < n; ++i) {
+      sums[i] = sum;
+      sum += values[i];
+    }
+    *total = sum;
+  }
+
+  template <class Key>
+  void sort_keys(const char* /*label*/, Count count, SortBuffer<Key>& keys, int bits) {
+    if (radix_sort_keys(keys.data(), keys.scratch(), count.get(), bits)) keys.swap();
+  }
+
+  template <class Key, class Value>
+  void sort_pairs(const char* /*label*/, Count count, SortBuffer<Key>& keys, SortBuffer<Value>& values, int bits) {
+    if (radix_sort_pairs(keys.data(), keys.scratch(), values.data(), values.scratch(), count.get(), bits)) {
+      keys.swap();
+      values.swap();
+    }
+  }
+
+  template <class F>
+  void histogram(const char* /*label*/, Count count, std::uint32_t* bins, int histograms, int bins_per_histogram,
+                 const F& f) {
+    const std::size_t size = static_cast<std::size_t>(histograms) * static_cast<std::size_t>(bins_per_histogram);
+    tbb::enumerable_thread_specific<std::vector<std::uint32_t>> local(
+        [&] { return std::vector<std::uint32_t>(size, 0); });
+    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      BinCounter counter{local.local().data(), bins_per_histogram};
+      for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i), counter);
+    });
+    std::fill(bins, bins + size, 0U);
+    for (const std::vector<std::uint32_t>& counts : local) {
+      for (std::size_t bin = 0; bin < size; ++bin) bins[bin] += counts[bin];
+    }
+  }
+
+  /// Lowers *least to the least f(i).
+  template <class F>
+  void minimum(const char* /*label*/, Count count, const F& f, float* least) {
+    *least = tbb::parallel_reduce(
+        tbb::blocked_range<std::uint64_t>(0, count.get(), kGrain), *least,
+        [&](const tbb::blocked_range<std::uint64_t>& range, float value) {
+          for (std::uint64_t i = range.begin(); i < range.end(); ++i)
+            value = std::min(value, f(static_cast<std::uint32_t>(i)));
+          return value;
+        },
+        [](float a, float b) { return std::min(a, b); });
+  }
+
+  template <class T>
+  void upload(Buffer<T>& buffer, Span<const T> values) {
+    if (!values.empty()) std::memcpy(buffer.data(), values.data(), values.size() * sizeof(T));
+  }
+
+  void reserve_positions(Buffer<Vec3f>& x_t0, Buffer<Vec3f>& x_t1, std::uint64_t count) {
+    x_t0.reserve(*this, count, 0);
+    x_t1.reserve(*this, count, 0);
+  }
+  PositionArrays position_arrays(Buffer<Vec3f>& x_t0, Buffer<Vec3f>& x_t1) { return {x_t0.data(), x_t1.data()}; }
+  void upload_positions(Buffer<Vec3f>& /*x_t0*/, Buffer<Vec3f>& /*x_t1*/, std::uint64_t /*count*/, bool /*both_ends*/) {
+  }
+
+  template <class F>
+  void launch(F f) {
+    task_.run(std::move(f));
+  }
+
+  Counters finish(const Buffer<Counters>& counters) {
+    task_.wait();
+    end_part();
+    return *counters.data();
+  }
+
+  Span<const Contact> download(const Buffer<Contact>& contacts, std::uint64_t count) {
+    times_.total = milliseconds(start_, Clock::now());
+    return {contacts.data(), count};
+  }
+
+  void start_clock() {
+    times_ = {};
+    reruns_ = 0;
+    start_ = part_start_ = Clock::now();
+  }
+  void begin(Stage stage) {
+    end_part();
+    stage_ = stage;
+  }
+
+  void count_rerun() { ++reruns_; }
+  void add_bytes(std::uint64_t bytes) { bytes_ += bytes; }
+  std::uint64_t peak_bytes() const { return bytes_; }
+  std::uint64_t reruns() const { return reruns_; }
+  const StageTimes& times() const { return times_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::uint64_t kGrain = 512;
+  static constexpr std::uint64_t kWorkGrain = 4096;
+
+  /// Collects a task's values and takes room for them in the shared list a block at a time.
+  template <class Target>
+  class Output {
+   public:
+    explicit Output(const Appender<Target>& list) : list_(list) {}
+    Output(const Output&) = delete;
+    Output& operator=(const Output&) = delete;
+    ~Output() { flush(); }
+
+    void push(const typename Target::Value& value) {
+      if (size_ == kBlock) flush();
+      block_[size_++] = value;
+    }
+
+   private:
+    static constexpr std::uint64_t kBlock = 64;
+
+    void flush() {
+      const std::uint64_t at = std::atomic_ref<std::uint64_t>(*list_.count).fetch_add(size_, std::memory_order_relaxed);
+      const std::uint64_t end = std::min(at + size_, list_.capacity);
+      for (std::uint64_t i = at; i < end; ++i) list_.target.store(i, block_[i - at]);
+      size_ = 0;
+    }
+
+    Appender<Target> list_;
+    std::uint64_t size_ = 0;
+    std::array<typename Target::Value, kBlock> block_;
+  };
+
+  struct BinCounter {
+    std::uint32_t* bins;
+    int bins_per_histogram;
+    void count(int histogram, std::uint32_t bin) const {
+      ++bins[static_cast<std::size_t>(histogram) * static_cast<std::size_t>(bins_per_histogram) + bin];
+    }
+  };
+
+  template <class F>
+  static void parallel_ranges(std::uint64_t count, std::uint64_t grain, const F& f) {
+    if (count == 0) return;
+    if (count <= grain) {
+      f(0, count);
+      return;
+    }
+    tbb::parallel_for(tbb::blocked_range<std::uint64_t>(0, count, grain),
+                      [&](const tbb::blocked_range<std::uint64_t>& range) { f(range.begin(), range.end()); });
+  }
+
+  static double milliseconds(Clock::time_point begin, Clock::time_point end) {
+    return std::chrono::duration<double, std::milli>(end - begin).count();
+  }
+
+  void end_part() {
+    const Clock::time_point now = Clock::now();
+    stage_time(times_, stage_) += milliseconds(part_start_, now);
+    part_start_ = now;
+  }
+
+  tbb::task_group task_;
+  Clock::time_point start_{};
+  Clock::time_point part_start_{};
+  Stage stage_ = Stage::transfer;
+  StageTimes times_;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t reruns_ = 0;
+};
+
+}  // namespace softcd

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+/// Stable least-significant-digit radix sort of integer keys, with or without values. Digits in which all keys agree
+/// cost one pass of counting and no move. Blocks count and scatter in parallel; the result does not depend on their
+/// number.
+namespace softcd {
+namespace radix {
+
+constexpr int kDigitBits = 11;
+constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
+using Histogram = std::array<std::uint64_t, kDigits>;
+
+/// Turns the blocks' counts into where each block's first key of each digit goes. False when one digit has all keys.
+inline bool scan_counts(std::vector<Histogram>& blocks, std::uint64_t count) {
+  std::uint64_t at = 0;
+  for (std::size_t digit = 0; digit < kDigits; ++digit) {
+    const std::uint64_t before = at;
+    for (Histogram& block : blocks) {
+      const std::uint64_t size = block[digit];
+      block[digit] = at;
+      at += size;
+    }
+    if (at - before == count) return false;
+  }
+  return true;
+}
+
+/// Sorts by the lowest `bits` bits; move(from, to, is_flipped) moves a value along with its key. True when the result
+/// is in `scratch`.
+template <class Key, class Move>
+bool sort(Key* keys, Key* scratch, std::uint64_t count, int bits, const Move& move) {
+  if (count < 2) return false;
+  constexpr std::uint64_t kLeastBlock = 16384;
+  const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());
+  const std::uint64_t block_count = std::clamp<std::uint64_t>(count / kLeastBlock, 1, threads);
+  std::vector<Histogram> blocks(block_count);
+  const auto begin_of = [&](std::uint64_t block) { return count * block / block_count; };
+
+  bool is_flipped = false;
+  for (int shift = 0; shift < bits; shift += kDigitBits) {
+    const auto digit_of = [shift](Key key) { return static_cast<std::size_t>(key >> shift) & (kDigits - 1); };
+    const auto for_each_block = [&](const auto& f) { tbb::parallel_for(std::uint64_t{0}, block_count, f); };
+    const Key* from = is_flipped ? scratch : keys;
+    Key* to = is_flipped ? keys : scratch;
+    for_each_block([&](std::uint64_t block) {
+      Histogram& histogram = blocks[block];
+      histogram.fill(0);
+      for (std::uint64_t i = begin_of(block); i < begin_of(block + 1); ++i) ++histogram[digit_of(from[i])];
+    });
+    if (!scan_counts(blocks, count)) continue;
+    for_each_block([&](std::uint64_t block) {
+      Histogram& next = blocks[block];
+      for (std::uint64_t i = begin_of(block); i < begin_of(block + 1); ++i) {
+        const std::uint64_t place = next[digit_of(from[i])]++;
+        to[place] = from[i];
+        move(i, place, is_flipped);
+      }
+    });
+    is_flipped = !is_flipped;
+  }
+  return is_flipped;
+}
+
+}  // namespace radix
+
+/// True when the sorted keys are in `scratch`.
+template <class Key>
+bool radix_sort_keys(Key* keys, Key* scratch, std::uint64_t count, int bits) {
+  return radix::sort(keys, scratch, count, bits, [](std::uint64_t, std::uint64_t, bool) {});
+}
+
+/// True when the sorted keys and values are in the scratches.
+template <class Key, class Value>
+bool radix_sort_pairs(Key* keys, Key* key_scratch, Value* values, Value* value_scratch, std::uint64_t count, int bits) {
+  return radix::sort(keys, key_scratch, count, bits, [&](std::uint64_t from, std::uint64_t to, bool is_flipped) {
+    if (is_flipped) {
+      values[to] = value_scratch[from];
+    } else {
+      value_scratch[to] = values[from];
+    }
+  });
+}
+
+}  // namespace softcd

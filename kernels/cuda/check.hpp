@@ -1,0 +1,10 @@
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+namespace softcd {
+
+/// Throws DeviceError, or std::bad_alloc when device memory ran out, naming what was being done. Clears the error.
+void check_cuda(cudaError_t status, const char* what);
+
+}  // namespace softcd

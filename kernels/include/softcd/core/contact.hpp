@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/types.hpp"
+
+namespace softcd {
+
+/// Identifies a body for as long as it is in the pipeline. Ids of removed bodies are not reused.
+struct BodyId {
+  std::uint32_t value = kNoIndex;
+
+  friend constexpr bool operator==(BodyId a, BodyId b) { return a.value == b.value; }
+  friend constexpr bool operator!=(BodyId a, BodyId b) { return a.value != b.value; }
+  friend constexpr bool operator<(BodyId a, BodyId b) { return a.value < b.value; }
+};
+
+/// Two features in contact. Indices count within their own body.
+struct Contact {
+  ContactKind kind;
+  BodyId body_a;  ///< the vertex's body, or the first edge's
+  BodyId body_b;  ///< the triangle's body, or the second edge's
+  /// Vertex and triangle index, or the two edges' indices. A body's edges are numbered in the order of
+  /// their sorted vertex pairs (lower vertex first, then the higher one).
+  std::uint32_t feature_a;
+  std::uint32_t feature_b;
+  /// Vertex-triangle: the vertex, then the triangle's three. Edge-edge: first edge (lower vertex first), then
+  /// the second. The first edge is the smaller by (body, feature).
+  std::uint32_t vertices[4];
+  /// Where on the features: vertex-triangle {1, w0, w1, w2}, edge-edge {u0, u1, w0, w1}; each side sums to 1.
+  float weights[4];
+  /// Unit vector from side b's point towards side a's. With CCD it points to the side that a came from.
+  Vec3f normal;
+  float distance;        ///< between the two points at time_of_impact; unit: the positions'
+  float time_of_impact;  ///< in [0, 1], t0 to t1; 1 for a discrete detection
+};
+
+}  // namespace softcd

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/types.hpp"
+
+namespace softcd {
+
+enum class Backend : std::uint32_t {
+  automatic,  ///< CUDA where there is a usable device, else the CPU
+  cpu,        ///< oneTBB
+  cuda,       ///< an NVIDIA GPU; an error where there is none
+};
+
+/// Milliseconds spent per stage of the last detection.
+struct StageTimes {
+  double total = 0, volumes = 0, subdivision = 0, assignment = 0, sort = 0, tests = 0, features = 0, narrow = 0,
+         transfer = 0;
+};
+
+/// Counts of the last detection.
+struct Statistics {
+  Backend backend = Backend::cpu;
+  std::uint64_t bodies = 0;     ///< in the pipeline
+  std::uint64_t triangles = 0;  ///< in the pipeline
+  std::uint64_t vertices = 0;
+  std::uint64_t edges = 0;
+  std::uint64_t active_triangles = 0;    ///< that can reach a partner: bodies' boxes and filters leave them in
+  std::uint64_t left_out_triangles = 0;  ///< with a vertex that is not finite
+  double mean_radius = 0;                ///< clipped mean of the active triangles' bounding radii
+  double cell_size = 0;
+  std::uint64_t split_triangles = 0;
+  std::uint64_t children = 0;        ///< virtual triangles that stand for the split ones
+  std::uint64_t big_triangles = 0;   ///< tested against all instead of through the grid
+  std::uint64_t entries = 0;         ///< (cell, triangle) registrations
+  std::uint64_t cells = 0;           ///< occupied
+  std::uint64_t tests = 0;           ///< enumerated triangle pairs
+  std::uint64_t triangle_pairs = 0;  ///< that passed every test of the broad phase
+  std::uint64_t flagged_pairs = 0;   ///< pairs of split triangles that had to be made unique
+  std::uint64_t vt_candidates = 0;
+  std::uint64_t ee_candidates = 0;
+  std::uint64_t vt_contacts = 0;
+  std::uint64_t ee_contacts = 0;
+  double earliest_toi = 1;       ///< 1 when nothing hits
+  std::uint64_t peak_bytes = 0;  ///< the workspace's, over the pipeline's life
+  std::uint64_t reruns = 0;      ///< stages repeated because a buffer had to grow
+  StageTimes ms;
+};
+
+}  // namespace softcd

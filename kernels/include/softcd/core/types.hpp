@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/span.hpp"
+#include "softcd/math/vec3.hpp"
+
+namespace softcd {
+
+/// Three vertex indices. Repeated vertices are legal: the triangle then collides as the segment
+/// or the point that it is.
+struct Triangle {
+  std::uint32_t v[3];
+};
+
+/// Two vertex indices, v[0] < v[1].
+struct Edge {
+  std::uint32_t v[2];
+};
+
+enum class ContactKind : std::uint32_t {
+  vertex_triangle = 0,
+  edge_edge = 1,
+};
+
+/// What is compared: positions at t1 (discrete), or straight-line motion from t0 to t1 (continuous).
+enum class Detection : std::uint32_t { dcd, ccd };
+
+/// How candidate triangle pairs are found; see docs/architecture.md.
+enum class BroadPhase : std::uint32_t {
+  exact,    ///< virtual subdivision with exact control bits: loses no pair
+  paper,    ///< the scheme as printed in Wong, Leach, Zambetta 2012, for comparison: LOSES some true pairs
+  uniform,  ///< one grid sized by the largest triangle, no subdivision: loses no pair, many more tests
+};
+
+/// The narrow phase's arithmetic.
+enum class Accuracy : std::uint32_t {
+  fast,     ///< coplanarity cubic and proximity in float32
+  precise,  ///< the same in float64
+};
+
+/// Bits of Ownership: which vertices and edges of a triangle this triangle owns (R-triangles,
+/// Curtis, Tamstorf, Manocha 2008). Bit i is vertex v[i], bit 3 + i is the edge v[i], v[(i + 1) % 3].
+using Ownership = std::uint8_t;
+
+/// Set instead of any bit of Ownership for a triangle that takes no part: one of its vertices is not finite.
+constexpr std::uint32_t kLeftOut = 0x80u;
+
+constexpr std::uint32_t kNoIndex = 0xFFFFFFFFu;
+
+}  // namespace softcd

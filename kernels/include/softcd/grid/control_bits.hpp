@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/grid/uniform_grid.hpp"
+
+namespace softcd {
+
+/// Exact control bits. Let S be the set of cells that a triangle is registered in. Its entry in cell c carries a mask
+/// of which of c's 13 lexicographically lower neighbours, ordered by (z, y, x), are in S as well. A pair is tested in c
+/// iff the two masks have no common bit.
+///
+/// Complete: the lexicographically lowest cell common to both sets has no lower common neighbour, so it always passes.
+/// Once: if both sets are integer DOPs, or one fits into 2 x 2 x 2 cells, every other common cell has a lower common
+/// neighbour (a step towards the lowest cell by the signs of the difference changes none of the nine forms by more than
+/// their total difference, so it stays inside). Other pairs, of split triangles, are flagged and made unique.
+///
+/// Mask bits: dz = -1: bit 3 (dy + 1) + (dx + 1), bits 0 to 8;  dz = 0, dy = -1: bit 9 + dx + 1;  dz = dy = 0, dx = -1:
+/// bit 12.
+constexpr std::uint32_t kMaskBits = 13;
+
+SOFTCD_HD constexpr Cell lower_neighbour(Cell c, int bit) {
+  if (bit == 12) return {c.x - 1, c.y, c.z};
+  if (bit >= 9) return {c.x + bit - 10, c.y - 1, c.z};
+  return {c.x + bit % 3 - 1, c.y + bit / 3 - 1, c.z - 1};
+}
+
+/// The mask of cell x in a row of an integer DOP, from the intervals of that row and the four rows below it:
+/// `below[0..2]` are (y - 1, z - 1), (y, z - 1), (y + 1, z - 1), `below[3]` is (y - 1, z).
+SOFTCD_HD constexpr std::uint32_t lower_neighbour_mask(int x, CellInterval row, const CellInterval (&below)[4]) {
+  std::uint32_t mask = row.contains(x - 1) ? 1U << 12 : 0U;
+  for (int r = 0; r < 4; ++r) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      if (below[r].contains(x + dx)) mask |= 1U << (3 * r + dx + 1);
+    }
+  }
+  return mask;
+}
+
+/// K: bit a is set when the lower face neighbour along axis a is NOT in S. Two entries of a cell can pass the mask test
+/// only if K_a | K_b == 7, since a face neighbour common to both is a common mask bit.
+SOFTCD_HD constexpr std::uint32_t missing_face_neighbours(std::uint32_t mask) {
+  return ((~mask >> 12) & 1U) | (((~mask >> 10) & 1U) << 1) | (((~mask >> 4) & 1U) << 2);
+}
+
+/// An entry's sort key, 30 bits: cell:27 | 7 - K:3. Within a cell, K descends.
+SOFTCD_HD constexpr std::uint32_t entry_key(std::uint32_t cell, std::uint32_t k) {
+  return (cell << 3) | (7U - k);
+}
+SOFTCD_HD constexpr std::uint32_t key_cell(std::uint32_t key) {
+  return key >> 3;
+}
+SOFTCD_HD constexpr std::uint32_t key_k(std::uint32_t key) {
+  return 7U - (key & 7U);
+}
+
+/// An entry beyond the last one, sorted behind all others.
+constexpr std::uint32_t kNoEntryKey = 0xFFFFFFFFU;
+
+/// What an entry carries besides its key, 64 bits: root:32 | control:24 | ownership:6 | fast:1 | spare:1 from low to
+/// high. `control` is scheme-specific: exact, 13-bit mask | split:1 | fits 2x2x2:1; paper, see PaperControl.
+struct Entry {
+  std::uint32_t root;
+  std::uint32_t bits;
+};
+
+SOFTCD_HD constexpr std::uint32_t entry_bits(std::uint32_t control, Ownership ownership, bool fast) {
+  return control | (static_cast<std::uint32_t>(ownership & 63U) << 24) | (fast ? 1U << 30 : 0U);
+}
+SOFTCD_HD constexpr std::uint32_t owned_vertices(Entry e) {
+  return (e.bits >> 24) & 7U;
+}
+SOFTCD_HD constexpr std::uint32_t owned_edges(Entry e) {
+  return (e.bits >> 27) & 7U;
+}
+SOFTCD_HD constexpr bool is_fast(Entry e) {
+  return ((e.bits >> 30) & 1U) != 0U;
+}
+
+/// The pair's fate in a cell.
+enum class Verdict : std::uint32_t { skip, execute, execute_and_flag };
+
+struct ExactControl {
+  static SOFTCD_HD constexpr std::uint32_t pack(std::uint32_t mask, bool split, bool fits) {
+    return mask | (split ? 1U << 13 : 0U) | (fits ? 1U << 14 : 0U);
+  }
+
+  static SOFTCD_HD constexpr Verdict judge(std::uint32_t /*cell*/, Entry a, Entry b) {
+    if ((a.bits & b.bits & ((1U << kMaskBits) - 1U)) != 0U) return Verdict::skip;
+    const std::uint32_t either = a.bits | b.bits;
+    const bool may_repeat = (either & (1U << 13)) != 0U && (either & (1U << 14)) == 0U;
+    return may_repeat ? Verdict::execute_and_flag : Verdict::execute;
+  }
+
+  /// Within a cell sorted by descending K, entry j can only meet entries before it with K_i >= 7 ^ K_j.
+  static SOFTCD_HD constexpr std::uint32_t lowest_partner_k(std::uint32_t k) { return 7U ^ k; }
+};
+
+/// The control bits as printed (Le Grand 2007; the paper, section 3.3), on the parity type of cells, type = x&1 | y&1
+/// << 1 | z&1 << 2: home type of the representing child:3 | types of the cells that it touches:8 | types of its
+/// siblings' home cells:8. Deferring to siblings follows the order of types, as deferring to home cells does: by child
+/// ids, as the text has it, the two orders contradict each other and lose a tenth of the pairs. Loses true pairs and
+/// repeats others all the same, so that every pair is flagged; kept for comparison.
+struct PaperControl {
+  static SOFTCD_HD constexpr std::uint32_t pack(std::uint32_t home_type, std::uint32_t touched,
+                                                std::uint32_t siblings) {
+    return home_type | (touched << 3) | (siblings << 11);
+  }
+
+  static SOFTCD_HD constexpr std::uint32_t type_of(std::uint32_t cell) {
+    return (cell & 1U) | (((cell >> kCellBits) & 1U) << 1) | (((cell >> (2 * kCellBits)) & 1U) << 2);
+  }
+
+  static SOFTCD_HD constexpr Verdict judge(std::uint32_t cell, Entry a, Entry b) {
+    const std::uint32_t type = type_of(cell);
+    const std::uint32_t home_a = a.bits & 7U;
+    const std::uint32_t home_b = b.bits & 7U;
+    if (home_a != type && home_b != type) return Verdict::skip;
+    const std::uint32_t touched_a = (a.bits >> 3) & 255U;
+    const std::uint32_t touched_b = (b.bits >> 3) & 255U;
+    if (home_a < type && ((touched_b >> home_a) & 1U) != 0U) return Verdict::skip;
+    if (home_b < type && ((touched_a >> home_b) & 1U) != 0U) return Verdict::skip;
+    const std::uint32_t siblings_a = (a.bits >> 11) & 255U;
+    const std::uint32_t siblings_b = (b.bits >> 11) & 255U;
+    const std::uint32_t lower_types = (1U << type) - 1U;
+    if ((((siblings_a & touched_b) | (siblings_b & touched_a)) & lower_types) != 0U) return Verdict::skip;
+    return Verdict::execute_and_flag;
+  }
+
+  static SOFTCD_HD constexpr std::uint32_t lowest_partner_k(std::uint32_t /*k*/) { return 0; }
+};
+
+}  // namespace softcd

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/math/kdop.hpp"
+
+namespace softcd {
+
+/// A cell's integer coordinates: cell i covers [i s, (i + 1) s) on each axis, s the cell size.
+struct Cell {
+  int x, y, z;
+};
+
+/// Coordinates (in cells) beyond which a triangle is not put into the grid: below it every integer and every sum
+/// of two is exact in float32.
+constexpr float kGridReach = 1048576.0F;  // 2^20
+
+/// Bits per axis of a wrapped cell index. Wrapping is harmless: two triangles that share a cell span at most
+/// 2 * kMaxSpan < 2^kCellBits cells together, so no second, aliased cell can be common to them; unrelated triangles
+/// that meet by wrapping are rejected by their volumes.
+constexpr int kCellBits = 9;
+constexpr int kCellMask = (1 << kCellBits) - 1;
+constexpr int kMaxSpan = 128;
+
+/// Wrapped cell index, 27 bits: z:9 | y:9 | x:9.
+SOFTCD_HD constexpr std::uint32_t cell_index(Cell cell) {
+  return (static_cast<std::uint32_t>(cell.z & kCellMask) << (2 * kCellBits)) |
+         (static_cast<std::uint32_t>(cell.y & kCellMask) << kCellBits) | static_cast<std::uint32_t>(cell.x & kCellMask);
+}
+
+/// The cell that holds `point`; `inverse_size` is 1 / s, and a fraction rounds down on both sides of zero.
+SOFTCD_HD inline Cell cell_of(Vec3f point, float inverse_size) {
+  return {static_cast<int>(floorf(point.x * inverse_size)), static_cast<int>(floorf(point.y * inverse_size)),
+          static_cast<int>(floorf(point.z * inverse_size))};
+}
+
+struct CellInterval {
+  int lo, hi;
+
+  SOFTCD_HD constexpr bool empty() const { return hi < lo; }
+  SOFTCD_HD constexpr bool contains(int i) const { return lo <= i && i <= hi; }
+};
+
+/// An 18-DOP on the integer lattice: the cells (x, y, z) whose coordinates, sums and differences lie in nine integer
+/// intervals. It contains every cell that a real point of the 18-DOP falls into.
+struct IntegerDop {
+  int lo[kKdopAxes];
+  int hi[kKdopAxes];
+
+  /// Cells along y that may be non-empty in layer z.
+  SOFTCD_HD constexpr CellInterval column(int z) const {
+    return {larger(lo[1], larger(lo[5] - z, lo[8] + z)), smaller(hi[1], smaller(hi[5] - z, hi[8] + z))};
+  }
+
+  /// Cells along x in row (y, z); empty when the row is outside.
+  SOFTCD_HD constexpr CellInterval row(int y, int z) const {
+    const bool inside = lo[1] <= y && y <= hi[1] && lo[2] <= z && z <= hi[2] && lo[5] <= y + z && y + z <= hi[5] &&
+                        lo[8] <= y - z && y - z <= hi[8];
+    if (!inside) return {0, -1};
+    return {larger(lo[0], larger(larger(lo[3] - y, lo[4] - z), larger(lo[6] + y, lo[7] + z))),
+            smaller(hi[0], smaller(smaller(hi[3] - y, hi[4] - z), smaller(hi[6] + y, hi[7] + z)))};
+  }
+
+  SOFTCD_HD constexpr bool contains(Cell cell) const { return row(cell.y, cell.z).contains(cell.x); }
+
+  /// Number of cells along the longest of x, y, z.
+  SOFTCD_HD constexpr int span() const { return 1 + larger(hi[0] - lo[0], larger(hi[1] - lo[1], hi[2] - lo[2])); }
+};
+
+/// True when every projection of the volume lies within kGridReach cells of the origin.
+SOFTCD_HD inline bool within_reach(const Kdop18& dop, float inverse_size) {
+  float furthest = 0.0F;
+  for (int axis = 0; axis < 3; ++axis) {
+    furthest = larger(furthest, larger(magnitude(dop.lo[axis]), magnitude(dop.hi[axis])));
+  }
+  return furthest * inverse_size <= kGridReach;
+}
+
+/// The cells of an 18-DOP that is within_reach.
+///
+/// With u = p / s and i = floor(u): x, y and z are scaled and floored monotonely, so touching volumes share a cell
+/// without padding. For a sum, u_x + u_y - 2 < i + j <= u_x + u_y; for a difference,
+/// u_x - u_y - 1 < i - j < u_x - u_y + 1. `slack` covers the roundings of the projection and of the scaling.
+SOFTCD_HD inline IntegerDop integer_dop(const Kdop18& dop, float inverse_size) {
+  float furthest = 0.0F;
+  for (int axis = 0; axis < 3; ++axis) {
+    furthest = larger(furthest, larger(magnitude(dop.lo[axis]), magnitude(dop.hi[axis])));
+  }
+  const float slack = 8.0F * 1.1920929e-7F * furthest * inverse_size;
+  IntegerDop cells{};
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    const float pad = axis < 3 ? 0.0F : slack;
+    cells.lo[axis] = static_cast<int>(floorf(dop.lo[axis] * inverse_size - pad)) - (axis >= 3 && axis < 6 ? 1 : 0);
+    cells.hi[axis] = static_cast<int>(floorf(dop.hi[axis] * inverse_size + pad)) + (axis >= 6 ? 1 : 0);
+  }
+  return cells;
+}
+
+}  // namespace softcd

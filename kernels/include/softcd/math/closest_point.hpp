@@ -1,0 +1,168 @@
+#pragma once
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/math/scalar.hpp"
+#include "softcd/math/vec3.hpp"
+
+/// Closest points of a vertex and a triangle, and of two edges. Correct for every degenerate input: the squared
+/// distance is a convex quadratic over the parameters, so its minimum is the interior one or lies on the boundary;
+/// the interior and every side of the boundary are evaluated and the smallest distance wins. A triangle without
+/// area or two parallel edges have no interior minimum that a side does not attain.
+namespace softcd {
+
+template <class T>
+struct ClosestPoints {
+  T weights[4];    ///< vertex-triangle {1, w0, w1, w2}, edge-edge {u0, u1, w0, w1}; in [0, 1], each side sums to 1
+  Vec3<T> offset;  ///< point on side a minus point on side b
+  T squared_distance;
+};
+
+namespace detail {
+
+/// Two features at one time, relative to one vertex of theirs; both kinds have the form
+///     offset(x, y) = a - x b - y c.
+/// Vertex-triangle: a = v - f0, b = f1 - f0, c = f2 - f0, over x >= 0, y >= 0, x + y <= 1.
+/// Edge-edge: a = e0 - g0, b = e1 - e0, c = g1 - g0, over -1 <= x <= 0, 0 <= y <= 1.
+/// The features are coplanar when a . (b x c) = 0.
+template <class T>
+struct RelativePair {
+  Vec3<T> a, b, c;
+};
+
+template <class T>
+SOFTCD_HD RelativePair<T> relative_vertex_triangle(Vec3<T> v, Vec3<T> f0, Vec3<T> f1, Vec3<T> f2) {
+  return {v - f0, f1 - f0, f2 - f0};
+}
+
+template <class T>
+SOFTCD_HD RelativePair<T> relative_edge_edge(Vec3<T> e0, Vec3<T> e1, Vec3<T> g0, Vec3<T> g1) {
+  return {e0 - g0, e1 - e0, g1 - g0};
+}
+
+template <class T>
+SOFTCD_HD RelativePair<T> scaled(T scale, const RelativePair<T>& pair) {
+  return {scale * pair.a, scale * pair.b, scale * pair.c};
+}
+
+/// Parameters of two points and what lies between them.
+template <class T>
+struct Nearest {
+  T x, y;
+  Vec3<T> offset;
+  T squared_distance;
+};
+
+template <class T>
+SOFTCD_HD Nearest<T> nearest_at(const RelativePair<T>& pair, T x, T y) {
+  const Vec3<T> offset = pair.a - x * pair.b - y * pair.c;
+  return {x, y, offset, squared_norm(offset)};
+}
+
+template <class T>
+SOFTCD_HD Nearest<T> nearer(const Nearest<T>& p, const Nearest<T>& q) {
+  return q.squared_distance < p.squared_distance ? q : p;
+}
+
+/// Parameter in [0, 1] of the point of the segment from 0 to d that is nearest to p; 0 for a segment of length 0.
+template <class T>
+SOFTCD_HD T nearest_on_segment(Vec3<T> p, Vec3<T> d) {
+  const T along = dot(p, d);
+  const T whole = squared_norm(d);
+  return along > T(0) ? (along < whole ? along / whole : T(1)) : T(0);
+}
+
+/// Where a projects to in the plane of b and c; not finite when there is no plane. What is parallel to b is taken out
+/// of a and c before they meet: an error of y, however large for a needle, then moves the point by y times the needle's
+/// width, and x follows y along b. The usual quotients of cross products lose figures in proportion to the aspect.
+template <class T>
+SOFTCD_HD Nearest<T> nearest_in_plane(const RelativePair<T>& pair) {
+  const T inverse = T(1) / squared_norm(pair.b);
+  const T a_along = inverse * dot(pair.a, pair.b);
+  const T c_along = inverse * dot(pair.c, pair.b);
+  const Vec3<T> a_across = pair.a - a_along * pair.b;
+  const Vec3<T> c_across = pair.c - c_along * pair.b;
+  const T y = dot(a_across, c_across) / squared_norm(c_across);
+  return nearest_at(pair, a_along - y * c_along, y);
+}
+
+template <class T>
+SOFTCD_HD Nearest<T> nearest_vertex_triangle(const RelativePair<T>& pair) {
+  Nearest<T> best = nearest_at(pair, nearest_on_segment(pair.a, pair.b), T(0));
+  best = nearer(best, nearest_at(pair, T(0), nearest_on_segment(pair.a, pair.c)));
+  // x + y = 1 holds exactly, which marks the third edge.
+  const T x = T(1) - nearest_on_segment(pair.a - pair.b, pair.c - pair.b);
+  best = nearer(best, nearest_at(pair, x, T(1) - x));
+  const Nearest<T> inside = nearest_in_plane(pair);
+  return inside.x > T(0) && inside.y > T(0) && (T(1) - inside.x) - inside.y > T(0) ? nearer(best, inside) : best;
+}
+
+template <class T>
+SOFTCD_HD Nearest<T> nearest_edge_edge(const RelativePair<T>& pair) {
+  const Vec3<T> backwards = -pair.b;
+  Nearest<T> best = nearest_at(pair, T(0), nearest_on_segment(pair.a, pair.c));
+  best = nearer(best, nearest_at(pair, T(-1), nearest_on_segment(pair.a + pair.b, pair.c)));
+  best = nearer(best, nearest_at(pair, -nearest_on_segment(pair.a, backwards), T(0)));
+  best = nearer(best, nearest_at(pair, -nearest_on_segment(pair.a - pair.c, backwards), T(1)));
+  const Nearest<T> inside = nearest_in_plane(pair);
+  const bool is_inside = inside.x < T(0) && inside.x > T(-1) && inside.y > T(0) && inside.y < T(1);
+  return is_inside ? nearer(best, inside) : best;
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Nearest<T> nearest(const RelativePair<T>& pair) {
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    return nearest_vertex_triangle(pair);
+  } else {
+    return nearest_edge_edge(pair);
+  }
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD void write_weights(T x, T y, T (&weights)[4]) {
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    weights[0] = T(1);
+    weights[1] = (T(1) - x) - y;
+    weights[2] = x;
+    weights[3] = y;
+  } else {
+    weights[0] = T(1) + x;
+    weights[1] = T(0) - x;
+    weights[2] = T(1) - y;
+    weights[3] = y;
+  }
+}
+
+template <class T>
+SOFTCD_HD T extent(const RelativePair<T>& pair) {
+  return larger(larger(max_norm(pair.a), max_norm(pair.b)), max_norm(pair.c));
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD ClosestPoints<T> closest_points(const RelativePair<T>& pair) {
+  const T scale = safe_scale(extent(pair));
+  const Nearest<T> result = nearest<kKind>(scale == T(1) ? pair : scaled(scale, pair));
+  const T unscale = T(1) / scale;
+  ClosestPoints<T> points;
+  write_weights<kKind>(result.x, result.y, points.weights);
+  points.offset = unscale * result.offset;
+  points.squared_distance = result.squared_distance * unscale * unscale;
+  return points;
+}
+
+}  // namespace detail
+
+/// The point of triangle f0 f1 f2 that is nearest to v. Differences of the coordinates must be finite; a squared
+/// distance beyond T's range becomes 0 or infinity, the weights stay right.
+template <class T>
+SOFTCD_HD ClosestPoints<T> closest_points_vertex_triangle(Vec3<T> v, Vec3<T> f0, Vec3<T> f1, Vec3<T> f2) {
+  return detail::closest_points<ContactKind::vertex_triangle>(detail::relative_vertex_triangle(v, f0, f1, f2));
+}
+
+/// The nearest points of the segments e0 e1 (side a) and g0 g1 (side b). Same range.
+template <class T>
+SOFTCD_HD ClosestPoints<T> closest_points_edge_edge(Vec3<T> e0, Vec3<T> e1, Vec3<T> g0, Vec3<T> g1) {
+  return detail::closest_points<ContactKind::edge_edge>(detail::relative_edge_edge(e0, e1, g0, g1));
+}
+
+}  // namespace softcd

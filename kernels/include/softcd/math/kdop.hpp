@@ -1,0 +1,116 @@
+#pragma once
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/math/scalar.hpp"
+#include "softcd/math/vec3.hpp"
+
+namespace softcd {
+
+/// Number of axes of an 18-DOP (Klosowski et al. 1998): x, y, z, x+y, x+z, y+z, x-y, x-z, y-z.
+constexpr int kKdopAxes = 9;
+
+/// Intervals of a point set along the nine axes. The diagonal axes are not normalised: their unit is
+/// sqrt(2) times shorter than the coordinates'.
+struct Kdop18 {
+  float lo[kKdopAxes];
+  float hi[kKdopAxes];
+};
+
+/// A value below x by one to two units in the last place (above for outward_up): undoes any single rounding.
+SOFTCD_HD inline float outward_down(float x) {
+  return x - (magnitude(x) * 1.1920929e-7F + 1.1754944e-38F);
+}
+SOFTCD_HD inline float outward_up(float x) {
+  return x + (magnitude(x) * 1.1920929e-7F + 1.1754944e-38F);
+}
+
+/// Contains nothing and overlaps nothing; extending it by a point gives that point's volume.
+SOFTCD_HD inline Kdop18 empty_kdop() {
+  Kdop18 dop{};
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    dop.lo[axis] = 3.402823466e+38F;
+    dop.hi[axis] = -3.402823466e+38F;
+  }
+  return dop;
+}
+
+SOFTCD_HD constexpr bool is_empty(const Kdop18& dop) {
+  return dop.hi[0] < dop.lo[0];
+}
+
+/// Each projection is rounded once, hence monotone: volumes of touching points overlap without any padding.
+SOFTCD_HD inline void extend(Kdop18& dop, Vec3f p) {
+  const float projection[kKdopAxes] = {p.x, p.y, p.z, p.x + p.y, p.x + p.z, p.y + p.z, p.x - p.y, p.x - p.z, p.y - p.z};
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    dop.lo[axis] = smaller(dop.lo[axis], projection[axis]);
+    dop.hi[axis] = larger(dop.hi[axis], projection[axis]);
+  }
+}
+
+/// Grows the volume by a ball of radius `radius`, rounded outward. Nothing changes when the radius is 0.
+SOFTCD_HD inline void inflate(Kdop18& dop, float radius) {
+  if (!(radius > 0.0F) || is_empty(dop)) return;
+  const float diagonal = outward_up(radius * 1.41421357F);
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    const float growth = axis < 3 ? radius : diagonal;
+    dop.lo[axis] = outward_down(dop.lo[axis] - growth);
+    dop.hi[axis] = outward_up(dop.hi[axis] + growth);
+  }
+}
+
+SOFTCD_HD inline bool overlap(const Kdop18& a, const Kdop18& b) {
+  bool is_apart = false;
+  for (int axis = 0; axis < 3; ++axis) is_apart |= (a.hi[axis] < b.lo[axis]) | (b.hi[axis] < a.lo[axis]);
+  if (is_apart) return false;
+  for (int axis = 3; axis < kKdopAxes; ++axis) is_apart |= (a.hi[axis] < b.lo[axis]) | (b.hi[axis] < a.lo[axis]);
+  return !is_apart;
+}
+
+/// Whether, along some axis, a lies more than `gap` beyond b at both ends of a straight-line motion. The distance along
+/// an axis from the one's highest to the other's lowest point is concave in time, so the two are then more than `gap`
+/// apart throughout, however far they move together. Volumes are those of the vertices at one time, not inflated.
+SOFTCD_HD inline bool apart_throughout(const Kdop18& a_t0, const Kdop18& a_t1, const Kdop18& b_t0, const Kdop18& b_t1,
+                                       float gap) {
+  const float diagonal = outward_up(gap * 1.41421357F);
+  bool is_apart = false;
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    const float reach = axis < 3 ? gap : diagonal;
+    is_apart |=
+        (outward_up(a_t0.hi[axis] + reach) < b_t0.lo[axis]) & (outward_up(a_t1.hi[axis] + reach) < b_t1.lo[axis]);
+    is_apart |=
+        (outward_up(b_t0.hi[axis] + reach) < a_t0.lo[axis]) & (outward_up(b_t1.hi[axis] + reach) < a_t1.lo[axis]);
+  }
+  return is_apart;
+}
+
+/// Axis-aligned box, the first three axes of the 18-DOP.
+struct Box {
+  Vec3f lo, hi;
+};
+
+SOFTCD_HD constexpr Box box_of(Vec3f p) {
+  return {p, p};
+}
+
+SOFTCD_HD constexpr Box merged(const Box& a, const Box& b) {
+  return {{smaller(a.lo.x, b.lo.x), smaller(a.lo.y, b.lo.y), smaller(a.lo.z, b.lo.z)},
+          {larger(a.hi.x, b.hi.x), larger(a.hi.y, b.hi.y), larger(a.hi.z, b.hi.z)}};
+}
+
+SOFTCD_HD inline Box inflated(const Box& box, float radius) {
+  if (!(radius > 0.0F)) return box;
+  return {{outward_down(box.lo.x - radius), outward_down(box.lo.y - radius), outward_down(box.lo.z - radius)},
+          {outward_up(box.hi.x + radius), outward_up(box.hi.y + radius), outward_up(box.hi.z + radius)}};
+}
+
+SOFTCD_HD constexpr bool overlap(const Box& a, const Box& b) {
+  return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
+         b.lo.z <= a.hi.z;
+}
+
+SOFTCD_HD constexpr bool overlap(const Box& box, const Kdop18& dop) {
+  return box.lo.x <= dop.hi[0] && dop.lo[0] <= box.hi.x && box.lo.y <= dop.hi[1] && dop.lo[1] <= box.hi.y &&
+         box.lo.z <= dop.hi[2] && dop.lo[2] <= box.hi.z;
+}
+
+}  // namespace softcd

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cfloat>
+#include <cmath>
+#include <type_traits>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/math/vec3.hpp"
+
+/// Scalars for predicates. Only + - * / sqrt and comparisons occur, each rounded once by IEEE 754, so that host
+/// and device return the same bytes (contraction must be off on both).
+namespace softcd {
+
+/// Distance from 1 to the next number; one rounding changes a value by at most half of it.
+template <class T>
+SOFTCD_HD constexpr T epsilon() {
+  if constexpr (std::is_same_v<T, float>) {
+    return FLT_EPSILON;
+  } else {
+    return DBL_EPSILON;
+  }
+}
+
+/// b when the comparison is unordered.
+template <class T>
+SOFTCD_HD constexpr T smaller(T a, T b) {
+  return a < b ? a : b;
+}
+
+/// b when the comparison is unordered.
+template <class T>
+SOFTCD_HD constexpr T larger(T a, T b) {
+  return a > b ? a : b;
+}
+
+SOFTCD_HD inline float magnitude(float x) {
+  return ::fabsf(x);
+}
+SOFTCD_HD inline double magnitude(double x) {
+  return ::fabs(x);
+}
+SOFTCD_HD inline float square_root(float x) {
+  return ::sqrtf(x);
+}
+SOFTCD_HD inline double square_root(double x) {
+  return ::sqrt(x);
+}
+
+template <class T>
+SOFTCD_HD T norm(Vec3<T> a) {
+  return square_root(squared_norm(a));
+}
+
+/// Largest magnitude of a component.
+template <class T>
+SOFTCD_HD T max_norm(Vec3<T> a) {
+  return larger(larger(magnitude(a.x), magnitude(a.y)), magnitude(a.z));
+}
+
+/// The direction of a, whose length may be any but 0.
+template <class T>
+SOFTCD_HD Vec3<T> unit_vector(Vec3<T> a) {
+  const T size = max_norm(a);
+  const Vec3<T> direction{a.x / size, a.y / size, a.z / size};
+  return (T(1) / norm(direction)) * direction;
+}
+
+/// The point at t of the straight motion from a to b: exact at t = 0 and t = 1, within 1.5 epsilon of the larger
+/// magnitude in between.
+template <class T>
+SOFTCD_HD Vec3<T> interpolate(Vec3<T> a, Vec3<T> b, T t) {
+  return (T(1) - t) * a + t * b;
+}
+
+/// A power of two that brings lengths up to `extent` (0, any positive value, or infinity after an overflow) into a
+/// range where products of six of them neither overflow nor lose the figures that matter. 1 for ordinary extents:
+/// 1e-5 to 2.6e8 in float, 1e-45 to 1e45 in double.
+template <class T>
+SOFTCD_HD T safe_scale(T extent) {
+  constexpr bool kSingle = std::is_same_v<T, float>;
+  constexpr T kLowest = kSingle ? T(0x1p-16) : T(0x1p-150);
+  constexpr T kHighest = kSingle ? T(0x1p+28) : T(0x1p+150);
+  constexpr T kUp = kSingle ? T(0x1p+40) : T(0x1p+290);
+  constexpr T kDown = kSingle ? T(0x1p-40) : T(0x1p-290);
+  T scale = T(1);
+  if (extent > T(0) && !(extent >= kLowest && extent <= kHighest)) {
+    for (int step = 0; step < 3; ++step) {
+      const T scaled = extent * scale;
+      scale = scaled > kHighest ? scale * kDown : (scaled < kLowest ? scale * kUp : scale);
+    }
+  }
+  return scale;
+}
+
+}  // namespace softcd

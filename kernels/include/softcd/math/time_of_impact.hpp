@@ -1,0 +1,397 @@
+#pragma once
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/math/closest_point.hpp"
+#include "softcd/math/cubic.hpp"
+#include "softcd/math/scalar.hpp"
+#include "softcd/math/vec3.hpp"
+
+/// Time of impact of a vertex and a triangle, or of two edges, whose vertices move on straight lines from t = 0 to
+/// t = 1. Four moving points are coplanar at the roots of a cubic (Provot, Collision and self-collision handling in
+/// cloth model dedicated to design garments, 1997); features can touch only then.
+///
+/// **What is found.** With reach = margin + tolerance, a hit is reported at the earliest of
+///   - t = 0, when the distance there is at most reach,
+///   - each t in [0, 1] at which the points are coplanar, or cannot be told from coplanar by the rounding bound of
+///     the cubic, when the distance there is at most reach,
+///   - t = 1, when the distance there is at most reach.
+/// The distance's tolerance is 32 epsilon (A + B + C), where A, B, C bound the components of v - f0, f1 - f0, f2 - f0
+/// (e0 - g0, e1 - e0, g1 - g0) at both times. `time` is not later than the first contact at distance 0.
+///
+/// **Guarantee.** Whatever touches for the given coordinates in exact arithmetic is hit, with any margin >= 0:
+/// every rounding error is bounded and counted against the answer "separated". A hit that is none has a distance of
+/// at most reach at `time`. One exception, also on the side of "hit": within a coplanar stretch (a planar motion, a
+/// degenerate triangle) the distance is followed by advancement, and when kMaxAdvances steps do not settle the
+/// question the answer is a hit, with the distance at that time.
+///
+/// In float the same bounds hold for float coordinates; tolerance and coplanar stretches are 2^29 times as wide.
+/// Coordinates' differences must be finite.
+namespace softcd {
+
+enum class ImpactState {
+  separated,
+  hit,
+};
+
+template <class T>
+struct Impact {
+  ImpactState state;
+  T time;          ///< 1 when separated
+  T weights[4];    ///< vertex-triangle {1, w0, w1, w2}, edge-edge {u0, u1, w0, w1}
+  Vec3<T> normal;  ///< unit, from side b to side a; when the points touch, towards where a came from
+  T distance;      ///< at `time`
+};
+
+namespace detail {
+
+/// Of 170,000 hits on hard float queries (near grazing, degenerate, needles) 60 need more steps, or smaller ones than t
+/// resolves.
+constexpr int kMaxAdvances = 32;
+
+/// Everything about a query that its stages share.
+template <class T>
+struct Motion {
+  RelativePair<T> t0, t1;
+  T margin;
+  T tolerance;
+
+  SOFTCD_HD RelativePair<T> at(T t) const {
+    return {interpolate(t0.a, t1.a, t), interpolate(t0.b, t1.b, t), interpolate(t0.c, t1.c, t)};
+  }
+  SOFTCD_HD T reach() const { return margin + tolerance; }
+};
+
+/// A direction n(t) that moves linearly from `begin` to `end`.
+template <class T>
+struct MovingDirection {
+  Vec3<T> begin, end;
+};
+
+/// An edge of the features: along_b b + along_c c, or none when both are 0.
+template <class T>
+struct EdgeChoice {
+  T along_b, along_c;
+
+  SOFTCD_HD Vec3<T> of(const RelativePair<T>& pair) const { return along_b * pair.b + along_c * pair.c; }
+};
+
+/// The edge that holds one of the nearest points in its interior while the other one is a vertex.
+template <ContactKind kKind, class T>
+SOFTCD_HD EdgeChoice<T> supporting_edge(T x, T y) {
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    const T rest = (T(1) - x) - y;
+    if (x == T(1) || y == T(1) || rest == T(1)) {
+      return {T(0), T(0)};
+    }
+    return y == T(0) ? EdgeChoice<T>{T(1), T(0)} : (x == T(0) ? EdgeChoice<T>{T(0), T(1)} : EdgeChoice<T>{T(-1), T(1)});
+  } else {
+    const bool is_x_inside = x < T(0) && x > T(-1);
+    const bool is_y_inside = y > T(0) && y < T(1);
+    return {is_x_inside && !is_y_inside ? T(1) : T(0), is_y_inside && !is_x_inside ? T(1) : T(0)};
+  }
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD EdgeChoice<T> longest_edge(const RelativePair<T>& pair) {
+  const T b = squared_norm(pair.b);
+  const T c = squared_norm(pair.c);
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    if (squared_norm(pair.c - pair.b) > larger(b, c)) {
+      return {T(-1), T(1)};
+    }
+  }
+  return b > c ? EdgeChoice<T>{T(1), T(0)} : EdgeChoice<T>{T(0), T(1)};
+}
+
+/// What of a is perpendicular to the edge; a itself when the edge has no length.
+template <class T>
+SOFTCD_HD Vec3<T> perpendicular_part(Vec3<T> a, Vec3<T> edge) {
+  const T square = squared_norm(edge);
+  return square > T(0) ? (T(1) / square) * cross(cross(edge, a), edge) : a;
+}
+
+/// The plane's normal, on a's side, now and at the end. Close to the plane the offset's own direction is all
+/// rounding, and this one is not. It is made perpendicular to the longest edge, over which an error of a needle's
+/// normal would count most. Zero for a plane that is none.
+template <ContactKind kKind, class T>
+SOFTCD_HD MovingDirection<T> plane_direction(const RelativePair<T>& now, const RelativePair<T>& end,
+                                             const Nearest<T>& nearest) {
+  const Vec3<T> plane = cross(now.b, now.c);
+  const T length = norm(plane);
+  const T scale = length > T(0) ? (dot(plane, nearest.offset) < T(0) ? T(-1) : T(1)) / length : T(0);
+  const EdgeChoice<T> longest = longest_edge<kKind>(now);
+  return {perpendicular_part(scale * plane, longest.of(now)),
+          perpendicular_part(scale * cross(end.b, end.c), longest.of(end))};
+}
+
+/// The offset's direction; with a supporting edge, what stays perpendicular to it as it turns.
+template <ContactKind kKind, class T>
+SOFTCD_HD MovingDirection<T> offset_direction(const RelativePair<T>& now, const RelativePair<T>& end,
+                                              const Nearest<T>& nearest) {
+  const Vec3<T> unit = (T(1) / norm(nearest.offset)) * nearest.offset;
+  const EdgeChoice<T> support = supporting_edge<kKind>(nearest.x, nearest.y);
+  const Vec3<T> edge = support.of(now);
+  const T square = squared_norm(edge);
+  if (!(square > T(0))) {
+    return {unit, unit};
+  }
+  const Vec3<T> axis = (T(1) / square) * cross(edge, unit);
+  return {cross(axis, edge), cross(axis, support.of(end))};
+}
+
+/// Fraction of [begin, end] during which n . r stays above `gap` |n|. |n| is convex in time, so the chord of its
+/// values is above it and the difference to it is a quadratic.
+template <class T>
+SOFTCD_HD T clear_fraction(const MovingDirection<T>& n, T gap, T end_gap, Vec3<T> r_begin, Vec3<T> r_end) {
+  const T g0 = dot(n.begin, r_begin) - gap;
+  const T g1 = T(0.5) * ((dot(n.begin, r_end) + dot(n.end, r_begin)) - (gap + end_gap));
+  const T g2 = dot(n.end, r_end) - end_gap;
+  return g0 > T(0) ? first_root(g0, g1, g2) : T(0);
+}
+
+/// Fraction of the time from `now` to `end` during which the features stay farther apart than `margin` plus half
+/// the tolerance: no pair of their vertices comes closer along the direction n, hence no pair of points.
+template <ContactKind kKind, class T>
+SOFTCD_HD T clear_fraction(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
+                           const MovingDirection<T>& n) {
+  const T distance = motion.margin + T(0.5) * motion.tolerance;
+  const T gap = distance * norm(n.begin);
+  const T end_gap = distance * norm(n.end);
+  T fraction = clear_fraction(n, gap, end_gap, now.a, end.a);
+  fraction = smaller(fraction, clear_fraction(n, gap, end_gap, now.a - now.c, end.a - end.c));
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    fraction = smaller(fraction, clear_fraction(n, gap, end_gap, now.a - now.b, end.a - end.b));
+  } else {
+    const Vec3<T> r_begin = now.a + now.b;
+    const Vec3<T> r_end = end.a + end.b;
+    fraction = smaller(fraction, clear_fraction(n, gap, end_gap, r_begin, r_end));
+    fraction = smaller(fraction, clear_fraction(n, gap, end_gap, r_begin - now.c, r_end - end.c));
+  }
+  return fraction > T(0) ? fraction : T(0);
+}
+
+/// The longest such step. Every direction is valid, however it was come by: a poor one makes a short step.
+template <ContactKind kKind, class T>
+SOFTCD_HD T advance(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
+                    const Nearest<T>& nearest) {
+  const T fraction = clear_fraction<kKind>(motion, now, end, offset_direction<kKind>(now, end, nearest));
+  return fraction < T(1)
+             ? larger(clear_fraction<kKind>(motion, now, end, plane_direction<kKind>(now, end, nearest)), fraction)
+             : fraction;
+}
+
+/// Where the features touch, and how they lay before that.
+template <class T>
+struct Touch {
+  bool is_hit;
+  T time;
+  Nearest<T> nearest;
+  Vec3<T> approach;  ///< the offset at the last step where they were clearly apart; zero when they never were
+};
+
+template <class T>
+SOFTCD_HD Touch<T> touch_nowhere() {
+  const Vec3<T> zero{T(0), T(0), T(0)};
+  return {false, T(1), {T(0), T(0), zero, T(0)}, zero};
+}
+
+/// First time in [begin, end] at which the features are within reach, by steps that leave no such time behind.
+template <ContactKind kKind, class T>
+SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, T end) {
+  Touch<T> touch = touch_nowhere<T>();
+  T t = begin;
+  const RelativePair<T> last = motion.at(end);
+  for (int step = 0; step < kMaxAdvances; ++step) {
+    const RelativePair<T> now = motion.at(t);
+    touch.time = t;
+    touch.nearest = nearest<kKind>(now);
+    const T distance = square_root(touch.nearest.squared_distance);
+    if (distance <= motion.reach()) {
+      break;
+    }
+    if (distance > T(4) * motion.tolerance) {
+      touch.approach = touch.nearest.offset;
+    }
+    const T fraction = advance<kKind>(motion, now, last, touch.nearest);
+    if (fraction >= T(1)) {
+      return touch;
+    }
+    const T next = smaller(t + fraction * (end - t), end);
+    if (!(next > t)) {
+      break;
+    }
+    t = next;
+  }
+  touch.is_hit = true;
+  return touch;
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Touch<T> touch_at(const Motion<T>& motion, const RelativePair<T>& pair, T t) {
+  Touch<T> touch = touch_nowhere<T>();
+  touch.time = t;
+  touch.nearest = nearest<kKind>(pair);
+  touch.is_hit = square_root(touch.nearest.squared_distance) <= motion.reach();
+  return touch;
+}
+
+/// First touch while the points are coplanar or nearly so: |cubic| <= bound. A tangential root has no change of sign
+/// and is found all the same, at the end of two monotone intervals where the value is within the bound.
+template <ContactKind kKind, class T>
+SOFTCD_HD Touch<T> first_coplanar_touch(const Motion<T>& motion, const Cubic<T>& cubic, T bound) {
+  const Splits<T> splits = monotone_splits(cubic);
+  T begin = T(0);
+  T end = splits.first;
+  for (int piece = 0; piece < 3; ++piece) {
+    const T at_begin = cubic(begin);
+    const T at_end = cubic(end);
+    const bool is_clear = (at_begin > bound && at_end > bound) || (at_begin < -bound && at_end < -bound);
+    if (begin < end && !is_clear) {
+      const T first = last_clear(cubic, bound, begin, end);
+      const T last = last_clear(cubic, bound, end, begin);
+      const Touch<T> touch = first_touch<kKind>(motion, first, last);
+      if (touch.is_hit) {
+        return touch;
+      }
+    }
+    begin = end;
+    end = piece == 0 ? splits.second : T(1);
+  }
+  return touch_nowhere<T>();
+}
+
+/// Some direction perpendicular to a, or any when a is zero.
+template <class T>
+SOFTCD_HD Vec3<T> any_perpendicular(Vec3<T> a) {
+  const Vec3<T> axis = magnitude(a.x) <= magnitude(a.y) ? Vec3<T>{T(1), T(0), T(0)} : Vec3<T>{T(0), T(1), T(0)};
+  return max_norm(a) > T(0) ? cross(a, axis) : axis;
+}
+
+/// The direction of the normal of features that touch. In order: the direction in which they were apart before; the
+/// plane's normal towards a's side at t0; the plane's normal against the relative motion; against the relative
+/// motion; any. `side` tells where a was at t0 relative to b x c by its sign, 0 when that cannot be told.
+template <class T>
+SOFTCD_HD Vec3<T> normal_of_touch(const Motion<T>& motion, const Touch<T>& touch, T side) {
+  if (max_norm(touch.approach) > T(0)) {
+    return touch.approach;
+  }
+  const RelativePair<T> now = motion.at(touch.time);
+  const Vec3<T> plane = cross(now.b, now.c);
+  const T length = norm(plane);
+  const bool is_plane = length > T(64) * epsilon<T>() * (norm(now.b) * norm(now.c));
+  const Vec3<T> velocity = (motion.t1.a - motion.t0.a) - touch.nearest.x * (motion.t1.b - motion.t0.b) -
+                           touch.nearest.y * (motion.t1.c - motion.t0.c);
+  const T speed = norm(velocity);
+  const T across = dot(plane, velocity);
+  if (is_plane && side != T(0)) {
+    return side < T(0) ? -plane : plane;
+  }
+  if (is_plane && magnitude(across) > T(64) * epsilon<T>() * (length * speed)) {
+    return across > T(0) ? -plane : plane;
+  }
+  if (speed > motion.tolerance) {
+    return -velocity;
+  }
+  return is_plane ? plane : any_perpendicular(max_norm(now.b) > T(0) ? now.b : now.c);
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> to_impact(const Motion<T>& motion, const Touch<T>& touch, T side, T scale) {
+  const T distance = square_root(touch.nearest.squared_distance);
+  Impact<T> impact;
+  impact.state = ImpactState::hit;
+  impact.time = touch.time;
+  write_weights<kKind>(touch.nearest.x, touch.nearest.y, impact.weights);
+  const bool is_apart = distance > T(4) * motion.tolerance;
+  impact.normal = unit_vector(is_apart ? touch.nearest.offset : normal_of_touch(motion, touch, side));
+  impact.distance = distance / scale;
+  return impact;
+}
+
+template <class T>
+SOFTCD_HD Impact<T> separated() {
+  const Vec3<T> zero{T(0), T(0), T(0)};
+  return {ImpactState::separated, T(1), {T(0), T(0), T(0), T(0)}, zero, T(0)};
+}
+
+/// Whether the distance of the features may be within reach, given that of the planes or lines that they lie in:
+/// height / |plane|. True when that cannot be told.
+template <class T>
+SOFTCD_HD bool may_reach(T height, Vec3<T> plane, T reach) {
+  return !(height > T(0) && height * height > reach * reach * squared_norm(plane));
+}
+
+template <class T>
+SOFTCD_HD constexpr T smallest_volume() {
+  return std::is_same_v<T, float> ? T(0x1p-100) : T(0x1p-900);
+}
+
+/// With `volume` = A B C, no product of three components exceeds it, and the six terms of a determinant are at most
+/// 6 volume. Coefficients (b1 and b2 taken by thirds) are off by at most 12 roundings of that, 36 epsilon volume. A
+/// value of the cubic adds 10 roundings, and the splits shift it by less than 25: in all below 192 epsilon volume.
+/// A volume so small that underflow might add to this counts as 0, coplanar all along.
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> impact(Motion<T> motion) {
+  T size_a = larger(max_norm(motion.t0.a), max_norm(motion.t1.a));
+  T size_b = larger(max_norm(motion.t0.b), max_norm(motion.t1.b));
+  T size_c = larger(max_norm(motion.t0.c), max_norm(motion.t1.c));
+  const T scale = safe_scale(larger(larger(size_a, size_b), size_c));
+  if (scale != T(1)) {
+    motion = {scaled(scale, motion.t0), scaled(scale, motion.t1), scale * motion.margin, T(0)};
+    size_a *= scale;
+    size_b *= scale;
+    size_c *= scale;
+  }
+  motion.tolerance = T(32) * epsilon<T>() * (size_a + size_b + size_c);
+  const T volume = size_a * size_b * size_c;
+  const bool has_volume = volume >= smallest_volume<T>();
+  const T error = T(40) * epsilon<T>() * volume;
+
+  const Vec3<T> plane_t0 = cross(motion.t0.b, motion.t0.c);
+  const Vec3<T> plane_t1 = cross(motion.t1.b, motion.t1.c);
+  const Vec3<T> plane_mixed = cross(motion.t0.b, motion.t1.c) + cross(motion.t1.b, motion.t0.c);
+  const Cubic<T> cubic{dot(motion.t0.a, plane_t0), dot(motion.t1.a, plane_t0) + dot(motion.t0.a, plane_mixed),
+                       dot(motion.t1.a, plane_mixed) + dot(motion.t0.a, plane_t1), dot(motion.t1.a, plane_t1)};
+
+  const T lowest = smaller(smaller(cubic.b0, cubic.b3), T(1) / T(3) * smaller(cubic.b1, cubic.b2));
+  const T highest = larger(larger(cubic.b0, cubic.b3), T(1) / T(3) * larger(cubic.b1, cubic.b2));
+  const bool is_never_coplanar = has_volume && (lowest > error || highest < -error);
+  const T side = has_volume && magnitude(cubic.b0) > error ? cubic.b0 : T(0);
+
+  Touch<T> touch = touch_nowhere<T>();
+  if (may_reach(magnitude(cubic.b0) - error, plane_t0, motion.reach())) {
+    touch = touch_at<kKind>(motion, motion.t0, T(0));
+  }
+  if (!touch.is_hit && !is_never_coplanar) {
+    const T unit = has_volume ? T(1) / volume : T(0);
+    const Cubic<T> normalized{unit * cubic.b0, unit * cubic.b1, unit * cubic.b2, unit * cubic.b3};
+    touch = first_coplanar_touch<kKind>(motion, normalized, T(192) * epsilon<T>());
+  }
+  if (!touch.is_hit && may_reach(magnitude(cubic.b3) - error, plane_t1, motion.reach())) {
+    touch = touch_at<kKind>(motion, motion.t1, T(1));
+  }
+  return touch.is_hit ? to_impact<kKind>(motion, touch, side, scale) : separated<T>();
+}
+
+}  // namespace detail
+
+/// Vertex v (side a) against triangle f0 f1 f2 (side b).
+template <class T>
+SOFTCD_HD Impact<T> vertex_triangle_impact(Vec3<T> v_t0, Vec3<T> f0_t0, Vec3<T> f1_t0, Vec3<T> f2_t0, Vec3<T> v_t1,
+                                           Vec3<T> f0_t1, Vec3<T> f1_t1, Vec3<T> f2_t1, T margin) {
+  return detail::impact<ContactKind::vertex_triangle>(
+      detail::Motion<T>{detail::relative_vertex_triangle(v_t0, f0_t0, f1_t0, f2_t0),
+                        detail::relative_vertex_triangle(v_t1, f0_t1, f1_t1, f2_t1), margin, T(0)});
+}
+
+/// Edge e0 e1 (side a) against edge g0 g1 (side b).
+template <class T>
+SOFTCD_HD Impact<T> edge_edge_impact(Vec3<T> e0_t0, Vec3<T> e1_t0, Vec3<T> g0_t0, Vec3<T> g1_t0, Vec3<T> e0_t1,
+                                     Vec3<T> e1_t1, Vec3<T> g0_t1, Vec3<T> g1_t1, T margin) {
+  return detail::impact<ContactKind::edge_edge>(
+      detail::Motion<T>{detail::relative_edge_edge(e0_t0, e1_t0, g0_t0, g1_t0),
+                        detail::relative_edge_edge(e0_t1, e1_t1, g0_t1, g1_t1), margin, T(0)});
+}
+
+}  // namespace softcd

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/math/kdop.hpp"
+
+namespace softcd {
+
+/// What the stages need to know of a body.
+struct SceneBody {
+  std::uint32_t id;
+  std::uint32_t first_vertex, first_triangle, first_edge;
+  float margin;
+  bool vertex_triangle, edge_edge;
+  /// Union of the volumes of all bodies that this one may touch, grown by their margins; empty when there are none.
+  /// A triangle outside takes no part in the detection.
+  Box reach;
+};
+
+/// All bodies concatenated in ascending order of ids; memory of the backend. Positions are float32, relative to the
+/// scene's origin; x_t0 == x_t1 when nothing but the end of the step counts.
+struct SceneView {
+  const Vec3f* x_t0 = nullptr;
+  const Vec3f* x_t1 = nullptr;
+  const Triangle* triangles = nullptr;
+  const Triangle* triangle_edges = nullptr;
+  const Edge* edges = nullptr;
+  const Ownership* ownership = nullptr;
+  const std::uint32_t* triangle_body = nullptr;
+  const std::uint32_t* vertex_body = nullptr;
+  const SceneBody* bodies = nullptr;
+  /// Symmetric bit matrix: bit b of row a says that a feature of body a may touch one of body b; a row is
+  /// `pair_words` words long. The diagonal is self-collision.
+  const std::uint32_t* may_touch = nullptr;
+  std::uint32_t pair_words = 0;
+  std::uint32_t vertex_count = 0;
+  std::uint32_t triangle_count = 0;
+  std::uint32_t edge_count = 0;
+  std::uint32_t body_count = 0;
+  bool continuous = false;
+  /// See PipelineOptions::motion_margin.
+  float motion_margin = 0.0F;
+
+  SOFTCD_HD bool bodies_may_touch(std::uint32_t a, std::uint32_t b) const {
+    return ((may_touch[static_cast<std::size_t>(a) * pair_words + (b >> 5)] >> (b & 31U)) & 1U) != 0U;
+  }
+
+  /// The vertex's margin, grown by its motion.
+  SOFTCD_HD float vertex_margin(std::uint32_t v) const {
+    const float margin = bodies[vertex_body[v]].margin;
+    if (!(motion_margin > 0.0F)) return margin;
+    return margin + motion_margin * sqrtf(squared_norm(x_t1[v] - x_t0[v]));
+  }
+};
+
+/// A triangle's corners at both ends of the step.
+struct TriangleMotion {
+  Vec3f t0[3];
+  Vec3f t1[3];
+};
+
+SOFTCD_HD inline TriangleMotion load_triangle(const SceneView& scene, std::uint32_t t) {
+  const Triangle triangle = scene.triangles[t];
+  TriangleMotion motion{};
+  for (int corner = 0; corner < 3; ++corner) {
+    motion.t1[corner] = scene.x_t1[triangle.v[corner]];
+    motion.t0[corner] = scene.continuous ? scene.x_t0[triangle.v[corner]] : motion.t1[corner];
+  }
+  return motion;
+}
+
+/// Box of everywhere that vertex v is during the step.
+SOFTCD_HD inline Box vertex_box(const SceneView& scene, std::uint32_t v) {
+  const Box end = box_of(scene.x_t1[v]);
+  return scene.continuous ? merged(box_of(scene.x_t0[v]), end) : end;
+}
+
+}  // namespace softcd

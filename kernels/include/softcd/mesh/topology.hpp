@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "softcd/core/types.hpp"
+
+namespace softcd {
+
+/// A mesh's connectivity, derived once per change of topology.
+struct Topology {
+  std::vector<Triangle> triangles;
+  /// Every pair of distinct vertices joined by a triangle's side, once, sorted by (v[0], v[1]).
+  std::vector<Edge> edges;
+  /// Edge indices of the sides v[0]v[1], v[1]v[2], v[2]v[0]; kNoIndex for a side of length nothing (repeated vertex).
+  std::vector<Triangle> triangle_edges;
+  /// R-triangles: every vertex and edge that occurs is owned by the first triangle that has it.
+  std::vector<Ownership> ownership;
+  std::uint32_t vertex_count = 0;
+};
+
+/// Indices must be below vertex_count.
+Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_count);
+
+/// Ownership among the triangles whose `left_out` flag is 0; the others own nothing. Flags: one per triangle.
+std::vector<Ownership> assign_ownership(const Topology& topology, Span<const std::uint8_t> left_out);
+
+}  // namespace softcd

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+
+#include "softcd/core/contact.hpp"
+#include "softcd/core/statistics.hpp"
+#include "softcd/mesh/scene_view.hpp"
+
+namespace softcd {
+
+/// The device failed; what() names the stage.
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Connectivity of all bodies, concatenated; host memory. See SceneView for the fields.
+struct SceneTopology {
+  Span<const Triangle> triangles;
+  Span<const Triangle> triangle_edges;
+  Span<const Edge> edges;
+  Span<const Ownership> ownership;
+  Span<const std::uint32_t> triangle_body;
+  Span<const std::uint32_t> vertex_body;
+};
+
+struct SceneBodies {
+  Span<const SceneBody> bodies;
+  Span<const std::uint32_t> may_touch;
+  std::uint32_t pair_words;
+};
+
+struct DetectionSettings {
+  Detection detection;
+  Accuracy accuracy;
+  BroadPhase broad_phase;
+  bool subdivision;
+  float lambda;
+  float motion_margin;
+  bool vertex_triangle;  ///< some pair of bodies wants these candidates
+  bool edge_edge;
+};
+
+/// Where the host writes the positions of the next detection. x_t0 may stay unwritten when only t1 counts.
+struct PositionArrays {
+  Vec3f* x_t0;
+  Vec3f* x_t1;
+};
+
+/// One detection after another on one backend. Throws std::bad_alloc when memory runs out, DeviceError when
+/// the device fails.
+class Detector {
+ public:
+  virtual ~Detector() = default;
+
+  virtual void set_topology(const SceneTopology& topology) = 0;
+  virtual PositionArrays position_arrays() = 0;
+  /// Returns once everything in host memory has been read.
+  virtual void start(const SceneBodies& bodies, const DetectionSettings& settings) = 0;
+  /// Contacts stay valid until the next start(). Fills all of `statistics` that the detection determines.
+  virtual Span<const Contact> finish(Statistics& statistics) = 0;
+};
+
+std::unique_ptr<Detector> make_cpu_detector();
+
+/// Null when the library was built without CUDA.
+std::unique_ptr<Detector> make_cuda_detector();
+
+/// Why no CUDA device can be used; empty when one can.
+const char* cuda_problem();
+
+}  // namespace softcd

@@ -1,0 +1,138 @@
+#pragma once
+
+#include <cstring>
+
+#include "softcd/pipeline/broad_phase.inl"
+#include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/narrow_phase.inl"
+#include "softcd/pipeline/workspace.hpp"
+
+namespace softcd {
+
+/// The detector on one backend. A backend provides (see cpu/cpu_backend.hpp, the shorter one, for the signatures):
+/// Buffer and SortBuffer, which own memory and only grow; for_each, for_each_append, for_each_work, exclusive_scan,
+/// sort_keys, sort_pairs, histogram, minimum, which enqueue work in order; upload and download; launch, which runs a
+/// callable that enqueues and may return early; synchronize; begin, which starts the clock of a part.
+template <class Backend>
+class DetectorOn final : public Detector {
+ public:
+  void set_topology(const SceneTopology& topology) override {
+    upload(w_.triangles, topology.triangles);
+    upload(w_.triangle_edges, topology.triangle_edges);
+    upload(w_.edges, topology.edges);
+    upload(w_.ownership, topology.ownership);
+    upload(w_.triangle_body, topology.triangle_body);
+    upload(w_.vertex_body, topology.vertex_body);
+    scene_.triangle_count = static_cast<std::uint32_t>(topology.triangles.size());
+    scene_.edge_count = static_cast<std::uint32_t>(topology.edges.size());
+    scene_.vertex_count = static_cast<std::uint32_t>(topology.vertex_body.size());
+    backend_.reserve_positions(w_.x_t0, w_.x_t1, scene_.vertex_count);
+  }
+
+  PositionArrays position_arrays() override { return backend_.position_arrays(w_.x_t0, w_.x_t1); }
+
+  void start(const SceneBodies& bodies, const DetectionSettings& settings) override {
+    settings_ = settings;
+    backend_.start_clock();
+    backend_.begin(Stage::transfer);
+    upload(w_.bodies, bodies.bodies);
+    upload(w_.may_touch, bodies.may_touch);
+    view_scene(bodies);
+    const bool both_ends = scene_.continuous || scene_.motion_margin > 0.0F;
+    backend_.upload_positions(w_.x_t0, w_.x_t1, scene_.vertex_count, both_ends);
+    reserve_lists();
+    backend_.launch([this] { detect(); });
+  }
+
+  Span<const Contact> finish(Statistics& statistics) override {
+    Counters counters = backend_.finish(w_.counters);
+    while (grow(counters)) {
+      backend_.count_rerun();
+      backend_.launch([this] { detect(); });
+      counters = backend_.finish(w_.counters);
+    }
+    const Span<const Contact> contacts = backend_.download(w_.contacts, counters.vt_contacts + counters.ee_contacts);
+    report(counters, statistics);
+    return contacts;
+  }
+
+ private:
+  template <class Buffer, class T>
+  void upload(Buffer& buffer, Span<const T> values) {
+    buffer.reserve(backend_, values.size(), 0);
+    backend_.upload(buffer, values);
+  }
+
+  void view_scene(const SceneBodies& bodies) {
+    scene_.x_t0 = w_.x_t0.data();
+    scene_.x_t1 = w_.x_t1.data();
+    scene_.triangles = w_.triangles.data();
+    scene_.triangle_edges = w_.triangle_edges.data();
+    scene_.edges = w_.edges.data();
+    scene_.ownership = w_.ownership.data();
+    scene_.triangle_body = w_.triangle_body.data();
+    scene_.vertex_body = w_.vertex_body.data();
+    scene_.bodies = w_.bodies.data();
+    scene_.may_touch = w_.may_touch.data();
+    scene_.pair_words = bodies.pair_words;
+    scene_.body_count = static_cast<std::uint32_t>(bodies.bodies.size());
+    scene_.continuous = settings_.detection == Detection::ccd;
+    scene_.motion_margin = scene_.continuous ? 0.0F : settings_.motion_margin;
+  }
+
+  /// First guesses, so that an ordinary first detection need not repeat a stage.
+  void reserve_lists() {
+    const std::uint64_t triangles = scene_.triangle_count;
+    w_.counters.reserve(backend_, 1, 0);
+    w_.entries.reserve(backend_, 6 * triangles, 0);
+    w_.pairs.reserve(backend_, 8 * triangles, 0);
+    if (settings_.vertex_triangle) w_.vt_candidates.reserve(backend_, 8 * triangles, 0);
+    if (settings_.edge_edge) w_.ee_candidates.reserve(backend_, 16 * triangles, 0);
+    if (settings_.vertex_triangle) w_.vt_contacts.reserve(backend_, 4 * triangles, 0);
+    if (settings_.edge_edge) w_.ee_contacts.reserve(backend_, 8 * triangles, 0);
+  }
+
+  void detect() {
+    Counters cleared{};
+    cleared.one = 1;
+    cleared.triangles = scene_.triangle_count;
+    cleared.earliest_toi = 1.0F;
+    backend_.upload(w_.counters, Span<const Counters>(&cleared, 1));
+    BroadPhaseStages<Backend>(backend_, w_, scene_, settings_).run();
+    NarrowPhaseStages<Backend>(backend_, w_, scene_, settings_).run();
+  }
+
+  bool grow(const Counters& counters) {
+    return grow_lists(backend_, counters, w_.bigs, w_.splits, w_.split_cells, w_.entries, w_.flagged, w_.pairs,
+                      w_.vt_candidates, w_.ee_candidates, w_.vt_contacts, w_.ee_contacts);
+  }
+
+  void report(const Counters& counters, Statistics& statistics) const {
+    statistics.active_triangles = counters.grid.active_triangles;
+    statistics.mean_radius = static_cast<double>(counters.grid.mean_radius);
+    statistics.cell_size = static_cast<double>(counters.grid.cell_size);
+    statistics.split_triangles = counters.splits;
+    statistics.children = counters.children;
+    statistics.big_triangles = counters.bigs;
+    statistics.entries = counters.entries;
+    statistics.cells = counters.cells;
+    statistics.tests = counters.tests + counters.bigs * counters.grid.active_triangles;
+    statistics.triangle_pairs = counters.pairs;
+    statistics.flagged_pairs = counters.flagged;
+    statistics.vt_candidates = counters.vt_candidates;
+    statistics.ee_candidates = counters.ee_candidates;
+    statistics.vt_contacts = counters.vt_contacts;
+    statistics.ee_contacts = counters.ee_contacts;
+    statistics.earliest_toi = static_cast<double>(counters.earliest_toi);
+    statistics.peak_bytes = backend_.peak_bytes();
+    statistics.reruns = backend_.reruns();
+    statistics.ms = backend_.times();
+  }
+
+  Backend backend_;
+  Workspace<Backend> w_;
+  SceneView scene_;
+  DetectionSettings settings_{};
+};
+
+}  // namespace softcd

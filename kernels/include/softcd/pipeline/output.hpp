@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/count.hpp"
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/stages/cell_assignment.hpp"
+
+namespace softcd {
+
+/// Targets say where an appended value is stored.
+template <class T>
+struct ArrayTarget {
+  using Value = T;
+  T* data;
+  SOFTCD_HD void store(std::uint64_t i, const T& value) const { data[i] = value; }
+};
+
+/// Entries as a structure of arrays, so that only keys and values of the sort move.
+struct EntryTarget {
+  using Value = KeyedEntry;
+  std::uint32_t* keys;
+  Entry* entries;
+  SOFTCD_HD void store(std::uint64_t i, const KeyedEntry& value) const {
+    keys[i] = value.key;
+    entries[i] = value.entry;
+  }
+};
+
+struct SplitCellTarget {
+  using Value = SplitCell;
+  std::uint64_t* keys;
+  std::uint32_t* children;
+  SOFTCD_HD void store(std::uint64_t i, const SplitCell& value) const {
+    keys[i] = value.key;
+    children[i] = value.child;
+  }
+};
+
+/// Values are counted, not kept.
+struct CountTarget {
+  using Value = std::uint32_t;
+  SOFTCD_HD void store(std::uint64_t /*i*/, std::uint32_t /*value*/) const {}
+};
+
+/// A list that a stage appends to. What does not fit is counted but not stored, so that the list can grow to what was
+/// asked for and the stage run again: nothing is ever dropped.
+template <class Target>
+struct Appender {
+  Target target;
+  std::uint64_t* count;
+  std::uint64_t capacity;
+};
+
+}  // namespace softcd

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "softcd/pipeline/output.hpp"
+#include "softcd/stages/bounding_volumes.hpp"
+#include "softcd/stages/contact_output.hpp"
+#include "softcd/stages/grid_parameters.hpp"
+
+namespace softcd {
+
+/// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
+struct Counters {
+  std::uint64_t one;  ///< 1, the number of items of a stage that runs once
+  std::uint64_t triangles;
+  std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
+  std::uint64_t flagged, pairs;
+  std::uint64_t vt_candidates, ee_candidates, vt_contacts, ee_contacts;
+  float earliest_toi;
+  GridParameters grid;
+};
+
+/// A growing list and its counter. `Columns` are the buffers behind it, all of one capacity.
+template <class Backend, class Target, class... Columns>
+class List {
+ public:
+  using Counter = std::uint64_t Counters::*;
+
+  explicit List(Counter counter) : counter_(counter) {}
+
+  Counter counter() const { return counter_; }
+  std::uint64_t capacity() const { return capacity_; }
+
+  /// Keeps the first `kept` values. Capacities grow by a quarter beyond what is asked for, so that slowly
+  /// growing scenes seldom grow them.
+  void reserve(Backend& backend, std::uint64_t capacity, std::uint64_t kept) {
+    if (capacity <= capacity_) return;
+    const std::uint64_t roomy = capacity + capacity / 4 + 256;
+    std::apply([&](auto&... column) { (column.reserve(backend, roomy, kept), ...); }, columns_);
+    capacity_ = roomy;
+  }
+
+  template <std::size_t I>
+  auto& column() {
+    return std::get<I>(columns_);
+  }
+
+  Appender<Target> appender(Counters* counters) {
+    return {std::apply([](auto&... column) { return Target{column.data()...}; }, columns_), &(counters->*counter_),
+            capacity_};
+  }
+  Count count(const Counters* counters) const { return {&(counters->*counter_), capacity_}; }
+
+ private:
+  Counter counter_;
+  std::uint64_t capacity_ = 0;
+  std::tuple<Columns...> columns_;
+};
+
+template <class Backend>
+struct Workspace {
+  template <class T>
+  using Buffer = typename Backend::template Buffer<T>;
+  template <class T>
+  using SortBuffer = typename Backend::template SortBuffer<T>;
+  template <class T>
+  using ArrayList = List<Backend, ArrayTarget<T>, Buffer<T>>;
+
+  // The scene. Vertices, triangles and bodies as SceneView describes them.
+  Buffer<Vec3f> x_t0, x_t1;
+  Buffer<Triangle> triangles, triangle_edges;
+  Buffer<Edge> edges;
+  Buffer<Ownership> ownership;
+  Buffer<std::uint32_t> triangle_body, vertex_body;
+  Buffer<SceneBody> bodies;
+  Buffer<std::uint32_t> may_touch;
+
+  Buffer<Counters> counters;
+  Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kCount histograms of kSizeBins
+
+  // Broad phase. Per triangle:
+  Buffer<Kdop18> volumes;
+  Buffer<TriangleShape> shapes;
+  ArrayList<std::uint32_t> bigs{&Counters::bigs};
+  ArrayList<SplitRoot> splits{&Counters::splits};
+  Buffer<std::uint32_t> split_of_triangle;  ///< `paper` only
+  // Per split triangle:
+  Buffer<std::uint32_t> child_counts;
+  Buffer<std::uint64_t> child_offsets;
+  List<Backend, SplitCellTarget, SortBuffer<std::uint64_t>, SortBuffer<std::uint32_t>> split_cells{
+      &Counters::split_cells};
+  // Per entry:
+  List<Backend, EntryTarget, SortBuffer<std::uint32_t>, SortBuffer<Entry>> entries{&Counters::entries};
+  Buffer<std::uint32_t> partner_begin, partner_count;
+  Buffer<std::uint64_t> test_offsets;
+  List<Backend, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged{&Counters::flagged};
+  ArrayList<std::uint64_t> pairs{&Counters::pairs};
+
+  // Narrow phase.
+  ArrayList<std::uint64_t> vt_candidates{&Counters::vt_candidates}, ee_candidates{&Counters::ee_candidates};
+  ArrayList<FeatureContact> vt_contacts{&Counters::vt_contacts}, ee_contacts{&Counters::ee_contacts};
+  SortBuffer<std::uint64_t> contact_keys;
+  SortBuffer<std::uint32_t> contact_order;
+  Buffer<Contact> contacts;
+};
+
+}  // namespace softcd

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/contact.hpp"
+#include "softcd/math/closest_point.hpp"
+#include "softcd/math/time_of_impact.hpp"
+#include "softcd/mesh/scene_view.hpp"
+
+namespace softcd {
+
+/// A contact between features by their scene-wide indices.
+struct FeatureContact {
+  std::uint64_t features;  ///< vertex:32 | triangle:32, or lower edge:32 | higher edge:32, from high to low
+  float weights[4];
+  Vec3f normal;
+  float distance;
+  float time;
+};
+
+/// The four vertices of a candidate, in the order of Contact::vertices.
+struct FeatureVertices {
+  std::uint32_t v[4];
+};
+
+template <ContactKind kKind>
+SOFTCD_HD FeatureVertices feature_vertices(const SceneView& scene, std::uint64_t features) {
+  const auto a = static_cast<std::uint32_t>(features >> 32);
+  const auto b = static_cast<std::uint32_t>(features);
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    const Triangle t = scene.triangles[b];
+    return {{a, t.v[0], t.v[1], t.v[2]}};
+  } else {
+    const Edge e = scene.edges[a];
+    const Edge g = scene.edges[b];
+    return {{e.v[0], e.v[1], g.v[0], g.v[1]}};
+  }
+}
+
+/// The distance up to which the candidate's features are in contact.
+template <ContactKind kKind>
+SOFTCD_HD float contact_margin(const SceneView& scene, const FeatureVertices& vertices) {
+  const float margin_b =
+      scene.bodies[scene.vertex_body[vertices.v[kKind == ContactKind::vertex_triangle ? 1 : 2]]].margin;
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    return scene.vertex_margin(vertices.v[0]) + margin_b;
+  } else {
+    return scene.bodies[scene.vertex_body[vertices.v[0]]].margin + margin_b;
+  }
+}
+
+/// Keeps the candidates that are within their margin at t1 (the paper's narrow phase for DCD), computed in T.
+template <ContactKind kKind, class T>
+struct TestProximity {
+  SceneView scene;
+  const std::uint64_t* candidates;
+
+  template <class Contacts>
+  SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
+    const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
+    Vec3<T> x[4];
+    for (int corner = 0; corner < 4; ++corner) x[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    const T margin = static_cast<T>(contact_margin<kKind>(scene, vertices));
+    const ClosestPoints<T> closest = closest_points(x);
+    if (!(closest.squared_distance <= margin * margin)) return;
+
+    const T distance = square_root(closest.squared_distance);
+    const Vec3<T> normal = distance > T(0) ? (T(1) / distance) * closest.offset : touching_normal(x);
+    FeatureContact contact{candidates[i], {}, vec3_cast<float>(normal), static_cast<float>(distance), 1.0F};
+    for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(closest.weights[corner]);
+    contacts.push(contact);
+  }
+
+ private:
+  static SOFTCD_HD ClosestPoints<T> closest_points(const Vec3<T> (&x)[4]) {
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      return closest_points_vertex_triangle(x[0], x[1], x[2], x[3]);
+    } else {
+      return closest_points_edge_edge(x[0], x[1], x[2], x[3]);
+    }
+  }
+
+  /// Unit normal of the plane of features at distance 0; its side is arbitrary.
+  static SOFTCD_HD Vec3<T> touching_normal(const Vec3<T> (&x)[4]) {
+    const Vec3<T> plane =
+        kKind == ContactKind::vertex_triangle ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
+    const T length = norm(plane);
+    return length > T(0) ? (T(1) / length) * plane : Vec3<T>{T(0), T(0), T(1)};
+  }
+};
+
+/// Keeps the candidates that come into contact between t0 and t1: see time_of_impact.hpp for what is guaranteed.
+template <ContactKind kKind, class T>
+struct TestMotion {
+  SceneView scene;
+  const std::uint64_t* candidates;
+
+  template <class Contacts>
+  SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
+    const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
+    Vec3<T> x[4];
+    Vec3<T> y[4];
+    for (int corner = 0; corner < 4; ++corner) {
+      x[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
+      y[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    }
+    const Impact<T> impact = impact_of(x, y, static_cast<T>(contact_margin<kKind>(scene, vertices)));
+    if (impact.state == ImpactState::separated) return;
+    FeatureContact contact{candidates[i],
+                           {},
+                           vec3_cast<float>(impact.normal),
+                           static_cast<float>(impact.distance),
+                           static_cast<float>(impact.time)};
+    for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(impact.weights[corner]);
+    contacts.push(contact);
+  }
+
+ private:
+  static SOFTCD_HD Impact<T> impact_of(const Vec3<T> (&x)[4], const Vec3<T> (&y)[4], T margin) {
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      return vertex_triangle_impact(x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3], margin);
+    } else {
+      return edge_edge_impact(x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3], margin);
+    }
+  }
+};
+
+}  // namespace softcd

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "softcd/mesh/topology.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd {
+
+/// A body as the pipeline keeps it.
+struct Body {
+  BodyId id;
+  Topology topology;
+  BodySettings settings;
+  /// Ownership in force: topology.ownership, or, while vertices are not finite, one that leaves their triangles out.
+  std::vector<Ownership> ownership;
+  std::vector<std::uint32_t> stray_vertices;  ///< those that are not finite, ascending
+  std::uint64_t left_out_triangles = 0;
+
+  bool has_positions = false;
+  Positions x_t0, x_t1;
+};
+
+}  // namespace softcd

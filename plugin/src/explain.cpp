@@ -1,0 +1,70 @@
+#include "explain.hpp"
+
+#include <fmt/format.h>
+
+namespace softcd {
+namespace {
+
+StageReport explain_grid(const PipelineOptions& options, const Statistics& statistics) {
+  switch (options.broad_phase) {
+    case BroadPhase::exact:
+      return {"broad phase: exact", true,
+              fmt::format("cells of {:.4g}, {} of {} triangles can reach a partner", statistics.cell_size,
+                          statistics.active_triangles, statistics.triangles)};
+    case BroadPhase::paper:
+      return {"broad phase: paper", true, "asked for; it loses some true pairs and is meant for comparison"};
+    case BroadPhase::uniform:
+      break;
+  }
+  return {"broad phase: uniform", true,
+          fmt::format("asked for; cells of {:.4g} fit the largest triangle", statistics.cell_size)};
+}
+
+StageReport explain_subdivision(const PipelineOptions& options, const Statistics& statistics) {
+  const char* const stage = "virtual subdivision";
+  if (!options.subdivision) return {stage, false, "switched off"};
+  if (options.broad_phase == BroadPhase::uniform)
+    return {stage, false, "the uniform grid's cells fit the largest triangle"};
+  if (statistics.split_triangles == 0) return {stage, false, "no triangle is too large for its cells"};
+  return {stage, true, fmt::format("{} triangles are larger than a cell allows", statistics.split_triangles)};
+}
+
+StageReport explain_big(const Statistics& statistics) {
+  if (statistics.big_triangles == 0)
+    return {"tests against all", false, "no triangle is too large or too fast for the grid"};
+  return {"tests against all", true, fmt::format("{} triangles would take too many cells", statistics.big_triangles)};
+}
+
+StageReport explain_kind(const char* stage, bool wanted, std::uint64_t candidates) {
+  if (!wanted) return {stage, false, "no two bodies that may touch both want it"};
+  return {stage, true, fmt::format("{} candidates", candidates)};
+}
+
+}  // namespace
+
+std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,
+                                        const Statistics& statistics) {
+  std::vector<StageReport> report;
+  const char* const backend = statistics.backend == Backend::cuda ? "backend: cuda" : "backend: cpu";
+  report.push_back({backend, true, decisions.backend_reason});
+  const bool any = decisions.pair_count + decisions.self_count > 0;
+  report.push_back({"body pairs", true,
+                    fmt::format("{} pairs of {} bodies and {} bodies with themselves may touch", decisions.pair_count,
+                                decisions.body_count, decisions.self_count)});
+  if (!any) {
+    report.push_back(
+        {"detection", false, "no two bodies may touch, by their groups, masks, features, boxes and the pair filter"});
+    return report;
+  }
+  report.push_back(explain_grid(options, statistics));
+  report.push_back(explain_subdivision(options, statistics));
+  report.push_back(explain_big(statistics));
+  report.push_back(explain_kind("vertex-triangle tests", decisions.vertex_triangle, statistics.vt_candidates));
+  report.push_back(explain_kind("edge-edge tests", decisions.edge_edge, statistics.ee_candidates));
+  const bool continuous = options.detection == Detection::ccd;
+  report.push_back({"time of impact", continuous,
+                    continuous ? "continuous detection was asked for" : "discrete detection was asked for"});
+  return report;
+}
+
+}  // namespace softcd

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "pair_selection.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd {
+
+/// What decided about the stages of a detection.
+struct Decisions {
+  std::string backend_reason;
+  std::uint64_t body_count = 0;
+  std::uint64_t pair_count = 0;
+  std::uint64_t self_count = 0;
+  bool vertex_triangle = false;
+  bool edge_edge = false;
+};
+
+std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,
+                                        const Statistics& statistics);
+
+}  // namespace softcd

@@ -1,0 +1,165 @@
+#include "scene_snapshot.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace softcd {
+namespace {
+
+/// Beyond this, sums of two coordinates might overflow float32.
+constexpr double kLargestCoordinate = 1.0e37;
+constexpr std::size_t kBlockSize = 8192;
+
+/// A run of one body's vertices, the unit of parallel work.
+struct Block {
+  std::size_t body;
+  std::size_t begin, end;
+  std::size_t first_vertex;  ///< of the body, in the scene
+};
+
+std::vector<Block> split_into_blocks(const std::vector<Body>& bodies) {
+  std::vector<Block> blocks;
+  std::size_t first_vertex = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const std::size_t count = bodies[b].topology.vertex_count;
+    for (std::size_t begin = 0; begin < count; begin += kBlockSize) {
+      blocks.push_back({b, begin, std::min(begin + kBlockSize, count), first_vertex});
+    }
+    first_vertex += count;
+  }
+  return blocks;
+}
+
+template <class T>
+Vec3d read(const Positions& positions, std::size_t i) {
+  const T* x = reinterpret_cast<const T*>(static_cast<const std::byte*>(positions.data()) + i * positions.stride());
+  return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+}
+
+bool is_usable(Vec3d p) {
+  return std::abs(p.x) <= kLargestCoordinate && std::abs(p.y) <= kLargestCoordinate &&
+         std::abs(p.z) <= kLargestCoordinate;
+}
+
+void extend(BodyExtent& extent, Vec3d p) {
+  if (extent.is_empty) {
+    extent.is_empty = false;
+    extent.lo = extent.hi = p;
+    return;
+  }
+  extent.lo = {std::min(extent.lo.x, p.x), std::min(extent.lo.y, p.y), std::min(extent.lo.z, p.z)};
+  extent.hi = {std::max(extent.hi.x, p.x), std::max(extent.hi.y, p.y), std::max(extent.hi.z, p.z)};
+}
+
+template <class T>
+BodySurvey survey_block(const Body& body, const Block& block, bool both_ends, bool measure_moves) {
+  BodySurvey survey;
+  for (std::size_t i = block.begin; i < block.end; ++i) {
+    const Vec3d x_t1 = read<T>(body.x_t1, i);
+    const Vec3d x_t0 = both_ends || measure_moves ? read<T>(body.x_t0, i) : x_t1;
+    if (!is_usable(x_t1) || !is_usable(x_t0)) {
+      survey.stray_vertices.push_back(static_cast<std::uint32_t>(i));
+      continue;
+    }
+    extend(survey.extent, x_t1);
+    if (both_ends) extend(survey.extent, x_t0);
+    if (measure_moves) {
+      survey.extent.furthest_move = std::max(survey.extent.furthest_move, std::sqrt(squared_norm(x_t1 - x_t0)));
+    }
+  }
+  return survey;
+}
+
+template <class T>
+void write_block(const Positions& positions, const Block& block, Vec3d origin, Vec3f* out) {
+  for (std::size_t i = block.begin; i < block.end; ++i) {
+    const Vec3d x = read<T>(positions, i);
+    out[block.first_vertex + i] = is_usable(x) ? vec3_cast<float>(x - origin) : Vec3f{0, 0, 0};
+  }
+}
+
+double origin_of(double lo, double hi) {
+  const double centre = 0.5 * (lo + hi);
+  const double half = 0.5 * (hi - lo);
+  return std::abs(centre) >= 2 * half ? static_cast<double>(static_cast<float>(centre)) : 0.0;
+}
+
+}  // namespace
+
+SceneArrays concatenate(const std::vector<Body>& bodies) {
+  SceneArrays scene;
+  std::uint32_t first_vertex = 0;
+  for (std::uint32_t b = 0; b < bodies.size(); ++b) {
+    const Topology& mesh = bodies[b].topology;
+    const auto first_edge = static_cast<std::uint32_t>(scene.edges.size());
+    for (const Triangle& t : mesh.triangles) {
+      scene.triangles.push_back({{t.v[0] + first_vertex, t.v[1] + first_vertex, t.v[2] + first_vertex}});
+    }
+    for (Triangle edges : mesh.triangle_edges) {
+      for (std::uint32_t& edge : edges.v) edge = edge == kNoIndex ? kNoIndex : edge + first_edge;
+      scene.triangle_edges.push_back(edges);
+    }
+    for (const Edge& e : mesh.edges) scene.edges.push_back({{e.v[0] + first_vertex, e.v[1] + first_vertex}});
+    scene.ownership.insert(scene.ownership.end(), bodies[b].ownership.begin(), bodies[b].ownership.end());
+    scene.triangle_body.insert(scene.triangle_body.end(), mesh.triangles.size(), b);
+    scene.vertex_body.insert(scene.vertex_body.end(), mesh.vertex_count, b);
+    first_vertex += mesh.vertex_count;
+  }
+  return scene;
+}
+
+std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both_ends, bool measure_moves) {
+  const std::vector<Block> blocks = split_into_blocks(bodies);
+  std::vector<BodySurvey> parts(blocks.size());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+    const Body& body = bodies[blocks[i].body];
+    if (!body.has_positions) return;
+    parts[i] = body.x_t1.is_double() ? survey_block<double>(body, blocks[i], both_ends, measure_moves)
+                                     : survey_block<float>(body, blocks[i], both_ends, measure_moves);
+  });
+
+  std::vector<BodySurvey> surveys(bodies.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    BodySurvey& survey = surveys[blocks[i].body];
+    const BodySurvey& part = parts[i];
+    survey.stray_vertices.insert(survey.stray_vertices.end(), part.stray_vertices.begin(), part.stray_vertices.end());
+    if (part.extent.is_empty) continue;
+    extend(survey.extent, part.extent.lo);
+    extend(survey.extent, part.extent.hi);
+    survey.extent.furthest_move = std::max(survey.extent.furthest_move, part.extent.furthest_move);
+  }
+  return surveys;
+}
+
+Vec3d scene_origin(const std::vector<BodySurvey>& surveys) {
+  BodyExtent scene;
+  for (const BodySurvey& survey : surveys) {
+    if (survey.extent.is_empty) continue;
+    extend(scene, survey.extent.lo);
+    extend(scene, survey.extent.hi);
+  }
+  return {origin_of(scene.lo.x, scene.hi.x), origin_of(scene.lo.y, scene.hi.y), origin_of(scene.lo.z, scene.hi.z)};
+}
+
+void write_positions(const std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out) {
+  const std::vector<Block> blocks = split_into_blocks(bodies);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+    const Block& block = blocks[i];
+    const Body& body = bodies[block.body];
+    const auto write = [&](const Positions& positions, Vec3f* to) {
+      if (!body.has_positions) {
+        std::fill(to + block.first_vertex + block.begin, to + block.first_vertex + block.end, Vec3f{0, 0, 0});
+      } else if (positions.is_double()) {
+        write_block<double>(positions, block, origin, to);
+      } else {
+        write_block<float>(positions, block, origin, to);
+      }
+    };
+    write(body.x_t1, out.x_t1);
+    if (write_t0) write(body.x_t0, out.x_t0);
+  });
+}
+
+}  // namespace softcd

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "body.hpp"
+#include "softcd/pipeline/detector.hpp"
+
+namespace softcd {
+
+/// All bodies' connectivity, concatenated in ascending order of ids.
+struct SceneArrays {
+  std::vector<Triangle> triangles, triangle_edges;
+  std::vector<Edge> edges;
+  std::vector<Ownership> ownership;
+  std::vector<std::uint32_t> triangle_body, vertex_body;
+
+  SceneTopology topology() const { return {triangles, triangle_edges, edges, ownership, triangle_body, vertex_body}; }
+};
+
+SceneArrays concatenate(const std::vector<Body>& bodies);
+
+/// Extent of a body over the part of the step that counts.
+struct BodyExtent {
+  bool is_empty = true;  ///< no positions, or none that is finite
+  Vec3d lo{}, hi{};
+  double furthest_move = 0;  ///< largest distance between a vertex's two ends
+};
+
+/// A body's extent and its vertices that are not finite, or too large for float32.
+struct BodySurvey {
+  BodyExtent extent;
+  std::vector<std::uint32_t> stray_vertices;
+};
+
+/// Reads all positions once. `both_ends` takes t0 into the extents (CCD), `measure_moves` fills furthest_move.
+std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both_ends, bool measure_moves);
+
+/// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only
+/// where the scene is at least as far from the origin as it is wide: float32 positions then stay exact, shifted or not.
+Vec3d scene_origin(const std::vector<BodySurvey>& surveys);
+
+/// Writes all positions relative to `origin`. Bodies without positions and stray vertices become 0.
+void write_positions(const std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out);
+
+}  // namespace softcd
