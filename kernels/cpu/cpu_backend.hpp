@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "radix_sort.hpp"
+#include "softcd/core/team.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/output.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
@@ -47,6 +48,7 @@ class CpuBackend {
     T* data() { return reinterpret_cast<T*>(memory_.get()); }
     const T* data() const { return reinterpret_cast<const T*>(memory_.get()); }
     std::uint64_t capacity() const { return capacity_; }
+    void rewind() {}
 
    private:
     std::unique_ptr<std::byte[]> memory_;
@@ -64,6 +66,7 @@ class CpuBackend {
     T* data() { return current_.data(); }
     T* scratch() { return scratch_.data(); }
     void swap() { std::swap(current_, scratch_); }
+    void rewind() {}
 
    private:
     Buffer<T> current_;
@@ -87,6 +90,13 @@ class CpuBackend {
     parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i));
     });
+  }
+
+  /// f(team), once.
+  template <class F>
+  void run_once(const char* /*label*/, const F& f) {
+    SerialTeam team;
+    f(team);
   }
 
   template <class F, class... Targets>
@@ -123,6 +133,28 @@ class CpuBackend {
           },
           outputs);
     });
+  }
+
+  /// The same with f.test(candidate, lists...) for what f.filter(i, k, candidate) lets through.
+  template <class F, class... Targets>
+  void for_each_work_filtered(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
+                              const F& f, Appender<Targets>... lists) {
+    const auto filter_and_test = [&f](std::uint32_t i, std::uint32_t k, auto&... outputs) {
+      typename F::Candidate candidate;
+      if (f.filter(i, k, candidate)) f.test(candidate, outputs...);
+    };
+    for_each_work(label, items, offsets, total, filter_and_test, lists...);
+  }
+
+  /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count(), for items of a few parts.
+  template <class F, class... Targets>
+  void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
+    const auto all_parts = [&f](std::uint32_t i, auto&... outputs) {
+      const typename F::Item item = f.load_item(i);
+      const std::uint32_t parts = item.part_count();
+      for (std::uint32_t part = 0; part < parts; ++part) f(item, part, outputs...);
+    };
+    for_each_append(label, count, all_parts, lists...);
   }
 
   void exclusive_scan(const char* /*label*/, Count count, const std::uint32_t* values, std::uint64_t* sums,
@@ -192,19 +224,24 @@ class CpuBackend {
   }
 
   template <class F>
-  void launch(F f) {
+  void launch(const std::vector<std::uint64_t>& /*signature*/, F f) {
     task_.run(std::move(f));
   }
 
-  Counters finish(const Buffer<Counters>& counters) {
-    task_.wait();
-    end_part();
-    return *counters.data();
+  void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count /*count*/) {
+    counters_ = counters.data();
+    contacts_ = contacts.data();
   }
 
-  Span<const Contact> download(const Buffer<Contact>& contacts, std::uint64_t count) {
+  Counters finish() {
+    task_.wait();
+    end_part();
+    return *counters_;
+  }
+
+  Span<const Contact> contacts(std::uint64_t count) {
     times_.total = milliseconds(start_, Clock::now());
-    return {contacts.data(), count};
+    return {contacts_, count};
   }
 
   void start_clock() {
@@ -241,6 +278,17 @@ class CpuBackend {
       if (size_ == kBlock) flush();
       block_[size_++] = value;
     }
+
+    /// Room for `count` values, put one after the other.
+    class Room {
+     public:
+      explicit Room(Output& output) : output_(output) {}
+      void put(const typename Target::Value& value) { output_.push(value); }
+
+     private:
+      Output& output_;
+    };
+    Room allocate(std::uint32_t /*count*/) { return Room(*this); }
 
    private:
     static constexpr std::uint64_t kBlock = 64;
@@ -287,6 +335,8 @@ class CpuBackend {
   }
 
   tbb::task_group task_;
+  const Counters* counters_ = nullptr;
+  const Contact* contacts_ = nullptr;
   Clock::time_point start_{};
   Clock::time_point part_start_{};
   Stage stage_ = Stage::transfer;

@@ -8,6 +8,7 @@
 #include <array>
 #include <vector>
 
+#include "block_team.cuh"
 #include "check.hpp"
 #include "device_memory.hpp"
 #include "generic_kernels.cuh"
@@ -17,6 +18,32 @@
 #include "softcd/pipeline/workspace.hpp"
 
 namespace softcd {
+
+/// A captured sequence of work, ready to launch.
+class ExecutableGraph {
+ public:
+  ExecutableGraph() = default;
+  /// Takes the graph over.
+  explicit ExecutableGraph(cudaGraph_t graph) {
+    const cudaError_t status = cudaGraphInstantiate(&executable_, graph, 0);
+    cudaGraphDestroy(graph);
+    check_cuda(status, "instantiating a graph");
+  }
+  ExecutableGraph(ExecutableGraph&& other) noexcept : executable_(std::exchange(other.executable_, nullptr)) {}
+  ExecutableGraph& operator=(ExecutableGraph&& other) noexcept {
+    std::swap(executable_, other.executable_);
+    return *this;
+  }
+  ~ExecutableGraph() {
+    if (executable_ != nullptr) cudaGraphExecDestroy(executable_);
+  }
+
+  explicit operator bool() const { return executable_ != nullptr; }
+  cudaGraphExec_t get() const { return executable_; }
+
+ private:
+  cudaGraphExec_t executable_ = nullptr;
+};
 
 /// The stages' primitives on one CUDA stream. Counts stay on the device: the host enqueues a whole detection and
 /// synchronises once, in finish.
@@ -30,7 +57,7 @@ class CudaBackend {
     check_cuda(cudaGetDevice(&device), "cudaGetDevice");
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device), "cudaDeviceGetAttribute");
     for (cudaEvent_t& event : events_) check_cuda(cudaEventCreate(&event), "cudaEventCreate");
-    read_back_.reserve(1);
+    host_counters_.reserve(1);
   }
   CudaBackend(const CudaBackend&) = delete;
   CudaBackend& operator=(const CudaBackend&) = delete;
@@ -53,11 +80,13 @@ class CudaBackend {
       }
       check_cuda(cudaStreamSynchronize(backend.stream_), "growing a buffer");
       backend.bytes_ += (capacity - capacity_) * sizeof(T);
+      ++backend.allocations_;
       memory_ = std::move(grown);
       capacity_ = capacity;
     }
     T* data() const { return memory_.get(); }
     std::uint64_t capacity() const { return capacity_; }
+    void rewind() {}
 
    private:
     DeviceMemory<T> memory_;
@@ -68,6 +97,7 @@ class CudaBackend {
   class SortBuffer {
    public:
     void reserve(CudaBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
+      rewind();
       current_.reserve(backend, capacity, kept);
       scratch_.reserve(backend, capacity, 0);
     }
@@ -75,18 +105,34 @@ class CudaBackend {
     cub::DoubleBuffer<T> both() { return {current_.data(), scratch_.data()}; }
     /// After a sort that left its result in `buffers`.
     void take(const cub::DoubleBuffer<T>& buffers) {
-      if (buffers.selector != 0) std::swap(current_, scratch_);
+      if (buffers.selector != 0) swap();
+    }
+    /// Back to the buffer of the last detection's beginning, so that every detection runs on the same addresses.
+    void rewind() {
+      if (is_swapped_) swap();
     }
 
    private:
+    void swap() {
+      std::swap(current_, scratch_);
+      is_swapped_ = !is_swapped_;
+    }
+
     Buffer<T> current_;
     Buffer<T> scratch_;
+    bool is_swapped_ = false;
   };
 
   template <class F>
   void for_each(const char* label, Count count, const F& f) {
     if (count.capacity == 0) return;
     cuda::for_each<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f);
+    check_cuda(cudaGetLastError(), label);
+  }
+
+  template <class F>
+  void run_once(const char* label, const F& f) {
+    cuda::run_once<<<1, cuda::kTeamSize, 0, stream_>>>(f);
     check_cuda(cudaGetLastError(), label);
   }
 
@@ -103,6 +149,22 @@ class CudaBackend {
     if (items.capacity == 0) return;
     cuda::for_each_work<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(items, offsets, total,
                                                                                                   f, lists...);
+    check_cuda(cudaGetLastError(), label);
+  }
+
+  template <class F, class... Targets>
+  void for_each_work_filtered(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
+                              const F& f, Appender<Targets>... lists) {
+    if (items.capacity == 0) return;
+    cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(
+        items, offsets, total, f, lists...);
+    check_cuda(cudaGetLastError(), label);
+  }
+
+  template <class F, class... Targets>
+  void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
+    if (count.capacity == 0) return;
+    cuda::for_each_part<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f, lists...);
     check_cuda(cudaGetLastError(), label);
   }
 
@@ -186,42 +248,52 @@ class CudaBackend {
     if (both_ends) upload(x_t0, Span<const Vec3f>(host_x_t0_.data(), count));
   }
 
+  /// Enqueues a detection. The second of equal detections in a row is captured as a graph, and all further ones replay
+  /// it: host time and gaps between kernels shrink to those of one launch. Memory is allocated in the first only.
   template <class F>
-  void launch(const F& f) {
-    f();
-    end_part();
-  }
-
-  Counters finish(const Buffer<Counters>& counters) {
-    check_cuda(cudaMemcpyAsync(read_back_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
-               "reading counters");
-    check_cuda(cudaStreamSynchronize(stream_), "finishing a detection");
-    return *read_back_.data();
-  }
-
-  Span<const Contact> download(const Buffer<Contact>& contacts, std::uint64_t count) {
-    begin(Stage::transfer);
-    host_contacts_.reserve(std::max(contacts.capacity(), count));
-    if (count > 0) {
-      check_cuda(cudaMemcpyAsync(host_contacts_.data(), contacts.data(), count * sizeof(Contact),
-                                 cudaMemcpyDeviceToHost, stream_),
-                 "reading contacts");
+  void launch(const std::vector<std::uint64_t>& signature, const F& f) {
+    std::vector<std::uint64_t> key = signature;
+    key.push_back(allocations_);
+    if (graph_ && key == graph_key_) {
+      part_count_ = graph_parts_;
+    } else if (key == last_key_) {
+      capture(f);
+      graph_key_ = key;
+      graph_parts_ = part_count_;
+    } else {
+      run(f);
+      key.back() = allocations_;
+      last_key_ = std::move(key);
+      return;
     }
-    end_part();
-    check_cuda(cudaStreamSynchronize(stream_), "reading contacts");
+    check_cuda(cudaGraphLaunch(graph_.get(), stream_), "launching a graph");
+  }
+
+  void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count count) {
+    host_contacts_.reserve(count.capacity);
+    check_cuda(
+        cudaMemcpyAsync(host_counters_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
+        "reading counters");
+    cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(count, contacts.data(),
+                                                                                             host_contacts_.data());
+    check_cuda(cudaGetLastError(), "reading contacts");
+  }
+
+  Counters finish() {
+    check_cuda(cudaStreamSynchronize(stream_), "finishing a detection");
+    return *host_counters_.data();
+  }
+
+  Span<const Contact> contacts(std::uint64_t count) {
     read_clock();
     return {host_contacts_.data(), count};
   }
 
-  void start_clock() {
-    reruns_ = 0;
-    part_count_ = 0;
-  }
+  void start_clock() { reruns_ = 0; }
   void begin(Stage stage) {
-    if (part_count_ < kMostParts) {
-      parts_[part_count_] = stage;
-      check_cuda(cudaEventRecord(events_[part_count_++], stream_), "recording time");
-    }
+    if (part_count_ == kMostParts) return;
+    parts_[part_count_] = stage;
+    record(events_[part_count_++]);
   }
 
   void count_rerun() { ++reruns_; }
@@ -254,7 +326,30 @@ class CudaBackend {
     check_cuda(f(scratch_.data(), bytes), label);
   }
 
-  void end_part() { check_cuda(cudaEventRecord(events_[part_count_], stream_), "recording time"); }
+  void record(cudaEvent_t event) {
+    check_cuda(
+        cudaEventRecordWithFlags(event, stream_, is_capturing_ ? cudaEventRecordExternal : cudaEventRecordDefault),
+        "recording time");
+  }
+
+  template <class F>
+  void run(const F& f) {
+    part_count_ = 0;
+    f();
+    record(events_[part_count_]);
+  }
+
+  template <class F>
+  void capture(const F& f) {
+    graph_ = {};
+    check_cuda(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeThreadLocal), "capturing a graph");
+    is_capturing_ = true;
+    run(f);
+    is_capturing_ = false;
+    cudaGraph_t graph = nullptr;
+    check_cuda(cudaStreamEndCapture(stream_, &graph), "capturing a graph");
+    graph_ = ExecutableGraph(graph);
+  }
 
   void read_clock() {
     times_ = {};
@@ -270,7 +365,7 @@ class CudaBackend {
   int processors_ = 0;
   Buffer<std::byte> scratch_;
   PinnedBuffer<Vec3f> host_x_t0_, host_x_t1_;
-  PinnedBuffer<Counters> read_back_;
+  PinnedBuffer<Counters> host_counters_;
   PinnedBuffer<Contact> host_contacts_;
   std::array<cudaEvent_t, kMostParts + 1> events_{};
   std::array<Stage, kMostParts> parts_{};
@@ -278,6 +373,13 @@ class CudaBackend {
   StageTimes times_;
   std::uint64_t bytes_ = 0;
   std::uint64_t reruns_ = 0;
+
+  std::uint64_t allocations_ = 0;         ///< changes when any buffer moves
+  std::vector<std::uint64_t> last_key_;   ///< signature and allocations of the last detection that was not replayed
+  std::vector<std::uint64_t> graph_key_;  ///< those of the captured one
+  ExecutableGraph graph_;
+  std::size_t graph_parts_ = 0;
+  bool is_capturing_ = false;
 };
 
 }  // namespace softcd

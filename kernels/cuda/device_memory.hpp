@@ -23,7 +23,10 @@ class DeviceMemory {
     std::swap(data_, other.data_);
     return *this;
   }
-  ~DeviceMemory() { cudaFree(data_); }
+  /// Nothing is freed while a graph is captured, where even freeing a null pointer would be an error.
+  ~DeviceMemory() {
+    if (data_ != nullptr) cudaFree(data_);
+  }
 
   T* get() const { return data_; }
 
@@ -38,12 +41,14 @@ class PinnedBuffer {
   PinnedBuffer() = default;
   PinnedBuffer(const PinnedBuffer&) = delete;
   PinnedBuffer& operator=(const PinnedBuffer&) = delete;
-  ~PinnedBuffer() { cudaFreeHost(data_); }
+  ~PinnedBuffer() {
+    if (data_ != nullptr) cudaFreeHost(data_);
+  }
 
   /// Contents are lost when it grows.
   void reserve(std::uint64_t capacity) {
     if (capacity <= capacity_) return;
-    cudaFreeHost(std::exchange(data_, nullptr));
+    if (data_ != nullptr) cudaFreeHost(std::exchange(data_, nullptr));
     capacity_ = 0;
     check_cuda(cudaMallocHost(&data_, capacity * sizeof(T)), "cudaMallocHost");
     capacity_ = capacity;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cooperative_groups.h>
+#include <cooperative_groups/scan.h>
+#include <cub/block/block_scan.cuh>
 
 #include <tuple>
 
@@ -29,6 +31,34 @@ class Output {
     at = active.shfl(at, 0) + active.thread_rank();
     if (at < list_.capacity) list_.target.store(at, value);
 #endif
+  }
+
+  /// Room for `count` values of this thread, put one after the other; the warp's active threads take room together.
+  class Room {
+   public:
+    SOFTCD_HD Room(const Appender<Target>& list, std::uint64_t at) : list_(list), at_(at) {}
+    SOFTCD_HD void put(const typename Target::Value& value) {
+      if (at_ < list_.capacity) list_.target.store(at_, value);
+      ++at_;
+    }
+
+   private:
+    const Appender<Target>& list_;
+    std::uint64_t at_;
+  };
+  SOFTCD_HD Room allocate([[maybe_unused]] std::uint32_t count) const {
+    unsigned long long at = 0;
+#if defined(__CUDA_ARCH__)
+    const auto active = cooperative_groups::coalesced_threads();
+    const std::uint32_t before = cooperative_groups::exclusive_scan(active, count);
+    const unsigned last = active.size() - 1;
+    if (active.thread_rank() == last) {
+      at = atomicAdd(reinterpret_cast<unsigned long long*>(list_.count),
+                     static_cast<unsigned long long>(before + count));
+    }
+    at = active.shfl(at, last) + before;
+#endif
+    return Room(list_, at);
   }
 
  private:
@@ -71,40 +101,134 @@ __device__ inline std::uint64_t item_of(const std::uint64_t* offsets, std::uint6
   return begin;
 }
 
-constexpr int kTilesPerBlock = 4;
-constexpr std::uint64_t kTileSize = kBlockSize * kTilesPerBlock;
-constexpr int kStagedOffsets = 2048;
+constexpr int kTestsPerThread = 4;
+constexpr int kTileSize = kBlockSize * kTestsPerThread;
+using ScanOfStarts = cub::BlockScan<std::uint32_t, kBlockSize>;
 
-/// The paper's workload distribution (section 3.4, Fig. 10): one unit of work per thread. Each block finds the items of
-/// its first and last unit by binary search in global memory, copies the offsets between into shared memory, and every
-/// thread finds its item there. Blocks stride over tiles, since the total is known on the device only.
-template <class F, class... Targets>
-__global__ void for_each_work(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
-                              Appender<Targets>... lists) {
-  __shared__ std::uint64_t staged[kStagedOffsets];
-  __shared__ std::uint64_t bounds[2];
+struct TileStorage {
+  std::uint64_t bounds[2];
+  std::uint32_t
+      starts[kTileSize];  ///< per unit of the tile: 1 + the item that begins there; then, the item it belongs to
+  typename ScanOfStarts::TempStorage scan;
+};
+
+struct LargerOf {
+  __device__ std::uint32_t operator()(std::uint32_t a, std::uint32_t b) const { return a < b ? b : a; }
+};
+
+/// The paper's workload distribution (section 3.4, Fig. 10): one unit of work per thread. The items of a tile's first
+/// and last unit are found by binary search in the prefix sums in global memory. Instead of one more search per thread,
+/// each item between marks the unit that it begins with in shared memory, and a running maximum tells every unit its
+/// item. Calls body(is_inside, item, part) for all threads of the block together. Blocks stride over tiles, since the
+/// total is known on the device only.
+template <class Body>
+__device__ void for_each_unit(TileStorage& storage, Count items, const std::uint64_t* offsets,
+                              const std::uint64_t* total, const Body& body) {
   const std::uint64_t item_count = items.get();
   const std::uint64_t work = item_count == 0 ? 0 : *total;
   for (std::uint64_t tile = static_cast<std::uint64_t>(blockIdx.x) * kTileSize; tile < work;
-       tile += gridDim.x * kTileSize) {
+       tile += static_cast<std::uint64_t>(gridDim.x) * kTileSize) {
     const std::uint64_t tile_end = tile + kTileSize < work ? tile + kTileSize : work;
-    if (threadIdx.x < 2) {
-      bounds[threadIdx.x] = item_of(offsets, 0, item_count, threadIdx.x == 0 ? tile : tile_end - 1);
+    if (threadIdx.x < 2)
+      storage.bounds[threadIdx.x] = item_of(offsets, 0, item_count, threadIdx.x == 0 ? tile : tile_end - 1);
+    for (int unit = static_cast<int>(threadIdx.x); unit < kTileSize; unit += kBlockSize) storage.starts[unit] = 0;
+    __syncthreads();
+    const std::uint64_t first = storage.bounds[0];
+    const auto last = static_cast<std::uint32_t>(storage.bounds[1] - first);
+    for (std::uint32_t i = 1 + threadIdx.x; i <= last; i += kBlockSize) {
+      atomicMax(&storage.starts[offsets[first + i] - tile], i);
     }
     __syncthreads();
-    const std::uint64_t first = bounds[0];
-    const std::uint64_t size = bounds[1] + 1 - first;
-    const bool is_staged = size <= kStagedOffsets;
-    if (is_staged) {
-      for (std::uint64_t i = threadIdx.x; i < size; i += kBlockSize) staged[i] = offsets[first + i];
+    std::uint32_t own[kTestsPerThread];
+    for (int k = 0; k < kTestsPerThread; ++k) own[k] = storage.starts[threadIdx.x * kTestsPerThread + k];
+    ScanOfStarts(storage.scan).InclusiveScan(own, own, LargerOf{});
+    for (int k = 0; k < kTestsPerThread; ++k) storage.starts[threadIdx.x * kTestsPerThread + k] = own[k];
+    __syncthreads();
+    for (int k = 0; k < kTestsPerThread; ++k) {
+      const std::uint32_t unit = threadIdx.x + static_cast<std::uint32_t>(k) * kBlockSize;
+      const bool is_inside = tile + unit < tile_end;
+      const std::uint64_t item = first + storage.starts[unit];
+      const std::uint64_t begin = is_inside ? offsets[item] : 0;
+      body(is_inside, static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(tile + unit - begin));
     }
     __syncthreads();
-    for (std::uint64_t at = tile + threadIdx.x; at < tile_end; at += kBlockSize) {
-      const std::uint64_t* const known = is_staged ? staged : offsets + first;
-      const std::uint64_t place = item_of(known, 0, size, at);
-      const auto item = static_cast<std::uint32_t>(first + place);
-      const auto part = static_cast<std::uint32_t>(at - known[place]);
-      [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
+  }
+}
+
+template <class F, class... Targets>
+__global__ void __launch_bounds__(kBlockSize)
+    for_each_work(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
+                  Appender<Targets>... lists) {
+  __shared__ TileStorage storage;
+  for_each_unit(storage, items, offsets, total, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
+    if (is_inside) [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
+  });
+}
+
+constexpr int kWarpSize = 32;
+
+/// A warp's candidates that passed the filter, gathered until there is one for each thread: the expensive test then
+/// runs without idle lanes.
+template <class Candidate>
+struct WarpQueue {
+  Candidate values[2 * kWarpSize];
+};
+
+template <class F, class... Targets>
+__global__ void __launch_bounds__(kBlockSize)
+    for_each_work_filtered(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
+                           Appender<Targets>... lists) {
+  __shared__ TileStorage storage;
+  __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
+  WarpQueue<typename F::Candidate>& queue = queues[threadIdx.x / kWarpSize];
+  const unsigned lane = threadIdx.x % kWarpSize;
+  unsigned queued = 0;
+  const auto test = [&](const typename F::Candidate& candidate) {
+    [&](Output<Targets>... outputs) { f.test(candidate, outputs...); }(Output<Targets>(lists)...);
+  };
+  for_each_unit(storage, items, offsets, total, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
+    typename F::Candidate candidate;
+    const bool passes = is_inside && f.filter(item, part, candidate);
+    const unsigned ballot = __ballot_sync(0xFFFFFFFFU, passes);
+    if (passes) queue.values[queued + __popc(ballot & ((1U << lane) - 1U))] = candidate;
+    queued += __popc(ballot);
+    __syncwarp();
+    if (queued < kWarpSize) return;
+    queued -= kWarpSize;
+    test(queue.values[queued + lane]);
+    __syncwarp();
+  });
+  if (lane < queued) test(queue.values[lane]);
+}
+
+/// Parts of few-part items, distributed over a block: each thread counts one item's parts, and the parts of all 256 are
+/// shared out evenly.
+template <class F, class... Targets>
+__global__ void __launch_bounds__(kBlockSize) for_each_part(Count count, F f, Appender<Targets>... lists) {
+  __shared__ std::uint32_t starts[kBlockSize];
+  __shared__ typename F::Item items[kBlockSize];
+  __shared__ typename ScanOfStarts::TempStorage scan;
+  const std::uint64_t n = count.get();
+  for (std::uint64_t block = static_cast<std::uint64_t>(blockIdx.x) * kBlockSize; block < n;
+       block += static_cast<std::uint64_t>(gridDim.x) * kBlockSize) {
+    const std::uint64_t own_item = block + threadIdx.x;
+    std::uint32_t own = 0;
+    if (own_item < n) {
+      const typename F::Item item = f.load_item(static_cast<std::uint32_t>(own_item));
+      own = item.part_count();
+      items[threadIdx.x] = item;
+    }
+    std::uint32_t start = 0;
+    std::uint32_t parts = 0;
+    ScanOfStarts(scan).ExclusiveSum(own, start, parts);
+    starts[threadIdx.x] = start;
+    __syncthreads();
+    for (std::uint32_t part = threadIdx.x; part < parts; part += kBlockSize) {
+      std::uint32_t item = 0;
+      for (std::uint32_t step = kBlockSize / 2; step > 0; step /= 2) {
+        if (starts[item + step] <= part) item += step;
+      }
+      [&](Output<Targets>... outputs) { f(items[item], part - starts[item], outputs...); }(Output<Targets>(lists)...);
     }
     __syncthreads();
   }
@@ -153,6 +277,17 @@ template <class Key>
 __global__ void fill_tail(Count count, Key* keys) {
   for (std::uint64_t i = count.get() + global_thread(); i < count.capacity; i += grid_threads())
     keys[i] = static_cast<Key>(~Key{0});
+}
+
+/// Copies the items that exist to page-locked host memory, in 4-byte words, so that nobody has to know their number
+/// first.
+template <class T>
+__global__ void copy_out(Count count, const T* from, T* to) {
+  static_assert(sizeof(T) % sizeof(std::uint32_t) == 0);
+  const std::uint64_t words = count.get() * (sizeof(T) / sizeof(std::uint32_t));
+  const auto* source = reinterpret_cast<const std::uint32_t*>(from);
+  auto* target = reinterpret_cast<std::uint32_t*>(to);
+  for (std::uint64_t i = global_thread(); i < words; i += grid_threads()) target[i] = source[i];
 }
 
 /// Sums see zeros behind the last item.

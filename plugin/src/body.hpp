@@ -17,8 +17,12 @@ struct Body {
   std::vector<std::uint32_t> stray_vertices;  ///< those that are not finite, ascending
   std::uint64_t left_out_triangles = 0;
 
+  /// The caller's positions until a detection has read them, then `kept`; what is read is relative to `offset`.
   bool has_positions = false;
+  bool moves = false;  ///< x_t0 is not x_t1
   Positions x_t0, x_t1;
+  Vec3d offset{0, 0, 0};
+  std::vector<Vec3f> kept_t0, kept_t1;
 };
 
 }  // namespace softcd

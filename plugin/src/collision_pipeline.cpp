@@ -113,6 +113,8 @@ class CollisionPipeline::Implementation {
     }
     body.x_t0 = x_t0;
     body.x_t1 = x_t1;
+    body.moves = x_t0.data() != x_t1.data();
+    body.offset = {0, 0, 0};
     body.has_positions = true;
   }
 
@@ -149,17 +151,17 @@ class CollisionPipeline::Implementation {
         select_pairs(bodies_, surveys, origin, measure_moves ? options_.motion_margin : 0.0F, options_.pair_filter);
     decisions_ = {backend_reason_,   bodies_.size(),         pairs_.pair_count,
                   pairs_.self_count, pairs_.vertex_triangle, pairs_.edge_edge};
-    if (pairs_.pair_count + pairs_.self_count > 0) {
-      guard_memory([&] {
-        if (std::exchange(topology_changed_, false)) {
-          scene_ = concatenate(bodies_);
-          detector_->set_topology(scene_.topology());
-        }
-        write_positions(bodies_, origin, continuous || measure_moves, detector_->position_arrays());
+    guard_memory([&] {
+      if (std::exchange(topology_changed_, false)) {
+        scene_ = concatenate(bodies_);
+        detector_->set_topology(scene_.topology());
+      }
+      write_positions(bodies_, origin, continuous || measure_moves, detector_->position_arrays());
+      if (pairs_.pair_count + pairs_.self_count > 0) {
         detector_->start(pairs_.view(), settings());
-      });
-      is_running_ = true;
-    }
+        is_running_ = true;
+      }
+    });
     is_pending_ = true;
     preparation_ms_ = milliseconds_since(begin);
   }
@@ -206,9 +208,18 @@ class CollisionPipeline::Implementation {
   }
 
   static void check_positions(const Body& body, const Positions& positions, const char* when) {
+    const std::size_t size = 3 * (positions.is_double() ? sizeof(double) : sizeof(float));
     if (positions.count() != body.topology.vertex_count) {
       throw InvalidInput(fmt::format("body {}: {} positions were given for {}, but the body has {} vertices.",
                                      body.id.value, positions.count(), when, body.topology.vertex_count));
+    }
+    if (positions.count() > 0 && positions.data() == nullptr) {
+      throw InvalidInput(fmt::format("body {}: the pointer to its positions for {} is null.", body.id.value, when));
+    }
+    if (positions.count() > 1 && positions.stride() < size) {
+      throw InvalidInput(
+          fmt::format("body {}: the stride of its positions for {} is {} bytes, but a position is {} bytes long.",
+                      body.id.value, when, positions.stride(), size));
     }
   }
 

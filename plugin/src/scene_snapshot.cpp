@@ -33,9 +33,9 @@ std::vector<Block> split_into_blocks(const std::vector<Body>& bodies) {
 }
 
 template <class T>
-Vec3d read(const Positions& positions, std::size_t i) {
+Vec3d read(const Positions& positions, Vec3d offset, std::size_t i) {
   const T* x = reinterpret_cast<const T*>(static_cast<const std::byte*>(positions.data()) + i * positions.stride());
-  return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+  return Vec3d{static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])} + offset;
 }
 
 bool is_usable(Vec3d p) {
@@ -57,8 +57,8 @@ template <class T>
 BodySurvey survey_block(const Body& body, const Block& block, bool both_ends, bool measure_moves) {
   BodySurvey survey;
   for (std::size_t i = block.begin; i < block.end; ++i) {
-    const Vec3d x_t1 = read<T>(body.x_t1, i);
-    const Vec3d x_t0 = both_ends || measure_moves ? read<T>(body.x_t0, i) : x_t1;
+    const Vec3d x_t1 = read<T>(body.x_t1, body.offset, i);
+    const Vec3d x_t0 = both_ends || measure_moves ? read<T>(body.x_t0, body.offset, i) : x_t1;
     if (!is_usable(x_t1) || !is_usable(x_t0)) {
       survey.stray_vertices.push_back(static_cast<std::uint32_t>(i));
       continue;
@@ -72,11 +72,28 @@ BodySurvey survey_block(const Body& body, const Block& block, bool both_ends, bo
   return survey;
 }
 
+constexpr Vec3f kStray = {NAN, NAN, NAN};
+
+/// Keeps a block's positions relative to `origin`; what is not usable stays recognisable.
 template <class T>
-void write_block(const Positions& positions, const Block& block, Vec3d origin, Vec3f* out) {
+void keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin, std::vector<Vec3f>& kept) {
   for (std::size_t i = block.begin; i < block.end; ++i) {
-    const Vec3d x = read<T>(positions, i);
-    out[block.first_vertex + i] = is_usable(x) ? vec3_cast<float>(x - origin) : Vec3f{0, 0, 0};
+    const Vec3d x = read<T>(positions, offset, i);
+    kept[i] = is_usable(x) ? vec3_cast<float>(x - origin) : kStray;
+  }
+}
+
+void keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin, std::vector<Vec3f>& kept) {
+  if (positions.is_double()) {
+    keep_block<double>(positions, offset, block, origin, kept);
+  } else {
+    keep_block<float>(positions, offset, block, origin, kept);
+  }
+}
+
+void write_block(const std::vector<Vec3f>& kept, const Block& block, Vec3f* out) {
+  for (std::size_t i = block.begin; i < block.end; ++i) {
+    out[block.first_vertex + i] = kept[i].x == kept[i].x ? kept[i] : Vec3f{0, 0, 0};
   }
 }
 
@@ -143,23 +160,27 @@ Vec3d scene_origin(const std::vector<BodySurvey>& surveys) {
   return {origin_of(scene.lo.x, scene.hi.x), origin_of(scene.lo.y, scene.hi.y), origin_of(scene.lo.z, scene.hi.z)};
 }
 
-void write_positions(const std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out) {
+void write_positions(std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out) {
+  for (Body& body : bodies) {
+    body.kept_t1.resize(body.topology.vertex_count, kStray);
+    if (body.moves) body.kept_t0.resize(body.topology.vertex_count, kStray);
+  }
   const std::vector<Block> blocks = split_into_blocks(bodies);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
     const Block& block = blocks[i];
-    const Body& body = bodies[block.body];
-    const auto write = [&](const Positions& positions, Vec3f* to) {
-      if (!body.has_positions) {
-        std::fill(to + block.first_vertex + block.begin, to + block.first_vertex + block.end, Vec3f{0, 0, 0});
-      } else if (positions.is_double()) {
-        write_block<double>(positions, block, origin, to);
-      } else {
-        write_block<float>(positions, block, origin, to);
-      }
-    };
-    write(body.x_t1, out.x_t1);
-    if (write_t0) write(body.x_t0, out.x_t0);
+    Body& body = bodies[block.body];
+    if (body.has_positions) {
+      if (body.moves) keep_block(body.x_t0, body.offset, block, origin, body.kept_t0);
+      keep_block(body.x_t1, body.offset, block, origin, body.kept_t1);
+    }
+    write_block(body.kept_t1, block, out.x_t1);
+    if (write_t0) write_block(body.moves ? body.kept_t0 : body.kept_t1, block, out.x_t0);
   });
+  for (Body& body : bodies) {
+    body.x_t1 = Span<const Vec3f>(body.kept_t1);
+    body.x_t0 = body.moves ? Positions(Span<const Vec3f>(body.kept_t0)) : body.x_t1;
+    body.offset = origin;
+  }
 }
 
 }  // namespace softcd

@@ -40,7 +40,8 @@ std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both
 /// where the scene is at least as far from the origin as it is wide: float32 positions then stay exact, shifted or not.
 Vec3d scene_origin(const std::vector<BodySurvey>& surveys);
 
-/// Writes all positions relative to `origin`. Bodies without positions and stray vertices become 0.
-void write_positions(const std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out);
+/// Writes all positions relative to `origin`, t0 only where `write_t0`. Bodies without positions and stray vertices
+/// become 0. Keeps a copy in the bodies, which no longer refer to the caller's memory afterwards.
+void write_positions(std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out);
 
 }  // namespace softcd

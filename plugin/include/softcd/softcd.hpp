@@ -80,7 +80,8 @@ struct BodyDesc {
 };
 
 /// `count` positions of three consecutive floats or doubles, `stride` bytes apart. The memory is read by
-/// the next detect() or detect_async(), before that call returns, and never afterwards.
+/// the next detect() or detect_async(), before that call returns, and never afterwards: a body whose positions are not
+/// set again stays where it was.
 class Positions {
  public:
   Positions() = default;
@@ -153,7 +154,8 @@ class CollisionPipeline {
 
   /// Throws InvalidInput naming the triangle and the index when one is out of range; nothing is added then.
   BodyId add_body(const BodyDesc& desc);
-  /// New topology, vertex count and settings for a body. Throws as add_body; the body is unchanged then.
+  /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
+  /// body is unchanged then.
   void update_body(BodyId body, const BodyDesc& desc);
   void set_settings(BodyId body, const BodySettings& settings);
   void remove_body(BodyId body);

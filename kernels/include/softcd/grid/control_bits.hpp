@@ -61,7 +61,7 @@ constexpr std::uint32_t kNoEntryKey = 0xFFFFFFFFU;
 
 /// What an entry carries besides its key, 64 bits: root:32 | control:24 | ownership:6 | fast:1 | spare:1 from low to
 /// high. `control` is scheme-specific: exact, 13-bit mask | split:1 | fits 2x2x2:1; paper, see PaperControl.
-struct Entry {
+struct alignas(8) Entry {
   std::uint32_t root;
   std::uint32_t bits;
 };

@@ -27,36 +27,36 @@ SOFTCD_HD inline float size_bin_edge(std::uint32_t bin) {
 
 /// Mean of the values with each one cut to eight medians: a robust scale, to about 10 %. 0 when there are none.
 /// Sums are kept as integers in units of 2^-28 of the cut, so that they do not depend on the order of summation.
-SOFTCD_HD inline float clipped_mean(const std::uint32_t* bins) {
-  std::uint64_t total = 0;
-  for (int bin = 0; bin < kSizeBins; ++bin) total += bins[bin];
+template <class Team>
+SOFTCD_HD float clipped_mean(Team& team, const std::uint32_t* bins) {
+  const auto count_in = [bins](int bin) { return static_cast<std::uint64_t>(bins[bin]); };
+  const std::uint64_t total = team.sum(kSizeBins, count_in);
   if (total == 0) return 0.0F;
-
-  std::uint64_t below = 0;
-  int median = 0;
-  while (below + bins[median] <= total / 2) below += bins[median++];
 
   constexpr int kOctave = 4;
   constexpr int kResolution = 28;
+  const int median = team.first_exceeding(kSizeBins, total / 2, count_in);
   const int cut = median + 3 * kOctave < kSizeBins - kOctave ? median + 3 * kOctave : kSizeBins - kOctave - 1;
   const double unit = static_cast<double>(size_bin_edge(static_cast<std::uint32_t>(cut))) / (1 << kResolution);
   if (!(unit > 0.0)) return 0.0F;
-  std::uint64_t sum = 0;
-  for (int bin = 0; bin < kSizeBins; ++bin) {
+  const std::uint64_t sum = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
+    if (bins[bin] == 0) return 0;
     const auto representative = static_cast<std::uint32_t>(bin < cut ? bin : cut);
-    const double middle = 0.5 * (static_cast<double>(size_bin_edge(representative)) +
-                                 static_cast<double>(size_bin_edge(representative + 1)));
-    sum += bins[bin] * static_cast<std::uint64_t>(middle / unit);
-  }
+    const double lower = static_cast<double>(size_bin_edge(representative));
+    const double upper = static_cast<double>(size_bin_edge(representative + 1));
+    return bins[bin] * static_cast<std::uint64_t>(0.5 * (lower + upper) / unit);
+  });
   return static_cast<float>(static_cast<double>(sum) * unit / static_cast<double>(total));
 }
 
-/// An upper bound of the largest value counted, at most a quarter octave above it.
-SOFTCD_HD inline float largest_size(const std::uint32_t* bins) {
-  for (int bin = kSizeBins - 1; bin >= 0; --bin) {
-    if (bins[bin] != 0) return size_bin_edge(static_cast<std::uint32_t>(bin) + 1U);
-  }
-  return 0.0F;
+/// An upper bound of the largest value counted, at most a quarter octave above it; 0 when there are none.
+template <class Team>
+SOFTCD_HD float largest_size(Team& team, const std::uint32_t* bins) {
+  const std::uint64_t total = team.sum(kSizeBins, [bins](int bin) { return static_cast<std::uint64_t>(bins[bin]); });
+  if (total == 0) return 0.0F;
+  const int last =
+      team.first_exceeding(kSizeBins, total - 1, [bins](int bin) { return static_cast<std::uint64_t>(bins[bin]); });
+  return size_bin_edge(static_cast<std::uint32_t>(last) + 1U);
 }
 
 }  // namespace softcd

@@ -71,10 +71,7 @@ struct IntegerDop {
 
 /// True when every projection of the volume lies within kGridReach cells of the origin.
 SOFTCD_HD inline bool within_reach(const Kdop18& dop, float inverse_size) {
-  float furthest = 0.0F;
-  for (int axis = 0; axis < 3; ++axis) {
-    furthest = larger(furthest, larger(magnitude(dop.lo[axis]), magnitude(dop.hi[axis])));
-  }
+  const float furthest = furthest_coordinate(dop);
   return furthest * inverse_size <= kGridReach;
 }
 
@@ -84,10 +81,7 @@ SOFTCD_HD inline bool within_reach(const Kdop18& dop, float inverse_size) {
 /// without padding. For a sum, u_x + u_y - 2 < i + j <= u_x + u_y; for a difference,
 /// u_x - u_y - 1 < i - j < u_x - u_y + 1. `slack` covers the roundings of the projection and of the scaling.
 SOFTCD_HD inline IntegerDop integer_dop(const Kdop18& dop, float inverse_size) {
-  float furthest = 0.0F;
-  for (int axis = 0; axis < 3; ++axis) {
-    furthest = larger(furthest, larger(magnitude(dop.lo[axis]), magnitude(dop.hi[axis])));
-  }
+  const float furthest = furthest_coordinate(dop);
   const float slack = 8.0F * 1.1920929e-7F * furthest * inverse_size;
   IntegerDop cells{};
   for (int axis = 0; axis < kKdopAxes; ++axis) {

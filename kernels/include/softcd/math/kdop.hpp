@@ -10,8 +10,8 @@ namespace softcd {
 constexpr int kKdopAxes = 9;
 
 /// Intervals of a point set along the nine axes. The diagonal axes are not normalised: their unit is
-/// sqrt(2) times shorter than the coordinates'.
-struct Kdop18 {
+/// sqrt(2) times shorter than the coordinates'. Aligned so that it moves in 16-byte pieces.
+struct alignas(16) Kdop18 {
   float lo[kKdopAxes];
   float hi[kKdopAxes];
 };
@@ -47,12 +47,32 @@ SOFTCD_HD inline void extend(Kdop18& dop, Vec3f p) {
   }
 }
 
+SOFTCD_HD inline float furthest_coordinate(const Kdop18& dop) {
+  float furthest = 0.0F;
+  for (int axis = 0; axis < 3; ++axis) {
+    furthest = larger(furthest, larger(magnitude(dop.lo[axis]), magnitude(dop.hi[axis])));
+  }
+  return furthest;
+}
+
+/// A distance as it appears along the axes, at least: `diagonal` also covers that projections onto diagonals are
+/// rounded.
+struct Reach {
+  float straight, diagonal;
+};
+
+/// For points with coordinates up to `furthest`. A distance of 0 needs no slack, since projections are monotone.
+SOFTCD_HD inline Reach reach_of(float distance, float furthest) {
+  if (!(distance > 0.0F)) return {0.0F, 0.0F};
+  return {distance, outward_up(distance * 1.41421357F) + 8.0F * 1.1920929e-7F * furthest};
+}
+
 /// Grows the volume by a ball of radius `radius`, rounded outward. Nothing changes when the radius is 0.
 SOFTCD_HD inline void inflate(Kdop18& dop, float radius) {
   if (!(radius > 0.0F) || is_empty(dop)) return;
-  const float diagonal = outward_up(radius * 1.41421357F);
+  const Reach reach = reach_of(radius, furthest_coordinate(dop));
   for (int axis = 0; axis < kKdopAxes; ++axis) {
-    const float growth = axis < 3 ? radius : diagonal;
+    const float growth = axis < 3 ? reach.straight : reach.diagonal;
     dop.lo[axis] = outward_down(dop.lo[axis] - growth);
     dop.hi[axis] = outward_up(dop.hi[axis] + growth);
   }
@@ -66,21 +86,62 @@ SOFTCD_HD inline bool overlap(const Kdop18& a, const Kdop18& b) {
   return !is_apart;
 }
 
-/// Whether, along some axis, a lies more than `gap` beyond b at both ends of a straight-line motion. The distance along
-/// an axis from the one's highest to the other's lowest point is concave in time, so the two are then more than `gap`
-/// apart throughout, however far they move together. Volumes are those of the vertices at one time, not inflated.
-SOFTCD_HD inline bool apart_throughout(const Kdop18& a_t0, const Kdop18& a_t1, const Kdop18& b_t0, const Kdop18& b_t1,
-                                       float gap) {
-  const float diagonal = outward_up(gap * 1.41421357F);
-  bool is_apart = false;
-  for (int axis = 0; axis < kKdopAxes; ++axis) {
-    const float reach = axis < 3 ? gap : diagonal;
-    is_apart |=
-        (outward_up(a_t0.hi[axis] + reach) < b_t0.lo[axis]) & (outward_up(a_t1.hi[axis] + reach) < b_t1.lo[axis]);
-    is_apart |=
-        (outward_up(b_t0.hi[axis] + reach) < a_t0.lo[axis]) & (outward_up(b_t1.hi[axis] + reach) < a_t1.lo[axis]);
+/// The projection of p onto one of the nine axes, rounded once.
+template <int kAxis>
+SOFTCD_HD constexpr float project(Vec3f p) {
+  if constexpr (kAxis < 3) {
+    return p[kAxis];
+  } else {
+    constexpr int kFirst = kAxis == 5 || kAxis == 8 ? 1 : 0;
+    constexpr int kSecond = kAxis == 3 || kAxis == 6 ? 1 : 2;
+    return kAxis < 6 ? p[kFirst] + p[kSecond] : p[kFirst] - p[kSecond];
   }
-  return is_apart;
+}
+
+/// A moving set of points: where each is at both ends of the step.
+template <int kCount>
+struct PointMotion {
+  Vec3f t0[kCount];
+  Vec3f t1[kCount];
+};
+
+struct Interval {
+  float lo, hi;
+};
+
+template <int kAxis, int kCount>
+SOFTCD_HD constexpr Interval project(const Vec3f (&points)[kCount]) {
+  Interval interval = {project<kAxis>(points[0]), project<kAxis>(points[0])};
+  for (int i = 1; i < kCount; ++i) {
+    interval.lo = smaller(interval.lo, project<kAxis>(points[i]));
+    interval.hi = larger(interval.hi, project<kAxis>(points[i]));
+  }
+  return interval;
+}
+
+template <int kAxis, int kCountA, int kCountB>
+SOFTCD_HD bool apart_on_axis(const PointMotion<kCountA>& a, const PointMotion<kCountB>& b, float reach) {
+  const Interval a_t0 = project<kAxis>(a.t0);
+  const Interval b_t0 = project<kAxis>(b.t0);
+  if (outward_up(a_t0.hi + reach) < b_t0.lo) {
+    return outward_up(project<kAxis>(a.t1).hi + reach) < project<kAxis>(b.t1).lo;
+  }
+  if (outward_up(b_t0.hi + reach) < a_t0.lo) {
+    return outward_up(project<kAxis>(b.t1).hi + reach) < project<kAxis>(a.t1).lo;
+  }
+  return false;
+}
+
+/// Whether, along some axis, a lies more than `reach` beyond b at both ends of a straight-line motion. The distance
+/// along an axis from the one's highest to the other's lowest point is concave in time, so the two are then further
+/// apart than that throughout, however far they move together.
+template <int kCountA, int kCountB>
+SOFTCD_HD bool apart_throughout(const PointMotion<kCountA>& a, const PointMotion<kCountB>& b, Reach reach) {
+  return apart_on_axis<0>(a, b, reach.straight) || apart_on_axis<1>(a, b, reach.straight) ||
+         apart_on_axis<2>(a, b, reach.straight) || apart_on_axis<3>(a, b, reach.diagonal) ||
+         apart_on_axis<4>(a, b, reach.diagonal) || apart_on_axis<5>(a, b, reach.diagonal) ||
+         apart_on_axis<6>(a, b, reach.diagonal) || apart_on_axis<7>(a, b, reach.diagonal) ||
+         apart_on_axis<8>(a, b, reach.diagonal);
 }
 
 /// Axis-aligned box, the first three axes of the 18-DOP.

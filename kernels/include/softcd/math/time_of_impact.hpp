@@ -1,5 +1,7 @@
 #pragma once
 
+#include <type_traits>
+
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/math/closest_point.hpp"
@@ -20,10 +22,11 @@
 /// (e0 - g0, e1 - e0, g1 - g0) at both times. `time` is not later than the first contact at distance 0.
 ///
 /// **Guarantee.** Whatever touches for the given coordinates in exact arithmetic is hit, with any margin >= 0:
-/// every rounding error is bounded and counted against the answer "separated". A hit that is none has a distance of
-/// at most reach at `time`. One exception, also on the side of "hit": within a coplanar stretch (a planar motion, a
-/// degenerate triangle) the distance is followed by advancement, and when kMaxAdvances steps do not settle the
-/// question the answer is a hit, with the distance at that time.
+/// roundings are bounded (see `impact` below) and counted against the answer "separated". A hit that is none has a
+/// distance of at most reach at `time`, with one exception, also on the side of "hit": within a coplanar stretch (a
+/// planar motion, a degenerate triangle, the neighbourhood of a root) the distance is followed by advancement, and when
+/// kMaxAdvances steps do not settle the question, or steps become smaller than t resolves, the answer is a hit with the
+/// distance at that time.
 ///
 /// In float the same bounds hold for float coordinates; tolerance and coplanar stretches are 2^29 times as wide.
 /// Coordinates' differences must be finite.
@@ -327,12 +330,26 @@ SOFTCD_HD constexpr T smallest_volume() {
   return std::is_same_v<T, float> ? T(0x1p-100) : T(0x1p-900);
 }
 
+/// A motion with the cubic of its coplanar times, and what is certain about it.
+template <class T>
+struct Query {
+  Motion<T> motion;
+  T scale;
+  Cubic<T> cubic;
+  T volume;  ///< 0 when it is too small to tell anything
+  T side;    ///< sign: where a is at t0 relative to b x c; 0 when that cannot be told
+  bool is_never_coplanar;
+  bool may_reach_t0, may_reach_t1;
+
+  SOFTCD_HD bool keeps_apart() const { return is_never_coplanar && !may_reach_t0 && !may_reach_t1; }
+};
+
 /// With `volume` = A B C, no product of three components exceeds it, and the six terms of a determinant are at most
 /// 6 volume. Coefficients (b1 and b2 taken by thirds) are off by at most 12 roundings of that, 36 epsilon volume. A
 /// value of the cubic adds 10 roundings, and the splits shift it by less than 25: in all below 192 epsilon volume.
 /// A volume so small that underflow might add to this counts as 0, coplanar all along.
-template <ContactKind kKind, class T>
-SOFTCD_HD Impact<T> impact(Motion<T> motion) {
+template <class T>
+SOFTCD_HD Query<T> make_query(Motion<T> motion) {
   T size_a = larger(max_norm(motion.t0.a), max_norm(motion.t1.a));
   T size_b = larger(max_norm(motion.t0.b), max_norm(motion.t1.b));
   T size_c = larger(max_norm(motion.t0.c), max_norm(motion.t1.c));
@@ -356,22 +373,34 @@ SOFTCD_HD Impact<T> impact(Motion<T> motion) {
 
   const T lowest = smaller(smaller(cubic.b0, cubic.b3), T(1) / T(3) * smaller(cubic.b1, cubic.b2));
   const T highest = larger(larger(cubic.b0, cubic.b3), T(1) / T(3) * larger(cubic.b1, cubic.b2));
-  const bool is_never_coplanar = has_volume && (lowest > error || highest < -error);
-  const T side = has_volume && magnitude(cubic.b0) > error ? cubic.b0 : T(0);
+  return {motion,
+          scale,
+          cubic,
+          has_volume ? volume : T(0),
+          has_volume && magnitude(cubic.b0) > error ? cubic.b0 : T(0),
+          has_volume && (lowest > error || highest < -error),
+          may_reach(magnitude(cubic.b0) - error, plane_t0, motion.reach()),
+          may_reach(magnitude(cubic.b3) - error, plane_t1, motion.reach())};
+}
 
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> impact(const Motion<T>& input) {
+  const Query<T> query = make_query(input);
+  const Motion<T>& motion = query.motion;
   Touch<T> touch = touch_nowhere<T>();
-  if (may_reach(magnitude(cubic.b0) - error, plane_t0, motion.reach())) {
+  if (query.may_reach_t0) {
     touch = touch_at<kKind>(motion, motion.t0, T(0));
   }
-  if (!touch.is_hit && !is_never_coplanar) {
-    const T unit = has_volume ? T(1) / volume : T(0);
-    const Cubic<T> normalized{unit * cubic.b0, unit * cubic.b1, unit * cubic.b2, unit * cubic.b3};
+  if (!touch.is_hit && !query.is_never_coplanar) {
+    const T unit = query.volume > T(0) ? T(1) / query.volume : T(0);
+    const Cubic<T> normalized{unit * query.cubic.b0, unit * query.cubic.b1, unit * query.cubic.b2,
+                              unit * query.cubic.b3};
     touch = first_coplanar_touch<kKind>(motion, normalized, T(192) * epsilon<T>());
   }
-  if (!touch.is_hit && may_reach(magnitude(cubic.b3) - error, plane_t1, motion.reach())) {
+  if (!touch.is_hit && query.may_reach_t1) {
     touch = touch_at<kKind>(motion, motion.t1, T(1));
   }
-  return touch.is_hit ? to_impact<kKind>(motion, touch, side, scale) : separated<T>();
+  return touch.is_hit ? to_impact<kKind>(motion, touch, query.side, query.scale) : separated<T>();
 }
 
 }  // namespace detail
@@ -392,6 +421,22 @@ SOFTCD_HD Impact<T> edge_edge_impact(Vec3<T> e0_t0, Vec3<T> e1_t0, Vec3<T> g0_t0
   return detail::impact<ContactKind::edge_edge>(
       detail::Motion<T>{detail::relative_edge_edge(e0_t0, e1_t0, g0_t0, g1_t0),
                         detail::relative_edge_edge(e0_t1, e1_t1, g0_t1, g1_t1), margin, T(0)});
+}
+
+/// Cheap and certain: true only where the impact of the same features would be `separated`, and in most such cases.
+/// Corners in the order of the functions above, at both ends.
+template <ContactKind kKind, class T>
+SOFTCD_HD bool keep_apart(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    return detail::make_query(detail::Motion<T>{detail::relative_vertex_triangle(t0[0], t0[1], t0[2], t0[3]),
+                                                detail::relative_vertex_triangle(t1[0], t1[1], t1[2], t1[3]), margin,
+                                                T(0)})
+        .keeps_apart();
+  } else {
+    return detail::make_query(detail::Motion<T>{detail::relative_edge_edge(t0[0], t0[1], t0[2], t0[3]),
+                                                detail::relative_edge_edge(t1[0], t1[1], t1[2], t1[3]), margin, T(0)})
+        .keeps_apart();
+  }
 }
 
 }  // namespace softcd

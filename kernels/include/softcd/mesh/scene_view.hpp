@@ -57,10 +57,7 @@ struct SceneView {
 };
 
 /// A triangle's corners at both ends of the step.
-struct TriangleMotion {
-  Vec3f t0[3];
-  Vec3f t1[3];
-};
+using TriangleMotion = PointMotion<3>;
 
 SOFTCD_HD inline TriangleMotion load_triangle(const SceneView& scene, std::uint32_t t) {
   const Triangle triangle = scene.triangles[t];

@@ -55,11 +55,10 @@ class BroadPhaseStages {
     std::uint32_t* bins = w_.size_bins.data();
     backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kCount, kSizeBins,
                        MeasureTriangle{w_.volumes.data(), w_.shapes.data()});
-    backend_.for_each(
-        "choose_grid", once(),
-        ChooseGrid{bins + MeasureTriangle::radius * kSizeBins, bins + MeasureTriangle::swept_radius * kSizeBins,
-                   bins + MeasureTriangle::distance * kSizeBins, settings_.broad_phase, settings_.subdivision,
-                   settings_.lambda, &counters_->grid});
+    backend_.run_once("choose_grid", ChooseGrid{bins + MeasureTriangle::radius * kSizeBins,
+                                                bins + MeasureTriangle::swept_radius * kSizeBins,
+                                                bins + MeasureTriangle::distance * kSizeBins, settings_.broad_phase,
+                                                settings_.subdivision, settings_.lambda, &counters_->grid});
   }
 
   template <class Control>
@@ -147,8 +146,9 @@ class BroadPhaseStages {
     produce(
         backend_, counters_,
         [&] {
-          backend_.for_each_work("test_pairs", w_.entries.count(counters_), w_.test_offsets.data(), &counters_->tests,
-                                 test_pair, w_.pairs.appender(counters_), w_.flagged.appender(counters_));
+          backend_.for_each_work_filtered("test_pairs", w_.entries.count(counters_), w_.test_offsets.data(),
+                                          &counters_->tests, test_pair, w_.pairs.appender(counters_),
+                                          w_.flagged.appender(counters_));
         },
         w_.pairs, w_.flagged);
     if (w_.flagged.capacity() > 0) {
@@ -172,7 +172,6 @@ class BroadPhaseStages {
   }
 
   Count triangles() const { return {&counters_->triangles, scene_.triangle_count}; }
-  Count once() const { return {&counters_->one, 1}; }
 
   Backend& backend_;
   Workspace<Backend>& w_;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstring>
+#include <vector>
 
 #include "softcd/pipeline/broad_phase.inl"
 #include "softcd/pipeline/detector.hpp"
@@ -34,25 +36,28 @@ class DetectorOn final : public Detector {
   void start(const SceneBodies& bodies, const DetectionSettings& settings) override {
     settings_ = settings;
     backend_.start_clock();
-    backend_.begin(Stage::transfer);
     upload(w_.bodies, bodies.bodies);
     upload(w_.may_touch, bodies.may_touch);
     view_scene(bodies);
     const bool both_ends = scene_.continuous || scene_.motion_margin > 0.0F;
     backend_.upload_positions(w_.x_t0, w_.x_t1, scene_.vertex_count, both_ends);
     reserve_lists();
-    backend_.launch([this] { detect(); });
+    launch();
   }
 
   Span<const Contact> finish(Statistics& statistics) override {
-    Counters counters = backend_.finish(w_.counters);
-    while (grow(counters)) {
+    Counters counters = backend_.finish();
+    const auto grow = [&](auto&... lists) { return grow_lists(backend_, counters, lists...); };
+    while (with_lists(grow)) {
       backend_.count_rerun();
-      backend_.launch([this] { detect(); });
-      counters = backend_.finish(w_.counters);
+      launch();
+      counters = backend_.finish();
     }
-    const Span<const Contact> contacts = backend_.download(w_.contacts, counters.vt_contacts + counters.ee_contacts);
-    report(counters, statistics);
+    if (!Backend::kKnowsCounts) {
+      with_lists([&](auto&... lists) { fit_lists(counters, lists...); });
+    }
+    const Span<const Contact> contacts = backend_.contacts(counters.contacts);
+    report(counters, contacts, statistics);
     return contacts;
   }
 
@@ -84,30 +89,65 @@ class DetectorOn final : public Detector {
   void reserve_lists() {
     const std::uint64_t triangles = scene_.triangle_count;
     w_.counters.reserve(backend_, 1, 0);
+    if (guessed_for_ == triangles) return;
+    guessed_for_ = triangles;
     w_.entries.reserve(backend_, 6 * triangles, 0);
     w_.pairs.reserve(backend_, 8 * triangles, 0);
     if (settings_.vertex_triangle) w_.vt_candidates.reserve(backend_, 8 * triangles, 0);
     if (settings_.edge_edge) w_.ee_candidates.reserve(backend_, 16 * triangles, 0);
-    if (settings_.vertex_triangle) w_.vt_contacts.reserve(backend_, 4 * triangles, 0);
-    if (settings_.edge_edge) w_.ee_contacts.reserve(backend_, 8 * triangles, 0);
+    w_.found.reserve(backend_, 4 * triangles, 0);
   }
 
   void detect() {
-    Counters cleared{};
-    cleared.one = 1;
-    cleared.triangles = scene_.triangle_count;
-    cleared.earliest_toi = 1.0F;
-    backend_.upload(w_.counters, Span<const Counters>(&cleared, 1));
+    with_lists([](auto&... lists) { (lists.rewind(), ...); });
+    w_.contact_keys.rewind();
+    w_.contact_order.rewind();
+    backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), scene_.triangle_count});
     BroadPhaseStages<Backend>(backend_, w_, scene_, settings_).run();
     NarrowPhaseStages<Backend>(backend_, w_, scene_, settings_).run();
+    backend_.begin(Stage::transfer);
+    backend_.download(w_.counters, w_.contacts, w_.found.count(w_.counters.data()));
   }
 
-  bool grow(const Counters& counters) {
-    return grow_lists(backend_, counters, w_.bigs, w_.splits, w_.split_cells, w_.entries, w_.flagged, w_.pairs,
-                      w_.vt_candidates, w_.ee_candidates, w_.vt_contacts, w_.ee_contacts);
+  /// Everything that decides which work detect() enqueues. Two detections with the same signature enqueue the same work
+  /// on the same memory.
+  std::vector<std::uint64_t> signature() {
+    std::uint32_t lambda_bits = 0;
+    std::uint32_t motion_bits = 0;
+    std::memcpy(&lambda_bits, &settings_.lambda, sizeof(lambda_bits));
+    std::memcpy(&motion_bits, &scene_.motion_margin, sizeof(motion_bits));
+    std::vector<std::uint64_t> values = {static_cast<std::uint64_t>(settings_.detection),
+                                         static_cast<std::uint64_t>(settings_.accuracy),
+                                         static_cast<std::uint64_t>(settings_.broad_phase),
+                                         settings_.subdivision,
+                                         settings_.vertex_triangle,
+                                         settings_.edge_edge,
+                                         lambda_bits,
+                                         motion_bits,
+                                         scene_.triangle_count,
+                                         scene_.vertex_count,
+                                         scene_.edge_count,
+                                         scene_.body_count,
+                                         scene_.pair_words};
+    with_lists([&](auto&... lists) { (values.push_back(lists.capacity()), ...); });
+    return values;
   }
 
-  void report(const Counters& counters, Statistics& statistics) const {
+  void launch() {
+    backend_.launch(signature(), [this] { detect(); });
+  }
+
+  /// Calls f with every list.
+  template <class F>
+  decltype(auto) with_lists(const F& f) {
+    return f(w_.bigs, w_.splits, w_.split_cells, w_.entries, w_.flagged, w_.pairs, w_.vt_candidates, w_.ee_candidates,
+             w_.found);
+  }
+
+  void report(const Counters& counters, Span<const Contact> contacts, Statistics& statistics) const {
+    const auto* first_edge_contact = std::partition_point(contacts.begin(), contacts.end(), [](const Contact& contact) {
+      return contact.kind == ContactKind::vertex_triangle;
+    });
     statistics.active_triangles = counters.grid.active_triangles;
     statistics.mean_radius = static_cast<double>(counters.grid.mean_radius);
     statistics.cell_size = static_cast<double>(counters.grid.cell_size);
@@ -121,8 +161,8 @@ class DetectorOn final : public Detector {
     statistics.flagged_pairs = counters.flagged;
     statistics.vt_candidates = counters.vt_candidates;
     statistics.ee_candidates = counters.ee_candidates;
-    statistics.vt_contacts = counters.vt_contacts;
-    statistics.ee_contacts = counters.ee_contacts;
+    statistics.vt_contacts = static_cast<std::uint64_t>(first_edge_contact - contacts.begin());
+    statistics.ee_contacts = static_cast<std::uint64_t>(contacts.end() - first_edge_contact);
     statistics.earliest_toi = static_cast<double>(counters.earliest_toi);
     statistics.peak_bytes = backend_.peak_bytes();
     statistics.reruns = backend_.reruns();
@@ -133,6 +173,7 @@ class DetectorOn final : public Detector {
   Workspace<Backend> w_;
   SceneView scene_;
   DetectionSettings settings_{};
+  std::uint64_t guessed_for_ = 0;  ///< triangles that reserve_lists guessed for
 };
 
 }  // namespace softcd

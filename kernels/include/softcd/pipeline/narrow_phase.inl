@@ -16,38 +16,37 @@ class NarrowPhaseStages {
       : backend_(backend), w_(workspace), counters_(workspace.counters.data()), scene_(scene), settings_(settings) {}
 
   void run() {
-    backend_.begin(Stage::features);
-    produce(
-        backend_, counters_,
-        [&] {
-          backend_.for_each_append("expand_pairs", w_.pairs.count(counters_),
-                                   ExpandPair{scene_, w_.volumes.data(), w_.pairs.template column<0>().data()},
-                                   w_.vt_candidates.appender(counters_), w_.ee_candidates.appender(counters_));
-        },
-        w_.vt_candidates, w_.ee_candidates);
-
-    backend_.begin(Stage::narrow);
     if (settings_.accuracy == Accuracy::fast) {
-      test_candidates<float>();
+      find_contacts<float>();
     } else {
-      test_candidates<double>();
+      find_contacts<double>();
     }
-
     backend_.begin(Stage::sort);
     sort_contacts();
   }
 
  private:
   template <class T>
-  void test_candidates() {
+  void find_contacts() {
+    backend_.begin(Stage::features);
+    const ExpandPair<T> expand_pair{scene_, w_.shapes.data(), w_.pairs.template column<0>().data()};
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.for_each_part("expand_pairs", w_.pairs.count(counters_), expand_pair,
+                                 w_.vt_candidates.appender(counters_), w_.ee_candidates.appender(counters_));
+        },
+        w_.vt_candidates, w_.ee_candidates);
+
+    backend_.begin(Stage::narrow);
     if (settings_.vertex_triangle) {
-      test_kind<ContactKind::vertex_triangle, T>("test_vertex_triangle", w_.vt_candidates, w_.vt_contacts);
+      test_kind<ContactKind::vertex_triangle, T>("test_vertex_triangle", w_.vt_candidates);
     }
-    if (settings_.edge_edge) test_kind<ContactKind::edge_edge, T>("test_edge_edge", w_.ee_candidates, w_.ee_contacts);
+    if (settings_.edge_edge) test_kind<ContactKind::edge_edge, T>("test_edge_edge", w_.ee_candidates);
   }
 
-  template <ContactKind kKind, class T, class Candidates, class Contacts>
-  void test_kind(const char* label, Candidates& candidates, Contacts& contacts) {
+  template <ContactKind kKind, class T, class Candidates>
+  void test_kind(const char* label, Candidates& candidates) {
     const std::uint64_t* features = candidates.template column<0>().data();
     produce(
         backend_, counters_,
@@ -55,39 +54,31 @@ class NarrowPhaseStages {
           const Count count = candidates.count(counters_);
           if (scene_.continuous) {
             backend_.for_each_append(label, count, TestMotion<kKind, T>{scene_, features},
-                                     contacts.appender(counters_));
+                                     w_.found.appender(counters_));
           } else {
             backend_.for_each_append(label, count, TestProximity<kKind, T>{scene_, features},
-                                     contacts.appender(counters_));
+                                     w_.found.appender(counters_));
           }
         },
-        contacts);
+        w_.found);
   }
 
   void sort_contacts() {
-    w_.contacts.reserve(backend_, w_.vt_contacts.capacity() + w_.ee_contacts.capacity(), 0);
-    const Count none = {&counters_->vt_contacts, 0};
-    sort_kind<ContactKind::vertex_triangle>(w_.vt_contacts, none, bits_for(scene_.vertex_count),
-                                            bits_for(scene_.triangle_count));
-    sort_kind<ContactKind::edge_edge>(w_.ee_contacts, w_.vt_contacts.count(counters_), bits_for(scene_.edge_count),
-                                      bits_for(scene_.edge_count));
-  }
-
-  /// Writes behind the contacts of the kind `before`.
-  template <ContactKind kKind, class Contacts>
-  void sort_kind(Contacts& found, Count before, int high_bits, int low_bits) {
-    if (found.capacity() == 0) return;
-    const Count count = found.count(counters_);
-    w_.contact_keys.reserve(backend_, found.capacity(), 0);
-    w_.contact_order.reserve(backend_, found.capacity(), 0);
-    const FeatureContact* contacts = found.template column<0>().data();
-    backend_.for_each("make_contact_keys", count,
-                      MakeContactKey{contacts, static_cast<std::uint32_t>(low_bits), w_.contact_keys.data(),
-                                     w_.contact_order.data()});
-    backend_.sort_pairs("sort_contacts", count, w_.contact_keys, w_.contact_order, high_bits + low_bits);
+    w_.contacts.reserve(backend_, w_.found.capacity(), 0);
+    w_.contact_keys.reserve(backend_, w_.found.capacity(), 0);
+    w_.contact_order.reserve(backend_, w_.found.capacity(), 0);
+    const Count count = w_.found.count(counters_);
+    const FeatureContact* found = w_.found.template column<0>().data();
+    const int first_bits = bits_for(std::max(scene_.vertex_count, scene_.edge_count));
+    const int second_bits = bits_for(std::max(scene_.triangle_count, scene_.edge_count));
+    backend_.for_each(
+        "make_contact_keys", count,
+        MakeContactKey{found, static_cast<std::uint32_t>(first_bits), static_cast<std::uint32_t>(second_bits),
+                       w_.contact_keys.data(), w_.contact_order.data()});
+    backend_.sort_pairs("sort_contacts", count, w_.contact_keys, w_.contact_order, 1 + first_bits + second_bits);
     backend_.for_each("write_contacts", count,
-                      WriteContact<kKind>{scene_, contacts, w_.contact_order.data(), before, w_.contacts.data()});
-    backend_.minimum("earliest_contact", count, TimeOfContact{contacts}, &counters_->earliest_toi);
+                      WriteContact{scene_, found, w_.contact_order.data(), w_.contacts.data()});
+    backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
   }
 
   Backend& backend_;

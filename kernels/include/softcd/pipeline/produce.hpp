@@ -27,6 +27,12 @@ void produce(Backend& backend, Counters* counters, const Work& stage, Lists&... 
   }
 }
 
+/// After a detection: sizes every list for one like it.
+template <class... Lists>
+void fit_lists(const Counters& counters, Lists&... lists) {
+  (lists.fit(counters.*lists.counter()), ...);
+}
+
 /// After a detection: grows every list that was asked for more than it holds. True when one did, so that the detection
 /// has to be repeated.
 template <class Backend, class... Lists>

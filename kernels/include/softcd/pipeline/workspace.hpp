@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <tuple>
 
 #include "softcd/pipeline/output.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
@@ -12,13 +13,25 @@ namespace softcd {
 
 /// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
-  std::uint64_t one;  ///< 1, the number of items of a stage that runs once
   std::uint64_t triangles;
   std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, pairs;
-  std::uint64_t vt_candidates, ee_candidates, vt_contacts, ee_contacts;
+  std::uint64_t vt_candidates, ee_candidates, contacts;
   float earliest_toi;
   GridParameters grid;
+};
+
+struct ClearCounters {
+  Counters* counters;
+  std::uint64_t triangles;
+
+  template <class Team>
+  SOFTCD_HD void operator()(Team& team) const {
+    if (!team.is_leader()) return;
+    *counters = Counters{};
+    counters->triangles = triangles;
+    counters->earliest_toi = 1.0F;
+  }
 };
 
 /// A growing list and its counter. `Columns` are the buffers behind it, all of one capacity.
@@ -30,15 +43,29 @@ class List {
   explicit List(Counter counter) : counter_(counter) {}
 
   Counter counter() const { return counter_; }
-  std::uint64_t capacity() const { return capacity_; }
 
-  /// Keeps the first `kept` values. Capacities grow by a quarter beyond what is asked for, so that slowly
-  /// growing scenes seldom grow them.
-  void reserve(Backend& backend, std::uint64_t capacity, std::uint64_t kept) {
-    if (capacity <= capacity_) return;
-    const std::uint64_t roomy = capacity + capacity / 4 + 256;
-    std::apply([&](auto&... column) { (column.reserve(backend, roomy, kept), ...); }, columns_);
-    capacity_ = roomy;
+  /// How many values the next stage may store.
+  std::uint64_t capacity() const { return bound_; }
+
+  /// Keeps the first `kept` values. There will be room for a quarter more than asked for, so that slowly growing scenes
+  /// seldom grow a list.
+  void reserve(Backend& backend, std::uint64_t wanted, std::uint64_t kept) {
+    if (wanted <= bound_) return;
+    const std::uint64_t bound = roomy(wanted);
+    if (bound > allocated_) {
+      std::apply([&](auto&... column) { (column.reserve(backend, bound, kept), ...); }, columns_);
+      allocated_ = bound;
+    }
+    bound_ = bound;
+  }
+
+  /// Uses no more of the list than a detection that counted `count` values would have room for. Work whose size the
+  /// host does not know is sized by the capacity.
+  void fit(std::uint64_t count) { bound_ = std::min(bound_, roomy(count)); }
+
+  /// Undoes what sorting did to the addresses; the values are lost.
+  void rewind() {
+    std::apply([](auto&... column) { (column.rewind(), ...); }, columns_);
   }
 
   template <std::size_t I>
@@ -48,13 +75,22 @@ class List {
 
   Appender<Target> appender(Counters* counters) {
     return {std::apply([](auto&... column) { return Target{column.data()...}; }, columns_), &(counters->*counter_),
-            capacity_};
+            bound_};
   }
-  Count count(const Counters* counters) const { return {&(counters->*counter_), capacity_}; }
+  Count count(const Counters* counters) const { return {&(counters->*counter_), bound_}; }
 
  private:
+  /// A quarter more, rounded up to an eighth of an octave, so that it stays the same while counts change little.
+  static std::uint64_t roomy(std::uint64_t count) {
+    const std::uint64_t wanted = count == 0 ? 0 : count + count / 4 + 256;
+    std::uint64_t step = 1;
+    while (step * 16 <= wanted) step *= 2;
+    return (wanted + step - 1) / step * step;
+  }
+
   Counter counter_;
-  std::uint64_t capacity_ = 0;
+  std::uint64_t allocated_ = 0;
+  std::uint64_t bound_ = 0;
   std::tuple<Columns...> columns_;
 };
 
@@ -99,7 +135,7 @@ struct Workspace {
 
   // Narrow phase.
   ArrayList<std::uint64_t> vt_candidates{&Counters::vt_candidates}, ee_candidates{&Counters::ee_candidates};
-  ArrayList<FeatureContact> vt_contacts{&Counters::vt_contacts}, ee_contacts{&Counters::ee_contacts};
+  ArrayList<FeatureContact> found{&Counters::contacts};
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
   Buffer<Contact> contacts;

@@ -7,13 +7,18 @@
 
 namespace softcd {
 
-/// Bit of TriangleShape::flags: a corner moves further in the step than the triangle is wide, so that time slabs pay.
-constexpr std::uint32_t kFastTriangle = 1U;
-/// Bit of TriangleShape::flags: on the BIG list.
-constexpr std::uint32_t kBigTriangle = 2U;
+/// Bits of TriangleShape::flags. The lowest six are the triangle's Ownership.
+constexpr std::uint32_t kOwnershipBits = 63U;
+/// A corner moves further in the step than the triangle is wide, so that time slabs pay.
+constexpr std::uint32_t kFastTriangle = 1U << 6;
+/// On the BIG list.
+constexpr std::uint32_t kBigTriangle = 1U << 7;
+/// The body wants contacts of this kind.
+constexpr std::uint32_t kWantsVertexTriangle = 1U << 8;
+constexpr std::uint32_t kWantsEdgeEdge = 1U << 9;
 
-/// What the grid needs to know of a triangle besides its volume.
-struct TriangleShape {
+/// What the later stages need to know of a triangle besides its volume, in one 16-byte read.
+struct alignas(16) TriangleShape {
   float radius;  ///< of the larger of its bounding spheres at t0 and t1, without margin
   float growth;  ///< margin, and motion margin, by which the volume was inflated
   std::uint32_t flags;
@@ -27,30 +32,38 @@ struct BoundTriangle {
   TriangleShape* shapes;
 
   SOFTCD_HD void operator()(std::uint32_t t) const {
-    volumes[t] = empty_kdop();
-    shapes[t] = {0.0F, 0.0F, 0U};
-    if (scene.ownership[t] & kLeftOut) return;
-
-    const TriangleMotion motion = load_triangle(scene, t);
     Kdop18 volume = empty_kdop();
-    float motion_growth = 0.0F;
+    TriangleShape shape = {0.0F, 0.0F, 0U};
+    if ((scene.ownership[t] & kLeftOut) == 0U) bound(t, volume, shape);
+    volumes[t] = volume;
+    shapes[t] = shape;
+  }
+
+ private:
+  SOFTCD_HD void bound(std::uint32_t t, Kdop18& out, TriangleShape& shape) const {
+    const TriangleMotion motion = load_triangle(scene, t);
+    const SceneBody& body = scene.bodies[scene.triangle_body[t]];
+    Kdop18 volume = empty_kdop();
+    float growth = body.margin;
     float furthest_move = 0.0F;
     for (int corner = 0; corner < 3; ++corner) {
       extend(volume, motion.t1[corner]);
       if (scene.continuous) {
         extend(volume, motion.t0[corner]);
         furthest_move = larger(furthest_move, max_norm(motion.t1[corner] - motion.t0[corner]));
+      } else if (scene.motion_margin > 0.0F) {
+        growth = larger(growth, scene.vertex_margin(scene.triangles[t].v[corner]));
       }
-      motion_growth = larger(motion_growth, scene.vertex_margin(scene.triangles[t].v[corner]));
     }
-    inflate(volume, motion_growth);
-    const SceneBody& body = scene.bodies[scene.triangle_body[t]];
+    inflate(volume, growth);
     if (!overlap(body.reach, volume)) return;
 
     const float radius = larger(bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius,
                                 bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius);
-    volumes[t] = volume;
-    shapes[t] = {radius, motion_growth, furthest_move > radius ? kFastTriangle : 0U};
+    out = volume;
+    shape = {radius, growth,
+             scene.ownership[t] | (furthest_move > radius ? kFastTriangle : 0U) |
+                 (body.vertex_triangle ? kWantsVertexTriangle : 0U) | (body.edge_edge ? kWantsEdgeEdge : 0U)};
   }
 };
 

@@ -61,6 +61,19 @@ SOFTCD_HD void for_each_cell(const IntegerDop& cells, Visit visit) {
   }
 }
 
+/// Number of cells of an integer DOP.
+SOFTCD_HD inline std::uint32_t cell_count(const IntegerDop& cells) {
+  std::uint32_t count = 0;
+  for (int z = cells.lo[2]; z <= cells.hi[2]; ++z) {
+    const CellInterval column = cells.column(z);
+    for (int y = column.lo; y <= column.hi; ++y) {
+      const CellInterval row = cells.row(y, z);
+      if (!row.empty()) count += static_cast<std::uint32_t>(row.hi - row.lo + 1);
+    }
+  }
+  return count;
+}
+
 /// `exact` and `uniform`: registers a triangle in the cells of its own volume when it is small enough, else puts it on
 /// the list of triangles to split, or, where that would take too many cells, on the list of those tested against all.
 struct RegisterTriangle {
@@ -82,7 +95,8 @@ struct RegisterTriangle {
     const IntegerDop cells = integer_dop(volume, inverse_size);
     const TriangleShape shape = shapes[t];
     const float limit = larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
-    const int level = subdivision ? subdivision_level(shape.radius, limit) : 0;
+    const bool is_large = subdivision && shape.radius > kLeastSplit * limit;
+    const int level = is_large ? subdivision_level(shape.radius, limit) : 0;
     if (level > kMaxLevel || cells.span() > kMaxSpan) {
       list_big(t, bigs);
     } else if (level > 0) {
@@ -91,10 +105,11 @@ struct RegisterTriangle {
       const Ownership ownership = scene.ownership[t];
       const bool fits = cells.span() <= 2;
       const bool fast = (shape.flags & kFastTriangle) != 0U;
+      auto room = entries.allocate(cell_count(cells));
       for_each_cell(cells, [&](Cell cell, CellInterval row, const CellInterval(&below)[4]) {
         const std::uint32_t mask = lower_neighbour_mask(cell.x, row, below);
-        entries.push(KeyedEntry{entry_key(cell_index(cell), missing_face_neighbours(mask)),
-                                {t, entry_bits(ExactControl::pack(mask, false, fits), ownership, fast)}});
+        room.put(KeyedEntry{entry_key(cell_index(cell), missing_face_neighbours(mask)),
+                            {t, entry_bits(ExactControl::pack(mask, false, fits), ownership, fast)}});
       });
     }
   }

@@ -2,21 +2,22 @@
 
 #include <cstdint>
 
-#include "softcd/core/count.hpp"
 #include "softcd/stages/contact_tests.hpp"
 
 namespace softcd {
 
-/// Sort keys of found contacts, first feature above second, in as few bits as the scene needs.
+/// Sort keys of found contacts, kind above first feature above second, in as few bits as the scene needs.
 struct MakeContactKey {
   const FeatureContact* contacts;
-  std::uint32_t low_bits;  ///< number of bits of the second feature
+  std::uint32_t first_bits;
+  std::uint32_t second_bits;
   std::uint64_t* keys;
   std::uint32_t* order;
 
   SOFTCD_HD void operator()(std::uint32_t i) const {
     const std::uint64_t features = contacts[i].features;
-    keys[i] = ((features >> 32) << low_bits) | (features & 0xFFFFFFFFULL);
+    const auto kind = static_cast<std::uint64_t>(kind_of(features));
+    keys[i] = (((kind << first_bits) | first_feature(features)) << second_bits) | second_feature(features);
     order[i] = i;
   }
 };
@@ -28,36 +29,35 @@ struct TimeOfContact {
 };
 
 /// Writes the contacts in sorted order with indices within their bodies.
-template <ContactKind kKind>
 struct WriteContact {
   SceneView scene;
   const FeatureContact* contacts;
   const std::uint32_t* order;
-  Count before;  ///< contacts of the kinds written in front
   Contact* out;
 
   SOFTCD_HD void operator()(std::uint32_t i) const {
     const FeatureContact& found = contacts[order[i]];
-    const FeatureVertices vertices = feature_vertices<kKind>(scene, found.features);
+    const bool is_vertex = kind_of(found.features) == ContactKind::vertex_triangle;
+    const FeatureVertices vertices = is_vertex ? feature_vertices<ContactKind::vertex_triangle>(scene, found.features)
+                                               : feature_vertices<ContactKind::edge_edge>(scene, found.features);
     const SceneBody& a = scene.bodies[scene.vertex_body[vertices.v[0]]];
     const SceneBody& b = scene.bodies[scene.vertex_body[vertices.v[3]]];
-    constexpr bool kIsVertex = kKind == ContactKind::vertex_triangle;
 
     Contact contact;
-    contact.kind = kKind;
+    contact.kind = kind_of(found.features);
     contact.body_a = BodyId{a.id};
     contact.body_b = BodyId{b.id};
-    contact.feature_a = static_cast<std::uint32_t>(found.features >> 32) - (kIsVertex ? a.first_vertex : a.first_edge);
-    contact.feature_b = static_cast<std::uint32_t>(found.features) - (kIsVertex ? b.first_triangle : b.first_edge);
+    contact.feature_a = first_feature(found.features) - (is_vertex ? a.first_vertex : a.first_edge);
+    contact.feature_b = second_feature(found.features) - (is_vertex ? b.first_triangle : b.first_edge);
     for (int corner = 0; corner < 4; ++corner) {
-      const bool on_a = corner < (kIsVertex ? 1 : 2);
+      const bool on_a = corner < (is_vertex ? 1 : 2);
       contact.vertices[corner] = vertices.v[corner] - (on_a ? a.first_vertex : b.first_vertex);
       contact.weights[corner] = found.weights[corner];
     }
     contact.normal = found.normal;
     contact.distance = found.distance;
     contact.time_of_impact = found.time;
-    out[before.get() + i] = contact;
+    out[i] = contact;
   }
 };
 

@@ -11,12 +11,26 @@ namespace softcd {
 
 /// A contact between features by their scene-wide indices.
 struct FeatureContact {
-  std::uint64_t features;  ///< vertex:32 | triangle:32, or lower edge:32 | higher edge:32, from high to low
+  std::uint64_t
+      features;  ///< kind:1 | vertex:31 | triangle:32, or kind:1 | lower edge:31 | higher edge:32, from high to low
   float weights[4];
   Vec3f normal;
   float distance;
   float time;
 };
+
+SOFTCD_HD constexpr std::uint64_t with_kind(ContactKind kind, std::uint64_t candidate) {
+  return (static_cast<std::uint64_t>(kind) << 63) | candidate;
+}
+SOFTCD_HD constexpr ContactKind kind_of(std::uint64_t features) {
+  return static_cast<ContactKind>(features >> 63);
+}
+SOFTCD_HD constexpr std::uint32_t first_feature(std::uint64_t features) {
+  return static_cast<std::uint32_t>(features >> 32) & 0x7FFFFFFFU;
+}
+SOFTCD_HD constexpr std::uint32_t second_feature(std::uint64_t features) {
+  return static_cast<std::uint32_t>(features);
+}
 
 /// The four vertices of a candidate, in the order of Contact::vertices.
 struct FeatureVertices {
@@ -25,8 +39,8 @@ struct FeatureVertices {
 
 template <ContactKind kKind>
 SOFTCD_HD FeatureVertices feature_vertices(const SceneView& scene, std::uint64_t features) {
-  const auto a = static_cast<std::uint32_t>(features >> 32);
-  const auto b = static_cast<std::uint32_t>(features);
+  const std::uint32_t a = first_feature(features);
+  const std::uint32_t b = second_feature(features);
   if constexpr (kKind == ContactKind::vertex_triangle) {
     const Triangle t = scene.triangles[b];
     return {{a, t.v[0], t.v[1], t.v[2]}};
@@ -66,7 +80,8 @@ struct TestProximity {
 
     const T distance = square_root(closest.squared_distance);
     const Vec3<T> normal = distance > T(0) ? (T(1) / distance) * closest.offset : touching_normal(x);
-    FeatureContact contact{candidates[i], {}, vec3_cast<float>(normal), static_cast<float>(distance), 1.0F};
+    FeatureContact contact{
+        with_kind(kKind, candidates[i]), {}, vec3_cast<float>(normal), static_cast<float>(distance), 1.0F};
     for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(closest.weights[corner]);
     contacts.push(contact);
   }
@@ -106,7 +121,7 @@ struct TestMotion {
     }
     const Impact<T> impact = impact_of(x, y, static_cast<T>(contact_margin<kKind>(scene, vertices)));
     if (impact.state == ImpactState::separated) return;
-    FeatureContact contact{candidates[i],
+    FeatureContact contact{with_kind(kKind, candidates[i]),
                            {},
                            vec3_cast<float>(impact.normal),
                            static_cast<float>(impact.distance),

@@ -16,26 +16,16 @@ SOFTCD_HD constexpr std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
 
 constexpr int kTimeSlabs = 8;
 
-SOFTCD_HD inline Kdop18 kdop_of(const Vec3f (&corners)[3]) {
-  Kdop18 volume = empty_kdop();
-  for (const Vec3f& corner : corners) extend(volume, corner);
-  return volume;
-}
-
 SOFTCD_HD inline Box box_at(const TriangleMotion& motion, float t) {
   Box box = box_of(lerp(motion.t0[0], motion.t1[0], t));
   for (int corner = 1; corner < 3; ++corner) box = merged(box, box_of(lerp(motion.t0[corner], motion.t1[corner], t)));
   return box;
 }
 
-/// Whether the triangles' boxes, `gap` apart at most, overlap within one of kTimeSlabs equal parts of the step.
-SOFTCD_HD inline bool overlap_in_a_slab(const TriangleMotion& a, const TriangleMotion& b, float gap) {
-  float furthest = 0.0F;
-  for (int corner = 0; corner < 3; ++corner) {
-    furthest = larger(furthest, larger(max_norm(a.t0[corner]), max_norm(a.t1[corner])));
-    furthest = larger(furthest, larger(max_norm(b.t0[corner]), max_norm(b.t1[corner])));
-  }
-  const float reach = outward_up(gap + 8.0F * 1.1920929e-7F * furthest);
+/// Whether the triangles' boxes, `distance` apart at most, overlap within one of kTimeSlabs equal parts of the step.
+SOFTCD_HD inline bool overlap_in_a_slab(const TriangleMotion& a, const TriangleMotion& b, float distance,
+                                        float furthest) {
+  const float reach = outward_up(distance + 8.0F * 1.1920929e-7F * furthest);
   Box box_a = box_at(a, 0.0F);
   Box box_b = box_at(b, 0.0F);
   for (int slab = 1; slab <= kTimeSlabs; ++slab) {
@@ -49,6 +39,11 @@ SOFTCD_HD inline bool overlap_in_a_slab(const TriangleMotion& a, const TriangleM
   return false;
 }
 
+/// Two triangles that meet in a cell.
+struct alignas(16) PairCandidate {
+  Entry a, b;
+};
+
 /// What decides about a pair of triangles once it is known that they meet in a cell. Cheapest first.
 struct PairTest {
   SceneView scene;
@@ -61,39 +56,54 @@ struct PairTest {
   }
 
   SOFTCD_HD bool may_touch(Entry a, Entry b) const {
-    if (a.root == b.root || !own_features(a, b)) return false;
-    if (!overlap(volumes[a.root], volumes[b.root])) return false;
-    if (!scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) return false;
+    if (scene.body_count > 1 && !scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) {
+      return false;
+    }
+    const Kdop18 volume_a = volumes[a.root];
+    const Kdop18 volume_b = volumes[b.root];
+    if (!overlap(volume_a, volume_b)) return false;
     if (!scene.continuous) return true;
     const TriangleMotion motion_a = load_triangle(scene, a.root);
     const TriangleMotion motion_b = load_triangle(scene, b.root);
-    const float gap = outward_up(shapes[a.root].growth + shapes[b.root].growth);
-    if (apart_throughout(kdop_of(motion_a.t0), kdop_of(motion_a.t1), kdop_of(motion_b.t0), kdop_of(motion_b.t1), gap))
-      return false;
-    return !(is_fast(a) || is_fast(b)) || overlap_in_a_slab(motion_a, motion_b, gap);
+    const float distance = outward_up(shapes[a.root].growth + shapes[b.root].growth);
+    const float furthest = larger(furthest_coordinate(volume_a), furthest_coordinate(volume_b));
+    if (apart_throughout(motion_a, motion_b, reach_of(distance, furthest))) return false;
+    return !(is_fast(a) || is_fast(b)) || overlap_in_a_slab(motion_a, motion_b, distance, furthest);
   }
 };
 
-/// One test: sorted entry j against its k-th partner.
+/// One test: sorted entry j against its k-th partner. `filter` decides by the entries alone and hands what is left, a
+/// minority, to `test`, so that a backend may gather enough of it before it goes on.
 template <class Control>
 struct TestPair {
-  PairTest test;
+  using Candidate = PairCandidate;
+
+  PairTest pair_test;
   const std::uint32_t* keys;
   const Entry* entries;
   const std::uint32_t* partner_begin;
 
+  SOFTCD_HD bool filter(std::uint32_t j, std::uint32_t k, PairCandidate& candidate) const {
+    candidate = {entries[j], entries[partner_begin[j] + k]};
+    const Verdict verdict = Control::judge(key_cell(keys[j]), candidate.a, candidate.b);
+    if (verdict == Verdict::skip || candidate.a.root == candidate.b.root) return false;
+    if (verdict == Verdict::execute_and_flag) candidate.a.bits |= kFlaggedPair;
+    return PairTest::own_features(candidate.a, candidate.b);
+  }
+
   template <class Pairs, class Flagged>
-  SOFTCD_HD void operator()(std::uint32_t j, std::uint32_t k, Pairs& pairs, Flagged& flagged) const {
-    const Entry a = entries[j];
-    const Entry b = entries[partner_begin[j] + k];
-    const Verdict verdict = Control::judge(key_cell(keys[j]), a, b);
-    if (verdict == Verdict::skip || !test.may_touch(a, b)) return;
-    if (verdict == Verdict::execute) {
-      pairs.push(pair_key(a.root, b.root));
+  SOFTCD_HD void test(const PairCandidate& candidate, Pairs& pairs, Flagged& flagged) const {
+    if (!pair_test.may_touch(candidate.a, candidate.b)) return;
+    const std::uint64_t pair = pair_key(candidate.a.root, candidate.b.root);
+    if ((candidate.a.bits & kFlaggedPair) == 0U) {
+      pairs.push(pair);
     } else {
-      flagged.push(pair_key(a.root, b.root));
+      flagged.push(pair);
     }
   }
+
+ private:
+  static constexpr std::uint32_t kFlaggedPair = 1U << 31;  ///< a spare bit of Entry
 };
 
 /// Triangle t against every triangle on the BIG list, each pair once.
@@ -109,8 +119,9 @@ struct TestAgainstBig {
     const bool is_big = (test.shapes[t].flags & kBigTriangle) != 0U;
     for (std::uint64_t i = 0; i < big_count.get(); ++i) {
       const std::uint32_t big = bigs[i];
-      if (is_big && t <= big) continue;
-      if (test.may_touch(a, entry_of(big))) pairs.push(pair_key(t, big));
+      if (t == big || (is_big && t < big)) continue;
+      const Entry b = entry_of(big);
+      if (PairTest::own_features(a, b) && test.may_touch(a, b)) pairs.push(pair_key(t, big));
     }
   }
 

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
+
+class btSoftBody;
+
+namespace softcd::bullet {
+
+/// Any Bullet broad phase, plus the list of soft bodies in it. Hand it to the world in place of the original one:
+///
+///     softcd::bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
+///     softcd::bullet::Dispatcher dispatcher(&configuration, broadphase);
+///
+/// All calls go to the original; getOverlappingPairCache() is the original's.
+class Broadphase : public btBroadphaseInterface {
+ public:
+  explicit Broadphase(std::unique_ptr<btBroadphaseInterface> original);
+  /// The caller keeps `original` alive.
+  explicit Broadphase(btBroadphaseInterface& original);
+  ~Broadphase() override;
+
+  /// In the order in which they were added.
+  const std::vector<btSoftBody*>& soft_bodies() const { return soft_bodies_; }
+
+  /// Called by the Dispatcher that detects these bodies' contacts, once. Every body's VF_SS flag is then hidden
+  /// from the moment at which the body is added until the first dispatch after it, so that Bullet builds no face
+  /// tree in between. (Bullet's build takes time quadratic in the faces; no function of ours runs between
+  /// addSoftBody and it.) In that short time the app sees its flags without VF_SS; assigning them anew, or setting
+  /// VF_SS, works as ever. Clearing only VF_SS there goes unnoticed.
+  void hide_vertex_face_flags();
+  /// Gives all hidden flags back.
+  void restore_vertex_face_flags();
+
+  btBroadphaseProxy* createProxy(const btVector3& aabb_min, const btVector3& aabb_max, int shape_type, void* user,
+                                 int filter_group, int filter_mask, btDispatcher* dispatcher) override;
+  void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
+  void setAabb(btBroadphaseProxy* proxy, const btVector3& aabb_min, const btVector3& aabb_max,
+               btDispatcher* dispatcher) override;
+  void getAabb(btBroadphaseProxy* proxy, btVector3& aabb_min, btVector3& aabb_max) const override;
+  void rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
+               const btVector3& aabb_min = btVector3(0, 0, 0), const btVector3& aabb_max = btVector3(0, 0, 0)) override;
+  void aabbTest(const btVector3& aabb_min, const btVector3& aabb_max, btBroadphaseAabbCallback& callback) override;
+  void calculateOverlappingPairs(btDispatcher* dispatcher) override;
+  btOverlappingPairCache* getOverlappingPairCache() override;
+  const btOverlappingPairCache* getOverlappingPairCache() const override;
+  void getBroadphaseAabb(btVector3& aabb_min, btVector3& aabb_max) const override;
+  void resetPool(btDispatcher* dispatcher) override;
+  void printStats() override;
+
+ private:
+  std::unique_ptr<btBroadphaseInterface> owned_;
+  btBroadphaseInterface& original_;
+  std::vector<btSoftBody*> soft_bodies_;
+  bool hides_flags_ = false;
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "softcd/bullet/broadphase.hpp"
+#include "softcd/bullet/settings.hpp"
+
+namespace softcd::bullet {
+
+class SoftSoftDetection;
+
+/// Bullet's dispatcher, with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd, for
+/// all bodies of a classic soft world in one batch. Rigid, soft-rigid and cluster pairs are Bullet's as before and
+/// overlap the detection when it runs on a GPU. The contacts are Bullet's own btSoftBody::SContact.
+///
+/// Both `configuration` and `broadphase` outlive the dispatcher's use by a world. Serves the world that uses
+/// `broadphase`; a second world that shares the dispatcher gets Bullet's own detection.
+///
+/// Two costs of Bullet's remain here and are gone in the one-line worlds of soft_worlds.hpp, which have a hook
+/// around Bullet's prediction: the update of every body's node tree, and the build of its face tree, quadratic in
+/// the faces, once after every change of a body's topology.
+class Dispatcher : public btCollisionDispatcher {
+ public:
+  Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings = {});
+  ~Dispatcher() override;
+
+  void dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
+                                 btDispatcher* dispatcher) override;
+
+  const Settings& settings() const;
+  /// From the next step on.
+  void set_settings(const Settings& settings);
+  /// statistics(), explain() and backend() of the detector.
+  const CollisionPipeline& pipeline() const;
+
+ private:
+  Broadphase& broadphase_;
+  std::unique_ptr<SoftSoftDetection> detection_;
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,65 @@
+#include "softcd/bullet/dispatcher.hpp"
+
+#include "soft_soft_detection.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+// Bullet's part of the pairs: everything but the vertex-face pairs of soft bodies.
+class NativePairs : public btOverlapCallback {
+ public:
+  NativePairs(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) : dispatcher_(dispatcher), info_(info) {}
+
+  bool processOverlap(btBroadphasePair& pair) override {
+    const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject));
+    const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject));
+    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(*a, *b);
+    if (!ours) dispatcher_.getNearCallback()(pair, dispatcher_, info_);
+    return false;
+  }
+
+ private:
+  btCollisionDispatcher& dispatcher_;
+  const btDispatcherInfo& info_;
+};
+
+}  // namespace
+
+Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings)
+    : btCollisionDispatcher(configuration),
+      broadphase_(broadphase),
+      detection_(std::make_unique<SoftSoftDetection>(settings)) {
+  install_pair_recorder(*this);
+  broadphase_.hide_vertex_face_flags();
+}
+
+Dispatcher::~Dispatcher() = default;
+
+void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
+                                           btDispatcher* dispatcher) {
+  if (pair_cache != broadphase_.getOverlappingPairCache()) {
+    btCollisionDispatcher::dispatchAllCollisionPairs(pair_cache, info, dispatcher);
+    return;
+  }
+  broadphase_.restore_vertex_face_flags();
+  const PairGate gate(*this, *pair_cache, info);
+  detection_->start(broadphase_.soft_bodies(), gate);
+  NativePairs native_pairs(*this, info);
+  pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
+  detection_->drop_unread_face_trees();
+  detection_->finish();
+}
+
+const Settings& Dispatcher::settings() const {
+  return detection_->settings();
+}
+
+void Dispatcher::set_settings(const Settings& settings) {
+  detection_->set_settings(settings);
+}
+
+const CollisionPipeline& Dispatcher::pipeline() const {
+  return detection_->pipeline();
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,64 @@
+#include "softcd/bullet/soft_worlds.hpp"
+
+#include "soft_world_hooks.hpp"
+
+namespace softcd::bullet {
+
+SoftRigidDynamicsWorld::SoftRigidDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
+                                               btConstraintSolver* solver, btCollisionConfiguration* configuration,
+                                               btSoftBodySolver* soft_body_solver, const Settings& settings)
+    : btSoftRigidDynamicsWorld(dispatcher, broadphase, solver, configuration, soft_body_solver),
+      hooks_(std::make_unique<SoftWorldHooks>(dispatcher, settings)) {}
+
+SoftRigidDynamicsWorld::~SoftRigidDynamicsWorld() = default;
+
+void SoftRigidDynamicsWorld::predictUnconstraintMotion(btScalar time_step) {
+  hooks_->predict(getSoftBodyArray(), [&] { btSoftRigidDynamicsWorld::predictUnconstraintMotion(time_step); });
+}
+
+void SoftRigidDynamicsWorld::performDiscreteCollisionDetection() {
+  hooks_->detect(*this, getSoftBodyArray());
+}
+
+const Settings& SoftRigidDynamicsWorld::settings() const {
+  return hooks_->settings();
+}
+
+void SoftRigidDynamicsWorld::set_settings(const Settings& settings) {
+  hooks_->set_settings(settings);
+}
+
+const CollisionPipeline& SoftRigidDynamicsWorld::pipeline() const {
+  return hooks_->pipeline();
+}
+
+SoftMultiBodyDynamicsWorld::SoftMultiBodyDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
+                                                       btMultiBodyConstraintSolver* solver,
+                                                       btCollisionConfiguration* configuration,
+                                                       btSoftBodySolver* soft_body_solver, const Settings& settings)
+    : btSoftMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, soft_body_solver),
+      hooks_(std::make_unique<SoftWorldHooks>(dispatcher, settings)) {}
+
+SoftMultiBodyDynamicsWorld::~SoftMultiBodyDynamicsWorld() = default;
+
+void SoftMultiBodyDynamicsWorld::predictUnconstraintMotion(btScalar time_step) {
+  hooks_->predict(getSoftBodyArray(), [&] { btSoftMultiBodyDynamicsWorld::predictUnconstraintMotion(time_step); });
+}
+
+void SoftMultiBodyDynamicsWorld::performDiscreteCollisionDetection() {
+  hooks_->detect(*this, getSoftBodyArray());
+}
+
+const Settings& SoftMultiBodyDynamicsWorld::settings() const {
+  return hooks_->settings();
+}
+
+void SoftMultiBodyDynamicsWorld::set_settings(const Settings& settings) {
+  hooks_->set_settings(settings);
+}
+
+const CollisionPipeline& SoftMultiBodyDynamicsWorld::pipeline() const {
+  return hooks_->pipeline();
+}
+
+}  // namespace softcd::bullet

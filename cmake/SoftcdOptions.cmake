@@ -1,0 +1,19 @@
+# The options of the build. Extras are on only when softcd is the project that is being built.
+
+set(SOFTCD_CUDA AUTO CACHE STRING
+    "CUDA backend: AUTO builds it where a CUDA compiler (12 or newer) is found, ON requires one, OFF leaves it out")
+set_property(CACHE SOFTCD_CUDA PROPERTY STRINGS AUTO ON OFF)
+option(SOFTCD_BULLET "Build softcd::bullet, the integration with Bullet's soft bodies" ${PROJECT_IS_TOP_LEVEL})
+option(SOFTCD_DEMOS "Build the programs softcd-detect and softcd-demo" ${PROJECT_IS_TOP_LEVEL})
+option(SOFTCD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
+option(SOFTCD_BENCHMARKS "Build the benchmarks" ${PROJECT_IS_TOP_LEVEL})
+option(SOFTCD_INSTALL "Generate the install rules" ${PROJECT_IS_TOP_LEVEL})
+set(SOFTCD_DATA_DIR "${PROJECT_SOURCE_DIR}/../shared/data" CACHE PATH
+    "Optional frames and ground truth; tests that need them are skipped where the folder is absent")
+
+if(PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+  if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+    set(CMAKE_BUILD_TYPE Release CACHE STRING "Debug, Release, RelWithDebInfo or MinSizeRel" FORCE)
+  endif()
+endif()

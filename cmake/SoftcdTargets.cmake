@@ -1,0 +1,34 @@
+# How every target of ours is compiled.
+
+# Adds a folder of the project when it has come to be.
+function(softcd_add_subdirectory folder)
+  if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/CMakeLists.txt")
+    add_subdirectory(${folder})
+  endif()
+endfunction()
+
+# Sanitizers reach every target, so that no part of a program is compiled without them.
+set(SOFTCD_SANITIZE "" CACHE STRING "Sanitizers of the whole build, e.g. address,undefined or thread")
+if(SOFTCD_SANITIZE)
+  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${SOFTCD_SANITIZE}>
+                      $<$<COMPILE_LANGUAGE:CXX>:-fno-omit-frame-pointer>
+                      $<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize-recover=all>)
+  add_link_options(-fsanitize=${SOFTCD_SANITIZE})
+endif()
+
+# The standard, warnings, and contraction off on both sides (g++ and nvcc would otherwise fuse a * b + c, each
+# where it likes), so that the CPU and CUDA compute the same bytes.
+function(softcd_target_options target)
+  target_compile_features(${target} PRIVATE cxx_std_20)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  set(warnings -Wall -Wextra -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual)
+  target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
+                                           $<$<COMPILE_LANGUAGE:CXX>:${warnings} -Wpedantic>)
+  if(SOFTCD_HAS_CUDA)
+    list(JOIN warnings "," host_warnings)
+    # CMake 3.24 and 3.25 do not know that nvcc compiles C++20, hence no CUDA_STANDARD.
+    target_compile_options(${target} PRIVATE
+      $<$<COMPILE_LANGUAGE:CUDA>:-std=c++20 --fmad=false -Wno-deprecated-gpu-targets
+                                 -Xcompiler=-ffp-contract=off,${host_warnings}>)
+  endif()
+endfunction()

@@ -1,0 +1,81 @@
+#include "command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "command_line/choices.hpp"
+
+namespace softcd::demo {
+namespace {
+
+constexpr std::array<Choice<Collision>, 3> kCollisions = {
+    {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
+std::string scene_list() {
+  std::string text;
+  for (const SceneInfo& scene : scenes()) {
+    text += fmt::format("{:<14} {} ({} nodes a side)\n", scene.name, scene.description, scene.default_nodes_per_side);
+  }
+  return text;
+}
+
+bool is_scene(const std::string& name) {
+  const auto& list = scenes();
+  return std::any_of(list.begin(), list.end(), [&](const SceneInfo& scene) { return scene.name == name; });
+}
+
+}  // namespace
+
+const char* name_of(Collision collision) {
+  return name_of(kCollisions, collision);
+}
+
+ParsedCommandLine parse_command_line(int argc, char** argv) {
+  DemoCommand command;
+  SceneOptions& options = command.options;
+  options.settings.detection = Detection::ccd;
+  bool list = false;
+
+  CLI::App app("Simulates a scene of Bullet soft bodies and measures it, one row per second of simulation.",
+               "softcd-demo");
+  app.add_option("scene", command.scene, "See --list")->option_text("SCENE [cloth-on-ball]");
+  app.add_flag("--list", list, "Name the scenes");
+  add_choice(app, "--collision", kCollisions, options.collision,
+             "Who finds contacts between soft bodies. bullet knows none within a body");
+  add_choice(app, "--backend", kBackends, options.settings.backend,
+             "Where softcd computes; auto takes a GPU when there is one");
+  add_choice(app, "--detection", kDetections, options.settings.detection,
+             "softcd's. ccd: along the motion of a step; dcd: distances at its end, Bullet's rule");
+  app.add_option("--steps", command.steps, "Steps of 1/120 second")
+      ->option_text("N [600]")
+      ->check(CLI::Range(1L, 1000000L));
+  app.add_option("--size", options.nodes_per_side, "Nodes a side of each cloth; see --list for the default")
+      ->option_text("N")
+      ->check(CLI::Range(8, 1000));
+  app.add_option("--picture", command.picture_file, "PNG file for the final state")
+      ->option_text("FILE [softcd-demo.png]");
+  app.add_option("--record", command.record_folder, "Write every fourth step as DIR/frame-0000.png, ... (30 a second)")
+      ->option_text("DIR");
+  app.add_option("--json", command.json_file, "Write every figure as JSON")->option_text("FILE");
+  app.footer(
+      "Columns: simulated seconds; median milliseconds of a step and of softcd's detection in it; median contacts\n"
+      "a step; penetrating vertices at the end of the second: those on the wrong side of a surface, and those with\n"
+      "an edge that pierces a triangle.\n"
+      "Exit codes: 0 done; 1 the simulation failed or a result could not be written; 2 wrong command line.");
+  try {
+    app.parse(argc, argv);
+    if (!list && !is_scene(command.scene)) {
+      throw CLI::ValidationError("SCENE", fmt::format("there is no scene '{}'; see --list", command.scene));
+    }
+  } catch (const CLI::ParseError& error) {
+    return {std::nullopt, app.exit(error) == 0 ? 0 : kExitWrongInput};
+  }
+  if (list) {
+    fmt::print("{}", scene_list());
+    return {std::nullopt, 0};
+  }
+  return {command, 0};
+}
+
+}  // namespace softcd::demo

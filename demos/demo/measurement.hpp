@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "scenes/scene.hpp"
+
+namespace softcd::demo {
+
+/// What happened during one second of simulation, or the rest of the last one. Times are in milliseconds.
+struct Row {
+  double until = 0;             ///< simulated seconds
+  double step_ms = 0;           ///< median
+  double detection_ms = 0;      ///< median of the detector's own time; NaN where Bullet detects
+  std::size_t contacts = 0;     ///< median a step
+  std::size_t penetrating = 0;  ///< vertices, at the end
+};
+
+struct Measurement {
+  std::vector<Row> rows;
+  double first_step_ms = 0;
+  double median_step_ms = 0;
+  double total_seconds = 0;  ///< of wall clock, in steps
+  std::size_t most_penetrating = 0;
+};
+
+struct Callbacks {
+  std::function<void(long step)> on_step;  ///< after each step, from 1
+  std::function<void(const Row&)> on_row;
+};
+
+/// Runs the scene for that many steps.
+Measurement measure(Scene& scene, long steps, const Callbacks& callbacks);
+
+}  // namespace softcd::demo

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <filesystem>
+
+#include "rasterizer.hpp"
+
+namespace softcd::demo {
+
+/// Throws std::runtime_error naming the file when it cannot be written.
+void write_png(const std::filesystem::path& path, const Image& image);
+
+}  // namespace softcd::demo

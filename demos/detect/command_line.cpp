@@ -1,0 +1,103 @@
+#include "command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "command_line/choices.hpp"
+
+namespace softcd::demo {
+namespace {
+
+void choose_features(std::string_view words, Features& features) {
+  features = {false, false};
+  while (true) {
+    const std::size_t comma = words.find(',');
+    const std::string_view word = words.substr(0, comma);
+    if (word != "vt" && word != "ee") {
+      throw CLI::ValidationError("--features", fmt::format("'{}' is not one of vt, ee", word));
+    }
+    (word == "vt" ? features.vertex_triangle : features.edge_edge) = true;
+    if (comma == std::string_view::npos) return;
+    words.remove_prefix(comma + 1);
+  }
+}
+
+void add_frames(CLI::App& app, DetectCommand& command) {
+  app.add_option("t0", command.first_frame,
+                 "The mesh at the start of the step, PLY or OBJ. Alone, with --detection dcd: the one\n"
+                 "frame to look at")
+      ->required()
+      ->option_text("FILE");
+  app.add_option("t1", command.second_frame, "The same triangles at the end of the step")->option_text("FILE");
+}
+
+void add_detection_options(CLI::App& app, DetectCommand& command) {
+  PipelineOptions& options = command.options;
+  add_choice(app, "--backend", kBackends, options.backend, "Where to compute; auto takes a GPU when there is one");
+  add_choice(app, "--detection", kDetections, options.detection,
+             "ccd: along straight lines from t0 to t1; dcd: distances at the last frame given");
+  app.add_option_function<std::string>(
+         "--features", [&command](const std::string& words) { choose_features(words, command.settings.features); },
+         "Kinds of contacts: vertex-triangle, edge-edge")
+      ->option_text("vt,ee [vt,ee]");
+  add_choice(app, "--accuracy", kAccuracies, options.accuracy, "The narrow phase's arithmetic: float32 or float64");
+  app.add_option("--margin", command.settings.margin,
+                 "The surface's margin, in the positions' unit. Two features are in contact when their\n"
+                 "distance is at most the sum of both sides' margins: twice this, in one mesh")
+      ->option_text("M [0]");
+  app.add_option("--lambda", options.lambda,
+                 "Cell size: this times the mean bounding radius of the triangles, or three times that\n"
+                 "(broad phase paper). 0 chooses")
+      ->option_text("L [0]");
+  add_choice(app, "--subdivision", kOnOff, options.subdivision,
+             "Virtual subdivision of triangles that are larger than a cell");
+  add_choice(app, "--broad-phase", kBroadPhases, options.broad_phase,
+             "How candidate pairs are found. paper is there to compare: it loses some true pairs");
+}
+
+void add_output_options(CLI::App& app, DetectCommand& command) {
+  app.add_option("--contacts", command.contacts_file,
+                 "Write the contacts as CSV with the columns kind,a0,a1,b0,b1,b2,toi,distance: a vertex\n"
+                 "and a triangle are vt,v,,f0,f1,f2, two edges are ee,e0,e1,g0,g1,. Vertices count from\n"
+                 "0; toi is the fraction of the step, distance in the positions' unit")
+      ->option_text("FILE");
+  app.add_option("--json", command.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes")
+      ->option_text("FILE");
+  app.add_option("--repeat", command.repetitions,
+                 "Detect N times after one warm-up and report median times. Left out: one run, not\n"
+                 "warmed up")
+      ->option_text("N")
+      ->check(CLI::Range(1, 1000000));
+}
+
+}  // namespace
+
+ParsedCommandLine parse_command_line(int argc, char** argv) {
+  DetectCommand command;
+  command.options.detection = Detection::ccd;
+  command.settings.self_collision = true;
+  command.settings.features = {true, true};
+
+  CLI::App app("Finds the contacts of a deforming triangle mesh with itself, between two frames or in one.",
+               "softcd-detect");
+  app.footer(
+      "PLY: ascii or binary, any number types. Polygons become triangle fans. Triangles with a vertex that is\n"
+      "not finite are left out, with a warning.\n"
+      "Exit codes: 0 done, with contacts or without; 1 the detection failed or a result could not be\n"
+      "written; 2 the command line or a mesh cannot be used.");
+  add_frames(app, command);
+  add_detection_options(app, command);
+  add_output_options(app, command);
+  try {
+    app.parse(argc, argv);
+    if (command.second_frame.empty() && command.options.detection == Detection::ccd) {
+      throw CLI::ValidationError("t1", "continuous detection needs two frames; give both, or --detection dcd");
+    }
+  } catch (const CLI::ParseError& error) {
+    return {std::nullopt, app.exit(error) == 0 ? 0 : kExitWrongInput};
+  }
+  return {command, 0};
+}
+
+}  // namespace softcd::demo

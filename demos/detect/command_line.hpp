@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "softcd/softcd.hpp"
+
+namespace softcd::demo {
+
+struct DetectCommand {
+  std::string first_frame;
+  std::string second_frame;  ///< empty: there is one frame
+  PipelineOptions options;
+  BodySettings settings;
+  std::string contacts_file;      ///< empty: not written
+  std::string json_file;          ///< empty: not written
+  std::uint32_t repetitions = 0;  ///< 0: one run without warm-up
+};
+
+/// The command to carry out, or the exit code when there is none: --help was asked for or an argument is wrong (the
+/// text has been printed).
+struct ParsedCommandLine {
+  std::optional<DetectCommand> command;
+  int exit_code = 0;
+};
+
+ParsedCommandLine parse_command_line(int argc, char** argv);
+
+constexpr int kExitFailure = 1;     ///< the detection or writing its results failed
+constexpr int kExitWrongInput = 2;  ///< the command line or a mesh cannot be used
+
+}  // namespace softcd::demo

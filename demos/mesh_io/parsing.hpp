@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mesh_io/mesh_io.hpp"
+
+namespace softcd::demo {
+
+// `file` is the name to use in messages, `content` everything in it.
+Mesh read_ply(const std::string& file, std::string_view content);
+Mesh read_obj(const std::string& file, std::string_view content);
+
+// Vertex indices are 32 bits wide and kNoIndex is not one.
+constexpr std::uint64_t kMaxVertexCount = kNoIndex;
+
+constexpr std::string_view kBlanks = " \t\r\v\f";
+
+// Cuts the first line off `text` and returns it without its end (\n or \r\n).
+inline std::string_view take_line(std::string_view& text) {
+  const std::size_t end = text.find('\n');
+  std::string_view line = text.substr(0, end);
+  text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+// Cuts the first word off `line` and returns it; empty when there is none left.
+inline std::string_view take_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+  const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+// The whole word as a number, or nothing. Numbers that T cannot hold are nothing too.
+template <class T>
+std::optional<T> parse_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  T value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+// Words from a foreign file, made fit for a message: short and printable.
+inline std::string in_quotes(std::string_view word) {
+  constexpr std::size_t kLongest = 40;
+  std::string text = "'";
+  for (const char c : word.substr(0, kLongest)) text += (c >= ' ' && c <= '~') ? c : '?';
+  return text + (word.size() > kLongest ? "...'" : "'");
+}
+
+// Polygon corners as a fan of triangles around the first.
+inline void append_fan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles) {
+  for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({{corners[0], corners[i - 1], corners[i]}});
+}
+
+}  // namespace softcd::demo

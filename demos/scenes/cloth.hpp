@@ -1,0 +1,30 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "BulletSoftBody/btSoftBody.h"
+
+namespace softcd::demo {
+
+/// A rectangular cloth: columns x rows nodes in row-major order, two triangles per cell with alternating diagonals.
+struct ClothShape {
+  int columns = 2;
+  int rows = 2;
+  std::function<btVector3(int column, int row)> position;
+  std::function<bool(int column, int row)> is_fixed;  ///< empty: no node is
+};
+
+/// Links along the edges and across the diagonals, and bending links over two cells each way. Vertex-face
+/// collisions (VF_SS) and rigid ones (SDF_RS) on; kilograms in all.
+std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& world_info, const ClothShape& shape, btScalar mass);
+
+/// A flat cloth in the plane y = height, centred on the y axis, `side` long, with side / spacing cells each way.
+ClothShape horizontal_cloth(int nodes_per_side, btScalar side, btScalar height);
+
+/// A sphere of 20 * 4^subdivisions triangles whose nodes are all fixed: it moves as its nodes' velocities say.
+std::unique_ptr<btSoftBody> make_ball(btSoftBodyWorldInfo& world_info, const btVector3& center, btScalar radius,
+                                      int subdivisions);
+
+}  // namespace softcd::demo

@@ -1,0 +1,77 @@
+#include "scenes/cloth_on_ball.hpp"
+
+#include <algorithm>
+
+#include "scenes/cloth.hpp"
+#include "scenes/penetration.hpp"
+
+namespace softcd::demo {
+namespace {
+
+constexpr btScalar kSide = 6;
+constexpr btScalar kRadius = btScalar(1.5);
+constexpr btScalar kTurnsFrom = 1;  // seconds
+constexpr btScalar kTurnRate = 1;   // radians a second
+constexpr btScalar kRampUp = 1;     // seconds until the ball turns at that rate
+constexpr btScalar kMarginInCells = btScalar(1) / 4;
+const btVector3 kCenter(0, btScalar(2.6), 0);
+
+}  // namespace
+
+ClothOnBall::ClothOnBall(const SceneOptions& options) : Scene(options) {
+  const btScalar spacing = kSide / btScalar(options.nodes_per_side - 1);
+  const btScalar margin = kMarginInCells * spacing;
+
+  auto cloth = make_cloth(simulation().world_info(),
+                          horizontal_cloth(options.nodes_per_side, kSide, kCenter.y() + kRadius + 3 * margin), 2);
+  cloth->getCollisionShape()->setMargin(margin);
+  cloth->setSelfCollision(true);
+  cloth->m_cfg.kDF = btScalar(0.4);
+  cloth->m_cfg.kDP = btScalar(0.02);
+  cloth->m_cfg.piterations = 8;
+  cloth_ = &add(std::move(cloth));
+
+  int subdivisions = 1;  // until the ball's edges are about as long as the cloth's
+  while (kRadius / btScalar(1 << subdivisions) > spacing * btScalar(1.6)) ++subdivisions;
+  auto ball = make_ball(simulation().world_info(), kCenter, kRadius, subdivisions);
+  ball->getCollisionShape()->setMargin(margin);
+  ball->m_cfg.kDF = btScalar(0.4);
+  ball_ = &add(std::move(ball));
+  for (int i = 0; i < ball_->m_nodes.size(); ++i) ball_at_rest_.push_back(ball_->m_nodes[i].m_x);
+}
+
+btScalar ClothOnBall::angle_at(btScalar time) {
+  const btScalar t = std::max(btScalar(0), time - kTurnsFrom);
+  const btScalar ramp = std::min(t, kRampUp);
+  return kTurnRate * (ramp * ramp / (2 * kRampUp) + (t - ramp));
+}
+
+void ClothOnBall::animate() {
+  const btQuaternion rotation(btVector3(0, 1, 0), angle_at(time() + kTimeStep));
+  int i = 0;
+  for (const btVector3& at_rest : ball_at_rest_) {
+    btSoftBody::Node& node = ball_->m_nodes[i++];
+    const btVector3 goal = kCenter + quatRotate(rotation, at_rest - kCenter);
+    node.m_v = (goal - node.m_x) / kTimeStep;
+  }
+}
+
+void ClothOnBall::mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const {
+  if (&body != cloth_) return;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btVector3& x = body.m_nodes[i].m_x;
+    if ((x - kCenter).length2() < kRadius * kRadius && is_inside_convex(*ball_, x)) {
+      marked[static_cast<std::size_t>(i)] = true;
+    }
+  }
+}
+
+std::vector<Surface> ClothOnBall::surfaces() const {
+  return {{cloth_, {0.55F, 0.06F, 0.05F}, {0.75F, 0.52F, 0.16F}}, {ball_, {0.12F, 0.25F, 0.45F}, {0.1F, 0.1F, 0.1F}}};
+}
+
+View ClothOnBall::view() const {
+  return {btVector3(btScalar(5.2), btScalar(5.6), btScalar(7.6)), btVector3(0, btScalar(2.0), 0)};
+}
+
+}  // namespace softcd::demo

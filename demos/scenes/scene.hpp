@@ -1,0 +1,96 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scenes/simulation.hpp"
+
+namespace softcd::demo {
+
+/// Who finds the contacts of a scene's soft bodies.
+enum class Collision : std::uint32_t {
+  softcd,
+  bullet,
+  off,  ///< nobody: soft bodies pass through each other
+};
+
+struct SceneOptions {
+  Collision collision = Collision::softcd;
+  PlugIn plug_in = PlugIn::one_line_world;  ///< of softcd
+  bullet::Settings settings;                ///< of softcd
+  int nodes_per_side = 0;                   ///< of each cloth; 0: the scene's default
+};
+
+struct Color {
+  float red, green, blue;  ///< 0 to 1, linear
+};
+
+/// A body to be drawn. The two sides of a cloth differ, so that folds can be told.
+struct Surface {
+  const btSoftBody* body;
+  Color front, back;
+};
+
+/// A camera that looks at `target`; the unit is the scene's, y is up.
+struct View {
+  btVector3 eye, target;
+  btScalar field_of_view = btScalar(0.6);  ///< vertical, radians
+  btScalar floor_height = 0;               ///< where the floor is drawn
+};
+
+/// A simulation that shows something, in fixed steps of kTimeStep.
+class Scene {
+ public:
+  static constexpr btScalar kTimeStep = btScalar(1) / 120;
+
+  explicit Scene(const SceneOptions& options);
+  virtual ~Scene() = default;
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  void step();
+  btScalar time() const { return btScalar(step_count_) * kTimeStep; }
+
+  /// Vertices on the wrong side of a surface. These are all vertices with an edge that pierces a triangle of any
+  /// body, and those that have passed through altogether, which the scene knows: inside the ball, below the cloth
+  /// that should hold them up, under the layer on which they were folded. Counted on the positions at the end of
+  /// the last step, by brute force over a grid; none of the detector's code takes part.
+  std::size_t count_penetrating_vertices() const;
+
+  /// Contacts that Bullet's solver was given in the last step.
+  std::size_t count_contacts() const;
+
+  virtual std::vector<Surface> surfaces() const = 0;
+  virtual View view() const = 0;
+
+  Simulation& simulation() { return simulation_; }
+  const Simulation& simulation() const { return simulation_; }
+
+ protected:
+  /// Adds the body after taking VF_SS from it where nobody shall find its contacts.
+  btSoftBody& add(std::unique_ptr<btSoftBody> body);
+  /// Moves what moves by itself during the coming step.
+  virtual void animate() {}
+  /// Marks the vertices of `body` that have passed through something altogether.
+  virtual void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const = 0;
+
+ private:
+  Simulation simulation_;
+  Collision collision_;
+  long step_count_ = 0;
+};
+
+struct SceneInfo {
+  std::string name;
+  std::string description;
+  int default_nodes_per_side;
+};
+
+/// The scenes, the main one first.
+const std::vector<SceneInfo>& scenes();
+
+/// Throws std::invalid_argument when there is no scene of that name, or its cloths cannot have that size.
+std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options);
+
+}  // namespace softcd::demo

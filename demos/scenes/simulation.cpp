@@ -1,0 +1,107 @@
+#include "scenes/simulation.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "BulletCollision/BroadphaseCollision/btDbvtBroadphase.h"
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
+#include "BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h"
+#include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
+#include "softcd/bullet/dispatcher.hpp"
+#include "softcd/bullet/soft_worlds.hpp"
+
+namespace softcd::demo {
+namespace {
+
+const btVector3 kGravity(0, -10, 0);
+
+}  // namespace
+
+Simulation::Simulation(PlugIn plug_in, const bullet::Settings& settings)
+    : configuration_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()),
+      solver_(std::make_unique<btMultiBodyConstraintSolver>()) {
+  make_world(plug_in, settings);
+  world_->setGravity(kGravity);
+  world_info_->m_gravity = kGravity;
+  world_info_->m_broadphase = broadphase_.get();
+  world_info_->m_dispatcher = dispatcher_.get();
+}
+
+void Simulation::make_world(PlugIn plug_in, const bullet::Settings& settings) {
+  if (plug_in == PlugIn::dispatcher) {
+    auto broadphase = std::make_unique<bullet::Broadphase>(std::make_unique<btDbvtBroadphase>());
+    auto dispatcher = std::make_unique<bullet::Dispatcher>(configuration_.get(), *broadphase, settings);
+    pipeline_ = &dispatcher->pipeline();
+    broadphase_ = std::move(broadphase);
+    dispatcher_ = std::move(dispatcher);
+  } else {
+    broadphase_ = std::make_unique<btDbvtBroadphase>();
+    dispatcher_ = std::make_unique<btCollisionDispatcher>(configuration_.get());
+  }
+
+  if (plug_in == PlugIn::multi_body_world) {
+    auto world = std::make_unique<bullet::SoftMultiBodyDynamicsWorld>(
+        dispatcher_.get(), broadphase_.get(), solver_.get(), configuration_.get(), nullptr, settings);
+    pipeline_ = &world->pipeline();
+    soft_multi_body_world_ = world.get();
+    world_ = std::move(world);
+    world_info_ = &soft_multi_body_world_->getWorldInfo();
+    return;
+  }
+  if (plug_in == PlugIn::one_line_world) {
+    auto world = std::make_unique<bullet::SoftRigidDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
+                                                                  configuration_.get(), nullptr, settings);
+    pipeline_ = &world->pipeline();
+    soft_rigid_world_ = world.get();
+    world_ = std::move(world);
+  } else {
+    auto world = std::make_unique<btSoftRigidDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
+                                                            configuration_.get());
+    soft_rigid_world_ = world.get();
+    world_ = std::move(world);
+  }
+  world_info_ = &soft_rigid_world_->getWorldInfo();
+}
+
+Simulation::~Simulation() {
+  for (const auto& body : soft_bodies_) world_->removeCollisionObject(body.get());
+  for (const auto& body : rigid_bodies_) world_->removeRigidBody(body.get());
+}
+
+btSoftBody& Simulation::add(std::unique_ptr<btSoftBody> body, int filter_group, int filter_mask) {
+  if (soft_rigid_world_ != nullptr) {
+    soft_rigid_world_->addSoftBody(body.get(), filter_group, filter_mask);
+  } else {
+    soft_multi_body_world_->addSoftBody(body.get(), filter_group, filter_mask);
+  }
+  soft_bodies_.push_back(std::move(body));
+  return *soft_bodies_.back();
+}
+
+std::unique_ptr<btSoftBody> Simulation::remove(btSoftBody& body) {
+  const auto position =
+      std::find_if(soft_bodies_.begin(), soft_bodies_.end(), [&](const auto& b) { return b.get() == &body; });
+  world_->removeCollisionObject(&body);
+  std::unique_ptr<btSoftBody> removed = std::move(*position);
+  soft_bodies_.erase(position);
+  return removed;
+}
+
+btRigidBody& Simulation::add_static_box(const btVector3& half_extents, const btVector3& center) {
+  shapes_.push_back(std::make_unique<btBoxShape>(half_extents));
+  btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shapes_.back().get());
+  info.m_startWorldTransform.setOrigin(center);
+  rigid_bodies_.push_back(std::make_unique<btRigidBody>(info));
+  world_->addRigidBody(rigid_bodies_.back().get());
+  return *rigid_bodies_.back();
+}
+
+void Simulation::step(btScalar seconds) {
+  world_->stepSimulation(seconds, /*maxSubSteps=*/0);
+}
+
+const CollisionPipeline* Simulation::pipeline() const {
+  return pipeline_;
+}
+
+}  // namespace softcd::demo

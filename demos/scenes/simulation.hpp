@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "BulletSoftBody/btSoftBody.h"
+#include "softcd/bullet/settings.hpp"
+
+class btBroadphaseInterface;
+class btCollisionConfiguration;
+class btCollisionDispatcher;
+class btDiscreteDynamicsWorld;
+class btMultiBodyConstraintSolver;
+class btSoftMultiBodyDynamicsWorld;
+class btSoftRigidDynamicsWorld;
+
+namespace softcd::demo {
+
+/// Who finds the vertex-face contacts of soft bodies, and how softcd is plugged in.
+enum class PlugIn : std::uint32_t {
+  none,              ///< Bullet alone
+  one_line_world,    ///< softcd::bullet::SoftRigidDynamicsWorld
+  multi_body_world,  ///< softcd::bullet::SoftMultiBodyDynamicsWorld
+  dispatcher,        ///< softcd::bullet::Broadphase and Dispatcher under Bullet's btSoftRigidDynamicsWorld
+};
+
+/// A classic soft world with everything that it needs, and the bodies in it.
+class Simulation {
+ public:
+  explicit Simulation(PlugIn plug_in, const bullet::Settings& settings = {});
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  btDiscreteDynamicsWorld& world() { return *world_; }
+  btSoftBodyWorldInfo& world_info() { return *world_info_; }
+  btCollisionDispatcher& dispatcher() { return *dispatcher_; }
+
+  btSoftBody& add(std::unique_ptr<btSoftBody> body, int filter_group = btBroadphaseProxy::DefaultFilter,
+                  int filter_mask = btBroadphaseProxy::AllFilter);
+  /// Takes the body out of the world; it can be added again.
+  std::unique_ptr<btSoftBody> remove(btSoftBody& body);
+  /// A box that does not move.
+  btRigidBody& add_static_box(const btVector3& half_extents, const btVector3& center);
+
+  /// One step of the given length, without substeps.
+  void step(btScalar seconds);
+
+  /// The detector; null when Bullet detects.
+  const CollisionPipeline* pipeline() const;
+
+ private:
+  void make_world(PlugIn plug_in, const bullet::Settings& settings);
+
+  // In the order in which they need each other.
+  std::unique_ptr<btCollisionConfiguration> configuration_;
+  std::unique_ptr<btBroadphaseInterface> broadphase_;
+  std::unique_ptr<btCollisionDispatcher> dispatcher_;
+  std::unique_ptr<btMultiBodyConstraintSolver> solver_;
+  std::vector<std::unique_ptr<btSoftBody>> soft_bodies_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> rigid_bodies_;
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;
+  btSoftRigidDynamicsWorld* soft_rigid_world_ = nullptr;           ///< world_, where it is one
+  btSoftMultiBodyDynamicsWorld* soft_multi_body_world_ = nullptr;  ///< world_, where it is one
+  btSoftBodyWorldInfo* world_info_ = nullptr;
+  const CollisionPipeline* pipeline_ = nullptr;
+};
+
+}  // namespace softcd::demo

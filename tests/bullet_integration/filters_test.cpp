@@ -1,0 +1,228 @@
+// Everything that an app can set to say which bodies collide.
+
+#include <gtest/gtest.h>
+
+#include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h"
+#include "soft_body_support.hpp"
+
+namespace softcd::test {
+namespace {
+
+using demo::PlugIn;
+using demo::Simulation;
+using Flags = btSoftBody::fCollision;
+
+/// Two sheets, one close above the other, held in the air.
+class TwoSheets {
+ public:
+  explicit TwoSheets(PlugIn plug_in, const bullet::Settings& settings = cpu_settings())
+      : simulation_(plug_in, settings) {
+    simulation_.world_info().m_gravity.setZero();
+  }
+
+  void add(int group_a = 1, int mask_a = -1, int group_b = 1, int mask_b = -1) {
+    SheetOptions options;
+    options.margin = btScalar(0.02);
+    lower_ = &simulation_.add(make_sheet(simulation_.world_info(), options), group_a, mask_a);
+    options.height = btScalar(0.03);
+    upper_ = &simulation_.add(make_sheet(simulation_.world_info(), options), group_b, mask_b);
+    for (btSoftBody* body : {lower_, upper_}) body->m_cfg.piterations = 0;
+  }
+
+  /// Contacts between the sheets after one more step.
+  int step() {
+    simulation_.step(kStep);
+    return lower_->m_scontacts.size() + upper_->m_scontacts.size();
+  }
+
+  Simulation& simulation() { return simulation_; }
+  btOverlappingPairCache& pair_cache() { return *simulation_.world().getPairCache(); }
+  btSoftBody& lower() { return *lower_; }
+  btSoftBody& upper() { return *upper_; }
+
+ private:
+  Simulation simulation_;
+  btSoftBody* lower_ = nullptr;
+  btSoftBody* upper_ = nullptr;
+};
+
+class Filter : public testing::TestWithParam<PlugIn> {};
+INSTANTIATE_TEST_SUITE_P(PlugIns, Filter, testing::ValuesIn(kPlugIns), plug_in_name);
+
+TEST_P(Filter, NoneLetsThePairCollide) {
+  TwoSheets sheets(GetParam());
+  sheets.add();
+  EXPECT_GT(sheets.step(), 0);
+}
+
+TEST_P(Filter, GroupAndMaskMustAgreeBothWays) {
+  TwoSheets agreeing(GetParam());
+  agreeing.add(/*group_a=*/2, /*mask_a=*/4, /*group_b=*/4, /*mask_b=*/2);
+  EXPECT_GT(agreeing.step(), 0);
+  TwoSheets one_sided(GetParam());
+  one_sided.add(/*group_a=*/2, /*mask_a=*/4, /*group_b=*/4, /*mask_b=*/1);
+  EXPECT_EQ(one_sided.step(), 0);
+}
+
+TEST_P(Filter, IgnoredPairsAreLeftOutWhileIgnored) {
+  TwoSheets sheets(GetParam());
+  sheets.add();
+  sheets.lower().setIgnoreCollisionCheck(&sheets.upper(), true);
+  EXPECT_EQ(sheets.step(), 0);
+  sheets.lower().setIgnoreCollisionCheck(&sheets.upper(), false);
+  EXPECT_GT(sheets.step(), 0);
+}
+
+TEST_P(Filter, OverlapFilterCallbackReplacesGroupsAndMasks) {
+  struct Callback : btOverlapFilterCallback {
+    bool answer = false;
+    bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override { return answer; }
+  } callback;
+  TwoSheets refused(GetParam());
+  refused.pair_cache().setOverlapFilterCallback(&callback);
+  refused.add();
+  EXPECT_EQ(refused.step(), 0);
+  callback.answer = true;
+  TwoSheets allowed(GetParam());
+  allowed.pair_cache().setOverlapFilterCallback(&callback);
+  allowed.add(/*group_a=*/2, /*mask_a=*/2, /*group_b=*/4, /*mask_b=*/4);
+  EXPECT_GT(allowed.step(), 0);
+}
+
+int near_callback_calls_with_rigid = 0;
+
+void refuse_soft_pairs(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  const auto is_soft = [](const btBroadphaseProxy* proxy) {
+    return btSoftBody::upcast(static_cast<const btCollisionObject*>(proxy->m_clientObject)) != nullptr;
+  };
+  if (is_soft(pair.m_pProxy0) && is_soft(pair.m_pProxy1)) return;
+  ++near_callback_calls_with_rigid;
+  btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
+}
+
+TEST_P(Filter, NearCallbackIsAsked) {
+  TwoSheets sheets(GetParam());
+  sheets.add();
+  sheets.simulation().add_static_box(btVector3(1, 1, 1), btVector3(0, -1, 0));
+  sheets.simulation().dispatcher().setNearCallback(refuse_soft_pairs);
+  near_callback_calls_with_rigid = 0;
+  EXPECT_EQ(sheets.step(), 0);
+  EXPECT_EQ(near_callback_calls_with_rigid, 2);
+  EXPECT_GT(sheets.lower().m_rcontacts.size(), 0);
+  sheets.simulation().dispatcher().setNearCallback(btCollisionDispatcher::defaultNearCallback);
+  EXPECT_GT(sheets.step(), 0);
+}
+
+TEST_P(Filter, VertexFaceFlagIsNeededOnBothAndCanChangeAtRunTime) {
+  TwoSheets sheets(GetParam());
+  sheets.add();
+  EXPECT_GT(sheets.step(), 0);
+  sheets.lower().m_cfg.collisions = Flags::SDF_RS;
+  EXPECT_EQ(sheets.step(), 0);
+  sheets.lower().m_cfg.collisions |= Flags::VF_SS;
+  EXPECT_GT(sheets.step(), 0);
+}
+
+TEST_P(Filter, MarginsAreReadInEveryStep) {
+  TwoSheets sheets(GetParam());
+  sheets.add();
+  EXPECT_GT(sheets.step(), 0);
+  sheets.lower().getCollisionShape()->setMargin(btScalar(0.002));
+  sheets.upper().getCollisionShape()->setMargin(btScalar(0.002));
+  EXPECT_EQ(sheets.step(), 0);
+  sheets.upper().getCollisionShape()->setMargin(btScalar(0.04));
+  EXPECT_GT(sheets.step(), 0);
+}
+
+// Bullet clears a body's contacts in its prediction, which leaves inactive bodies out. (A body that merely sleeps is
+// woken by an active neighbour.)
+TEST_P(Filter, InactiveBodiesGetNoContacts) {
+  TwoSheets sheets(GetParam());
+  sheets.add();
+  sheets.lower().forceActivationState(DISABLE_SIMULATION);
+  for (int i = 0; i < 3; ++i) {
+    sheets.step();
+    EXPECT_EQ(sheets.lower().m_scontacts.size(), 0);
+    EXPECT_GT(sheets.upper().m_scontacts.size(), 0);
+  }
+  sheets.upper().forceActivationState(DISABLE_SIMULATION);
+  const int before = sheets.upper().m_scontacts.size();
+  for (int i = 0; i < 3; ++i) sheets.step();
+  EXPECT_EQ(sheets.upper().m_scontacts.size(), before);
+  sheets.lower().forceActivationState(ACTIVE_TAG);
+  sheets.step();
+  EXPECT_GT(sheets.lower().m_scontacts.size(), 0);
+}
+
+TEST_P(Filter, BodiesWhoseNodesAreAllFixedNeverTouchEachOther) {
+  TwoSheets sheets(GetParam());
+  sheets.add();
+  for (btSoftBody* body : {&sheets.lower(), &sheets.upper()}) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) body->setMass(i, 0);
+  }
+  EXPECT_EQ(sheets.step(), 0);
+  EXPECT_EQ(sheets.simulation().pipeline()->statistics().vt_contacts, 0U);
+  sheets.upper().setMass(0, 1);
+  EXPECT_GT(sheets.step(), 0);
+}
+
+/// A sheet folded onto itself.
+int self_contacts(PlugIn plug_in, bullet::SelfCollision self_collision, bool is_flagged) {
+  bullet::Settings settings = cpu_settings();
+  settings.self_collision = self_collision;
+  Simulation simulation(plug_in, settings);
+  SheetOptions options;
+  options.margin = btScalar(0.02);
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+  sheet.setSelfCollision(is_flagged);
+  sheet.m_cfg.piterations = 0;
+  for (int i = 0; i < sheet.m_nodes.size(); ++i) {
+    btVector3& x = sheet.m_nodes[i].m_x;
+    if (x.x() > 0) x = btVector3(-x.x(), btScalar(0.03), x.z());
+  }
+  simulation.step(kStep);
+  return sheet.m_scontacts.size();
+}
+
+TEST_P(Filter, SelfCollisionFollowsTheFlagOrTheSetting) {
+  using bullet::SelfCollision;
+  EXPECT_GT(self_contacts(GetParam(), SelfCollision::flagged, true), 0);
+  EXPECT_EQ(self_contacts(GetParam(), SelfCollision::flagged, false), 0);
+  EXPECT_GT(self_contacts(GetParam(), SelfCollision::all, false), 0);
+  EXPECT_EQ(self_contacts(GetParam(), SelfCollision::none, true), 0);
+}
+
+/// Where the nodes of two clustered balls that overlap are some steps later.
+std::vector<btScalar> after_cluster_collision(PlugIn plug_in, int flags) {
+  Simulation simulation(plug_in, cpu_settings());
+  simulation.world_info().m_gravity.setZero();
+  std::vector<btScalar> positions;
+  btSoftBody* bodies[2];
+  for (int b = 0; b < 2; ++b) {
+    auto ball =
+        demo::make_ball(simulation.world_info(), btVector3(btScalar(b) * btScalar(0.9), 0, 0), btScalar(0.5), 2);
+    ball->setTotalMass(1, /*fromfaces=*/true);
+    ball->generateClusters(8);
+    ball->m_cfg.collisions = flags;
+    bodies[b] = &simulation.add(std::move(ball));
+  }
+  for (int step = 0; step < 5; ++step) simulation.step(kStep);
+  for (const btSoftBody* body : bodies) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) positions.push_back(body->m_nodes[i].m_x.x());
+  }
+  return positions;
+}
+
+TEST_P(Filter, ClusterCollisionStaysBullets) {
+  for (const int flags :
+       {int(Flags::CL_SS), Flags::CL_SS | Flags::CL_RS, Flags::CL_SS | Flags::VF_SS, Flags::VF_SS | Flags::CL_SELF}) {
+    EXPECT_EQ(after_cluster_collision(GetParam(), flags), after_cluster_collision(PlugIn::none, flags))
+        << "flags " << flags;
+  }
+  EXPECT_NE(after_cluster_collision(GetParam(), Flags::CL_SS), after_cluster_collision(GetParam(), 0));
+}
+
+}  // namespace
+}  // namespace softcd::test

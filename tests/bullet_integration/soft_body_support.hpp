@@ -1,0 +1,78 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scenes/cloth.hpp"
+#include "scenes/simulation.hpp"
+
+namespace softcd::test {
+
+inline constexpr btScalar kStep = btScalar(1) / 60;
+
+/// Every way in which softcd is plugged into a classic soft world.
+inline const std::vector<demo::PlugIn> kPlugIns = {demo::PlugIn::one_line_world, demo::PlugIn::multi_body_world,
+                                                   demo::PlugIn::dispatcher};
+
+inline std::string name_of(demo::PlugIn plug_in) {
+  switch (plug_in) {
+    case demo::PlugIn::none:
+      return "none";
+    case demo::PlugIn::one_line_world:
+      return "one_line_world";
+    case demo::PlugIn::multi_body_world:
+      return "multi_body_world";
+    case demo::PlugIn::dispatcher:
+      return "dispatcher";
+  }
+  return "?";
+}
+
+/// Names parameterised tests.
+inline std::string plug_in_name(const testing::TestParamInfo<demo::PlugIn>& parameter) {
+  return name_of(parameter.param);
+}
+
+/// On the CPU, so that results do not depend on the machine.
+inline bullet::Settings cpu_settings(Detection detection = Detection::dcd) {
+  bullet::Settings settings;
+  settings.backend = Backend::cpu;
+  settings.detection = detection;
+  return settings;
+}
+
+struct SheetOptions {
+  int nodes_per_side = 9;
+  btScalar side = 1;
+  btScalar height = 0;
+  btScalar margin = btScalar(0.05);
+  bool fixed = false;  ///< all nodes
+};
+
+/// A horizontal sheet of one kilogram.
+inline std::unique_ptr<btSoftBody> make_sheet(btSoftBodyWorldInfo& world_info, const SheetOptions& options) {
+  demo::ClothShape shape = demo::horizontal_cloth(options.nodes_per_side, options.side, options.height);
+  if (options.fixed) shape.is_fixed = [](int, int) { return true; };
+  auto sheet = demo::make_cloth(world_info, shape, 1);
+  sheet->getCollisionShape()->setMargin(options.margin);
+  sheet->m_cfg.kDP = btScalar(0.02);
+  sheet->m_cfg.piterations = 4;
+  return sheet;
+}
+
+inline btScalar mean_height(const btSoftBody& body) {
+  btScalar sum = 0;
+  for (int i = 0; i < body.m_nodes.size(); ++i) sum += body.m_nodes[i].m_x.y();
+  return sum / btScalar(body.m_nodes.size());
+}
+
+inline btScalar lowest_height(const btSoftBody& body) {
+  btScalar lowest = body.m_nodes[0].m_x.y();
+  for (int i = 0; i < body.m_nodes.size(); ++i) lowest = btMin(lowest, body.m_nodes[i].m_x.y());
+  return lowest;
+}
+
+}  // namespace softcd::test

@@ -1,0 +1,179 @@
+// Simulations that run for a while: does what should rest on something rest there?
+
+#include <gtest/gtest.h>
+
+#include "scenes/folding_cloth.hpp"
+#include "scenes/two_cloths.hpp"
+#include "soft_body_support.hpp"
+
+namespace softcd::test {
+namespace {
+
+using demo::Collision;
+using demo::FoldingCloth;
+using demo::PlugIn;
+using demo::SceneOptions;
+using demo::Simulation;
+using demo::TwoCloths;
+
+SceneOptions scene_options(Collision collision, PlugIn plug_in, Detection detection, int nodes_per_side) {
+  SceneOptions options;
+  options.collision = collision;
+  options.plug_in = plug_in;
+  options.settings = cpu_settings(detection);
+  options.nodes_per_side = nodes_per_side;
+  return options;
+}
+
+void run(demo::Scene& scene, double seconds) {
+  while (double(scene.time()) < seconds) scene.step();
+}
+
+constexpr int kClothSize = 20;
+constexpr double kSettled = 2;
+
+struct Rest {
+  double mean_height = 0;
+  std::size_t penetrating = 0;
+};
+
+Rest rest_of_upper_cloth(Collision collision, PlugIn plug_in, Detection detection) {
+  TwoCloths scene(scene_options(collision, plug_in, detection, kClothSize));
+  run(scene, kSettled);
+  return {double(mean_height(scene.upper())), scene.count_penetrating_vertices()};
+}
+
+const Rest& rest_with_bullet() {
+  static const Rest rest = rest_of_upper_cloth(Collision::bullet, PlugIn::none, Detection::dcd);
+  return rest;
+}
+
+class PluggedIn : public testing::TestWithParam<PlugIn> {};
+INSTANTIATE_TEST_SUITE_P(PlugIns, PluggedIn, testing::ValuesIn(kPlugIns), plug_in_name);
+
+TEST_P(PluggedIn, AClothRestsOnAnotherAsWithBullet) {
+  const Rest rest = rest_of_upper_cloth(Collision::softcd, GetParam(), Detection::dcd);
+  EXPECT_EQ(rest.penetrating, 0U);
+  EXPECT_EQ(rest_with_bullet().penetrating, 0U);
+  EXPECT_NEAR(rest.mean_height, rest_with_bullet().mean_height, 0.05);  // the cloths are 6 wide and fell 0.3
+}
+
+TEST_P(PluggedIn, AClothRestsOnAnotherWithContinuousDetection) {
+  const Rest rest = rest_of_upper_cloth(Collision::softcd, GetParam(), Detection::ccd);
+  EXPECT_EQ(rest.penetrating, 0U);
+  EXPECT_NEAR(rest.mean_height, rest_with_bullet().mean_height, 0.1);
+}
+
+TEST_P(PluggedIn, AFoldedClothRestsOnItself) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    FoldingCloth scene(scene_options(Collision::softcd, GetParam(), detection, 12));
+    const btScalar margin = scene.cloth().getCollisionShape()->getMargin();
+    run(scene, 1.5);
+    EXPECT_EQ(scene.count_penetrating_vertices(), 0U);
+    for (int layer = 1; layer < FoldingCloth::kLayers; ++layer) {
+      EXPECT_GT(scene.mean_gap_below(layer), margin);
+      EXPECT_LT(scene.mean_gap_below(layer), 6 * margin);
+    }
+  }
+}
+
+TEST(Bullet, AFoldedClothFallsThroughItself) {
+  for (const Collision collision : {Collision::bullet, Collision::off}) {
+    FoldingCloth scene(scene_options(collision, PlugIn::none, Detection::dcd, 12));
+    run(scene, 1.5);
+    EXPECT_GT(scene.count_penetrating_vertices(), 100U);
+  }
+}
+
+TEST(Bullet, AClothFallsThroughAnotherWhoseFlagIsOff) {
+  EXPECT_GT(rest_of_upper_cloth(Collision::off, PlugIn::none, Detection::dcd).penetrating, 100U);
+}
+
+struct Impact {
+  int through = 0;  ///< nodes below the sheet half a second later
+  btScalar highest = 0;
+};
+
+/// A cloth that hits a sheet with fixed nodes at 40 m/s: 0.67 m a step, from 0.3 m.
+Impact shoot(PlugIn plug_in, Detection detection) {
+  Simulation simulation(plug_in, cpu_settings(detection));
+  SheetOptions options;
+  options.fixed = true;
+  options.side = 2;
+  options.nodes_per_side = 17;
+  options.margin = btScalar(0.02);
+  simulation.add(make_sheet(simulation.world_info(), options));
+  options.fixed = false;
+  options.side = 1;
+  options.nodes_per_side = 12;
+  options.height = btScalar(0.3);
+  btSoftBody& cloth = simulation.add(make_sheet(simulation.world_info(), options));
+  cloth.setVelocity(btVector3(0, -40, 0));
+  Impact impact;
+  for (int step = 0; step < 30; ++step) {
+    simulation.step(kStep);
+    for (int i = 0; i < cloth.m_nodes.size(); ++i) impact.highest = btMax(impact.highest, cloth.m_nodes[i].m_x.y());
+  }
+  for (int i = 0; i < cloth.m_nodes.size(); ++i) impact.through += cloth.m_nodes[i].m_x.y() < 0;
+  return impact;
+}
+
+TEST_P(PluggedIn, NothingPassesThroughAt40MetresPerSecond) {
+  const Impact impact = shoot(GetParam(), Detection::ccd);
+  EXPECT_EQ(impact.through, 0);
+  EXPECT_LT(impact.highest, 1) << "the cloth was thrown back";
+}
+
+TEST(Bullet, LetsAFastClothThrough) {
+  EXPECT_GT(shoot(PlugIn::none, Detection::dcd).through, 100);
+}
+
+// Bullet's soft-rigid test reads the node trees that softcd leaves alone as long as nobody reads them.
+TEST_P(PluggedIn, AClothRestsOnARigidBoxAsWithBullet) {
+  const auto rest_height = [](PlugIn plug_in) {
+    Simulation simulation(plug_in, cpu_settings());
+    simulation.add_static_box(btVector3(2, btScalar(0.5), 2), btVector3(0, btScalar(-0.5), 0));
+    SheetOptions options;
+    options.height = btScalar(0.6);
+    btSoftBody& cloth = simulation.add(make_sheet(simulation.world_info(), options));
+    cloth.m_cfg.kKHR = 1;
+    std::size_t contacts = 0;
+    for (int step = 0; step < 120; ++step) {
+      simulation.step(kStep);
+      contacts += static_cast<std::size_t>(cloth.m_rcontacts.size());
+    }
+    EXPECT_GT(contacts, 1000U);
+    return mean_height(cloth);
+  };
+  EXPECT_NEAR(rest_height(GetParam()), rest_height(PlugIn::none), 0.005);
+}
+
+TEST_P(PluggedIn, RunsTheSameTwice) {
+  const auto positions = [](PlugIn plug_in) {
+    TwoCloths scene(scene_options(Collision::softcd, plug_in, Detection::ccd, 12));
+    run(scene, 0.75);
+    std::vector<btScalar> heights;
+    for (int i = 0; i < scene.upper().m_nodes.size(); ++i) heights.push_back(scene.upper().m_nodes[i].m_x.y());
+    return heights;
+  };
+  EXPECT_EQ(positions(GetParam()), positions(GetParam()));
+}
+
+TEST_P(PluggedIn, WorldsDoNotDisturbEachOther) {
+  const auto make = [](PlugIn plug_in) {
+    return std::make_unique<TwoCloths>(scene_options(Collision::softcd, plug_in, Detection::dcd, 12));
+  };
+  const auto alone = make(GetParam());
+  run(*alone, 0.5);
+  const auto one = make(GetParam());
+  const auto other = make(GetParam());
+  for (int step = 0; double(one->time()) < 0.5; ++step) {
+    one->step();
+    if (step % 2 == 0) other->step();
+  }
+  EXPECT_EQ(mean_height(one->upper()), mean_height(alone->upper()));
+  EXPECT_EQ(one->count_contacts(), alone->count_contacts());
+}
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,143 @@
+#include "exact_ccd.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "queries.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// A vertex that falls from height 1 to -1 at (x, y), over the triangle (0, 0), (1, 0), (0, 1) at rest.
+Rows falling_at(double x, double y) {
+  const Vec3d f0{0.0, 0.0, 0.0};
+  const Vec3d f1{1.0, 0.0, 0.0};
+  const Vec3d f2{0.0, 1.0, 0.0};
+  return {Vec3d{x, y, 1.0}, f0, f1, f2, Vec3d{x, y, -1.0}, f0, f1, f2};
+}
+
+TEST(ExactCcd, TheBoundaryBelongsToTheTriangleAndNothingBeyondIt) {
+  EXPECT_TRUE(collides_vertex_triangle(falling_at(0.0, 0.0)));
+  EXPECT_TRUE(collides_vertex_triangle(falling_at(0.5, 0.5)));
+  EXPECT_TRUE(collides_vertex_triangle(falling_at(1.0, 0.0)));
+  EXPECT_TRUE(collides_vertex_triangle(falling_at(0.25, 0.0)));
+  EXPECT_FALSE(collides_vertex_triangle(falling_at(0.25, -0x1p-1074)));
+  EXPECT_FALSE(collides_vertex_triangle(falling_at(0.5, 0.5 + 0x1p-53)));
+}
+
+TEST(ExactCcd, BothEndsOfTheStepCount) {
+  Rows rows = falling_at(0.25, 0.25);
+  rows[4].z = 0.0;
+  EXPECT_TRUE(collides_vertex_triangle(rows));
+  rows[4].z = 0x1p-1074;
+  EXPECT_FALSE(collides_vertex_triangle(rows));
+  std::swap(rows[0], rows[4]);
+  EXPECT_FALSE(collides_vertex_triangle(rows));
+  rows[0].z = 0.0;
+  EXPECT_TRUE(collides_vertex_triangle(rows));
+}
+
+TEST(ExactCcd, MotionInOnePlane) {
+  Rows rows = falling_at(0.0, 0.0);
+  rows[0] = {-1.0, 0.25, 0.0};
+  rows[4] = {2.0, 0.25, 0.0};
+  EXPECT_TRUE(collides_vertex_triangle(rows)) << "through the triangle";
+  rows[4] = {-0.5, 0.25, 0.0};
+  EXPECT_FALSE(collides_vertex_triangle(rows)) << "stops before it";
+  rows[0] = {-1.0, 2.0, 0.0};
+  rows[4] = {1.0, 0.0, 0.0};
+  EXPECT_TRUE(collides_vertex_triangle(rows)) << "reaches a corner at the end of the step";
+  rows[4] = {1.0, 0x1p-1074, 0.0};
+  EXPECT_FALSE(collides_vertex_triangle(rows)) << "just does not";
+  rows[0] = rows[4] = {0.25, 0.25, 0.0};
+  EXPECT_TRUE(collides_vertex_triangle(rows)) << "rests inside";
+}
+
+TEST(ExactCcd, CollinearMotion) {
+  // All on the x axis: a point that runs after a segment.
+  const auto on_axis = [](double v0, double a0, double b0, double v1, double a1, double b1) {
+    return Rows{Vec3d{v0, 0, 0}, Vec3d{a0, 0, 0}, Vec3d{b0, 0, 0}, Vec3d{a0, 0, 0},
+                Vec3d{v1, 0, 0}, Vec3d{a1, 0, 0}, Vec3d{b1, 0, 0}, Vec3d{a1, 0, 0}};
+  };
+  EXPECT_TRUE(collides_vertex_triangle(on_axis(0, 1, 2, 3, 1, 2)));
+  EXPECT_TRUE(collides_vertex_triangle(on_axis(0, 1, 2, 1, 1, 2)));
+  EXPECT_FALSE(collides_vertex_triangle(on_axis(0, 1, 2, 1, 2, 3)));
+  EXPECT_TRUE(collides_vertex_triangle(on_axis(0, 1, 2, 3, 4, 2.5)));
+}
+
+TEST(ExactCcd, ATouchWithoutCrossing) {
+  // The height of the vertex over the turning plane is -(t - 1/2)^2: a double root, inside.
+  const auto turning = [](double lift) {
+    return Rows{Vec3d{0, -0.5, -lift}, Vec3d{-1, -2, 1},  Vec3d{3, -1, 0.5},  Vec3d{-1, 3, -1.5},
+                Vec3d{0, 0.5, -lift},  Vec3d{-1, -2, -1}, Vec3d{3, -1, -0.5}, Vec3d{-1, 3, 1.5}};
+  };
+  EXPECT_TRUE(collides_vertex_triangle(turning(0.0)));
+  EXPECT_FALSE(collides_vertex_triangle(turning(0x1p-1060)));
+  EXPECT_TRUE(collides_vertex_triangle(turning(-0x1p-1060)));
+}
+
+TEST(ExactCcd, CrossingEdges) {
+  const auto crossing = [](double end) {
+    return Rows{Vec3d{-1, 0, 1},  Vec3d{end, 0, 1},  Vec3d{0, -1, 0}, Vec3d{0, 1, 0},
+                Vec3d{-1, 0, -1}, Vec3d{end, 0, -1}, Vec3d{0, -1, 0}, Vec3d{0, 1, 0}};
+  };
+  EXPECT_TRUE(collides_edge_edge(crossing(1.0)));
+  EXPECT_TRUE(collides_edge_edge(crossing(0.0)));
+  EXPECT_FALSE(collides_edge_edge(crossing(-0x1p-1074)));
+}
+
+TEST(ExactCcd, ParallelEdges) {
+  const auto falling = [](double from, double to) {
+    return Rows{Vec3d{0, 0, 1},  Vec3d{1, 0, 1},  Vec3d{from, 0, 0}, Vec3d{to, 0, 0},
+                Vec3d{0, 0, -1}, Vec3d{1, 0, -1}, Vec3d{from, 0, 0}, Vec3d{to, 0, 0}};
+  };
+  EXPECT_TRUE(collides_edge_edge(falling(0.5, 2.0)));
+  EXPECT_TRUE(collides_edge_edge(falling(1.0, 2.0)));
+  EXPECT_TRUE(collides_edge_edge(falling(-1.0, 2.0)));
+  EXPECT_FALSE(collides_edge_edge(falling(1.0 + 0x1p-52, 2.0)));
+}
+
+TEST(ExactCcd, TheVerdictDoesNotDependOnTheOrderOfTheCorners) {
+  for (std::uint32_t family = 0; family < kFamilies; ++family) {
+    Random random(family + 21);
+    for (int i = 0; i < 150; ++i) {
+      const Query vt = make_query(random, ContactKind::vertex_triangle, static_cast<Family>(family), i % 2 == 0);
+      const Rows& r = vt.rows;
+      ASSERT_EQ(collides(vt), collides_vertex_triangle(Rows{r[0], r[2], r[3], r[1], r[4], r[6], r[7], r[5]}))
+          << to_string(vt);
+      ASSERT_EQ(collides(vt), collides_vertex_triangle(Rows{r[4], r[5], r[6], r[7], r[0], r[1], r[2], r[3]}))
+          << to_string(vt);
+      const Query ee = make_query(random, ContactKind::edge_edge, static_cast<Family>(family), i % 2 == 0);
+      const Rows& s = ee.rows;
+      ASSERT_EQ(collides(ee), collides_edge_edge(Rows{s[3], s[2], s[0], s[1], s[7], s[6], s[4], s[5]}))
+          << to_string(ee);
+    }
+  }
+}
+
+/// A plain second opinion: sampled exact distances. It can only confirm that there is a contact, or that there is
+/// none anywhere near.
+TEST(ExactCcd, AgreesWithSampledDistances) {
+  Random random(17);
+  for (const ContactKind kind : {ContactKind::vertex_triangle, ContactKind::edge_edge}) {
+    for (int i = 0; i < 200; ++i) {
+      const Query query = make_query(random, kind, Family::random, true);
+      constexpr int kSamples = 256;
+      double nearest = 100.0;
+      double speed = 0.0;
+      for (std::size_t p = 0; p < 4; ++p) speed = std::max(speed, norm(query.rows[p + 4] - query.rows[p]));
+      for (int sample = 0; sample <= kSamples; ++sample) {
+        const double t = static_cast<double>(sample) / kSamples;
+        nearest = std::min(nearest, std::sqrt(squared_distance(kind, rows_at(query.rows, t))));
+      }
+      // No distance changes faster than by twice the fastest vertex's speed.
+      if (nearest > speed / kSamples) {
+        ASSERT_FALSE(collides(query)) << to_string(query);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test

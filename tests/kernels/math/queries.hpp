@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "random.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/math/time_of_impact.hpp"
+
+namespace softcd::test {
+
+/// Eight rows: v, f0, f1, f2 or e0, e1, g0, g1 at t = 0, then at t = 1.
+using Rows = std::array<Vec3d, 8>;
+
+struct Query {
+  ContactKind kind;
+  Rows rows;
+};
+
+/// Families of queries, each hard in its own way.
+enum class Family : std::uint32_t {
+  random,        ///< points anywhere in a cube
+  touching,      ///< through one point at one time by construction, up to rounding
+  near_grazing,  ///< the same, then one vertex pushed by 1e-16 to 1e-6
+  tangential,    ///< touching, where the cubic has a double root
+  axis_aligned,  ///< small integer coordinates
+  planar,        ///< in one plane all along
+  degenerate,    ///< repeated vertices, collinear triangles, parallel edges
+  needle,        ///< triangles and edges of aspect up to 1e8
+  still,         ///< side b, or both, do not move
+};
+
+constexpr std::uint32_t kFamilies = 9;
+const char* name_of(Family family);
+
+/// Coordinates around 1; rounded to float when `is_single`.
+Query make_query(Random& random, ContactKind kind, Family family, bool is_single);
+
+/// Every coordinate times `factor`, a power of two so that the verdict stays.
+Rows scaled(const Rows& rows, double factor);
+
+bool collides(const Query& query);
+
+template <class T>
+Impact<T> impact_of(const Query& query, T margin) {
+  std::array<Vec3<T>, 8> p;
+  for (std::size_t i = 0; i < 8; ++i) p[i] = vec3_cast<T>(query.rows[i]);
+  return query.kind == ContactKind::vertex_triangle
+             ? vertex_triangle_impact(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], margin)
+             : edge_edge_impact(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], margin);
+}
+
+/// The four points at t, rounded.
+std::array<Vec3d, 4> rows_at(const Rows& rows, double t);
+
+/// Exact squared distance of the features there.
+double squared_distance(ContactKind kind, std::span<const Vec3d, 4> rows);
+
+/// 32 epsilon (A + B + C), the documented tolerance.
+double documented_tolerance(const Query& query, double epsilon);
+
+/// All coordinates with all figures, for messages.
+std::string to_string(const Query& query);
+
+}  // namespace softcd::test

@@ -1,0 +1,177 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "exact_ccd.hpp"
+#include "ground_truth.hpp"
+#include "queries.hpp"
+#include "scene_geometry.hpp"
+
+// Queries that simulations met, with exact verdicts by others. Skipped where the data is not.
+namespace softcd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RecordedQuery {
+  ContactKind kind;
+  std::array<Fraction, 24> coordinates;
+  bool collides;
+};
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> fields;
+  std::istringstream stream(line);
+  for (std::string field; std::getline(stream, field, ',');) {
+    field.erase(0, field.find_first_not_of(' '));
+    field.erase(field.find_last_not_of(" \r") + 1);
+    fields.push_back(field);
+  }
+  return fields;
+}
+
+std::vector<RecordedQuery> read_queries(const fs::path& path, ContactKind kind) {
+  std::ifstream file(path);
+  std::vector<RecordedQuery> queries;
+  std::size_t row = 0;
+  for (std::string line; std::getline(file, line); ++row) {
+    const std::vector<std::string> fields = split(line);
+    if (fields.size() != 7) throw std::runtime_error("not 7 columns in " + path.string());
+    if (row % 8 == 0) queries.push_back({kind, {}, fields[6] == "1"});
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      queries.back().coordinates[3 * (row % 8) + axis] = {fields[2 * axis], fields[2 * axis + 1]};
+    }
+  }
+  return queries;
+}
+
+std::vector<RecordedQuery> read_all_queries(const fs::path& folder) {
+  std::vector<RecordedQuery> all;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".csv") continue;
+    const bool is_edge_edge = entry.path().parent_path().filename() == "edge-edge";
+    const std::vector<RecordedQuery> queries =
+        read_queries(entry.path(), is_edge_edge ? ContactKind::edge_edge : ContactKind::vertex_triangle);
+    all.insert(all.end(), queries.begin(), queries.end());
+  }
+  return all;
+}
+
+Query to_double(const RecordedQuery& recorded) {
+  Query query{recorded.kind, {}};
+  for (std::size_t row = 0; row < 8; ++row) {
+    std::array<double, 3> p;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Fraction& fraction = recorded.coordinates[3 * row + axis];
+      p[axis] = std::stod(fraction.numerator) / std::stod(fraction.denominator);
+    }
+    query.rows[row] = {p[0], p[1], p[2]};
+  }
+  return query;
+}
+
+struct Tally {
+  std::size_t queries = 0;
+  std::size_t collisions = 0;
+  std::size_t missed = 0;
+  std::size_t false_alarms = 0;
+  double nanoseconds = 0.0;
+};
+
+/// The verdicts of T's arithmetic against `collides`, and the time per query.
+template <class T>
+Tally judge(const std::vector<Query>& queries, const std::vector<bool>& collides) {
+  Tally tally;
+  tally.queries = queries.size();
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<bool> hits(queries.size());
+  for (std::size_t i = 0; i < queries.size(); ++i) hits[i] = impact_of<T>(queries[i], T(0)).state == ImpactState::hit;
+  const std::chrono::duration<double, std::nano> elapsed = std::chrono::steady_clock::now() - start;
+  tally.nanoseconds = elapsed.count() / static_cast<double>(queries.size());
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    tally.collisions += collides[i] ? 1 : 0;
+    tally.missed += collides[i] && !hits[i] ? 1 : 0;
+    tally.false_alarms += !collides[i] && hits[i] ? 1 : 0;
+  }
+  return tally;
+}
+
+void print(const std::string& what, const Tally& tally) {
+  std::printf("%s: %zu queries, %zu collide, %zu missed, %zu false alarms, %.0f ns a query\n", what.c_str(),
+              tally.queries, tally.collisions, tally.missed, tally.false_alarms, tally.nanoseconds);
+}
+
+TEST(RecordedQueries, TheOracleAgreesWithTheRecordedVerdicts) {
+  const fs::path folder = data_folder("ccd-queries");
+  if (folder.empty()) GTEST_SKIP() << "the recorded queries are not there; see SOFTCD_DATA_DIR";
+  const std::vector<RecordedQuery> queries = read_all_queries(folder);
+  ASSERT_FALSE(queries.empty());
+  for (const RecordedQuery& query : queries) {
+    const bool verdict = query.kind == ContactKind::vertex_triangle ? collides_vertex_triangle(query.coordinates)
+                                                                    : collides_edge_edge(query.coordinates);
+    ASSERT_EQ(verdict, query.collides) << to_string(to_double(query));
+  }
+}
+
+TEST(RecordedQueries, PreciseMissesNone) {
+  const fs::path folder = data_folder("ccd-queries");
+  if (folder.empty()) GTEST_SKIP() << "the recorded queries are not there; see SOFTCD_DATA_DIR";
+  std::vector<Query> queries;
+  std::vector<bool> verdicts;
+  std::size_t changed = 0;
+  for (const RecordedQuery& recorded : read_all_queries(folder)) {
+    queries.push_back(to_double(recorded));
+    verdicts.push_back(collides(queries.back()));
+    changed += verdicts.back() != recorded.collides ? 1 : 0;
+  }
+  std::printf("%zu verdicts change when coordinates are rounded to double\n", changed);
+  const Tally precise = judge<double>(queries, verdicts);
+  print("double", precise);
+  print("float on double coordinates", judge<float>(queries, verdicts));
+  EXPECT_EQ(precise.missed, 0u);
+}
+
+class RecordedSteps : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(RecordedSteps, PreciseMissesNoneOfTheListedPairs) {
+  const fs::path folder = data_folder("ccd-steps");
+  if (folder.empty()) GTEST_SKIP() << "the recorded steps are not there; see SOFTCD_DATA_DIR";
+  const GroundTruth truth = read_ground_truth(folder, GetParam());
+  const SceneGeometry geometry(truth.scene);
+  for (const ContactKind kind : {ContactKind::vertex_triangle, ContactKind::edge_edge}) {
+    const std::string name = std::string(GetParam()) + (kind == ContactKind::vertex_triangle ? " VT" : " EE");
+    std::vector<Query> queries;
+    std::vector<bool> verdicts;
+    for (std::size_t i = 0; i < truth.listed.size(); ++i) {
+      if (truth.listed[i].kind != kind) continue;
+      queries.push_back({kind, geometry.motion(truth.listed[i])});
+      verdicts.push_back(truth.collides[i]);
+    }
+    ASSERT_FALSE(queries.empty());
+    const Tally precise = judge<double>(queries, verdicts);
+    print(name + " double", precise);
+    print(name + " float", judge<float>(queries, verdicts));
+    EXPECT_EQ(precise.missed, 0u);
+    EXPECT_EQ(precise.false_alarms, 0u);
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      ASSERT_EQ(collides(queries[i]), verdicts[i]) << to_string(queries[i]);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Steps, RecordedSteps, ::testing::Values("cloth-ball", "armadillo-rollers"),
+                         [](const auto& suite) {
+                           return std::string(suite.param) == "cloth-ball" ? "cloth_ball" : "armadillo_rollers";
+                         });
+
+}  // namespace
+}  // namespace softcd::test

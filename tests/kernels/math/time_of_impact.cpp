@@ -1,0 +1,287 @@
+#include "softcd/math/time_of_impact.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "queries.hpp"
+
+namespace softcd::test {
+namespace {
+
+constexpr std::array kKinds{ContactKind::vertex_triangle, ContactKind::edge_edge};
+
+struct Tally {
+  int queries = 0;
+  int collisions = 0;
+  int missed = 0;
+  int false_alarms = 0;
+  int beyond_tolerance = 0;  ///< hits whose distance at `time` exceeds the documented tolerance
+};
+
+template <class T>
+Tally compare_with_exact(ContactKind kind, Family family, bool is_single, int count, double factor = 1.0) {
+  Random random(static_cast<std::uint64_t>(family) * 101 + 13);
+  Tally tally;
+  for (int i = 0; i < count; ++i) {
+    Query query = make_query(random, kind, family, is_single);
+    query.rows = scaled(query.rows, factor);
+    const bool is_collision = collides(query);
+    const Impact<T> impact = impact_of<T>(query, T(0));
+    const bool is_hit = impact.state == ImpactState::hit;
+    ++tally.queries;
+    tally.collisions += is_collision ? 1 : 0;
+    tally.false_alarms += is_hit && !is_collision ? 1 : 0;
+    if (is_collision && !is_hit && tally.missed++ == 0) {
+      std::printf("first miss, %s: %s", name_of(family), to_string(query).c_str());
+    }
+    if (is_hit) {
+      const double reach = 1.01 * documented_tolerance(query, static_cast<double>(epsilon<T>()));
+      tally.beyond_tolerance += static_cast<double>(impact.distance) > reach ? 1 : 0;
+    }
+  }
+  return tally;
+}
+
+void print(const char* arithmetic, ContactKind kind, Family family, const Tally& tally) {
+  std::printf("%-16s %s %-12s %5d queries %5d collide %d missed %5d false alarms %d beyond tolerance\n", arithmetic,
+              kind == ContactKind::vertex_triangle ? "VT" : "EE", name_of(family), tally.queries, tally.collisions,
+              tally.missed, tally.false_alarms, tally.beyond_tolerance);
+}
+
+constexpr int kCount = 3'000;
+
+class Impacts : public ::testing::TestWithParam<std::uint32_t> {
+ protected:
+  Family family() const { return static_cast<Family>(GetParam()); }
+};
+
+/// Float coordinates in double: the case that `precise` is for.
+TEST_P(Impacts, PreciseMissesNothingOnFloatCoordinates) {
+  for (const ContactKind kind : kKinds) {
+    const Tally tally = compare_with_exact<double>(kind, family(), true, kCount);
+    print("double on float", kind, family(), tally);
+    EXPECT_EQ(tally.missed, 0);
+    EXPECT_LE(tally.beyond_tolerance, kCount / 500);
+    // Distances between float coordinates are rarely below the tolerance of double without being 0.
+    EXPECT_LE(tally.false_alarms, kCount / 500);
+  }
+}
+
+TEST_P(Impacts, PreciseMissesNothingOnDoubleCoordinates) {
+  for (const ContactKind kind : kKinds) {
+    const Tally tally = compare_with_exact<double>(kind, family(), false, kCount);
+    print("double on double", kind, family(), tally);
+    EXPECT_EQ(tally.missed, 0);
+    EXPECT_LE(tally.beyond_tolerance, kCount / 500);
+  }
+}
+
+TEST_P(Impacts, FastMissesNothingOnFloatCoordinates) {
+  for (const ContactKind kind : kKinds) {
+    const Tally tally = compare_with_exact<float>(kind, family(), true, kCount);
+    print("float on float", kind, family(), tally);
+    EXPECT_EQ(tally.missed, 0);
+    EXPECT_LE(tally.beyond_tolerance, kCount / 500);
+  }
+}
+
+/// Powers of two, so that verdicts stay: 1e-6, 1e6, and beyond the range of float's products.
+TEST_P(Impacts, NothingIsMissedAtOtherScales) {
+  for (const ContactKind kind : kKinds) {
+    for (const double factor : {0x1p-20, 0x1p+20}) {
+      EXPECT_EQ(compare_with_exact<double>(kind, family(), true, kCount / 4, factor).missed, 0) << factor;
+    }
+    for (const double factor : {0x1p-100, 0x1p-60, 0x1p-20, 0x1p+20, 0x1p+60, 0x1p+120}) {
+      EXPECT_EQ(compare_with_exact<float>(kind, family(), true, kCount / 4, factor).missed, 0) << factor;
+    }
+  }
+}
+
+/// The figures that a hit carries agree with exact distances of the positions at its time.
+TEST_P(Impacts, AHitDescribesItsContact) {
+  for (const ContactKind kind : kKinds) {
+    Random random(GetParam() + 1);
+    for (int i = 0; i < kCount; ++i) {
+      const Query query = make_query(random, kind, family(), true);
+      const double margin = i % 2 == 0 ? 0.0 : std::pow(10.0, -random.uniform(0.0, 6.0));
+      const Impact<double> impact = impact_of<double>(query, margin);
+      if (impact.state == ImpactState::separated) continue;
+      ASSERT_GE(impact.time, 0.0);
+      ASSERT_LE(impact.time, 1.0);
+      ASSERT_NEAR(norm(impact.normal), 1.0, 1e-14) << to_string(query);
+      const std::array<Vec3d, 4> p = rows_at(query.rows, impact.time);
+      ASSERT_NEAR(impact.distance, std::sqrt(squared_distance(kind, p)), 1e-14) << to_string(query);
+      Vec3d offset{0.0, 0.0, 0.0};
+      for (std::size_t k = 0; k < 4; ++k) {
+        const bool is_side_a = k < (kind == ContactKind::vertex_triangle ? 1u : 2u);
+        offset = offset + (is_side_a ? impact.weights[k] : -impact.weights[k]) * p[k];
+      }
+      ASSERT_NEAR(norm(offset), impact.distance, 1e-14) << to_string(query);
+      if (impact.distance > 1e-10) {
+        ASSERT_NEAR(dot(offset, impact.normal), impact.distance, 1e-5 * impact.distance) << to_string(query);
+      }
+    }
+  }
+}
+
+/// `time` is not later than the first contact: shortly before the time there is none.
+TEST_P(Impacts, TimeIsTheFirstContact) {
+  int checked = 0;
+  for (const ContactKind kind : kKinds) {
+    Random random(GetParam() + 31);
+    for (int i = 0; i < kCount / 10; ++i) {
+      const Query query = make_query(random, kind, family(), true);
+      const Impact<double> impact = impact_of<double>(query, 0.0);
+      if (impact.state == ImpactState::separated || impact.time == 0.0) continue;
+      // A step shortened to end before the impact, up to the rounding of its end points.
+      Query shortened = query;
+      const std::array<Vec3d, 4> before = rows_at(query.rows, impact.time * (1.0 - 1e-9));
+      std::copy(before.begin(), before.end(), shortened.rows.begin() + 4);
+      const double nearest = std::sqrt(squared_distance(kind, before));
+      if (nearest < 1e-13) continue;
+      ++checked;
+      ASSERT_FALSE(collides(shortened)) << impact.time << "\n" << to_string(query);
+    }
+  }
+  std::printf("%d impacts checked\n", checked);
+}
+
+TEST_P(Impacts, SameVerdictForEveryOrderOfTheCorners) {
+  for (const ContactKind kind : kKinds) {
+    Random random(GetParam() + 51);
+    for (int i = 0; i < kCount; ++i) {
+      const Query query = make_query(random, kind, family(), true);
+      const Rows& r = query.rows;
+      const Query other = kind == ContactKind::vertex_triangle
+                              ? Query{kind, {r[0], r[3], r[1], r[2], r[4], r[7], r[5], r[6]}}
+                              : Query{kind, {r[3], r[2], r[0], r[1], r[7], r[6], r[4], r[5]}};
+      const Impact<double> first = impact_of<double>(query, 0.0);
+      const Impact<double> second = impact_of<double>(other, 0.0);
+      if (first.state != second.state) {
+        // Both are within their guarantee only when the features do not touch.
+        ASSERT_FALSE(collides(query)) << to_string(query);
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Families, Impacts, ::testing::Range(0u, kFamilies),
+                         [](const auto& suite) { return name_of(static_cast<Family>(suite.param)); });
+
+/// A vertex that falls from height 1 to -1 at (x, y), over the triangle (0, 0), (1, 0), (0, 1) at rest.
+Query falling_at(double x, double y) {
+  const Vec3d f0{0.0, 0.0, 0.0};
+  const Vec3d f1{1.0, 0.0, 0.0};
+  const Vec3d f2{0.0, 1.0, 0.0};
+  return {ContactKind::vertex_triangle, {Vec3d{x, y, 1.0}, f0, f1, f2, Vec3d{x, y, -1.0}, f0, f1, f2}};
+}
+
+TEST(Impact, AVertexThroughATriangle) {
+  const Impact<double> impact = impact_of<double>(falling_at(0.25, 0.5), 0.0);
+  ASSERT_EQ(impact.state, ImpactState::hit);
+  EXPECT_NEAR(impact.time, 0.5, 1e-12);
+  EXPECT_LE(impact.time, 0.5);
+  EXPECT_NEAR(impact.weights[0], 1.0, 0.0);
+  EXPECT_NEAR(impact.weights[1], 0.25, 1e-12);
+  EXPECT_NEAR(impact.weights[2], 0.25, 1e-12);
+  EXPECT_NEAR(impact.weights[3], 0.5, 1e-12);
+  EXPECT_NEAR(impact.normal.z, 1.0, 1e-12);
+}
+
+TEST(Impact, TheNormalPointsToWhereSideACameFrom) {
+  Query query = falling_at(0.25, 0.5);
+  for (const double margin : {0.0, 1e-6}) {
+    EXPECT_NEAR(impact_of<double>(query, margin).normal.z, 1.0, 1e-12);
+    std::swap(query.rows[2], query.rows[3]);
+    std::swap(query.rows[6], query.rows[7]);
+    EXPECT_NEAR(impact_of<double>(query, margin).normal.z, 1.0, 1e-12) << "whatever the triangle's orientation";
+    std::swap(query.rows[0], query.rows[4]);
+    EXPECT_NEAR(impact_of<double>(query, margin).normal.z, -1.0, 1e-12);
+    std::swap(query.rows[0], query.rows[4]);
+  }
+  query.rows[0].z = 0.0;
+  EXPECT_NEAR(impact_of<double>(query, 0.0).normal.z, 1.0, 1e-12) << "on the plane at t0: against the motion";
+}
+
+TEST(Impact, TheNormalOfAMotionInThePlane) {
+  Query query = falling_at(0.0, 0.0);
+  query.rows[0] = {-1.0, 0.25, 0.0};
+  query.rows[4] = {1.0, 0.25, 0.0};
+  const Impact<double> impact = impact_of<double>(query, 0.0);
+  ASSERT_EQ(impact.state, ImpactState::hit);
+  EXPECT_NEAR(impact.time, 0.5, 1e-12);
+  EXPECT_NEAR(impact.normal.x, -1.0, 1e-12);
+}
+
+TEST(Impact, TheMarginCountsAtBothEnds) {
+  Query query = falling_at(0.25, 0.25);
+  query.rows[4].z = 0.5;
+  EXPECT_EQ(impact_of<double>(query, 0.49).state, ImpactState::separated);
+  const Impact<double> at_end = impact_of<double>(query, 0.51);
+  ASSERT_EQ(at_end.state, ImpactState::hit);
+  EXPECT_EQ(at_end.time, 1.0);
+  EXPECT_NEAR(at_end.distance, 0.5, 1e-15);
+  const Impact<double> at_start = impact_of<double>(query, 1.0);
+  ASSERT_EQ(at_start.state, ImpactState::hit);
+  EXPECT_EQ(at_start.time, 0.0);
+}
+
+TEST(Impact, TheMarginCountsBesideTheTriangle) {
+  EXPECT_EQ(impact_of<double>(falling_at(-0.1, 0.5), 0.09).state, ImpactState::separated);
+  const Impact<double> impact = impact_of<double>(falling_at(-0.1, 0.5), 0.11);
+  ASSERT_EQ(impact.state, ImpactState::hit);
+  EXPECT_NEAR(impact.time, 0.5, 1e-12);
+  EXPECT_NEAR(impact.distance, 0.1, 1e-12);
+  EXPECT_NEAR(impact.normal.x, -1.0, 1e-9);
+}
+
+TEST(Impact, ATurningEdgeThatTouchesAndLeaves) {
+  const auto turning = [](double lift) {
+    return Query{ContactKind::vertex_triangle,
+                 {Vec3d{0, -0.5, -lift}, Vec3d{-1, -2, 1}, Vec3d{3, -1, 0.5}, Vec3d{-1, 3, -1.5}, Vec3d{0, 0.5, -lift},
+                  Vec3d{-1, -2, -1}, Vec3d{3, -1, -0.5}, Vec3d{-1, 3, 1.5}}};
+  };
+  const Impact<double> impact = impact_of<double>(turning(0.0), 0.0);
+  ASSERT_EQ(impact.state, ImpactState::hit);
+  EXPECT_NEAR(impact.time, 0.5, 1e-6);
+  EXPECT_EQ(impact_of<double>(turning(1e-12), 0.0).state, ImpactState::separated);
+  EXPECT_EQ(impact_of<float>(turning(1e-3), 0.0F).state, ImpactState::separated);
+}
+
+/// Nothing that is finite gives NaN, a weight outside [0, 1] or a normal that is not one.
+template <class T>
+void expect_sane(double lowest_exponent, double highest_exponent) {
+  Random random(5);
+  for (int i = 0; i < 100'000; ++i) {
+    Query query{i % 2 == 0 ? ContactKind::vertex_triangle : ContactKind::edge_edge, {}};
+    const double common = random.uniform(lowest_exponent, highest_exponent);
+    for (std::size_t k = 0; k < 8; ++k) {
+      const double exponent = random.chance(0.3) ? random.uniform(lowest_exponent, highest_exponent) : common;
+      Vec3d& p = query.rows[k];
+      p = std::pow(10.0, exponent) * random.in_box(1.0);
+      if (random.chance(0.1)) p.x = 0.0;
+      if (random.chance(0.1)) p.y = 0.0;
+      if (random.chance(0.1)) p = query.rows[random.below(8)];
+    }
+    const T margin = random.chance(0.5) ? T(0) : static_cast<T>(std::pow(10.0, random.uniform(-6.0, 6.0)));
+    const Impact<T> impact = impact_of<T>(query, margin);
+    if (impact.state == ImpactState::separated) continue;
+    ASSERT_TRUE(impact.time >= T(0) && impact.time <= T(1)) << to_string(query);
+    ASSERT_TRUE(std::isfinite(impact.distance)) << to_string(query);
+    ASSERT_NEAR(static_cast<double>(norm(impact.normal)), 1.0, 1e-5) << to_string(query);
+    for (const T w : impact.weights) ASSERT_TRUE(w >= T(0) && w <= T(1)) << to_string(query);
+  }
+}
+
+TEST(Impact, EveryMagnitudeGivesSaneResults) {
+  expect_sane<float>(-44.0, 37.0);
+  expect_sane<float>(-6.0, 6.0);
+  expect_sane<double>(-300.0, 300.0);
+}
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,143 @@
+#include "softcd/mesh/topology.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "mesh_generators.hpp"
+#include "random.hpp"
+
+namespace softcd::test {
+namespace {
+
+using Ends = std::pair<std::uint32_t, std::uint32_t>;
+
+Topology topology_of(const Mesh& mesh) {
+  return build_topology(mesh.triangles, static_cast<std::uint32_t>(mesh.positions.size()));
+}
+
+Mesh tangled_soup(std::uint64_t seed) {
+  SoupOptions options;
+  options.triangle_count = 600;
+  options.joined_share = 0.7;
+  options.degenerate_share = 0.2;
+  options.seed = seed;
+  return triangle_soup(options);
+}
+
+std::vector<Mesh> meshes() {
+  Mesh doubled = torus(2.0, 0.5, 20, 10);
+  doubled = Mesh{doubled.triangles, doubled.positions};
+  doubled.triangles.insert(doubled.triangles.end(), doubled.triangles.begin(), doubled.triangles.begin() + 50);
+  return {Mesh{},
+          Mesh{{{{0, 1, 2}}}, Positions3(3)},
+          Mesh{{{{0, 0, 0}}, {{1, 1, 0}}}, Positions3(5)},
+          grid_cloth(12, 9, 1.0),
+          icosphere(2, 1.0),
+          tube(1.0, 2.0, 9, 7),
+          doubled,
+          tangled_soup(1),
+          tangled_soup(2)};
+}
+
+/// Every side of every triangle in `wanted`, by the plainest means.
+std::map<Ends, std::uint32_t> sides_of(const std::vector<Triangle>& triangles,
+                                       const std::vector<std::uint8_t>& left_out) {
+  std::map<Ends, std::uint32_t> sides;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (left_out[t] != 0) continue;
+    const auto [a, b, c] = triangles[t].v;
+    for (const Ends& side : {Ends(a, b), Ends(b, c), Ends(c, a)}) {
+      if (side.first != side.second) ++sides[std::minmax(side.first, side.second)];
+    }
+  }
+  return sides;
+}
+
+TEST(Topology, edges_are_every_side_once_in_order) {
+  for (const Mesh& mesh : meshes()) {
+    const Topology topology = topology_of(mesh);
+    const std::map<Ends, std::uint32_t> expected =
+        sides_of(mesh.triangles, std::vector<std::uint8_t>(mesh.triangles.size(), 0));
+    ASSERT_EQ(topology.edges.size(), expected.size());
+    std::size_t i = 0;
+    for (const auto& [ends, count] : expected) {
+      EXPECT_EQ(topology.edges[i].v[0], ends.first);
+      EXPECT_EQ(topology.edges[i].v[1], ends.second);
+      ++i;
+    }
+  }
+}
+
+TEST(Topology, triangles_know_their_edges) {
+  for (const Mesh& mesh : meshes()) {
+    const Topology topology = topology_of(mesh);
+    ASSERT_EQ(topology.triangle_edges.size(), mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (int side = 0; side < 3; ++side) {
+        const Ends ends = std::minmax(mesh.triangles[t].v[side], mesh.triangles[t].v[(side + 1) % 3]);
+        const std::uint32_t edge = topology.triangle_edges[t].v[side];
+        if (ends.first == ends.second) {
+          EXPECT_EQ(edge, kNoIndex);
+        } else {
+          ASSERT_LT(edge, topology.edges.size());
+          EXPECT_EQ(Ends(topology.edges[edge].v[0], topology.edges[edge].v[1]), ends);
+        }
+      }
+    }
+  }
+}
+
+void expect_each_feature_owned_once(const Topology& topology, const std::vector<Ownership>& ownership,
+                                    const std::vector<std::uint8_t>& left_out) {
+  std::vector<int> vertex_owners(topology.vertex_count, 0);
+  std::vector<int> edge_owners(topology.edges.size(), 0);
+  std::vector<bool> vertex_occurs(topology.vertex_count, false);
+  ASSERT_EQ(ownership.size(), topology.triangles.size());
+  for (std::size_t t = 0; t < ownership.size(); ++t) {
+    if (left_out[t] != 0) {
+      EXPECT_EQ(ownership[t] & 63U, 0U);
+      continue;
+    }
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t vertex = topology.triangles[t].v[i];
+      vertex_occurs[vertex] = true;
+      if ((ownership[t] >> i) & 1U) ++vertex_owners[vertex];
+      if ((ownership[t] >> (3 + i)) & 1U) {
+        ASSERT_NE(topology.triangle_edges[t].v[i], kNoIndex);
+        ++edge_owners[topology.triangle_edges[t].v[i]];
+      }
+    }
+  }
+  const std::map<Ends, std::uint32_t> sides = sides_of(topology.triangles, left_out);
+  for (std::uint32_t v = 0; v < topology.vertex_count; ++v) EXPECT_EQ(vertex_owners[v], vertex_occurs[v] ? 1 : 0);
+  for (std::size_t e = 0; e < topology.edges.size(); ++e) {
+    const Ends ends(topology.edges[e].v[0], topology.edges[e].v[1]);
+    EXPECT_EQ(edge_owners[e], sides.contains(ends) ? 1 : 0);
+  }
+}
+
+TEST(Ownership, every_vertex_and_edge_has_one_owner) {
+  for (const Mesh& mesh : meshes()) {
+    const Topology topology = topology_of(mesh);
+    expect_each_feature_owned_once(topology, topology.ownership, std::vector<std::uint8_t>(mesh.triangles.size(), 0));
+  }
+}
+
+TEST(Ownership, passes_on_from_triangles_that_are_left_out) {
+  Random random(3);
+  for (const Mesh& mesh : meshes()) {
+    const Topology topology = topology_of(mesh);
+    for (const double share : {0.05, 0.5, 1.0}) {
+      std::vector<std::uint8_t> left_out;
+      for (std::size_t t = 0; t < mesh.triangles.size(); ++t) left_out.push_back(random.chance(share) ? 1 : 0);
+      expect_each_feature_owned_once(topology, assign_ownership(topology, left_out), left_out);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test

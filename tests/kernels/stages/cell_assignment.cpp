@@ -1,0 +1,144 @@
+#include "softcd/stages/cell_assignment.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "host_scene.hpp"
+
+namespace softcd::test {
+namespace {
+
+Mesh uneven_soup() {
+  SoupOptions options;
+  options.triangle_count = 300;
+  options.half_extent = 3.0;
+  options.largest = 4.0;
+  options.size_ratio = 100.0;
+  options.degenerate_share = 0.05;
+  return triangle_soup(options);
+}
+
+class CellAssignment : public testing::Test {
+ protected:
+  CellAssignment() : host_({{uneven_soup(), {}, 0.01F}}, false), scene_(host_.view()), bounds_(scene_) {}
+
+  void register_all(const GridParameters& grid, bool subdivision) {
+    const RegisterTriangle stage{scene_, bounds_.volumes.data(), bounds_.shapes.data(), &grid, subdivision};
+    for (std::uint32_t t = 0; t < scene_.triangle_count; ++t) stage(t, entries_, splits_, bigs_);
+  }
+
+  HostScene host_;
+  SceneView scene_;
+  HostVolumes bounds_;
+  Collector<KeyedEntry> entries_;
+  Collector<SplitRoot> splits_;
+  Collector<std::uint32_t> bigs_;
+};
+
+TEST_F(CellAssignment, whole_triangles_are_in_every_cell_of_their_volume) {
+  const GridParameters parameters = grid_of(0.5F);
+  register_all(parameters, false);
+  EXPECT_TRUE(splits_.items.empty());
+  EXPECT_TRUE(bigs_.items.empty());
+  std::map<std::uint32_t, std::map<std::uint32_t, KeyedEntry>> by_triangle;
+  for (const KeyedEntry& entry : entries_.items) {
+    EXPECT_TRUE(by_triangle[entry.entry.root].emplace(key_cell(entry.key), entry).second) << "twice in a cell";
+  }
+  EXPECT_EQ(by_triangle.size(), scene_.triangle_count);
+  for (const auto& [t, entries] : by_triangle) {
+    const IntegerDop dop = integer_dop(bounds_.volumes[t], parameters.inverse_cell_size);
+    std::size_t count = 0;
+    for_each_cell(dop, [&](Cell c, CellInterval, const CellInterval(&)[4]) {
+      ++count;
+      const auto found = entries.find(cell_index(c));
+      ASSERT_NE(found, entries.end());
+      std::uint32_t mask = 0;
+      for (int bit = 0; bit < 13; ++bit) {
+        if (entries.contains(cell_index(lower_neighbour(c, bit)))) mask |= 1U << bit;
+      }
+      const Entry& entry = found->second.entry;
+      EXPECT_EQ(entry.bits & 0x1FFFU, mask);
+      EXPECT_EQ(key_k(found->second.key), missing_face_neighbours(mask));
+      EXPECT_EQ((entry.bits >> 24) & 63U, scene_.ownership[t] & 63U);
+      EXPECT_EQ((entry.bits >> 14) & 1U, dop.span() <= 2 ? 1U : 0U);
+      EXPECT_EQ((entry.bits >> 13) & 1U, 0U) << "not split";
+    });
+    EXPECT_EQ(count, entries.size());
+  }
+}
+
+TEST_F(CellAssignment, every_triangle_is_registered_split_or_big) {
+  register_all(grid_of(0.2F), true);
+  std::set<std::uint32_t> whole;
+  for (const KeyedEntry& entry : entries_.items) whole.insert(entry.entry.root);
+  EXPECT_EQ(whole.size() + splits_.items.size() + bigs_.items.size(), scene_.triangle_count);
+  EXPECT_FALSE(splits_.items.empty());
+  for (const SplitRoot& split : splits_.items) {
+    EXPECT_FALSE(whole.contains(split.root));
+    EXPECT_GT(split.level, 0);
+    EXPECT_GT(bounds_.shapes[split.root].radius, 0.1F);
+  }
+}
+
+TEST_F(CellAssignment, triangles_too_large_for_the_grid_are_listed) {
+  register_all(grid_of(0.004F), true);
+  EXPECT_FALSE(bigs_.items.empty());
+  for (const std::uint32_t t : bigs_.items) {
+    EXPECT_TRUE(bounds_.shapes[t].flags & kBigTriangle);
+    EXPECT_GT(bounds_.shapes[t].radius, 0.004F * 32.0F);
+  }
+}
+
+// A split triangle's entries: the union of its children's cells, once each, with the mask of that union.
+TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
+  const GridParameters parameters = grid_of(0.3F);
+  register_all(parameters, true);
+  ASSERT_GT(splits_.items.size(), 10U);
+  Collector<SplitCell> cells;
+  const RegisterChild register_child{scene_, bounds_.shapes.data(), splits_.items.data(), &parameters};
+  for (std::uint32_t s = 0; s < splits_.items.size(); ++s) {
+    for (std::uint32_t child = 0; child < splits_.items[s].child_count(); ++child) register_child(s, child, cells);
+  }
+  std::vector<std::uint64_t> keys;
+  for (const SplitCell& cell : cells.items) keys.push_back(cell.key);
+  std::sort(keys.begin(), keys.end());
+  const std::uint64_t key_count = keys.size();
+  Collector<KeyedEntry> entries;
+  const RegisterSplitCell register_cell{scene_,      bounds_.volumes.data(),      bounds_.shapes.data(), &parameters,
+                                        keys.data(), Count{&key_count, key_count}};
+  for (std::uint32_t i = 0; i < key_count; ++i) register_cell(i, entries);
+
+  std::map<std::uint32_t, std::set<std::uint32_t>> expected;
+  for (const SplitRoot& split : splits_.items) {
+    const TriangleMotion motion = load_triangle(scene_, split.root);
+    for (std::uint32_t child = 0; child < split.child_count(); ++child) {
+      const Kdop18 volume = child_volume(motion, split.level, child, bounds_.shapes[split.root].growth);
+      for_each_cell(
+          integer_dop(volume, parameters.inverse_cell_size),
+          [&](Cell c, CellInterval, const CellInterval(&)[4]) { expected[split.root].insert(cell_index(c)); });
+    }
+  }
+  std::size_t expected_count = 0;
+  for (const auto& [root, of_root] : expected) expected_count += of_root.size();
+  EXPECT_EQ(entries.items.size(), expected_count);
+  for (const KeyedEntry& entry : entries.items) {
+    const std::set<std::uint32_t>& of_root = expected.at(entry.entry.root);
+    const std::uint32_t index = key_cell(entry.key);
+    ASSERT_TRUE(of_root.contains(index));
+    const Cell c{static_cast<int>(index & kCellMask), static_cast<int>((index >> kCellBits) & kCellMask),
+                 static_cast<int>(index >> (2 * kCellBits))};
+    std::uint32_t mask = 0;
+    for (int bit = 0; bit < 13; ++bit) {
+      if (of_root.contains(cell_index(lower_neighbour(c, bit)))) mask |= 1U << bit;
+    }
+    EXPECT_EQ(entry.entry.bits & 0x1FFFU, mask);
+    EXPECT_EQ((entry.entry.bits >> 13) & 1U, 1U) << "split";
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test

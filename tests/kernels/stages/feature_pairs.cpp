@@ -1,0 +1,226 @@
+#include "softcd/stages/feature_pairs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "box_sweep.hpp"
+#include "exact_ccd.hpp"
+#include "host_scene.hpp"
+#include "reference_distance.hpp"
+#include "softcd/stages/pair_tests.hpp"
+
+namespace softcd::test {
+namespace {
+
+using Candidates = std::vector<std::uint64_t>;
+
+Mesh tangle(std::uint64_t seed) {
+  SoupOptions options;
+  options.triangle_count = 100;
+  options.half_extent = 1.0;
+  options.size_ratio = 10.0;
+  options.joined_share = 0.6;
+  options.degenerate_share = 0.15;
+  options.seed = seed;
+  return triangle_soup(options);
+}
+
+SweepBox box_of_vertices(const SceneView& scene, std::initializer_list<std::uint32_t> vertices, double reach) {
+  SweepBox box = enclosing({vec3_cast<double>(scene.x_t1[*vertices.begin()])});
+  for (const std::uint32_t v : vertices) {
+    for (const Vec3f* x : {scene.x_t1, scene.continuous ? scene.x_t0 : scene.x_t1}) {
+      box = enclosing({box.low, box.high, vec3_cast<double>(x[v])});
+    }
+  }
+  return enclosing({box.low, box.high}, reach);
+}
+
+double margin_of(const SceneView& scene, std::uint32_t v) {
+  return static_cast<double>(scene.bodies[scene.vertex_body[v]].margin);
+}
+
+bool wants(const SceneView& scene, std::uint32_t body_a, std::uint32_t body_b, bool vertices) {
+  const softcd::SceneBody& a = scene.bodies[body_a];
+  const softcd::SceneBody& b = scene.bodies[body_b];
+  return vertices ? a.vertex_triangle && b.vertex_triangle : a.edge_edge && b.edge_edge;
+}
+
+/// Vertices that occur in a triangle against triangles without them, boxes grown by `reach` times the margins.
+Candidates vertex_triangles(const SceneView& scene, double reach) {
+  std::vector<bool> occurs(scene.vertex_count, false);
+  for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
+    for (const std::uint32_t v : scene.triangles[t].v) occurs[v] = true;
+  }
+  Candidates found;
+  for (std::uint32_t v = 0; v < scene.vertex_count; ++v) {
+    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
+      const auto [a, b, c] = scene.triangles[t].v;
+      const std::uint32_t body_v = scene.vertex_body[v];
+      const std::uint32_t body_t = scene.triangle_body[t];
+      if (!occurs[v] || v == a || v == b || v == c || !wants(scene, body_v, body_t, true)) continue;
+      if (!scene.bodies_may_touch(body_v, body_t)) continue;
+      if (overlap(box_of_vertices(scene, {v}, reach * margin_of(scene, v)),
+                  box_of_vertices(scene, {a, b, c}, reach * margin_of(scene, a)))) {
+        found.push_back((static_cast<std::uint64_t>(v) << 32) | t);
+      }
+    }
+  }
+  return found;
+}
+
+Candidates edge_edges(const SceneView& scene, double reach) {
+  Candidates found;
+  for (std::uint32_t e = 0; e < scene.edge_count; ++e) {
+    for (std::uint32_t g = e + 1; g < scene.edge_count; ++g) {
+      const auto [a, b] = scene.edges[e].v;
+      const auto [c, d] = scene.edges[g].v;
+      if (a == c || a == d || b == c || b == d) continue;
+      if (!wants(scene, scene.vertex_body[a], scene.vertex_body[c], false)) continue;
+      if (!scene.bodies_may_touch(scene.vertex_body[a], scene.vertex_body[c])) continue;
+      if (overlap(box_of_vertices(scene, {a, b}, reach * margin_of(scene, a)),
+                  box_of_vertices(scene, {c, d}, reach * margin_of(scene, c)))) {
+        found.push_back((static_cast<std::uint64_t>(e) << 32) | g);
+      }
+    }
+  }
+  return found;
+}
+
+/// Those of `candidates` within their margins at t1, with a hair to spare.
+template <class Distance>
+Candidates near_ones(const Candidates& candidates, const Distance& distance) {
+  Candidates near;
+  for (const std::uint64_t candidate : candidates) {
+    const auto [length, margin] =
+        distance(static_cast<std::uint32_t>(candidate >> 32), static_cast<std::uint32_t>(candidate));
+    if (length < 0.9999 * margin) near.push_back(candidate);
+  }
+  return near;
+}
+
+Candidates near_vertex_triangles(const SceneView& scene) {
+  const auto x = [&](std::uint32_t v) { return vec3_cast<double>(scene.x_t1[v]); };
+  return near_ones(vertex_triangles(scene, 1.001), [&](std::uint32_t v, std::uint32_t t) {
+    const auto [a, b, c] = scene.triangles[t].v;
+    return std::pair(static_cast<double>(distance_vertex_triangle(x(v), x(a), x(b), x(c))),
+                     margin_of(scene, v) + margin_of(scene, a));
+  });
+}
+
+Candidates near_edge_edges(const SceneView& scene) {
+  const auto x = [&](std::uint32_t v) { return vec3_cast<double>(scene.x_t1[v]); };
+  return near_ones(edge_edges(scene, 1.001), [&](std::uint32_t e, std::uint32_t g) {
+    const auto [a, b] = scene.edges[e].v;
+    const auto [c, d] = scene.edges[g].v;
+    return std::pair(static_cast<double>(distance_edge_edge(x(a), x(b), x(c), x(d))),
+                     margin_of(scene, a) + margin_of(scene, c));
+  });
+}
+
+std::array<Vec3d, 8> motion_of(const SceneView& scene, const std::array<std::uint32_t, 4>& vertices) {
+  std::array<Vec3d, 8> rows{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    rows[i] = vec3_cast<double>(scene.x_t0[vertices[i]]);
+    rows[4 + i] = vec3_cast<double>(scene.x_t1[vertices[i]]);
+  }
+  return rows;
+}
+
+/// Those that touch during the step, exactly.
+Candidates colliding_vertex_triangles(const SceneView& scene) {
+  Candidates colliding = vertex_triangles(scene, 0.0);
+  std::erase_if(colliding, [&](std::uint64_t candidate) {
+    const auto [a, b, c] = scene.triangles[static_cast<std::uint32_t>(candidate)].v;
+    return !collides_vertex_triangle(motion_of(scene, {static_cast<std::uint32_t>(candidate >> 32), a, b, c}));
+  });
+  EXPECT_GT(colliding.size(), 100U);
+  return colliding;
+}
+
+Candidates colliding_edge_edges(const SceneView& scene) {
+  Candidates colliding = edge_edges(scene, 0.0);
+  std::erase_if(colliding, [&](std::uint64_t candidate) {
+    const auto [a, b] = scene.edges[static_cast<std::uint32_t>(candidate >> 32)].v;
+    const auto [c, d] = scene.edges[static_cast<std::uint32_t>(candidate)].v;
+    return !collides_edge_edge(motion_of(scene, {a, b, c, d}));
+  });
+  EXPECT_GT(colliding.size(), 100U);
+  return colliding;
+}
+
+TEST(Bits, counted_and_found) {
+  for (std::uint32_t bits = 0; bits < 64; ++bits) {
+    std::uint32_t count = 0;
+    for (int bit = 0; bit < 3; ++bit) {
+      if (((bits >> bit) & 1U) == 0) continue;
+      EXPECT_EQ(nth_bit3(bits, count), bit);
+      ++count;
+    }
+    EXPECT_EQ(count_bits3(bits), count);
+  }
+}
+
+class FeaturePairs : public testing::TestWithParam<bool> {
+ protected:
+  static HostScene make_scene(bool continuous) {
+    std::vector<HostBody> bodies{{tangle(1), {}, 0.01F},
+                                 {tangle(2), {}, 0.05F, false},
+                                 {tangle(3), {}, 0.0F, true, false, true},
+                                 {tangle(4), {}, 0.02F, true, true, false}};
+    for (HostBody& body : bodies) {
+      body.x_t0 = jittered(body.mesh.positions, 0.2, 9);
+      snap_to_grid(body.x_t0, 17);
+    }
+    return HostScene(std::move(bodies), continuous);
+  }
+};
+
+// All pairs of triangles whose volumes overlap go in; each candidate comes out once, none is missing, and those that
+// come out have overlapping boxes.
+TEST_P(FeaturePairs, each_candidate_once) {
+  const HostScene host = make_scene(GetParam());
+  const SceneView scene = host.view();
+  const HostVolumes bounds(scene);
+  std::vector<std::uint64_t> pairs;
+  for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {
+    for (std::uint32_t b = a + 1; b < scene.triangle_count; ++b) {
+      if (!scene.bodies_may_touch(scene.triangle_body[a], scene.triangle_body[b])) continue;
+      if (overlap(bounds.volumes[a], bounds.volumes[b])) pairs.push_back(pair_key(a, b));
+    }
+  }
+  Collector<std::uint64_t> vt;
+  Collector<std::uint64_t> ee;
+  const ExpandPair<double> stage{scene, bounds.shapes.data(), pairs.data()};
+  for (std::uint32_t i = 0; i < pairs.size(); ++i) {
+    const FeatureWork work = stage.load_item(i);
+    for (std::uint32_t part = 0; part < work.part_count(); ++part) stage(work, part, vt, ee);
+  }
+  for (Candidates* candidates : {&vt.items, &ee.items}) {
+    std::sort(candidates->begin(), candidates->end());
+    EXPECT_EQ(std::adjacent_find(candidates->begin(), candidates->end()), candidates->end());
+    EXPECT_GT(candidates->size(), 1000U);
+  }
+  // The stages round outward: a little more may come out than overlaps exactly, nothing less. Volumes of triangles
+  // other than boxes may reject more, but never features within the margins of each other.
+  const auto contains_all = [](const Candidates& all, const Candidates& part) {
+    return std::includes(all.begin(), all.end(), part.begin(), part.end());
+  };
+  EXPECT_TRUE(contains_all(vertex_triangles(scene, 1.001), vt.items));
+  EXPECT_TRUE(contains_all(edge_edges(scene, 1.001), ee.items));
+  EXPECT_TRUE(contains_all(vt.items, near_vertex_triangles(scene)));
+  EXPECT_TRUE(contains_all(ee.items, near_edge_edges(scene)));
+  if (GetParam()) {
+    EXPECT_TRUE(contains_all(vt.items, colliding_vertex_triangles(scene)));
+    EXPECT_TRUE(contains_all(ee.items, colliding_edge_edges(scene)));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, FeaturePairs, testing::Bool(),
+                         [](const auto& test) { return test.param ? "swept" : "still"; });
+
+}  // namespace
+}  // namespace softcd::test

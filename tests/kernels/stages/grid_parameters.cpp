@@ -1,0 +1,112 @@
+#include "softcd/stages/grid_parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "random.hpp"
+#include "softcd/core/team.hpp"
+
+namespace softcd::test {
+namespace {
+
+struct Sizes {
+  std::vector<std::uint32_t> radius = std::vector<std::uint32_t>(kSizeBins, 0);
+  std::vector<std::uint32_t> swept = std::vector<std::uint32_t>(kSizeBins, 0);
+  std::vector<std::uint32_t> distance = std::vector<std::uint32_t>(kSizeBins, 0);
+
+  void add(double r, double s, double d) {
+    ++radius[size_bin(static_cast<float>(r))];
+    ++swept[size_bin(static_cast<float>(s))];
+    ++distance[size_bin(static_cast<float>(d))];
+  }
+
+  GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float lambda = 1.8F) const {
+    GridParameters grid{};
+    SerialTeam team;
+    ChooseGrid{radius.data(), swept.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
+    return grid;
+  }
+};
+
+Sizes ordinary() {
+  Random random(1);
+  Sizes sizes;
+  for (int i = 0; i < 5000; ++i) {
+    const double r = random.uniform(0.5, 1.5);
+    sizes.add(r, r, random.uniform(0.0, 50.0));
+  }
+  return sizes;
+}
+
+TEST(ChooseGrid, cell_is_lambda_means) {
+  const Sizes sizes = ordinary();
+  for (const float lambda : {0.8F, 1.2F, 1.8F, 2.4F}) {
+    const GridParameters grid = sizes.choose(BroadPhase::exact, true, lambda);
+    EXPECT_NEAR(grid.mean_radius, 1.0F, 0.15F);
+    EXPECT_FLOAT_EQ(grid.cell_size, lambda * grid.mean_radius);
+    EXPECT_FLOAT_EQ(grid.inverse_cell_size, 1.0F / grid.cell_size);
+  }
+  const GridParameters paper = sizes.choose(BroadPhase::paper, true, 1.2F);
+  EXPECT_FLOAT_EQ(paper.cell_size, 3.6F * paper.mean_radius);
+}
+
+TEST(ChooseGrid, uniform_fits_the_largest) {
+  Sizes sizes = ordinary();
+  sizes.add(20.0, 25.0, 10.0);
+  const float size = sizes.choose(BroadPhase::uniform).cell_size;
+  EXPECT_GE(size, 3.0F * 25.0F);
+  EXPECT_LE(size, 3.0F * 25.0F * 1.26F);
+  EXPECT_EQ(sizes.choose(BroadPhase::paper, false).cell_size, size);
+}
+
+TEST(ChooseGrid, one_stray_triangle_changes_little) {
+  Sizes sizes = ordinary();
+  const float before = sizes.choose(BroadPhase::exact).cell_size;
+  sizes.add(1e30, 1e30, 1e30);
+  EXPECT_NEAR(sizes.choose(BroadPhase::exact).cell_size, before, 0.02F * before);
+}
+
+TEST(ChooseGrid, children_stay_within_their_budget) {
+  Sizes sizes;
+  for (int i = 0; i < 20000; ++i) sizes.add(i % 2 == 0 ? 0.01 : 0.6, 0.01, 1.0);
+  const GridParameters grid = sizes.choose(BroadPhase::exact);
+  const double children = 10000.0 * std::pow(4.0, subdivision_level(0.75F, grid.cell_size));
+  EXPECT_LE(children, 8.0 * 20000.0 + 65536.0);
+}
+
+TEST(ChooseGrid, the_furthest_ordinary_triangle_is_within_reach) {
+  Sizes sizes;
+  for (int i = 0; i < 1000; ++i) sizes.add(1e-6, 1e-6, 1e4);
+  EXPECT_GE(sizes.choose(BroadPhase::exact).cell_size * kGridReach, 1e4F);
+}
+
+TEST(ChooseGrid, is_finite_whatever_comes) {
+  Sizes nothing;
+  Sizes points;
+  points.add(0.0, 0.0, 0.0);
+  Sizes infinite;
+  for (int i = 0; i < 3; ++i) infinite.add(INFINITY, INFINITY, INFINITY);
+  for (const Sizes* sizes : {&nothing, &points, &infinite}) {
+    for (const BroadPhase broad_phase : {BroadPhase::exact, BroadPhase::paper, BroadPhase::uniform}) {
+      const GridParameters grid = sizes->choose(broad_phase);
+      EXPECT_TRUE(std::isfinite(grid.cell_size) && grid.cell_size > 0.0F);
+      EXPECT_TRUE(std::isfinite(grid.inverse_cell_size) && grid.inverse_cell_size > 0.0F);
+    }
+  }
+}
+
+TEST(SubdivisionLevel, halves_until_it_fits) {
+  EXPECT_EQ(subdivision_level(1.0F, 1.0F), 0);
+  EXPECT_EQ(subdivision_level(1.001F, 1.0F), 1);
+  EXPECT_EQ(subdivision_level(2.0F, 1.0F), 1);
+  EXPECT_EQ(subdivision_level(2.001F, 1.0F), 2);
+  EXPECT_EQ(subdivision_level(64.0F, 1.0F), kMaxLevel);
+  EXPECT_EQ(subdivision_level(65.0F, 1.0F), kMaxLevel + 1);
+  EXPECT_EQ(subdivision_level(INFINITY, 1.0F), kMaxLevel + 1);
+  EXPECT_EQ(subdivision_level(0.0F, 1.0F), 0);
+}
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,94 @@
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <thread>
+#include <vector>
+
+#include "expectations.hpp"
+#include "mesh_generators.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// Splits, large triangles, several bodies and self collision.
+Scene uneven_scene() {
+  Scene scene;
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    SoupOptions options;
+    options.triangle_count = 600;
+    options.half_extent = 2.5;
+    options.largest = 3.0;
+    options.size_ratio = 500.0;
+    options.joined_share = 0.4;
+    options.degenerate_share = 0.05;
+    options.seed = 20 + i;
+    const Mesh mesh = triangle_soup(options);
+    scene.push_back(moving(mesh, scattered(mesh, 1.0, 30 + i), everything(0.005F)));
+  }
+  return scene;
+}
+
+class Determinism : public testing::TestWithParam<Detection> {};
+
+TEST_P(Determinism, twenty_runs_of_one_pipeline) {
+  LoadedScene loaded = load(uneven_scene(), cpu_options(GetParam()));
+  const Span<const Contact> first = loaded.pipeline.detect();
+  const std::vector<Contact> expected(first.begin(), first.end());
+  ASSERT_FALSE(expected.empty());
+  for (int run = 1; run < 20; ++run) EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << "run " << run;
+}
+
+TEST_P(Determinism, fresh_pipelines) {
+  const Scene scene = uneven_scene();
+  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  for (int run = 0; run < 3; ++run) EXPECT_TRUE(identical(expected, detect_once(scene, cpu_options(GetParam()))));
+}
+
+TEST_P(Determinism, any_number_of_threads) {
+  const Scene scene = uneven_scene();
+  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  for (const std::size_t threads : {1U, 2U, 4U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    EXPECT_TRUE(identical(expected, detect_once(scene, cpu_options(GetParam())))) << threads << " threads";
+  }
+}
+
+TEST_P(Determinism, asynchronous_halves) {
+  const Scene scene = uneven_scene();
+  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  loaded.pipeline.detect_async();
+  EXPECT_TRUE(identical(expected, loaded.pipeline.wait()));
+}
+
+TEST_P(Determinism, pipelines_in_threads_of_their_own) {
+  const Scene scene = uneven_scene();
+  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  std::vector<std::vector<Contact>> found(3);
+  std::vector<std::thread> threads;
+  for (std::vector<Contact>& contacts : found) {
+    threads.emplace_back([&] { contacts = detect_once(scene, cpu_options(GetParam())); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<Contact>& contacts : found) EXPECT_TRUE(identical(expected, contacts));
+}
+
+// What an earlier, larger detection left in the workspace must not show.
+TEST_P(Determinism, after_other_scenes) {
+  const Scene scene = uneven_scene();
+  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  const Mesh sphere = icosphere(4, 2.0);
+  const BodyId extra = loaded.pipeline.add_body(
+      {sphere.triangles, static_cast<std::uint32_t>(sphere.positions.size()), everything(0.1F)});
+  loaded.pipeline.set_positions(extra, sphere.positions);
+  EXPECT_GT(loaded.pipeline.detect().size(), expected.size());
+  loaded.pipeline.remove_body(extra);
+  EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Determinism, testing::Values(Detection::dcd, Detection::ccd),
+                         [](const auto& test) { return test.param == Detection::dcd ? "dcd" : "ccd"; });
+
+}  // namespace
+}  // namespace softcd::test

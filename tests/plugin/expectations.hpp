@@ -1,0 +1,87 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "brute_force.hpp"
+#include "scene_geometry.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::test {
+
+/// Half the longest side of the box around both ends of every finite vertex.
+inline double half_extent_of(const Scene& scene) {
+  double low = INFINITY;
+  double high = -INFINITY;
+  double half = 0.0;
+  for (int axis = 0; axis < 3; ++axis, low = INFINITY, high = -INFINITY) {
+    for (const SceneBody& body : scene) {
+      for (const Positions3* x : {&body.x_t0, &body.x_t1}) {
+        for (const Vec3d& p : *x) {
+          if (!std::isfinite(p[axis])) continue;
+          low = std::min(low, p[axis]);
+          high = std::max(high, p[axis]);
+        }
+      }
+    }
+    half = std::max(half, 0.5 * (high - low));
+  }
+  return half;
+}
+
+/// Strictly ascending in the order that detect() documents, hence each contact once.
+inline void expect_sorted(const std::vector<Contact>& contacts) {
+  for (std::size_t i = 1; i < contacts.size(); ++i) {
+    ASSERT_LT(features_of(contacts[i - 1]), features_of(contacts[i])) << "at contact " << i;
+  }
+}
+
+inline void expect_flawless(const Scene& scene, const std::vector<Contact>& contacts, Detection detection,
+                            double tolerance) {
+  const SceneGeometry geometry(scene);
+  for (const Contact& contact : contacts) {
+    const std::string flaw = geometry.flaw_of(contact, detection, tolerance);
+    ASSERT_TRUE(flaw.empty()) << flaw;
+  }
+}
+
+/// What a float32 distance between points of the scene with float32 weights is worth.
+inline double point_tolerance(const Scene& scene) {
+  return 1e-6 * half_extent_of(scene);
+}
+
+/// The detector's contacts at t1 are those of brute force. Returns how many.
+inline std::size_t expect_discrete_contacts(const Scene& scene, const PipelineOptions& options,
+                                            const DiscreteRules& rules = {}) {
+  const std::vector<Contact> contacts = detect_once(scene, options);
+  const Difference difference = compare(discrete_verdicts(scene, rules), features_of(contacts));
+  EXPECT_TRUE(agrees(difference)) << describe(difference);
+  expect_sorted(contacts);
+  expect_flawless(scene, contacts, Detection::dcd, point_tolerance(scene));
+  return contacts.size();
+}
+
+/// Every pair that touches during the step is reported; what else is reported passes within `touching`.
+inline std::size_t expect_continuous_contacts(const Scene& scene, const PipelineOptions& options,
+                                              const PairFilter& pair_filter = {}) {
+  const std::vector<Contact> contacts = detect_once(scene, options);
+  Difference difference = compare(continuous_verdicts(scene, pair_filter), features_of(contacts));
+  const SceneGeometry geometry(scene);
+  const double touching = 1e-9 * half_extent_of(scene);
+  std::erase_if(difference.extra, [&](const FeaturePair& pair) {
+    const auto contact = std::find_if(contacts.begin(), contacts.end(),
+                                      [&](const Contact& candidate) { return features_of(candidate) == pair; });
+    return geometry.distance_near(pair, contact->time_of_impact) <= touching;
+  });
+  EXPECT_TRUE(agrees(difference)) << describe(difference);
+  expect_sorted(contacts);
+  expect_flawless(scene, contacts, Detection::ccd, point_tolerance(scene));
+  return contacts.size();
+}
+
+}  // namespace softcd::test

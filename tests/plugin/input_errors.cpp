@@ -1,0 +1,196 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "expectations.hpp"
+#include "mesh_generators.hpp"
+
+namespace softcd::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+template <class Exception, class Call>
+std::string message_of(const Call& call) {
+  try {
+    call();
+  } catch (const Exception& error) {
+    return error.what();
+  } catch (const std::exception& error) {
+    ADD_FAILURE() << "another exception: " << error.what();
+    return {};
+  }
+  ADD_FAILURE() << "no exception";
+  return {};
+}
+
+/// Two bodies in contact. Whatever a test did wrong, they must be in the same contact afterwards.
+class InputErrors : public testing::Test {
+ protected:
+  InputErrors()
+      : loaded_(load({still(grid_cloth(6, 6, 0.25), everything(0.05F)),
+                      still(moved(grid_cloth(6, 6, 0.25), {0.1, 0.1, 0.06}), everything(0.05F))},
+                     cpu_options(Detection::dcd))) {
+    const Span<const Contact> contacts = loaded_.pipeline.detect();
+    expected_.assign(contacts.begin(), contacts.end());
+  }
+
+  void TearDown() override {
+    EXPECT_FALSE(expected_.empty());
+    EXPECT_TRUE(identical(expected_, loaded_.pipeline.detect())) << "the pipeline changed";
+    EXPECT_EQ(loaded_.pipeline.statistics().bodies, 2U);
+  }
+
+  CollisionPipeline& pipeline() { return loaded_.pipeline; }
+  BodyId body(std::size_t place) const { return loaded_.ids[place]; }
+  static std::string name_of(BodyId id) { return std::to_string(id.value); }
+
+  LoadedScene loaded_;
+  std::vector<Contact> expected_;
+};
+
+TEST_F(InputErrors, index_out_of_range) {
+  const std::vector<Triangle> triangles{{{0, 1, 2}}, {{2, 1, 3}}, {{1, 2, 44}}};
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                pipeline().add_body({triangles, 4, {}});
+              }),
+              AllOf(HasSubstr("triangle 2"), HasSubstr("44")));
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                pipeline().update_body(body(1), {triangles, 4, {}});
+              }),
+              AllOf(HasSubstr("triangle 2"), HasSubstr("44"), HasSubstr("body " + name_of(body(1)))));
+}
+
+TEST_F(InputErrors, index_just_out_of_range) {
+  const std::vector<Triangle> triangles{{{0, 1, 4}}};
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().add_body({triangles, 4, {}}); }), HasSubstr("triangle 0"));
+}
+
+TEST_F(InputErrors, negative_index_as_unsigned) {
+  const std::vector<Triangle> triangles{{{0, static_cast<std::uint32_t>(-1), 2}}};
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                pipeline().add_body({triangles, 4, {}});
+              }),
+              AllOf(HasSubstr("triangle 0"), HasSubstr("4294967295")));
+}
+
+TEST_F(InputErrors, index_without_vertices) {
+  const std::vector<Triangle> triangles{{{0, 0, 0}}};
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().add_body({triangles, 0, {}}); }), HasSubstr("triangle 0"));
+}
+
+TEST_F(InputErrors, position_count) {
+  const Positions3 right(36);
+  for (const std::size_t wrong_count : {0U, 35U, 37U}) {
+    const Positions3 wrong(wrong_count);
+    const auto names_counts =
+        AllOf(HasSubstr("body " + name_of(body(1))), HasSubstr(std::to_string(wrong_count)), HasSubstr("36"));
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(1), wrong); }), names_counts);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(1), right, wrong); }), names_counts);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(1), wrong, right); }), names_counts);
+  }
+}
+
+TEST_F(InputErrors, null_positions) {
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                pipeline().set_positions(body(0), Positions(static_cast<const float*>(nullptr), 36, sizeof(Vec3f)));
+              }),
+              HasSubstr("body " + name_of(body(0))));
+}
+
+TEST_F(InputErrors, ends_of_the_step_in_different_types) {
+  const Positions3 doubles(36);
+  const std::vector<Vec3f> floats(36);
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(0), doubles, floats); }),
+              HasSubstr("body " + name_of(body(0))));
+}
+
+TEST_F(InputErrors, stride_shorter_than_a_position) {
+  const std::vector<float> numbers(200);
+  EXPECT_THAT(message_of<InvalidInput>(
+                  [&] { pipeline().set_positions(body(0), Positions(numbers.data(), 36, 2 * sizeof(float))); }),
+              AllOf(HasSubstr("body " + name_of(body(0))), HasSubstr("stride")));
+}
+
+TEST_F(InputErrors, unknown_body) {
+  const Positions3 x(36);
+  const std::vector<Triangle> triangles{{{0, 1, 2}}};
+  for (const BodyId unknown : {BodyId{}, BodyId{2}, BodyId{77}}) {
+    const auto names_body = HasSubstr("body " + name_of(unknown));
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(unknown, x); }), names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_settings(unknown, {}); }), names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().update_body(unknown, {triangles, 3, {}}); }), names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().remove_body(unknown); }), names_body);
+  }
+}
+
+TEST_F(InputErrors, removed_body) {
+  const std::vector<Triangle> triangles{{{0, 1, 2}}};
+  const BodyId removed = pipeline().add_body({triangles, 3, {}});
+  pipeline().remove_body(removed);
+  const Positions3 x(3);
+  const auto names_body = HasSubstr("body " + name_of(removed));
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(removed, x); }), names_body);
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().remove_body(removed); }), names_body);
+}
+
+TEST_F(InputErrors, margin) {
+  const std::vector<Triangle> triangles{{{0, 1, 2}}};
+  for (const float wrong : {kNaN, kInfinity, -kInfinity, -1e-30F, -1.0F}) {
+    BodySettings settings;
+    settings.margin = wrong;
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().add_body({triangles, 3, settings}); }), HasSubstr("margin"));
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_settings(body(1), settings); }),
+                AllOf(HasSubstr("margin"), HasSubstr("body " + name_of(body(1)))));
+    EXPECT_THAT(message_of<InvalidInput>([&] {
+                  pipeline().update_body(body(1), {triangles, 3, settings});
+                }),
+                AllOf(HasSubstr("margin"), HasSubstr("body " + name_of(body(1)))));
+  }
+}
+
+TEST_F(InputErrors, lambda) {
+  for (const float wrong : {kNaN, kInfinity, -1.0F}) {
+    PipelineOptions options = cpu_options(Detection::dcd);
+    options.lambda = wrong;
+    EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr("lambda"));
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_options(options); }), HasSubstr("lambda"));
+  }
+}
+
+TEST_F(InputErrors, motion_margin) {
+  for (const float wrong : {kNaN, kInfinity, -1.0F}) {
+    PipelineOptions options = cpu_options(Detection::dcd);
+    options.motion_margin = wrong;
+    EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr("motion_margin"));
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_options(options); }), HasSubstr("motion_margin"));
+  }
+}
+
+TEST_F(InputErrors, wait_without_start) {
+  EXPECT_FALSE(message_of<Error>([&] { pipeline().wait(); }).empty());
+}
+
+TEST_F(InputErrors, every_error_is_an_error) {
+  EXPECT_THROW(pipeline().remove_body({}), Error);
+  EXPECT_THROW(pipeline().remove_body({}), std::runtime_error);
+}
+
+// A filter that throws ends the detection; the pipeline can be used again.
+TEST_F(InputErrors, exception_in_the_pair_filter) {
+  PipelineOptions options = cpu_options(Detection::dcd);
+  options.pair_filter = [](BodyId, BodyId) -> bool { throw std::domain_error("from the filter"); };
+  pipeline().set_options(options);
+  EXPECT_THROW(pipeline().detect(), std::domain_error);
+  pipeline().set_options(cpu_options(Detection::dcd));
+}
+
+}  // namespace
+}  // namespace softcd::test

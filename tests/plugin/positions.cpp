@@ -1,0 +1,169 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "expectations.hpp"
+#include "mesh_generators.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// On a coarse grid, so that positions survive large offsets unchanged in double.
+Scene coarse_scene(Detection detection) {
+  Scene scene;
+  for (std::uint64_t i = 0; i < 2; ++i) {
+    SoupOptions options;
+    options.triangle_count = 300;
+    options.half_extent = 2.0;
+    options.size_ratio = 30.0;
+    options.joined_share = 0.3;
+    options.grid_bits = 12;
+    options.seed = 60 + i;
+    const Mesh mesh = triangle_soup(options);
+    Positions3 end = jittered(mesh.positions, 0.2, i);
+    snap_to_grid(end, 12);
+    scene.push_back(moving(mesh, end, everything(detection == Detection::dcd ? 0.015625F : 0.0F)));
+  }
+  return scene;
+}
+
+Scene transformed(Scene scene, double scale, Vec3d offset) {
+  for (SceneBody& body : scene) {
+    body.x_t0 = translated(contracted(body.x_t0, scale), offset);
+    body.x_t1 = translated(contracted(body.x_t1, scale), offset);
+    body.settings.margin *= static_cast<float>(scale);
+  }
+  return scene;
+}
+
+class PositionKinds : public testing::TestWithParam<Detection> {};
+
+template <class T>
+struct Node {
+  std::uint64_t before = 0xFFFFFFFFFFFFFFFFU;
+  T x[3];
+  T other[5] = {NAN, NAN, NAN, NAN, NAN};
+};
+
+template <class T>
+std::vector<Node<T>> nodes_of(const Positions3& positions) {
+  std::vector<Node<T>> nodes;
+  for (const Vec3d& p : positions) {
+    Node<T> node;
+    node.x[0] = static_cast<T>(p.x);
+    node.x[1] = static_cast<T>(p.y);
+    node.x[2] = static_cast<T>(p.z);
+    nodes.push_back(node);
+  }
+  return nodes;
+}
+
+template <class T>
+void expect_same_from_nodes(const Scene& scene, Detection detection) {
+  const std::vector<Contact> expected = detect_once(scene, cpu_options(detection));
+  ASSERT_FALSE(expected.empty());
+  LoadedScene loaded = load(scene, cpu_options(detection));
+  std::vector<std::vector<Node<T>>> nodes;
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    nodes.push_back(nodes_of<T>(scene[i].x_t0));
+    nodes.push_back(nodes_of<T>(scene[i].x_t1));
+    const std::vector<Node<T>>& t0 = nodes[2 * i];
+    const std::vector<Node<T>>& t1 = nodes[2 * i + 1];
+    loaded.pipeline.set_positions(loaded.ids[i], Positions(t0[0].x, t0.size(), sizeof(Node<T>)),
+                                  Positions(t1[0].x, t1.size(), sizeof(Node<T>)));
+  }
+  EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
+}
+
+TEST_P(PositionKinds, float_and_double_nodes_of_a_struct) {
+  expect_same_from_nodes<float>(coarse_scene(GetParam()), GetParam());
+  expect_same_from_nodes<double>(coarse_scene(GetParam()), GetParam());
+}
+
+TEST_P(PositionKinds, one_body_in_float_one_in_double) {
+  const Scene scene = coarse_scene(GetParam());
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  std::vector<Vec3f> t0;
+  std::vector<Vec3f> t1;
+  for (const Vec3d& p : scene[1].x_t0) t0.push_back(vec3_cast<float>(p));
+  for (const Vec3d& p : scene[1].x_t1) t1.push_back(vec3_cast<float>(p));
+  loaded.pipeline.set_positions(loaded.ids[1], t0, t1);
+  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.detect()));
+}
+
+TEST_P(PositionKinds, are_read_when_the_detection_starts) {
+  const Scene scene = coarse_scene(GetParam());
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  Positions3 x(scene[0].x_t1.size(), Vec3d{NAN, NAN, NAN});
+  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, x);
+  x = scene[0].x_t1;
+  loaded.pipeline.detect_async();
+  x.assign(x.size(), Vec3d{NAN, NAN, NAN});
+  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.wait()));
+}
+
+// The memory may be gone once the detection after set_positions has started; a second detection has to do without it.
+TEST_P(PositionKinds, are_not_read_again) {
+  const Scene scene = coarse_scene(GetParam());
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  auto x = std::make_unique<Positions3>(scene[0].x_t1);
+  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, *x);
+  loaded.pipeline.detect();
+  x->assign(x->size(), Vec3d{NAN, NAN, NAN});
+  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.detect()));
+  EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles, 0U);
+}
+
+TEST_P(PositionKinds, one_end_means_at_rest) {
+  Scene scene = coarse_scene(GetParam());
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t1);
+  scene[0].x_t0 = scene[0].x_t1;
+  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.detect()));
+}
+
+TEST_P(PositionKinds, far_from_the_origin) {
+  const Scene scene = coarse_scene(GetParam());
+  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  ASSERT_FALSE(expected.empty());
+  for (const double offset : {1e3, 1e4, 1e5, 1e6, 1e7}) {
+    const std::vector<Contact> found =
+        detect_once(transformed(scene, 1.0, {offset, -0.5 * offset, 2.0 * offset}), cpu_options(GetParam()));
+    EXPECT_TRUE(identical(expected, found)) << "offset " << offset;
+  }
+}
+
+TEST_P(PositionKinds, in_any_unit) {
+  const Scene scene = coarse_scene(GetParam());
+  const std::vector<FeaturePair> expected = features_of(detect_once(scene, cpu_options(GetParam())));
+  for (const int exponent : {-60, -20, -10, -1, 1, 10, 20, 60}) {
+    const std::vector<Contact> found =
+        detect_once(transformed(scene, std::ldexp(1.0, exponent), {0, 0, 0}), cpu_options(GetParam()));
+    EXPECT_EQ(features_of(found), expected) << "scale 2^" << exponent;
+  }
+}
+
+TEST_P(PositionKinds, decimal_scales_and_offsets) {
+  const Scene scene = coarse_scene(GetParam());
+  for (const double scale : {1e-6, 1e-3, 1e3, 1e6}) {
+    const Scene other = transformed(scene, scale, {3.3 * scale, -7.7 * scale, 1.1 * scale});
+    SCOPED_TRACE(scale);
+    DiscreteRules rules;
+    rules.absolute_band = 16.0 * scale * 0x1p-24;
+    const std::vector<FeaturePair> found = features_of(detect_once(other, cpu_options(GetParam())));
+    if (GetParam() == Detection::dcd) {
+      const Difference difference = compare(discrete_verdicts(other, rules), found);
+      EXPECT_TRUE(agrees(difference)) << describe(difference);
+    } else {
+      EXPECT_GT(found.size(), 100U);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, PositionKinds, testing::Values(Detection::dcd, Detection::ccd),
+                         [](const auto& test) { return test.param == Detection::dcd ? "dcd" : "ccd"; });
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,185 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "expectations.hpp"
+#include "mesh_generators.hpp"
+
+namespace softcd::test {
+namespace {
+
+Scene uneven_scene(std::uint32_t count = 1000) {
+  Scene scene;
+  for (std::uint64_t i = 0; i < 2; ++i) {
+    SoupOptions options;
+    options.triangle_count = count;
+    options.half_extent = 3.0;
+    options.largest = 4.0;
+    options.size_ratio = 200.0;
+    options.joined_share = 0.3;
+    options.seed = 80 + i;
+    const Mesh mesh = triangle_soup(options);
+    scene.push_back(moving(mesh, jittered(mesh.positions, 0.1, i), everything(0.01F)));
+  }
+  return scene;
+}
+
+Statistics statistics_of(const Scene& scene, const PipelineOptions& options) {
+  LoadedScene loaded = load(scene, options);
+  loaded.pipeline.detect();
+  return loaded.pipeline.statistics();
+}
+
+class StatisticsOf : public testing::TestWithParam<Detection> {};
+
+TEST_P(StatisticsOf, counts_match_the_contacts) {
+  const Scene scene = uneven_scene();
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  const Span<const Contact> contacts = loaded.pipeline.detect();
+  const Statistics& s = loaded.pipeline.statistics();
+  const auto vt = std::count_if(contacts.begin(), contacts.end(),
+                                [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
+  double earliest = 1.0;
+  for (const Contact& contact : contacts) earliest = std::min(earliest, static_cast<double>(contact.time_of_impact));
+  EXPECT_GT(vt, 0);
+  EXPECT_EQ(s.vt_contacts, static_cast<std::uint64_t>(vt));
+  EXPECT_EQ(s.ee_contacts, contacts.size() - static_cast<std::uint64_t>(vt));
+  EXPECT_EQ(s.earliest_toi, earliest);
+  EXPECT_EQ(s.backend, Backend::cpu);
+  EXPECT_EQ(s.bodies, scene.size());
+  EXPECT_EQ(s.triangles, scene[0].triangles.size() + scene[1].triangles.size());
+  EXPECT_EQ(s.vertices, scene[0].x_t1.size() + scene[1].x_t1.size());
+  EXPECT_EQ(s.edges, edges_of(scene[0].triangles).size() + edges_of(scene[1].triangles).size());
+  EXPECT_EQ(s.active_triangles, s.triangles);
+  EXPECT_EQ(s.left_out_triangles, 0U);
+}
+
+TEST_P(StatisticsOf, each_stage_hands_on_less_than_it_got) {
+  const Statistics s = statistics_of(uneven_scene(), cpu_options(GetParam()));
+  EXPECT_GE(s.vt_candidates, s.vt_contacts);
+  EXPECT_GE(s.ee_candidates, s.ee_contacts);
+  EXPECT_GE(s.tests, s.triangle_pairs);
+  EXPECT_GE(s.entries, s.active_triangles - s.big_triangles);
+  EXPECT_GE(s.entries, s.cells);
+  EXPECT_GT(s.cells, 0U);
+  EXPECT_GT(s.split_triangles, 0U);
+  EXPECT_GE(s.children, 4 * s.split_triangles);
+  EXPECT_LE(s.flagged_pairs, s.tests);
+  EXPECT_GT(s.peak_bytes, 0U);
+  EXPECT_GT(s.ms.total, 0.0);
+}
+
+TEST_P(StatisticsOf, cell_size_is_lambda_mean_radii) {
+  PipelineOptions options = cpu_options(GetParam());
+  const Scene scene = uneven_scene();
+  const Statistics by_default = statistics_of(scene, options);
+  EXPECT_NEAR(by_default.cell_size, 1.8 * by_default.mean_radius, 1e-4 * by_default.cell_size);
+  options.lambda = 1.25F;
+  const Statistics chosen = statistics_of(scene, options);
+  EXPECT_EQ(chosen.mean_radius, by_default.mean_radius);
+  EXPECT_NEAR(chosen.cell_size, 1.25 * chosen.mean_radius, 1e-4 * chosen.cell_size);
+  options.lambda = 0.0F;
+  options.broad_phase = BroadPhase::paper;
+  const Statistics paper = statistics_of(scene, options);
+  EXPECT_NEAR(paper.cell_size, 3.0 * 1.2 * paper.mean_radius, 1e-4 * paper.cell_size);
+}
+
+TEST_P(StatisticsOf, uniform_grid_tests_more) {
+  const Statistics exact = statistics_of(uneven_scene(), cpu_options(GetParam()));
+  const Statistics uniform = statistics_of(uneven_scene(), cpu_options(GetParam(), BroadPhase::uniform));
+  EXPECT_GT(uniform.tests, 2 * exact.tests);
+  EXPECT_EQ(uniform.split_triangles, 0U);
+  EXPECT_EQ(uniform.children, 0U);
+  EXPECT_EQ(uniform.vt_contacts, exact.vt_contacts);
+  EXPECT_EQ(uniform.ee_contacts, exact.ee_contacts);
+}
+
+TEST_P(StatisticsOf, subdivision_off_splits_nothing) {
+  PipelineOptions options = cpu_options(GetParam());
+  options.subdivision = false;
+  const Statistics s = statistics_of(uneven_scene(), options);
+  EXPECT_EQ(s.split_triangles, 0U);
+  EXPECT_EQ(s.children, 0U);
+}
+
+// Mean radius, 4 clipped rounds: one huge triangle must not make one cell of everything.
+TEST_P(StatisticsOf, one_huge_triangle_leaves_the_cells_small) {
+  const Mesh sphere = icosphere(4, 1.0);
+  const Statistics plain = statistics_of({still(sphere, everything(0.001F))}, cpu_options(GetParam()));
+  Mesh with_huge = sphere;
+  with_huge.positions.push_back({1000.0, 1000.0, 1000.0});
+  with_huge.triangles.push_back({{0, 1, static_cast<std::uint32_t>(with_huge.positions.size() - 1)}});
+  const Statistics huge = statistics_of({still(with_huge, everything(0.001F))}, cpu_options(GetParam()));
+  EXPECT_LT(huge.mean_radius, 1.01 * plain.mean_radius);
+  EXPECT_LT(huge.tests, 2 * plain.tests + 4 * plain.triangles);
+}
+
+TEST_P(StatisticsOf, kinds_that_nobody_wants_cost_nothing) {
+  Scene scene = uneven_scene();
+  for (SceneBody& body : scene) body.settings.features = {true, false};
+  const Statistics vt = statistics_of(scene, cpu_options(GetParam()));
+  EXPECT_EQ(vt.ee_candidates, 0U);
+  EXPECT_GT(vt.vt_candidates, 0U);
+  for (SceneBody& body : scene) body.settings.features = {false, true};
+  const Statistics ee = statistics_of(scene, cpu_options(GetParam()));
+  EXPECT_EQ(ee.vt_candidates, 0U);
+  EXPECT_GT(ee.ee_candidates, 0U);
+}
+
+TEST_P(StatisticsOf, bodies_far_apart_are_not_active) {
+  Scene scene = uneven_scene(300);
+  Mesh away = icosphere(2, 1.0);
+  BodySettings settings = everything(0.01F);
+  settings.self_collision = false;
+  scene.push_back(still(moved(away, {100.0, 0.0, 0.0}), settings));
+  const Statistics s = statistics_of(scene, cpu_options(GetParam()));
+  EXPECT_EQ(s.triangles, s.active_triangles + away.triangles.size());
+}
+
+TEST_P(StatisticsOf, workspace_stops_growing) {
+  LoadedScene loaded = load(uneven_scene(), cpu_options(GetParam()));
+  loaded.pipeline.detect();
+  const std::uint64_t bytes = loaded.pipeline.statistics().peak_bytes;
+  for (int i = 0; i < 5; ++i) loaded.pipeline.detect();
+  EXPECT_EQ(loaded.pipeline.statistics().peak_bytes, bytes);
+  EXPECT_EQ(loaded.pipeline.statistics().reruns, 0U);
+}
+
+TEST_P(StatisticsOf, explain_gives_a_reason_for_every_stage) {
+  Scene scene = uneven_scene(200);
+  for (SceneBody& body : scene) body.settings.features.edge_edge = false;
+  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  loaded.pipeline.detect();
+  const std::vector<StageReport> report = loaded.pipeline.explain();
+  std::set<std::string> stages;
+  std::size_t ran = 0;
+  for (const StageReport& line : report) {
+    EXPECT_FALSE(line.stage.empty());
+    EXPECT_FALSE(line.reason.empty()) << line.stage;
+    EXPECT_TRUE(stages.insert(line.stage).second) << line.stage << " is there twice";
+    ran += line.ran ? 1 : 0;
+  }
+  EXPECT_GT(ran, 0U);
+  EXPECT_LT(ran, report.size()) << "edges are compared though no body wants it";
+}
+
+TEST_P(StatisticsOf, explain_says_that_nothing_had_to_be_split) {
+  BodySettings settings = everything(0.001F);
+  LoadedScene loaded = load({still(icosphere(3, 1.0), settings)}, cpu_options(GetParam()));
+  loaded.pipeline.detect();
+  EXPECT_EQ(loaded.pipeline.statistics().split_triangles, 0U);
+  const auto lines_off = [&] {
+    const std::vector<StageReport> report = loaded.pipeline.explain();
+    return std::count_if(report.begin(), report.end(), [](const StageReport& line) { return !line.ran; });
+  };
+  EXPECT_GT(lines_off(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, StatisticsOf, testing::Values(Detection::dcd, Detection::ccd),
+                         [](const auto& test) { return test.param == Detection::dcd ? "dcd" : "ccd"; });
+
+}  // namespace
+}  // namespace softcd::test

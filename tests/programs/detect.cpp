@@ -1,0 +1,276 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "ground_truth.hpp"
+#include "temporary_folder.hpp"
+
+namespace softcd::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+struct Result {
+  int exit_code;
+  std::string output;
+  std::string errors;
+};
+
+// A row of the contacts' file.
+struct Row {
+  std::string features;  ///< the first six columns
+  float time_of_impact;
+  float distance;
+
+  friend bool operator==(const Row&, const Row&) = default;
+  friend std::ostream& operator<<(std::ostream& out, const Row& row) {
+    return out << row.features << ' ' << row.time_of_impact << ' ' << row.distance;
+  }
+};
+
+Row parse_row(const std::string& text) {
+  const std::size_t distance = text.rfind(',');
+  const std::size_t time = text.rfind(',', distance - 1);
+  return {text.substr(0, time), std::stof(text.substr(time + 1)), std::stof(text.substr(distance + 1))};
+}
+
+// The meshes' numbers are small integers: what is computed from them is exact to a few roundings.
+MATCHER_P3(is_contact, features, time_of_impact, distance, "") {
+  return arg.features == features && std::abs(arg.time_of_impact - time_of_impact) < 1e-6F &&
+         std::abs(arg.distance - distance) < 1e-6F;
+}
+
+// Two triangles side by side, one above the other: vertex 3 passes through triangle 0 at half of the step and stops as
+// far below as it was above; the other two of its triangle stay behind.
+constexpr const char* kAbove = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n";
+constexpr const char* kBelow = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 -1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n";
+
+// Two slim triangles whose long edges cross in the middle of the step.
+constexpr const char* kEdgesApart = "v -2 0 0\nv 2 0 0\nv 0 0 -9\nv 0 -2 1\nv 0 2 1\nv 0 0 9\nf 1 2 3\nf 4 5 6\n";
+constexpr const char* kEdgesCrossed = "v -2 0 0\nv 2 0 0\nv 0 0 -9\nv 0 -2 -1\nv 0 2 -1\nv 0 0 9\nf 1 2 3\nf 4 5 6\n";
+
+class Detect : public testing::Test {
+ protected:
+  Result run(const std::string& arguments) const {
+    const std::string command = std::string("'") + SOFTCD_DETECT + "' " + arguments + " >'" + folder_.file("output") +
+                                "' 2>'" + folder_.file("errors") + "'";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder_.read("output"), folder_.read("errors")};
+  }
+
+  // What `arguments` find.
+  std::vector<Row> contacts(const std::string& arguments) const {
+    const Result result = run(arguments + " --contacts " + folder_.file("contacts.csv"));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.errors, IsEmpty());
+    std::istringstream rows(folder_.read("contacts.csv"));
+    std::string row;
+    std::getline(rows, row);
+    EXPECT_EQ(row, "kind,a0,a1,b0,b1,b2,toi,distance");
+    std::vector<Row> contacts;
+    while (std::getline(rows, row)) contacts.push_back(parse_row(row));
+    return contacts;
+  }
+
+  nlohmann::json figures(const std::string& arguments) const {
+    const Result result = run(arguments + " --json " + folder_.file("figures.json"));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return nlohmann::json::parse(folder_.read("figures.json"));
+  }
+
+  // Expects refusal: exit code 2 and one sentence on standard error, nothing else.
+  void expect_refused(const std::string& arguments, const std::string& problem) const {
+    const Result result = run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_THAT(result.errors, HasSubstr(problem));
+    EXPECT_THAT(result.output, IsEmpty());
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Detect, HelpNamesEveryOption) {
+  const Result result = run("--help");
+  EXPECT_EQ(result.exit_code, 0);
+  for (const char* option : {"--backend", "--detection", "--features", "--accuracy", "--margin", "--lambda",
+                             "--subdivision", "--broad-phase", "--contacts", "--json", "--repeat"}) {
+    EXPECT_THAT(result.output, HasSubstr(option));
+  }
+}
+
+TEST_F(Detect, FindsAVertexThatPassesThroughATriangle) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  EXPECT_THAT(contacts(frames + " --features vt"), ElementsAre(is_contact("vt,3,,0,1,2", 0.5F, 0.0F)));
+  EXPECT_THAT(contacts(frames + " --detection dcd --features vt"), IsEmpty());
+  EXPECT_THAT(contacts(frames + " --detection dcd --features vt --margin 0.5"),
+              ElementsAre(is_contact("vt,3,,0,1,2", 1.0F, 1.0F)));
+  EXPECT_THAT(contacts(frames + " --detection dcd --features vt --margin 0.499"), IsEmpty());
+}
+
+TEST_F(Detect, FindsEdgesThatCross) {
+  const std::string frames = folder_.write("t0.obj", kEdgesApart) + " " + folder_.write("t1.obj", kEdgesCrossed);
+  EXPECT_THAT(contacts(frames + " --features ee"), ElementsAre(is_contact("ee,0,1,3,4,", 0.5F, 0.0F)));
+}
+
+TEST_F(Detect, EveryBroadPhaseFindsTheSameHere) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  const std::vector<Row> expected = contacts(frames);
+  EXPECT_THAT(expected, testing::Contains(is_contact("vt,3,,0,1,2", 0.5F, 0.0F)));
+  EXPECT_EQ(contacts(frames + " --broad-phase uniform"), expected);
+  EXPECT_EQ(contacts(frames + " --subdivision off"), expected);
+  EXPECT_EQ(contacts(frames + " --lambda 2.4"), expected);
+  EXPECT_EQ(contacts(frames + " --backend cpu --features vt,ee"), expected);
+  EXPECT_EQ(contacts(frames + " --repeat 3"), expected);
+}
+
+TEST_F(Detect, OneFrameIsEnoughForDiscreteDetection) {
+  const std::string frame = folder_.write("t1.obj", kBelow);
+  EXPECT_THAT(contacts("--detection dcd --features vt --margin 0.5 " + frame),
+              ElementsAre(is_contact("vt,3,,0,1,2", 1.0F, 1.0F)));
+  expect_refused(frame, "needs two frames");
+}
+
+TEST_F(Detect, JsonHoldsEveryFigure) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  const nlohmann::json json = figures(frames + " --features vt --backend cpu --repeat 2");
+  EXPECT_EQ(json["triangles"], 2);
+  EXPECT_EQ(json["vertices"], 6);
+  EXPECT_EQ(json["edges"], 6);
+  EXPECT_EQ(json["backend"], "cpu");
+  EXPECT_EQ(json["detection"], "ccd");
+  EXPECT_EQ(json["broad_phase"], "exact");
+  EXPECT_EQ(json["accuracy"], "precise");
+  EXPECT_EQ(json["vt_contacts"], 1);
+  EXPECT_EQ(json["ee_contacts"], 0);
+  EXPECT_EQ(json["earliest_toi"], 0.5);
+  EXPECT_EQ(json["repeat"], 2);
+  for (const char* key : {"lambda", "cell_size", "children", "entries", "cells", "tests", "triangle_pairs",
+                          "vt_candidates", "ee_candidates", "peak_bytes"}) {
+    EXPECT_TRUE(json[key].is_number()) << key;
+  }
+  for (const char* stage :
+       {"total", "volumes", "subdivision", "assignment", "sort", "tests", "features", "narrow", "transfer"}) {
+    EXPECT_TRUE(json["ms"][stage].is_number()) << stage;
+  }
+  EXPECT_GT(json["ms"]["total"], 0);
+}
+
+TEST_F(Detect, EmptyAndSingleTriangleMeshesHaveNoContacts) {
+  const std::string empty = folder_.write("empty.obj", "");
+  EXPECT_THAT(contacts(empty + " " + empty), IsEmpty());
+  const std::string one = folder_.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_THAT(contacts(one + " " + one), IsEmpty());
+  EXPECT_EQ(figures(one + " " + one)["triangles"], 1);
+}
+
+TEST_F(Detect, LeavesTrianglesOutWhoseVerticesAreNotFinite) {
+  const std::string above = "v 9 9 9\nv 9 9 10\nv 9 10 9\nf -1 -2 -3\n";
+  const std::string broken = "v nan 9 9\nv 9 9 10\nv 9 10 9\nf -1 -2 -3\n";
+  const std::string frames = folder_.write("t0.obj", kAbove + above) + " " + folder_.write("t1.obj", kBelow + broken);
+  const Result result = run(frames + " --features vt --repeat 3 --json " + folder_.file("figures.json") +
+                            " --contacts " + folder_.file("contacts.csv"));
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.errors, HasSubstr("warning"));
+  EXPECT_EQ(result.errors.find("warning"), result.errors.rfind("warning")) << "the repetitions repeat it";
+  EXPECT_THAT(folder_.read("contacts.csv"), HasSubstr("\nvt,3,,0,1,2,"));
+  EXPECT_EQ(nlohmann::json::parse(folder_.read("figures.json"))["left_out_triangles"], 1);
+}
+
+TEST_F(Detect, RefusesMeshesWithOneSentence) {
+  const std::string good = folder_.write("good.obj", kAbove);
+  const auto expect_sentence = [&](const std::string& file, const std::string& place, const std::string& problem) {
+    const Result result = run(good + " " + file);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.errors, HasSubstr(file + place));
+    EXPECT_THAT(result.errors, HasSubstr(problem));
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_THAT(result.output, IsEmpty());
+  };
+  expect_sentence(folder_.file("absent.ply"), ":", "cannot be opened");
+  expect_sentence(folder_.write("garbage.ply", "\x89PNG\r\n"), ":", "is neither PLY");
+  expect_sentence(folder_.write("cut.ply", "ply\nformat ascii 1.0\nelement"), ":3:", "is not a number of elements");
+  expect_sentence(folder_.write("range.obj", "v 0 0 0\nf 1 1 2\n"), ":2:", "vertex index 2 does not exist");
+  expect_sentence(folder_.write("negative.obj", "v 0 0 0\nf 1 1 -2\n"), ":2:", "vertex index -2 does not exist");
+  expect_sentence(folder_.write("fewer.obj", "v 0 0 0\nf 1 1 1\n"), ":", "it has 1 vertices, not 6");
+  expect_sentence(folder_.write("other.obj", std::string(kAbove) + "f 1 1 1\n"), ":", "it has 3 triangles, not 2");
+}
+
+TEST_F(Detect, RefusesCommandLines) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  expect_refused("", "t0 is required");
+  expect_refused(frames + " --accuracy conservative", "'conservative' is not one of fast, precise");
+  expect_refused(frames + " --backend gpu", "'gpu' is not one of auto, cpu, cuda");
+  expect_refused(frames + " --features vt,", "'' is not one of vt, ee");
+  expect_refused(frames + " --subdivision maybe", "'maybe' is not one of on, off");
+  expect_refused(frames + " --margin -1", "margin");
+  expect_refused(frames + " --margin nan", "margin");
+  expect_refused(frames + " --lambda -1", "lambda");
+  expect_refused(frames + " --repeat 0", "--repeat");
+  expect_refused(frames + " --speed 9", "--speed");
+}
+
+TEST_F(Detect, ResultsThatCannotBeWrittenAreAnError) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  for (const char* option : {" --contacts ", " --json "}) {
+    const Result result = run(frames + option + folder_.file("absent/file"));
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.errors, HasSubstr("cannot be written"));
+  }
+}
+
+// A mesh's edges in the order that Contact documents.
+std::vector<std::array<std::uint32_t, 2>> edges_of(const std::vector<Triangle>& triangles) {
+  std::set<std::array<std::uint32_t, 2>> edges;
+  for (const Triangle& t : triangles) {
+    for (int i = 0; i < 3; ++i) edges.insert({std::min(t.v[i], t.v[(i + 1) % 3]), std::max(t.v[i], t.v[(i + 1) % 3])});
+  }
+  return {edges.begin(), edges.end()};
+}
+
+// A pair's columns in the contacts' file.
+std::string columns_of(const FeaturePair& pair, const std::vector<Triangle>& triangles,
+                       const std::vector<std::array<std::uint32_t, 2>>& edges) {
+  if (pair.kind == ContactKind::vertex_triangle) {
+    const auto& f = triangles[pair.feature_b].v;
+    return fmt::format("vt,{},,{},{},{}", pair.feature_a, f[0], f[1], f[2]);
+  }
+  const auto& e = edges[pair.feature_a];
+  const auto& g = edges[pair.feature_b];
+  return fmt::format("ee,{},{},{},{},", e[0], e[1], g[0], g[1]);
+}
+
+TEST_F(Detect, FindsEveryTrueCollisionOfTheClothBallStep) {
+  const std::filesystem::path data = data_folder("ccd-steps");
+  if (data.empty()) GTEST_SKIP() << "there are no frames; set SOFTCD_DATA_DIR to a folder with ccd-steps";
+  const std::string frames = (data / "cloth-ball/frames/cloth_ball").string();
+  std::set<std::string> found;
+  for (const Row& row : contacts("'" + frames + "92.ply' '" + frames + "93.ply'")) found.insert(row.features);
+
+  const GroundTruth truth = read_ground_truth(data, "cloth-ball");
+  const std::vector<Triangle>& triangles = truth.scene.front().triangles;
+  const auto edges = edges_of(triangles);
+  std::vector<std::string> missed;
+  for (const FeaturePair& pair : truth.colliding()) {
+    const std::string columns = columns_of(pair, triangles, edges);
+    if (found.count(columns) == 0) missed.push_back(columns);
+  }
+  EXPECT_GT(truth.colliding().size(), 100000u);
+  EXPECT_THAT(missed, IsEmpty());
+}
+
+}  // namespace
+}  // namespace softcd::test

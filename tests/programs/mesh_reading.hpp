@@ -1,0 +1,45 @@
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "mesh_io/mesh_io.hpp"
+#include "temporary_folder.hpp"
+
+namespace softcd::test {
+
+class MeshReading : public testing::Test {
+ protected:
+  demo::Mesh read(const std::string& name, const std::string& content) const {
+    return demo::read_mesh(folder_.write(name, content));
+  }
+
+  /// The message of the error that reading must end in; it starts with the file's name.
+  std::string error_of(const std::string& name, const std::string& content) const {
+    const std::string file = folder_.write(name, content);
+    try {
+      demo::read_mesh(file);
+    } catch (const demo::MeshError& error) {
+      const std::string message = error.what();
+      EXPECT_THAT(message, testing::StartsWith(file + ":"));
+      EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
+      return message;
+    }
+    ADD_FAILURE() << "this was read without an error:\n" << content;
+    return "";
+  }
+
+  static std::vector<std::array<std::uint32_t, 3>> triangles_of(const demo::Mesh& mesh) {
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (const Triangle& t : mesh.triangles) triangles.push_back({t.v[0], t.v[1], t.v[2]});
+    return triangles;
+  }
+
+  TemporaryFolder folder_;
+};
+
+}  // namespace softcd::test

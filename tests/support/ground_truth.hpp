@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene.hpp"
+
+namespace softcd::test {
+
+/// Where the optional data is, or an empty path: the test then skips.
+std::filesystem::path data_folder(const std::string& dataset);
+
+/// A pair of frames and, for a list of candidate pairs that holds every colliding one, the exact verdicts.
+struct GroundTruth {
+  Scene scene;  ///< one body
+  std::vector<FeaturePair> listed;
+  std::vector<bool> collides;  ///< per listed pair
+
+  std::vector<FeaturePair> colliding() const;  ///< sorted
+};
+
+/// `step` is cloth-ball or armadillo-rollers. Throws std::runtime_error when a file is not as expected.
+GroundTruth read_ground_truth(const std::filesystem::path& ccd_steps, const std::string& step);
+
+/// Every coordinate rounded to float32: what a detector with float coordinates sees.
+void round_to_float(Scene& scene);
+
+}  // namespace softcd::test

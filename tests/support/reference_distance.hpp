@@ -1,0 +1,13 @@
+#pragma once
+
+#include "softcd/math/vec3.hpp"
+
+namespace softcd::test {
+
+/// Distances in long double by taking the minimum over all pairs of sub-features: slow, plain, and right for
+/// degenerate triangles and parallel edges, whose interiors are skipped and whose boundaries answer.
+long double distance_point_segment(Vec3d p, Vec3d a, Vec3d b);
+long double distance_vertex_triangle(Vec3d v, Vec3d f0, Vec3d f1, Vec3d f2);
+long double distance_edge_edge(Vec3d e0, Vec3d e1, Vec3d g0, Vec3d g1);
+
+}  // namespace softcd::test

@@ -1,0 +1,97 @@
+#include "scene.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <ostream>
+#include <utility>
+
+namespace softcd::test {
+
+static_assert(sizeof(Contact) == 18 * 4, "no padding, so bytes can be compared");
+
+BodySettings everything(float margin) {
+  BodySettings settings;
+  settings.margin = margin;
+  settings.self_collision = true;
+  settings.features = {true, true};
+  return settings;
+}
+
+SceneBody still(const Mesh& mesh, BodySettings settings) {
+  return {mesh.triangles, mesh.positions, mesh.positions, settings};
+}
+
+SceneBody moving(const Mesh& mesh, Positions3 x_t1, BodySettings settings) {
+  return {mesh.triangles, mesh.positions, std::move(x_t1), settings};
+}
+
+std::ostream& operator<<(std::ostream& out, const FeaturePair& pair) {
+  const bool is_vt = pair.kind == ContactKind::vertex_triangle;
+  return out << (is_vt ? "vertex " : "edge ") << pair.body_a << ':' << pair.feature_a
+             << (is_vt ? " triangle " : " edge ") << pair.body_b << ':' << pair.feature_b;
+}
+
+std::vector<Edge> edges_of(const std::vector<Triangle>& triangles) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ends;
+  for (const Triangle& t : triangles) {
+    for (int i = 0; i < 3; ++i) {
+      const std::pair<std::uint32_t, std::uint32_t> pair = std::minmax(t.v[i], t.v[(i + 1) % 3]);
+      if (pair.first != pair.second) ends.push_back(pair);
+    }
+  }
+  std::sort(ends.begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  std::vector<Edge> edges;
+  for (const auto& [low, high] : ends) edges.push_back({{low, high}});
+  return edges;
+}
+
+LoadedScene load(Scene scene, PipelineOptions options) {
+  LoadedScene loaded{std::move(scene), CollisionPipeline(std::move(options)), {}};
+  for (const SceneBody& body : loaded.scene) {
+    const auto vertex_count = static_cast<std::uint32_t>(body.x_t1.size());
+    const BodyId id = loaded.pipeline.add_body({body.triangles, vertex_count, body.settings});
+    loaded.pipeline.set_positions(id, body.x_t0, body.x_t1);
+    loaded.ids.push_back(id);
+  }
+  return loaded;
+}
+
+PipelineOptions cpu_options(Detection detection, BroadPhase broad_phase) {
+  PipelineOptions options;
+  options.backend = Backend::cpu;
+  options.detection = detection;
+  options.broad_phase = broad_phase;
+  return options;
+}
+
+std::vector<Contact> detect_once(const Scene& scene, PipelineOptions options) {
+  LoadedScene loaded = load(scene, std::move(options));
+  const Span<const Contact> contacts = loaded.pipeline.detect();
+  std::vector<Contact> copies(contacts.begin(), contacts.end());
+  const auto place_of = [&](BodyId id) {
+    const auto found = std::find(loaded.ids.begin(), loaded.ids.end(), id);
+    return BodyId{static_cast<std::uint32_t>(found - loaded.ids.begin())};
+  };
+  for (Contact& contact : copies) {
+    contact.body_a = place_of(contact.body_a);
+    contact.body_b = place_of(contact.body_b);
+  }
+  return copies;
+}
+
+FeaturePair features_of(const Contact& c) {
+  return {c.kind, c.body_a.value, c.feature_a, c.body_b.value, c.feature_b};
+}
+
+std::vector<FeaturePair> features_of(Span<const Contact> contacts) {
+  std::vector<FeaturePair> pairs;
+  for (const Contact& contact : contacts) pairs.push_back(features_of(contact));
+  return pairs;
+}
+
+bool identical(Span<const Contact> a, Span<const Contact> b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Contact)) == 0);
+}
+
+}  // namespace softcd::test

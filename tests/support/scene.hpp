@@ -1,0 +1,64 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <iosfwd>
+#include <vector>
+
+#include "mesh_generators.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::test {
+
+struct SceneBody {
+  std::vector<Triangle> triangles;
+  Positions3 x_t0;
+  Positions3 x_t1;
+  BodySettings settings;
+};
+
+using Scene = std::vector<SceneBody>;
+
+/// Both kinds of features, self collision on: what most tests want.
+BodySettings everything(float margin = 0.0F);
+
+SceneBody still(const Mesh& mesh, BodySettings settings);
+SceneBody moving(const Mesh& mesh, Positions3 x_t1, BodySettings settings);
+
+/// Two features, bodies by their place in the scene, ordered as the detector's contacts are.
+struct FeaturePair {
+  ContactKind kind = ContactKind::vertex_triangle;
+  std::uint32_t body_a = 0;
+  std::uint32_t feature_a = 0;
+  std::uint32_t body_b = 0;
+  std::uint32_t feature_b = 0;
+
+  friend auto operator<=>(const FeaturePair&, const FeaturePair&) = default;
+};
+std::ostream& operator<<(std::ostream& out, const FeaturePair& pair);
+
+/// A body's edges in the order that Contact documents: sorted by lower, then higher vertex.
+std::vector<Edge> edges_of(const std::vector<Triangle>& triangles);
+
+/// A pipeline that holds a scene's bodies, ids in the scene's order, and the scene, since positions are read by
+/// detect() only.
+struct LoadedScene {
+  Scene scene;
+  CollisionPipeline pipeline;
+  std::vector<BodyId> ids;
+};
+LoadedScene load(Scene scene, PipelineOptions options);
+
+/// The options of one detection on the CPU.
+PipelineOptions cpu_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);
+
+/// Loads, detects once and copies the contacts. Ids are the places in the scene.
+std::vector<Contact> detect_once(const Scene& scene, PipelineOptions options);
+
+FeaturePair features_of(const Contact& contact);
+std::vector<FeaturePair> features_of(Span<const Contact> contacts);
+
+/// The same bytes, padding included: contacts have none.
+bool identical(Span<const Contact> a, Span<const Contact> b);
+
+}  // namespace softcd::test
