@@ -1,12 +1,9 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <string>
 
 #include "softcd/softcd.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace softcd::benchmarks {
 

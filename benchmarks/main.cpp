@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -7,15 +5,15 @@
 #include "bullet_step.hpp"
 
 int main(int argc, char** argv) {
-  CLI::App app("Benchmarks of softcd.", "softcd-bench");
-  app.require_subcommand(1);
-  softcd::benchmarks::BulletStepOptions bullet_step;
-  softcd::benchmarks::add_bullet_step(app, bullet_step);
   try {
+    CLI::App app("Benchmarks of softcd.", "softcd-bench");
+    app.require_subcommand(1);
+    softcd::benchmarks::BulletStepOptions bullet_step;
+    softcd::benchmarks::add_bullet_step(app, bullet_step);
     CLI11_PARSE(app, argc, argv);
     return 0;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "softcd-bench: {}\n", error.what());
+    std::fprintf(stderr, "softcd-bench: %s\n", error.what());
     return 1;
   }
 }

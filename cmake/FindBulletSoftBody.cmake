@@ -10,8 +10,8 @@
 
 set(bullet_hints ${BULLET_ROOT} $ENV{BULLET_ROOT})
 
-find_path(BulletSoftBody_INCLUDE_DIR NAMES BulletSoftBody/btSoftBody.h HINTS ${bullet_hints} PATH_SUFFIXES include/bullet
-                                     bullet)
+find_path(BulletSoftBody_INCLUDE_DIR NAMES BulletSoftBody/btSoftBody.h HINTS ${bullet_hints}
+                                     PATH_SUFFIXES include/bullet bullet)
 
 set(bullet_components BulletSoftBody BulletDynamics BulletCollision LinearMath)
 foreach(component IN LISTS bullet_components)

@@ -54,7 +54,8 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
       ->option_text("N")
       ->check(CLI::Range(8, 1000));
   app.add_option("--picture", command.picture_file, "PNG file for the final state")
-      ->option_text("FILE [softcd-demo.png]");
+      ->option_text("FILE [softcd-demo.png]")
+      ->take_last();
   app.add_option("--record", command.record_folder, "Write every fourth step as DIR/frame-0000.png, ... (30 a second)")
       ->option_text("DIR");
   app.add_option("--json", command.json_file, "Write every figure as JSON")->option_text("FILE");

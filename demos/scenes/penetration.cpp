@@ -135,6 +135,7 @@ class TriangleGrid {
 
 std::vector<std::vector<bool>> find_piercing_vertices(const std::vector<const btSoftBody*>& bodies) {
   std::vector<std::vector<bool>> marked;
+  marked.reserve(bodies.size());
   for (const btSoftBody* body : bodies) marked.emplace_back(static_cast<std::size_t>(body->m_nodes.size()), false);
 
   const std::vector<Corners> triangles = read_triangles(bodies);

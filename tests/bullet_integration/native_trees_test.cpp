@@ -59,7 +59,7 @@ TEST_P(NativeTrees, RayTestsHitAndSoonKeepTheirTree) {
   btSoftBody& lower = simulation.add(make_sheet(simulation.world_info(), {}));
   SheetOptions options;
   options.height = btScalar(0.03);
-  simulation.add(make_sheet(simulation.world_info(), options));
+  btSoftBody& upper = simulation.add(make_sheet(simulation.world_info(), options));
   for (int step = 0; step < 4; ++step) {
     simulation.step(kStep);
     const btVector3 x = lower.m_nodes[40].m_x + btVector3(btScalar(0.01), 0, btScalar(0.02));
@@ -71,10 +71,11 @@ TEST_P(NativeTrees, RayTestsHitAndSoonKeepTheirTree) {
   simulation.step(kStep);
   ASSERT_FALSE(lower.m_fdbvt.empty());
   EXPECT_EQ(lower.m_faces[0].m_leaf, leaf) << "the tree was built anew";
-  // The tree is there, and yet Bullet does not find the same contacts a second time.
+  // The tree is there, and yet Bullet does not find contacts with its faces a second time.
   std::vector<std::pair<btSoftBody::Node*, btSoftBody::Face*>> contacts;
-  for (int i = 0; i < lower.m_scontacts.size(); ++i) {
-    contacts.emplace_back(lower.m_scontacts[i].m_node, lower.m_scontacts[i].m_face);
+  contacts.reserve(static_cast<std::size_t>(upper.m_scontacts.size()));
+  for (int i = 0; i < upper.m_scontacts.size(); ++i) {
+    contacts.emplace_back(upper.m_scontacts[i].m_node, upper.m_scontacts[i].m_face);
   }
   EXPECT_GT(contacts.size(), 0U);
   std::sort(contacts.begin(), contacts.end());

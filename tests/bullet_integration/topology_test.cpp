@@ -16,19 +16,19 @@ using demo::Simulation;
 
 class Topology : public testing::TestWithParam<PlugIn> {
  protected:
-  Topology() : simulation_(GetParam(), cpu_settings()) { simulation_.world_info().m_gravity.setZero(); }
+  Topology() : simulation(GetParam(), cpu_settings()) { simulation.world_info().m_gravity.setZero(); }
 
   /// A sheet in the air at that height; contacts do not move it.
   btSoftBody& add_sheet(btScalar height) {
     SheetOptions options;
     options.height = height;
     options.margin = btScalar(0.02);
-    auto sheet = make_sheet(simulation_.world_info(), options);
+    auto sheet = make_sheet(simulation.world_info(), options);
     sheet->m_cfg.piterations = 0;
-    return simulation_.add(std::move(sheet));
+    return simulation.add(std::move(sheet));
   }
 
-  Simulation simulation_;
+  Simulation simulation;
 };
 INSTANTIATE_TEST_SUITE_P(PlugIns, Topology, testing::ValuesIn(kPlugIns), plug_in_name);
 
@@ -69,24 +69,24 @@ void expect_exact_contacts_between(const btSoftBody& a, const btSoftBody& b) {
 
 TEST_P(Topology, BodiesComeAndGo) {
   btSoftBody& lower = add_sheet(0);
-  simulation_.step(kStep);
+  simulation.step(kStep);
   EXPECT_EQ(lower.m_scontacts.size(), 0);
 
   btSoftBody& upper = add_sheet(btScalar(0.03));
-  simulation_.step(kStep);
+  simulation.step(kStep);
   expect_exact_contacts_between(lower, upper);
 
-  std::unique_ptr<btSoftBody> removed = simulation_.remove(upper);
-  simulation_.step(kStep);
+  std::unique_ptr<btSoftBody> removed = simulation.remove(upper);
+  simulation.step(kStep);
   EXPECT_EQ(lower.m_scontacts.size(), 0);
-  EXPECT_EQ(simulation_.pipeline()->statistics().bodies, 1U);
+  EXPECT_EQ(simulation.pipeline()->statistics().bodies, 1U);
 
-  btSoftBody& again = simulation_.add(std::move(removed));
-  simulation_.step(kStep);
+  btSoftBody& again = simulation.add(std::move(removed));
+  simulation.step(kStep);
   expect_exact_contacts_between(lower, again);
 
-  simulation_.remove(again).reset();
-  simulation_.step(kStep);
+  simulation.remove(again).reset();
+  simulation.step(kStep);
   EXPECT_EQ(lower.m_scontacts.size(), 0);
 }
 
@@ -95,15 +95,15 @@ TEST_P(Topology, ABodyReplacedBetweenStepsIsNoticed) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody* upper = &add_sheet(btScalar(0.03));
   for (int i = 0; i < 20; ++i) {
-    simulation_.remove(*upper).reset();
+    simulation.remove(*upper).reset();
     SheetOptions options;
     options.nodes_per_side = 4 + i % 3;
     options.height = btScalar(0.03);
     options.margin = btScalar(0.02);
-    auto sheet = make_sheet(simulation_.world_info(), options);
+    auto sheet = make_sheet(simulation.world_info(), options);
     sheet->m_cfg.piterations = 0;
-    upper = &simulation_.add(std::move(sheet));
-    simulation_.step(kStep);
+    upper = &simulation.add(std::move(sheet));
+    simulation.step(kStep);
     expect_exact_contacts_between(lower, *upper);
   }
 }
@@ -111,7 +111,7 @@ TEST_P(Topology, ABodyReplacedBetweenStepsIsNoticed) {
 TEST_P(Topology, NewNodesAndFacesCollide) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
-  simulation_.step(kStep);
+  simulation.step(kStep);
   const int before = upper.m_scontacts.size();
   for (int i = 0; i < 3; ++i) {  // the node array moves to new memory
     const int added = upper.m_nodes.size();
@@ -119,7 +119,7 @@ TEST_P(Topology, NewNodesAndFacesCollide) {
     upper.appendFace(i, i + 1, added);
     upper.appendLink(i, added);
     upper.appendLink(i + 1, added);
-    simulation_.step(kStep);
+    simulation.step(kStep);
     EXPECT_GT(upper.m_scontacts.size(), before);
     expect_exact_contacts_between(lower, upper);
   }
@@ -129,9 +129,9 @@ TEST_P(Topology, FacesReorderedInPlaceAreNoticed) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
   upper.rotate(btQuaternion(btVector3(1, 0, 0), btScalar(0.05)));
-  simulation_.step(kStep);
+  simulation.step(kStep);
   upper.randomizeConstraints();
-  simulation_.step(kStep);
+  simulation.step(kStep);
   expect_exact_contacts_between(lower, upper);
 }
 
@@ -143,12 +143,12 @@ class VerticalPlane : public btSoftBody::ImplicitFn {
 TEST_P(Topology, RefinedFacesCollide) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
-  simulation_.step(kStep);
+  simulation.step(kStep);
   const int faces = upper.m_faces.size();
   VerticalPlane plane;
   upper.refine(&plane, btScalar(0.001), /*cut=*/false);
   ASSERT_GT(upper.m_faces.size(), faces);
-  simulation_.step(kStep);
+  simulation.step(kStep);
   expect_exact_contacts_between(lower, upper);
 }
 
@@ -158,23 +158,23 @@ TEST_P(Topology, ACutClothCollides) {
   if (GetParam() == PlugIn::dispatcher) GTEST_SKIP() << "Bullet itself hangs on a cut cloth";
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
-  simulation_.step(kStep);
+  simulation.step(kStep);
   VerticalPlane plane;
   upper.refine(&plane, btScalar(0.001), /*cut=*/true);
-  simulation_.step(kStep);
+  simulation.step(kStep);
   expect_exact_contacts_between(lower, upper);
 }
 
 TEST_P(Topology, ARopeCollidesAsPoints) {
   btSoftBody& lower = add_sheet(0);
   std::unique_ptr<btSoftBody> rope(
-      btSoftBodyHelpers::CreateRope(simulation_.world_info(), btVector3(btScalar(-0.4), btScalar(0.03), btScalar(0.05)),
+      btSoftBodyHelpers::CreateRope(simulation.world_info(), btVector3(btScalar(-0.4), btScalar(0.03), btScalar(0.05)),
                                     btVector3(btScalar(0.4), btScalar(0.03), btScalar(0.05)), 12, 0));
   rope->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
   rope->m_cfg.piterations = 0;
   rope->getCollisionShape()->setMargin(btScalar(0.02));
-  btSoftBody& added = simulation_.add(std::move(rope));
-  simulation_.step(kStep);
+  btSoftBody& added = simulation.add(std::move(rope));
+  simulation.step(kStep);
   expect_exact_contacts(added, lower);
   EXPECT_EQ(lower.m_scontacts.size(), 0) << "the sheet's nodes have no faces to touch";
 }
@@ -182,14 +182,14 @@ TEST_P(Topology, ARopeCollidesAsPoints) {
 TEST_P(Topology, ASingleNodeAndABodyWithoutNodesAreHarmless) {
   btSoftBody& lower = add_sheet(0);
   const btVector3 above(btScalar(0.05), btScalar(0.02), btScalar(0.02));
-  auto single = std::make_unique<btSoftBody>(&simulation_.world_info(), 1, &above, nullptr);
+  auto single = std::make_unique<btSoftBody>(&simulation.world_info(), 1, &above, nullptr);
   single->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
   single->getCollisionShape()->setMargin(btScalar(0.02));
-  btSoftBody& node = simulation_.add(std::move(single));
-  auto nothing = std::make_unique<btSoftBody>(&simulation_.world_info(), 0, nullptr, nullptr);
+  btSoftBody& node = simulation.add(std::move(single));
+  auto nothing = std::make_unique<btSoftBody>(&simulation.world_info(), 0, nullptr, nullptr);
   nothing->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
-  simulation_.add(std::move(nothing));
-  simulation_.step(kStep);
+  simulation.add(std::move(nothing));
+  simulation.step(kStep);
   expect_exact_contacts(node, lower);
 }
 

@@ -153,6 +153,7 @@ TEST_P(PluggedIn, RunsTheSameTwice) {
     TwoCloths scene(scene_options(Collision::softcd, plug_in, Detection::ccd, 12));
     run(scene, 0.75);
     std::vector<btScalar> heights;
+    heights.reserve(static_cast<std::size_t>(scene.upper().m_nodes.size()));
     for (int i = 0; i < scene.upper().m_nodes.size(); ++i) heights.push_back(scene.upper().m_nodes[i].m_x.y());
     return heights;
   };

@@ -83,6 +83,7 @@ class HostScene {
     view.edge_count = static_cast<std::uint32_t>(edges_.size());
     view.body_count = static_cast<std::uint32_t>(bodies_.size());
     view.continuous = continuous_;
+    view.set_classes(may_touch_);
     return view;
   }
 

@@ -28,7 +28,7 @@ Scene soups(std::uint32_t body_count) {
 }
 
 void expect_both_kinds(const Scene& scene, const PairFilter& pair_filter = {}) {
-  PipelineOptions options = cpu_options(Detection::dcd);
+  PipelineOptions options = test_options(Detection::dcd);
   options.pair_filter = pair_filter;
   DiscreteRules rules;
   rules.pair_filter = pair_filter;
@@ -59,7 +59,7 @@ TEST(Filters, groups_and_masks) {
     scene[i].settings.self_collision = i == 4;
   }
   expect_both_kinds(scene);
-  EXPECT_EQ(body_pairs(detect_once(scene, cpu_options(Detection::dcd))),
+  EXPECT_EQ(body_pairs(detect_once(scene, test_options(Detection::dcd))),
             (std::set<std::pair<std::uint32_t, std::uint32_t>>{{0, 1}, {0, 2}, {0, 3}, {4, 4}}));
 }
 
@@ -68,7 +68,7 @@ TEST(Filters, kinematic_bodies_do_not_meet) {
   for (SceneBody& body : scene) body.settings.self_collision = false;
   scene[1].settings.kinematic = scene[3].settings.kinematic = true;
   expect_both_kinds(scene);
-  EXPECT_FALSE(body_pairs(detect_once(scene, cpu_options(Detection::dcd))).contains({1, 3}));
+  EXPECT_FALSE(body_pairs(detect_once(scene, test_options(Detection::dcd))).contains({1, 3}));
 }
 
 TEST(Filters, self_collision_only_where_wanted) {
@@ -93,7 +93,7 @@ TEST(Filters, pair_filter_is_asked_in_ascending_order) {
   Scene scene = soups(4);
   scene[2].settings.filter_mask = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> asked;
-  PipelineOptions options = cpu_options(Detection::dcd);
+  PipelineOptions options = test_options(Detection::dcd);
   options.pair_filter = [&](BodyId a, BodyId b) {
     asked.emplace_back(a.value, b.value);
     return false;
@@ -112,17 +112,17 @@ TEST(Bodies, all_off) {
     body.settings.self_collision = false;
     body.settings.filter_mask = 0;
   }
-  EXPECT_TRUE(detect_once(scene, cpu_options(Detection::dcd)).empty());
+  EXPECT_TRUE(detect_once(scene, test_options(Detection::dcd)).empty());
 }
 
 TEST(Bodies, added_and_removed_between_detections) {
   const Scene scene = soups(5);
-  LoadedScene loaded = load({scene[0], scene[1]}, cpu_options(Detection::dcd));
+  LoadedScene loaded = load({scene[0], scene[1]}, test_options(Detection::dcd));
   const auto contacts = [&] {
     const Span<const Contact> found = loaded.pipeline.detect();
     return std::vector<Contact>(found.begin(), found.end());
   };
-  EXPECT_EQ(features_of(contacts()), features_of(detect_once({scene[0], scene[1]}, cpu_options(Detection::dcd))));
+  EXPECT_EQ(features_of(contacts()), features_of(detect_once({scene[0], scene[1]}, test_options(Detection::dcd))));
 
   const auto add = [&](const SceneBody& body) {
     const BodyId id =
@@ -132,7 +132,7 @@ TEST(Bodies, added_and_removed_between_detections) {
   };
   const BodyId third = add(scene[2]);
   EXPECT_EQ(body_pairs(contacts()),
-            body_pairs(detect_once({scene[0], scene[1], scene[2]}, cpu_options(Detection::dcd))));
+            body_pairs(detect_once({scene[0], scene[1], scene[2]}, test_options(Detection::dcd))));
 
   loaded.pipeline.remove_body(loaded.ids[0]);
   const BodyId fourth = add(scene[3]);
@@ -145,61 +145,61 @@ TEST(Bodies, added_and_removed_between_detections) {
       id->value = static_cast<std::uint32_t>(std::find(ids.begin(), ids.end(), *id) - ids.begin());
     }
   }
-  EXPECT_EQ(features_of(found), features_of(detect_once(left, cpu_options(Detection::dcd))));
+  EXPECT_EQ(features_of(found), features_of(detect_once(left, test_options(Detection::dcd))));
 }
 
 TEST(Bodies, new_topology) {
   Scene scene = soups(2);
-  LoadedScene loaded = load(scene, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
   scene[0] = still(soup(99, 60), everything(0.05F));
   loaded.pipeline.update_body(
       loaded.ids[0], {scene[0].triangles, static_cast<std::uint32_t>(scene[0].x_t1.size()), scene[0].settings});
   loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, scene[0].x_t1);
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(Detection::dcd)), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
 }
 
 TEST(Bodies, same_vertices_other_triangles) {
   Scene scene = soups(2);
-  LoadedScene loaded = load(scene, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
   scene[0].triangles.resize(scene[0].triangles.size() / 2);
   loaded.pipeline.update_body(
       loaded.ids[0], {scene[0].triangles, static_cast<std::uint32_t>(scene[0].x_t1.size()), scene[0].settings});
   loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, scene[0].x_t1);
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(Detection::dcd)), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
 }
 
 TEST(Bodies, new_settings) {
   Scene scene = soups(2);
-  LoadedScene loaded = load(scene, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
   scene[1].settings.margin = 0.1F;
   scene[1].settings.self_collision = false;
   scene[0].settings.features.edge_edge = false;
   for (std::size_t i = 0; i < scene.size(); ++i) loaded.pipeline.set_settings(loaded.ids[i], scene[i].settings);
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(Detection::dcd)), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
 }
 
 TEST(Bodies, new_positions_every_frame) {
   Scene scene = soups(2);
-  LoadedScene loaded = load(scene, cpu_options(Detection::ccd));
+  LoadedScene loaded = load(scene, test_options(Detection::ccd));
   for (std::uint64_t frame = 0; frame < 6; ++frame) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
       scene[i].x_t0 = scene[i].x_t1;
       scene[i].x_t1 = jittered(scene[i].x_t0, 0.2, 10 * frame + i);
       loaded.pipeline.set_positions(loaded.ids[i], scene[i].x_t0, scene[i].x_t1);
     }
-    EXPECT_TRUE(identical(detect_once(scene, cpu_options(Detection::ccd)), loaded.pipeline.detect()));
+    EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::ccd)), loaded.pipeline.detect()));
   }
 }
 
 TEST(Bodies, new_options) {
   const Scene scene = soups(2);
-  LoadedScene loaded = load(scene, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
   for (const BroadPhase broad_phase : {BroadPhase::uniform, BroadPhase::paper, BroadPhase::exact}) {
     for (const Detection detection : {Detection::ccd, Detection::dcd}) {
-      const PipelineOptions options = cpu_options(detection, broad_phase);
+      const PipelineOptions options = test_options(detection, broad_phase);
       loaded.pipeline.set_options(options);
       EXPECT_EQ(loaded.pipeline.options().broad_phase, broad_phase);
       EXPECT_TRUE(identical(detect_once(scene, options), loaded.pipeline.detect()));
@@ -209,9 +209,9 @@ TEST(Bodies, new_options) {
 
 TEST(Bodies, moved_pipeline_keeps_its_bodies) {
   const Scene scene = soups(2);
-  LoadedScene loaded = load(scene, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
   CollisionPipeline other(std::move(loaded.pipeline));
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(Detection::dcd)), other.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), other.detect()));
 }
 
 TEST(Bodies, many_small_ones) {
@@ -223,7 +223,7 @@ TEST(Bodies, many_small_ones) {
     one.seed = 1000 + i;
     scene.push_back(still(triangle_soup(one), everything(0.02F)));
   }
-  EXPECT_GT(expect_discrete_contacts(scene, cpu_options(Detection::dcd)), 100U);
+  EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 100U);
 }
 
 }  // namespace

@@ -111,13 +111,13 @@ TEST_P(ControlBits, counter_example_is_found) {
   }
   const auto margin = static_cast<float>(closest + 1e-3);
   const Scene scene = scattered_copies(GetParam(), margin);
-  LoadedScene loaded = load(scene, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
   const double mean_radius = loaded.pipeline.statistics().mean_radius;
   DiscreteRules rules;
   rules.absolute_band = 1e-5;
   for (const double factor : {1.0, 0.9, 0.97, 1.03, 1.1}) {
-    PipelineOptions options = cpu_options(Detection::dcd);
+    PipelineOptions options = test_options(Detection::dcd);
     options.lambda = static_cast<float>(factor / mean_radius);
     loaded.pipeline.set_options(options);
     loaded.pipeline.detect();
@@ -144,11 +144,11 @@ TEST(CellWalls, corners_on_them) {
     Positions3 end = jittered(mesh.positions, 1.0, seed);
     snap_to_grid(end, 1);
     const Scene scene{moving(mesh, end, everything())};
-    LoadedScene loaded = load(scene, cpu_options(Detection::ccd));
+    LoadedScene loaded = load(scene, test_options(Detection::ccd));
     loaded.pipeline.detect();
     const double mean_radius = loaded.pipeline.statistics().mean_radius;
     for (const double cell_size : {0.25, 0.5, 1.0}) {
-      PipelineOptions options = cpu_options(Detection::ccd);
+      PipelineOptions options = test_options(Detection::ccd);
       options.lambda = static_cast<float>(cell_size / mean_radius);
       SCOPED_TRACE(testing::Message() << "seed " << seed << ", cell size " << cell_size);
       expect_continuous_contacts(scene, options);
@@ -283,7 +283,7 @@ TEST_P(MillionPairs, none_is_missed) {
   constexpr float kLambdas[] = {0.0F, 1.2F, 2.4F, 1.8F, 0.8F};
   const auto number = static_cast<std::uint64_t>(GetParam());
   const PairBatch batch(kPairsPerBatch, 77 + number);
-  PipelineOptions options = cpu_options(number % 2 == 0 ? Detection::dcd : Detection::ccd);
+  PipelineOptions options = test_options(number % 2 == 0 ? Detection::dcd : Detection::ccd);
   options.lambda = kLambdas[number % 5];
   LoadedScene loaded = load(batch.scene(), options);
   const Span<const Contact> contacts = loaded.pipeline.detect();

@@ -63,23 +63,23 @@ Scene soup_scene(const MotionCase& c, std::uint32_t body_count) {
 class ContinuousSoup : public testing::TestWithParam<MotionCase> {};
 
 TEST_P(ContinuousSoup, one_body_with_itself) {
-  EXPECT_GT(expect_continuous_contacts(soup_scene(GetParam(), 1), cpu_options(Detection::ccd)), 0U);
+  EXPECT_GT(expect_continuous_contacts(soup_scene(GetParam(), 1), test_options(Detection::ccd)), 0U);
 }
 
 TEST_P(ContinuousSoup, three_bodies) {
-  EXPECT_GT(expect_continuous_contacts(soup_scene(GetParam(), 3), cpu_options(Detection::ccd)), 0U);
+  EXPECT_GT(expect_continuous_contacts(soup_scene(GetParam(), 3), test_options(Detection::ccd)), 0U);
 }
 
 TEST_P(ContinuousSoup, other_ways_give_the_same_bytes) {
   const Scene scene = soup_scene(GetParam(), 2);
-  PipelineOptions options = cpu_options(Detection::ccd);
+  PipelineOptions options = test_options(Detection::ccd);
   const std::vector<Contact> expected = detect_once(scene, options);
   options.subdivision = false;
   EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "without subdivision";
-  options = cpu_options(Detection::ccd, BroadPhase::uniform);
+  options = test_options(Detection::ccd, BroadPhase::uniform);
   EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "uniform grid";
   for (const float lambda : {0.8F, 1.3F, 2.4F}) {
-    options = cpu_options(Detection::ccd);
+    options = test_options(Detection::ccd);
     options.lambda = lambda;
     EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "lambda " << lambda;
   }
@@ -87,8 +87,8 @@ TEST_P(ContinuousSoup, other_ways_give_the_same_bytes) {
 
 TEST_P(ContinuousSoup, printed_scheme_reports_a_subset) {
   const Scene scene = soup_scene(GetParam(), 2);
-  const std::vector<FeaturePair> expected = features_of(detect_once(scene, cpu_options(Detection::ccd)));
-  const std::vector<Contact> contacts = detect_once(scene, cpu_options(Detection::ccd, BroadPhase::paper));
+  const std::vector<FeaturePair> expected = features_of(detect_once(scene, test_options(Detection::ccd)));
+  const std::vector<Contact> contacts = detect_once(scene, test_options(Detection::ccd, BroadPhase::paper));
   const Difference difference = compare({expected, {}}, features_of(contacts));
   EXPECT_TRUE(difference.extra.empty() && difference.repeated.empty()) << describe(difference);
   std::cout << "printed scheme: " << difference.missed.size() << " of " << expected.size() << " contacts missed\n";
@@ -110,13 +110,13 @@ TEST(ContinuousDetection, cloth_falls_onto_a_sphere) {
   of_sphere.kinematic = true;
   of_sphere.self_collision = false;
   const Scene scene{moving(cloth, end, everything()), still(sphere, of_sphere)};
-  EXPECT_GT(expect_continuous_contacts(scene, cpu_options(Detection::ccd)), 100U);
+  EXPECT_GT(expect_continuous_contacts(scene, test_options(Detection::ccd)), 100U);
 }
 
 TEST(ContinuousDetection, nothing_moves_apart_triangles) {
   const Scene scene{still(moved(icosphere(1, 1.0), {-2.0, 0, 0}), everything()),
                     still(moved(icosphere(1, 1.0), {2.0, 0, 0}), everything())};
-  EXPECT_EQ(expect_continuous_contacts(scene, cpu_options(Detection::ccd)), 0U);
+  EXPECT_EQ(expect_continuous_contacts(scene, test_options(Detection::ccd)), 0U);
 }
 
 // A vertex falls through a resting triangle from z = 1 to z = -3.
@@ -124,7 +124,7 @@ TEST(ContinuousDetection, vertex_through_triangle) {
   const Mesh floor{{{{0, 1, 2}}}, {{-1, -1, 0}, {2, -1, 0}, {-1, 2, 0}}};
   const Mesh point{{{{0, 0, 0}}}, {{0.125, 0.25, 1}}};
   const Scene scene{still(floor, everything()), moving(point, {{0.125, 0.25, -3}}, everything())};
-  const std::vector<Contact> contacts = detect_once(scene, cpu_options(Detection::ccd));
+  const std::vector<Contact> contacts = detect_once(scene, test_options(Detection::ccd));
   ASSERT_EQ(contacts.size(), 1U);
   const Contact& contact = contacts[0];
   EXPECT_EQ(features_of(contact), (FeaturePair{ContactKind::vertex_triangle, 1, 0, 0, 0}));
@@ -143,7 +143,7 @@ TEST(ContinuousDetection, edge_through_edge) {
   BodySettings edges_only = everything();
   edges_only.features = {false, true};
   const Scene scene{still(first, edges_only), moving(second, {{-1, 0.5, 1}, {3, 0.5, 1}}, edges_only)};
-  const std::vector<Contact> contacts = detect_once(scene, cpu_options(Detection::ccd));
+  const std::vector<Contact> contacts = detect_once(scene, test_options(Detection::ccd));
   ASSERT_EQ(contacts.size(), 1U);
   const Contact& contact = contacts[0];
   EXPECT_EQ(features_of(contact), (FeaturePair{ContactKind::edge_edge, 0, 0, 1, 0}));
@@ -164,7 +164,7 @@ TEST(ContinuousDetection, margins) {
   scene[1].settings.margin = 0.03F;
   Scene start = scene;
   for (SceneBody& body : start) body.x_t1 = body.x_t0;
-  const std::vector<Contact> contacts = detect_once(scene, cpu_options(Detection::ccd));
+  const std::vector<Contact> contacts = detect_once(scene, test_options(Detection::ccd));
   const std::vector<FeaturePair> reported = features_of(contacts);
   for (const std::vector<FeaturePair>& required :
        {touching, discrete_verdicts(start).certain, discrete_verdicts(scene).certain}) {

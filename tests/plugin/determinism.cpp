@@ -31,7 +31,7 @@ Scene uneven_scene() {
 class Determinism : public testing::TestWithParam<Detection> {};
 
 TEST_P(Determinism, twenty_runs_of_one_pipeline) {
-  LoadedScene loaded = load(uneven_scene(), cpu_options(GetParam()));
+  LoadedScene loaded = load(uneven_scene(), test_options(GetParam()));
   const Span<const Contact> first = loaded.pipeline.detect();
   const std::vector<Contact> expected(first.begin(), first.end());
   ASSERT_FALSE(expected.empty());
@@ -40,34 +40,34 @@ TEST_P(Determinism, twenty_runs_of_one_pipeline) {
 
 TEST_P(Determinism, fresh_pipelines) {
   const Scene scene = uneven_scene();
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
-  for (int run = 0; run < 3; ++run) EXPECT_TRUE(identical(expected, detect_once(scene, cpu_options(GetParam()))));
+  const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
+  for (int run = 0; run < 3; ++run) EXPECT_TRUE(identical(expected, detect_once(scene, test_options(GetParam()))));
 }
 
 TEST_P(Determinism, any_number_of_threads) {
   const Scene scene = uneven_scene();
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
   for (const std::size_t threads : {1U, 2U, 4U}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    EXPECT_TRUE(identical(expected, detect_once(scene, cpu_options(GetParam())))) << threads << " threads";
+    EXPECT_TRUE(identical(expected, detect_once(scene, test_options(GetParam())))) << threads << " threads";
   }
 }
 
 TEST_P(Determinism, asynchronous_halves) {
   const Scene scene = uneven_scene();
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   loaded.pipeline.detect_async();
   EXPECT_TRUE(identical(expected, loaded.pipeline.wait()));
 }
 
 TEST_P(Determinism, pipelines_in_threads_of_their_own) {
   const Scene scene = uneven_scene();
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
   std::vector<std::vector<Contact>> found(3);
   std::vector<std::thread> threads;
   for (std::vector<Contact>& contacts : found) {
-    threads.emplace_back([&] { contacts = detect_once(scene, cpu_options(GetParam())); });
+    threads.emplace_back([&] { contacts = detect_once(scene, test_options(GetParam())); });
   }
   for (std::thread& thread : threads) thread.join();
   for (const std::vector<Contact>& contacts : found) EXPECT_TRUE(identical(expected, contacts));
@@ -76,8 +76,8 @@ TEST_P(Determinism, pipelines_in_threads_of_their_own) {
 // What an earlier, larger detection left in the workspace must not show.
 TEST_P(Determinism, after_other_scenes) {
   const Scene scene = uneven_scene();
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   const Mesh sphere = icosphere(4, 2.0);
   const BodyId extra = loaded.pipeline.add_body(
       {sphere.triangles, static_cast<std::uint32_t>(sphere.positions.size()), everything(0.1F)});
@@ -85,6 +85,26 @@ TEST_P(Determinism, after_other_scenes) {
   EXPECT_GT(loaded.pipeline.detect().size(), expected.size());
   loaded.pipeline.remove_body(extra);
   EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
+}
+
+// On the CPU under test, a comparison with the GPU where there is one.
+TEST_P(Determinism, cpu_and_cuda_return_the_same_bytes) {
+  const Scene scene = uneven_scene();
+  for (const BroadPhase broad_phase : {BroadPhase::exact, BroadPhase::paper, BroadPhase::uniform}) {
+    for (const Accuracy accuracy : {Accuracy::fast, Accuracy::precise}) {
+      PipelineOptions options = test_options(GetParam(), broad_phase);
+      options.accuracy = accuracy;
+      options.backend = Backend::cpu;
+      const std::vector<Contact> expected = detect_once(scene, options);
+      options.backend = Backend::cuda;
+      try {
+        LoadedScene loaded = load(scene, options);
+        for (int run = 0; run < 5; ++run) EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << "run " << run;
+      } catch (const BackendError& error) {
+        GTEST_SKIP() << error.what();
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Determinism, testing::Values(Detection::dcd, Detection::ccd),

@@ -36,24 +36,24 @@ class DiscreteSoup : public testing::TestWithParam<SoupCase> {};
 
 TEST_P(DiscreteSoup, one_body_with_itself) {
   const Scene scene{still(soup(GetParam()), everything(0.02F))};
-  EXPECT_GT(expect_discrete_contacts(scene, cpu_options(Detection::dcd)), 0U);
+  EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 0U);
 }
 
 TEST_P(DiscreteSoup, without_subdivision) {
   const Scene scene{still(soup(GetParam()), everything(0.02F))};
-  PipelineOptions options = cpu_options(Detection::dcd);
+  PipelineOptions options = test_options(Detection::dcd);
   options.subdivision = false;
   EXPECT_GT(expect_discrete_contacts(scene, options), 0U);
 }
 
 TEST_P(DiscreteSoup, uniform_grid) {
   const Scene scene{still(soup(GetParam()), everything(0.02F))};
-  EXPECT_GT(expect_discrete_contacts(scene, cpu_options(Detection::dcd, BroadPhase::uniform)), 0U);
+  EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd, BroadPhase::uniform)), 0U);
 }
 
 TEST_P(DiscreteSoup, printed_scheme_reports_a_subset) {
   const Scene scene{still(soup(GetParam()), everything(0.02F))};
-  const std::vector<Contact> contacts = detect_once(scene, cpu_options(Detection::dcd, BroadPhase::paper));
+  const std::vector<Contact> contacts = detect_once(scene, test_options(Detection::dcd, BroadPhase::paper));
   const Difference difference = compare(discrete_verdicts(scene), features_of(contacts));
   EXPECT_TRUE(difference.extra.empty() && difference.repeated.empty()) << describe(difference);
   expect_sorted(contacts);
@@ -74,7 +74,7 @@ TEST_P(DiscreteSoup, four_bodies_with_margins_of_their_own) {
     settings.features = {i != 1, i != 2};
     scene.push_back(still(soup(part), settings));
   }
-  EXPECT_GT(expect_discrete_contacts(scene, cpu_options(Detection::dcd)), 0U);
+  EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 0U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, DiscreteSoup,
@@ -83,11 +83,11 @@ INSTANTIATE_TEST_SUITE_P(Sizes, DiscreteSoup,
 
 TEST(DiscreteDetection, every_lambda_gives_the_same_contacts) {
   const Scene scene{still(soup({800, 100.0, 6}), everything(0.01F))};
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(Detection::dcd));
+  const std::vector<Contact> expected = detect_once(scene, test_options(Detection::dcd));
   ASSERT_FALSE(expected.empty());
   for (const float lambda : {0.8F, 1.0F, 1.2F, 1.5F, 1.8F, 2.1F, 2.4F}) {
     for (const bool subdivision : {true, false}) {
-      PipelineOptions options = cpu_options(Detection::dcd);
+      PipelineOptions options = test_options(Detection::dcd);
       options.lambda = lambda;
       options.subdivision = subdivision;
       EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "lambda " << lambda;
@@ -98,14 +98,14 @@ TEST(DiscreteDetection, every_lambda_gives_the_same_contacts) {
 TEST(DiscreteDetection, crumpled_cloth) {
   const Mesh cloth = crumpled_cloth(40, 30, 0.125, 0.03, 1);
   const Scene scene{still(cloth, everything(0.02F))};
-  EXPECT_GT(expect_discrete_contacts(scene, cpu_options(Detection::dcd)), 1000U);
+  EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 1000U);
 }
 
 TEST(DiscreteDetection, closed_surfaces_in_each_other) {
   const BodySettings settings = everything(0.01F);
   const Scene scene{still(icosphere(3, 1.0), settings), still(torus(1.0, 0.3, 40, 16), settings),
                     still(tube(0.9, 3.0, 24, 30), settings), still(moved(icosphere(1, 2.0), {0.5, 0, 0}), settings)};
-  EXPECT_GT(expect_discrete_contacts(scene, cpu_options(Detection::dcd)), 100U);
+  EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 100U);
 }
 
 TEST(DiscreteDetection, margins_from_zero_to_the_scene) {
@@ -113,7 +113,7 @@ TEST(DiscreteDetection, margins_from_zero_to_the_scene) {
   for (const float margin : {0.0F, 1e-6F, 1e-3F, 0.1F, 1.0F, 10.0F}) {
     const Scene scene{still(mesh, everything(margin))};
     SCOPED_TRACE(margin);
-    expect_discrete_contacts(scene, cpu_options(Detection::dcd));
+    expect_discrete_contacts(scene, test_options(Detection::dcd));
   }
 }
 
@@ -122,8 +122,8 @@ TEST(DiscreteDetection, only_positions_at_t1_count) {
   const Scene still_scene{still(mesh, everything(0.02F))};
   Scene moving_scene = still_scene;
   moving_scene[0].x_t0 = jittered(mesh.positions, 0.5, 3);
-  EXPECT_EQ(features_of(detect_once(still_scene, cpu_options(Detection::dcd))),
-            features_of(detect_once(moving_scene, cpu_options(Detection::dcd))));
+  EXPECT_EQ(features_of(detect_once(still_scene, test_options(Detection::dcd))),
+            features_of(detect_once(moving_scene, test_options(Detection::dcd))));
 }
 
 TEST(DiscreteDetection, motion_widens_the_margin_of_vertices) {
@@ -131,7 +131,7 @@ TEST(DiscreteDetection, motion_widens_the_margin_of_vertices) {
   Positions3 x_t0 = jittered(mesh.positions, 0.25, 4);
   snap_to_grid(x_t0, 17);
   const Scene scene{{mesh.triangles, x_t0, mesh.positions, everything(0.005F)}};
-  PipelineOptions options = cpu_options(Detection::dcd);
+  PipelineOptions options = test_options(Detection::dcd);
   const std::size_t narrow = expect_discrete_contacts(scene, options);
   options.motion_margin = 0.5F;
   DiscreteRules rules;
@@ -143,7 +143,7 @@ TEST(DiscreteDetection, motion_widens_the_margin_of_vertices) {
 // so a distance of about the margin is known to this much.
 TEST(DiscreteDetection, fast_agrees_outside_float_rounding) {
   const Scene scene{still(soup({800, 30.0, 10}), everything(0.02F))};
-  PipelineOptions options = cpu_options(Detection::dcd);
+  PipelineOptions options = test_options(Detection::dcd);
   options.accuracy = Accuracy::fast;
   DiscreteRules rules;
   rules.absolute_band = 64.0 * 0x1p-24;

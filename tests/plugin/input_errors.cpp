@@ -37,7 +37,7 @@ class InputErrors : public testing::Test {
   InputErrors()
       : loaded_(load({still(grid_cloth(6, 6, 0.25), everything(0.05F)),
                       still(moved(grid_cloth(6, 6, 0.25), {0.1, 0.1, 0.06}), everything(0.05F))},
-                     cpu_options(Detection::dcd))) {
+                     test_options(Detection::dcd))) {
     const Span<const Contact> contacts = loaded_.pipeline.detect();
     expected_.assign(contacts.begin(), contacts.end());
   }
@@ -158,7 +158,7 @@ TEST_F(InputErrors, margin) {
 
 TEST_F(InputErrors, lambda) {
   for (const float wrong : {kNaN, kInfinity, -1.0F}) {
-    PipelineOptions options = cpu_options(Detection::dcd);
+    PipelineOptions options = test_options(Detection::dcd);
     options.lambda = wrong;
     EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr("lambda"));
     EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_options(options); }), HasSubstr("lambda"));
@@ -167,7 +167,7 @@ TEST_F(InputErrors, lambda) {
 
 TEST_F(InputErrors, motion_margin) {
   for (const float wrong : {kNaN, kInfinity, -1.0F}) {
-    PipelineOptions options = cpu_options(Detection::dcd);
+    PipelineOptions options = test_options(Detection::dcd);
     options.motion_margin = wrong;
     EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr("motion_margin"));
     EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_options(options); }), HasSubstr("motion_margin"));
@@ -185,11 +185,11 @@ TEST_F(InputErrors, every_error_is_an_error) {
 
 // A filter that throws ends the detection; the pipeline can be used again.
 TEST_F(InputErrors, exception_in_the_pair_filter) {
-  PipelineOptions options = cpu_options(Detection::dcd);
+  PipelineOptions options = test_options(Detection::dcd);
   options.pair_filter = [](BodyId, BodyId) -> bool { throw std::domain_error("from the filter"); };
   pipeline().set_options(options);
   EXPECT_THROW(pipeline().detect(), std::domain_error);
-  pipeline().set_options(cpu_options(Detection::dcd));
+  pipeline().set_options(test_options(Detection::dcd));
 }
 
 }  // namespace

@@ -62,9 +62,9 @@ std::vector<Node<T>> nodes_of(const Positions3& positions) {
 
 template <class T>
 void expect_same_from_nodes(const Scene& scene, Detection detection) {
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(detection));
+  const std::vector<Contact> expected = detect_once(scene, test_options(detection));
   ASSERT_FALSE(expected.empty());
-  LoadedScene loaded = load(scene, cpu_options(detection));
+  LoadedScene loaded = load(scene, test_options(detection));
   std::vector<std::vector<Node<T>>> nodes;
   for (std::size_t i = 0; i < scene.size(); ++i) {
     nodes.push_back(nodes_of<T>(scene[i].x_t0));
@@ -84,63 +84,63 @@ TEST_P(PositionKinds, float_and_double_nodes_of_a_struct) {
 
 TEST_P(PositionKinds, one_body_in_float_one_in_double) {
   const Scene scene = coarse_scene(GetParam());
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   std::vector<Vec3f> t0;
   std::vector<Vec3f> t1;
   for (const Vec3d& p : scene[1].x_t0) t0.push_back(vec3_cast<float>(p));
   for (const Vec3d& p : scene[1].x_t1) t1.push_back(vec3_cast<float>(p));
   loaded.pipeline.set_positions(loaded.ids[1], t0, t1);
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.detect()));
 }
 
 TEST_P(PositionKinds, are_read_when_the_detection_starts) {
   const Scene scene = coarse_scene(GetParam());
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   Positions3 x(scene[0].x_t1.size(), Vec3d{NAN, NAN, NAN});
   loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, x);
   x = scene[0].x_t1;
   loaded.pipeline.detect_async();
   x.assign(x.size(), Vec3d{NAN, NAN, NAN});
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.wait()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.wait()));
 }
 
 // The memory may be gone once the detection after set_positions has started; a second detection has to do without it.
 TEST_P(PositionKinds, are_not_read_again) {
   const Scene scene = coarse_scene(GetParam());
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   auto x = std::make_unique<Positions3>(scene[0].x_t1);
   loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, *x);
   loaded.pipeline.detect();
   x->assign(x->size(), Vec3d{NAN, NAN, NAN});
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.detect()));
   EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles, 0U);
 }
 
 TEST_P(PositionKinds, one_end_means_at_rest) {
   Scene scene = coarse_scene(GetParam());
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t1);
   scene[0].x_t0 = scene[0].x_t1;
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(GetParam())), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.detect()));
 }
 
 TEST_P(PositionKinds, far_from_the_origin) {
   const Scene scene = coarse_scene(GetParam());
-  const std::vector<Contact> expected = detect_once(scene, cpu_options(GetParam()));
+  const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
   ASSERT_FALSE(expected.empty());
   for (const double offset : {1e3, 1e4, 1e5, 1e6, 1e7}) {
     const std::vector<Contact> found =
-        detect_once(transformed(scene, 1.0, {offset, -0.5 * offset, 2.0 * offset}), cpu_options(GetParam()));
+        detect_once(transformed(scene, 1.0, {offset, -0.5 * offset, 2.0 * offset}), test_options(GetParam()));
     EXPECT_TRUE(identical(expected, found)) << "offset " << offset;
   }
 }
 
 TEST_P(PositionKinds, in_any_unit) {
   const Scene scene = coarse_scene(GetParam());
-  const std::vector<FeaturePair> expected = features_of(detect_once(scene, cpu_options(GetParam())));
+  const std::vector<FeaturePair> expected = features_of(detect_once(scene, test_options(GetParam())));
   for (const int exponent : {-60, -20, -10, -1, 1, 10, 20, 60}) {
     const std::vector<Contact> found =
-        detect_once(transformed(scene, std::ldexp(1.0, exponent), {0, 0, 0}), cpu_options(GetParam()));
+        detect_once(transformed(scene, std::ldexp(1.0, exponent), {0, 0, 0}), test_options(GetParam()));
     EXPECT_EQ(features_of(found), expected) << "scale 2^" << exponent;
   }
 }
@@ -152,7 +152,7 @@ TEST_P(PositionKinds, decimal_scales_and_offsets) {
     SCOPED_TRACE(scale);
     DiscreteRules rules;
     rules.absolute_band = 16.0 * scale * 0x1p-24;
-    const std::vector<FeaturePair> found = features_of(detect_once(other, cpu_options(GetParam())));
+    const std::vector<FeaturePair> found = features_of(detect_once(other, test_options(GetParam())));
     if (GetParam() == Detection::dcd) {
       const Difference difference = compare(discrete_verdicts(other, rules), found);
       EXPECT_TRUE(agrees(difference)) << describe(difference);

@@ -48,7 +48,7 @@ TEST_P(RealSteps, continuous_detection_misses_nothing) {
     }
     std::sort(expected.begin(), expected.end());
   }
-  const std::vector<Contact> contacts = detect_once(truth_.scene, cpu_options(Detection::ccd));
+  const std::vector<Contact> contacts = detect_once(truth_.scene, test_options(Detection::ccd));
   const Difference difference = compare({expected, {}}, features_of(contacts));
   EXPECT_TRUE(difference.missed.empty()) << describe(difference);
   EXPECT_TRUE(difference.repeated.empty()) << describe(difference);
@@ -65,8 +65,8 @@ TEST_P(RealSteps, continuous_detection_misses_nothing) {
 }
 
 TEST_P(RealSteps, other_ways_give_the_same_bytes) {
-  const std::vector<Contact> expected = detect_once(truth_.scene, cpu_options(Detection::ccd));
-  PipelineOptions options = cpu_options(Detection::ccd);
+  const std::vector<Contact> expected = detect_once(truth_.scene, test_options(Detection::ccd));
+  PipelineOptions options = test_options(Detection::ccd);
   options.subdivision = false;
   EXPECT_TRUE(identical(expected, detect_once(truth_.scene, options))) << "without subdivision";
   options.subdivision = true;
@@ -75,8 +75,8 @@ TEST_P(RealSteps, other_ways_give_the_same_bytes) {
 }
 
 TEST_P(RealSteps, printed_scheme_reports_a_subset) {
-  const std::vector<Contact> contacts = detect_once(truth_.scene, cpu_options(Detection::ccd, BroadPhase::paper));
-  const std::vector<Contact> exact = detect_once(truth_.scene, cpu_options(Detection::ccd));
+  const std::vector<Contact> contacts = detect_once(truth_.scene, test_options(Detection::ccd, BroadPhase::paper));
+  const std::vector<Contact> exact = detect_once(truth_.scene, test_options(Detection::ccd));
   const Difference difference = compare({features_of(exact), {}}, features_of(contacts));
   EXPECT_TRUE(difference.extra.empty()) << describe(difference);
   std::cout << GetParam() << ": printed scheme misses " << difference.missed.size() << " of " << exact.size() << '\n';
@@ -89,7 +89,7 @@ TEST_P(RealSteps, discrete_detection_at_a_tenth_of_the_mean_edge) {
   scene[0].settings.margin = static_cast<float>(0.5 * margin);
   DiscreteRules rules;
   rules.absolute_band = 4.0 * 0x1p-24 * half_extent_of(scene);
-  const std::size_t count = expect_discrete_contacts(scene, cpu_options(Detection::dcd), rules);
+  const std::size_t count = expect_discrete_contacts(scene, test_options(Detection::dcd), rules);
   EXPECT_GT(count, 1000U);
   std::cout << GetParam() << ": " << count << " contacts within " << margin << '\n';
 }

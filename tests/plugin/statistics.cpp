@@ -37,7 +37,7 @@ class StatisticsOf : public testing::TestWithParam<Detection> {};
 
 TEST_P(StatisticsOf, counts_match_the_contacts) {
   const Scene scene = uneven_scene();
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   const Span<const Contact> contacts = loaded.pipeline.detect();
   const Statistics& s = loaded.pipeline.statistics();
   const auto vt = std::count_if(contacts.begin(), contacts.end(),
@@ -48,7 +48,7 @@ TEST_P(StatisticsOf, counts_match_the_contacts) {
   EXPECT_EQ(s.vt_contacts, static_cast<std::uint64_t>(vt));
   EXPECT_EQ(s.ee_contacts, contacts.size() - static_cast<std::uint64_t>(vt));
   EXPECT_EQ(s.earliest_toi, earliest);
-  EXPECT_EQ(s.backend, Backend::cpu);
+  EXPECT_EQ(s.backend, backend_under_test());
   EXPECT_EQ(s.bodies, scene.size());
   EXPECT_EQ(s.triangles, scene[0].triangles.size() + scene[1].triangles.size());
   EXPECT_EQ(s.vertices, scene[0].x_t1.size() + scene[1].x_t1.size());
@@ -58,7 +58,7 @@ TEST_P(StatisticsOf, counts_match_the_contacts) {
 }
 
 TEST_P(StatisticsOf, each_stage_hands_on_less_than_it_got) {
-  const Statistics s = statistics_of(uneven_scene(), cpu_options(GetParam()));
+  const Statistics s = statistics_of(uneven_scene(), test_options(GetParam()));
   EXPECT_GE(s.vt_candidates, s.vt_contacts);
   EXPECT_GE(s.ee_candidates, s.ee_contacts);
   EXPECT_GE(s.tests, s.triangle_pairs);
@@ -73,7 +73,7 @@ TEST_P(StatisticsOf, each_stage_hands_on_less_than_it_got) {
 }
 
 TEST_P(StatisticsOf, cell_size_is_lambda_mean_radii) {
-  PipelineOptions options = cpu_options(GetParam());
+  PipelineOptions options = test_options(GetParam());
   const Scene scene = uneven_scene();
   const Statistics by_default = statistics_of(scene, options);
   EXPECT_NEAR(by_default.cell_size, 1.8 * by_default.mean_radius, 1e-4 * by_default.cell_size);
@@ -88,8 +88,8 @@ TEST_P(StatisticsOf, cell_size_is_lambda_mean_radii) {
 }
 
 TEST_P(StatisticsOf, uniform_grid_tests_more) {
-  const Statistics exact = statistics_of(uneven_scene(), cpu_options(GetParam()));
-  const Statistics uniform = statistics_of(uneven_scene(), cpu_options(GetParam(), BroadPhase::uniform));
+  const Statistics exact = statistics_of(uneven_scene(), test_options(GetParam()));
+  const Statistics uniform = statistics_of(uneven_scene(), test_options(GetParam(), BroadPhase::uniform));
   EXPECT_GT(uniform.tests, 2 * exact.tests);
   EXPECT_EQ(uniform.split_triangles, 0U);
   EXPECT_EQ(uniform.children, 0U);
@@ -98,7 +98,7 @@ TEST_P(StatisticsOf, uniform_grid_tests_more) {
 }
 
 TEST_P(StatisticsOf, subdivision_off_splits_nothing) {
-  PipelineOptions options = cpu_options(GetParam());
+  PipelineOptions options = test_options(GetParam());
   options.subdivision = false;
   const Statistics s = statistics_of(uneven_scene(), options);
   EXPECT_EQ(s.split_triangles, 0U);
@@ -108,11 +108,11 @@ TEST_P(StatisticsOf, subdivision_off_splits_nothing) {
 // Mean radius, 4 clipped rounds: one huge triangle must not make one cell of everything.
 TEST_P(StatisticsOf, one_huge_triangle_leaves_the_cells_small) {
   const Mesh sphere = icosphere(4, 1.0);
-  const Statistics plain = statistics_of({still(sphere, everything(0.001F))}, cpu_options(GetParam()));
+  const Statistics plain = statistics_of({still(sphere, everything(0.001F))}, test_options(GetParam()));
   Mesh with_huge = sphere;
   with_huge.positions.push_back({1000.0, 1000.0, 1000.0});
   with_huge.triangles.push_back({{0, 1, static_cast<std::uint32_t>(with_huge.positions.size() - 1)}});
-  const Statistics huge = statistics_of({still(with_huge, everything(0.001F))}, cpu_options(GetParam()));
+  const Statistics huge = statistics_of({still(with_huge, everything(0.001F))}, test_options(GetParam()));
   EXPECT_LT(huge.mean_radius, 1.01 * plain.mean_radius);
   EXPECT_LT(huge.tests, 2 * plain.tests + 4 * plain.triangles);
 }
@@ -120,11 +120,11 @@ TEST_P(StatisticsOf, one_huge_triangle_leaves_the_cells_small) {
 TEST_P(StatisticsOf, kinds_that_nobody_wants_cost_nothing) {
   Scene scene = uneven_scene();
   for (SceneBody& body : scene) body.settings.features = {true, false};
-  const Statistics vt = statistics_of(scene, cpu_options(GetParam()));
+  const Statistics vt = statistics_of(scene, test_options(GetParam()));
   EXPECT_EQ(vt.ee_candidates, 0U);
   EXPECT_GT(vt.vt_candidates, 0U);
   for (SceneBody& body : scene) body.settings.features = {false, true};
-  const Statistics ee = statistics_of(scene, cpu_options(GetParam()));
+  const Statistics ee = statistics_of(scene, test_options(GetParam()));
   EXPECT_EQ(ee.vt_candidates, 0U);
   EXPECT_GT(ee.ee_candidates, 0U);
 }
@@ -135,12 +135,12 @@ TEST_P(StatisticsOf, bodies_far_apart_are_not_active) {
   BodySettings settings = everything(0.01F);
   settings.self_collision = false;
   scene.push_back(still(moved(away, {100.0, 0.0, 0.0}), settings));
-  const Statistics s = statistics_of(scene, cpu_options(GetParam()));
+  const Statistics s = statistics_of(scene, test_options(GetParam()));
   EXPECT_EQ(s.triangles, s.active_triangles + away.triangles.size());
 }
 
 TEST_P(StatisticsOf, workspace_stops_growing) {
-  LoadedScene loaded = load(uneven_scene(), cpu_options(GetParam()));
+  LoadedScene loaded = load(uneven_scene(), test_options(GetParam()));
   loaded.pipeline.detect();
   const std::uint64_t bytes = loaded.pipeline.statistics().peak_bytes;
   for (int i = 0; i < 5; ++i) loaded.pipeline.detect();
@@ -151,7 +151,7 @@ TEST_P(StatisticsOf, workspace_stops_growing) {
 TEST_P(StatisticsOf, explain_gives_a_reason_for_every_stage) {
   Scene scene = uneven_scene(200);
   for (SceneBody& body : scene) body.settings.features.edge_edge = false;
-  LoadedScene loaded = load(scene, cpu_options(GetParam()));
+  LoadedScene loaded = load(scene, test_options(GetParam()));
   loaded.pipeline.detect();
   const std::vector<StageReport> report = loaded.pipeline.explain();
   std::set<std::string> stages;
@@ -168,7 +168,7 @@ TEST_P(StatisticsOf, explain_gives_a_reason_for_every_stage) {
 
 TEST_P(StatisticsOf, explain_says_that_nothing_had_to_be_split) {
   BodySettings settings = everything(0.001F);
-  LoadedScene loaded = load({still(icosphere(3, 1.0), settings)}, cpu_options(GetParam()));
+  LoadedScene loaded = load({still(icosphere(3, 1.0), settings)}, test_options(GetParam()));
   loaded.pipeline.detect();
   EXPECT_EQ(loaded.pipeline.statistics().split_triangles, 0U);
   const auto lines_off = [&] {

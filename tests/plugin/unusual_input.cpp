@@ -66,7 +66,7 @@ TEST_P(NonFinite, only_its_triangles_are_left_out) {
     if (detection == Detection::ccd) all_in_cloth.push_back(300);
 
     std::vector<std::string> warnings;
-    PipelineOptions options = cpu_options(detection);
+    PipelineOptions options = test_options(detection);
     options.log = [&](LogLevel level, std::string_view text) {
       if (level == LogLevel::warning) warnings.emplace_back(text);
     };
@@ -93,25 +93,25 @@ TEST_P(NonFinite, recovers_when_positions_do) {
   const Scene good{still(soup(2), everything(0.02F))};
   Scene bad = good;
   bad[0].x_t1[7].x = GetParam();
-  LoadedScene loaded = load(bad, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(bad, test_options(Detection::dcd));
   loaded.pipeline.detect();
   loaded.pipeline.set_positions(loaded.ids[0], good[0].x_t0, good[0].x_t1);
-  EXPECT_TRUE(identical(detect_once(good, cpu_options(Detection::dcd)), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(good, test_options(Detection::dcd)), loaded.pipeline.detect()));
   EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles, 0U);
 }
 
 TEST_P(NonFinite, every_vertex) {
   Scene scene{still(soup(3), everything(0.02F)), still(soup(4), everything(0.02F))};
   for (Vec3d& p : scene[0].x_t1) p = {GetParam(), GetParam(), GetParam()};
-  EXPECT_GT(expect_discrete_contacts(scene, cpu_options(Detection::dcd)), 0U);
+  EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 0U);
   for (Vec3d& p : scene[1].x_t1) p.z = GetParam();
-  EXPECT_TRUE(detect_once(scene, cpu_options(Detection::dcd)).empty());
+  EXPECT_TRUE(detect_once(scene, test_options(Detection::dcd)).empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Values, NonFinite, testing::Values(kNaN, kInfinity, -kInfinity));
 
 TEST(SmallInput, empty_pipeline) {
-  CollisionPipeline pipeline(cpu_options(Detection::dcd));
+  CollisionPipeline pipeline(test_options(Detection::dcd));
   EXPECT_TRUE(pipeline.detect().empty());
   EXPECT_EQ(pipeline.statistics().triangles, 0U);
   pipeline.detect_async();
@@ -119,7 +119,7 @@ TEST(SmallInput, empty_pipeline) {
 }
 
 TEST(SmallInput, empty_bodies) {
-  CollisionPipeline pipeline(cpu_options(Detection::ccd));
+  CollisionPipeline pipeline(test_options(Detection::ccd));
   const BodyId empty = pipeline.add_body({});
   const BodyId only_vertices = pipeline.add_body({{}, 3, everything(1.0F)});
   pipeline.set_positions(empty, Positions());
@@ -131,16 +131,16 @@ TEST(SmallInput, empty_bodies) {
 TEST(SmallInput, one_triangle) {
   const Mesh triangle{{{{0, 1, 2}}}, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    EXPECT_TRUE(detect_once({still(triangle, everything(10.0F))}, cpu_options(detection)).empty());
+    EXPECT_TRUE(detect_once({still(triangle, everything(10.0F))}, test_options(detection)).empty());
   }
 }
 
 TEST(SmallInput, one_point) {
   const Mesh point{{{{0, 0, 0}}}, {{0.5, 0.5, 0.5}}};
-  EXPECT_TRUE(detect_once({still(point, everything(1.0F))}, cpu_options(Detection::dcd)).empty());
+  EXPECT_TRUE(detect_once({still(point, everything(1.0F))}, test_options(Detection::dcd)).empty());
   const std::vector<Contact> contacts =
       detect_once({still(point, everything(1.0F)), still(moved(point, {0, 0, 0.25}), everything(0.0F))},
-                  cpu_options(Detection::dcd));
+                  test_options(Detection::dcd));
   ASSERT_EQ(contacts.size(), 2U) << "either point against the other as a triangle";
   EXPECT_FLOAT_EQ(contacts[0].distance, 0.25F);
   EXPECT_FLOAT_EQ(contacts[0].normal.z, -1.0F);
@@ -150,13 +150,13 @@ TEST(SmallInput, one_point) {
 TEST(SmallInput, two_triangles_of_one_body) {
   const Mesh pair{{{{0, 1, 2}}, {{3, 4, 5}}},
                   {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25, 0.25, 0.125}, {1.25, 0.25, 1}, {0.25, 1.25, 1}}};
-  EXPECT_GT(expect_discrete_contacts({still(pair, everything(0.1F))}, cpu_options(Detection::dcd)), 0U);
-  EXPECT_TRUE(detect_once({still(pair, everything(0.0624F))}, cpu_options(Detection::dcd)).empty());
+  EXPECT_GT(expect_discrete_contacts({still(pair, everything(0.1F))}, test_options(Detection::dcd)), 0U);
+  EXPECT_TRUE(detect_once({still(pair, everything(0.0624F))}, test_options(Detection::dcd)).empty());
 }
 
 TEST(SmallInput, two_triangles_that_share_an_edge_fold) {
   const Mesh pair{{{{0, 1, 2}}, {{1, 0, 3}}}, {{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0}, {0.5, 0.9375, 0.03125}}};
-  EXPECT_GT(expect_discrete_contacts({still(pair, everything(0.05F))}, cpu_options(Detection::dcd)), 0U);
+  EXPECT_GT(expect_discrete_contacts({still(pair, everything(0.05F))}, test_options(Detection::dcd)), 0U);
 }
 
 TEST(SmallInput, duplicate_triangles) {
@@ -164,24 +164,24 @@ TEST(SmallInput, duplicate_triangles) {
   const std::vector<Triangle> once = mesh.triangles;
   mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
   for (const Triangle& t : once) mesh.triangles.push_back({{t.v[2], t.v[1], t.v[0]}});
-  EXPECT_GT(expect_discrete_contacts({still(mesh, everything(0.05F))}, cpu_options(Detection::dcd)), 0U);
+  EXPECT_GT(expect_discrete_contacts({still(mesh, everything(0.05F))}, test_options(Detection::dcd)), 0U);
 }
 
 TEST(SmallInput, body_without_positions_is_left_out) {
   const Scene scene{still(soup(6), everything(0.02F)), still(soup(7), everything(0.02F))};
-  LoadedScene loaded = load(scene, cpu_options(Detection::dcd));
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
   const Mesh waiting = soup(8);
   loaded.pipeline.add_body(
       {waiting.triangles, static_cast<std::uint32_t>(waiting.positions.size()), everything(0.02F)});
-  EXPECT_TRUE(identical(detect_once(scene, cpu_options(Detection::dcd)), loaded.pipeline.detect()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
 }
 
 TEST(SmallInput, vertices_in_no_triangle_do_not_collide) {
   Mesh mesh = soup(9);
   const std::vector<FeaturePair> expected =
-      features_of(detect_once({still(mesh, everything(0.02F))}, cpu_options(Detection::dcd)));
+      features_of(detect_once({still(mesh, everything(0.02F))}, test_options(Detection::dcd)));
   for (int i = 0; i < 50; ++i) mesh.positions.push_back(mesh.positions[static_cast<std::size_t>(i)]);
-  EXPECT_EQ(features_of(detect_once({still(mesh, everything(0.02F))}, cpu_options(Detection::dcd))), expected);
+  EXPECT_EQ(features_of(detect_once({still(mesh, everything(0.02F))}, test_options(Detection::dcd))), expected);
 }
 
 TEST(LargeInput, coincident_triangles) {
@@ -192,7 +192,7 @@ TEST(LargeInput, coincident_triangles) {
   }
   BodySettings settings = everything(0.01F);
   settings.features.edge_edge = false;
-  const std::vector<Contact> contacts = detect_once({still(mesh, settings)}, cpu_options(Detection::dcd));
+  const std::vector<Contact> contacts = detect_once({still(mesh, settings)}, test_options(Detection::dcd));
   EXPECT_EQ(contacts.size(), 1000U * 999U * 3U);
   expect_sorted(contacts);
 }
@@ -204,7 +204,7 @@ TEST(LargeInput, points_in_one_place) {
     mesh.positions.push_back({1, 2, 3});
   }
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    EXPECT_EQ(detect_once({still(mesh, everything(0.01F))}, cpu_options(detection)).size(), 300U * 299U);
+    EXPECT_EQ(detect_once({still(mesh, everything(0.01F))}, test_options(detection)).size(), 300U * 299U);
   }
 }
 
@@ -212,7 +212,7 @@ TEST(LargeInput, points_in_one_place) {
 TEST(LargeInput, one_vertex_far_away) {
   const Mesh mesh = soup(10, 400);
   const std::vector<FeaturePair> before =
-      features_of(detect_once({still(mesh, everything(0.02F))}, cpu_options(Detection::dcd)));
+      features_of(detect_once({still(mesh, everything(0.02F))}, test_options(Detection::dcd)));
   for (const double distance : {1e4, 1e8, 1e15, 1e30, 1e38, 1e300}) {
     for (const Detection detection : {Detection::dcd, Detection::ccd}) {
       SCOPED_TRACE(testing::Message() << "distance " << distance);
@@ -221,7 +221,7 @@ TEST(LargeInput, one_vertex_far_away) {
       const auto far = static_cast<std::uint32_t>(thrown.positions.size() - 1);
       thrown.triangles.push_back({{far, far, far}});
       const std::vector<FeaturePair> after =
-          features_of(detect_once({still(thrown, everything(0.02F))}, cpu_options(detection)));
+          features_of(detect_once({still(thrown, everything(0.02F))}, test_options(detection)));
       std::vector<FeaturePair> lost;
       std::set_difference(before.begin(), before.end(), after.begin(), after.end(), std::back_inserter(lost));
       EXPECT_TRUE(lost.empty()) << lost.size() << " of " << before.size() << " contacts lost";
@@ -232,7 +232,7 @@ TEST(LargeInput, one_vertex_far_away) {
 TEST(LargeInput, margin_larger_than_the_scene_pairs_everything) {
   const Mesh mesh = soup(11, 40);
   Scene scene{still(mesh, everything(100.0F))};
-  expect_discrete_contacts(scene, cpu_options(Detection::dcd));
+  expect_discrete_contacts(scene, test_options(Detection::dcd));
 }
 
 }  // namespace

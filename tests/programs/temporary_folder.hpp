@@ -14,7 +14,7 @@ namespace softcd::test {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "softcd-test-XXXXXX").string();
+    std::string name = (std::filesystem::temp_directory_path() / "softcd-test-").string() + std::string(6, 'X');
     if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
     path_ = name;
   }

@@ -1,8 +1,10 @@
 #include "scene.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <ostream>
+#include <string_view>
 #include <utility>
 
 namespace softcd::test {
@@ -57,9 +59,14 @@ LoadedScene load(Scene scene, PipelineOptions options) {
   return loaded;
 }
 
-PipelineOptions cpu_options(Detection detection, BroadPhase broad_phase) {
+Backend backend_under_test() {
+  const char* const name = std::getenv("SOFTCD_TEST_BACKEND");
+  return name != nullptr && std::string_view(name) == "cuda" ? Backend::cuda : Backend::cpu;
+}
+
+PipelineOptions test_options(Detection detection, BroadPhase broad_phase) {
   PipelineOptions options;
-  options.backend = Backend::cpu;
+  options.backend = backend_under_test();
   options.detection = detection;
   options.broad_phase = broad_phase;
   return options;

@@ -49,8 +49,11 @@ struct LoadedScene {
 };
 LoadedScene load(Scene scene, PipelineOptions options);
 
-/// The options of one detection on the CPU.
-PipelineOptions cpu_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);
+/// The CPU, or, where the environment has SOFTCD_TEST_BACKEND=cuda, the GPU: every test of the detector runs on both.
+Backend backend_under_test();
+
+/// The options of one detection on the backend under test.
+PipelineOptions test_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);
 
 /// Loads, detects once and copies the contacts. Ids are the places in the scene.
 std::vector<Contact> detect_once(const Scene& scene, PipelineOptions options);

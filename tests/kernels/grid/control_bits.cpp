@@ -207,11 +207,13 @@ TEST(ControlBits, keys_hold_cell_and_k) {
 
 TEST(ControlBits, entries_hold_what_was_packed) {
   for (std::uint32_t ownership = 0; ownership < 64; ++ownership) {
-    const Entry entry{77, entry_bits(ExactControl::pack(0x1FFF, true, true), static_cast<Ownership>(ownership), true)};
+    const Entry entry{77,
+                      entry_bits(ExactControl::pack(0x1FFF, true, true), 33, static_cast<Ownership>(ownership), true)};
     EXPECT_EQ(owned_vertices(entry), ownership & 7U);
     EXPECT_EQ(owned_edges(entry), ownership >> 3U);
     EXPECT_TRUE(is_fast(entry));
-    EXPECT_FALSE(is_fast({77, entry_bits(0x7FFF, 63, false)}));
+    EXPECT_EQ(body_class(Entry{77, entry_bits(0x7FFFF, 33, 63, true)}), 1U);
+    EXPECT_FALSE(is_fast({77, entry_bits(0x7FFF, 31, 63, false)}));
   }
 }
 

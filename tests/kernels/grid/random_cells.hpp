@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <utility>
 
 #include "random.hpp"
 #include "softcd/grid/uniform_grid.hpp"
@@ -32,9 +31,8 @@ inline IntegerDop random_integer_dop(Random& random, int extent) {
   const Cell b = is_small ? Cell{a.x, a.y, a.z} : Cell{coordinate(), coordinate(), coordinate()};
   IntegerDop dop{};
   for (int axis = 0; axis < kKdopAxes; ++axis) {
-    const auto [low, high] = std::minmax(form(a, axis), form(b, axis));
-    dop.lo[axis] = low - static_cast<int>(random.below(3));
-    dop.hi[axis] = high + static_cast<int>(random.below(3));
+    dop.lo[axis] = std::min(form(a, axis), form(b, axis)) - static_cast<int>(random.below(3));
+    dop.hi[axis] = std::max(form(a, axis), form(b, axis)) + static_cast<int>(random.below(3));
   }
   return dop;
 }

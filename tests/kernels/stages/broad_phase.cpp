@@ -100,7 +100,8 @@ class SerialBroadPhase {
 std::set<std::uint64_t> all_pairs(const SceneView& scene, const HostVolumes& bounds) {
   const PairTest test{scene, bounds.volumes.data(), bounds.shapes.data()};
   const auto entry = [&](std::uint32_t t) {
-    return Entry{t, entry_bits(0, scene.ownership[t], (bounds.shapes[t].flags & kFastTriangle) != 0U)};
+    return Entry{
+        t, entry_bits(0, scene.triangle_body[t], scene.ownership[t], (bounds.shapes[t].flags & kFastTriangle) != 0U)};
   };
   std::set<std::uint64_t> pairs;
   for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {

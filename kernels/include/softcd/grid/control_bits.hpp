@@ -66,8 +66,15 @@ struct alignas(8) Entry {
   std::uint32_t bits;
 };
 
-SOFTCD_HD constexpr std::uint32_t entry_bits(std::uint32_t control, Ownership ownership, bool fast) {
-  return control | (static_cast<std::uint32_t>(ownership & 63U) << 24) | (fast ? 1U << 30 : 0U);
+constexpr std::uint32_t kBodyClasses = 32;
+
+SOFTCD_HD constexpr std::uint32_t entry_bits(std::uint32_t control, std::uint32_t body, Ownership ownership,
+                                             bool fast) {
+  return control | ((body % kBodyClasses) << 19) | (static_cast<std::uint32_t>(ownership & 63U) << 24) |
+         (fast ? 1U << 30 : 0U);
+}
+SOFTCD_HD constexpr std::uint32_t body_class(Entry e) {
+  return (e.bits >> 19) & (kBodyClasses - 1U);
 }
 SOFTCD_HD constexpr std::uint32_t owned_vertices(Entry e) {
   return (e.bits >> 24) & 7U;

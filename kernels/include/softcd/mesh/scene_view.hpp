@@ -5,6 +5,7 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
+#include "softcd/grid/control_bits.hpp"
 #include "softcd/math/kdop.hpp"
 
 namespace softcd {
@@ -36,6 +37,9 @@ struct SceneView {
   /// `pair_words` words long. The diagonal is self-collision.
   const std::uint32_t* may_touch = nullptr;
   std::uint32_t pair_words = 0;
+  /// The same by body classes, body modulo kBodyClasses: bit b of word a says that some bodies of these classes may
+  /// touch.
+  std::uint32_t class_may_touch[kBodyClasses] = {};
   std::uint32_t vertex_count = 0;
   std::uint32_t triangle_count = 0;
   std::uint32_t edge_count = 0;
@@ -46,6 +50,20 @@ struct SceneView {
 
   SOFTCD_HD bool bodies_may_touch(std::uint32_t a, std::uint32_t b) const {
     return ((may_touch[static_cast<std::size_t>(a) * pair_words + (b >> 5)] >> (b & 31U)) & 1U) != 0U;
+  }
+
+  /// Fills class_may_touch from a host copy of the matrix; pair_words and body_count must be set.
+  void set_classes(Span<const std::uint32_t> host_may_touch) {
+    for (std::uint32_t& word : class_may_touch) word = 0;
+    for (std::uint32_t body = 0; body < body_count; ++body) {
+      for (std::uint32_t word = 0; word < pair_words; ++word) {
+        class_may_touch[body % kBodyClasses] |= host_may_touch[static_cast<std::size_t>(body) * pair_words + word];
+      }
+    }
+  }
+
+  SOFTCD_HD bool classes_may_touch(std::uint32_t a, std::uint32_t b) const {
+    return ((class_may_touch[a] >> b) & 1U) != 0U;
   }
 
   /// The vertex's margin, grown by its motion.

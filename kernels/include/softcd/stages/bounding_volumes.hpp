@@ -58,8 +58,8 @@ struct BoundTriangle {
     inflate(volume, growth);
     if (!overlap(body.reach, volume)) return;
 
-    const float radius = larger(bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius,
-                                bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius);
+    float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;
+    if (scene.continuous) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
     out = volume;
     shape = {radius, growth,
              scene.ownership[t] | (furthest_move > radius ? kFastTriangle : 0U) |

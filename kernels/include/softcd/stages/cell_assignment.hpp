@@ -103,13 +103,14 @@ struct RegisterTriangle {
       splits.push(SplitRoot{t, static_cast<std::uint16_t>(level), 0});
     } else {
       const Ownership ownership = scene.ownership[t];
+      const std::uint32_t body = scene.triangle_body[t];
       const bool fits = cells.span() <= 2;
       const bool fast = (shape.flags & kFastTriangle) != 0U;
       auto room = entries.allocate(cell_count(cells));
       for_each_cell(cells, [&](Cell cell, CellInterval row, const CellInterval(&below)[4]) {
         const std::uint32_t mask = lower_neighbour_mask(cell.x, row, below);
         room.put(KeyedEntry{entry_key(cell_index(cell), missing_face_neighbours(mask)),
-                            {t, entry_bits(ExactControl::pack(mask, false, fits), ownership, fast)}});
+                            {t, entry_bits(ExactControl::pack(mask, false, fits), body, ownership, fast)}});
       });
     }
   }
@@ -190,7 +191,8 @@ struct RegisterSplitCell {
     const bool fits = integer_dop(volumes[root], grid->inverse_cell_size).span() <= 2;
     const bool fast = (shapes[root].flags & kFastTriangle) != 0U;
     entries.push(KeyedEntry{entry_key(index, missing_face_neighbours(mask)),
-                            {root, entry_bits(ExactControl::pack(mask, true, fits), scene.ownership[root], fast)}});
+                            {root, entry_bits(ExactControl::pack(mask, true, fits), scene.triangle_body[root],
+                                              scene.ownership[root], fast)}});
   }
 };
 

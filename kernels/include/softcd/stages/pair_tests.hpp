@@ -87,6 +87,7 @@ struct TestPair {
     candidate = {entries[j], entries[partner_begin[j] + k]};
     const Verdict verdict = Control::judge(key_cell(keys[j]), candidate.a, candidate.b);
     if (verdict == Verdict::skip || candidate.a.root == candidate.b.root) return false;
+    if (!pair_test.scene.classes_may_touch(body_class(candidate.a), body_class(candidate.b))) return false;
     if (verdict == Verdict::execute_and_flag) candidate.a.bits |= kFlaggedPair;
     return PairTest::own_features(candidate.a, candidate.b);
   }
@@ -127,7 +128,8 @@ struct TestAgainstBig {
 
  private:
   SOFTCD_HD Entry entry_of(std::uint32_t t) const {
-    return {t, entry_bits(0, test.scene.ownership[t], (test.shapes[t].flags & kFastTriangle) != 0U)};
+    return {t, entry_bits(0, test.scene.triangle_body[t], test.scene.ownership[t],
+                          (test.shapes[t].flags & kFastTriangle) != 0U)};
   }
 };
 

@@ -121,7 +121,8 @@ struct RegisterTriangleByPaper {
       const std::uint32_t control = PaperControl::pack(home, touched_types(sphere, *grid), 0);
       const bool fast = (shape.flags & kFastTriangle) != 0U;
       for_each_cell(sphere, *grid, [&](Cell cell) {
-        entries.push(KeyedEntry{entry_key(cell_index(cell), 7), {t, entry_bits(control, scene.ownership[t], fast)}});
+        entries.push(KeyedEntry{entry_key(cell_index(cell), 7),
+                                {t, entry_bits(control, scene.triangle_body[t], scene.ownership[t], fast)}});
       });
     }
   }
@@ -193,7 +194,8 @@ struct RegisterSplitCellByPaper {
     const Sphere sphere = child_sphere(scene, split, representative, growth);
     const std::uint32_t control = PaperControl::pack(home_type(sphere), touched_types(sphere, *grid), siblings);
     const bool fast = (shapes[root].flags & kFastTriangle) != 0U;
-    entries.push(KeyedEntry{entry_key(index, 7), {root, entry_bits(control, scene.ownership[root], fast)}});
+    entries.push(KeyedEntry{entry_key(index, 7),
+                            {root, entry_bits(control, scene.triangle_body[root], scene.ownership[root], fast)}});
   }
 
  private:

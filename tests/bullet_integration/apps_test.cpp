@@ -1,0 +1,138 @@
+// Set-ups as apps have them, put together from Bullet's own parts.
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "BulletCollision/BroadphaseCollision/btAxisSweep3.h"
+#include "BulletCollision/BroadphaseCollision/btDbvtBroadphase.h"
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h"
+#include "BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h"
+#include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
+#include "LinearMath/btThreads.h"
+#include "soft_body_support.hpp"
+#include "softcd/bullet/dispatcher.hpp"
+#include "softcd/bullet/soft_worlds.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// Two sheets within each other's reach in a world of the test's.
+class Sheets {
+ public:
+  explicit Sheets(btSoftRigidDynamicsWorld& world) : Sheets(world, world.getWorldInfo()) {}
+  Sheets(btSoftRigidDynamicsWorld& world, btSoftBodyWorldInfo& info) : world_(world) {
+    info.m_gravity.setZero();
+    SheetOptions options;
+    options.margin = btScalar(0.02);
+    lower_ = make_sheet(info, options);
+    options.height = btScalar(0.03);
+    upper_ = make_sheet(info, options);
+    world_.addSoftBody(lower_.get());
+    world_.addSoftBody(upper_.get());
+  }
+  ~Sheets() {
+    world_.removeSoftBody(lower_.get());
+    world_.removeSoftBody(upper_.get());
+  }
+  Sheets(const Sheets&) = delete;
+  Sheets& operator=(const Sheets&) = delete;
+
+  int step() {
+    world_.stepSimulation(kStep, 0);
+    return lower_->m_scontacts.size() + upper_->m_scontacts.size();
+  }
+
+  bool has_duplicates() const {
+    std::set<std::pair<const btSoftBody::Node*, const btSoftBody::Face*>> seen;
+    for (const btSoftBody* body : {lower_.get(), upper_.get()}) {
+      for (int i = 0; i < body->m_scontacts.size(); ++i) {
+        if (!seen.emplace(body->m_scontacts[i].m_node, body->m_scontacts[i].m_face).second) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  btSoftRigidDynamicsWorld& world_;
+  std::unique_ptr<btSoftBody> lower_, upper_;
+};
+
+class Apps : public testing::Test {
+ protected:
+  btSoftBodyRigidBodyCollisionConfiguration configuration;
+  btSequentialImpulseConstraintSolver solver;
+};
+
+TEST_F(Apps, AMultithreadedDispatcherWorksInAOneLineWorld) {
+  btSetTaskScheduler(btGetSequentialTaskScheduler());  // Bullet's requires one
+  btDbvtBroadphase broadphase;
+  btCollisionDispatcherMt dispatcher(&configuration);
+  bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());
+  Sheets sheets(world);
+  EXPECT_GT(sheets.step(), 0);
+  EXPECT_GT(world.pipeline().statistics().vt_contacts, 0U);
+}
+
+TEST_F(Apps, AnyBroadPhaseAndAnAppsOwnWorldInfoWork) {
+  btAxisSweep3 original(btVector3(-100, -100, -100), btVector3(100, 100, 100));
+  bullet::Broadphase broadphase(original);
+  bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
+  btSoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  btSoftBodyWorldInfo info;
+  info.m_broadphase = &broadphase;
+  info.m_dispatcher = &dispatcher;
+  Sheets sheets(world, info);
+  EXPECT_EQ(broadphase.soft_bodies().size(), 2U);
+  EXPECT_GT(sheets.step(), 0);
+  EXPECT_GT(dispatcher.pipeline().statistics().vt_contacts, 0U);
+}
+
+TEST_F(Apps, AOneLineWorldLeavesDetectionToSoftcdsDispatcher) {
+  bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
+  bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
+  bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  Sheets sheets(world);
+  EXPECT_GT(sheets.step(), 0);
+  EXPECT_FALSE(sheets.has_duplicates());
+  EXPECT_EQ(&world.pipeline(), &dispatcher.pipeline());
+}
+
+TEST_F(Apps, ASecondWorldOnTheDispatcherGetsBulletsDetection) {
+  bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
+  bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
+  btSoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  btDbvtBroadphase plain_broadphase;
+  btSoftRigidDynamicsWorld plain_world(&dispatcher, &plain_broadphase, &solver, &configuration);
+  Sheets plain_sheets(plain_world);
+  EXPECT_GT(plain_sheets.step(), 0);
+  EXPECT_EQ(dispatcher.pipeline().statistics().vt_contacts, 0U);
+  Sheets sheets(world);
+  EXPECT_GT(sheets.step(), 0);
+  EXPECT_GT(dispatcher.pipeline().statistics().vt_contacts, 0U);
+}
+
+TEST_F(Apps, APlainWorldOnTheDispatcherOfAOneLineWorldKeepsBulletsDetection) {
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase, plain_broadphase;
+  const bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr,
+                                             cpu_settings());
+  btSoftRigidDynamicsWorld plain_world(&dispatcher, &plain_broadphase, &solver, &configuration);
+  Sheets plain_sheets(plain_world);
+  EXPECT_GT(plain_sheets.step(), 0);
+}
+
+TEST_F(Apps, SettingsCanChangeAtRunTime) {
+  btDbvtBroadphase broadphase;
+  btCollisionDispatcher dispatcher(&configuration);
+  bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());
+  Sheets sheets(world);
+  EXPECT_GT(sheets.step(), 0);
+  world.set_settings(cpu_settings(Detection::ccd));
+  EXPECT_EQ(world.settings().detection, Detection::ccd);
+  EXPECT_GT(sheets.step(), 0);
+  EXPECT_FALSE(world.pipeline().explain().empty());
+}
+
+}  // namespace
+}  // namespace softcd::test
