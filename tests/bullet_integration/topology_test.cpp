@@ -168,8 +168,8 @@ TEST_P(Topology, ACutClothCollides) {
 TEST_P(Topology, ARopeCollidesAsPoints) {
   btSoftBody& lower = add_sheet(0);
   std::unique_ptr<btSoftBody> rope(
-      btSoftBodyHelpers::CreateRope(simulation.world_info(), btVector3(btScalar(-0.4), btScalar(0.03), btScalar(0.05)),
-                                    btVector3(btScalar(0.4), btScalar(0.03), btScalar(0.05)), 12, 0));
+      btSoftBodyHelpers::CreateRope(simulation.world_info(), btVector3(btScalar(-0.4), btScalar(0.02), btScalar(0.01)),
+                                    btVector3(btScalar(0.4), btScalar(0.02), btScalar(0.01)), 12, 0));
   rope->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
   rope->m_cfg.piterations = 0;
   rope->getCollisionShape()->setMargin(btScalar(0.02));

@@ -64,9 +64,9 @@ struct BodySettings {
   /// Bodies a and b are compared when (a.filter_group & b.filter_mask) and (b.filter_group & a.filter_mask).
   std::uint32_t filter_group = 1;
   std::uint32_t filter_mask = 0xFFFFFFFFu;
-  /// Also find contacts between features of this body that share no vertex.
+  /// Also find contacts between features of this body that share no vertex, whatever its group and mask.
   bool self_collision = false;
-  /// Moved by somebody else (static or animated): two such bodies are never compared.
+  /// Moved by somebody else (static or animated): two such bodies are never compared, nor is one with itself.
   bool kinematic = false;
   Features features;
 };
@@ -79,6 +79,10 @@ struct BodyDesc {
   BodySettings settings;
 };
 
+/// Positions become float32 relative to the scene's origin, which moves along only where the whole scene is far away:
+/// double positions keep about 7 digits of the scene's extent, stray vertices included. A vertex with a coordinate
+/// beyond 1e37 counts as not finite.
+///
 /// `count` positions of three consecutive floats or doubles, `stride` bytes apart. The memory is read by
 /// the next detect() or detect_async(), before that call returns, and never afterwards: a body whose positions are not
 /// set again stays where it was.
@@ -133,7 +137,8 @@ struct PipelineOptions {
   /// makes its cells fit the largest triangle. Changes the number of tests only, not the contacts of `exact`.
   bool subdivision = true;
   /// Cell size in units of the triangles' clipped mean bounding radius: cell = lambda * mean for `exact`
-  /// (useful 1.2 to 2.4), cell = 3 * lambda * mean for `paper` (equation 1; 1.1 to 1.3). 0 chooses 1.8 and 1.2.
+  /// (useful 1.2 to 2.4; allowed 0.1 to 100), cell = 3 * lambda * mean for `paper` (equation 1; 1.1 to 1.3). 0
+  /// chooses 1.8 and 1.2.
   float lambda = 0.0F;
   /// Discrete detection only: a vertex's margin against triangles grows by this many times the distance that it
   /// moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
@@ -162,7 +167,8 @@ class CollisionPipeline {
 
   /// Where the body's vertices are, at t1 only: it does not move during the step.
   void set_positions(BodyId body, Positions x);
-  /// Where the body's vertices are at both ends of the step. Throws InvalidInput when a count is not the body's.
+  /// Where the body's vertices are at both ends of the step. Throws InvalidInput when a count is not the
+  /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
   void set_positions(BodyId body, Positions x_t0, Positions x_t1);
 
   void set_options(const PipelineOptions& options);

@@ -124,8 +124,7 @@ class BroadPhaseStages {
       append_entries(cells, RegisterSplitCellByPaper{scene_, w_.shapes.data(), &counters_->grid, roots,
                                                      w_.split_of_triangle.data(), keys.data(), children.data(), cells});
     } else {
-      append_entries(
-          cells, RegisterSplitCell{scene_, w_.volumes.data(), w_.shapes.data(), &counters_->grid, keys.data(), cells});
+      append_entries(cells, RegisterSplitCell{scene_, w_.shapes.data(), keys.data(), cells});
     }
   }
 

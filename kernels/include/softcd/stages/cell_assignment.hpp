@@ -164,12 +164,11 @@ SOFTCD_HD std::uint64_t lower_bound_index(const Key* keys, std::uint64_t begin, 
   return begin;
 }
 
-/// `exact`: turns the sorted cells of split triangles into entries, one per (cell, root), with masks found by search.
+/// `exact`: turns the sorted cells of split triangles into entries, one per (cell, root), with masks found by search. A
+/// triangle that is split is far too large for 2 x 2 x 2 cells.
 struct RegisterSplitCell {
   SceneView scene;
-  const Kdop18* volumes;
   const TriangleShape* shapes;
-  const GridParameters* grid;
   const std::uint64_t* keys;
   Count key_count;
 
@@ -188,10 +187,9 @@ struct RegisterSplitCell {
       const std::uint64_t found = lower_bound_index(keys, 0, count, wanted);
       if (found < count && keys[found] == wanted) mask |= 1U << bit;
     }
-    const bool fits = integer_dop(volumes[root], grid->inverse_cell_size).span() <= 2;
     const bool fast = (shapes[root].flags & kFastTriangle) != 0U;
     entries.push(KeyedEntry{entry_key(index, missing_face_neighbours(mask)),
-                            {root, entry_bits(ExactControl::pack(mask, true, fits), scene.triangle_body[root],
+                            {root, entry_bits(ExactControl::pack(mask, true, false), scene.triangle_body[root],
                                               scene.ownership[root], fast)}});
   }
 };
