@@ -116,34 +116,24 @@ class CpuBackend {
   template <class F, class... Targets>
   void for_each_work(const char* /*label*/, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
-    const std::uint64_t item_count = items.get();
-    const std::uint64_t work = item_count == 0 ? 0 : *total;
-    parallel_ranges(work, kWorkGrain, [&](std::uint64_t begin, std::uint64_t end) {
-      std::tuple<Output<Targets>...> outputs(lists...);
-      std::uint64_t item =
-          static_cast<std::uint64_t>(std::upper_bound(offsets, offsets + item_count, begin) - offsets) - 1;
-      std::apply(
-          [&](auto&... output) {
-            for (std::uint64_t at = begin; at < end; ++item) {
-              const std::uint64_t item_end = std::min(end, item + 1 < item_count ? offsets[item + 1] : work);
-              for (; at < item_end; ++at) {
-                f(static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(at - offsets[item]), output...);
-              }
-            }
-          },
-          outputs);
-    });
+    const auto all_units = [&f](std::uint32_t item, std::uint32_t begin, std::uint32_t end, auto&... outputs) {
+      for (std::uint32_t k = begin; k < end; ++k) f(item, k, outputs...);
+    };
+    distribute(items, offsets, total, all_units, lists...);
   }
 
-  /// The same with f.test(candidate, lists...) for what f.filter(i, k, candidate) lets through.
+  /// The same with f.test(candidate, lists...) for what f.filter(f.load_item(i), k, candidate) lets through.
   template <class F, class... Targets>
-  void for_each_work_filtered(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
-                              const F& f, Appender<Targets>... lists) {
-    const auto filter_and_test = [&f](std::uint32_t i, std::uint32_t k, auto&... outputs) {
+  void for_each_work_filtered(const char* /*label*/, Count items, const std::uint64_t* offsets,
+                              const std::uint64_t* total, const F& f, Appender<Targets>... lists) {
+    const auto all_units = [&f](std::uint32_t i, std::uint32_t begin, std::uint32_t end, auto&... outputs) {
+      const typename F::Item item = f.load_item(i);
       typename F::Candidate candidate;
-      if (f.filter(i, k, candidate)) f.test(candidate, outputs...);
+      for (std::uint32_t k = begin; k < end; ++k) {
+        if (f.filter(item, k, candidate)) f.test(candidate, outputs...);
+      }
     };
-    for_each_work(label, items, offsets, total, filter_and_test, lists...);
+    distribute(items, offsets, total, all_units, lists...);
   }
 
   /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count(), for items of a few parts.
@@ -312,6 +302,30 @@ class CpuBackend {
       ++bins[static_cast<std::size_t>(histogram) * static_cast<std::size_t>(bins_per_histogram) + bin];
     }
   };
+
+  /// run(item, begin, end, outputs...) for shares of items' work that add up to all of it, in parallel.
+  template <class Run, class... Targets>
+  static void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, const Run& run,
+                         Appender<Targets>... lists) {
+    const std::uint64_t item_count = items.get();
+    const std::uint64_t work = item_count == 0 ? 0 : *total;
+    parallel_ranges(work, kWorkGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      std::tuple<Output<Targets>...> outputs(lists...);
+      const std::uint64_t* const next = std::upper_bound(offsets, offsets + item_count, begin);
+      auto item = static_cast<std::uint64_t>(next - offsets) - 1;
+      std::apply(
+          [&](auto&... output) {
+            for (std::uint64_t at = begin; at < end; ++item) {
+              const std::uint64_t item_end = std::min(end, item + 1 < item_count ? offsets[item + 1] : work);
+              if (item_end <= at) continue;
+              run(static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(at - offsets[item]),
+                  static_cast<std::uint32_t>(item_end - offsets[item]), output...);
+              at = item_end;
+            }
+          },
+          outputs);
+    });
+  }
 
   template <class F>
   static void parallel_ranges(std::uint64_t count, std::uint64_t grain, const F& f) {

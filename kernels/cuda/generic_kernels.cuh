@@ -188,7 +188,7 @@ __global__ void __launch_bounds__(kBlockSize)
   };
   for_each_unit(storage, items, offsets, total, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
     typename F::Candidate candidate;
-    const bool passes = is_inside && f.filter(item, part, candidate);
+    const bool passes = is_inside && f.filter(f.load_item(item), part, candidate);
     const unsigned ballot = __ballot_sync(0xFFFFFFFFU, passes);
     if (passes) queue.values[queued + __popc(ballot & ((1U << lane) - 1U))] = candidate;
     queued += __popc(ballot);

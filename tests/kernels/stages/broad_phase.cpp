@@ -54,8 +54,7 @@ class SerialBroadPhase {
     for (const SplitCell& cell : cells.items) keys.push_back(cell.key);
     std::sort(keys.begin(), keys.end());
     const std::uint64_t count = keys.size();
-    const RegisterSplitCell cell_stage{scene_,      bounds_.volumes.data(), bounds_.shapes.data(), &grid_,
-                                       keys.data(), Count{&count, count}};
+    const RegisterSplitCell cell_stage{scene_, bounds_.shapes.data(), keys.data(), Count{&count, count}};
     for (std::uint32_t i = 0; i < count; ++i) cell_stage(i, entries_);
   }
 
@@ -79,7 +78,7 @@ class SerialBroadPhase {
     for (std::uint32_t j = 0; j < keys_.size(); ++j) {
       for (std::uint32_t k = 0; k < count[j]; ++k) {
         PairCandidate candidate{};
-        if (test.filter(j, k, candidate)) test.test(candidate, pairs_, flagged_);
+        if (test.filter(test.load_item(j), k, candidate)) test.test(candidate, pairs_, flagged_);
       }
     }
   }

@@ -62,10 +62,6 @@ struct SceneView {
     }
   }
 
-  SOFTCD_HD bool classes_may_touch(std::uint32_t a, std::uint32_t b) const {
-    return ((class_may_touch[a] >> b) & 1U) != 0U;
-  }
-
   /// The vertex's margin, grown by its motion.
   SOFTCD_HD float vertex_margin(std::uint32_t v) const {
     const float margin = bodies[vertex_body[v]].margin;

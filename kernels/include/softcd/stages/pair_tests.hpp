@@ -83,13 +83,28 @@ struct TestPair {
   const Entry* entries;
   const std::uint32_t* partner_begin;
 
-  SOFTCD_HD bool filter(std::uint32_t j, std::uint32_t k, PairCandidate& candidate) const {
-    candidate = {entries[j], entries[partner_begin[j] + k]};
-    const Verdict verdict = Control::judge(key_cell(keys[j]), candidate.a, candidate.b);
-    if (verdict == Verdict::skip || candidate.a.root == candidate.b.root) return false;
-    if (!pair_test.scene.classes_may_touch(body_class(candidate.a), body_class(candidate.b))) return false;
+  /// What all tests of one entry share.
+  struct Item {
+    Entry entry;
+    const Entry* partners;
+    std::uint32_t cell;
+    std::uint32_t touchable_classes;  ///< bits of the body classes that the entry's body may touch
+  };
+
+  SOFTCD_HD Item load_item(std::uint32_t j) const {
+    const Entry entry = entries[j];
+    return {entry, entries + partner_begin[j], key_cell(keys[j]), pair_test.scene.class_may_touch[body_class(entry)]};
+  }
+
+  SOFTCD_HD bool filter(const Item& item, std::uint32_t k, PairCandidate& candidate) const {
+    const Entry partner = item.partners[k];
+    if (((item.touchable_classes >> body_class(partner)) & 1U) == 0U) return false;
+    const Verdict verdict = Control::judge(item.cell, item.entry, partner);
+    if (verdict == Verdict::skip || item.entry.root == partner.root) return false;
+    if (!PairTest::own_features(item.entry, partner)) return false;
+    candidate = {item.entry, partner};
     if (verdict == Verdict::execute_and_flag) candidate.a.bits |= kFlaggedPair;
-    return PairTest::own_features(candidate.a, candidate.b);
+    return true;
   }
 
   template <class Pairs, class Flagged>
