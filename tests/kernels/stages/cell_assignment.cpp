@@ -108,8 +108,7 @@ TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
   std::sort(keys.begin(), keys.end());
   const std::uint64_t key_count = keys.size();
   Collector<KeyedEntry> entries;
-  const RegisterSplitCell register_cell{scene_,      bounds_.volumes.data(),      bounds_.shapes.data(), &parameters,
-                                        keys.data(), Count{&key_count, key_count}};
+  const RegisterSplitCell register_cell{scene_, bounds_.shapes.data(), keys.data(), Count{&key_count, key_count}};
   for (std::uint32_t i = 0; i < key_count; ++i) register_cell(i, entries);
 
   std::map<std::uint32_t, std::set<std::uint32_t>> expected;
