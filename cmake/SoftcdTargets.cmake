@@ -1,12 +1,5 @@
 # How every target of ours is compiled.
 
-# Adds a folder of the project when it has come to be.
-function(softcd_add_subdirectory folder)
-  if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/CMakeLists.txt")
-    add_subdirectory(${folder})
-  endif()
-endfunction()
-
 # Sanitizers reach every target, so that no part of a program is compiled without them.
 set(SOFTCD_SANITIZE "" CACHE STRING "Sanitizers of the whole build, e.g. address,undefined or thread")
 if(SOFTCD_SANITIZE)

@@ -50,10 +50,10 @@ class BroadPhaseStages {
   }
 
   void choose_grid() {
-    constexpr int kBins = MeasureTriangle::kCount * kSizeBins;
+    constexpr int kBins = MeasureTriangle::kHistograms * kSizeBins;
     w_.size_bins.reserve(backend_, kBins, 0);
     std::uint32_t* bins = w_.size_bins.data();
-    backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kCount, kSizeBins,
+    backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kHistograms, kSizeBins,
                        MeasureTriangle{w_.volumes.data(), w_.shapes.data()});
     backend_.run_once("choose_grid", ChooseGrid{bins + MeasureTriangle::radius * kSizeBins,
                                                 bins + MeasureTriangle::swept_radius * kSizeBins,

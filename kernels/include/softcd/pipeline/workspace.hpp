@@ -113,7 +113,7 @@ struct Workspace {
   Buffer<std::uint32_t> may_touch;
 
   Buffer<Counters> counters;
-  Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kCount histograms of kSizeBins
+  Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kHistograms histograms of kSizeBins
 
   // Broad phase. Per triangle:
   Buffer<Kdop18> volumes;

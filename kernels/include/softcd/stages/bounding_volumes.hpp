@@ -69,7 +69,8 @@ struct BoundTriangle {
 
 /// Histograms of the active triangles' sizes, for ChooseGrid; `counter.count(histogram, value)` counts.
 struct MeasureTriangle {
-  enum Histogram : int { radius, swept_radius, distance, kCount };
+  enum Histogram : int { radius, swept_radius, distance };
+  static constexpr int kHistograms = 3;
 
   const Kdop18* volumes;
   const TriangleShape* shapes;
