@@ -83,10 +83,4 @@ SOFTCD_HD inline TriangleMotion load_triangle(const SceneView& scene, std::uint3
   return motion;
 }
 
-/// Box of everywhere that vertex v is during the step.
-SOFTCD_HD inline Box vertex_box(const SceneView& scene, std::uint32_t v) {
-  const Box end = box_of(scene.x_t1[v]);
-  return scene.continuous ? merged(box_of(scene.x_t0[v]), end) : end;
-}
-
 }  // namespace softcd
