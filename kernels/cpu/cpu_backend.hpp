@@ -136,13 +136,27 @@ class CpuBackend {
     distribute(items, offsets, total, all_units, lists...);
   }
 
-  /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count(), for items of a few parts.
+  /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count().
   template <class F, class... Targets>
   void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     const auto all_parts = [&f](std::uint32_t i, auto&... outputs) {
       const typename F::Item item = f.load_item(i);
       const std::uint32_t parts = item.part_count();
       for (std::uint32_t part = 0; part < parts; ++part) f(item, part, outputs...);
+    };
+    for_each_append(label, count, all_parts, lists...);
+  }
+
+  /// The same with f.test(candidate, lists...) for what f.filter(item, k, candidate) lets through.
+  template <class F, class... Targets>
+  void for_each_part_filtered(const char* label, Count count, const F& f, Appender<Targets>... lists) {
+    const auto all_parts = [&f](std::uint32_t i, auto&... outputs) {
+      const typename F::Item item = f.load_item(i);
+      const std::uint32_t parts = item.part_count();
+      typename F::Candidate candidate;
+      for (std::uint32_t part = 0; part < parts; ++part) {
+        if (f.filter(item, part, candidate)) f.test(candidate, outputs...);
+      }
     };
     for_each_append(label, count, all_parts, lists...);
   }

@@ -9,7 +9,7 @@
 
 namespace softcd::cuda {
 
-constexpr int kTeamSize = 1024;
+constexpr int kTeamSize = 256;
 
 /// A block of kTeamSize threads as a team; see core/team.hpp.
 class BlockTeam {

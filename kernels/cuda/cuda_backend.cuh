@@ -164,7 +164,17 @@ class CudaBackend {
   template <class F, class... Targets>
   void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
-    cuda::for_each_part<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f, lists...);
+    cuda::for_each_part<<<blocks_for(count.capacity, cuda::kItemsAtOnce<F>), cuda::kBlockSize, 0, stream_>>>(count, f,
+                                                                                                             lists...);
+    check_cuda(cudaGetLastError(), label);
+  }
+
+  template <class F, class... Targets>
+  void for_each_part_filtered(const char* label, Count count, const F& f, Appender<Targets>... lists) {
+    if (count.capacity == 0) return;
+    const unsigned blocks =
+        std::min(blocks_for(count.capacity, cuda::kItemsAtOnce<F>), static_cast<unsigned>(processors_ * 8));
+    cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...);
     check_cuda(cudaGetLastError(), label);
   }
 
@@ -304,8 +314,8 @@ class CudaBackend {
  private:
   static constexpr std::size_t kMostParts = 63;
 
-  unsigned blocks_for(std::uint64_t items) const {
-    const std::uint64_t blocks = (items + cuda::kBlockSize - 1) / cuda::kBlockSize;
+  unsigned blocks_for(std::uint64_t items, std::uint64_t items_per_block = cuda::kBlockSize) const {
+    const std::uint64_t blocks = (items + items_per_block - 1) / items_per_block;
     return static_cast<unsigned>(std::min<std::uint64_t>(blocks, static_cast<std::uint64_t>(processors_) * 64));
   }
 

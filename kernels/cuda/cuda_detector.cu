@@ -1,6 +1,7 @@
 #include <string>
 
 #include "cuda_backend.cuh"
+#include "occupancy.cuh"
 #include "softcd/pipeline/detector_on.hpp"
 
 namespace softcd {

@@ -78,8 +78,13 @@ __global__ void for_each(Count count, F f) {
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads()) f(static_cast<std::uint32_t>(i));
 }
 
+/// How many blocks of a functor's kernel a processor has to hold: bounds the registers of those that need many.
+template <class F>
+constexpr int kResidentBlocks = 1;
+
 template <class F, class... Targets>
-__global__ void for_each_append(Count count, F f, Appender<Targets>... lists) {
+__global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
+    for_each_append(Count count, F f, Appender<Targets>... lists) {
   const std::uint64_t n = count.get();
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads()) {
     std::uint32_t item = static_cast<std::uint32_t>(i);
@@ -87,71 +92,84 @@ __global__ void for_each_append(Count count, F f, Appender<Targets>... lists) {
   }
 }
 
-/// Last item whose offset is at most `at`, in [begin, end).
-__device__ inline std::uint64_t item_of(const std::uint64_t* offsets, std::uint64_t begin, std::uint64_t end,
-                                        std::uint64_t at) {
+constexpr unsigned kWarpSize = 32;
+constexpr unsigned kWholeWarp = 0xFFFFFFFFU;
+
+/// Last item whose offset is at most `at`, by all threads of a warp together; there must be one.
+__device__ inline std::uint32_t item_of(const std::uint64_t* offsets, std::uint32_t item_count, std::uint64_t at) {
+  const std::uint32_t lane = threadIdx.x % kWarpSize;
+  std::uint32_t begin = 0;
+  std::uint32_t end = item_count;
   while (end - begin > 1) {
-    const std::uint64_t middle = begin + (end - begin) / 2;
-    if (offsets[middle] <= at) {
-      begin = middle;
-    } else {
-      end = middle;
-    }
+    const std::uint32_t step = (end - begin - 1) / kWarpSize + 1;
+    const std::uint64_t probe = begin + static_cast<std::uint64_t>(step) * lane;
+    const unsigned low = __ballot_sync(kWholeWarp, probe < end && offsets[probe] <= at);
+    begin += step * (kWarpSize - 1U - static_cast<unsigned>(__clz(static_cast<int>(low))));
+    end = min(end, begin + step);
   }
   return begin;
 }
 
-constexpr int kTestsPerThread = 4;
-constexpr int kTileSize = kBlockSize * kTestsPerThread;
-using ScanOfStarts = cub::BlockScan<std::uint32_t, kBlockSize>;
+/// A run of units that a warp distributes at a time.
+constexpr std::uint32_t kTileSize = 256;
 
+/// Per unit of a warp's tile: where an item begins, its place after the tile's first item; else 0.
 struct TileStorage {
-  std::uint64_t bounds[2];
-  std::uint32_t
-      starts[kTileSize];  ///< per unit of the tile: 1 + the item that begins there; then, the item it belongs to
-  typename ScanOfStarts::TempStorage scan;
+  std::uint32_t places[kBlockSize / kWarpSize][kTileSize];
 };
 
-struct LargerOf {
-  __device__ std::uint32_t operator()(std::uint32_t a, std::uint32_t b) const { return a < b ? b : a; }
-};
-
-/// The paper's workload distribution (section 3.4, Fig. 10): one unit of work per thread. The items of a tile's first
-/// and last unit are found by binary search in the prefix sums in global memory. Instead of one more search per thread,
-/// each item between marks the unit that it begins with in shared memory, and a running maximum tells every unit its
-/// item. Calls body(is_inside, item, part) for all threads of the block together. Blocks stride over tiles, since the
-/// total is known on the device only.
+/// The paper's workload distribution (section 3.4, Fig. 10): one unit of work per thread. Each warp takes a run of
+/// tiles; the item of its first unit is found by search in the prefix sums. From there on no search is needed: every
+/// item marks the unit that it begins with in shared memory, and each unit finds the last mark up to it among its
+/// warp's votes. Calls body(is_inside, item, part) for all threads of the warp together.
 template <class Body>
 __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint64_t* offsets,
                               const std::uint64_t* total, const Body& body) {
-  const std::uint64_t item_count = items.get();
+  constexpr std::uint32_t kWarps = kBlockSize / kWarpSize;
+  const std::uint32_t lane = threadIdx.x % kWarpSize;
+  std::uint32_t* const places = storage.places[threadIdx.x / kWarpSize];
+  const auto item_count = static_cast<std::uint32_t>(items.get());
   const std::uint64_t work = item_count == 0 ? 0 : *total;
-  for (std::uint64_t tile = static_cast<std::uint64_t>(blockIdx.x) * kTileSize; tile < work;
-       tile += static_cast<std::uint64_t>(gridDim.x) * kTileSize) {
-    const std::uint64_t tile_end = tile + kTileSize < work ? tile + kTileSize : work;
-    if (threadIdx.x < 2)
-      storage.bounds[threadIdx.x] = item_of(offsets, 0, item_count, threadIdx.x == 0 ? tile : tile_end - 1);
-    for (int unit = static_cast<int>(threadIdx.x); unit < kTileSize; unit += kBlockSize) storage.starts[unit] = 0;
-    __syncthreads();
-    const std::uint64_t first = storage.bounds[0];
-    const auto last = static_cast<std::uint32_t>(storage.bounds[1] - first);
-    for (std::uint32_t i = 1 + threadIdx.x; i <= last; i += kBlockSize) {
-      atomicMax(&storage.starts[offsets[first + i] - tile], i);
+  const std::uint64_t tiles = (work + kTileSize - 1) / kTileSize;
+  const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + threadIdx.x / kWarpSize;
+  const std::uint64_t warps = static_cast<std::uint64_t>(gridDim.x) * kWarps;
+  const std::uint64_t begin = tiles * warp / warps * kTileSize;
+  const std::uint64_t tiles_end = tiles * (warp + 1) / warps * kTileSize;
+  const std::uint64_t end = tiles_end < work ? tiles_end : work;
+  if (begin >= end) return;
+
+  std::uint32_t first = item_of(offsets, item_count, begin);
+  for (std::uint64_t tile = begin; tile < end; tile += kTileSize) {
+    const auto unit_count = static_cast<std::uint32_t>(end - tile < kTileSize ? end - tile : kTileSize);
+    const auto done_of_first = static_cast<std::uint32_t>(tile - offsets[first]);
+    for (std::uint32_t unit = lane; unit < kTileSize; unit += kWarpSize) places[unit] = 0;
+    __syncwarp();
+    bool may_follow = true;
+    for (std::uint32_t place = 1 + lane; __all_sync(kWholeWarp, may_follow); place += kWarpSize) {
+      const std::uint64_t item = static_cast<std::uint64_t>(first) + place;
+      const std::uint64_t item_begin = item < item_count ? offsets[item] : work;
+      const std::uint64_t item_end = item + 1 < item_count ? offsets[item + 1] : work;
+      may_follow = item_begin < tile + unit_count;
+      if (may_follow && item_begin < item_end) places[item_begin - tile] = place;
     }
-    __syncthreads();
-    std::uint32_t own[kTestsPerThread];
-    for (int k = 0; k < kTestsPerThread; ++k) own[k] = storage.starts[threadIdx.x * kTestsPerThread + k];
-    ScanOfStarts(storage.scan).InclusiveScan(own, own, LargerOf{});
-    for (int k = 0; k < kTestsPerThread; ++k) storage.starts[threadIdx.x * kTestsPerThread + k] = own[k];
-    __syncthreads();
-    for (int k = 0; k < kTestsPerThread; ++k) {
-      const std::uint32_t unit = threadIdx.x + static_cast<std::uint32_t>(k) * kBlockSize;
-      const bool is_inside = tile + unit < tile_end;
-      const std::uint64_t item = first + storage.starts[unit];
-      const std::uint64_t begin = is_inside ? offsets[item] : 0;
-      body(is_inside, static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(tile + unit - begin));
+    __syncwarp();
+    std::uint32_t last_place = 0;  // of the item that the last unit so far belongs to
+    std::uint32_t last_start = 0;  // the unit that it begins with
+    for (std::uint32_t base = 0; base < unit_count; base += kWarpSize) {
+      const std::uint32_t place = places[base + lane];
+      const unsigned starts = __ballot_sync(kWholeWarp, place != 0);
+      const unsigned starts_so_far = starts & (kWholeWarp >> (kWarpSize - 1U - lane));
+      const unsigned start = kWarpSize - 1U - static_cast<unsigned>(__clz(static_cast<int>(starts_so_far)));
+      const std::uint32_t start_place = __shfl_sync(kWholeWarp, place, static_cast<int>(start));
+      const std::uint32_t own_place = starts_so_far != 0 ? start_place : last_place;
+      const std::uint32_t own_start = starts_so_far != 0 ? base + start : last_start;
+      const std::uint32_t unit = base + lane;
+      body(unit < unit_count, first + own_place, unit - own_start + (own_place == 0 ? done_of_first : 0U));
+      last_place = __shfl_sync(kWholeWarp, own_place, kWarpSize - 1);
+      last_start = __shfl_sync(kWholeWarp, own_start, kWarpSize - 1);
     }
-    __syncthreads();
+    first += last_place;
+    __syncwarp();
   }
 }
 
@@ -165,73 +183,126 @@ __global__ void __launch_bounds__(kBlockSize)
   });
 }
 
-constexpr int kWarpSize = 32;
-
 /// A warp's candidates that passed the filter, gathered until there is one for each thread: the expensive test then
-/// runs without idle lanes.
+/// runs without idle lanes. How many are queued is each thread's own knowledge.
 template <class Candidate>
-struct WarpQueue {
-  Candidate values[2 * kWarpSize];
-};
-
-template <class F, class... Targets>
-__global__ void __launch_bounds__(kBlockSize)
-    for_each_work_filtered(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
-                           Appender<Targets>... lists) {
-  __shared__ TileStorage storage;
-  __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
-  WarpQueue<typename F::Candidate>& queue = queues[threadIdx.x / kWarpSize];
-  const unsigned lane = threadIdx.x % kWarpSize;
-  unsigned queued = 0;
-  const auto test = [&](const typename F::Candidate& candidate) {
-    [&](Output<Targets>... outputs) { f.test(candidate, outputs...); }(Output<Targets>(lists)...);
-  };
-  for_each_unit(storage, items, offsets, total, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
-    typename F::Candidate candidate;
-    const bool passes = is_inside && f.filter(f.load_item(item), part, candidate);
-    const unsigned ballot = __ballot_sync(0xFFFFFFFFU, passes);
-    if (passes) queue.values[queued + __popc(ballot & ((1U << lane) - 1U))] = candidate;
+class WarpQueue {
+ public:
+  template <class Test>
+  __device__ void add(bool passes, const Candidate& candidate, unsigned& queued, const Test& test) {
+    const unsigned lane = threadIdx.x % kWarpSize;
+    const unsigned ballot = __ballot_sync(kWholeWarp, passes);
+    if (passes) values_[queued + __popc(ballot & ((1U << lane) - 1U))] = candidate;
     queued += __popc(ballot);
     __syncwarp();
     if (queued < kWarpSize) return;
     queued -= kWarpSize;
-    test(queue.values[queued + lane]);
+    test(values_[queued + lane]);
     __syncwarp();
+  }
+
+  template <class Test>
+  __device__ void finish(unsigned queued, const Test& test) {
+    const unsigned lane = threadIdx.x % kWarpSize;
+    if (lane < queued) test(values_[lane]);
+  }
+
+ private:
+  Candidate values_[2 * kWarpSize];
+};
+
+template <class F, class... Targets>
+__global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
+    for_each_work_filtered(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
+                           Appender<Targets>... lists) {
+  __shared__ TileStorage storage;
+  __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
+  const auto test = [&](const typename F::Candidate& candidate) {
+    [&](Output<Targets>... outputs) { f.test(candidate, outputs...); }(Output<Targets>(lists)...);
+  };
+  unsigned queued = 0;
+  for_each_unit(storage, items, offsets, total, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
+    typename F::Candidate candidate;
+    const bool passes = is_inside && f.filter(f.load_item(item), part, candidate);
+    queues[threadIdx.x / kWarpSize].add(passes, candidate, queued, test);
   });
-  if (lane < queued) test(queue.values[lane]);
+  queues[threadIdx.x / kWarpSize].finish(queued, test);
 }
 
-/// Parts of few-part items, distributed over a block: each thread counts one item's parts, and the parts of all 256 are
-/// shared out evenly.
-template <class F, class... Targets>
-__global__ void __launch_bounds__(kBlockSize) for_each_part(Count count, F f, Appender<Targets>... lists) {
-  __shared__ std::uint32_t starts[kBlockSize];
-  __shared__ typename F::Item items[kBlockSize];
-  __shared__ typename ScanOfStarts::TempStorage scan;
+/// How many items a block takes at a time whose parts it distributes: few where some items have very many.
+template <class F>
+constexpr std::uint32_t kItemsAtOnce = kBlockSize;
+
+template <class F>
+struct PartStorage {
+  static constexpr std::uint32_t kPartsAtOnce = 10 * kBlockSize;
+  static_assert(kItemsAtOnce<F> <= 256);
+
+  std::uint32_t starts[kBlockSize];
+  typename F::Item items[kItemsAtOnce<F>];
+  std::uint8_t owners[kPartsAtOnce];
+  typename cub::BlockScan<std::uint32_t, kBlockSize>::TempStorage scan;
+};
+
+/// Distributes the parts of items over a block: each thread notes for each of its item's parts that they are its own,
+/// and the parts of all items of the block are shared out evenly, some thousand at a time. Calls body(is_inside, item,
+/// part) for all threads of the block together.
+template <class F, class Body>
+__device__ void for_each_part_of_items(PartStorage<F>& storage, Count count, const F& f, const Body& body) {
+  constexpr std::uint32_t kPartsAtOnce = PartStorage<F>::kPartsAtOnce;
   const std::uint64_t n = count.get();
-  for (std::uint64_t block = static_cast<std::uint64_t>(blockIdx.x) * kBlockSize; block < n;
-       block += static_cast<std::uint64_t>(gridDim.x) * kBlockSize) {
-    const std::uint64_t own_item = block + threadIdx.x;
+  for (std::uint64_t group = static_cast<std::uint64_t>(blockIdx.x) * kItemsAtOnce<F>; group < n;
+       group += static_cast<std::uint64_t>(gridDim.x) * kItemsAtOnce<F>) {
+    const std::uint64_t own_item = group + threadIdx.x;
     std::uint32_t own = 0;
-    if (own_item < n) {
+    if (threadIdx.x < kItemsAtOnce<F> && own_item < n) {
       const typename F::Item item = f.load_item(static_cast<std::uint32_t>(own_item));
       own = item.part_count();
-      items[threadIdx.x] = item;
+      storage.items[threadIdx.x] = item;
     }
     std::uint32_t start = 0;
     std::uint32_t parts = 0;
-    ScanOfStarts(scan).ExclusiveSum(own, start, parts);
-    starts[threadIdx.x] = start;
-    __syncthreads();
-    for (std::uint32_t part = threadIdx.x; part < parts; part += kBlockSize) {
-      std::uint32_t item = 0;
-      for (std::uint32_t step = kBlockSize / 2; step > 0; step /= 2) {
-        if (starts[item + step] <= part) item += step;
+    cub::BlockScan<std::uint32_t, kBlockSize>(storage.scan).ExclusiveSum(own, start, parts);
+    storage.starts[threadIdx.x] = start;
+    for (std::uint32_t first = 0; first < parts; first += kPartsAtOnce) {
+      const std::uint32_t end = min(first + kPartsAtOnce, parts);
+      for (std::uint32_t part = max(start, first); part < min(start + own, end); ++part)
+        storage.owners[part - first] = static_cast<std::uint8_t>(threadIdx.x);
+      __syncthreads();
+      for (std::uint32_t base = first; base < end; base += kBlockSize) {
+        const std::uint32_t part = base + threadIdx.x;
+        const bool is_inside = part < end;
+        const std::uint32_t item = is_inside ? storage.owners[part - first] : 0U;
+        body(is_inside, storage.items[item], part - storage.starts[item]);
       }
-      [&](Output<Targets>... outputs) { f(items[item], part - starts[item], outputs...); }(Output<Targets>(lists)...);
+      __syncthreads();
     }
-    __syncthreads();
   }
+}
+
+template <class F, class... Targets>
+__global__ void __launch_bounds__(kBlockSize) for_each_part(Count count, F f, Appender<Targets>... lists) {
+  __shared__ PartStorage<F> storage;
+  for_each_part_of_items(storage, count, f, [&](bool is_inside, const typename F::Item& item, std::uint32_t part) {
+    if (is_inside) [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
+  });
+}
+
+template <class F, class... Targets>
+__global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
+    for_each_part_filtered(Count count, F f, Appender<Targets>... lists) {
+  __shared__ PartStorage<F> storage;
+  __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
+  const auto test = [&](const typename F::Candidate& candidate) {
+    [&](Output<Targets>... outputs) { f.test(candidate, outputs...); }(Output<Targets>(lists)...);
+  };
+  unsigned queued = 0;
+  for_each_part_of_items(storage, count, f, [&](bool is_inside, const typename F::Item& item, std::uint32_t part) {
+    typename F::Candidate candidate;
+    const bool passes = is_inside && f.filter(item, part, candidate);
+    queues[threadIdx.x / kWarpSize].add(passes, candidate, queued, test);
+  });
+  queues[threadIdx.x / kWarpSize].finish(queued, test);
 }
 
 struct BinCounter {
@@ -268,7 +339,7 @@ __global__ void minimum(Count count, F f, float* least) {
   unsigned lowest = 0x7F800000U;
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads())
     lowest = min(lowest, __float_as_uint(f(static_cast<std::uint32_t>(i))));
-  for (int offset = 16; offset > 0; offset /= 2) lowest = min(lowest, __shfl_xor_sync(0xFFFFFFFFU, lowest, offset));
+  for (int offset = 16; offset > 0; offset /= 2) lowest = min(lowest, __shfl_xor_sync(kWholeWarp, lowest, offset));
   if (threadIdx.x % 32 == 0) atomicMin(reinterpret_cast<unsigned*>(least), lowest);
 }
 

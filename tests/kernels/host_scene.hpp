@@ -83,7 +83,7 @@ class HostScene {
     view.edge_count = static_cast<std::uint32_t>(edges_.size());
     view.body_count = static_cast<std::uint32_t>(bodies_.size());
     view.continuous = continuous_;
-    view.set_classes(may_touch_);
+    view.summarize_pairs(may_touch_);
     return view;
   }
 
@@ -147,10 +147,12 @@ inline GridParameters grid_of(float cell_size) {
 /// The first stage, run over a scene.
 struct HostVolumes {
   std::vector<Kdop18> volumes;
+  std::vector<EndVolumes> end_volumes;
   std::vector<TriangleShape> shapes;
 
-  explicit HostVolumes(const SceneView& scene) : volumes(scene.triangle_count), shapes(scene.triangle_count) {
-    const BoundTriangle bound{scene, volumes.data(), shapes.data()};
+  explicit HostVolumes(const SceneView& scene)
+      : volumes(scene.triangle_count), end_volumes(scene.triangle_count), shapes(scene.triangle_count) {
+    const BoundTriangle bound{scene, volumes.data(), end_volumes.data(), shapes.data()};
     for (std::uint32_t t = 0; t < scene.triangle_count; ++t) bound(t);
   }
 };

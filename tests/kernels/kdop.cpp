@@ -166,11 +166,11 @@ TEST(Kdop, outward_passes_one_rounding) {
 }
 
 TEST(Kdop, boxes) {
-  const Box a = merged(box_of({0, 0, 0}), box_of({1, 2, 3}));
-  EXPECT_TRUE(overlap(a, box_of({1, 2, 3})));
-  EXPECT_FALSE(overlap(a, box_of({1, 2, 3.0001F})));
-  EXPECT_TRUE(overlap(inflated(a, 0.5F), box_of({-0.5F, 2.5F, 3.5F})));
-  EXPECT_FALSE(overlap(inflated(a, 0.5F), box_of({-0.51F, 2.5F, 3.5F})));
+  const Box a = merged(box_of(Vec3f{0, 0, 0}), box_of(Vec3f{1, 2, 3}));
+  EXPECT_TRUE(overlap(a, box_of(Vec3f{1, 2, 3})));
+  EXPECT_FALSE(overlap(a, box_of(Vec3f{1, 2, 3.0001F})));
+  EXPECT_TRUE(overlap(inflated(a, 0.5F), box_of(Vec3f{-0.5F, 2.5F, 3.5F})));
+  EXPECT_FALSE(overlap(inflated(a, 0.5F), box_of(Vec3f{-0.51F, 2.5F, 3.5F})));
   EXPECT_TRUE(overlap(a, volume_of({{-1, -1, -1}, {0, 0, 0}})));
   EXPECT_FALSE(overlap(a, volume_of({{-1, -1, -1}, {-0.1F, 0, 0}})));
 }

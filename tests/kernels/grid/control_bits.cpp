@@ -35,7 +35,7 @@ std::uint32_t mask_by_search(const MaskedCells& cells, Cell c) {
 MaskedCells masked_union(const std::vector<IntegerDop>& dops) {
   MaskedCells cells;
   for (const IntegerDop& dop : dops) {
-    for_each_cell(dop, [&](Cell c, CellInterval, const CellInterval(&)[4]) { cells[key_of(c)] = 0; });
+    for_each_cell(dop, [&](Cell c) { cells[key_of(c)] = 0; });
   }
   for (auto& [key, mask] : cells) {
     const auto [z, y, x] = key;
@@ -92,9 +92,7 @@ TEST(ControlBits, mask_from_rows_is_the_mask_by_search) {
   for (int i = 0; i < 3000; ++i) {
     const IntegerDop dop = random_integer_dop(random, 4);
     const MaskedCells cells = masked_union({dop});
-    for_each_cell(dop, [&](Cell c, CellInterval row, const CellInterval(&below)[4]) {
-      ASSERT_EQ(lower_neighbour_mask(c.x, row, below), cells.at(key_of(c)));
-    });
+    for_each_cell(dop, [&](Cell c) { ASSERT_EQ(CellRow(dop, c.y, c.z).mask(c.x), cells.at(key_of(c))); });
   }
 }
 
@@ -102,14 +100,14 @@ TEST(ControlBits, mask_from_rows_is_the_mask_by_search) {
 /// containers, so that a million pairs take seconds.
 Meetings meet(const IntegerDop& a, const IntegerDop& b) {
   Meetings meetings;
-  for_each_cell(a, [&](Cell c, CellInterval row, const CellInterval(&below)[4]) {
+  for_each_cell(a, [&](Cell c) {
     if (!b.contains(c)) return;
     ++meetings.shared;
     std::uint32_t mask_b = 0;
     for (int bit = 0; bit < static_cast<int>(kMaskBits); ++bit) {
       if (b.contains(lower_neighbour(c, bit))) mask_b |= 1U << bit;
     }
-    const Entry entry_a{0, ExactControl::pack(lower_neighbour_mask(c.x, row, below), false, false)};
+    const Entry entry_a{0, ExactControl::pack(CellRow(a, c.y, c.z).mask(c.x), false, false)};
     const Entry entry_b{1, ExactControl::pack(mask_b, false, false)};
     if (ExactControl::judge(0, entry_a, entry_b) != Verdict::skip) ++meetings.executed;
   });
@@ -191,29 +189,26 @@ TEST(ControlBits, partners_begin_with_the_missing_bits) {
   }
 }
 
-TEST(ControlBits, keys_hold_cell_and_k) {
+TEST(ControlBits, keys_hold_cell_and_rank) {
   Random random(4);
   for (int i = 0; i < 10000; ++i) {
     const std::uint32_t cell = random.below(1U << (3 * kCellBits));
-    const std::uint32_t k = random.below(8);
-    const std::uint32_t key = entry_key(cell, k);
+    const std::uint32_t rank = random.below(8);
+    const std::uint32_t key = entry_key(cell, rank);
     ASSERT_EQ(key_cell(key), cell);
-    ASSERT_EQ(key_k(key), k);
-    ASSERT_LT(key, kNoEntryKey);
+    ASSERT_EQ(key_rank(key), rank);
   }
-  EXPECT_LT(entry_key(9, 7), entry_key(9, 0)) << "K descends within a cell";
-  EXPECT_LT(entry_key(9, 0), entry_key(10, 7));
+  EXPECT_LT(entry_key(9, 0), entry_key(9, 7));
+  EXPECT_LT(entry_key(9, 7), entry_key(10, 0));
 }
 
 TEST(ControlBits, entries_hold_what_was_packed) {
-  for (std::uint32_t ownership = 0; ownership < 64; ++ownership) {
-    const Entry entry{77,
-                      entry_bits(ExactControl::pack(0x1FFF, true, true), 33, static_cast<Ownership>(ownership), true)};
-    EXPECT_EQ(owned_vertices(entry), ownership & 7U);
-    EXPECT_EQ(owned_edges(entry), ownership >> 3U);
-    EXPECT_TRUE(is_fast(entry));
-    EXPECT_EQ(body_class(Entry{77, entry_bits(0x7FFFF, 33, 63, true)}), 1U);
-    EXPECT_FALSE(is_fast({77, entry_bits(0x7FFF, 31, 63, false)}));
+  for (std::uint32_t owned = 0; owned < 64; ++owned) {
+    const Entry entry{77, entry_bits(ExactControl::pack(0x1FFF, true, true), 33, owned)};
+    EXPECT_EQ(owned_vertices(entry), owned & 7U);
+    EXPECT_EQ(owned_edges(entry), owned >> 3U);
+    EXPECT_EQ(body_class(entry), 1U);
+    EXPECT_EQ(body_class(Entry{77, entry_bits(0x7FFFF, 33, owned)}), 1U);
   }
 }
 

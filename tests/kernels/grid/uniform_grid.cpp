@@ -54,7 +54,8 @@ TEST(IntegerDop, row_is_what_nine_intervals_leave) {
       }
     }
     std::set<std::tuple<int, int, int>> visited;
-    for_each_cell(dop, [&](Cell c, CellInterval row, const CellInterval(&)[4]) {
+    for_each_cell(dop, [&](Cell c) {
+      const CellInterval row = dop.row(c.y, c.z);
       EXPECT_TRUE(visited.insert({c.x, c.y, c.z}).second) << "visited twice";
       EXPECT_TRUE(row.contains(c.x));
     });

@@ -126,16 +126,30 @@ TEST(BoundTriangle, what_is_left_out_or_out_of_reach_has_no_volume) {
   }
 }
 
-TEST(BoundTriangle, fast_triangles_are_marked) {
-  const Mesh pair = joined(Mesh{{{{0, 1, 2}}}, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
-                           Mesh{{{{0, 1, 2}}}, {{5, 0, 0}, {6, 0, 0}, {5, 1, 0}}});
-  Positions3 start = pair.positions;
-  for (std::size_t v = 0; v < 3; ++v) start[v].z -= 10.0;
-  for (std::size_t v = 3; v < 6; ++v) start[v].z -= 0.01;
-  const HostScene host({{pair, start}}, true);
-  const HostVolumes bounds(host.view());
-  EXPECT_TRUE(bounds.shapes[0].flags & kFastTriangle);
-  EXPECT_FALSE(bounds.shapes[1].flags & kFastTriangle);
+TEST(BoundTriangle, end_volumes_are_those_of_the_two_ends) {
+  const HostScene host = scene_of(true, 0.01F);
+  const SceneView scene = host.view();
+  const HostVolumes bounds(scene);
+  for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
+    Kdop18 t0 = empty_kdop();
+    Kdop18 t1 = empty_kdop();
+    for (const std::uint32_t v : scene.triangles[t].v) {
+      extend(t0, scene.x_t0[v]);
+      extend(t1, scene.x_t1[v]);
+    }
+    const float margin = scene.bodies[scene.triangle_body[t]].margin;
+    inflate(t0, margin);
+    inflate(t1, margin);
+    for (int i = 0; i < kKdopAxes; ++i) {
+      const EndVolumes::Axis axis = bounds.end_volumes[t].axes[i];
+      ASSERT_EQ(axis.t0_lo, t0.lo[i]);
+      ASSERT_EQ(axis.t0_hi, t0.hi[i]);
+      ASSERT_EQ(axis.t1_lo, t1.lo[i]);
+      ASSERT_EQ(axis.t1_hi, t1.hi[i]);
+      ASSERT_EQ(bounds.volumes[t].lo[i], std::min(axis.t0_lo, axis.t1_lo));
+      ASSERT_EQ(bounds.volumes[t].hi[i], std::max(axis.t0_hi, axis.t1_hi));
+    }
+  }
 }
 
 }  // namespace

@@ -15,19 +15,28 @@
 namespace softcd::test {
 namespace {
 
+template <bool kContinuous>
+PairTest<kContinuous> pair_test(const SceneView& scene, const HostVolumes& bounds) {
+  return {scene, bounds.volumes.data(), bounds.end_volumes.data(), bounds.shapes.data()};
+}
+
 /// The stages from cells to pairs in a serial loop.
+template <bool kContinuous>
 class SerialBroadPhase {
  public:
   SerialBroadPhase(const SceneView& scene, float cell_size, bool subdivision)
       : scene_(scene), bounds_(scene), grid_(grid_of(cell_size)) {
     const RegisterTriangle whole{scene, bounds_.volumes.data(), bounds_.shapes.data(), &grid_, subdivision};
-    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) whole(t, entries_, splits_, bigs_);
+    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
+      const Registration work = whole.load_item(t);
+      for (std::uint32_t part = 0; part < work.part_count(); ++part) whole(work, part, entries_, splits_, bigs_);
+    }
     register_split_triangles();
     sort_entries();
     test_pairs();
     const std::uint64_t big_count = bigs_.items.size();
-    const TestAgainstBig against_big{
-        {scene, bounds_.volumes.data(), bounds_.shapes.data()}, bigs_.items.data(), {&big_count, big_count}};
+    const TestAgainstBig<kContinuous> against_big{
+        pair_test<kContinuous>(scene, bounds_), bigs_.items.data(), {&big_count, big_count}};
     for (std::uint32_t t = 0; t < scene.triangle_count; ++t) against_big(t, pairs_);
   }
 
@@ -70,11 +79,13 @@ class SerialBroadPhase {
   void test_pairs() {
     std::vector<std::uint32_t> begin(keys_.size());
     std::vector<std::uint32_t> count(keys_.size());
+    std::vector<BoxedEntry> boxed(keys_.size());
     Collector<std::uint32_t> cells;
-    const CountPartners<ExactControl> ranges{keys_.data(), begin.data(), count.data()};
-    for (std::uint32_t j = 0; j < keys_.size(); ++j) ranges(j, cells);
-    const TestPair<ExactControl> test{
-        {scene_, bounds_.volumes.data(), bounds_.shapes.data()}, keys_.data(), sorted_.data(), begin.data()};
+    const PrepareEntry<ExactControl> prepare{scene_,       bounds_.volumes.data(), keys_.data(), sorted_.data(),
+                                             boxed.data(), begin.data(),           count.data()};
+    for (std::uint32_t j = 0; j < keys_.size(); ++j) prepare(j, cells);
+    const TestPair<ExactControl, kContinuous> test{pair_test<kContinuous>(scene_, bounds_), keys_.data(), boxed.data(),
+                                                   begin.data()};
     for (std::uint32_t j = 0; j < keys_.size(); ++j) {
       for (std::uint32_t k = 0; k < count[j]; ++k) {
         PairCandidate candidate{};
@@ -96,18 +107,22 @@ class SerialBroadPhase {
 };
 
 /// Every pair that passes PairTest, by trying all.
+template <bool kContinuous>
 std::set<std::uint64_t> all_pairs(const SceneView& scene, const HostVolumes& bounds) {
-  const PairTest test{scene, bounds.volumes.data(), bounds.shapes.data()};
+  const auto test = pair_test<kContinuous>(scene, bounds);
   const auto entry = [&](std::uint32_t t) {
-    return Entry{
-        t, entry_bits(0, scene.triangle_body[t], scene.ownership[t], (bounds.shapes[t].flags & kFastTriangle) != 0U)};
+    return Entry{t, entry_bits(0, scene.triangle_body[t], wanted_features(bounds.shapes[t].flags))};
   };
   std::set<std::uint64_t> pairs;
   for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {
     for (std::uint32_t b = a + 1; b < scene.triangle_count; ++b) {
       const Entry entry_a = entry(a);
       const Entry entry_b = entry(b);
-      if (PairTest::own_features(entry_a, entry_b) && test.may_touch(entry_a, entry_b)) pairs.insert(pair_key(a, b));
+      const bool may_meet = test.classes_may_touch(test.touchable_classes(entry_a), entry_b);
+      const bool overlapping = overlap(bounds.volumes[a], bounds.volumes[b]);
+      if (may_meet && overlapping && test.own_features(entry_a, entry_b) && test.may_touch(entry_a, entry_b)) {
+        pairs.insert(pair_key(a, b));
+      }
     }
   }
   return pairs;
@@ -180,19 +195,23 @@ HostScene host_scene(std::uint64_t seed, double ratio, bool continuous, int grid
                    continuous);
 }
 
-class SerialStages : public testing::TestWithParam<bool> {};
+/// The type says whether the detection is continuous.
+template <class Continuous>
+class SerialStages : public testing::Test {};
+using Kinds = testing::Types<std::false_type, std::true_type>;
+TYPED_TEST_SUITE(SerialStages, Kinds, );
 
 // Without subdivision the grid enumerates exactly the pairs that pass PairTest and share a cell, once, whatever the
 // cell size. Volumes may overlap along all nine axes and yet have no point in common, so sharing a cell asks a little
 // more.
-TEST_P(SerialStages, whole_triangles_meet_as_their_volumes_do) {
-  const HostScene host = host_scene(1, 50.0, GetParam());
+TYPED_TEST(SerialStages, whole_triangles_meet_as_their_volumes_do) {
+  const HostScene host = host_scene(1, 50.0, TypeParam::value);
   const SceneView scene = host.view();
   for (const float cell_size : {0.06F, 0.25F, 0.3F, 1.0F, 3.7F}) {
-    const SerialBroadPhase serial(scene, cell_size, false);
+    const SerialBroadPhase<TypeParam::value> serial(scene, cell_size, false);
     EXPECT_EQ(count_repeated(serial.pairs()), 0U);
     EXPECT_TRUE(serial.flagged().empty());
-    const std::set<std::uint64_t> bound = all_pairs(scene, serial.bounds());
+    const std::set<std::uint64_t> bound = all_pairs<TypeParam::value>(scene, serial.bounds());
     const std::set<std::uint64_t> found = serial.distinct_pairs();
     EXPECT_TRUE(found == meeting_pairs(bound, serial.bounds(), cell_size)) << "cell size " << cell_size;
     EXPECT_TRUE(contains_all(found, surely_touching(scene, bound)));
@@ -202,16 +221,16 @@ TEST_P(SerialStages, whole_triangles_meet_as_their_volumes_do) {
 
 // With subdivision a pair whose volumes overlap may be dropped only if the triangles are apart. Triangles with a point
 // in common are not. What is not flagged comes once.
-TEST_P(SerialStages, split_triangles_that_touch_meet) {
+TYPED_TEST(SerialStages, split_triangles_that_touch_meet) {
   for (const std::uint64_t seed : {2U, 3U}) {
-    const HostScene host = host_scene(seed, 200.0, GetParam());
+    const HostScene host = host_scene(seed, 200.0, TypeParam::value);
     const SceneView scene = host.view();
     for (const float cell_size : {0.1F, 0.2F}) {
-      const SerialBroadPhase serial(scene, cell_size, true);
+      const SerialBroadPhase<TypeParam::value> serial(scene, cell_size, true);
       EXPECT_GT(serial.split_count(), 10U);
       EXPECT_EQ(count_repeated(serial.pairs()), 0U) << "cell size " << cell_size;
       const std::set<std::uint64_t> found = serial.distinct_pairs();
-      const std::set<std::uint64_t> bound = all_pairs(scene, serial.bounds());
+      const std::set<std::uint64_t> bound = all_pairs<TypeParam::value>(scene, serial.bounds());
       EXPECT_TRUE(contains_all(bound, found));
       const std::set<std::uint64_t> required = surely_touching(scene, bound);
       EXPECT_GT(required.size(), 50U);
@@ -221,25 +240,22 @@ TEST_P(SerialStages, split_triangles_that_touch_meet) {
 }
 
 // Corners exactly on the cells' walls: what rounding slack adds to a child's volume crosses into the next cell there.
-TEST_P(SerialStages, corners_on_cell_walls) {
+TYPED_TEST(SerialStages, corners_on_cell_walls) {
   for (std::uint64_t seed = 5; seed < 9; ++seed) {
-    const HostScene host = host_scene(seed, 10.0, GetParam(), 1);
+    const HostScene host = host_scene(seed, 10.0, TypeParam::value, 1);
     const SceneView scene = host.view();
     for (const float cell_size : {0.25F, 0.5F, 1.0F}) {
       for (const bool subdivision : {false, true}) {
-        const SerialBroadPhase serial(scene, cell_size, subdivision);
+        const SerialBroadPhase<TypeParam::value> serial(scene, cell_size, subdivision);
         EXPECT_EQ(count_repeated(serial.pairs()), 0U) << "cell size " << cell_size;
         const std::set<std::uint64_t> found = serial.distinct_pairs();
-        const std::set<std::uint64_t> bound = all_pairs(scene, serial.bounds());
+        const std::set<std::uint64_t> bound = all_pairs<TypeParam::value>(scene, serial.bounds());
         const std::set<std::uint64_t> required = surely_touching(scene, bound);
         EXPECT_TRUE(contains_all(found, required));
       }
     }
   }
 }
-
-INSTANTIATE_TEST_SUITE_P(Kinds, SerialStages, testing::Bool(),
-                         [](const auto& test) { return test.param ? "swept" : "still"; });
 
 }  // namespace
 }  // namespace softcd::test

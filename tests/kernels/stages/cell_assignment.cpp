@@ -28,7 +28,10 @@ class CellAssignment : public testing::Test {
 
   void register_all(const GridParameters& grid, bool subdivision) {
     const RegisterTriangle stage{scene_, bounds_.volumes.data(), bounds_.shapes.data(), &grid, subdivision};
-    for (std::uint32_t t = 0; t < scene_.triangle_count; ++t) stage(t, entries_, splits_, bigs_);
+    for (std::uint32_t t = 0; t < scene_.triangle_count; ++t) {
+      const Registration work = stage.load_item(t);
+      for (std::uint32_t part = 0; part < work.part_count(); ++part) stage(work, part, entries_, splits_, bigs_);
+    }
   }
 
   HostScene host_;
@@ -52,7 +55,7 @@ TEST_F(CellAssignment, whole_triangles_are_in_every_cell_of_their_volume) {
   for (const auto& [t, entries] : by_triangle) {
     const IntegerDop dop = integer_dop(bounds_.volumes[t], parameters.inverse_cell_size);
     std::size_t count = 0;
-    for_each_cell(dop, [&](Cell c, CellInterval, const CellInterval(&)[4]) {
+    for_each_cell(dop, [&](Cell c) {
       ++count;
       const auto found = entries.find(cell_index(c));
       ASSERT_NE(found, entries.end());
@@ -62,7 +65,7 @@ TEST_F(CellAssignment, whole_triangles_are_in_every_cell_of_their_volume) {
       }
       const Entry& entry = found->second.entry;
       EXPECT_EQ(entry.bits & 0x1FFFU, mask);
-      EXPECT_EQ(key_k(found->second.key), missing_face_neighbours(mask));
+      EXPECT_EQ(key_rank(found->second.key), 7U - missing_face_neighbours(mask));
       EXPECT_EQ((entry.bits >> 24) & 63U, scene_.ownership[t] & 63U);
       EXPECT_EQ((entry.bits >> 14) & 1U, dop.span() <= 2 ? 1U : 0U);
       EXPECT_EQ((entry.bits >> 13) & 1U, 0U) << "not split";
@@ -116,9 +119,8 @@ TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
     const TriangleMotion motion = load_triangle(scene_, split.root);
     for (std::uint32_t child = 0; child < split.child_count(); ++child) {
       const Kdop18 volume = child_volume(motion, split.level, child, bounds_.shapes[split.root].growth);
-      for_each_cell(
-          integer_dop(volume, parameters.inverse_cell_size),
-          [&](Cell c, CellInterval, const CellInterval(&)[4]) { expected[split.root].insert(cell_index(c)); });
+      for_each_cell(integer_dop(volume, parameters.inverse_cell_size),
+                    [&](Cell c) { expected[split.root].insert(cell_index(c)); });
     }
   }
   std::size_t expected_count = 0;

@@ -22,15 +22,39 @@ std::vector<std::uint32_t> random_keys(std::uint64_t seed, std::uint32_t count, 
 struct Ranges {
   std::vector<std::uint32_t> begin;
   std::vector<std::uint32_t> count;
+  std::vector<BoxedEntry> boxed;
   Collector<std::uint32_t> cells;
+
+  bool contain(std::uint32_t i, std::uint32_t j) const { return begin[j] <= i && i < begin[j] + count[j]; }
 };
 
+/// Entry j is of triangle j % 3.
 template <class Control>
-Ranges ranges_of(const std::vector<std::uint32_t>& keys) {
-  Ranges ranges{std::vector<std::uint32_t>(keys.size()), std::vector<std::uint32_t>(keys.size()), {}};
-  const CountPartners<Control> stage{keys.data(), ranges.begin.data(), ranges.count.data()};
+Ranges ranges_of(const SceneView& scene, const std::vector<std::uint32_t>& keys) {
+  std::vector<Kdop18> volumes(3, empty_kdop());
+  for (std::uint32_t t = 0; t < 3; ++t) extend(volumes[t], Vec3f{static_cast<float>(t), 2.0F, 5.0F});
+  std::vector<Entry> entries;
+  for (std::uint32_t j = 0; j < keys.size(); ++j) entries.push_back({j % 3, j});
+  Ranges ranges{std::vector<std::uint32_t>(keys.size()),
+                std::vector<std::uint32_t>(keys.size()),
+                std::vector<BoxedEntry>(keys.size()),
+                {}};
+  const PrepareEntry<Control> stage{scene,
+                                    volumes.data(),
+                                    keys.data(),
+                                    entries.data(),
+                                    ranges.boxed.data(),
+                                    ranges.begin.data(),
+                                    ranges.count.data()};
   for (std::uint32_t j = 0; j < keys.size(); ++j) stage(j, ranges.cells);
   return ranges;
+}
+
+SceneView scene_of(std::uint32_t body_count, bool self_collision) {
+  SceneView scene;
+  scene.body_count = body_count;
+  scene.self_collision = self_collision;
+  return scene;
 }
 
 class CellRanges : public testing::TestWithParam<std::pair<std::uint32_t, std::uint32_t>> {};
@@ -38,7 +62,7 @@ class CellRanges : public testing::TestWithParam<std::pair<std::uint32_t, std::u
 TEST_P(CellRanges, every_pair_of_a_cell_that_can_execute_is_enumerated_once) {
   const auto [count, cell_count] = GetParam();
   const std::vector<std::uint32_t> keys = random_keys(count, count, cell_count);
-  const Ranges ranges = ranges_of<ExactControl>(keys);
+  const Ranges ranges = ranges_of<ExactControl>(scene_of(1, true), keys);
   std::uint32_t cells = 0;
   for (std::uint32_t j = 0; j < count; ++j) {
     if (j == 0 || key_cell(keys[j]) != key_cell(keys[j - 1])) ++cells;
@@ -46,7 +70,9 @@ TEST_P(CellRanges, every_pair_of_a_cell_that_can_execute_is_enumerated_once) {
     const std::uint32_t last = first + ranges.count[j];
     ASSERT_LE(last, j);
     for (std::uint32_t i = 0; i < j; ++i) {
-      const bool can_execute = key_cell(keys[i]) == key_cell(keys[j]) && (key_k(keys[i]) | key_k(keys[j])) == 7U;
+      const std::uint32_t k_i = 7U - key_rank(keys[i]);
+      const std::uint32_t k_j = 7U - key_rank(keys[j]);
+      const bool can_execute = key_cell(keys[i]) == key_cell(keys[j]) && (k_i | k_j) == 7U;
       if (can_execute) {
         ASSERT_TRUE(first <= i && i < last) << i << " and " << j;
       }
@@ -62,11 +88,36 @@ TEST_P(CellRanges, printed_scheme_enumerates_every_pair_of_a_cell) {
   const auto [count, cell_count] = GetParam();
   std::vector<std::uint32_t> keys = random_keys(count, count, cell_count);
   for (std::uint32_t& key : keys) key &= ~7U;
-  const Ranges ranges = ranges_of<PaperControl>(keys);
+  const Ranges ranges = ranges_of<PaperControl>(scene_of(1, true), keys);
   for (std::uint32_t j = 0; j < count; ++j) {
     const auto first = std::lower_bound(keys.begin(), keys.end(), keys[j]) - keys.begin();
     ASSERT_EQ(ranges.begin[j], first);
     ASSERT_EQ(ranges.count[j], j - first);
+  }
+}
+
+// Ranks are bodies modulo 8 here, so that with more than eight bodies an equal rank says nothing.
+TEST_P(CellRanges, without_self_collision_only_other_bodies_are_enumerated) {
+  const auto [count, cell_count] = GetParam();
+  const std::vector<std::uint32_t> keys = random_keys(count, count, cell_count);
+  for (const std::uint32_t bodies : {2U, 8U, 9U, 40U}) {
+    const Ranges ranges = ranges_of<ExactControl>(scene_of(bodies, false), keys);
+    for (std::uint32_t j = 0; j < count; ++j) {
+      for (std::uint32_t i = 0; i < j; ++i) {
+        const bool differ = bodies > 8 || key_rank(keys[i]) != key_rank(keys[j]);
+        ASSERT_EQ(ranges.contain(i, j), key_cell(keys[i]) == key_cell(keys[j]) && differ) << i << " and " << j;
+      }
+    }
+  }
+}
+
+TEST(PrepareEntry, lays_the_triangles_box_beside_its_entry) {
+  const Ranges ranges = ranges_of<ExactControl>(scene_of(1, true), random_keys(1, 5, 2));
+  for (std::uint32_t j = 0; j < 5; ++j) {
+    EXPECT_EQ(ranges.boxed[j].entry.root, j % 3);
+    EXPECT_EQ(ranges.boxed[j].entry.bits, j);
+    EXPECT_EQ(ranges.boxed[j].box.lo, (Vec3f{static_cast<float>(j % 3), 2.0F, 5.0F}));
+    EXPECT_EQ(ranges.boxed[j].box.hi, ranges.boxed[j].box.lo);
   }
 }
 

@@ -42,6 +42,31 @@ float furthest_of(const TriangleMotion& a, const TriangleMotion& b) {
   return furthest;
 }
 
+EndVolumes ends_of(const TriangleMotion& motion, float margin) {
+  Kdop18 t0 = empty_kdop();
+  Kdop18 t1 = empty_kdop();
+  for (int corner = 0; corner < 3; ++corner) {
+    extend(t0, motion.t0[corner]);
+    extend(t1, motion.t1[corner]);
+  }
+  inflate(t0, margin);
+  inflate(t1, margin);
+  return end_volumes(t0, t1);
+}
+
+/// Whether the corners lie apart along any of the nine axes throughout.
+bool apart_as_points(const TriangleMotion& a, const TriangleMotion& b, float distance) {
+  PointMotion<6> points{};
+  for (int corner = 0; corner < 3; ++corner) {
+    points.t0[corner] = a.t0[corner];
+    points.t1[corner] = a.t1[corner];
+    points.t0[3 + corner] = b.t0[corner];
+    points.t1[3 + corner] = b.t1[corner];
+  }
+  const Reach reach = reach_of(distance, furthest_of(a, b));
+  return apart_on_straight_axes<true, 3>(points, reach) || apart_on_diagonal_axes<true, 3>(points, reach);
+}
+
 struct Meeting {
   TriangleMotion a, b;
   float gap;
@@ -72,7 +97,9 @@ TEST(MotionTests, keep_what_meets_at_any_time) {
     const Meeting meeting = random_meeting(random);
     const float furthest = furthest_of(meeting.a, meeting.b);
     ASSERT_TRUE(overlap_in_a_slab(meeting.a, meeting.b, meeting.gap, furthest)) << "pair " << i;
-    ASSERT_FALSE(apart_throughout(meeting.a, meeting.b, reach_of(meeting.gap, furthest))) << "pair " << i;
+    ASSERT_FALSE(apart_throughout(ends_of(meeting.a, 0.5F * meeting.gap), ends_of(meeting.b, 0.5F * meeting.gap)))
+        << "pair " << i;
+    ASSERT_FALSE(apart_as_points(meeting.a, meeting.b, meeting.gap)) << "pair " << i;
   }
 }
 
@@ -83,22 +110,29 @@ TEST(MotionTests, touching_needs_no_slack) {
     TriangleMotion b = random_motion(random, 100.0, 8.0);
     (random.chance(0.5) ? b.t0 : b.t1)[random.below(3)] = a.t0[0];
     b.t0[2] = a.t0[1];
-    ASSERT_FALSE(apart_throughout(a, b, reach_of(0.0F, furthest_of(a, b))));
+    ASSERT_FALSE(apart_throughout(ends_of(a, 0.0F), ends_of(b, 0.0F)));
+    ASSERT_FALSE(apart_as_points(a, b, 0.0F));
     ASSERT_TRUE(overlap_in_a_slab(a, b, 0.0F, furthest_of(a, b)));
   }
 }
 
 TEST(MotionTests, slabs_reject_what_passes_at_different_times) {
-  const TriangleMotion a{{{-10, 0, 0}, {-9, 0, 0}, {-10, 1, 0}}, {{10, 0, 0}, {11, 0, 0}, {10, 1, 0}}};
-  const TriangleMotion b{{{0, -1, 0}, {1, -1, 0}, {0, 0, 0}}, {{0, 29, 0}, {1, 29, 0}, {0, 30, 0}}};
+  const TriangleMotion a{{{-10, 0, 0}, {-9.5F, 0, 0}, {-10, 0.5F, 0}}, {{10, 0, 0}, {10.5F, 0, 0}, {10, 0.5F, 0}}};
+  const TriangleMotion b{{{0, -0.8F, 0}, {0.5F, -0.8F, 0}, {0, -0.3F, 0}},
+                         {{0, 3.2F, 0}, {0.5F, 3.2F, 0}, {0, 3.7F, 0}}};
+  EXPECT_FALSE(apart_throughout(ends_of(a, 0.0F), ends_of(b, 0.0F)));
+  EXPECT_TRUE(move_past(ends_of(a, 0.0F), ends_of(b, 0.0F)));
   EXPECT_FALSE(overlap_in_a_slab(a, b, 0.0F, 30.0F));
 }
 
 TEST(MotionTests, reject_what_moves_along_at_a_distance) {
   const TriangleMotion a{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{50, 0, 0}, {51, 0, 0}, {50, 1, 0}}};
   const TriangleMotion b{{{1.5F, 0, 0}, {2.5F, 0, 0}, {1.5F, 1, 0}}, {{51.5F, 0, 0}, {52.5F, 0, 0}, {51.5F, 1, 0}}};
-  EXPECT_TRUE(apart_throughout(a, b, reach_of(0.25F, 60.0F)));
-  EXPECT_FALSE(apart_throughout(a, b, reach_of(0.75F, 60.0F)));
+  EXPECT_TRUE(apart_throughout(ends_of(a, 0.125F), ends_of(b, 0.125F)));
+  EXPECT_FALSE(apart_throughout(ends_of(a, 0.375F), ends_of(b, 0.375F)));
+  EXPECT_TRUE(apart_as_points(a, b, 0.25F));
+  EXPECT_FALSE(apart_as_points(a, b, 0.75F));
+  EXPECT_FALSE(move_past(ends_of(a, 0.0F), ends_of(b, 0.0F)));
 }
 
 Mesh soup(std::uint64_t seed) {
@@ -134,8 +168,8 @@ TEST(TestAgainstBig, pairs_each_triangle_with_each_big_one_once) {
   const std::vector<std::uint32_t> bigs{200, 3, 77, 78, 5};
   for (const std::uint32_t t : bigs) bounds.shapes[t].flags |= kBigTriangle;
   const std::uint64_t big_count = bigs.size();
-  const TestAgainstBig stage{
-      {scene, bounds.volumes.data(), bounds.shapes.data()}, bigs.data(), {&big_count, big_count}};
+  const TestAgainstBig<false> stage{
+      {scene, bounds.volumes.data(), nullptr, bounds.shapes.data()}, bigs.data(), {&big_count, big_count}};
   Collector<std::uint64_t> pairs;
   for (std::uint32_t t = 0; t < scene.triangle_count; ++t) stage(t, pairs);
 

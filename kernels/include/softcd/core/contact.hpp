@@ -15,8 +15,8 @@ struct BodyId {
   friend constexpr bool operator<(BodyId a, BodyId b) { return a.value < b.value; }
 };
 
-/// Two features in contact. Indices count within their own body.
-struct Contact {
+/// Two features in contact. Indices count within their own body. Aligned so that it moves in 8-byte pieces.
+struct alignas(8) Contact {
   ContactKind kind;
   BodyId body_a;  ///< the vertex's body, or the first edge's
   BodyId body_b;  ///< the triangle's body, or the second edge's

@@ -1,8 +1,18 @@
 #pragma once
 
-/// SOFTCD_HD marks functions that run on the host and, under nvcc, on the device.
+/// Marks functions that run on the host and on CUDA devices.
 #if defined(__CUDACC__)
 #define SOFTCD_HD __host__ __device__
 #else
 #define SOFTCD_HD
+#endif
+
+/// The same for a function that is called seldom: out of line on the host, where its callers' loops are faster without
+/// it. On the device a call would cost its callers registers.
+#if defined(__CUDACC__)
+#define SOFTCD_HD_SELDOM SOFTCD_HD
+#elif defined(__GNUC__)
+#define SOFTCD_HD_SELDOM __attribute__((noinline))
+#else
+#define SOFTCD_HD_SELDOM
 #endif

@@ -27,17 +27,26 @@ SOFTCD_HD constexpr Cell lower_neighbour(Cell c, int bit) {
   return {c.x + bit % 3 - 1, c.y + bit / 3 - 1, c.z - 1};
 }
 
-/// The mask of cell x in a row of an integer DOP, from the intervals of that row and the four rows below it:
-/// `below[0..2]` are (y - 1, z - 1), (y, z - 1), (y + 1, z - 1), `below[3]` is (y - 1, z).
-SOFTCD_HD constexpr std::uint32_t lower_neighbour_mask(int x, CellInterval row, const CellInterval (&below)[4]) {
-  std::uint32_t mask = row.contains(x - 1) ? 1U << 12 : 0U;
-  for (int r = 0; r < 4; ++r) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      if (below[r].contains(x + dx)) mask |= 1U << (3 * r + dx + 1);
+/// A row (fixed y and z) of an integer DOP, and the four rows that hold its cells' lower neighbours.
+struct CellRow {
+  CellInterval cells;
+  CellInterval below[4];  ///< (y - 1, z - 1), (y, z - 1), (y + 1, z - 1), (y - 1, z)
+
+  SOFTCD_HD constexpr CellRow(const IntegerDop& dop, int y, int z)
+      : cells(dop.row(y, z)),
+        below{dop.row(y - 1, z - 1), dop.row(y, z - 1), dop.row(y + 1, z - 1), dop.row(y - 1, z)} {}
+
+  /// The mask of cell x.
+  SOFTCD_HD constexpr std::uint32_t mask(int x) const {
+    std::uint32_t bits = cells.contains(x - 1) ? 1U << 12 : 0U;
+    for (int r = 0; r < 4; ++r) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        if (below[r].contains(x + dx)) bits |= 1U << (3 * r + dx + 1);
+      }
     }
+    return bits;
   }
-  return mask;
-}
+};
 
 /// K: bit a is set when the lower face neighbour along axis a is NOT in S. Two entries of a cell can pass the mask test
 /// only if K_a | K_b == 7, since a face neighbour common to both is a common mask bit.
@@ -45,22 +54,21 @@ SOFTCD_HD constexpr std::uint32_t missing_face_neighbours(std::uint32_t mask) {
   return ((~mask >> 12) & 1U) | (((~mask >> 10) & 1U) << 1) | (((~mask >> 4) & 1U) << 2);
 }
 
-/// An entry's sort key, 30 bits: cell:27 | 7 - K:3. Within a cell, K descends.
-SOFTCD_HD constexpr std::uint32_t entry_key(std::uint32_t cell, std::uint32_t k) {
-  return (cell << 3) | (7U - k);
+/// An entry's sort key, 30 bits: cell:27 | rank:3. The entries of a cell are ordered by rank, so that those which an
+/// entry may have to be tested with lie together.
+SOFTCD_HD constexpr std::uint32_t entry_key(std::uint32_t cell, std::uint32_t rank) {
+  return (cell << 3) | rank;
 }
 SOFTCD_HD constexpr std::uint32_t key_cell(std::uint32_t key) {
   return key >> 3;
 }
-SOFTCD_HD constexpr std::uint32_t key_k(std::uint32_t key) {
-  return 7U - (key & 7U);
+SOFTCD_HD constexpr std::uint32_t key_rank(std::uint32_t key) {
+  return key & 7U;
 }
 
-/// An entry beyond the last one, sorted behind all others.
-constexpr std::uint32_t kNoEntryKey = 0xFFFFFFFFU;
-
-/// What an entry carries besides its key, 64 bits: root:32 | control:24 | ownership:6 | fast:1 | spare:1 from low to
-/// high. `control` is scheme-specific: exact, 13-bit mask | split:1 | fits 2x2x2:1; paper, see PaperControl.
+/// What an entry carries besides its key, 64 bits: root:32 | control:19 | body class:5 | owned features:6 | spare:2
+/// from low to high. `control` is scheme-specific: exact, 13-bit mask | split:1 | fits 2x2x2:1; paper, see
+/// PaperControl.
 struct alignas(8) Entry {
   std::uint32_t root;
   std::uint32_t bits;
@@ -68,10 +76,9 @@ struct alignas(8) Entry {
 
 constexpr std::uint32_t kBodyClasses = 32;
 
-SOFTCD_HD constexpr std::uint32_t entry_bits(std::uint32_t control, std::uint32_t body, Ownership ownership,
-                                             bool fast) {
-  return control | ((body % kBodyClasses) << 19) | (static_cast<std::uint32_t>(ownership & 63U) << 24) |
-         (fast ? 1U << 30 : 0U);
+/// `owned`: the owned features that somebody wants contacts of, bits as Ownership.
+SOFTCD_HD constexpr std::uint32_t entry_bits(std::uint32_t control, std::uint32_t body, std::uint32_t owned) {
+  return control | ((body % kBodyClasses) << 19) | ((owned & 63U) << 24);
 }
 SOFTCD_HD constexpr std::uint32_t body_class(Entry e) {
   return (e.bits >> 19) & (kBodyClasses - 1U);
@@ -81,9 +88,6 @@ SOFTCD_HD constexpr std::uint32_t owned_vertices(Entry e) {
 }
 SOFTCD_HD constexpr std::uint32_t owned_edges(Entry e) {
   return (e.bits >> 27) & 7U;
-}
-SOFTCD_HD constexpr bool is_fast(Entry e) {
-  return ((e.bits >> 30) & 1U) != 0U;
 }
 
 /// The pair's fate in a cell.
@@ -95,10 +99,10 @@ struct ExactControl {
   }
 
   static SOFTCD_HD constexpr Verdict judge(std::uint32_t /*cell*/, Entry a, Entry b) {
-    if ((a.bits & b.bits & ((1U << kMaskBits) - 1U)) != 0U) return Verdict::skip;
     const std::uint32_t either = a.bits | b.bits;
-    const bool may_repeat = (either & (1U << 13)) != 0U && (either & (1U << 14)) == 0U;
-    return may_repeat ? Verdict::execute_and_flag : Verdict::execute;
+    const bool may_repeat = ((either >> 13) & 3U) == 1U;
+    const Verdict verdict = may_repeat ? Verdict::execute_and_flag : Verdict::execute;
+    return (a.bits & b.bits & ((1U << kMaskBits) - 1U)) != 0U ? Verdict::skip : verdict;
   }
 
   /// Within a cell sorted by descending K, entry j can only meet entries before it with K_i >= 7 ^ K_j.

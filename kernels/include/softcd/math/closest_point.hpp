@@ -40,6 +40,12 @@ SOFTCD_HD RelativePair<T> relative_edge_edge(Vec3<T> e0, Vec3<T> e1, Vec3<T> g0,
   return {e0 - g0, e1 - e0, g1 - g0};
 }
 
+template <ContactKind kKind, class T>
+SOFTCD_HD RelativePair<T> relative_pair(const Vec3<T> (&x)[4]) {
+  return kKind == ContactKind::vertex_triangle ? relative_vertex_triangle(x[0], x[1], x[2], x[3])
+                                               : relative_edge_edge(x[0], x[1], x[2], x[3]);
+}
+
 template <class T>
 SOFTCD_HD RelativePair<T> scaled(T scale, const RelativePair<T>& pair) {
   return {scale * pair.a, scale * pair.b, scale * pair.c};

@@ -47,6 +47,16 @@ SOFTCD_HD inline void extend(Kdop18& dop, Vec3f p) {
   }
 }
 
+/// The volume that holds both.
+SOFTCD_HD inline Kdop18 merged(const Kdop18& a, const Kdop18& b) {
+  Kdop18 both{};
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    both.lo[axis] = smaller(a.lo[axis], b.lo[axis]);
+    both.hi[axis] = larger(a.hi[axis], b.hi[axis]);
+  }
+  return both;
+}
+
 SOFTCD_HD inline float furthest_coordinate(const Kdop18& dop) {
   float furthest = 0.0F;
   for (int axis = 0; axis < 3; ++axis) {
@@ -86,6 +96,40 @@ SOFTCD_HD inline bool overlap(const Kdop18& a, const Kdop18& b) {
   return !is_apart;
 }
 
+/// The volumes of moving points at both ends of a straight-line motion, axis by axis.
+struct EndVolumes {
+  struct alignas(16) Axis {
+    float t0_lo, t0_hi, t1_lo, t1_hi;
+  };
+  Axis axes[kKdopAxes];
+};
+
+SOFTCD_HD inline EndVolumes end_volumes(const Kdop18& t0, const Kdop18& t1) {
+  EndVolumes ends{};
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    ends.axes[axis] = {t0.lo[axis], t0.hi[axis], t1.lo[axis], t1.hi[axis]};
+  }
+  return ends;
+}
+
+/// Whether, along some axis, one lies beyond the other at both ends. The distance along an axis from the one's highest
+/// to the other's lowest point is concave in time, so what the volumes hold is then apart throughout, however far the
+/// two move together.
+SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b) {
+  const auto apart_on = [&](int axis) {
+    const EndVolumes::Axis on_a = a.axes[axis];
+    const EndVolumes::Axis on_b = b.axes[axis];
+    return ((on_a.t0_hi < on_b.t0_lo) & (on_a.t1_hi < on_b.t1_lo)) |
+           ((on_b.t0_hi < on_a.t0_lo) & (on_b.t1_hi < on_a.t1_lo));
+  };
+  // What the first three axes reject need not be read further.
+  bool is_apart = false;
+  for (int axis = 0; axis < 3; ++axis) is_apart |= apart_on(axis);
+  if (is_apart) return true;
+  for (int axis = 3; axis < kKdopAxes; ++axis) is_apart |= apart_on(axis);
+  return is_apart;
+}
+
 /// The projection of p onto one of the nine axes, rounded once.
 template <int kAxis>
 SOFTCD_HD constexpr float project(Vec3f p) {
@@ -109,39 +153,50 @@ struct Interval {
   float lo, hi;
 };
 
-template <int kAxis, int kCount>
-SOFTCD_HD constexpr Interval project(const Vec3f (&points)[kCount]) {
-  Interval interval = {project<kAxis>(points[0]), project<kAxis>(points[0])};
-  for (int i = 1; i < kCount; ++i) {
+/// Of points begin <= i < end.
+template <int kAxis>
+SOFTCD_HD constexpr Interval project(const Vec3f* points, int begin, int end) {
+  Interval interval = {project<kAxis>(points[begin]), project<kAxis>(points[begin])};
+  for (int i = begin + 1; i < end; ++i) {
     interval.lo = smaller(interval.lo, project<kAxis>(points[i]));
     interval.hi = larger(interval.hi, project<kAxis>(points[i]));
   }
   return interval;
 }
 
-template <int kAxis, int kCountA, int kCountB>
-SOFTCD_HD bool apart_on_axis(const PointMotion<kCountA>& a, const PointMotion<kCountB>& b, float reach) {
-  const Interval a_t0 = project<kAxis>(a.t0);
-  const Interval b_t0 = project<kAxis>(b.t0);
-  if (outward_up(a_t0.hi + reach) < b_t0.lo) {
-    return outward_up(project<kAxis>(a.t1).hi + reach) < project<kAxis>(b.t1).lo;
+template <bool kContinuous, int kAxis, int kSplit, int kCount>
+SOFTCD_HD bool apart_on_axis(const PointMotion<kCount>& points, float reach) {
+  const Interval a_t1 = project<kAxis>(points.t1, 0, kSplit);
+  const Interval b_t1 = project<kAxis>(points.t1, kSplit, kCount);
+  bool is_below = outward_up(a_t1.hi + reach) < b_t1.lo;
+  bool is_above = outward_up(b_t1.hi + reach) < a_t1.lo;
+  if constexpr (kContinuous) {
+    const Interval a_t0 = project<kAxis>(points.t0, 0, kSplit);
+    const Interval b_t0 = project<kAxis>(points.t0, kSplit, kCount);
+    is_below &= outward_up(a_t0.hi + reach) < b_t0.lo;
+    is_above &= outward_up(b_t0.hi + reach) < a_t0.lo;
   }
-  if (outward_up(b_t0.hi + reach) < a_t0.lo) {
-    return outward_up(project<kAxis>(b.t1).hi + reach) < project<kAxis>(a.t1).lo;
-  }
-  return false;
+  return is_below | is_above;
 }
 
-/// Whether, along some axis, a lies more than `reach` beyond b at both ends of a straight-line motion. The distance
-/// along an axis from the one's highest to the other's lowest point is concave in time, so the two are then further
-/// apart than that throughout, however far they move together.
-template <int kCountA, int kCountB>
-SOFTCD_HD bool apart_throughout(const PointMotion<kCountA>& a, const PointMotion<kCountB>& b, Reach reach) {
-  return apart_on_axis<0>(a, b, reach.straight) || apart_on_axis<1>(a, b, reach.straight) ||
-         apart_on_axis<2>(a, b, reach.straight) || apart_on_axis<3>(a, b, reach.diagonal) ||
-         apart_on_axis<4>(a, b, reach.diagonal) || apart_on_axis<5>(a, b, reach.diagonal) ||
-         apart_on_axis<6>(a, b, reach.diagonal) || apart_on_axis<7>(a, b, reach.diagonal) ||
-         apart_on_axis<8>(a, b, reach.diagonal);
+/// Whether, along x, y or z, the first kSplit points lie more than `reach` beyond the others at both ends of a
+/// straight-line motion, and so throughout; unless continuous, at t1.
+template <bool kContinuous, int kSplit, int kCount>
+SOFTCD_HD bool apart_on_straight_axes(const PointMotion<kCount>& points, Reach reach) {
+  return apart_on_axis<kContinuous, 0, kSplit>(points, reach.straight) |
+         apart_on_axis<kContinuous, 1, kSplit>(points, reach.straight) |
+         apart_on_axis<kContinuous, 2, kSplit>(points, reach.straight);
+}
+
+/// The same along the six diagonal axes.
+template <bool kContinuous, int kSplit, int kCount>
+SOFTCD_HD bool apart_on_diagonal_axes(const PointMotion<kCount>& points, Reach reach) {
+  return apart_on_axis<kContinuous, 3, kSplit>(points, reach.diagonal) |
+         apart_on_axis<kContinuous, 4, kSplit>(points, reach.diagonal) |
+         apart_on_axis<kContinuous, 5, kSplit>(points, reach.diagonal) |
+         apart_on_axis<kContinuous, 6, kSplit>(points, reach.diagonal) |
+         apart_on_axis<kContinuous, 7, kSplit>(points, reach.diagonal) |
+         apart_on_axis<kContinuous, 8, kSplit>(points, reach.diagonal);
 }
 
 /// Axis-aligned box, the first three axes of the 18-DOP.
@@ -151,6 +206,10 @@ struct Box {
 
 SOFTCD_HD constexpr Box box_of(Vec3f p) {
   return {p, p};
+}
+
+SOFTCD_HD constexpr Box box_of(const Kdop18& dop) {
+  return {{dop.lo[0], dop.lo[1], dop.lo[2]}, {dop.hi[0], dop.hi[1], dop.hi[2]}};
 }
 
 SOFTCD_HD constexpr Box merged(const Box& a, const Box& b) {
@@ -164,9 +223,10 @@ SOFTCD_HD inline Box inflated(const Box& box, float radius) {
           {outward_up(box.hi.x + radius), outward_up(box.hi.y + radius), outward_up(box.hi.z + radius)}};
 }
 
+/// All comparisons are made: boxes that are tried overlap often enough that one branch is cheaper than six.
 SOFTCD_HD constexpr bool overlap(const Box& a, const Box& b) {
-  return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
-         b.lo.z <= a.hi.z;
+  return (a.lo.x <= b.hi.x) & (b.lo.x <= a.hi.x) & (a.lo.y <= b.hi.y) & (b.lo.y <= a.hi.y) & (a.lo.z <= b.hi.z) &
+         (b.lo.z <= a.hi.z);
 }
 
 SOFTCD_HD constexpr bool overlap(const Box& box, const Kdop18& dop) {

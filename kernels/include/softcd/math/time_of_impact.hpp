@@ -330,6 +330,19 @@ SOFTCD_HD constexpr T smallest_volume() {
   return std::is_same_v<T, float> ? T(0x1p-100) : T(0x1p-900);
 }
 
+/// Bounds of roundings: see make_query.
+template <class T>
+SOFTCD_HD bool lies_apart(const RelativePair<T>& pair, T margin) {
+  const T size_a = max_norm(pair.a);
+  const T size_b = max_norm(pair.b);
+  const T size_c = max_norm(pair.c);
+  const T volume = size_a * size_b * size_c;
+  const Vec3<T> plane = cross(pair.b, pair.c);
+  const T height = magnitude(dot(pair.a, plane)) - T(40) * epsilon<T>() * volume;
+  const T reach = margin + T(32) * epsilon<T>() * (size_a + size_b + size_c);
+  return volume >= smallest_volume<T>() && !may_reach(height, plane, reach);
+}
+
 /// A motion with the cubic of its coplanar times, and what is certain about it.
 template <class T>
 struct Query {
@@ -427,16 +440,18 @@ SOFTCD_HD Impact<T> edge_edge_impact(Vec3<T> e0_t0, Vec3<T> e1_t0, Vec3<T> g0_t0
 /// Corners in the order of the functions above, at both ends.
 template <ContactKind kKind, class T>
 SOFTCD_HD bool keep_apart(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
-  if constexpr (kKind == ContactKind::vertex_triangle) {
-    return detail::make_query(detail::Motion<T>{detail::relative_vertex_triangle(t0[0], t0[1], t0[2], t0[3]),
-                                                detail::relative_vertex_triangle(t1[0], t1[1], t1[2], t1[3]), margin,
-                                                T(0)})
-        .keeps_apart();
-  } else {
-    return detail::make_query(detail::Motion<T>{detail::relative_edge_edge(t0[0], t0[1], t0[2], t0[3]),
-                                                detail::relative_edge_edge(t1[0], t1[1], t1[2], t1[3]), margin, T(0)})
-        .keeps_apart();
-  }
+  return detail::make_query(
+             detail::Motion<T>{detail::relative_pair<kKind>(t0), detail::relative_pair<kKind>(t1), margin, T(0)})
+      .keeps_apart();
+}
+
+/// The same at one time: true only where the features are further apart than `margin`, because the planes (the parallel
+/// planes through the two lines) that they lie in are.
+template <ContactKind kKind, class T>
+SOFTCD_HD bool lie_apart(const Vec3<T> (&x)[4], T margin) {
+  const detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
+  const T scale = safe_scale(detail::extent(pair));
+  return detail::lies_apart(scale == T(1) ? pair : detail::scaled(scale, pair), scale * margin);
 }
 
 }  // namespace softcd

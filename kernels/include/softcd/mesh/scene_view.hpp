@@ -45,6 +45,7 @@ struct SceneView {
   std::uint32_t edge_count = 0;
   std::uint32_t body_count = 0;
   bool continuous = false;
+  bool self_collision = false;  ///< some body may touch itself
   /// See PipelineOptions::motion_margin.
   float motion_margin = 0.0F;
 
@@ -52,10 +53,13 @@ struct SceneView {
     return ((may_touch[static_cast<std::size_t>(a) * pair_words + (b >> 5)] >> (b & 31U)) & 1U) != 0U;
   }
 
-  /// Fills class_may_touch from a host copy of the matrix; pair_words and body_count must be set.
-  void set_classes(Span<const std::uint32_t> host_may_touch) {
+  /// Fills class_may_touch and self_collision from a host copy of the matrix; pair_words and body_count must be set.
+  void summarize_pairs(Span<const std::uint32_t> host_may_touch) {
     for (std::uint32_t& word : class_may_touch) word = 0;
+    self_collision = false;
     for (std::uint32_t body = 0; body < body_count; ++body) {
+      const std::uint32_t diagonal = host_may_touch[static_cast<std::size_t>(body) * pair_words + (body >> 5)];
+      self_collision |= ((diagonal >> (body & 31U)) & 1U) != 0U;
       for (std::uint32_t word = 0; word < pair_words; ++word) {
         class_may_touch[body % kBodyClasses] |= host_may_touch[static_cast<std::size_t>(body) * pair_words + word];
       }

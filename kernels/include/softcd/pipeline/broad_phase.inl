@@ -33,20 +33,30 @@ class BroadPhaseStages {
     bound_triangles();
     choose_grid();
     if (settings_.broad_phase == BroadPhase::paper) {
-      assign_cells<PaperControl>();
-      test_pairs<PaperControl>();
+      find_pairs<PaperControl>();
     } else {
-      assign_cells<ExactControl>();
-      test_pairs<ExactControl>();
+      find_pairs<ExactControl>();
     }
   }
 
  private:
+  template <class Control>
+  void find_pairs() {
+    assign_cells<Control>();
+    if (scene_.continuous) {
+      test_pairs<Control, true>();
+    } else {
+      test_pairs<Control, false>();
+    }
+  }
+
   void bound_triangles() {
     backend_.begin(Stage::volumes);
     w_.volumes.reserve(backend_, scene_.triangle_count, 0);
     w_.shapes.reserve(backend_, scene_.triangle_count, 0);
-    backend_.for_each("bound_triangles", triangles(), BoundTriangle{scene_, w_.volumes.data(), w_.shapes.data()});
+    if (scene_.continuous) w_.end_volumes.reserve(backend_, scene_.triangle_count, 0);
+    backend_.for_each("bound_triangles", triangles(),
+                      BoundTriangle{scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
   }
 
   void choose_grid() {
@@ -71,8 +81,16 @@ class BroadPhaseStages {
     produce(
         backend_, counters_,
         [&] {
-          backend_.for_each_append("register_triangles", triangles(), register_triangle, w_.entries.appender(counters_),
-                                   w_.splits.appender(counters_), w_.bigs.appender(counters_));
+          const auto register_all = [&](auto&... lists) {
+            if constexpr (kByPaper) {
+              backend_.for_each_append("register_triangles", triangles(), register_triangle,
+                                       lists.appender(counters_)...);
+            } else {
+              backend_.for_each_part("register_triangles", triangles(), register_triangle,
+                                     lists.appender(counters_)...);
+            }
+          };
+          register_all(w_.entries, w_.splits, w_.bigs);
         },
         w_.entries, w_.splits, w_.bigs);
     if (split && w_.splits.capacity() > 0) {
@@ -83,12 +101,18 @@ class BroadPhaseStages {
     backend_.begin(Stage::sort);
     backend_.sort_pairs("sort_entries", w_.entries.count(counters_), w_.entries.template column<0>(),
                         w_.entries.template column<1>(), kEntryKeyBits);
+    w_.boxed_entries.reserve(backend_, w_.entries.capacity(), 0);
     w_.partner_begin.reserve(backend_, w_.entries.capacity(), 0);
     w_.partner_count.reserve(backend_, w_.entries.capacity(), 0);
     w_.test_offsets.reserve(backend_, w_.entries.capacity(), 0);
-    const CountPartners<Control> count_partners{w_.entries.template column<0>().data(), w_.partner_begin.data(),
-                                                w_.partner_count.data()};
-    backend_.for_each_append("count_partners", w_.entries.count(counters_), count_partners,
+    const PrepareEntry<Control> prepare_entry{scene_,
+                                              w_.volumes.data(),
+                                              w_.entries.template column<0>().data(),
+                                              w_.entries.template column<1>().data(),
+                                              w_.boxed_entries.data(),
+                                              w_.partner_begin.data(),
+                                              w_.partner_count.data()};
+    backend_.for_each_append("prepare_entries", w_.entries.count(counters_), prepare_entry,
                              Appender<CountTarget>{{}, &counters_->cells, 0});
     backend_.exclusive_scan("scan_tests", w_.entries.count(counters_), w_.partner_count.data(), w_.test_offsets.data(),
                             &counters_->tests);
@@ -136,12 +160,12 @@ class BroadPhaseStages {
         w_.entries);
   }
 
-  template <class Control>
+  template <class Control, bool kContinuous>
   void test_pairs() {
     backend_.begin(Stage::tests);
-    const PairTest test{scene_, w_.volumes.data(), w_.shapes.data()};
-    const TestPair<Control> test_pair{test, w_.entries.template column<0>().data(),
-                                      w_.entries.template column<1>().data(), w_.partner_begin.data()};
+    const PairTest<kContinuous> test{scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
+    const TestPair<Control, kContinuous> test_pair{test, w_.entries.template column<0>().data(),
+                                                   w_.boxed_entries.data(), w_.partner_begin.data()};
     produce(
         backend_, counters_,
         [&] {
@@ -159,7 +183,7 @@ class BroadPhaseStages {
       });
     }
     if (w_.bigs.capacity() > 0) {
-      const TestAgainstBig test_big{test, w_.bigs.template column<0>().data(), w_.bigs.count(counters_)};
+      const TestAgainstBig<kContinuous> test_big{test, w_.bigs.template column<0>().data(), w_.bigs.count(counters_)};
       append_pairs(
           [&] { backend_.for_each_append("test_against_big", triangles(), test_big, w_.pairs.appender(counters_)); });
     }

@@ -81,7 +81,7 @@ class DetectorOn final : public Detector {
     scene_.may_touch = w_.may_touch.data();
     scene_.pair_words = bodies.pair_words;
     scene_.body_count = static_cast<std::uint32_t>(bodies.bodies.size());
-    scene_.set_classes(bodies.may_touch);
+    scene_.summarize_pairs(bodies.may_touch);
     scene_.continuous = settings_.detection == Detection::ccd;
     scene_.motion_margin = scene_.continuous ? 0.0F : settings_.motion_margin;
   }
@@ -129,7 +129,8 @@ class DetectorOn final : public Detector {
                                          scene_.vertex_count,
                                          scene_.edge_count,
                                          scene_.body_count,
-                                         scene_.pair_words};
+                                         scene_.pair_words,
+                                         scene_.self_collision};
     values.insert(values.end(), scene_.class_may_touch, scene_.class_may_touch + kBodyClasses);
     with_lists([&](auto&... lists) { (values.push_back(lists.capacity()), ...); });
     return values;

@@ -16,6 +16,12 @@ class NarrowPhaseStages {
       : backend_(backend), w_(workspace), counters_(workspace.counters.data()), scene_(scene), settings_(settings) {}
 
   void run() {
+    if (scene_.continuous) {
+      find_candidates<true>();
+    } else {
+      find_candidates<false>();
+    }
+    backend_.begin(Stage::narrow);
     if (settings_.accuracy == Accuracy::fast) {
       find_contacts<float>();
     } else {
@@ -26,27 +32,37 @@ class NarrowPhaseStages {
   }
 
  private:
-  template <class T>
-  void find_contacts() {
+  template <bool kContinuous>
+  void find_candidates() {
     backend_.begin(Stage::features);
-    const ExpandPair<T> expand_pair{scene_, w_.shapes.data(), w_.pairs.template column<0>().data()};
+    if (settings_.vertex_triangle) {
+      expand_pairs<ContactKind::vertex_triangle, kContinuous>("expand_to_vertex_triangle", w_.vt_candidates);
+    }
+    if (settings_.edge_edge) expand_pairs<ContactKind::edge_edge, kContinuous>("expand_to_edge_edge", w_.ee_candidates);
+  }
+
+  template <ContactKind kKind, bool kContinuous, class Candidates>
+  void expand_pairs(const char* label, Candidates& candidates) {
+    const ExpandPair<kKind, kContinuous> expand_pair{scene_, w_.shapes.data(), w_.pairs.template column<0>().data()};
     produce(
         backend_, counters_,
         [&] {
-          backend_.for_each_part("expand_pairs", w_.pairs.count(counters_), expand_pair,
-                                 w_.vt_candidates.appender(counters_), w_.ee_candidates.appender(counters_));
+          backend_.for_each_part_filtered(label, w_.pairs.count(counters_), expand_pair,
+                                          candidates.appender(counters_));
         },
-        w_.vt_candidates, w_.ee_candidates);
+        candidates);
+  }
 
-    backend_.begin(Stage::narrow);
+  template <class T>
+  void find_contacts() {
     if (settings_.vertex_triangle) {
-      test_kind<ContactKind::vertex_triangle, T>("test_vertex_triangle", w_.vt_candidates);
+      test_candidates<ContactKind::vertex_triangle, T>("test_vertex_triangle", w_.vt_candidates);
     }
-    if (settings_.edge_edge) test_kind<ContactKind::edge_edge, T>("test_edge_edge", w_.ee_candidates);
+    if (settings_.edge_edge) test_candidates<ContactKind::edge_edge, T>("test_edge_edge", w_.ee_candidates);
   }
 
   template <ContactKind kKind, class T, class Candidates>
-  void test_kind(const char* label, Candidates& candidates) {
+  void test_candidates(const char* label, Candidates& candidates) {
     const std::uint64_t* features = candidates.template column<0>().data();
     produce(
         backend_, counters_,

@@ -6,6 +6,7 @@
 
 #include "softcd/pipeline/output.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
+#include "softcd/stages/cell_ranges.hpp"
 #include "softcd/stages/contact_output.hpp"
 #include "softcd/stages/grid_parameters.hpp"
 
@@ -117,6 +118,7 @@ struct Workspace {
 
   // Broad phase. Per triangle:
   Buffer<Kdop18> volumes;
+  Buffer<EndVolumes> end_volumes;
   Buffer<TriangleShape> shapes;
   ArrayList<std::uint32_t> bigs{&Counters::bigs};
   ArrayList<SplitRoot> splits{&Counters::splits};
@@ -128,6 +130,7 @@ struct Workspace {
       &Counters::split_cells};
   // Per entry:
   List<Backend, EntryTarget, SortBuffer<std::uint32_t>, SortBuffer<Entry>> entries{&Counters::entries};
+  Buffer<BoxedEntry> boxed_entries;
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
   List<Backend, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged{&Counters::flagged};

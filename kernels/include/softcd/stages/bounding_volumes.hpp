@@ -9,13 +9,16 @@ namespace softcd {
 
 /// Bits of TriangleShape::flags. The lowest six are the triangle's Ownership.
 constexpr std::uint32_t kOwnershipBits = 63U;
-/// A corner moves further in the step than the triangle is wide, so that time slabs pay.
-constexpr std::uint32_t kFastTriangle = 1U << 6;
 /// On the BIG list.
-constexpr std::uint32_t kBigTriangle = 1U << 7;
+constexpr std::uint32_t kBigTriangle = 1U << 6;
 /// The body wants contacts of this kind.
-constexpr std::uint32_t kWantsVertexTriangle = 1U << 8;
-constexpr std::uint32_t kWantsEdgeEdge = 1U << 9;
+constexpr std::uint32_t kWantsVertexTriangle = 1U << 7;
+constexpr std::uint32_t kWantsEdgeEdge = 1U << 8;
+
+/// The owned features of a kind that the body wants contacts of, bits as Ownership.
+SOFTCD_HD constexpr std::uint32_t wanted_features(std::uint32_t flags) {
+  return flags & (((flags & kWantsVertexTriangle) != 0U ? 7U : 0U) | ((flags & kWantsEdgeEdge) != 0U ? 56U : 0U));
+}
 
 /// What the later stages need to know of a triangle besides its volume, in one 16-byte read.
 struct alignas(16) TriangleShape {
@@ -24,11 +27,13 @@ struct alignas(16) TriangleShape {
   std::uint32_t flags;
 };
 
-/// Computes each triangle's 18-DOP over the whole step, inflated by its margin. Triangles that own nothing because a
-/// vertex is not finite, and triangles out of their partners' reach, get an empty volume.
+/// Computes each triangle's 18-DOP over the whole step, inflated by its margin, and, for a continuous detection, the
+/// ones at the step's two ends. Triangles that own nothing because a vertex is not finite, and triangles out of their
+/// partners' reach, get an empty volume.
 struct BoundTriangle {
   SceneView scene;
   Kdop18* volumes;
+  EndVolumes* end_volumes;  ///< of triangles that take part; null unless continuous
   TriangleShape* shapes;
 
   SOFTCD_HD void operator()(std::uint32_t t) const {
@@ -43,27 +48,29 @@ struct BoundTriangle {
   SOFTCD_HD void bound(std::uint32_t t, Kdop18& out, TriangleShape& shape) const {
     const TriangleMotion motion = load_triangle(scene, t);
     const SceneBody& body = scene.bodies[scene.triangle_body[t]];
-    Kdop18 volume = empty_kdop();
+    Kdop18 at_t0 = empty_kdop();
+    Kdop18 at_t1 = empty_kdop();
     float growth = body.margin;
-    float furthest_move = 0.0F;
     for (int corner = 0; corner < 3; ++corner) {
-      extend(volume, motion.t1[corner]);
+      extend(at_t1, motion.t1[corner]);
       if (scene.continuous) {
-        extend(volume, motion.t0[corner]);
-        furthest_move = larger(furthest_move, max_norm(motion.t1[corner] - motion.t0[corner]));
+        extend(at_t0, motion.t0[corner]);
       } else if (scene.motion_margin > 0.0F) {
         growth = larger(growth, scene.vertex_margin(scene.triangles[t].v[corner]));
       }
     }
-    inflate(volume, growth);
+    inflate(at_t1, growth);
+    inflate(at_t0, growth);
+    const Kdop18 volume = merged(at_t0, at_t1);
     if (!overlap(body.reach, volume)) return;
+    if (scene.continuous) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
 
     float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;
     if (scene.continuous) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
     out = volume;
     shape = {radius, growth,
-             scene.ownership[t] | (furthest_move > radius ? kFastTriangle : 0U) |
-                 (body.vertex_triangle ? kWantsVertexTriangle : 0U) | (body.edge_edge ? kWantsEdgeEdge : 0U)};
+             scene.ownership[t] | (body.vertex_triangle ? kWantsVertexTriangle : 0U) |
+                 (body.edge_edge ? kWantsEdgeEdge : 0U)};
   }
 };
 

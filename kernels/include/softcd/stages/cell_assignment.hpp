@@ -46,80 +46,105 @@ SOFTCD_HD constexpr std::uint32_t split_key_root(std::uint64_t key) {
   return static_cast<std::uint32_t>(key >> (3 * kCellBits));
 }
 
-/// Calls visit(x, y, z, row, below) for every cell of an integer DOP; `below` as lower_neighbour_mask wants it.
+/// The rank of an entry in its cell. Where some body touches itself, 7 - K: K descends. Where none does, the body
+/// modulo 8: what is of one body lies together and is not tested with itself.
+SOFTCD_HD inline std::uint32_t entry_rank(const SceneView& scene, std::uint32_t body, std::uint32_t k) {
+  return scene.self_collision ? 7U - k : body & 7U;
+}
+
+/// Calls visit(cell) for every cell of an integer DOP.
 template <class Visit>
 SOFTCD_HD void for_each_cell(const IntegerDop& cells, Visit visit) {
   for (int z = cells.lo[2]; z <= cells.hi[2]; ++z) {
     const CellInterval column = cells.column(z);
     for (int y = column.lo; y <= column.hi; ++y) {
       const CellInterval row = cells.row(y, z);
-      if (row.empty()) continue;
-      const CellInterval below[4] = {cells.row(y - 1, z - 1), cells.row(y, z - 1), cells.row(y + 1, z - 1),
-                                     cells.row(y - 1, z)};
-      for (int x = row.lo; x <= row.hi; ++x) visit(Cell{x, y, z}, row, below);
+      for (int x = row.lo; x <= row.hi; ++x) visit(Cell{x, y, z});
     }
   }
 }
 
-/// Number of cells of an integer DOP.
-SOFTCD_HD inline std::uint32_t cell_count(const IntegerDop& cells) {
-  std::uint32_t count = 0;
-  for (int z = cells.lo[2]; z <= cells.hi[2]; ++z) {
-    const CellInterval column = cells.column(z);
-    for (int y = column.lo; y <= column.hi; ++y) {
-      const CellInterval row = cells.row(y, z);
-      if (!row.empty()) count += static_cast<std::uint32_t>(row.hi - row.lo + 1);
-    }
+/// Where a triangle goes.
+enum class Placement : std::uint32_t { nowhere, whole, split, big };
+
+/// A triangle about to be registered.
+struct Registration {
+  Placement placement;
+  std::uint32_t triangle;
+  std::uint32_t body;
+  std::uint32_t bits;   ///< whole: of its entries, with an empty mask
+  std::uint32_t level;  ///< split: number of 1-to-4 splits
+  IntegerDop cells;     ///< whole
+
+  /// Whole triangles are registered row by row (fixed y and z).
+  SOFTCD_HD std::uint32_t part_count() const {
+    if (placement != Placement::whole) return placement == Placement::nowhere ? 0U : 1U;
+    return static_cast<std::uint32_t>((cells.hi[1] - cells.lo[1] + 1) * (cells.hi[2] - cells.lo[2] + 1));
   }
-  return count;
-}
+};
 
 /// `exact` and `uniform`: registers a triangle in the cells of its own volume when it is small enough, else puts it on
 /// the list of triangles to split, or, where that would take too many cells, on the list of those tested against all.
 struct RegisterTriangle {
+  using Item = Registration;
+
   SceneView scene;
   const Kdop18* volumes;
   TriangleShape* shapes;
   const GridParameters* grid;
   bool subdivision;
 
-  template <class Entries, class Splits, class Bigs>
-  SOFTCD_HD void operator()(std::uint32_t t, Entries& entries, Splits& splits, Bigs& bigs) const {
-    const Kdop18& volume = volumes[t];
-    if (is_empty(volume)) return;
+  SOFTCD_HD Registration load_item(std::uint32_t t) const {
+    Registration work{};
+    work.triangle = t;
+    const Kdop18 volume = volumes[t];
+    if (is_empty(volume)) return work;
     const float inverse_size = grid->inverse_cell_size;
-    if (!within_reach(volume, inverse_size)) {
-      list_big(t, bigs);
-      return;
-    }
-    const IntegerDop cells = integer_dop(volume, inverse_size);
+    work.placement = Placement::big;
+    if (!within_reach(volume, inverse_size)) return work;
+    work.cells = integer_dop(volume, inverse_size);
+    const int span = work.cells.span();
     const TriangleShape shape = shapes[t];
     const float limit = larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
     const bool is_large = subdivision && shape.radius > kLeastSplit * limit;
     const int level = is_large ? subdivision_level(shape.radius, limit) : 0;
-    if (level > kMaxLevel || cells.span() > kMaxSpan) {
-      list_big(t, bigs);
-    } else if (level > 0) {
-      splits.push(SplitRoot{t, static_cast<std::uint16_t>(level), 0});
+    if (level > kMaxLevel || span > kMaxSpan) return work;
+    work.placement = level > 0 ? Placement::split : Placement::whole;
+    work.level = static_cast<std::uint32_t>(level);
+    work.body = scene.triangle_body[t];
+    work.bits = entry_bits(ExactControl::pack(0, false, span <= 2), work.body, wanted_features(shape.flags));
+    return work;
+  }
+
+  template <class Entries, class Splits, class Bigs>
+  SOFTCD_HD void operator()(const Registration& work, std::uint32_t part, Entries& entries, Splits& splits,
+                            Bigs& bigs) const {
+    if (work.placement == Placement::whole) {
+      register_row(work, part, entries);
+    } else if (work.placement == Placement::split) {
+      splits.push(SplitRoot{work.triangle, static_cast<std::uint16_t>(work.level), 0});
     } else {
-      const Ownership ownership = scene.ownership[t];
-      const std::uint32_t body = scene.triangle_body[t];
-      const bool fits = cells.span() <= 2;
-      const bool fast = (shape.flags & kFastTriangle) != 0U;
-      auto room = entries.allocate(cell_count(cells));
-      for_each_cell(cells, [&](Cell cell, CellInterval row, const CellInterval(&below)[4]) {
-        const std::uint32_t mask = lower_neighbour_mask(cell.x, row, below);
-        room.put(KeyedEntry{entry_key(cell_index(cell), missing_face_neighbours(mask)),
-                            {t, entry_bits(ExactControl::pack(mask, false, fits), body, ownership, fast)}});
-      });
+      shapes[work.triangle].flags |= kBigTriangle;
+      bigs.push(work.triangle);
     }
   }
 
  private:
-  template <class Bigs>
-  SOFTCD_HD void list_big(std::uint32_t t, Bigs& bigs) const {
-    shapes[t].flags |= kBigTriangle;
-    bigs.push(t);
+  template <class Entries>
+  SOFTCD_HD void register_row(const Registration& work, std::uint32_t part, Entries& entries) const {
+    const IntegerDop& cells = work.cells;
+    const int rows_in_layer = cells.hi[1] - cells.lo[1] + 1;
+    const int z = cells.lo[2] + static_cast<int>(part) / rows_in_layer;
+    const int y = cells.lo[1] + static_cast<int>(part) % rows_in_layer;
+    if (cells.row(y, z).empty()) return;
+    const CellRow row(cells, y, z);
+    auto room = entries.allocate(static_cast<std::uint32_t>(row.cells.hi - row.cells.lo + 1));
+    for (int x = row.cells.lo; x <= row.cells.hi; ++x) {
+      const std::uint32_t mask = row.mask(x);
+      const std::uint32_t rank = entry_rank(scene, work.body, missing_face_neighbours(mask));
+      room.put(KeyedEntry{entry_key(cell_index(Cell{x, y, z}), rank),
+                          {work.triangle, work.bits | ExactControl::pack(mask, false, false)}});
+    }
   }
 };
 
@@ -143,10 +168,9 @@ struct RegisterChild {
     const SplitRoot root = splits[split];
     const TriangleMotion motion = load_triangle(scene, root.root);
     const Kdop18 volume = child_volume(motion, root.level, child, shapes[root.root].growth);
-    for_each_cell(integer_dop(volume, grid->inverse_cell_size),
-                  [&](Cell cell, CellInterval /*row*/, const CellInterval(&/*below*/)[4]) {
-                    cells.push(SplitCell{split_key(root.root, cell_index(cell)), child});
-                  });
+    for_each_cell(integer_dop(volume, grid->inverse_cell_size), [&](Cell cell) {
+      cells.push(SplitCell{split_key(root.root, cell_index(cell)), child});
+    });
   }
 };
 
@@ -187,10 +211,11 @@ struct RegisterSplitCell {
       const std::uint64_t found = lower_bound_index(keys, 0, count, wanted);
       if (found < count && keys[found] == wanted) mask |= 1U << bit;
     }
-    const bool fast = (shapes[root].flags & kFastTriangle) != 0U;
-    entries.push(KeyedEntry{entry_key(index, missing_face_neighbours(mask)),
-                            {root, entry_bits(ExactControl::pack(mask, true, false), scene.triangle_body[root],
-                                              scene.ownership[root], fast)}});
+    const std::uint32_t body = scene.triangle_body[root];
+    const std::uint32_t rank = entry_rank(scene, body, missing_face_neighbours(mask));
+    const std::uint32_t control = ExactControl::pack(mask, true, false);
+    entries.push(
+        KeyedEntry{entry_key(index, rank), {root, entry_bits(control, body, wanted_features(shapes[root].flags))}});
   }
 };
 

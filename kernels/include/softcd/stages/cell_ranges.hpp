@@ -7,6 +7,12 @@
 
 namespace softcd {
 
+/// A sorted entry and the box of its triangle, all that most of its tests read, in one 32-byte place.
+struct alignas(16) BoxedEntry {
+  Box box;
+  Entry entry;
+};
+
 /// First position whose key is not less than `key`, for a key of the block that ends at `from`: gallops backwards, so
 /// it costs the logarithm of the distance.
 SOFTCD_HD inline std::uint32_t gallop_back(const std::uint32_t* keys, std::uint32_t from, std::uint32_t key) {
@@ -16,24 +22,39 @@ SOFTCD_HD inline std::uint32_t gallop_back(const std::uint32_t* keys, std::uint3
   return static_cast<std::uint32_t>(lower_bound_index(keys, begin, from - step / 2, key));
 }
 
-/// For each sorted entry: where its cell begins, and how many entries before it in the cell it may have to be tested
-/// with.
+/// An entry has to be tested with those before it in its cell whose rank is below this.
 template <class Control>
-struct CountPartners {
+SOFTCD_HD std::uint32_t partner_ranks(const SceneView& scene, std::uint32_t rank) {
+  if (scene.self_collision) return 8U - Control::lowest_partner_k(7U - rank);
+  return scene.body_count <= 8U ? rank : rank + 1U;
+}
+
+/// Prepares each sorted entry for its tests: lays its triangle's box beside it, and finds where its cell begins and how
+/// many entries before it in the cell it may have to be tested with.
+template <class Control>
+struct PrepareEntry {
+  SceneView scene;
+  const Kdop18* volumes;
   const std::uint32_t* keys;
+  const Entry* entries;
+  BoxedEntry* boxed;
   std::uint32_t* partner_begin;
   std::uint32_t* partner_count;
 
   template <class Cells>
   SOFTCD_HD void operator()(std::uint32_t j, Cells& cells) const {
+    const Entry entry = entries[j];
+    boxed[j] = {box_of(volumes[entry.root]), entry};
+
     const std::uint32_t key = keys[j];
-    const std::uint32_t begin = gallop_back(keys, j, key & ~7U);
+    const std::uint32_t cell = key & ~7U;
+    const std::uint32_t begin = gallop_back(keys, j, cell);
     if (begin == j) cells.push(j);
-    const std::uint32_t last_class = 7U - Control::lowest_partner_k(key_k(key));
-    std::uint32_t end = j;
-    if (last_class < (key & 7U)) {
-      end = static_cast<std::uint32_t>(lower_bound_index<std::uint32_t>(keys, begin, j, (key & ~7U) + last_class + 1U));
-    }
+    const std::uint32_t ranks = partner_ranks<Control>(scene, key_rank(key));
+    const std::uint32_t end =
+        ranks > key_rank(key)
+            ? j
+            : static_cast<std::uint32_t>(lower_bound_index<std::uint32_t>(keys, begin, j, cell + ranks));
     partner_begin[j] = begin;
     partner_count[j] = end - begin;
   }

@@ -10,7 +10,7 @@
 namespace softcd {
 
 /// A contact between features by their scene-wide indices.
-struct FeatureContact {
+struct alignas(16) FeatureContact {
   std::uint64_t
       features;  ///< kind:1 | vertex:31 | triangle:32, or kind:1 | lower edge:31 | higher edge:32, from high to low
   float weights[4];

@@ -5,6 +5,7 @@
 #include "softcd/math/time_of_impact.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
+#include "softcd/stages/contact_tests.hpp"
 
 namespace softcd {
 
@@ -20,122 +21,128 @@ SOFTCD_HD constexpr int nth_bit3(std::uint32_t bits, std::uint32_t n) {
   return first + ((bits >> 1) & 1U) > n ? 1 : 2;
 }
 
-/// Two triangles that may touch, and the features of each that the pair has to test: bits as Ownership.
+/// Two triangles that may touch, and which corners (vertex-triangle) or sides (edge-edge) of each the pair has to test.
+template <ContactKind kKind>
 struct FeatureWork {
   std::uint32_t a, b;
-  std::uint32_t owned_a, owned_b;
-  float growth_a, growth_b;
+  std::uint32_t owned_a, owned_b;  ///< three bits each
 
-  SOFTCD_HD std::uint32_t vertices_a() const { return count_bits3(owned_a); }
-  SOFTCD_HD std::uint32_t vertices_b() const { return count_bits3(owned_b); }
-  SOFTCD_HD std::uint32_t edges_a() const { return count_bits3(owned_a >> 3U); }
-  SOFTCD_HD std::uint32_t edges_b() const { return count_bits3(owned_b >> 3U); }
-  SOFTCD_HD std::uint32_t part_count() const { return vertices_a() + vertices_b() + edges_a() * edges_b(); }
+  SOFTCD_HD std::uint32_t part_count() const {
+    const std::uint32_t count_a = count_bits3(owned_a);
+    const std::uint32_t count_b = count_bits3(owned_b);
+    return kKind == ContactKind::vertex_triangle ? count_a + count_b : count_a * count_b;
+  }
 };
 
-/// Expands a pair of triangles into the vertex-triangle and edge-edge candidates that the two own (R-triangles), of the
-/// kinds that both bodies want. A part is one such candidate; it is kept unless the features share a vertex (they are
-/// always in contact), or are kept apart by their boxes over the step, by the 18-DOPs at its two ends, or, in
-/// T as the narrow phase, by the signs of the coplanarity cubic.
-template <class T>
+/// Expands a pair of triangles into the candidates of one kind that the two own (R-triangles), if both bodies want that
+/// kind. A part is one such candidate; it is kept unless the features share a vertex (they are always in contact), or
+/// are certain to stay apart: along one of the 18-DOP's axes at both ends of the step, or out of each other's plane, or
+/// by the signs of the coplanarity cubic; in the order of what each rejects for its cost. In float, whatever the narrow
+/// phase computes in: all that is rejected is apart in exact arithmetic.
+template <ContactKind kKind, bool kContinuous>
 struct ExpandPair {
-  using Item = FeatureWork;
+  using Item = FeatureWork<kKind>;
 
   SceneView scene;
   const TriangleShape* shapes;
   const std::uint64_t* pairs;
 
-  SOFTCD_HD FeatureWork load_item(std::uint32_t i) const {
+  SOFTCD_HD Item load_item(std::uint32_t i) const {
     const auto a = static_cast<std::uint32_t>(pairs[i] >> 32);
     const auto b = static_cast<std::uint32_t>(pairs[i]);
     const TriangleShape shape_a = shapes[a];
     const TriangleShape shape_b = shapes[b];
-    const std::uint32_t wanted = shape_a.flags & shape_b.flags;
-    const std::uint32_t kinds =
-        ((wanted & kWantsVertexTriangle) != 0U ? 7U : 0U) | ((wanted & kWantsEdgeEdge) != 0U ? 56U : 0U);
-    return {a, b, shape_a.flags & kinds, shape_b.flags & kinds, shape_a.growth, shape_b.growth};
+    constexpr std::uint32_t kWanted = kKind == ContactKind::vertex_triangle ? kWantsVertexTriangle : kWantsEdgeEdge;
+    constexpr std::uint32_t kShift = kKind == ContactKind::vertex_triangle ? 0 : 3;
+    const std::uint32_t bits = (shape_a.flags & shape_b.flags & kWanted) != 0U ? 7U : 0U;
+    return {a, b, (shape_a.flags >> kShift) & bits, (shape_b.flags >> kShift) & bits};
   }
 
-  template <class VertexTriangles, class EdgeEdges>
-  SOFTCD_HD void operator()(const FeatureWork& work, std::uint32_t part, VertexTriangles& vertex_triangles,
-                            EdgeEdges& edge_edges) const {
-    const float margin = outward_up(work.growth_a + work.growth_b);
-    const std::uint32_t vertices_a = work.vertices_a();
-    const std::uint32_t vertices = vertices_a + work.vertices_b();
-    if (part < vertices_a) {
-      test_vertex(work.a, nth_bit3(work.owned_a, part), work.b, margin, vertex_triangles);
-    } else if (part < vertices) {
-      test_vertex(work.b, nth_bit3(work.owned_b, part - vertices_a), work.a, margin, vertex_triangles);
+  /// The features' vertices, as contact_margin wants them, and what they are of.
+  struct Candidate {
+    FeatureVertices vertices;
+    std::uint32_t first;   ///< vertex-triangle: the vertex; edge-edge: side:2 | triangle:30 from low to high
+    std::uint32_t second;  ///< the triangle; likewise
+  };
+
+  /// False where the features share a vertex or are apart along x, y or z: most are.
+  SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      const std::uint32_t count_a = count_bits3(work.owned_a);
+      const bool is_of_a = part < count_a;
+      const int corner = is_of_a ? nth_bit3(work.owned_a, part) : nth_bit3(work.owned_b, part - count_a);
+      const std::uint32_t v = scene.triangles[is_of_a ? work.a : work.b].v[corner];
+      const std::uint32_t triangle = is_of_a ? work.b : work.a;
+      const Triangle t = scene.triangles[triangle];
+      if (v == t.v[0] || v == t.v[1] || v == t.v[2]) return false;
+      candidate = {{{v, t.v[0], t.v[1], t.v[2]}}, v, triangle};
     } else {
-      const std::uint32_t edges_b = work.edges_b();
-      test_edges(work.a, nth_bit3(work.owned_a >> 3U, (part - vertices) / edges_b), work.b,
-                 nth_bit3(work.owned_b >> 3U, (part - vertices) % edges_b), margin, edge_edges);
+      const std::uint32_t count_b = count_bits3(work.owned_b);
+      const int side_a = nth_bit3(work.owned_a, part / count_b);
+      const int side_b = nth_bit3(work.owned_b, part % count_b);
+      const Triangle& t = scene.triangles[work.a];
+      const Triangle& u = scene.triangles[work.b];
+      const std::uint32_t p = t.v[side_a];
+      const std::uint32_t q = t.v[side_a == 2 ? 0 : side_a + 1];
+      const std::uint32_t r = u.v[side_b];
+      const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
+      if (p == r || p == s || q == r || q == s) return false;
+      candidate = {{{p, q, r, s}},
+                   (work.a << 2) | static_cast<std::uint32_t>(side_a),
+                   (work.b << 2) | static_cast<std::uint32_t>(side_b)};
+    }
+    const PointMotion<4> points = load(candidate.vertices);
+    return !apart_on_straight_axes<kContinuous, kCountA>(points, reach_between(points, margin_of(candidate)));
+  }
+
+  template <class Candidates>
+  SOFTCD_HD void test(const Candidate& candidate, Candidates& candidates) const {
+    const PointMotion<4> points = load(candidate.vertices);
+    const float margin = margin_of(candidate);
+    if constexpr (kContinuous) {
+      if (keep_apart<kKind>(points.t0, points.t1, margin)) return;
+    } else {
+      if (lie_apart<kKind>(points.t1, margin)) return;
+    }
+    if (stay_apart_diagonally(candidate)) return;
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      candidates.push((static_cast<std::uint64_t>(candidate.first) << 32) | candidate.second);
+    } else {
+      const std::uint32_t edge_a = scene.triangle_edges[candidate.first >> 2].v[candidate.first & 3U];
+      const std::uint32_t edge_b = scene.triangle_edges[candidate.second >> 2].v[candidate.second & 3U];
+      candidates.push(edge_a < edge_b ? (static_cast<std::uint64_t>(edge_a) << 32) | edge_b
+                                      : (static_cast<std::uint64_t>(edge_b) << 32) | edge_a);
     }
   }
 
  private:
-  template <int kCount>
-  SOFTCD_HD PointMotion<kCount> load(const std::uint32_t (&vertices)[kCount]) const {
-    PointMotion<kCount> motion{};
-    for (int i = 0; i < kCount; ++i) {
-      motion.t1[i] = scene.x_t1[vertices[i]];
-      motion.t0[i] = scene.continuous ? scene.x_t0[vertices[i]] : motion.t1[i];
+  static constexpr int kCountA = kKind == ContactKind::vertex_triangle ? 1 : 2;
+
+  SOFTCD_HD float margin_of(const Candidate& candidate) const {
+    return outward_up(contact_margin<kKind>(scene, candidate.vertices));
+  }
+
+  SOFTCD_HD PointMotion<4> load(const FeatureVertices& vertices) const {
+    PointMotion<4> motion{};
+    for (int i = 0; i < 4; ++i) {
+      motion.t1[i] = scene.x_t1[vertices.v[i]];
+      motion.t0[i] = kContinuous ? scene.x_t0[vertices.v[i]] : motion.t1[i];
     }
     return motion;
   }
 
-  template <int kCount>
-  static SOFTCD_HD Box swept_box(const PointMotion<kCount>& points) {
-    Box box = merged(box_of(points.t0[0]), box_of(points.t1[0]));
-    for (int i = 1; i < kCount; ++i) box = merged(box, merged(box_of(points.t0[i]), box_of(points.t1[i])));
-    return box;
-  }
-
-  static SOFTCD_HD float furthest_coordinate(const Box& box) { return larger(max_norm(box.lo), max_norm(box.hi)); }
-
-  /// Whether two features are certain to stay further apart than `margin`.
-  template <ContactKind kKind, int kCountA, int kCountB>
-  SOFTCD_HD bool stay_apart(const PointMotion<kCountA>& a, const PointMotion<kCountB>& b, float margin) const {
-    const Box box_a = inflated(swept_box(a), margin);
-    const Box box_b = swept_box(b);
-    if (!overlap(box_a, box_b)) return true;
-    const float furthest = larger(furthest_coordinate(box_a), furthest_coordinate(box_b));
-    if (apart_throughout(a, b, reach_of(margin, furthest))) return true;
-    if (!scene.continuous) return false;
-    Vec3<T> t0[4];
-    Vec3<T> t1[4];
+  static SOFTCD_HD Reach reach_between(const PointMotion<4>& points, float margin) {
+    float furthest = 0.0F;
     for (int i = 0; i < 4; ++i) {
-      t0[i] = vec3_cast<T>(i < kCountA ? a.t0[i < kCountA ? i : 0] : b.t0[i < kCountA ? 0 : i - kCountA]);
-      t1[i] = vec3_cast<T>(i < kCountA ? a.t1[i < kCountA ? i : 0] : b.t1[i < kCountA ? 0 : i - kCountA]);
+      furthest = larger(furthest, max_norm(points.t1[i]));
+      if (kContinuous) furthest = larger(furthest, max_norm(points.t0[i]));
     }
-    return keep_apart<kKind>(t0, t1, static_cast<T>(margin));
+    return reach_of(margin, furthest);
   }
 
-  template <class VertexTriangles>
-  SOFTCD_HD void test_vertex(std::uint32_t owner, int corner, std::uint32_t other, float margin,
-                             VertexTriangles& out) const {
-    const std::uint32_t v = scene.triangles[owner].v[corner];
-    const Triangle t = scene.triangles[other];
-    if (v == t.v[0] || v == t.v[1] || v == t.v[2]) return;
-    if (stay_apart<ContactKind::vertex_triangle>(load<1>({v}), load(t.v), margin)) return;
-    out.push((static_cast<std::uint64_t>(v) << 32) | other);
-  }
-
-  template <class EdgeEdges>
-  SOFTCD_HD void test_edges(std::uint32_t a, int side_a, std::uint32_t b, int side_b, float margin,
-                            EdgeEdges& out) const {
-    const Triangle& t = scene.triangles[a];
-    const Triangle& u = scene.triangles[b];
-    const std::uint32_t p = t.v[side_a];
-    const std::uint32_t q = t.v[side_a == 2 ? 0 : side_a + 1];
-    const std::uint32_t r = u.v[side_b];
-    const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
-    if (p == r || p == s || q == r || q == s) return;
-    if (stay_apart<ContactKind::edge_edge>(load<2>({p, q}), load<2>({r, s}), margin)) return;
-    const std::uint32_t edge_a = scene.triangle_edges[a].v[side_a];
-    const std::uint32_t edge_b = scene.triangle_edges[b].v[side_b];
-    out.push(edge_a < edge_b ? (static_cast<std::uint64_t>(edge_a) << 32) | edge_b
-                             : (static_cast<std::uint64_t>(edge_b) << 32) | edge_a);
+  SOFTCD_HD_SELDOM bool stay_apart_diagonally(Candidate candidate) const {
+    const PointMotion<4> points = load(candidate.vertices);
+    return apart_on_diagonal_axes<kContinuous, kCountA>(points, reach_between(points, margin_of(candidate)));
   }
 };
 

@@ -6,6 +6,7 @@
 #include "softcd/grid/control_bits.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
+#include "softcd/stages/cell_ranges.hpp"
 
 namespace softcd {
 
@@ -15,6 +16,22 @@ SOFTCD_HD constexpr std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
 }
 
 constexpr int kTimeSlabs = 8;
+
+/// Whether one moves further relative to the other than the two are wide, so that time slabs may tell them apart where
+/// no axis does.
+SOFTCD_HD inline bool move_past(const EndVolumes& a, const EndVolumes& b) {
+  float motion = 0.0F;
+  float width = 0.0F;
+  for (int axis = 0; axis < 3; ++axis) {
+    const EndVolumes::Axis on_a = a.axes[axis];
+    const EndVolumes::Axis on_b = b.axes[axis];
+    const float motion_a = (on_a.t1_lo + on_a.t1_hi) - (on_a.t0_lo + on_a.t0_hi);
+    const float motion_b = (on_b.t1_lo + on_b.t1_hi) - (on_b.t0_lo + on_b.t0_hi);
+    motion = larger(motion, 0.5F * magnitude(motion_a - motion_b));
+    width = larger(width, (on_a.t1_hi - on_a.t1_lo) + (on_b.t1_hi - on_b.t1_lo));
+  }
+  return motion > width;
+}
 
 SOFTCD_HD inline Box box_at(const TriangleMotion& motion, float t) {
   Box box = box_of(lerp(motion.t0[0], motion.t1[0], t));
@@ -45,66 +62,84 @@ struct alignas(16) PairCandidate {
 };
 
 /// What decides about a pair of triangles once it is known that they meet in a cell. Cheapest first.
+template <bool kContinuous>
 struct PairTest {
   SceneView scene;
   const Kdop18* volumes;
+  const EndVolumes* end_volumes;  ///< null unless continuous
   const TriangleShape* shapes;
 
   /// Whether some vertex or edge of one is owned that could touch the other.
   static SOFTCD_HD constexpr bool own_features(Entry a, Entry b) {
-    return (owned_vertices(a) | owned_vertices(b)) != 0U || (owned_edges(a) != 0U && owned_edges(b) != 0U);
+    return ((owned_vertices(a) | owned_vertices(b)) != 0U) | ((owned_edges(a) != 0U) & (owned_edges(b) != 0U));
   }
 
+  /// Whether bodies of the two entries' classes may touch.
+  SOFTCD_HD bool classes_may_touch(std::uint32_t touchable_by_a, Entry b) const {
+    return ((touchable_by_a >> body_class(b)) & 1U) != 0U;
+  }
+  SOFTCD_HD std::uint32_t touchable_classes(Entry a) const { return scene.class_may_touch[body_class(a)]; }
+
+  /// For entries whose classes may touch.
   SOFTCD_HD bool may_touch(Entry a, Entry b) const {
-    if (scene.body_count > 1 && !scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) {
+    if (scene.body_count > kBodyClasses &&
+        !scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) {
       return false;
     }
-    const Kdop18 volume_a = volumes[a.root];
-    const Kdop18 volume_b = volumes[b.root];
-    if (!overlap(volume_a, volume_b)) return false;
-    if (!scene.continuous) return true;
-    const TriangleMotion motion_a = load_triangle(scene, a.root);
-    const TriangleMotion motion_b = load_triangle(scene, b.root);
-    const float distance = outward_up(shapes[a.root].growth + shapes[b.root].growth);
-    const float furthest = larger(furthest_coordinate(volume_a), furthest_coordinate(volume_b));
-    if (apart_throughout(motion_a, motion_b, reach_of(distance, furthest))) return false;
-    return !(is_fast(a) || is_fast(b)) || overlap_in_a_slab(motion_a, motion_b, distance, furthest);
+    if constexpr (kContinuous) {
+      const EndVolumes& ends_a = end_volumes[a.root];
+      const EndVolumes& ends_b = end_volumes[b.root];
+      if (apart_throughout(ends_a, ends_b)) return false;
+      return !move_past(ends_a, ends_b) || meet_in_a_slab(a.root, b.root);
+    } else {
+      const Kdop18 volume_a = volumes[a.root];
+      const Kdop18 volume_b = volumes[b.root];
+      return overlap(volume_a, volume_b);
+    }
+  }
+
+ private:
+  SOFTCD_HD_SELDOM bool meet_in_a_slab(std::uint32_t a, std::uint32_t b) const {
+    const float distance = outward_up(shapes[a].growth + shapes[b].growth);
+    const float furthest = larger(furthest_coordinate(volumes[a]), furthest_coordinate(volumes[b]));
+    return overlap_in_a_slab(load_triangle(scene, a), load_triangle(scene, b), distance, furthest);
   }
 };
 
 /// One test: sorted entry j against its k-th partner. `filter` decides by the entries alone and hands what is left, a
 /// minority, to `test`, so that a backend may gather enough of it before it goes on.
-template <class Control>
+template <class Control, bool kContinuous>
 struct TestPair {
   using Candidate = PairCandidate;
 
-  PairTest pair_test;
+  PairTest<kContinuous> pair_test;
   const std::uint32_t* keys;
-  const Entry* entries;
+  const BoxedEntry* entries;
   const std::uint32_t* partner_begin;
 
   /// What all tests of one entry share.
   struct Item {
-    Entry entry;
-    const Entry* partners;
+    BoxedEntry boxed;
+    const BoxedEntry* partners;
     std::uint32_t cell;
     std::uint32_t touchable_classes;  ///< bits of the body classes that the entry's body may touch
   };
 
   SOFTCD_HD Item load_item(std::uint32_t j) const {
-    const Entry entry = entries[j];
-    return {entry, entries + partner_begin[j], key_cell(keys[j]), pair_test.scene.class_may_touch[body_class(entry)]};
+    const BoxedEntry boxed = entries[j];
+    return {boxed, entries + partner_begin[j], key_cell(keys[j]), pair_test.touchable_classes(boxed.entry)};
   }
 
   SOFTCD_HD bool filter(const Item& item, std::uint32_t k, PairCandidate& candidate) const {
-    const Entry partner = item.partners[k];
-    if (((item.touchable_classes >> body_class(partner)) & 1U) == 0U) return false;
-    const Verdict verdict = Control::judge(item.cell, item.entry, partner);
-    if (verdict == Verdict::skip || item.entry.root == partner.root) return false;
-    if (!PairTest::own_features(item.entry, partner)) return false;
-    candidate = {item.entry, partner};
-    if (verdict == Verdict::execute_and_flag) candidate.a.bits |= kFlaggedPair;
-    return true;
+    const BoxedEntry boxed_partner = item.partners[k];
+    const Entry entry = item.boxed.entry;
+    const Entry partner = boxed_partner.entry;
+    if (!overlap(item.boxed.box, boxed_partner.box)) return false;
+    const Verdict verdict = Control::judge(item.cell, entry, partner);
+    candidate = {entry, partner};
+    candidate.a.bits |= verdict == Verdict::execute_and_flag ? kFlaggedPair : 0U;
+    return (verdict != Verdict::skip) & (entry.root != partner.root) &
+           pair_test.classes_may_touch(item.touchable_classes, partner) & pair_test.own_features(entry, partner);
   }
 
   template <class Pairs, class Flagged>
@@ -123,8 +158,9 @@ struct TestPair {
 };
 
 /// Triangle t against every triangle on the BIG list, each pair once.
+template <bool kContinuous>
 struct TestAgainstBig {
-  PairTest test;
+  PairTest<kContinuous> test;
   const std::uint32_t* bigs;
   Count big_count;
 
@@ -132,19 +168,20 @@ struct TestAgainstBig {
   SOFTCD_HD void operator()(std::uint32_t t, Pairs& pairs) const {
     if (is_empty(test.volumes[t])) return;
     const Entry a = entry_of(t);
+    const std::uint32_t touchable = test.touchable_classes(a);
     const bool is_big = (test.shapes[t].flags & kBigTriangle) != 0U;
     for (std::uint64_t i = 0; i < big_count.get(); ++i) {
       const std::uint32_t big = bigs[i];
       if (t == big || (is_big && t < big)) continue;
       const Entry b = entry_of(big);
-      if (PairTest::own_features(a, b) && test.may_touch(a, b)) pairs.push(pair_key(t, big));
+      if (!test.classes_may_touch(touchable, b) || !test.own_features(a, b)) continue;
+      if (test.may_touch(a, b)) pairs.push(pair_key(t, big));
     }
   }
 
  private:
   SOFTCD_HD Entry entry_of(std::uint32_t t) const {
-    return {t, entry_bits(0, test.scene.triangle_body[t], test.scene.ownership[t],
-                          (test.shapes[t].flags & kFastTriangle) != 0U)};
+    return {t, entry_bits(0, test.scene.triangle_body[t], wanted_features(test.shapes[t].flags))};
   }
 };
 

@@ -119,10 +119,11 @@ struct RegisterTriangleByPaper {
     } else {
       const std::uint32_t home = PaperControl::type_of(cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
       const std::uint32_t control = PaperControl::pack(home, touched_types(sphere, *grid), 0);
-      const bool fast = (shape.flags & kFastTriangle) != 0U;
+      const std::uint32_t body = scene.triangle_body[t];
+      const Entry entry = {t, entry_bits(control, body, wanted_features(shape.flags))};
+      const std::uint32_t rank = entry_rank(scene, body, 7);
       for_each_cell(sphere, *grid, [&](Cell cell) {
-        entries.push(KeyedEntry{entry_key(cell_index(cell), 7),
-                                {t, entry_bits(control, scene.triangle_body[t], scene.ownership[t], fast)}});
+        entries.push(KeyedEntry{entry_key(cell_index(cell), rank), entry});
       });
     }
   }
@@ -193,9 +194,9 @@ struct RegisterSplitCellByPaper {
     });
     const Sphere sphere = child_sphere(scene, split, representative, growth);
     const std::uint32_t control = PaperControl::pack(home_type(sphere), touched_types(sphere, *grid), siblings);
-    const bool fast = (shapes[root].flags & kFastTriangle) != 0U;
-    entries.push(KeyedEntry{entry_key(index, 7),
-                            {root, entry_bits(control, scene.triangle_body[root], scene.ownership[root], fast)}});
+    const std::uint32_t body = scene.triangle_body[root];
+    entries.push(KeyedEntry{entry_key(index, entry_rank(scene, body, 7)),
+                            {root, entry_bits(control, body, wanted_features(shapes[root].flags))}});
   }
 
  private:

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "generic_kernels.cuh"
+#include "softcd/stages/cell_assignment.hpp"
+#include "softcd/stages/contact_tests.hpp"
+#include "softcd/stages/feature_pairs.hpp"
+#include "softcd/stages/pair_tests.hpp"
+
+/// What single stages' kernels need to be told, by measurement on an H200.
+namespace softcd::cuda {
+
+/// They wait for memory and would take more registers than is good for them.
+template <class Control>
+constexpr int kResidentBlocks<TestPair<Control, false>> = 4;
+template <class Control>
+constexpr int kResidentBlocks<TestPair<Control, true>> = 3;
+template <ContactKind kKind, bool kContinuous>
+constexpr int kResidentBlocks<ExpandPair<kKind, kContinuous>> = 4;
+template <ContactKind kKind, class T>
+constexpr int kResidentBlocks<TestMotion<kKind, T>> = 2;
+
+/// Large triangles have a hundred times the rows of others, and are often neighbours.
+template <>
+constexpr std::uint32_t kItemsAtOnce<RegisterTriangle> = 64;
+
+}  // namespace softcd::cuda
