@@ -51,8 +51,9 @@ class CudaBackend {
  public:
   static constexpr bool kKnowsCounts = false;
 
-  CudaBackend() {
-    check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
+  /// Enqueues on the caller's stream, or, when that is null, on one of its own.
+  explicit CudaBackend(cudaStream_t stream) : stream_(stream), owns_stream_(stream == nullptr) {
+    if (owns_stream_) check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
     int device = 0;
     check_cuda(cudaGetDevice(&device), "cudaGetDevice");
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device), "cudaDeviceGetAttribute");
@@ -64,7 +65,7 @@ class CudaBackend {
   ~CudaBackend() {
     cudaStreamSynchronize(stream_);
     for (cudaEvent_t event : events_) cudaEventDestroy(event);
-    cudaStreamDestroy(stream_);
+    if (owns_stream_) cudaStreamDestroy(stream_);
   }
 
   template <class T>
@@ -73,6 +74,8 @@ class CudaBackend {
     void reserve(CudaBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       if (capacity <= capacity_) return;
       DeviceMemory<T> grown(capacity);
+      // Sorts move what lies behind the last value, 16-byte copies what lies between: nothing of it is ever undefined.
+      check_cuda(cudaMemsetAsync(grown.get(), 0, capacity * sizeof(T), backend.stream_), "growing a buffer");
       if (kept > 0) {
         check_cuda(cudaMemcpyAsync(grown.get(), memory_.get(), std::min(kept, capacity_) * sizeof(T),
                                    cudaMemcpyDeviceToDevice, backend.stream_),
@@ -266,7 +269,7 @@ class CudaBackend {
     key.push_back(allocations_);
     if (graph_ && key == graph_key_) {
       part_count_ = graph_parts_;
-    } else if (key == last_key_) {
+    } else if (key == last_key_ && stream_ != cudaStreamLegacy) {
       capture(f);
       graph_key_ = key;
       graph_parts_ = part_count_;
@@ -372,6 +375,7 @@ class CudaBackend {
   }
 
   cudaStream_t stream_ = nullptr;
+  bool owns_stream_ = false;
   int processors_ = 0;
   Buffer<std::byte> scratch_;
   PinnedBuffer<Vec3f> host_x_t0_, host_x_t1_;

@@ -18,8 +18,8 @@ std::string find_problem() {
 
 }  // namespace
 
-std::unique_ptr<Detector> make_cuda_detector() {
-  return std::make_unique<DetectorOn<CudaBackend>>();
+std::unique_ptr<Detector> make_cuda_detector(void* stream) {
+  return std::make_unique<DetectorOn<CudaBackend>>(static_cast<cudaStream_t>(stream));
 }
 
 const char* cuda_problem() {

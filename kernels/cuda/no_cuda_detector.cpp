@@ -2,7 +2,7 @@
 
 namespace softcd {
 
-std::unique_ptr<Detector> make_cuda_detector() {
+std::unique_ptr<Detector> make_cuda_detector(void* /*stream*/) {
   return nullptr;
 }
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <new>
 
-#include "backend_selection.hpp"
 #include "body.hpp"
 #include "explain.hpp"
 #include "pair_selection.hpp"
 #include "scene_snapshot.hpp"
+#include "selected_detector.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd {
@@ -71,7 +71,7 @@ class CollisionPipeline::Implementation {
  public:
   explicit Implementation(PipelineOptions options) : options_(std::move(options)) {
     validate_options(options_);
-    select();
+    detector_ = select_detector(options_);
   }
 
   BodyId add_body(const BodyDesc& desc) {
@@ -121,21 +121,20 @@ class CollisionPipeline::Implementation {
   void set_options(const PipelineOptions& options) {
     validate_options(options);
     finish_pending();
-    const bool reselect = options.backend != options_.backend;
-    PipelineOptions before = std::exchange(options_, options);
-    if (!reselect) return;
-    try {
-      select();
-    } catch (...) {
-      options_ = std::move(before);
-      throw;
+    if (options.backend != options_.backend || options.cuda_stream != options_.cuda_stream) {
+      detector_ = select_detector(options);
+      topology_changed_ = true;
     }
+    options_ = options;
+    detector_->set_log(options_.log);
   }
 
   const PipelineOptions& options() const { return options_; }
-  Backend backend() const { return backend_; }
+  Backend backend() const { return detector_->backend(); }
   const Statistics& statistics() const { return statistics_; }
-  std::vector<StageReport> explain() const { return explain_stages(options_, decisions_, statistics_); }
+  std::vector<StageReport> explain() const {
+    return explain_stages(options_, decisions_, detector_->reason(), statistics_);
+  }
 
   void detect_async() {
     finish_pending();
@@ -149,8 +148,7 @@ class CollisionPipeline::Implementation {
     const Vec3d origin = scene_origin(surveys);
     pairs_ =
         select_pairs(bodies_, surveys, origin, measure_moves ? options_.motion_margin : 0.0F, options_.pair_filter);
-    decisions_ = {backend_reason_,   bodies_.size(),         pairs_.pair_count,
-                  pairs_.self_count, pairs_.vertex_triangle, pairs_.edge_edge};
+    decisions_ = {bodies_.size(), pairs_.pair_count, pairs_.self_count, pairs_.vertex_triangle, pairs_.edge_edge};
     guard_memory([&] {
       if (std::exchange(topology_changed_, false)) {
         scene_ = concatenate(bodies_);
@@ -177,17 +175,6 @@ class CollisionPipeline::Implementation {
   }
 
  private:
-  void select() {
-    SelectedBackend selected = select_backend(options_.backend);
-    backend_ = selected.backend;
-    backend_reason_ = selected.reason;
-    detector_ = std::move(selected.detector);
-    topology_changed_ = true;
-    if (options_.backend == Backend::automatic && backend_ == Backend::cpu) {
-      log(LogLevel::information, fmt::format("softcd runs on the CPU: {}", backend_reason_));
-    }
-  }
-
   static Body make_body(BodyId id, const BodyDesc& desc) {
     Body body;
     body.id = id;
@@ -253,7 +240,7 @@ class CollisionPipeline::Implementation {
 
   void start_statistics() {
     statistics_ = {};
-    statistics_.backend = backend_;
+    statistics_.backend = detector_->backend();
     statistics_.bodies = bodies_.size();
     for (const Body& body : bodies_) {
       statistics_.triangles += body.topology.triangles.size();
@@ -302,9 +289,7 @@ class CollisionPipeline::Implementation {
   }
 
   PipelineOptions options_;
-  Backend backend_ = Backend::cpu;
-  std::string backend_reason_;
-  std::unique_ptr<Detector> detector_;
+  std::unique_ptr<SelectedDetector> detector_;
   std::vector<Body> bodies_;  ///< ascending ids
   std::uint32_t next_id_ = 0;
   bool topology_changed_ = true;

@@ -43,10 +43,10 @@ StageReport explain_kind(const char* stage, bool wanted, std::uint64_t candidate
 }  // namespace
 
 std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,
-                                        const Statistics& statistics) {
+                                        const std::string& backend_reason, const Statistics& statistics) {
   std::vector<StageReport> report;
   const char* const backend = statistics.backend == Backend::cuda ? "backend: cuda" : "backend: cpu";
-  report.push_back({backend, true, decisions.backend_reason});
+  report.push_back({backend, true, backend_reason});
   const bool any = decisions.pair_count + decisions.self_count > 0;
   report.push_back({"body pairs", true,
                     fmt::format("{} pairs of {} bodies and {} bodies with themselves may touch", decisions.pair_count,

@@ -9,7 +9,6 @@ namespace softcd {
 
 /// What decided about the stages of a detection.
 struct Decisions {
-  std::string backend_reason;
   std::uint64_t body_count = 0;
   std::uint64_t pair_count = 0;
   std::uint64_t self_count = 0;
@@ -18,6 +17,6 @@ struct Decisions {
 };
 
 std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,
-                                        const Statistics& statistics);
+                                        const std::string& backend_reason, const Statistics& statistics);
 
 }  // namespace softcd

@@ -143,6 +143,9 @@ struct PipelineOptions {
   /// Discrete detection only: a vertex's margin against triangles grows by this many times the distance that it
   /// moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
   float motion_margin = 0.0F;
+  /// A cudaStream_t that the GPU's work is enqueued on, which must live as long as the pipeline; null for a stream of
+  /// the pipeline's own. No other work may be captured on it.
+  void* cuda_stream = nullptr;
   PairFilter pair_filter;
   LogCallback log;
 };
@@ -183,7 +186,9 @@ class CollisionPipeline {
   void detect_async();
   Span<const Contact> wait();
 
-  /// The backend in use: never `automatic`.
+  /// The backend of the last detection, before the first one the expected: never `automatic`. With `automatic` small
+  /// scenes go to the CPU even where there is a GPU. A GPU that fails, or whose memory does not suffice, is replaced by
+  /// the CPU in the same call, with one warning.
   Backend backend() const;
   const Statistics& statistics() const;
   /// Which stages the last detection ran or left out, and why.

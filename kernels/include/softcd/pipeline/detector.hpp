@@ -64,8 +64,8 @@ class Detector {
 
 std::unique_ptr<Detector> make_cpu_detector();
 
-/// Null when the library was built without CUDA.
-std::unique_ptr<Detector> make_cuda_detector();
+/// `stream` is a cudaStream_t to enqueue on, null for one of its own. Null when the library was built without CUDA.
+std::unique_ptr<Detector> make_cuda_detector(void* stream);
 
 /// Why no CUDA device can be used; empty when one can.
 const char* cuda_problem();

@@ -18,6 +18,9 @@ namespace softcd {
 template <class Backend>
 class DetectorOn final : public Detector {
  public:
+  template <class... Arguments>
+  explicit DetectorOn(Arguments... arguments) : backend_(arguments...) {}
+
   void set_topology(const SceneTopology& topology) override {
     upload(w_.triangles, topology.triangles);
     upload(w_.triangle_edges, topology.triangle_edges);

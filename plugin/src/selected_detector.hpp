@@ -1,0 +1,67 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "softcd/pipeline/detector.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd {
+
+/// With `Backend::automatic` scenes of fewer triangles go to the CPU, which is done before a GPU has started.
+constexpr std::size_t kSmallScene = 1000;
+
+/// Makes a detector on the device, or throws. Empty where there is no usable device.
+using DeviceFactory = std::function<std::unique_ptr<Detector>()>;
+
+/// The detector behind a pipeline: on the GPU where there is one and it pays, else on the CPU. When the device runs out
+/// of memory in a detection the CPU repeats it in the same call; when the device fails, all further ones too. Either is
+/// warned about once.
+class SelectedDetector final : public Detector {
+ public:
+  /// `device_problem` says why there is no `make_device`. Throws BackendError when `wanted` cannot be had.
+  SelectedDetector(Backend wanted, LogCallback log, DeviceFactory make_device, const std::string& device_problem);
+
+  void set_topology(const SceneTopology& topology) override;
+  PositionArrays position_arrays() override;
+  void start(const SceneBodies& bodies, const DetectionSettings& settings) override;
+  Span<const Contact> finish(Statistics& statistics) override;
+
+  void set_log(LogCallback log) { log_ = std::move(log); }
+  /// Where the last detection ran, or the next one is expected to.
+  Backend backend() const { return backend_; }
+  /// Why there, for explain().
+  const std::string& reason() const { return reason_; }
+
+ private:
+  /// One of the two detectors and whether it knows the topology.
+  struct Slot {
+    std::unique_ptr<Detector> detector;
+    bool is_current = false;
+  };
+
+  void use_cpu(const std::string& reason);
+  void use_device(const std::string& reason);
+  void take_over(const std::string& problem);
+  Detector& prepared();
+  template <class F>
+  bool succeeds_on_device(const F& f);
+
+  Backend wanted_;
+  LogCallback log_;
+  DeviceFactory make_device_;
+  Slot cpu_, device_;
+  Backend backend_ = Backend::cpu;
+  std::string reason_;
+  bool has_warned_ = false;
+  SceneTopology topology_;
+  PositionArrays positions_{};  ///< of the detector in use, written for the next detection
+  SceneBodies bodies_{};        ///< of the detection that runs
+  DetectionSettings settings_{};
+};
+
+/// The one that the options ask for, with this machine's devices. Throws BackendError when it cannot be had.
+std::unique_ptr<SelectedDetector> select_detector(const PipelineOptions& options);
+
+}  // namespace softcd
