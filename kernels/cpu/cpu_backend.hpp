@@ -39,11 +39,19 @@ class CpuBackend {
    public:
     void reserve(CpuBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       if (capacity <= capacity_) return;
+      const std::uint64_t more = (capacity - capacity_) * sizeof(T);
+      backend.check_limit(more);
       std::unique_ptr<std::byte[]> grown(new std::byte[capacity * sizeof(T)]);
       if (kept > 0) std::memcpy(grown.get(), memory_.get(), std::min(kept, capacity_) * sizeof(T));
-      backend.add_bytes((capacity - capacity_) * sizeof(T));
+      backend.bytes_ += more;
+      backend.peak_bytes_ = std::max(backend.peak_bytes_, backend.bytes_);
       memory_ = std::move(grown);
       capacity_ = capacity;
+    }
+    void release(CpuBackend& backend) {
+      backend.bytes_ -= capacity_ * sizeof(T);
+      memory_.reset();
+      capacity_ = 0;
     }
     T* data() { return reinterpret_cast<T*>(memory_.get()); }
     const T* data() const { return reinterpret_cast<const T*>(memory_.get()); }
@@ -119,13 +127,14 @@ class CpuBackend {
     const auto all_units = [&f](std::uint32_t item, std::uint32_t begin, std::uint32_t end, auto&... outputs) {
       for (std::uint32_t k = begin; k < end; ++k) f(item, k, outputs...);
     };
-    distribute(items, offsets, total, all_units, lists...);
+    distribute(items, offsets, total, Share{0, 1}, all_units, lists...);
   }
 
-  /// The same with f.test(candidate, lists...) for what f.filter(f.load_item(i), k, candidate) lets through.
+  /// The same, for a share of the work, with f.test(candidate, lists...) for what f.filter(f.load_item(i), k,
+  /// candidate) lets through.
   template <class F, class... Targets>
   void for_each_work_filtered(const char* /*label*/, Count items, const std::uint64_t* offsets,
-                              const std::uint64_t* total, const F& f, Appender<Targets>... lists) {
+                              const std::uint64_t* total, Share share, const F& f, Appender<Targets>... lists) {
     const auto all_units = [&f](std::uint32_t i, std::uint32_t begin, std::uint32_t end, auto&... outputs) {
       const typename F::Item item = f.load_item(i);
       typename F::Candidate candidate;
@@ -133,7 +142,7 @@ class CpuBackend {
         if (f.filter(item, k, candidate)) f.test(candidate, outputs...);
       }
     };
-    distribute(items, offsets, total, all_units, lists...);
+    distribute(items, offsets, total, share, all_units, lists...);
   }
 
   /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count().
@@ -259,8 +268,10 @@ class CpuBackend {
   }
 
   void count_rerun() { ++reruns_; }
-  void add_bytes(std::uint64_t bytes) { bytes_ += bytes; }
-  std::uint64_t peak_bytes() const { return bytes_; }
+  void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
+  std::uint64_t memory_limit() const { return memory_limit_; }
+  std::uint64_t bytes() const { return bytes_; }
+  std::uint64_t peak_bytes() const { return peak_bytes_; }
   std::uint64_t reruns() const { return reruns_; }
   const StageTimes& times() const { return times_; }
 
@@ -319,11 +330,14 @@ class CpuBackend {
 
   /// run(item, begin, end, outputs...) for shares of items' work that add up to all of it, in parallel.
   template <class Run, class... Targets>
-  static void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, const Run& run,
-                         Appender<Targets>... lists) {
+  static void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share,
+                         const Run& run, Appender<Targets>... lists) {
     const std::uint64_t item_count = items.get();
     const std::uint64_t work = item_count == 0 ? 0 : *total;
-    parallel_ranges(work, kWorkGrain, [&](std::uint64_t begin, std::uint64_t end) {
+    const std::uint64_t first = share.begin(work);
+    parallel_ranges(share.end(work) - first, kWorkGrain, [&](std::uint64_t range_begin, std::uint64_t range_end) {
+      const std::uint64_t begin = first + range_begin;
+      const std::uint64_t end = first + range_end;
       std::tuple<Output<Targets>...> outputs(lists...);
       const std::uint64_t* const next = std::upper_bound(offsets, offsets + item_count, begin);
       auto item = static_cast<std::uint64_t>(next - offsets) - 1;
@@ -352,6 +366,11 @@ class CpuBackend {
                       [&](const tbb::blocked_range<std::uint64_t>& range) { f(range.begin(), range.end()); });
   }
 
+  /// Throws when `more` bytes would exceed the limit.
+  void check_limit(std::uint64_t more) const {
+    if (memory_limit_ > 0 && bytes_ + more > memory_limit_) throw std::bad_alloc();
+  }
+
   static double milliseconds(Clock::time_point begin, Clock::time_point end) {
     return std::chrono::duration<double, std::milli>(end - begin).count();
   }
@@ -370,6 +389,8 @@ class CpuBackend {
   Stage stage_ = Stage::transfer;
   StageTimes times_;
   std::uint64_t bytes_ = 0;
+  std::uint64_t peak_bytes_ = 0;
+  std::uint64_t memory_limit_ = 0;
   std::uint64_t reruns_ = 0;
 };
 

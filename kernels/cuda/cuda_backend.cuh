@@ -73,6 +73,8 @@ class CudaBackend {
    public:
     void reserve(CudaBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       if (capacity <= capacity_) return;
+      const std::uint64_t more = (capacity - capacity_) * sizeof(T);
+      if (backend.memory_limit_ > 0 && backend.bytes_ + more > backend.memory_limit_) throw std::bad_alloc();
       DeviceMemory<T> grown(capacity);
       // Sorts move what lies behind the last value, 16-byte copies what lies between: nothing of it is ever undefined.
       check_cuda(cudaMemsetAsync(grown.get(), 0, capacity * sizeof(T), backend.stream_), "growing a buffer");
@@ -82,10 +84,18 @@ class CudaBackend {
                    "growing a buffer");
       }
       check_cuda(cudaStreamSynchronize(backend.stream_), "growing a buffer");
-      backend.bytes_ += (capacity - capacity_) * sizeof(T);
+      backend.bytes_ += more;
+      backend.peak_bytes_ = std::max(backend.peak_bytes_, backend.bytes_);
       ++backend.allocations_;
       memory_ = std::move(grown);
       capacity_ = capacity;
+    }
+    void release(CudaBackend& backend) {
+      check_cuda(cudaStreamSynchronize(backend.stream_), "giving memory back");
+      backend.bytes_ -= capacity_ * sizeof(T);
+      ++backend.allocations_;
+      memory_ = {};
+      capacity_ = 0;
     }
     T* data() const { return memory_.get(); }
     std::uint64_t capacity() const { return capacity_; }
@@ -157,10 +167,10 @@ class CudaBackend {
 
   template <class F, class... Targets>
   void for_each_work_filtered(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
-                              const F& f, Appender<Targets>... lists) {
+                              Share share, const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
     cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(
-        items, offsets, total, f, lists...);
+        items, offsets, total, share, f, lists...);
     check_cuda(cudaGetLastError(), label);
   }
 
@@ -310,7 +320,10 @@ class CudaBackend {
   }
 
   void count_rerun() { ++reruns_; }
-  std::uint64_t peak_bytes() const { return bytes_; }
+  void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
+  std::uint64_t memory_limit() const { return memory_limit_; }
+  std::uint64_t bytes() const { return bytes_; }
+  std::uint64_t peak_bytes() const { return peak_bytes_; }
   std::uint64_t reruns() const { return reruns_; }
   const StageTimes& times() const { return times_; }
 
@@ -386,6 +399,8 @@ class CudaBackend {
   std::size_t part_count_ = 0;
   StageTimes times_;
   std::uint64_t bytes_ = 0;
+  std::uint64_t peak_bytes_ = 0;
+  std::uint64_t memory_limit_ = 0;
   std::uint64_t reruns_ = 0;
 
   std::uint64_t allocations_ = 0;         ///< changes when any buffer moves

@@ -124,18 +124,20 @@ struct TileStorage {
 /// warp's votes. Calls body(is_inside, item, part) for all threads of the warp together.
 template <class Body>
 __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint64_t* offsets,
-                              const std::uint64_t* total, const Body& body) {
+                              const std::uint64_t* total, Share share, const Body& body) {
   constexpr std::uint32_t kWarps = kBlockSize / kWarpSize;
   const std::uint32_t lane = threadIdx.x % kWarpSize;
   std::uint32_t* const places = storage.places[threadIdx.x / kWarpSize];
   const auto item_count = static_cast<std::uint32_t>(items.get());
   const std::uint64_t work = item_count == 0 ? 0 : *total;
-  const std::uint64_t tiles = (work + kTileSize - 1) / kTileSize;
+  const std::uint64_t share_begin = share.begin(work);
+  const std::uint64_t share_end = share.end(work);
+  const std::uint64_t tiles = (share_end - share_begin + kTileSize - 1) / kTileSize;
   const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + threadIdx.x / kWarpSize;
   const std::uint64_t warps = static_cast<std::uint64_t>(gridDim.x) * kWarps;
-  const std::uint64_t begin = tiles * warp / warps * kTileSize;
-  const std::uint64_t tiles_end = tiles * (warp + 1) / warps * kTileSize;
-  const std::uint64_t end = tiles_end < work ? tiles_end : work;
+  const std::uint64_t begin = share_begin + tiles * warp / warps * kTileSize;
+  const std::uint64_t tiles_end = share_begin + tiles * (warp + 1) / warps * kTileSize;
+  const std::uint64_t end = tiles_end < share_end ? tiles_end : share_end;
   if (begin >= end) return;
 
   std::uint32_t first = item_of(offsets, item_count, begin);
@@ -178,7 +180,7 @@ __global__ void __launch_bounds__(kBlockSize)
     for_each_work(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
                   Appender<Targets>... lists) {
   __shared__ TileStorage storage;
-  for_each_unit(storage, items, offsets, total, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
+  for_each_unit(storage, items, offsets, total, {0, 1}, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
     if (is_inside) [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
   });
 }
@@ -213,7 +215,7 @@ class WarpQueue {
 
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
-    for_each_work_filtered(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
+    for_each_work_filtered(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, F f,
                            Appender<Targets>... lists) {
   __shared__ TileStorage storage;
   __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
@@ -221,7 +223,7 @@ __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
     [&](Output<Targets>... outputs) { f.test(candidate, outputs...); }(Output<Targets>(lists)...);
   };
   unsigned queued = 0;
-  for_each_unit(storage, items, offsets, total, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
+  for_each_unit(storage, items, offsets, total, share, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
     typename F::Candidate candidate;
     const bool passes = is_inside && f.filter(f.load_item(item), part, candidate);
     queues[threadIdx.x / kWarpSize].add(passes, candidate, queued, test);

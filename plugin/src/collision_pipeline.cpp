@@ -262,6 +262,7 @@ class CollisionPipeline::Implementation {
             options_.subdivision,
             options_.lambda > 0.0F ? options_.lambda : default_lambda(options_.broad_phase),
             options_.motion_margin,
+            options_.memory_limit,
             pairs_.vertex_triangle,
             pairs_.edge_edge};
   }
@@ -274,9 +275,11 @@ class CollisionPipeline::Implementation {
       topology_changed_ = true;
       is_running_ = is_pending_ = false;
       throw OutOfMemory(fmt::format(
-          "memory ran out while detecting contacts of {} triangles: too many triangles lie within their margins of "
-          "each other. Reduce the margins, or detect fewer bodies at a time.",
-          statistics_.triangles));
+          "memory ran out while detecting contacts of {} triangles{}: too many triangles lie within their margins of "
+          "each other. Reduce the margins, or detect fewer bodies at a time{}.",
+          statistics_.triangles,
+          options_.memory_limit > 0 ? fmt::format(" with a memory_limit of {} bytes", options_.memory_limit) : "",
+          options_.memory_limit > 0 ? ", or raise the limit" : ""));
     }
   }
 

@@ -59,6 +59,10 @@ std::vector<StageReport> explain_stages(const PipelineOptions& options, const De
   report.push_back(explain_grid(options, statistics));
   report.push_back(explain_subdivision(options, statistics));
   report.push_back(explain_big(statistics));
+  if (statistics.chunks > 1) {
+    report.push_back(
+        {"pair tests in parts", true, fmt::format("{} parts, so that memory suffices", statistics.chunks)});
+  }
   report.push_back(explain_kind("vertex-triangle tests", decisions.vertex_triangle, statistics.vt_candidates));
   report.push_back(explain_kind("edge-edge tests", decisions.edge_edge, statistics.ee_candidates));
   const bool continuous = options.detection == Detection::ccd;

@@ -87,6 +87,18 @@ TEST_P(Determinism, after_other_scenes) {
   EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
 }
 
+// The legacy default stream and the calling thread's: values of their own in CUDA. The CPU takes no notice.
+TEST_P(Determinism, callers_streams) {
+  const Scene scene = uneven_scene();
+  PipelineOptions options = test_options(GetParam());
+  const std::vector<Contact> expected = detect_once(scene, options);
+  for (const std::uintptr_t stream : {1U, 2U}) {
+    options.cuda_stream = reinterpret_cast<void*>(stream);
+    LoadedScene loaded = load(scene, options);
+    for (int run = 0; run < 4; ++run) EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << "run " << run;
+  }
+}
+
 // On the CPU under test, a comparison with the GPU where there is one.
 TEST_P(Determinism, cpu_and_cuda_return_the_same_bytes) {
   const Scene scene = uneven_scene();

@@ -100,7 +100,7 @@ class DeviceFailures : public testing::Test {
     const PairSelection pairs = select_pairs(bodies_, surveys, {0, 0, 0}, 0.0F, {});
     detector.set_topology(scene_.topology());
     write_positions(bodies_, {0, 0, 0}, continuous, detector.position_arrays());
-    detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F, true, true});
+    detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F, 0, true, true});
     const Span<const Contact> contacts = detector.finish(statistics_);
     return {contacts.begin(), contacts.end()};
   }

@@ -169,6 +169,53 @@ TEST_P(Impacts, SameVerdictForEveryOrderOfTheCorners) {
   }
 }
 
+template <ContactKind kKind>
+void expect_rejections_are_certain(Family family) {
+  Random random(static_cast<std::uint64_t>(family) + 71);
+  int lie_apart_count = 0;
+  int keep_apart_count = 0;
+  for (int i = 0; i < 5 * kCount; ++i) {
+    const Query query = make_query(random, kKind, family, true);
+    const double margin =
+        i % 2 == 0 ? 0.0 : static_cast<double>(static_cast<float>(std::pow(10.0, -random.uniform(0.0, 6.0))));
+    Vec3f t0[4];
+    Vec3f t1[4];
+    std::array<Vec3d, 4> start{};
+    std::array<Vec3d, 4> end{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      start[k] = query.rows[k];
+      end[k] = query.rows[k + 4];
+      t0[k] = vec3_cast<float>(start[k]);
+      t1[k] = vec3_cast<float>(end[k]);
+    }
+    // The exact squared distance is rounded towards zero once, the margin's square once.
+    const auto is_beyond = [&](const std::array<Vec3d, 4>& points) {
+      return squared_distance(kKind, points) > margin * margin * (1.0 - 1e-15);
+    };
+    if (lie_apart<kKind>(t0, static_cast<float>(margin))) {
+      ++lie_apart_count;
+      ASSERT_TRUE(is_beyond(start)) << to_string(query);
+    }
+    if (keep_apart<kKind>(t0, t1, static_cast<float>(margin))) {
+      ++keep_apart_count;
+      ASSERT_FALSE(collides(query)) << to_string(query);
+      ASSERT_TRUE(is_beyond(start) && is_beyond(end)) << to_string(query);
+    }
+  }
+  std::printf("%s: %d lie apart, %d keep apart, of %d\n", name_of(family), lie_apart_count, keep_apart_count,
+              5 * kCount);
+  if (family == Family::random) {
+    EXPECT_GT(lie_apart_count, kCount);
+    EXPECT_GT(keep_apart_count, kCount / 4);
+  }
+}
+
+/// What is rejected in float before the narrow phase is apart in exact arithmetic.
+TEST_P(Impacts, CheapRejectionsAreCertain) {
+  expect_rejections_are_certain<ContactKind::vertex_triangle>(family());
+  expect_rejections_are_certain<ContactKind::edge_edge>(family());
+}
+
 INSTANTIATE_TEST_SUITE_P(Families, Impacts, ::testing::Range(0u, kFamilies),
                          [](const auto& suite) { return name_of(static_cast<Family>(suite.param)); });
 

@@ -15,4 +15,18 @@ struct Count {
   SOFTCD_HD std::uint64_t get() const { return *value < capacity ? *value : capacity; }
 };
 
+/// One of `count` equal parts of a stage's work.
+struct Share {
+  std::uint32_t index;
+  std::uint32_t count;
+
+  SOFTCD_HD std::uint64_t begin(std::uint64_t work) const { return bound(work, index); }
+  SOFTCD_HD std::uint64_t end(std::uint64_t work) const { return bound(work, index + 1ULL); }
+
+ private:
+  SOFTCD_HD std::uint64_t bound(std::uint64_t work, std::uint64_t part) const {
+    return work / count * part + work % count * part / count;
+  }
+};
+
 }  // namespace softcd

@@ -44,6 +44,7 @@ struct Statistics {
   double earliest_toi = 1;       ///< 1 when nothing hits
   std::uint64_t peak_bytes = 0;  ///< the workspace's, over the pipeline's life
   std::uint64_t reruns = 0;      ///< stages repeated because a buffer had to grow
+  std::uint64_t chunks = 1;      ///< parts that the pairs were tested in, so that memory suffices
   StageTimes ms;
 };
 

@@ -29,27 +29,45 @@ class BroadPhaseStages {
                    const DetectionSettings& settings)
       : backend_(backend), w_(workspace), counters_(workspace.counters.data()), scene_(scene), settings_(settings) {}
 
-  void run() {
+  /// Everything before the pair tests.
+  void prepare() {
     bound_triangles();
     choose_grid();
     if (settings_.broad_phase == BroadPhase::paper) {
-      find_pairs<PaperControl>();
+      assign_cells<PaperControl>();
     } else {
-      find_pairs<ExactControl>();
+      assign_cells<ExactControl>();
+    }
+  }
+
+  /// A share of the pairs that meet in cells.
+  void test_pairs(Share share) {
+    if (settings_.broad_phase == BroadPhase::paper) {
+      test_pairs<PaperControl>(share);
+    } else {
+      test_pairs<ExactControl>(share);
+    }
+  }
+
+  /// Once all shares are tested: the pairs that had to be made unique, and those with the BIG list.
+  void add_remaining_pairs() {
+    if (w_.flagged.capacity() > 0) {
+      auto& flagged = w_.flagged.template column<0>();
+      backend_.sort_keys("sort_flagged", w_.flagged.count(counters_), flagged, 32 + bits_for(scene_.triangle_count));
+      append_pairs([&] {
+        backend_.for_each_append("keep_first", w_.flagged.count(counters_), KeepFirst{flagged.data()},
+                                 w_.pairs.appender(counters_));
+      });
+    }
+    if (w_.bigs.capacity() == 0) return;
+    if (scene_.continuous) {
+      test_against_big<true>();
+    } else {
+      test_against_big<false>();
     }
   }
 
  private:
-  template <class Control>
-  void find_pairs() {
-    assign_cells<Control>();
-    if (scene_.continuous) {
-      test_pairs<Control, true>();
-    } else {
-      test_pairs<Control, false>();
-    }
-  }
-
   void bound_triangles() {
     backend_.begin(Stage::volumes);
     w_.volumes.reserve(backend_, scene_.triangle_count, 0);
@@ -160,33 +178,41 @@ class BroadPhaseStages {
         w_.entries);
   }
 
-  template <class Control, bool kContinuous>
-  void test_pairs() {
+  template <class Control>
+  void test_pairs(Share share) {
     backend_.begin(Stage::tests);
-    const PairTest<kContinuous> test{scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
-    const TestPair<Control, kContinuous> test_pair{test, w_.entries.template column<0>().data(),
-                                                   w_.boxed_entries.data(), w_.partner_begin.data()};
+    if (scene_.continuous) {
+      test_share(share, TestPair<Control, true>{pair_test<true>(), w_.entries.template column<0>().data(),
+                                                w_.boxed_entries.data(), w_.partner_begin.data()});
+    } else {
+      test_share(share, TestPair<Control, false>{pair_test<false>(), w_.entries.template column<0>().data(),
+                                                 w_.boxed_entries.data(), w_.partner_begin.data()});
+    }
+  }
+
+  template <class Test>
+  void test_share(Share share, const Test& test_pair) {
     produce(
         backend_, counters_,
         [&] {
           backend_.for_each_work_filtered("test_pairs", w_.entries.count(counters_), w_.test_offsets.data(),
-                                          &counters_->tests, test_pair, w_.pairs.appender(counters_),
+                                          &counters_->tests, share, test_pair, w_.pairs.appender(counters_),
                                           w_.flagged.appender(counters_));
         },
         w_.pairs, w_.flagged);
-    if (w_.flagged.capacity() > 0) {
-      auto& flagged = w_.flagged.template column<0>();
-      backend_.sort_keys("sort_flagged", w_.flagged.count(counters_), flagged, 32 + bits_for(scene_.triangle_count));
-      append_pairs([&] {
-        backend_.for_each_append("keep_first", w_.flagged.count(counters_), KeepFirst{flagged.data()},
-                                 w_.pairs.appender(counters_));
-      });
-    }
-    if (w_.bigs.capacity() > 0) {
-      const TestAgainstBig<kContinuous> test_big{test, w_.bigs.template column<0>().data(), w_.bigs.count(counters_)};
-      append_pairs(
-          [&] { backend_.for_each_append("test_against_big", triangles(), test_big, w_.pairs.appender(counters_)); });
-    }
+  }
+
+  template <bool kContinuous>
+  PairTest<kContinuous> pair_test() {
+    return {scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
+  }
+
+  template <bool kContinuous>
+  void test_against_big() {
+    const TestAgainstBig<kContinuous> test_big{pair_test<kContinuous>(), w_.bigs.template column<0>().data(),
+                                               w_.bigs.count(counters_)};
+    append_pairs(
+        [&] { backend_.for_each_append("test_against_big", triangles(), test_big, w_.pairs.appender(counters_)); });
   }
 
   template <class Work>

@@ -38,7 +38,8 @@ struct DetectionSettings {
   bool subdivision;
   float lambda;
   float motion_margin;
-  bool vertex_triangle;  ///< some pair of bodies wants these candidates
+  std::uint64_t memory_limit;  ///< bytes; 0 for none
+  bool vertex_triangle;        ///< some pair of bodies wants these candidates
   bool edge_edge;
 };
 

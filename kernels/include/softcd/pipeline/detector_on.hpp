@@ -17,6 +17,8 @@ namespace softcd {
 /// callable that enqueues and may return early; synchronize; begin, which starts the clock of a part.
 template <class Backend>
 class DetectorOn final : public Detector {
+  static constexpr std::uint32_t kMostChunks = 4096;
+
  public:
   template <class... Arguments>
   explicit DetectorOn(Arguments... arguments) : backend_(arguments...) {}
@@ -31,30 +33,39 @@ class DetectorOn final : public Detector {
     scene_.triangle_count = static_cast<std::uint32_t>(topology.triangles.size());
     scene_.edge_count = static_cast<std::uint32_t>(topology.edges.size());
     scene_.vertex_count = static_cast<std::uint32_t>(topology.vertex_body.size());
+    chunks_ = 1;
     backend_.reserve_positions(w_.x_t0, w_.x_t1, scene_.vertex_count);
   }
 
   PositionArrays position_arrays() override { return backend_.position_arrays(w_.x_t0, w_.x_t1); }
 
   void start(const SceneBodies& bodies, const DetectionSettings& settings) override {
+    if (settings.memory_limit != settings_.memory_limit) chunks_ = 1;
     settings_ = settings;
     backend_.start_clock();
+    backend_.set_memory_limit(settings.memory_limit);
     upload(w_.bodies, bodies.bodies);
     upload(w_.may_touch, bodies.may_touch);
     view_scene(bodies);
     const bool both_ends = scene_.continuous || scene_.motion_margin > 0.0F;
     backend_.upload_positions(w_.x_t0, w_.x_t1, scene_.vertex_count, both_ends);
     reserve_lists();
-    launch();
+    split_until([this] { launch(); });
   }
 
   Span<const Contact> finish(Statistics& statistics) override {
-    Counters counters = backend_.finish();
-    const auto grow = [&](auto&... lists) { return grow_lists(backend_, counters, lists...); };
-    while (with_lists(grow)) {
-      backend_.count_rerun();
-      launch();
-      counters = backend_.finish();
+    Counters counters{};
+    bool is_complete = false;
+    bool has_to_launch = false;
+    while (!is_complete) {
+      const std::uint32_t chunks = chunks_;
+      split_until([&] {
+        if (has_to_launch || chunks_ != chunks) launch();
+        has_to_launch = true;
+        counters = read_counters();
+        is_complete = !with_lists([&](auto&... lists) { return grow_lists(backend_, counters, lists...); });
+      });
+      if (!is_complete) backend_.count_rerun();
     }
     if (!Backend::kKnowsCounts) {
       with_lists([&](auto&... lists) { fit_lists(counters, lists...); });
@@ -89,11 +100,49 @@ class DetectorOn final : public Detector {
     scene_.motion_margin = scene_.continuous ? 0.0F : settings_.motion_margin;
   }
 
-  /// First guesses, so that an ordinary first detection need not repeat a stage.
+  /// Runs f; as long as memory does not suffice, again with twice as many chunks.
+  template <class F>
+  void split_until(const F& f) {
+    for (;;) {
+      try {
+        f();
+        return;
+      } catch (const ChunkTooLarge&) {
+        if (chunks_ >= kMostChunks) throw std::bad_alloc();
+      } catch (const std::bad_alloc&) {
+        if (!release_chunk()) throw;
+      }
+      chunks_ *= 2;
+      backend_.count_rerun();
+    }
+  }
+
+  /// Gives the memory of a chunk's lists to the others. False when that is too little to make a difference.
+  bool release_chunk() {
+    const std::uint64_t bytes = w_.pairs.bytes() + w_.vt_candidates.bytes() + w_.ee_candidates.bytes();
+    if (chunks_ >= kMostChunks || bytes < backend_.bytes() / 64) return false;
+    w_.pairs.release(backend_);
+    w_.vt_candidates.release(backend_);
+    w_.ee_candidates.release(backend_);
+    return true;
+  }
+
+  /// As if the lists of the largest chunk had been the last one's.
+  Counters read_counters() {
+    Counters counters = backend_.finish();
+    total_ = {counters.done.pairs + counters.pairs, counters.done.vt_candidates + counters.vt_candidates,
+              counters.done.ee_candidates + counters.ee_candidates};
+    counters.pairs = std::max(counters.pairs, counters.most.pairs);
+    counters.vt_candidates = std::max(counters.vt_candidates, counters.most.vt_candidates);
+    counters.ee_candidates = std::max(counters.ee_candidates, counters.most.ee_candidates);
+    return counters;
+  }
+
+  /// First guesses, so that an ordinary first detection need not repeat a stage. None where memory is limited.
   void reserve_lists() {
     const std::uint64_t triangles = scene_.triangle_count;
     w_.counters.reserve(backend_, 1, 0);
-    if (guessed_for_ == triangles) return;
+    if (guessed_for_ == triangles || settings_.memory_limit > 0) return;
     guessed_for_ = triangles;
     w_.entries.reserve(backend_, 6 * triangles, 0);
     w_.pairs.reserve(backend_, 8 * triangles, 0);
@@ -107,8 +156,18 @@ class DetectorOn final : public Detector {
     w_.contact_keys.rewind();
     w_.contact_order.rewind();
     backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), scene_.triangle_count});
-    BroadPhaseStages<Backend>(backend_, w_, scene_, settings_).run();
-    NarrowPhaseStages<Backend>(backend_, w_, scene_, settings_).run();
+    BroadPhaseStages<Backend> broad_phase(backend_, w_, scene_, settings_);
+    NarrowPhaseStages<Backend> narrow_phase(backend_, w_, scene_, settings_);
+    broad_phase.prepare();
+    for (std::uint32_t chunk = 0; chunk + 1 < chunks_; ++chunk) {
+      broad_phase.test_pairs({chunk, chunks_});
+      narrow_phase.find_contacts();
+      backend_.run_once("next_chunk", NextChunk{w_.counters.data()});
+    }
+    broad_phase.test_pairs({chunks_ - 1, chunks_});
+    broad_phase.add_remaining_pairs();
+    narrow_phase.find_contacts();
+    narrow_phase.sort_contacts();
     backend_.begin(Stage::transfer);
     backend_.download(w_.counters, w_.contacts, w_.found.count(w_.counters.data()));
   }
@@ -133,7 +192,8 @@ class DetectorOn final : public Detector {
                                          scene_.edge_count,
                                          scene_.body_count,
                                          scene_.pair_words,
-                                         scene_.self_collision};
+                                         scene_.self_collision,
+                                         chunks_};
     values.insert(values.end(), scene_.class_may_touch, scene_.class_may_touch + kBodyClasses);
     with_lists([&](auto&... lists) { (values.push_back(lists.capacity()), ...); });
     return values;
@@ -163,15 +223,16 @@ class DetectorOn final : public Detector {
     statistics.entries = counters.entries;
     statistics.cells = counters.cells;
     statistics.tests = counters.tests + counters.bigs * counters.grid.active_triangles;
-    statistics.triangle_pairs = counters.pairs;
+    statistics.triangle_pairs = total_.pairs;
     statistics.flagged_pairs = counters.flagged;
-    statistics.vt_candidates = counters.vt_candidates;
-    statistics.ee_candidates = counters.ee_candidates;
+    statistics.vt_candidates = total_.vt_candidates;
+    statistics.ee_candidates = total_.ee_candidates;
     statistics.vt_contacts = static_cast<std::uint64_t>(first_edge_contact - contacts.begin());
     statistics.ee_contacts = static_cast<std::uint64_t>(contacts.end() - first_edge_contact);
     statistics.earliest_toi = static_cast<double>(counters.earliest_toi);
     statistics.peak_bytes = backend_.peak_bytes();
     statistics.reruns = backend_.reruns();
+    statistics.chunks = chunks_;
     statistics.ms = backend_.times();
   }
 
@@ -180,6 +241,8 @@ class DetectorOn final : public Detector {
   SceneView scene_;
   DetectionSettings settings_{};
   std::uint64_t guessed_for_ = 0;  ///< triangles that reserve_lists guessed for
+  std::uint32_t chunks_ = 1;       ///< parts that the pair tests are made in
+  ChunkCounts total_{};            ///< of the last detection
 };
 
 }  // namespace softcd

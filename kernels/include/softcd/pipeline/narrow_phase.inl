@@ -15,7 +15,8 @@ class NarrowPhaseStages {
                     const DetectionSettings& settings)
       : backend_(backend), w_(workspace), counters_(workspace.counters.data()), scene_(scene), settings_(settings) {}
 
-  void run() {
+  /// The contacts of the pairs found so far in this chunk.
+  void find_contacts() {
     if (scene_.continuous) {
       find_candidates<true>();
     } else {
@@ -27,8 +28,26 @@ class NarrowPhaseStages {
     } else {
       find_contacts<double>();
     }
+  }
+
+  /// Of all chunks.
+  void sort_contacts() {
     backend_.begin(Stage::sort);
-    sort_contacts();
+    w_.contacts.reserve(backend_, w_.found.capacity(), 0);
+    w_.contact_keys.reserve(backend_, w_.found.capacity(), 0);
+    w_.contact_order.reserve(backend_, w_.found.capacity(), 0);
+    const Count count = w_.found.count(counters_);
+    const FeatureContact* found = w_.found.template column<0>().data();
+    const int first_bits = bits_for(std::max(scene_.vertex_count, scene_.edge_count));
+    const int second_bits = bits_for(std::max(scene_.triangle_count, scene_.edge_count));
+    backend_.for_each(
+        "make_contact_keys", count,
+        MakeContactKey{found, static_cast<std::uint32_t>(first_bits), static_cast<std::uint32_t>(second_bits),
+                       w_.contact_keys.data(), w_.contact_order.data()});
+    backend_.sort_pairs("sort_contacts", count, w_.contact_keys, w_.contact_order, 1 + first_bits + second_bits);
+    backend_.for_each("write_contacts", count,
+                      WriteContact{scene_, found, w_.contact_order.data(), w_.contacts.data()});
+    backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
   }
 
  private:
@@ -77,24 +96,6 @@ class NarrowPhaseStages {
           }
         },
         w_.found);
-  }
-
-  void sort_contacts() {
-    w_.contacts.reserve(backend_, w_.found.capacity(), 0);
-    w_.contact_keys.reserve(backend_, w_.found.capacity(), 0);
-    w_.contact_order.reserve(backend_, w_.found.capacity(), 0);
-    const Count count = w_.found.count(counters_);
-    const FeatureContact* found = w_.found.template column<0>().data();
-    const int first_bits = bits_for(std::max(scene_.vertex_count, scene_.edge_count));
-    const int second_bits = bits_for(std::max(scene_.triangle_count, scene_.edge_count));
-    backend_.for_each(
-        "make_contact_keys", count,
-        MakeContactKey{found, static_cast<std::uint32_t>(first_bits), static_cast<std::uint32_t>(second_bits),
-                       w_.contact_keys.data(), w_.contact_order.data()});
-    backend_.sort_pairs("sort_contacts", count, w_.contact_keys, w_.contact_order, 1 + first_bits + second_bits);
-    backend_.for_each("write_contacts", count,
-                      WriteContact{scene_, found, w_.contact_order.data(), w_.contacts.data()});
-    backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
   }
 
   Backend& backend_;

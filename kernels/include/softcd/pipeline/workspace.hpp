@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <exception>
+#include <new>
 #include <tuple>
 
 #include "softcd/pipeline/output.hpp"
@@ -12,15 +14,47 @@
 
 namespace softcd {
 
+/// Counts of the lists that hold what comes between one chunk's tests and its contacts.
+struct ChunkCounts {
+  std::uint64_t pairs, vt_candidates, ee_candidates;
+};
+
 /// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
   std::uint64_t triangles;
   std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, pairs;
   std::uint64_t vt_candidates, ee_candidates, contacts;
+  ChunkCounts done, most;  ///< of the chunks before the current one: together, and in one
   float earliest_toi;
   GridParameters grid;
 };
+
+/// Begins the next chunk.
+struct NextChunk {
+  Counters* counters;
+
+  template <class Team>
+  SOFTCD_HD void operator()(Team& team) const {
+    if (!team.is_leader()) return;
+    next(counters->pairs, counters->done.pairs, counters->most.pairs);
+    next(counters->vt_candidates, counters->done.vt_candidates, counters->most.vt_candidates);
+    next(counters->ee_candidates, counters->done.ee_candidates, counters->most.ee_candidates);
+  }
+
+ private:
+  static SOFTCD_HD void next(std::uint64_t& count, std::uint64_t& done, std::uint64_t& most) {
+    done += count;
+    most = larger(most, count);
+    count = 0;
+  }
+};
+
+/// A list of one chunk's does not fit into memory: more, smaller chunks might.
+class ChunkTooLarge : public std::exception {};
+
+/// Whether a list may be made shorter by more chunks.
+enum class ListKind { whole, chunked };
 
 struct ClearCounters {
   Counters* counters;
@@ -41,7 +75,7 @@ class List {
  public:
   using Counter = std::uint64_t Counters::*;
 
-  explicit List(Counter counter) : counter_(counter) {}
+  explicit List(Counter counter, ListKind kind = ListKind::whole) : counter_(counter), kind_(kind) {}
 
   Counter counter() const { return counter_; }
 
@@ -54,7 +88,11 @@ class List {
     if (wanted <= bound_) return;
     const std::uint64_t bound = roomy(wanted);
     if (bound > allocated_) {
-      std::apply([&](auto&... column) { (column.reserve(backend, bound, kept), ...); }, columns_);
+      if (kind_ == ListKind::chunked) {
+        reserve_chunked(backend, bound, kept);
+      } else {
+        reserve_columns(backend, bound, kept);
+      }
       allocated_ = bound;
     }
     bound_ = bound;
@@ -63,6 +101,15 @@ class List {
   /// Uses no more of the list than a detection that counted `count` values would have room for. Work whose size the
   /// host does not know is sized by the capacity.
   void fit(std::uint64_t count) { bound_ = std::min(bound_, roomy(count)); }
+
+  /// Of the values that it has room for.
+  std::uint64_t bytes() const { return allocated_ * sizeof(typename Target::Value); }
+
+  /// Gives its memory back.
+  void release(Backend& backend) {
+    std::apply([&](auto&... column) { (column.release(backend), ...); }, columns_);
+    allocated_ = bound_ = 0;
+  }
 
   /// Undoes what sorting did to the addresses; the values are lost.
   void rewind() {
@@ -81,6 +128,23 @@ class List {
   Count count(const Counters* counters) const { return {&(counters->*counter_), bound_}; }
 
  private:
+  void reserve_columns(Backend& backend, std::uint64_t bound, std::uint64_t kept) {
+    std::apply([&](auto&... column) { (column.reserve(backend, bound, kept), ...); }, columns_);
+  }
+
+  /// Leaves room for the contacts.
+  void reserve_chunked(Backend& backend, std::uint64_t bound, std::uint64_t kept) {
+    const std::uint64_t more = bound * sizeof(typename Target::Value) - bytes();
+    if (backend.memory_limit() > 0 && backend.bytes() + more > backend.memory_limit() / 4 * 3) {
+      throw ChunkTooLarge();
+    }
+    try {
+      reserve_columns(backend, bound, kept);
+    } catch (const std::bad_alloc&) {
+      throw ChunkTooLarge();
+    }
+  }
+
   /// A quarter more, rounded up to an eighth of an octave, so that it stays the same while counts change little.
   static std::uint64_t roomy(std::uint64_t count) {
     const std::uint64_t wanted = count == 0 ? 0 : count + count / 4 + 256;
@@ -90,6 +154,7 @@ class List {
   }
 
   Counter counter_;
+  ListKind kind_;
   std::uint64_t allocated_ = 0;
   std::uint64_t bound_ = 0;
   std::tuple<Columns...> columns_;
@@ -134,10 +199,11 @@ struct Workspace {
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
   List<Backend, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged{&Counters::flagged};
-  ArrayList<std::uint64_t> pairs{&Counters::pairs};
+  ArrayList<std::uint64_t> pairs{&Counters::pairs, ListKind::chunked};
 
   // Narrow phase.
-  ArrayList<std::uint64_t> vt_candidates{&Counters::vt_candidates}, ee_candidates{&Counters::ee_candidates};
+  ArrayList<std::uint64_t> vt_candidates{&Counters::vt_candidates, ListKind::chunked};
+  ArrayList<std::uint64_t> ee_candidates{&Counters::ee_candidates, ListKind::chunked};
   ArrayList<FeatureContact> found{&Counters::contacts};
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
