@@ -52,22 +52,24 @@ SOFTCD_HD Splits<T> monotone_splits(const Cubic<T>& cubic) {
 
 /// On an interval where the cubic is monotone: a point up to which from `from` on its values keep the sign they have
 /// at `from` and exceed `bound` in magnitude, close to the last such point before `to`. `from` itself when they do not
-/// there. Newton's iteration towards 9/8 bound, halving the
-/// bracket when it does not converge, until the value is within 5/4 bound; when
-/// the iterations are used up the answer is nearer to `from` than it could be, and still right.
+/// there. Newton's iteration from `guess` towards 9/8 bound, halving the bracket when it does not converge, until the
+/// value is within 5/4 bound; when the iterations are used up the answer is nearer to `from` than it could be, and still
+/// right.
 template <class T>
-SOFTCD_HD T last_clear(const Cubic<T>& cubic, T bound, T from, T to) {
+SOFTCD_HD T last_clear(const Cubic<T>& cubic, T bound, T from, T to, T guess) {
   constexpr int kMaxIterations = 40;
-  const T sign = cubic(from) < T(0) ? T(-1) : T(1);
+  const T at_from = cubic(from);
+  const T sign = at_from < T(0) ? T(-1) : T(1);
+  if (!(sign * at_from > bound)) return from;
   T clear = from;
   T blocked = to;
-  T t = from;
+  T t = (guess > from && guess < to) || (guess < from && guess > to) ? guess : from;
   T last_step = magnitude(to - from);
   T step_before = last_step;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const T excess = sign * cubic(t) - bound;
     (excess > T(0) ? clear : blocked) = t;
-    if ((excess > T(0) && excess <= T(0.25) * bound) || blocked == from) {
+    if (excess > T(0) && excess <= T(0.25) * bound) {
       break;
     }
     T next = t - (excess - T(0.125) * bound) / (sign * cubic.slope(t));
@@ -84,6 +86,12 @@ SOFTCD_HD T last_clear(const Cubic<T>& cubic, T bound, T from, T to) {
     t = next;
   }
   return clear;
+}
+
+/// Where a straight line from (begin, at_begin) to (end, at_end) is zero, when the two have different signs.
+template <class T>
+SOFTCD_HD T secant_root(T begin, T end, T at_begin, T at_end) {
+  return begin + (end - begin) * (at_begin / (at_begin - at_end));
 }
 
 /// The first root in [0, 1] of g0 s^2 + 2 g1 s t + g2 t^2, s = 1 - t, which is positive at 0; 1 when there is none,

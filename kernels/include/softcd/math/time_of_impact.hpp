@@ -251,8 +251,9 @@ SOFTCD_HD Touch<T> first_coplanar_touch(const Motion<T>& motion, const Cubic<T>&
     const T at_end = cubic(end);
     const bool is_clear = (at_begin > bound && at_end > bound) || (at_begin < -bound && at_end < -bound);
     if (begin < end && !is_clear) {
-      const T first = last_clear(cubic, bound, begin, end);
-      const T last = last_clear(cubic, bound, end, begin);
+      const T first = last_clear(cubic, bound, begin, end, secant_root(begin, end, at_begin, at_end));
+      // The values go from bound to -bound at much the same slope.
+      const T last = last_clear(cubic, bound, end, begin, first + T(2.25) * bound / magnitude(cubic.slope(first)));
       const Touch<T> touch = first_touch<kKind>(motion, first, last);
       if (touch.is_hit) {
         return touch;
