@@ -12,9 +12,10 @@
 namespace softcd {
 
 /// The detector on one backend. A backend provides (see cpu/cpu_backend.hpp, the shorter one, for the signatures):
-/// Buffer and SortBuffer, which own memory and only grow; for_each, for_each_append, for_each_work, exclusive_scan,
-/// sort_keys, sort_pairs, histogram, minimum, which enqueue work in order; upload and download; launch, which runs a
-/// callable that enqueues and may return early; synchronize; begin, which starts the clock of a part.
+/// Buffer and SortBuffer, which own memory that grows or is released; run_once, for_each, for_each_append,
+/// for_each_work, for_each_part and the `filtered` forms of the last two, exclusive_scan, sort_keys, sort_pairs,
+/// histogram and minimum, which enqueue work in order; upload and download; launch, which runs a callable that enqueues
+/// and may return early; finish, which waits; begin, which starts the clock of a part.
 template <class Backend>
 class DetectorOn final : public Detector {
   static constexpr std::uint32_t kMostChunks = 4096;
