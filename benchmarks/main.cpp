@@ -2,18 +2,49 @@
 #include <cstdio>
 #include <exception>
 
+#ifdef SOFTCD_BENCH_HAS_BULLET
 #include "bullet_step.hpp"
+#endif
+#include "detector.hpp"
+#include "mesh_io/mesh_io.hpp"
+
+namespace {
+
+constexpr int kExitFailure = 1;     // a measurement failed or its results could not be written
+constexpr int kExitWrongInput = 2;  // the command line or a mesh cannot be used
+
+int fail(int exit_code, const std::exception& error) {
+  std::fprintf(stderr, "softcd-bench: %s\n", error.what());
+  return exit_code;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
+  using namespace softcd::benchmarks;
   try {
     CLI::App app("Benchmarks of softcd.", "softcd-bench");
     app.require_subcommand(1);
-    softcd::benchmarks::BulletStepOptions bullet_step;
-    softcd::benchmarks::add_bullet_step(app, bullet_step);
-    CLI11_PARSE(app, argc, argv);
+    app.footer(
+        "Exit codes: 0 done; 1 a measurement failed or its results could not be written; 2 the command line or a\n"
+        "mesh cannot be used.");
+    DetectorOptions detector;
+    add_detector(app, detector);
+#ifdef SOFTCD_BENCH_HAS_BULLET
+    BulletStepOptions bullet_step;
+    add_bullet_step(app, bullet_step);
+#endif
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : kExitWrongInput;
+    }
     return 0;
+  } catch (const softcd::demo::MeshError& error) {
+    return fail(kExitWrongInput, error);
+  } catch (const softcd::InvalidInput& error) {
+    return fail(kExitWrongInput, error);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "softcd-bench: %s\n", error.what());
-    return 1;
+    return fail(kExitFailure, error);
   }
 }

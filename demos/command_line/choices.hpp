@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <vector>
 
 #include "softcd/softcd.hpp"
 
@@ -40,19 +41,38 @@ const char* name_of(const Choices& choices, Value value) {
   return found == choices.end() ? "?" : found->name;
 }
 
+/// Throws CLI::ValidationError when no choice has that name.
+template <class Choices>
+auto value_of(const Choices& choices, const std::string& word, const std::string& option) {
+  const auto found = std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.name == word; });
+  if (found == choices.end()) {
+    throw CLI::ValidationError(option, fmt::format("'{}' is not one of {}", word, join_names(choices, ", ")));
+  }
+  return found->value;
+}
+
 /// An option that takes one of the choices' names. `target` holds the default; it and `choices` outlive the parsing.
 template <class Choices, class Value>
 CLI::Option* add_choice(CLI::App& app, const std::string& name, const Choices& choices, Value& target,
                         const std::string& description) {
-  const auto choose = [&choices, &target, name](const std::string& word) {
-    const auto found = std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.name == word; });
-    if (found == choices.end()) {
-      throw CLI::ValidationError(name, fmt::format("'{}' is not one of {}", word, join_names(choices, ", ")));
-    }
-    target = found->value;
-  };
+  const auto choose = [&choices, &target, name](const std::string& word) { target = value_of(choices, word, name); };
   return app.add_option_function<std::string>(name, choose, description)
       ->option_text(fmt::format("{} [{}]", join_names(choices, "|"), name_of(choices, target)));
+}
+
+/// The same for several names, one after the other or separated by commas.
+template <class Choices, class Value>
+CLI::Option* add_choices(CLI::App& app, const std::string& name, const Choices& choices, std::vector<Value>& targets,
+                         const std::string& description) {
+  const auto choose = [&choices, &targets, name](const std::vector<std::string>& words) {
+    targets.clear();
+    for (const std::string& word : words) targets.push_back(value_of(choices, word, name));
+  };
+  std::string defaults;
+  for (const Value& value : targets) defaults += (defaults.empty() ? "" : ",") + std::string(name_of(choices, value));
+  return app.add_option_function<std::vector<std::string>>(name, choose, description)
+      ->delimiter(',')
+      ->option_text(fmt::format("{}... [{}]", join_names(choices, "|"), defaults));
 }
 
 }  // namespace softcd::demo

@@ -2,27 +2,9 @@
 
 #include <algorithm>
 
+#include "command_line/stage_times.hpp"
+
 namespace softcd::demo {
-namespace {
-
-double median_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
-
-}  // namespace
-
-StageTimes median(const std::vector<StageTimes>& runs) {
-  StageTimes result;
-  for (const StageTime& stage : kStageTimes) {
-    std::vector<double> values;
-    values.reserve(runs.size());
-    for (const StageTimes& run : runs) values.push_back(run.*stage.ms);
-    result.*stage.ms = median_of(std::move(values));
-  }
-  return result;
-}
 
 Measurement measure(CollisionPipeline& pipeline, std::uint32_t repetitions,
                     const std::function<void(std::uint32_t run, std::uint32_t count)>& before_run) {

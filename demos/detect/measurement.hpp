@@ -1,30 +1,11 @@
 #pragma once
 
-#include <array>
 #include <functional>
 #include <vector>
 
 #include "softcd/softcd.hpp"
 
 namespace softcd::demo {
-
-struct StageTime {
-  const char* name;
-  double StageTimes::*ms;
-};
-
-constexpr std::array<StageTime, 9> kStageTimes = {{{"total", &StageTimes::total},
-                                                   {"volumes", &StageTimes::volumes},
-                                                   {"subdivision", &StageTimes::subdivision},
-                                                   {"assignment", &StageTimes::assignment},
-                                                   {"sort", &StageTimes::sort},
-                                                   {"tests", &StageTimes::tests},
-                                                   {"features", &StageTimes::features},
-                                                   {"narrow", &StageTimes::narrow},
-                                                   {"transfer", &StageTimes::transfer}}};
-
-/// Each stage's own median; of an even number of runs the mean of the middle two.
-StageTimes median(const std::vector<StageTimes>& runs);
 
 struct Measurement {
   std::vector<Contact> contacts;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command_line/choices.hpp"
+#include "command_line/stage_times.hpp"
 
 namespace softcd::demo {
 namespace {

@@ -1,0 +1,390 @@
+#include "detector.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "command_line/choices.hpp"
+#include "command_line/stage_times.hpp"
+#include "detector_measurement.hpp"
+#include "report.hpp"
+
+// What the detector costs by itself: positions in the caller's memory in, contacts out.
+
+namespace softcd::benchmarks {
+namespace {
+
+using demo::name_of;
+
+constexpr std::array<demo::Choice<Sweep>, 4> kSweeps = {{{"stages", Sweep::stages},
+                                                         {"subdivision", Sweep::subdivision},
+                                                         {"lambda", Sweep::lambda},
+                                                         {"scaling", Sweep::scaling}}};
+
+/// The two columns of the paper's Table 1.
+struct Mode {
+  Detection detection;
+  Accuracy accuracy;
+};
+constexpr Mode kModes[] = {{Detection::dcd, Accuracy::fast}, {Detection::ccd, Accuracy::precise}};
+
+// Values of lambda, in tenths.
+constexpr int kLeastLambda = 8;
+constexpr int kMostLambdaExact = 24;
+constexpr int kMostLambdaPaper = 20;
+constexpr int kLambdaStep = 2;
+
+constexpr double kLeastScalingTriangles = 8000;
+constexpr double kScalingFactor = 4;
+
+std::string decimals(double value, int digits) {
+  return fmt::format("{:.{}f}", value, digits);
+}
+
+std::string megabytes(std::uint64_t bytes) {
+  return decimals(static_cast<double>(bytes) / 1e6, 1);
+}
+
+/// Without what copying positions and contacts between host and device takes.
+double work_ms(const Measurement& m) {
+  return m.statistics.ms.total - m.statistics.ms.transfer;
+}
+
+double children_ratio(const Measurement& m) {
+  return static_cast<double>(m.statistics.children) / static_cast<double>(m.statistics.triangles);
+}
+
+std::string detection_of(const Measurement& m) {
+  return fmt::format("{} {}", name_of(demo::kDetections, m.options.detection),
+                     name_of(demo::kAccuracies, m.options.accuracy));
+}
+
+std::string broad_phase_of(const Measurement& m) {
+  const std::string name = name_of(demo::kBroadPhases, m.options.broad_phase);
+  return m.options.subdivision || m.options.broad_phase != BroadPhase::exact ? name : name + ", subdivision off";
+}
+
+nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
+  const Statistics& s = m.statistics;
+  nlohmann::ordered_json json = {{"sweep", name_of(kSweeps, sweep)},
+                                 {"scene", m.scene},
+                                 {"backend", name_of(demo::kBackends, m.options.backend)},
+                                 {"detection", name_of(demo::kDetections, m.options.detection)},
+                                 {"accuracy", name_of(demo::kAccuracies, m.options.accuracy)},
+                                 {"broad_phase", name_of(demo::kBroadPhases, m.options.broad_phase)},
+                                 {"subdivision", m.options.subdivision},
+                                 {"lambda", m.options.lambda},
+                                 {"repetitions", m.repetitions}};
+  if (m.repetitions == 0) {
+    json["expected_tests"] = m.expected_tests;
+    return json;
+  }
+  json.update({{"bodies", s.bodies},
+               {"triangles", s.triangles},
+               {"vertices", s.vertices},
+               {"edges", s.edges},
+               {"active_triangles", s.active_triangles},
+               {"mean_radius", s.mean_radius},
+               {"cell_size", s.cell_size},
+               {"split_triangles", s.split_triangles},
+               {"children", s.children},
+               {"big_triangles", s.big_triangles},
+               {"entries", s.entries},
+               {"cells", s.cells},
+               {"tests", s.tests},
+               {"triangle_pairs", s.triangle_pairs},
+               {"flagged_pairs", s.flagged_pairs},
+               {"vt_candidates", s.vt_candidates},
+               {"ee_candidates", s.ee_candidates},
+               {"vt_contacts", s.vt_contacts},
+               {"ee_contacts", s.ee_contacts},
+               {"contacts_checksum", fmt::format("{:016x}", m.checksum)},
+               {"earliest_toi", s.earliest_toi},
+               {"peak_bytes", s.peak_bytes}});
+  for (const demo::StageTime& stage : demo::kStageTimes) json["ms"][stage.name] = s.ms.*stage.ms;
+  return json;
+}
+
+class Benchmark {
+ public:
+  explicit Benchmark(const DetectorOptions& options) : options_(options) {}
+
+  void run() {
+    if (options_.first_frame.empty()) {
+      for (const MakeScene make : options_.scenes) scenes_.push_back(make(options_.scale));
+    } else {
+      scenes_.push_back(read_scene(options_.first_frame, options_.second_frame));
+    }
+    for (const Backend backend : options_.backends) {
+      for (const Sweep sweep : options_.sweeps) {
+        sweep_ = sweep;
+        run_sweep(backend);
+      }
+    }
+    if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report_);
+    if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+  }
+
+ private:
+  using Measurements = std::vector<Measurement>;
+
+  void run_sweep(Backend backend) {
+    switch (sweep_) {
+      case Sweep::stages:
+        return report_stages(
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+              return Measurements{measure_one(scene, options)};
+            }));
+      case Sweep::subdivision:
+        return report_subdivision(
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+              return with_and_without_subdivision(scene, options);
+            }));
+      case Sweep::lambda:
+        return report_lambdas(
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+              return all_lambdas(scene, options);
+            }));
+      case Sweep::scaling:
+        return report_scaling(all_sizes(backend));
+    }
+  }
+
+  Measurements for_each_scene_and_mode(
+      Backend backend, const std::function<Measurements(const DetectorScene&, const PipelineOptions&)>& measure_all) {
+    Measurements all;
+    for (const DetectorScene& scene : scenes_) {
+      for (const PipelineOptions& options : modes(backend)) {
+        const Measurements some = measure_all(scene, options);
+        require_equal_contacts(some);
+        all.insert(all.end(), some.begin(), some.end());
+      }
+    }
+    return all;
+  }
+
+  static std::vector<PipelineOptions> modes(Backend backend) {
+    std::vector<PipelineOptions> all;
+    for (const Mode& mode : kModes) {
+      PipelineOptions options;
+      options.backend = backend;
+      options.detection = mode.detection;
+      options.accuracy = mode.accuracy;
+      all.push_back(options);
+    }
+    return all;
+  }
+
+  Measurement measure_one(const DetectorScene& scene, const PipelineOptions& options) const {
+    const Measurement result = measure(scene, options, options_.repetitions);
+    if (options_.first_frame.empty() && result.statistics.vt_contacts + result.statistics.ee_contacts == 0) {
+      throw std::runtime_error(
+          fmt::format("the scene {} has no {} contacts at scale {}, so there is nothing to measure", scene.name,
+                      detection_of(result), options_.scale));
+    }
+    return result;
+  }
+
+  Measurements with_and_without_subdivision(const DetectorScene& scene, PipelineOptions options) const {
+    Measurements results = {measure_one(scene, options)};
+    options.subdivision = false;
+    results.push_back(measure_one(scene, options));
+    options.broad_phase = BroadPhase::uniform;
+    const double expected_tests = estimate_uniform_tests(scene);
+    if (expected_tests <= options_.most_tests) {
+      results.push_back(measure_one(scene, options));
+    } else {
+      options.backend = results.front().options.backend;
+      Measurement left_out;
+      left_out.scene = scene.name;
+      left_out.options = options;
+      left_out.expected_tests = expected_tests;
+      results.push_back(left_out);
+    }
+    return results;
+  }
+
+  Measurements all_lambdas(const DetectorScene& scene, PipelineOptions options) const {
+    Measurements results;
+    for (const BroadPhase broad_phase : {BroadPhase::exact, BroadPhase::paper}) {
+      options.broad_phase = broad_phase;
+      const int most = broad_phase == BroadPhase::exact ? kMostLambdaExact : kMostLambdaPaper;
+      for (int tenths = kLeastLambda; tenths <= most; tenths += kLambdaStep) {
+        options.lambda = static_cast<float>(tenths) / 10.0F;
+        results.push_back(measure_one(scene, options));
+      }
+    }
+    return results;
+  }
+
+  /// The largest first, so that there is memory for it.
+  Measurements all_sizes(Backend backend) const {
+    const double triangles_at_scale_1 = static_cast<double>(make_cloth_on_ball(1).triangle_count());
+    Measurements results;
+    for (double triangles = options_.most_triangles; triangles >= kLeastScalingTriangles; triangles /= kScalingFactor) {
+      const DetectorScene scene = make_cloth_on_ball(triangles / triangles_at_scale_1);
+      for (const PipelineOptions& options : modes(backend)) results.push_back(measure_one(scene, options));
+    }
+    return results;
+  }
+
+  /// Different ways to the same contacts are compared; `paper` may lose some.
+  static void require_equal_contacts(const Measurements& measurements) {
+    const Measurement& first = measurements.front();
+    for (const Measurement& m : measurements) {
+      if (m.repetitions == 0 || m.options.broad_phase == BroadPhase::paper || m.checksum == first.checksum) continue;
+      throw std::runtime_error(
+          fmt::format("{}, {}: {} found other contacts than {}, which must not be: this is an error in softcd", m.scene,
+                      detection_of(m), broad_phase_of(m), broad_phase_of(first)));
+    }
+  }
+
+  void report_stages(const Measurements& measurements) {
+    Table times({"scene", "detection", "ms", "volumes", "subdivision", "assignment", "sort", "tests", "features",
+                 "narrow", "transfer"},
+                2);
+    Table counts({"scene", "detection", "triangles", "split", "children", "big", "entries", "cells", "tests", "pairs",
+                  "VT cand.", "EE cand.", "VT", "EE", "MB"},
+                 2);
+    for (const Measurement& m : measurements) {
+      const Statistics& s = m.statistics;
+      const StageTimes& ms = s.ms;
+      std::vector<std::string> row = {m.scene, detection_of(m)};
+      for (const double time : {work_ms(m), ms.volumes, ms.subdivision, ms.assignment, ms.sort, ms.tests, ms.features,
+                                ms.narrow, ms.transfer}) {
+        row.push_back(decimals(time, 3));
+      }
+      times.add(row);
+      row = {m.scene, detection_of(m)};
+      for (const std::uint64_t count :
+           {s.triangles, s.split_triangles, s.children, s.big_triangles, s.entries, s.cells, s.tests, s.triangle_pairs,
+            s.vt_candidates, s.ee_candidates, s.vt_contacts, s.ee_contacts}) {
+        row.push_back(fmt::to_string(count));
+      }
+      row.push_back(megabytes(s.peak_bytes));
+      counts.add(row);
+    }
+    add_section("Time per stage",
+                "Milliseconds. `ms` is the detection without `transfer`; the stages leave out what "
+                "the host prepares.",
+                times, measurements);
+    add_section("Work per stage", "Counts of one detection, and the most memory used.", counts, measurements);
+    record(measurements);
+  }
+
+  void report_subdivision(const Measurements& measurements) {
+    Table table({"scene", "detection", "broad phase", "children/triangles", "tests", "tests/exact", "ms", "MB"}, 3);
+    double exact_tests = 0;
+    for (const Measurement& m : measurements) {
+      const auto tests = static_cast<double>(m.statistics.tests);
+      if (m.options.broad_phase == BroadPhase::exact && m.options.subdivision) exact_tests = tests;
+      if (m.repetitions > 0) {
+        table.add({m.scene, detection_of(m), broad_phase_of(m), decimals(children_ratio(m), 3),
+                   fmt::to_string(m.statistics.tests), decimals(tests / exact_tests, 2), decimals(work_ms(m), 3),
+                   megabytes(m.statistics.peak_bytes)});
+      } else {
+        table.add({m.scene, detection_of(m), broad_phase_of(m), "", fmt::format("about {:.1e}", m.expected_tests),
+                   decimals(m.expected_tests / exact_tests, 0), "left out", ""});
+      }
+    }
+    add_section("Virtual subdivision",
+                fmt::format("Rows that need more than {:.0e} tests are left out.", options_.most_tests), table,
+                measurements);
+    record(measurements);
+  }
+
+  void report_lambdas(const Measurements& measurements) {
+    Table table({"scene", "detection", "broad phase", "lambda", "children/triangles", "entries", "tests", "ms"}, 3);
+    for (const Measurement& m : measurements) {
+      table.add({m.scene, detection_of(m), broad_phase_of(m), decimals(static_cast<double>(m.options.lambda), 1),
+                 decimals(children_ratio(m), 3), fmt::to_string(m.statistics.entries),
+                 fmt::to_string(m.statistics.tests), decimals(work_ms(m), 3)});
+    }
+    add_section("Cell size", "A cell is lambda mean radii wide for `exact`, three times as wide for `paper`.", table,
+                measurements);
+    record(measurements);
+  }
+
+  void report_scaling(const Measurements& measurements) {
+    Table table({"scene", "detection", "triangles", "contacts", "ms", "transfer", "ms per million", "MB"}, 2);
+    for (const Measurement& m : measurements) {
+      const Statistics& s = m.statistics;
+      table.add({m.scene, detection_of(m), fmt::to_string(s.triangles), fmt::to_string(s.vt_contacts + s.ee_contacts),
+                 decimals(work_ms(m), 3), decimals(s.ms.transfer, 3),
+                 decimals(work_ms(m) / static_cast<double>(s.triangles) * 1e6, 2), megabytes(s.peak_bytes)});
+    }
+    add_section("Size", "Milliseconds; `ms` is the detection without `transfer`.", table, measurements);
+    record(measurements);
+  }
+
+  void add_section(const std::string& title, const std::string& note, const Table& table,
+                   const Measurements& measurements) {
+    const char* backend = name_of(demo::kBackends, measurements.front().options.backend);
+    const std::string section = fmt::format("### {}, {}\n\n{}\n\n{}\n", title, backend, note, table.text());
+    fmt::print("{}", section);
+    std::fflush(stdout);
+    report_ += section;
+  }
+
+  void record(const Measurements& measurements) {
+    for (const Measurement& m : measurements) json_["rows"].push_back(to_json(sweep_, m));
+  }
+
+  const DetectorOptions& options_;
+  Sweep sweep_ = Sweep::stages;
+  std::vector<DetectorScene> scenes_;
+  std::string report_;
+  nlohmann::ordered_json json_ = {
+      {"benchmark", "detector"}, {"scale", options_.scale}, {"margin_in_edges", kMarginInEdges}};
+};
+
+}  // namespace
+
+void add_detector(CLI::App& app, DetectorOptions& options) {
+  CLI::App* command = app.add_subcommand(
+      "detector",
+      "The detector alone: discrete detection in float32 (dcd fast; contacts within a tenth of an edge) and\n"
+      "continuous detection in float64 (ccd precise; collisions), vertex-triangle and edge-edge, on one step of\n"
+      "generated scenes or of a mesh from files. Median times in milliseconds");
+  demo::add_choices(*command, "--scene", kScenes, options.scenes,
+                    "A cloth in a funnel (18K triangles), a cloth on a ball (92K), 450 balls and 4 cones (144K)");
+  CLI::Option* t0 =
+      command->add_option("--t0", options.first_frame, "Instead: a mesh at the start of a step, PLY or OBJ")
+          ->option_text("FILE");
+  CLI::Option* t1 = command->add_option("--t1", options.second_frame, "Its triangles at the end")->option_text("FILE");
+  t0->needs(t1);
+  t1->needs(t0);
+  command->add_option("--scale", options.scale, "Multiplies the generated scenes' triangle counts, roughly")
+      ->option_text("S [1]")
+      ->check(CLI::Range(0.01, 1000.0));
+  demo::add_choices(*command, "--sweep", kSweeps, options.sweeps,
+                    "stages: time and work per stage. subdivision: with and without virtual subdivision, and the\n"
+                    "uniform grid. lambda: cell sizes, of broad phases exact and paper. scaling: cloth-on-ball from\n"
+                    "about 10K triangles to --most");
+  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
+  command
+      ->add_option("--repeat", options.repetitions,
+                   fmt::format("Measured detections, after 3 to warm up; fewer where they take more than {:.0f} s",
+                               kMostSeconds))
+      ->option_text("N [50]")
+      ->check(CLI::Range(1, 1000000));
+  command->add_option("--most", options.most_triangles, "Triangles of the largest scene of --sweep scaling")
+      ->option_text("N [1e6]")
+      ->check(CLI::Range(kLeastScalingTriangles, 1e8));
+  command
+      ->add_option("--most-tests", options.most_tests,
+                   "Leave measurements out that would enumerate more pairs of triangles, by an estimate: those of\n"
+                   "--sweep subdivision with a grid for the largest triangle")
+      ->option_text("N [2e9]")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
+  command->add_option("--json", options.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes")
+      ->option_text("FILE");
+  command->callback([&options] { Benchmark(options).run(); });
+}
+
+}  // namespace softcd::benchmarks

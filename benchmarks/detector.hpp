@@ -1,0 +1,31 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "detector_scenes.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::benchmarks {
+
+enum class Sweep { stages, subdivision, lambda, scaling };
+
+struct DetectorOptions {
+  std::vector<MakeScene> scenes = {make_funnel, make_cloth_on_ball, make_n_body};
+  std::string first_frame, second_frame;  ///< empty: the generated scenes
+  double scale = 1;
+  std::vector<Sweep> sweeps = {Sweep::stages};
+  std::vector<Backend> backends = {Backend::automatic};
+  int repetitions = 50;
+  double most_triangles = 1e6;
+  double most_tests = 2e9;
+  std::string markdown_file;  ///< empty: none
+  std::string json_file;      ///< empty: none
+};
+
+/// Adds the subcommand `detector`, which fills `options` and then runs the benchmark.
+void add_detector(CLI::App& app, DetectorOptions& options);
+
+}  // namespace softcd::benchmarks

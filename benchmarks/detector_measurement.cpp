@@ -1,0 +1,102 @@
+#include "detector_measurement.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <unordered_map>
+#include <vector>
+
+#include "command_line/stage_times.hpp"
+
+namespace softcd::benchmarks {
+namespace {
+
+constexpr int kWarmUps = 3;
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// FNV-1a of the contacts' bytes.
+std::uint64_t checksum_of(Span<const Contact> contacts) {
+  static_assert(sizeof(Contact) == 18 * 4, "padding would be part of the checksum");
+  std::uint64_t hash = 0xCBF29CE484222325U;
+  const auto* bytes = reinterpret_cast<const unsigned char*>(contacts.data());
+  for (std::size_t i = 0; i < contacts.size() * sizeof(Contact); ++i) hash = (hash ^ bytes[i]) * 0x100000001B3U;
+  return hash;
+}
+
+Vec3f middle_of(const SceneBody& body, const Triangle& t) {
+  Vec3f sum{};
+  for (const std::uint32_t v : t.v) sum = sum + body.x_t0[v] + body.x_t1[v];
+  return (1.0F / 6.0F) * sum;
+}
+
+/// Of the sphere around a triangle's whole motion.
+float largest_radius(const DetectorScene& scene) {
+  float squared = 0;
+  for (const SceneBody& body : scene.bodies) {
+    for (const Triangle& t : body.triangles) {
+      const Vec3f middle = middle_of(body, t);
+      for (const std::uint32_t v : t.v) {
+        squared = std::max({squared, squared_norm(body.x_t0[v] - middle), squared_norm(body.x_t1[v] - middle)});
+      }
+    }
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+Measurement measure(const DetectorScene& scene, const PipelineOptions& options, int repetitions) {
+  CollisionPipeline pipeline(options);
+  std::vector<BodyId> ids;
+  for (const SceneBody& body : scene.bodies) {
+    BodySettings settings = body.settings;
+    settings.features = {true, true};
+    if (options.detection == Detection::dcd) settings.margin = static_cast<float>(kMarginInEdges * scene.edge_length);
+    ids.push_back(pipeline.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t0.size()), settings}));
+  }
+
+  Span<const Contact> contacts;
+  const auto detect = [&] {
+    for (std::size_t b = 0; b < ids.size(); ++b) {
+      pipeline.set_positions(ids[b], scene.bodies[b].x_t0, scene.bodies[b].x_t1);
+    }
+    contacts = pipeline.detect();
+  };
+  const Clock::time_point start = Clock::now();
+  for (int i = 0; i < kWarmUps && (i == 0 || seconds_since(start) < kMostSeconds / 4); ++i) detect();
+  std::vector<StageTimes> times;
+  do {
+    detect();
+    times.push_back(pipeline.statistics().ms);
+  } while (static_cast<int>(times.size()) < repetitions && seconds_since(start) < kMostSeconds);
+
+  Measurement result{scene.name, options, pipeline.statistics(), static_cast<int>(times.size()), checksum_of(contacts)};
+  result.statistics.ms = demo::median(times);
+  result.options.backend = pipeline.backend();
+  return result;
+}
+
+double estimate_uniform_tests(const DetectorScene& scene) {
+  const float inverse_size = 1.0F / (3.0F * largest_radius(scene));
+  const auto coordinate = [inverse_size](float x) {  // 21 bits, enough for cells as large as the largest triangle
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * inverse_size))) & 0x1FFFFFU;
+  };
+  std::unordered_map<std::uint64_t, double> occupancy;
+  for (const SceneBody& body : scene.bodies) {
+    for (const Triangle& t : body.triangles) {
+      const Vec3f middle = middle_of(body, t);
+      if (!std::isfinite(squared_norm(middle))) continue;
+      ++occupancy[coordinate(middle.x) << 42 | coordinate(middle.y) << 21 | coordinate(middle.z)];
+    }
+  }
+  double tests = 0;
+  for (const auto& [cell, triangles] : occupancy) tests += 0.5 * triangles * triangles;
+  return tests;
+}
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "detector_scenes.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::benchmarks {
+
+/// What one detector costs on one scene.
+struct Measurement {
+  std::string scene;
+  PipelineOptions options;     ///< with the backend that was used, never `automatic`
+  Statistics statistics;       ///< of the last repetition, with median times
+  int repetitions = 0;         ///< that were measured; 0: left out, all figures are 0
+  std::uint64_t checksum = 0;  ///< of the contacts: equal for equal contacts
+  double expected_tests = 0;   ///< of a measurement that was left out
+};
+
+/// Seconds after which a measurement ends, however many repetitions are left.
+constexpr double kMostSeconds = 20;
+
+/// Margin of either side in discrete detection, in edges: contacts are what is within a tenth of an edge. Continuous
+/// detection has no margin: contacts are collisions.
+constexpr double kMarginInEdges = 0.05;
+
+/// Detects `repetitions` times after three warm-ups. Sets all positions before each detection, as a simulation does.
+Measurement measure(const DetectorScene& scene, const PipelineOptions& options, int repetitions);
+
+/// Pairs of triangles whose middles share a cell of three times the largest triangle's radius: about what the broad
+/// phase `uniform` has to enumerate, without doing so.
+double estimate_uniform_tests(const DetectorScene& scene);
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "command_line/choices.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::benchmarks {
+
+struct SceneBody {
+  std::vector<Triangle> triangles;
+  std::vector<Vec3f> x_t0, x_t1;
+  BodySettings settings;
+};
+
+/// One step of several bodies.
+struct DetectorScene {
+  std::string name;
+  double edge_length = 0;  ///< of its finer meshes; motions and distances are chosen in units of it
+  std::vector<SceneBody> bodies;
+
+  std::size_t triangle_count() const;
+};
+
+/// A cloth in a funnel, half of it through, in folds that lie on each other and on the funnel; it moves down by half
+/// an edge. 18K triangles at scale 1.
+DetectorScene make_funnel(double scale);
+
+/// A cloth over a turning ball, in folds that lie on each other below the equator. 92K triangles at scale 1.
+DetectorScene make_cloth_on_ball(double scale);
+
+/// 450 balls of 320 triangles each that move in all directions, around 4 cones of 10 triangles, each a thousand times
+/// as large as a ball's. 144K triangles at scale 1, which multiplies the number of bodies.
+DetectorScene make_n_body(double scale);
+
+/// Two frames of one mesh, as one body that collides with itself. Throws demo::MeshError.
+DetectorScene read_scene(const std::filesystem::path& t0, const std::filesystem::path& t1);
+
+using MakeScene = DetectorScene (*)(double scale);
+
+/// The benchmarks of the paper (its section 4.1) that a formula can stand for.
+inline constexpr std::array<demo::Choice<MakeScene>, 3> kScenes = {
+    {{"funnel", make_funnel}, {"cloth-on-ball", make_cloth_on_ball}, {"n-body", make_n_body}}};
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,49 @@
+#include "report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <stdexcept>
+
+namespace softcd::benchmarks {
+
+Table::Table(std::vector<std::string> header, std::size_t text_columns) : text_columns_(text_columns) {
+  rows_.push_back(std::move(header));
+}
+
+void Table::add(std::vector<std::string> row) {
+  row.resize(rows_.front().size());
+  rows_.push_back(std::move(row));
+}
+
+std::string Table::text() const {
+  std::vector<std::size_t> widths(rows_.front().size(), 3);
+  for (const auto& row : rows_) {
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    for (std::size_t c = 0; c < widths.size(); ++c) {
+      text += c < text_columns_ ? fmt::format("| {:<{}} ", rows_[r][c], widths[c])
+                                : fmt::format("| {:>{}} ", rows_[r][c], widths[c]);
+    }
+    text += "|\n";
+    if (r > 0) continue;
+    for (std::size_t c = 0; c < widths.size(); ++c) {
+      text +=
+          c < text_columns_ ? fmt::format("|:{:-<{}}", "", widths[c] + 1) : fmt::format("|{:-<{}}:", "", widths[c] + 1);
+    }
+    text += "|\n";
+  }
+  return text;
+}
+
+void write_file(const std::string& file, const std::string& content) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << content;
+  stream.close();
+  if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
+}
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace softcd::benchmarks {
+
+/// A Markdown table whose columns are aligned for terminals too: text to the left, numbers to the right.
+class Table {
+ public:
+  /// `text_columns` of `header` come first and hold text.
+  Table(std::vector<std::string> header, std::size_t text_columns);
+
+  void add(std::vector<std::string> row);
+  std::string text() const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+  std::size_t text_columns_;
+};
+
+/// Throws std::runtime_error when that fails.
+void write_file(const std::string& file, const std::string& content);
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "softcd/core/statistics.hpp"
+
+/// What the programs report of StageTimes.
+namespace softcd::demo {
+
+struct StageTime {
+  const char* name;
+  double StageTimes::*ms;
+};
+
+inline constexpr std::array<StageTime, 9> kStageTimes = {{{"total", &StageTimes::total},
+                                                          {"volumes", &StageTimes::volumes},
+                                                          {"subdivision", &StageTimes::subdivision},
+                                                          {"assignment", &StageTimes::assignment},
+                                                          {"sort", &StageTimes::sort},
+                                                          {"tests", &StageTimes::tests},
+                                                          {"features", &StageTimes::features},
+                                                          {"narrow", &StageTimes::narrow},
+                                                          {"transfer", &StageTimes::transfer}}};
+
+/// Each stage's own median; of an even number of runs the mean of the middle two.
+inline StageTimes median(const std::vector<StageTimes>& runs) {
+  StageTimes result;
+  for (const StageTime& stage : kStageTimes) {
+    std::vector<double> values;
+    values.reserve(runs.size());
+    for (const StageTimes& run : runs) values.push_back(run.*stage.ms);
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    result.*stage.ms = values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+  }
+  return result;
+}
+
+}  // namespace softcd::demo
