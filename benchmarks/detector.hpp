@@ -20,7 +20,7 @@ struct DetectorOptions {
   std::vector<Backend> backends = {Backend::automatic};
   int repetitions = 50;
   double most_triangles = 1e6;
-  double most_tests = 2e9;
+  double most_tests = 2e10;
   std::string markdown_file;  ///< empty: none
   std::string json_file;      ///< empty: none
 };

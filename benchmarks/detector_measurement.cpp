@@ -48,9 +48,7 @@ float largest_radius(const DetectorScene& scene) {
   return std::sqrt(squared);
 }
 
-}  // namespace
-
-Measurement measure(const DetectorScene& scene, const PipelineOptions& options, int repetitions) {
+Measurement measure_all(const DetectorScene& scene, const PipelineOptions& options, int repetitions) {
   CollisionPipeline pipeline(options);
   std::vector<BodyId> ids;
   for (const SceneBody& body : scene.bodies) {
@@ -75,9 +73,33 @@ Measurement measure(const DetectorScene& scene, const PipelineOptions& options, 
     times.push_back(pipeline.statistics().ms);
   } while (static_cast<int>(times.size()) < repetitions && seconds_since(start) < kMostSeconds);
 
-  Measurement result{scene.name, options, pipeline.statistics(), static_cast<int>(times.size()), checksum_of(contacts)};
+  Measurement result;
+  result.scene = scene.name;
+  result.options = options;
+  result.statistics = pipeline.statistics();
   result.statistics.ms = demo::median(times);
+  result.repetitions = static_cast<int>(times.size());
+  result.checksum = checksum_of(contacts);
   result.options.backend = pipeline.backend();
+  return result;
+}
+
+}  // namespace
+
+Measurement measure(const DetectorScene& scene, const PipelineOptions& options, int repetitions) {
+  try {
+    return measure_all(scene, options, repetitions);
+  } catch (const OutOfMemory&) {
+    return left_out(scene, options, "out of memory");
+  }
+}
+
+Measurement left_out(const DetectorScene& scene, const PipelineOptions& options, const std::string& reason) {
+  Measurement result;
+  result.scene = scene.name;
+  result.options = options;
+  result.statistics.triangles = scene.triangle_count();
+  result.left_out = reason;
   return result;
 }
 

@@ -13,9 +13,9 @@ struct Measurement {
   std::string scene;
   PipelineOptions options;     ///< with the backend that was used, never `automatic`
   Statistics statistics;       ///< of the last repetition, with median times
-  int repetitions = 0;         ///< that were measured; 0: left out, all figures are 0
+  int repetitions = 0;         ///< that were measured
   std::uint64_t checksum = 0;  ///< of the contacts: equal for equal contacts
-  double expected_tests = 0;   ///< of a measurement that was left out
+  std::string left_out;        ///< why nothing was measured and all figures are 0; empty: it was
 };
 
 /// Seconds after which a measurement ends, however many repetitions are left.
@@ -26,7 +26,11 @@ constexpr double kMostSeconds = 20;
 constexpr double kMarginInEdges = 0.05;
 
 /// Detects `repetitions` times after three warm-ups. Sets all positions before each detection, as a simulation does.
+/// Left out where there is not enough memory.
 Measurement measure(const DetectorScene& scene, const PipelineOptions& options, int repetitions);
+
+/// A measurement that was not made.
+Measurement left_out(const DetectorScene& scene, const PipelineOptions& options, const std::string& reason);
 
 /// Pairs of triangles whose middles share a cell of three times the largest triangle's radius: about what the broad
 /// phase `uniform` has to enumerate, without doing so.
