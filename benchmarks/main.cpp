@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   using namespace softcd::benchmarks;
   try {
     CLI::App app("Benchmarks of softcd.", "softcd-bench");
+    app.set_version_flag("--version", "g++ " __VERSION__);
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 done; 1 a measurement failed or its results could not be written; 2 the command line or a\n"

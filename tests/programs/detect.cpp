@@ -1,12 +1,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <set>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "ground_truth.hpp"
+#include "run_program.hpp"
 #include "temporary_folder.hpp"
 
 namespace softcd::test {
@@ -23,12 +22,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-struct Result {
-  int exit_code;
-  std::string output;
-  std::string errors;
-};
 
 // A row of the contacts' file.
 struct Row {
@@ -65,12 +58,7 @@ constexpr const char* kEdgesCrossed = "v -2 0 0\nv 2 0 0\nv 0 0 -9\nv 0 -2 -1\nv
 
 class Detect : public testing::Test {
  protected:
-  Result run(const std::string& arguments) const {
-    const std::string command = std::string("'") + SOFTCD_DETECT + "' " + arguments + " >'" + folder_.file("output") +
-                                "' 2>'" + folder_.file("errors") + "'";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder_.read("output"), folder_.read("errors")};
-  }
+  Result run(const std::string& arguments) const { return run_program(SOFTCD_DETECT, arguments, folder_); }
 
   // What `arguments` find.
   std::vector<Row> contacts(const std::string& arguments) const {

@@ -1,0 +1,134 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "run_program.hpp"
+#include "temporary_folder.hpp"
+
+namespace softcd::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Bench : public testing::Test {
+ protected:
+  Result run(const std::string& arguments) const { return run_program(SOFTCD_BENCH, arguments, folder_); }
+
+  nlohmann::json rows(const std::string& arguments) const {
+    const Result result = run("detector --backend cpu --repeat 1 " + arguments + " --json " + folder_.file("json"));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.errors, IsEmpty());
+    return nlohmann::json::parse(folder_.read("json")).at("rows");
+  }
+
+  void expect_refused(const std::string& arguments, const std::string& problem) const {
+    const Result result = run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_THAT(result.errors, HasSubstr(problem));
+    EXPECT_THAT(result.output, IsEmpty());
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Bench, EverySceneHasContactsAndNearMissesInBothModes) {
+  std::set<std::string> seen;
+  for (const auto& row : rows("--scale 0.1")) {
+    seen.insert(row["scene"].get<std::string>() + " " + row["detection"].get<std::string>());
+    for (const char* kind : {"vt", "ee"}) {
+      const auto contacts = row[std::string(kind) + "_contacts"].get<std::uint64_t>();
+      EXPECT_GT(contacts, 0u) << row;
+      EXPECT_GT(row[std::string(kind) + "_candidates"].get<std::uint64_t>(), contacts) << row;
+    }
+    EXPECT_GT(row["ms"]["total"], 0) << row;
+  }
+  EXPECT_THAT(seen, testing::ElementsAre("cloth-on-ball ccd", "cloth-on-ball dcd", "funnel ccd", "funnel dcd",
+                                         "n-body ccd", "n-body dcd"));
+}
+
+TEST_F(Bench, WaysToTheSameContactsFindTheSame) {
+  std::map<std::pair<std::string, std::string>, std::set<std::string>> checksums;
+  std::size_t exact_and_uniform = 0, paper = 0;
+  for (const auto& row : rows("--scale 0.05 --sweep stages,subdivision,lambda")) {
+    if (row["broad_phase"] == "paper") {
+      ++paper;
+      continue;
+    }
+    ++exact_and_uniform;
+    checksums[{row["scene"], row["detection"]}].insert(row["contacts_checksum"].get<std::string>());
+  }
+  // For three scenes and two modes: 1 of stages, 3 of subdivision, 9 lambdas; 1 of subdivision, 7 lambdas.
+  EXPECT_EQ(exact_and_uniform, 6u * (1 + 3 + 9));
+  EXPECT_EQ(paper, 6u * (1 + 7));
+  EXPECT_EQ(checksums.size(), 6u);
+  for (const auto& [scene_and_mode, found] : checksums) EXPECT_EQ(found.size(), 1u) << scene_and_mode.first;
+}
+
+TEST_F(Bench, LargeTrianglesAreSplitAmongBalls) {
+  for (const auto& row : rows("--scene n-body --scale 0.05")) EXPECT_GT(row["children"], 0) << row;
+}
+
+TEST_F(Bench, HopelessMeasurementsAreLeftOutAndSaid) {
+  std::size_t left_out = 0;
+  for (const auto& row : rows("--scene funnel --scale 0.05 --sweep subdivision --most-tests 1000")) {
+    if (row.contains("left_out")) ++left_out;
+  }
+  EXPECT_EQ(left_out, 2u);
+  EXPECT_THAT(folder_.read("output"), HasSubstr("would need more than 1e+03 tests"));
+}
+
+TEST_F(Bench, SizesGoDownFromTheLargest) {
+  const nlohmann::json sizes = rows("--sweep scaling --most 40000");
+  ASSERT_EQ(sizes.size(), 4u);
+  EXPECT_NEAR(sizes[0]["triangles"].get<double>(), 40000, 2000);
+  EXPECT_NEAR(sizes[2]["triangles"].get<double>(), 10000, 1000);
+}
+
+TEST_F(Bench, MarkdownIsWhatIsPrinted) {
+  const Result result = run("detector --scene funnel --scale 0.1 --repeat 1 --markdown " + folder_.file("tables.md"));
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(result.output, folder_.read("tables.md"));
+  EXPECT_THAT(result.output, HasSubstr("\n| funnel | dcd fast "));
+  EXPECT_THAT(result.output, HasSubstr("\n|:-------|:------------|--"));
+}
+
+TEST_F(Bench, MeshesFromFilesAreMeasured) {
+  const std::string frames =
+      "--t0 " +
+      folder_.write("t0.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n") +
+      " --t1 " +
+      folder_.write("t1.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 -1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n");
+  const nlohmann::json measured = rows(frames);
+  ASSERT_EQ(measured.size(), 2u);
+  EXPECT_EQ(measured[0]["vt_contacts"], 0);
+  EXPECT_EQ(measured[1]["vt_contacts"], 1);
+}
+
+TEST_F(Bench, RefusesCommandLines) {
+  expect_refused("", "A subcommand is required");
+  expect_refused("detector --scene bunny", "'bunny' is not one of funnel, cloth-on-ball, n-body");
+  expect_refused("detector --sweep everything", "'everything' is not one of stages, subdivision, lambda, scaling");
+  expect_refused("detector --backend gpu", "'gpu' is not one of auto, cpu, cuda");
+  expect_refused("detector --repeat 0", "--repeat");
+  expect_refused("detector --scale 0", "--scale");
+  expect_refused("detector --t0 t0.obj", "--t0 requires --t1");
+  expect_refused("detector --t0 absent.obj --t1 absent.obj", "absent.obj: cannot be opened");
+}
+
+TEST_F(Bench, ResultsThatCannotBeWrittenAreAnError) {
+  for (const char* option : {" --markdown ", " --json "}) {
+    const Result result =
+        run("detector --scene funnel --scale 0.05 --repeat 1" + (option + folder_.file("absent/file")));
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.errors, HasSubstr("cannot be written"));
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "temporary_folder.hpp"
+
+namespace softcd::test {
+
+struct Result {
+  int exit_code;
+  std::string output;
+  std::string errors;
+};
+
+/// `arguments` as a shell reads them. What the program prints goes through two files in `folder`.
+inline Result run_program(const std::string& program, const std::string& arguments, const TemporaryFolder& folder) {
+  const std::string command =
+      "'" + program + "' " + arguments + " >'" + folder.file("output") + "' 2>'" + folder.file("errors") + "'";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("output"), folder.read("errors")};
+}
+
+}  // namespace softcd::test
