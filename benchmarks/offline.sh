@@ -68,8 +68,6 @@ if [ -n "$prefix" ]; then
     prepend PKG_CONFIG_PATH "$base/share/pkgconfig"
     prepend PATH "$base/bin"
   done
-  # The files of unpacked packages name folders below /usr.
-  if [ -d "$prefix/usr" ]; then export PKG_CONFIG_SYSROOT_DIR=$prefix; fi
 fi
 
 has_gpu() { command -v nvidia-smi >/dev/null && nvidia-smi -L >/dev/null 2>&1; }
