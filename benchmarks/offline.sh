@@ -60,6 +60,7 @@ if [ -n "$prefix" ]; then
   for base in "$prefix/usr" "$prefix"; do
     prepend CMAKE_PREFIX_PATH "$base"
     prepend CPATH "$base/include"
+    prepend CPATH "$base/include/$(uname -m)-linux-gnu"
     for lib in "$base/lib" "$base/lib64" "$base/lib/$(uname -m)-linux-gnu"; do
       prepend LIBRARY_PATH "$lib"
       prepend LD_LIBRARY_PATH "$lib"
