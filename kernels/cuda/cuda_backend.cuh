@@ -169,7 +169,7 @@ class CudaBackend {
   void for_each_work_filtered(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                               Share share, const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
-    cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(
+    cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 12), cuda::kBlockSize, 0, stream_>>>(
         items, offsets, total, share, f, lists...);
     check_cuda(cudaGetLastError(), label);
   }

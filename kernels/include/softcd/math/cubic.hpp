@@ -53,8 +53,8 @@ SOFTCD_HD Splits<T> monotone_splits(const Cubic<T>& cubic) {
 /// On an interval where the cubic is monotone: a point up to which from `from` on its values keep the sign they have
 /// at `from` and exceed `bound` in magnitude, close to the last such point before `to`. `from` itself when they do not
 /// there. Newton's iteration from `guess` towards 9/8 bound, halving the bracket when it does not converge, until the
-/// value is within 5/4 bound; when the iterations are used up the answer is nearer to `from` than it could be, and still
-/// right.
+/// value is within 5/4 bound; when the iterations are used up the answer is nearer to `from` than it could be, and
+/// still right.
 template <class T>
 SOFTCD_HD T last_clear(const Cubic<T>& cubic, T bound, T from, T to, T guess) {
   constexpr int kMaxIterations = 40;
