@@ -89,6 +89,19 @@ TEST(Filters, pair_filter) {
   expect_both_kinds(soups(4), [](BodyId a, BodyId b) { return (a.value + b.value) % 2 == 1; });
 }
 
+// The grid then orders a cell's entries by body modulo 8, and tells bodies apart by class modulo 32.
+TEST(Filters, without_self_collision_whatever_the_number_of_bodies) {
+  for (const std::uint32_t count : {2U, 8U, 9U, 34U}) {
+    Scene scene;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      scene.push_back(still(soup(90 + i, 200 / count), everything(0.02F)));
+      scene.back().settings.self_collision = false;
+    }
+    expect_both_kinds(scene);
+    expect_both_kinds(scene, [](BodyId a, BodyId b) { return (a.value ^ b.value) % 3 != 1; });
+  }
+}
+
 TEST(Filters, pair_filter_is_asked_in_ascending_order) {
   Scene scene = soups(4);
   scene[2].settings.filter_mask = 0;
