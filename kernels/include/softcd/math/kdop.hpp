@@ -183,20 +183,22 @@ SOFTCD_HD bool apart_on_axis(const PointMotion<kCount>& points, float reach) {
 /// straight-line motion, and so throughout; unless continuous, at t1.
 template <bool kContinuous, int kSplit, int kCount>
 SOFTCD_HD bool apart_on_straight_axes(const PointMotion<kCount>& points, Reach reach) {
-  return apart_on_axis<kContinuous, 0, kSplit>(points, reach.straight) |
-         apart_on_axis<kContinuous, 1, kSplit>(points, reach.straight) |
-         apart_on_axis<kContinuous, 2, kSplit>(points, reach.straight);
+  const bool x = apart_on_axis<kContinuous, 0, kSplit>(points, reach.straight);
+  const bool y = apart_on_axis<kContinuous, 1, kSplit>(points, reach.straight);
+  const bool z = apart_on_axis<kContinuous, 2, kSplit>(points, reach.straight);
+  return x | y | z;
 }
 
 /// The same along the six diagonal axes.
 template <bool kContinuous, int kSplit, int kCount>
 SOFTCD_HD bool apart_on_diagonal_axes(const PointMotion<kCount>& points, Reach reach) {
-  return apart_on_axis<kContinuous, 3, kSplit>(points, reach.diagonal) |
-         apart_on_axis<kContinuous, 4, kSplit>(points, reach.diagonal) |
-         apart_on_axis<kContinuous, 5, kSplit>(points, reach.diagonal) |
-         apart_on_axis<kContinuous, 6, kSplit>(points, reach.diagonal) |
-         apart_on_axis<kContinuous, 7, kSplit>(points, reach.diagonal) |
-         apart_on_axis<kContinuous, 8, kSplit>(points, reach.diagonal);
+  const bool xy = apart_on_axis<kContinuous, 3, kSplit>(points, reach.diagonal);
+  const bool xz = apart_on_axis<kContinuous, 4, kSplit>(points, reach.diagonal);
+  const bool yz = apart_on_axis<kContinuous, 5, kSplit>(points, reach.diagonal);
+  const bool x_y = apart_on_axis<kContinuous, 6, kSplit>(points, reach.diagonal);
+  const bool x_z = apart_on_axis<kContinuous, 7, kSplit>(points, reach.diagonal);
+  const bool y_z = apart_on_axis<kContinuous, 8, kSplit>(points, reach.diagonal);
+  return xy | xz | yz | x_y | x_z | y_z;
 }
 
 /// Axis-aligned box, the first three axes of the 18-DOP.

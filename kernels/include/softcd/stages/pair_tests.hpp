@@ -71,7 +71,10 @@ struct PairTest {
 
   /// Whether some vertex or edge of one is owned that could touch the other.
   static SOFTCD_HD constexpr bool own_features(Entry a, Entry b) {
-    return ((owned_vertices(a) | owned_vertices(b)) != 0U) | ((owned_edges(a) != 0U) & (owned_edges(b) != 0U));
+    const bool any_vertex = (owned_vertices(a) | owned_vertices(b)) != 0U;
+    const bool edges_of_a = owned_edges(a) != 0U;
+    const bool edges_of_b = owned_edges(b) != 0U;
+    return any_vertex | (edges_of_a & edges_of_b);
   }
 
   /// Whether bodies of the two entries' classes may touch.
@@ -138,8 +141,9 @@ struct TestPair {
     const Verdict verdict = Control::judge(item.cell, entry, partner);
     candidate = {entry, partner};
     candidate.a.bits |= verdict == Verdict::execute_and_flag ? kFlaggedPair : 0U;
-    return (verdict != Verdict::skip) & (entry.root != partner.root) &
-           pair_test.classes_may_touch(item.touchable_classes, partner) & pair_test.own_features(entry, partner);
+    const bool may_touch = pair_test.classes_may_touch(item.touchable_classes, partner);
+    const bool own_features = pair_test.own_features(entry, partner);
+    return (verdict != Verdict::skip) & (entry.root != partner.root) & may_touch & own_features;
   }
 
   template <class Pairs, class Flagged>
