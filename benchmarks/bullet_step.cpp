@@ -1,6 +1,5 @@
 #include "bullet_step.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,6 +7,7 @@
 #include "BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h"
 #include "ball_heap.hpp"
 #include "command_line/choices.hpp"
+#include "command_line/stage_times.hpp"
 #include "report.hpp"
 #include "scenes/two_cloths.hpp"
 
@@ -61,9 +61,9 @@ class Variant {
 
   const std::string& name() const { return name_; }
   double last_ms() const { return step_ms_.back(); }
-  double median_ms() const { return median(step_ms_); }
-  double median_detection_ms() const { return detection_ms_.empty() ? 0 : median(detection_ms_); }
-  double median_contacts() const { return median(contacts_); }
+  double median_ms() const { return demo::median(step_ms_); }
+  double median_detection_ms() const { return detection_ms_.empty() ? 0 : demo::median(detection_ms_); }
+  double median_contacts() const { return demo::median(contacts_); }
   const std::vector<btSoftBody*>& bodies() const { return bodies_; }
 
   double first_step_ms = 0;
@@ -78,12 +78,6 @@ class Variant {
     scene.settings.detection = options.detection;
     scene.nodes_per_side = options.nodes_per_side;
     return scene;
-  }
-
-  static double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
   }
 
   std::string name_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "softcd/core/statistics.hpp"
@@ -25,16 +26,21 @@ inline constexpr std::array<StageTime, 9> kStageTimes = {{{"total", &StageTimes:
                                                           {"narrow", &StageTimes::narrow},
                                                           {"transfer", &StageTimes::transfer}}};
 
-/// Each stage's own median; of an even number of runs the mean of the middle two.
+/// Of an even number of values the mean of the middle two.
+inline double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+/// Each stage's own median.
 inline StageTimes median(const std::vector<StageTimes>& runs) {
   StageTimes result;
   for (const StageTime& stage : kStageTimes) {
     std::vector<double> values;
     values.reserve(runs.size());
     for (const StageTimes& run : runs) values.push_back(run.*stage.ms);
-    std::sort(values.begin(), values.end());
-    const std::size_t middle = values.size() / 2;
-    result.*stage.ms = values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+    result.*stage.ms = median(std::move(values));
   }
   return result;
 }

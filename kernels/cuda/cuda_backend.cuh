@@ -272,7 +272,8 @@ class CudaBackend {
   }
 
   /// Enqueues a detection. The second of equal detections in a row is captured as a graph, and all further ones replay
-  /// it: host time and gaps between kernels shrink to those of one launch. Memory is allocated in the first only.
+  /// it: host time and gaps between kernels shrink to those of one launch. Memory is allocated in the first only. The
+  /// legacy default stream cannot be captured.
   template <class F>
   void launch(const std::vector<std::uint64_t>& signature, const F& f) {
     std::vector<std::uint64_t> key = signature;

@@ -4,15 +4,17 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 namespace softcd {
+
 SelectedDetector::SelectedDetector(Backend wanted, LogCallback log, DeviceFactory make_device,
                                    const std::string& device_problem)
     : wanted_(wanted), log_(std::move(log)), make_device_(std::move(make_device)) {
   if (wanted == Backend::cpu) {
     use_cpu("the CPU was asked for");
   } else if (make_device_) {
-    use_device(wanted == Backend::cuda ? "CUDA was asked for" : "a CUDA device is usable");
+    use_device();
   } else if (wanted == Backend::cuda) {
     throw BackendError(
         fmt::format("the CUDA backend cannot be used: {}. Use Backend::cpu or Backend::automatic.", device_problem));
@@ -27,9 +29,9 @@ void SelectedDetector::use_cpu(const std::string& reason) {
   reason_ = reason;
 }
 
-void SelectedDetector::use_device(const std::string& reason) {
+void SelectedDetector::use_device() {
   backend_ = Backend::cuda;
-  reason_ = reason;
+  reason_ = wanted_ == Backend::cuda ? "CUDA was asked for" : "a CUDA device is usable";
 }
 
 /// The detector in use, made where it was not yet, with the topology.
@@ -62,6 +64,7 @@ void SelectedDetector::take_over(const std::string& problem) {
   if (log_ && !std::exchange(has_warned_, true)) {
     log_(LogLevel::warning, fmt::format("{}: the CPU takes over{}", problem, make_device_ ? " where it must" : ""));
   }
+  has_to_choose_ = true;
   const Slot failed = std::move(device_);  // the positions are in its memory
   device_ = {};
   if (positions_.x_t1 == nullptr) return;
@@ -77,20 +80,23 @@ void SelectedDetector::take_over(const std::string& problem) {
 void SelectedDetector::set_topology(const SceneTopology& topology) {
   topology_ = topology;
   cpu_.is_current = device_.is_current = false;
+  has_to_choose_ = true;
+}
+
+/// Where there is a device; else the choice was made for good.
+void SelectedDetector::choose() {
+  if (!make_device_) return;
+  const std::size_t triangles = topology_.triangles.size();
+  if (wanted_ == Backend::automatic && triangles < kSmallScene) {
+    use_cpu(fmt::format("a scene of {} triangles, fewer than {}, is done before a GPU has started", triangles,
+                        kSmallScene));
+  } else {
+    use_device();
+  }
 }
 
 PositionArrays SelectedDetector::position_arrays() {
-  if (make_device_) {
-    const std::size_t triangles = topology_.triangles.size();
-    if (wanted_ == Backend::cuda) {
-      use_device("CUDA was asked for");
-    } else if (triangles < kSmallScene) {
-      use_cpu(fmt::format("a scene of {} triangles, fewer than {}, is done before a GPU has started", triangles,
-                          kSmallScene));
-    } else {
-      use_device("a CUDA device is usable");
-    }
-  }
+  if (std::exchange(has_to_choose_, false)) choose();
   positions_ = {};
   if (!succeeds_on_device([&](Detector& device) { positions_ = device.position_arrays(); })) {
     positions_ = prepared().position_arrays();

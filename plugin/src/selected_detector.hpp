@@ -43,7 +43,8 @@ class SelectedDetector final : public Detector {
   };
 
   void use_cpu(const std::string& reason);
-  void use_device(const std::string& reason);
+  void use_device();
+  void choose();
   void take_over(const std::string& problem);
   Detector& prepared();
   template <class F>
@@ -55,6 +56,7 @@ class SelectedDetector final : public Detector {
   Slot cpu_, device_;
   Backend backend_ = Backend::cpu;
   std::string reason_;
+  bool has_to_choose_ = false;  ///< the scene is another one, or the device has just failed
   bool has_warned_ = false;
   SceneTopology topology_;
   PositionArrays positions_{};  ///< of the detector in use, written for the next detection

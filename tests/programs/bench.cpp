@@ -28,10 +28,7 @@ class Bench : public testing::Test {
   }
 
   void expect_refused(const std::string& arguments, const std::string& problem) const {
-    const Result result = run(arguments);
-    EXPECT_EQ(result.exit_code, 2) << arguments;
-    EXPECT_THAT(result.errors, HasSubstr(problem));
-    EXPECT_THAT(result.output, IsEmpty());
+    test::expect_refused(SOFTCD_BENCH, arguments, folder_, problem);
   }
 
   TemporaryFolder folder_;

@@ -80,12 +80,8 @@ class Detect : public testing::Test {
     return nlohmann::json::parse(folder_.read("figures.json"));
   }
 
-  // Expects refusal: exit code 2 and one sentence on standard error, nothing else.
   void expect_refused(const std::string& arguments, const std::string& problem) const {
-    const Result result = run(arguments);
-    EXPECT_EQ(result.exit_code, 2) << arguments;
-    EXPECT_THAT(result.errors, HasSubstr(problem));
-    EXPECT_THAT(result.output, IsEmpty());
+    test::expect_refused(SOFTCD_DETECT, arguments, folder_, problem);
   }
 
   TemporaryFolder folder_;

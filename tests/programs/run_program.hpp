@@ -1,5 +1,6 @@
 #pragma once
 
+#include <gmock/gmock.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -21,6 +22,15 @@ inline Result run_program(const std::string& program, const std::string& argumen
       "'" + program + "' " + arguments + " >'" + folder.file("output") + "' 2>'" + folder.file("errors") + "'";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("output"), folder.read("errors")};
+}
+
+/// Expects refusal: exit code 2 and one sentence on standard error, nothing else.
+inline void expect_refused(const std::string& program, const std::string& arguments, const TemporaryFolder& folder,
+                           const std::string& problem) {
+  const Result result = run_program(program, arguments, folder);
+  EXPECT_EQ(result.exit_code, 2) << arguments;
+  EXPECT_THAT(result.errors, testing::HasSubstr(problem));
+  EXPECT_THAT(result.output, testing::IsEmpty());
 }
 
 }  // namespace softcd::test

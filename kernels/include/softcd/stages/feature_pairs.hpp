@@ -58,11 +58,10 @@ struct ExpandPair {
     return {a, b, (shape_a.flags >> kShift) & bits, (shape_b.flags >> kShift) & bits};
   }
 
-  /// The features' vertices, as contact_margin wants them, and what they are of.
+  /// The features' vertices, as contact_margin wants them, and the features: vertex and triangle, or two edges.
   struct Candidate {
     FeatureVertices vertices;
-    std::uint32_t first;   ///< vertex-triangle: the vertex; edge-edge: side:2 | triangle:30 from low to high
-    std::uint32_t second;  ///< the triangle; likewise
+    std::uint32_t first, second;
   };
 
   /// False where the features share a vertex or are apart along x, y or z: most are.
@@ -87,9 +86,7 @@ struct ExpandPair {
       const std::uint32_t r = u.v[side_b];
       const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
       if (p == r || p == s || q == r || q == s) return false;
-      candidate = {{{p, q, r, s}},
-                   (work.a << 2) | static_cast<std::uint32_t>(side_a),
-                   (work.b << 2) | static_cast<std::uint32_t>(side_b)};
+      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].v[side_a], scene.triangle_edges[work.b].v[side_b]};
     }
     const PointMotion<4> points = load(candidate.vertices);
     return !apart_on_straight_axes<kContinuous, kCountA>(points, reach_between(points, margin_of(candidate)));
@@ -105,14 +102,9 @@ struct ExpandPair {
       if (lie_apart<kKind>(points.t1, margin)) return;
     }
     if (stay_apart_diagonally(candidate)) return;
-    if constexpr (kKind == ContactKind::vertex_triangle) {
-      candidates.push((static_cast<std::uint64_t>(candidate.first) << 32) | candidate.second);
-    } else {
-      const std::uint32_t edge_a = scene.triangle_edges[candidate.first >> 2].v[candidate.first & 3U];
-      const std::uint32_t edge_b = scene.triangle_edges[candidate.second >> 2].v[candidate.second & 3U];
-      candidates.push(edge_a < edge_b ? (static_cast<std::uint64_t>(edge_a) << 32) | edge_b
-                                      : (static_cast<std::uint64_t>(edge_b) << 32) | edge_a);
-    }
+    const bool in_order = kKind == ContactKind::vertex_triangle || candidate.first < candidate.second;
+    const std::uint64_t high = in_order ? candidate.first : candidate.second;
+    candidates.push((high << 32) | (in_order ? candidate.second : candidate.first));
   }
 
  private:
