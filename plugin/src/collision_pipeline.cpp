@@ -146,8 +146,9 @@ class CollisionPipeline::Implementation {
     leave_out_strays(surveys);
     start_statistics();
     const Vec3d origin = scene_origin(surveys);
-    pairs_ =
-        select_pairs(bodies_, surveys, origin, measure_moves ? options_.motion_margin : 0.0F, options_.pair_filter);
+    const MarginGrowth growth = {measure_moves ? options_.motion_margin : 0.0F,
+                                 !continuous && options_.contact_rule == ContactRule::slab ? kSlabReach : 1.0F};
+    pairs_ = select_pairs(bodies_, surveys, origin, growth, options_.pair_filter);
     decisions_ = {bodies_.size(), pairs_.pair_count, pairs_.self_count, pairs_.vertex_triangle, pairs_.edge_edge};
     guard_memory([&] {
       if (std::exchange(topology_changed_, false)) {
@@ -262,6 +263,7 @@ class CollisionPipeline::Implementation {
             options_.subdivision,
             options_.lambda > 0.0F ? options_.lambda : default_lambda(options_.broad_phase),
             options_.motion_margin,
+            options_.contact_rule,
             options_.memory_limit,
             pairs_.vertex_triangle,
             pairs_.edge_edge};

@@ -12,11 +12,11 @@ constexpr float kLargest = std::numeric_limits<float>::max();
 constexpr Box kNowhere = {{kLargest, kLargest, kLargest}, {-kLargest, -kLargest, -kLargest}};
 
 /// The box of everything that the body's features may touch, rounded as its positions are, then outward.
-Box grown_box(const BodyExtent& extent, Vec3d origin, float margin, float motion_margin) {
+Box grown_box(const BodyExtent& extent, Vec3d origin, float margin, const MarginGrowth& growth) {
   if (extent.is_empty) return kNowhere;
   const Box box = {vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
-  const float motion = outward_up(outward_up(static_cast<float>(extent.furthest_move)) * motion_margin);
-  return inflated(box, outward_up(margin + motion));
+  const float motion = outward_up(outward_up(static_cast<float>(extent.furthest_move)) * growth.motion);
+  return inflated(box, outward_up(outward_up(margin + motion) * growth.reach));
 }
 
 bool groups_allow(const BodySettings& a, const BodySettings& b) {
@@ -73,7 +73,7 @@ class Selection {
 }  // namespace
 
 PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<BodySurvey>& surveys, Vec3d origin,
-                           float motion_margin, const PairFilter& filter) {
+                           const MarginGrowth& growth, const PairFilter& filter) {
   PairSelection out;
   out.pair_words = static_cast<std::uint32_t>((bodies.size() + 31) / 32);
   out.may_touch.assign(bodies.size() * out.pair_words, 0U);
@@ -89,7 +89,7 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
     first_vertex += body.topology.vertex_count;
     first_triangle += static_cast<std::uint32_t>(body.topology.triangles.size());
     first_edge += static_cast<std::uint32_t>(body.topology.edges.size());
-    boxes.push_back(grown_box(surveys[b].extent, origin, settings.margin, motion_margin));
+    boxes.push_back(grown_box(surveys[b].extent, origin, settings.margin, growth));
   }
 
   Selection selection(out);

@@ -19,9 +19,15 @@ struct PairSelection {
   SceneBodies view() const { return {bodies, may_touch, pair_words}; }
 };
 
+/// How far beyond its margin a body's features can be in contact.
+struct MarginGrowth {
+  float motion;  ///< times the furthest move is added to the margin
+  float reach;   ///< times all of that
+};
+
 /// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are
 /// relative to `origin`.
 PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<BodySurvey>& surveys, Vec3d origin,
-                           float motion_margin, const PairFilter& filter);
+                           const MarginGrowth& growth, const PairFilter& filter);
 
 }  // namespace softcd

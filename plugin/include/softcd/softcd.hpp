@@ -143,6 +143,7 @@ struct PipelineOptions {
   /// Discrete detection only: a vertex's margin against triangles grows by this many times the distance that it
   /// moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
   float motion_margin = 0.0F;
+  ContactRule contact_rule = ContactRule::distance;
   /// Most bytes of the backend's memory that the detection may use, statistics().peak_bytes; 0 for no limit. Where they
   /// do not suffice for all pairs of triangles at once the pairs are tested in parts, with the same contacts; where
   /// they do not suffice for the triangles, their grid entries or the contacts, detect() throws OutOfMemory.

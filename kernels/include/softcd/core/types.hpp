@@ -27,6 +27,16 @@ enum class ContactKind : std::uint32_t {
 /// What is compared: positions at t1 (discrete), or straight-line motion from t0 to t1 (continuous).
 enum class Detection : std::uint32_t { dcd, ccd };
 
+/// When a vertex and a triangle are in contact in a discrete detection. Edges always go by their distance.
+enum class ContactRule : std::uint32_t {
+  distance,  ///< at most a margin apart
+  /// Bullet's rule for deformable bodies (proximityTest in btSoftBodyInternals.h): the vertex is at most a margin from
+  /// the triangle's plane, and its projection's barycentric coordinates lie in [-d, 1 + d], d = margin / sqrt(area). Of
+  /// that only what is at most sqrt(5) margins from the triangle: all of it, unless an edge's square exceeds four times
+  /// the area. A triangle without area goes by its distance.
+  slab,
+};
+
 /// How candidate triangle pairs are found; see docs/architecture.md.
 enum class BroadPhase : std::uint32_t {
   exact,    ///< virtual subdivision with exact control bits: loses no pair

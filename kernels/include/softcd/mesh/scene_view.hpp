@@ -10,6 +10,9 @@
 
 namespace softcd {
 
+/// ContactRule::slab reaches this many margins far: sqrt(5), rounded up.
+constexpr float kSlabReach = 2.23606801F;
+
 /// What the stages need to know of a body.
 struct SceneBody {
   std::uint32_t id;
@@ -48,6 +51,8 @@ struct SceneView {
   bool self_collision = false;  ///< some body may touch itself
   /// See PipelineOptions::motion_margin.
   float motion_margin = 0.0F;
+  /// Of a discrete detection.
+  ContactRule contact_rule = ContactRule::distance;
 
   SOFTCD_HD bool bodies_may_touch(std::uint32_t a, std::uint32_t b) const {
     return ((may_touch[static_cast<std::size_t>(a) * pair_words + (b >> 5)] >> (b & 31U)) & 1U) != 0U;
@@ -64,6 +69,11 @@ struct SceneView {
         class_may_touch[body % kBodyClasses] |= host_may_touch[static_cast<std::size_t>(body) * pair_words + word];
       }
     }
+  }
+
+  /// The distance within which features with this margin can be in contact.
+  SOFTCD_HD float contact_reach(float margin) const {
+    return contact_rule == ContactRule::slab ? outward_up(kSlabReach * margin) : margin;
   }
 
   /// The vertex's margin, grown by its motion.

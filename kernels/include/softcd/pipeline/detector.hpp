@@ -38,6 +38,7 @@ struct DetectionSettings {
   bool subdivision;
   float lambda;
   float motion_margin;
+  ContactRule contact_rule;
   std::uint64_t memory_limit;  ///< bytes; 0 for none
   bool vertex_triangle;        ///< some pair of bodies wants these candidates
   bool edge_edge;

@@ -99,6 +99,7 @@ class DetectorOn final : public Detector {
     scene_.summarize_pairs(bodies.may_touch);
     scene_.continuous = settings_.detection == Detection::ccd;
     scene_.motion_margin = scene_.continuous ? 0.0F : settings_.motion_margin;
+    scene_.contact_rule = scene_.continuous ? ContactRule::distance : settings_.contact_rule;
   }
 
   /// Runs f; as long as memory does not suffice, again with twice as many chunks.
@@ -184,6 +185,7 @@ class DetectorOn final : public Detector {
                                          static_cast<std::uint64_t>(settings_.accuracy),
                                          static_cast<std::uint64_t>(settings_.broad_phase),
                                          settings_.subdivision,
+                                         static_cast<std::uint64_t>(scene_.contact_rule),
                                          settings_.vertex_triangle,
                                          settings_.edge_edge,
                                          lambda_bits,

@@ -90,6 +90,8 @@ class NarrowPhaseStages {
           if (scene_.continuous) {
             backend_.for_each_append(label, count, TestMotion<kKind, T>{scene_, features},
                                      w_.found.appender(counters_));
+          } else if (kKind == ContactKind::vertex_triangle && scene_.contact_rule == ContactRule::slab) {
+            backend_.for_each_append(label, count, TestSlab<T>{scene_, features}, w_.found.appender(counters_));
           } else {
             backend_.for_each_append(label, count, TestProximity<kKind, T>{scene_, features},
                                      w_.found.appender(counters_));

@@ -59,6 +59,7 @@ struct BoundTriangle {
         growth = larger(growth, scene.vertex_margin(scene.triangles[t].v[corner]));
       }
     }
+    growth = scene.contact_reach(growth);
     inflate(at_t1, growth);
     inflate(at_t0, growth);
     const Kdop18 volume = merged(at_t0, at_t1);

@@ -104,6 +104,51 @@ struct TestProximity {
   }
 };
 
+/// Keeps the vertex-triangle candidates that ContactRule::slab calls contacts. The normal is the triangle's, on the
+/// vertex's side, and the distance the one from its plane; the weights may leave [0, 1]. Computed in T.
+template <class T>
+struct TestSlab {
+  SceneView scene;
+  const std::uint64_t* candidates;
+
+  template <class Contacts>
+  SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
+    constexpr ContactKind kKind = ContactKind::vertex_triangle;
+    const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
+    Vec3<T> x[4];
+    for (int corner = 0; corner < 4; ++corner) x[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
+    const T scale = safe_scale(detail::extent(pair));
+    pair = detail::scaled(scale, pair);
+    const T margin = scale * static_cast<T>(contact_margin<kKind>(scene, vertices));
+
+    const Vec3<T> across = cross(pair.b, pair.c);
+    const T twice_area = norm(across);
+    if (!(twice_area > T(0))) {
+      TestProximity<kKind, T>{scene, candidates}(i, contacts);
+      return;
+    }
+    const T height = dot(pair.a, across) / twice_area;
+    if (!(magnitude(height) <= margin)) return;
+    const detail::Nearest<T> foot = detail::nearest_in_plane(pair);
+    const T weights[3] = {(T(1) - foot.x) - foot.y, foot.x, foot.y};
+    const T slack = margin / square_root(T(0.5) * twice_area);
+    for (const T weight : weights) {
+      if (!(weight >= -slack && weight <= T(1) + slack)) return;
+    }
+    if (!(detail::nearest_vertex_triangle(pair).squared_distance <= T(5) * margin * margin)) return;
+
+    const T towards = (height < T(0) ? T(-1) : T(1)) / twice_area;
+    FeatureContact contact{with_kind(kKind, candidates[i]),
+                           {1.0F, 0.0F, 0.0F, 0.0F},
+                           vec3_cast<float>(towards * across),
+                           static_cast<float>(magnitude(height) / scale),
+                           1.0F};
+    for (int corner = 0; corner < 3; ++corner) contact.weights[corner + 1] = static_cast<float>(weights[corner]);
+    contacts.push(contact);
+  }
+};
+
 /// Keeps the candidates that come into contact between t0 and t1: see time_of_impact.hpp for what is guaranteed.
 template <ContactKind kKind, class T>
 struct TestMotion {

@@ -111,7 +111,8 @@ struct ExpandPair {
   static constexpr int kCountA = kKind == ContactKind::vertex_triangle ? 1 : 2;
 
   SOFTCD_HD float margin_of(const Candidate& candidate) const {
-    return outward_up(contact_margin<kKind>(scene, candidate.vertices));
+    const float margin = outward_up(contact_margin<kKind>(scene, candidate.vertices));
+    return kKind == ContactKind::vertex_triangle ? scene.contact_reach(margin) : margin;
   }
 
   SOFTCD_HD PointMotion<4> load(const FeatureVertices& vertices) const {
