@@ -3,11 +3,23 @@
 namespace softcd::bullet {
 namespace {
 
+btVector3 to_bullet(Vec3f v) {
+  return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
+}
+
+btSoftBody::Node& node_of(const btSoftBody& body, std::uint32_t index) {
+  return const_cast<btSoftBody&>(body).m_nodes[static_cast<int>(index)];
+}
+
+btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
+  return a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
+}
+
 // Bullet's margin for a contact of `node`: both bodies' margins, plus twice the node's motion in a discrete
 // detection. Not so within a body, where it is motion relative to the face that counts, and Bullet has no rule.
 btScalar contact_margin(const btSoftBody& node_body, const btSoftBody& face_body, const btSoftBody::Node& node,
                         Detection detection) {
-  const btScalar margins = node_body.getCollisionShape()->getMargin() + face_body.getCollisionShape()->getMargin();
+  const btScalar margins = margin_sum(node_body, face_body);
   if (detection == Detection::ccd || &node_body == &face_body) return margins;
   return margins + (node.m_x - node.m_q).length() * 2;
 }
@@ -22,10 +34,82 @@ btScalar inverse_mass_of(const btSoftBody::Face& face, const btVector3& weights)
   return inverse_mass;
 }
 
+// An edge-edge contact as Bullet's vertex-face contacts see it: a face at the second edge with the contact's weights at
+// that edge's nodes and none at the third, and for each node of the first edge how much further than the contact's
+// point it lies along the normal.
+struct EdgeOnFace {
+  btSoftBody::Face* face;
+  btVector3 weights;
+  btVector3 normal;
+  btSoftBody::Node* nodes[2];
+  btScalar node_weights[2];
+  btScalar further[2];
+};
+
+EdgeOnFace edge_on_face(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  EdgeOnFace result;
+  result.face = &found.b.body->m_faces[static_cast<int>(found.b.mesh.face_of_edge[contact.feature_b])];
+  result.normal = to_bullet(contact.normal);
+  result.weights.setZero();
+  for (int side = 2; side < 4; ++side) {
+    const btSoftBody::Node* node = &node_of(*found.b.body, contact.vertices[side]);
+    for (int corner = 0; corner < 3; ++corner) {
+      if (result.face->m_n[corner] == node) result.weights[corner] = btScalar(contact.weights[side]);
+    }
+  }
+  for (int side = 0; side < 2; ++side) {
+    result.nodes[side] = &node_of(*found.a.body, contact.vertices[side]);
+    result.node_weights[side] = btScalar(contact.weights[side]);
+  }
+  const btVector3 point = result.nodes[0]->m_x * result.node_weights[0] + result.nodes[1]->m_x * result.node_weights[1];
+  for (int side = 0; side < 2; ++side) result.further[side] = result.normal.dot(result.nodes[side]->m_x - point);
+  return result;
+}
+
+btSoftBody::DeformableFaceNodeContact deformable_contact(const MemberContact& found, btSoftBody::Node& node,
+                                                         btSoftBody::Face& face) {
+  btSoftBody::DeformableFaceNodeContact result;
+  result.m_node = &node;
+  result.m_face = &face;
+  result.m_friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;
+  result.m_colObj = found.b.body;
+  // Bullet reads none of these.
+  result.m_weights.setZero();
+  result.m_imf = 0;
+  result.m_c0 = 0;
+  return result;
+}
+
+// Bullet's choice: the face's normal, on the node's side unless the face bounds a volume.
+btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& node, const btSoftBody::Face& face) {
+  const bool has_normal = face.m_normal.length2() > btScalar(0.5);
+  if (!has_normal) return to_bullet(found.contact.normal);
+  const bool bounds_volume = found.b.body->m_tetras.size() > 0;
+  return !bounds_volume && face.m_normal.dot(node.m_x - face.m_n[2]->m_x) < 0 ? -face.m_normal : face.m_normal;
+}
+
 }  // namespace
 
-void write_contact(btSoftBody& node_body, btSoftBody& face_body, const Contact& contact, Detection detection) {
-  btSoftBody::Node& node = node_body.m_nodes[static_cast<int>(contact.feature_a)];
+EdgeContact edge_contact_of(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  const auto side = [&](const SoftBodyRegistry::Member& member, int first) {
+    EdgeContact::Side result{member.body, {}, {}};
+    for (int i = 0; i < 2; ++i) {
+      result.nodes[i] = static_cast<int>(contact.vertices[first + i]);
+      result.weights[i] = btScalar(contact.weights[first + i]);
+    }
+    return result;
+  };
+  return {side(found.a, 0), side(found.b, 2), to_bullet(contact.normal), btScalar(contact.distance),
+          btScalar(contact.time_of_impact)};
+}
+
+void write_soft_contact(const MemberContact& found, Detection detection) {
+  const Contact& contact = found.contact;
+  btSoftBody& node_body = *found.a.body;
+  btSoftBody& face_body = *found.b.body;
+  btSoftBody::Node& node = node_of(node_body, contact.feature_a);
   btSoftBody::Face& face = face_body.m_faces[static_cast<int>(contact.feature_b)];
   const btScalar margin = contact_margin(node_body, face_body, node, detection);
   if (detection == Detection::dcd && btScalar(contact.distance) > margin) return;
@@ -40,12 +124,68 @@ void write_contact(btSoftBody& node_body, btSoftBody& face_body, const Contact& 
   soft_contact.m_node = &node;
   soft_contact.m_face = &face;
   soft_contact.m_weights = weights;
-  soft_contact.m_normal = btVector3(btScalar(contact.normal.x), btScalar(contact.normal.y), btScalar(contact.normal.z));
+  soft_contact.m_normal = to_bullet(contact.normal);
   soft_contact.m_margin = margin;
   soft_contact.m_friction = btMax(node_body.m_cfg.kDF, face_body.m_cfg.kDF);
   soft_contact.m_cfm[0] = node_inverse_mass / sum * node_body.m_cfg.kSHR;
   soft_contact.m_cfm[1] = face_inverse_mass / sum * face_body.m_cfg.kSHR;
   node_body.m_scontacts.push_back(soft_contact);
+}
+
+void write_soft_edge_contact(const MemberContact& found) {
+  const EdgeOnFace edge = edge_on_face(found);
+  btScalar face_inverse_mass = 0;
+  btScalar sum = 0;
+  for (int corner = 0; corner < 3; ++corner) {
+    const btScalar weight = edge.weights[corner];
+    face_inverse_mass += weight * edge.face->m_n[corner]->m_im;
+    sum += weight * weight * edge.face->m_n[corner]->m_im;
+  }
+  for (int side = 0; side < 2; ++side) {
+    sum += edge.node_weights[side] * edge.node_weights[side] * edge.nodes[side]->m_im;
+  }
+  if (!(sum > 0)) return;
+
+  btSoftBody& a = *found.a.body;
+  btSoftBody& b = *found.b.body;
+  for (int side = 0; side < 2; ++side) {
+    btSoftBody::SContact contact;
+    contact.m_node = edge.nodes[side];
+    contact.m_face = edge.face;
+    contact.m_weights = edge.weights;
+    contact.m_normal = edge.normal;
+    contact.m_margin = margin_sum(a, b) + edge.further[side];
+    contact.m_friction = btMax(a.m_cfg.kDF, b.m_cfg.kDF);
+    contact.m_cfm[0] = edge.node_weights[side] * edge.nodes[side]->m_im / sum * a.m_cfg.kSHR;
+    contact.m_cfm[1] = face_inverse_mass / (2 * sum) * b.m_cfg.kSHR;
+    a.m_scontacts.push_back(contact);
+  }
+}
+
+void write_deformable_contact(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
+  btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
+  const btVector3 weights(btScalar(contact.weights[1]), btScalar(contact.weights[2]), btScalar(contact.weights[3]));
+  if (!(node.m_im + inverse_mass_of(face, weights) > 0)) return;
+
+  btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(found, node, face);
+  deformable.m_bary = weights;
+  deformable.m_normal = deformable_normal(found, node, face);
+  deformable.m_margin = margin_sum(*found.a.body, *found.b.body);
+  found.a.body->m_faceNodeContacts.push_back(deformable);
+}
+
+void write_deformable_edge_contact(const MemberContact& found) {
+  const EdgeOnFace edge = edge_on_face(found);
+  for (int side = 0; side < 2; ++side) {
+    if (!(edge.nodes[side]->m_im + inverse_mass_of(*edge.face, edge.weights) > 0)) continue;
+    btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(found, *edge.nodes[side], *edge.face);
+    deformable.m_bary = edge.weights;
+    deformable.m_normal = edge.normal;
+    deformable.m_margin = margin_sum(*found.a.body, *found.b.body) + edge.further[side];
+    found.a.body->m_faceNodeContacts.push_back(deformable);
+  }
 }
 
 }  // namespace softcd::bullet

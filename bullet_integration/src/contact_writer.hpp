@@ -1,12 +1,27 @@
 #pragma once
 
-#include "BulletSoftBody/btSoftBody.h"
-#include "softcd/softcd.hpp"
+#include "soft_body_registry.hpp"
+#include "softcd/bullet/edge_contact.hpp"
 
+/// Puts contacts into Bullet's own arrays, so that its solvers treat them as theirs. Nothing is appended when no node
+/// of either side can move.
 namespace softcd::bullet {
 
-/// Appends a vertex-triangle contact to the vertex's body with Bullet's own formulas (CollideVF_SS), so that
-/// Bullet's solver treats it as one of its own. Nothing is appended when all nodes of both sides are fixed.
-void write_contact(btSoftBody& node_body, btSoftBody& face_body, const Contact& contact, Detection detection);
+EdgeContact edge_contact_of(const MemberContact& found);
+
+/// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body with the formulas of Bullet's
+/// CollideVF_SS.
+void write_soft_contact(const MemberContact& found, Detection detection);
+
+/// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of the first edge, against a face at
+/// the second edge (its mesh has face_of_edge). Together they push the contact's points apart as one contact would.
+void write_soft_edge_contact(const MemberContact& found);
+
+/// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body with the
+/// formulas of Bullet's CollideVF_DD.
+void write_deformable_contact(const MemberContact& found);
+
+/// Deformable world: an edge-edge contact becomes two DeformableFaceNodeContacts, as above.
+void write_deformable_edge_contact(const MemberContact& found);
 
 }  // namespace softcd::bullet

@@ -62,4 +62,8 @@ const CollisionPipeline& Dispatcher::pipeline() const {
   return detection_->pipeline();
 }
 
+const std::vector<EdgeContact>& Dispatcher::edge_contacts() const {
+  return detection_->edge_contacts();
+}
+
 }  // namespace softcd::bullet

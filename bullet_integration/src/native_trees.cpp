@@ -49,18 +49,44 @@ NodeTreesAtRest::~NodeTreesAtRest() {
   }
 }
 
-FaceTreesOutOfSight::FaceTreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies) {
+TreesOutOfSight::TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree) {
   for (int i = 0; i < bodies.size(); ++i) {
-    btDbvtNode*& root = bodies[i]->m_fdbvt.m_root;
-    if (root != nullptr) {
-      kept_.push_back({bodies[i], root});
-      root = nullptr;
-    }
+    btDbvt& kept = bodies[i]->*tree;
+    kept_.push_back({&kept, kept.m_root});
+    kept.m_root = nullptr;
   }
 }
 
-FaceTreesOutOfSight::~FaceTreesOutOfSight() {
-  for (const Kept& kept : kept_) kept.body->m_fdbvt.m_root = kept.root;
+TreesOutOfSight::~TreesOutOfSight() {
+  for (const Kept& kept : kept_) kept.tree->m_root = kept.root;
+}
+
+FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  for (int i = 0; i < bodies.size(); ++i) {
+    int& flags = bodies[i]->m_cfg.collisions;
+    if (!bodies[i]->m_bUpdateRtCst || (flags & btSoftBody::fCollision::SDF_RD) == 0) continue;
+    flags &= ~btSoftBody::fCollision::SDF_RD;
+    bodies_.push_back(bodies[i]);
+  }
+}
+
+FaceTreesUnbuilt::~FaceTreesUnbuilt() {
+  for (btSoftBody* body : bodies_) body->m_cfg.collisions |= btSoftBody::fCollision::SDF_RD;
+}
+
+void refit_deformable_trees(btSoftBody& body) {
+  body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
+  const int with_faces = btSoftBody::fCollision::SDF_RDF | btSoftBody::fCollision::SDF_MDF;
+  if ((body.m_cfg.collisions & with_faces) == 0 || !body.m_fdbvt.empty()) return;
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    btSoftBody::Face& face = body.m_faces[i];
+    const btVector3* const points[] = {&face.m_n[0]->m_x, &face.m_n[1]->m_x, &face.m_n[2]->m_x};
+    face.m_leaf = body.m_fdbvt.insert(btDbvtVolume::FromPoints(const_cast<const btVector3**>(points), 3), &face);
+  }
+  // Its twin with normals serves only Bullet's self-collision, and is of faces that may be gone.
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = nullptr;
+  body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
 }
 
 void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletSoftBody/btSoftBody.h"
 
 /// Keeps Bullet from building and updating the bounding volume trees of soft bodies that nobody reads any more.
@@ -31,22 +32,55 @@ class NodeTreesAtRest {
   std::vector<Kept> kept_;
 };
 
-/// Bullet sees empty face trees between construction and destruction, so its own vertex-face test finds nothing.
-/// Only ray tests ever build such trees here; they stay theirs.
-class FaceTreesOutOfSight {
+/// Bullet sees the bodies' trees (m_fdbvt of faces, m_ndbvt of nodes) empty between construction and destruction: it
+/// finds nothing in them, and the deformable world does not refit them.
+class TreesOutOfSight {
  public:
-  explicit FaceTreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies);
-  ~FaceTreesOutOfSight();
-  FaceTreesOutOfSight(const FaceTreesOutOfSight&) = delete;
-  FaceTreesOutOfSight& operator=(const FaceTreesOutOfSight&) = delete;
+  TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree);
+  ~TreesOutOfSight();
+  TreesOutOfSight(const TreesOutOfSight&) = delete;
+  TreesOutOfSight& operator=(const TreesOutOfSight&) = delete;
 
  private:
   struct Kept {
-    btSoftBody* body;
+    btDbvt* tree;
     btDbvtNode* root;
   };
   std::vector<Kept> kept_;
 };
+
+/// The deformable world's prediction builds no face tree, quadratic in the faces, between construction and destruction.
+class FaceTreesUnbuilt {
+ public:
+  explicit FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies);
+  ~FaceTreesUnbuilt();
+  FaceTreesUnbuilt(const FaceTreesUnbuilt&) = delete;
+  FaceTreesUnbuilt& operator=(const FaceTreesUnbuilt&) = delete;
+
+ private:
+  std::vector<btSoftBody*> bodies_;  ///< those that had the flag
+};
+
+/// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid test
+/// is about to read their trees.
+template <class Refit>
+void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
+  const btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
+  const btSoftBody* last = nullptr;
+  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
+    auto* a = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
+    auto* b = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    if ((a == nullptr) == (b == nullptr)) continue;
+    btSoftBody* soft = a != nullptr ? a : b;
+    if (soft == last) continue;
+    refit(*soft);
+    last = soft;
+  }
+}
+
+/// Brings the trees up to date that the deformable soft-rigid test reads: of nodes, and with SDF_RDF or SDF_MDF of
+/// faces.
+void refit_deformable_trees(btSoftBody& body);
 
 /// Decides, step by step, whether a body's face tree has a reader. Bullet builds one in its prediction after a
 /// change of topology, while VF_SS is visible, and refits it in every step from then on; btSoftBody::rayTest builds

@@ -66,7 +66,6 @@ void install_pair_recorder(btCollisionDispatcher& dispatcher) {
 }
 
 bool PairGate::admits(btSoftBody& a, btSoftBody& b) const {
-  if (!is_vertex_face_pair(a, b)) return false;
   btBroadphaseProxy* proxy_a = a.getBroadphaseHandle();
   btBroadphaseProxy* proxy_b = b.getBroadphaseHandle();
   if (proxy_a == nullptr || proxy_b == nullptr) return false;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
+#include <utility>
 
 namespace softcd::bullet {
 namespace {
@@ -59,20 +61,54 @@ BodyMesh read_mesh(const btSoftBody& body) {
   return mesh;
 }
 
-BodySettings read_settings(const btSoftBody& body, SelfCollision self_collision) {
-  BodySettings settings;
-  settings.margin = std::max(0.0F, static_cast<float>(body.getCollisionShape()->getMargin()));
-  settings.kinematic = !body.isActive() || is_immovable(body);
-  settings.self_collision = !settings.kinematic && wants_self_collision(body, self_collision);
-  settings.features = {/*vertex_triangle=*/true, /*edge_edge=*/false};
-  return settings;
+void add_faces_of_nodes(BodyMesh& mesh) {
+  mesh.first_face_of_node.assign(mesh.node_count + 1, 0);
+  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+    for (const std::uint32_t node : mesh.triangles[f].v) ++mesh.first_face_of_node[node + 1];
+  }
+  std::partial_sum(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end(), mesh.first_face_of_node.begin());
+  std::vector<std::uint32_t> next(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end() - 1);
+  mesh.faces_of_nodes.resize(mesh.first_face_of_node.back());
+  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+    for (const std::uint32_t node : mesh.triangles[f].v) mesh.faces_of_nodes[next[node]++] = f;
+  }
 }
 
-Positions positions_now(const btSoftBody& body) {
+void add_faces_of_edges(BodyMesh& mesh) {
+  struct Side {
+    std::uint32_t low, high, face;
+  };
+  std::vector<Side> sides;
+  sides.reserve(std::size_t{3} * mesh.face_count);
+  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+    const auto& v = mesh.triangles[f].v;
+    for (int i = 0; i < 3; ++i) {
+      const auto [low, high] = std::minmax(v[i], v[(i + 1) % 3]);
+      if (low != high) sides.push_back({low, high, f});
+    }
+  }
+  const auto key = [](const Side& side) { return std::pair(side.low, side.high); };
+  std::stable_sort(sides.begin(), sides.end(), [&](const Side& a, const Side& b) { return key(a) < key(b); });
+  mesh.face_of_edge.clear();
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (i == 0 || key(sides[i]) != key(sides[i - 1])) mesh.face_of_edge.push_back(sides[i].face);
+  }
+}
+
+BodySettings read_settings(const btSoftBody& body, const Settings& settings) {
+  BodySettings result;
+  result.margin = std::max(0.0F, static_cast<float>(body.getCollisionShape()->getMargin()));
+  result.kinematic = !body.isActive() || is_immovable(body);
+  result.self_collision = !result.kinematic && wants_self_collision(body, settings.self_collision);
+  result.features = {/*vertex_triangle=*/true, settings.edge_contacts != EdgeContacts::off};
+  return result;
+}
+
+Positions positions_x(const btSoftBody& body) {
   return {&body.m_nodes[0].m_x.m_floats[0], static_cast<std::size_t>(body.m_nodes.size()), sizeof(btSoftBody::Node)};
 }
 
-Positions positions_at_start(const btSoftBody& body) {
+Positions positions_q(const btSoftBody& body) {
   return {&body.m_nodes[0].m_q.m_floats[0], static_cast<std::size_t>(body.m_nodes.size()), sizeof(btSoftBody::Node)};
 }
 

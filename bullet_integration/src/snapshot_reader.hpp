@@ -7,12 +7,21 @@
 
 namespace softcd::bullet {
 
+inline Span<btSoftBody* const> span_of(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  if (bodies.size() == 0) return {};
+  return {&bodies[0], static_cast<std::size_t>(bodies.size())};
+}
+
 /// A soft body's triangles as node indices. Nodes without a face (of a rope, say) collide as points: each gets a
 /// triangle {n, n, n} behind the faces'.
 struct BodyMesh {
   std::vector<Triangle> triangles;
   std::uint32_t face_count = 0;  ///< triangles from here on stand for single nodes
   std::uint32_t node_count = 0;
+  /// The faces around node n are faces_of_nodes[first_face_of_node[n]] and on. Empty until add_faces_of_nodes().
+  std::vector<std::uint32_t> first_face_of_node, faces_of_nodes;
+  /// A face at every edge, which are numbered as in Contact. Empty until add_faces_of_edges().
+  std::vector<std::uint32_t> face_of_edge;
 };
 
 /// Whether the body's faces still join the nodes that `mesh` says. Bullet leaves no reliable trace of a change:
@@ -20,12 +29,15 @@ struct BodyMesh {
 bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body);
 
 BodyMesh read_mesh(const btSoftBody& body);
+void add_faces_of_nodes(BodyMesh& mesh);
+void add_faces_of_edges(BodyMesh& mesh);
 
 /// Margin, self collision and whether the body can be moved by contacts, as they are now.
-BodySettings read_settings(const btSoftBody& body, SelfCollision self_collision);
+BodySettings read_settings(const btSoftBody& body, const Settings& settings);
 
-/// Where the nodes are now, or were at the start of the step. Views of the body's own memory.
-Positions positions_now(const btSoftBody& body);
-Positions positions_at_start(const btSoftBody& body);
+/// The nodes' m_x and m_q: views of the body's own memory. In the classic worlds' collision detection the ends and the
+/// starts of a step, in the deformable world the starts and the ends.
+Positions positions_x(const btSoftBody& body);
+Positions positions_q(const btSoftBody& body);
 
 }  // namespace softcd::bullet

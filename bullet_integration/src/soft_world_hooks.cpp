@@ -3,28 +3,8 @@
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
 
 namespace softcd::bullet {
-namespace {
-
-// Brings the node trees up to date that Bullet's soft-rigid test is about to read: those of bodies whose boxes
-// overlap a rigid one's.
-void refit_read_node_trees(btOverlappingPairCache& pair_cache) {
-  const btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
-  btSoftBody* last_refitted = nullptr;
-  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
-    auto* a = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
-    auto* b = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
-    if ((a == nullptr) == (b == nullptr)) continue;
-    btSoftBody* soft = a != nullptr ? a : b;
-    if (soft == last_refitted) continue;
-    soft->updateNodeTree(/*use_velocity=*/false, /*margin=*/true);
-    last_refitted = soft;
-  }
-}
-
-}  // namespace
-
 SoftWorldHooks::SoftWorldHooks(btDispatcher* dispatcher, const Settings& settings)
-    : dispatcher_(dynamic_cast<Dispatcher*>(dispatcher)) {
+    : dispatcher_(dynamic_cast<Dispatcher*>(dispatcher)), prevention_(CrossingPrevention::World::classic, settings) {
   if (dispatcher_ != nullptr) return;
   detection_ = std::make_unique<SoftSoftDetection>(settings);
   if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
@@ -34,7 +14,8 @@ void SoftWorldHooks::detect(btCollisionWorld& world, const btAlignedObjectArray<
   world.updateAabbs();
   world.computeOverlappingPairs();
   btOverlappingPairCache& pair_cache = *world.getPairCache();
-  refit_read_node_trees(pair_cache);
+  for_each_near_rigid(pair_cache,
+                      [](btSoftBody& body) { body.updateNodeTree(/*use_velocity=*/false, /*margin=*/true); });
 
   btDispatcher* dispatcher = world.getDispatcher();
   btDispatcherInfo& info = world.getDispatchInfo();
@@ -43,15 +24,23 @@ void SoftWorldHooks::detect(btCollisionWorld& world, const btAlignedObjectArray<
     return;
   }
   const PairGate gate(*dispatcher, pair_cache, info);
-  const Span<btSoftBody* const> span =
-      bodies.size() > 0 ? Span<btSoftBody* const>(&bodies[0], static_cast<std::size_t>(bodies.size()))
-                        : Span<btSoftBody* const>();
-  detection_->start(span, gate);
+  detection_->start(span_of(bodies), gate);
   {
-    const FaceTreesOutOfSight out_of_sight(bodies);
+    const TreesOutOfSight out_of_sight(bodies, &btSoftBody::m_fdbvt);
     dispatcher->dispatchAllCollisionPairs(&pair_cache, info, dispatcher);
   }
   detection_->finish();
+}
+
+void SoftWorldHooks::prevent_crossings(btCollisionWorld& world, const btAlignedObjectArray<btSoftBody*>& bodies,
+                                       btScalar time_step) {
+  if (settings().detection != Detection::ccd) return;
+  const PairGate gate(*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo());
+  const PairRule rule = [&](btSoftBody& a, btSoftBody& b) { return gate.admits_vertex_face_pair(a, b); };
+  if (!prevention_.run(span_of(bodies), rule, time_step)) return;
+  for (int i = 0; i < bodies.size(); ++i) {
+    if (bodies[i]->isActive()) bodies[i]->updateNormals();
+  }
 }
 
 const Settings& SoftWorldHooks::settings() const {
@@ -64,10 +53,15 @@ void SoftWorldHooks::set_settings(const Settings& settings) {
   } else {
     detection_->set_settings(settings);
   }
+  prevention_.set_settings(settings);
 }
 
 const CollisionPipeline& SoftWorldHooks::pipeline() const {
   return dispatcher_ != nullptr ? dispatcher_->pipeline() : detection_->pipeline();
+}
+
+const std::vector<EdgeContact>& SoftWorldHooks::edge_contacts() const {
+  return dispatcher_ != nullptr ? dispatcher_->edge_contacts() : detection_->edge_contacts();
 }
 
 }  // namespace softcd::bullet

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "crossing_prevention.hpp"
 #include "native_trees.hpp"
 #include "soft_soft_detection.hpp"
 #include "softcd/bullet/dispatcher.hpp"
@@ -29,14 +30,19 @@ class SoftWorldHooks {
   /// btCollisionWorld::performDiscreteCollisionDetection with ours beside it.
   void detect(btCollisionWorld& world, const btAlignedObjectArray<btSoftBody*>& bodies);
 
+  /// After Bullet's step, where Settings::detection is ccd: see CrossingPrevention.
+  void prevent_crossings(btCollisionWorld& world, const btAlignedObjectArray<btSoftBody*>& bodies, btScalar time_step);
+
   /// The detection in use: the dispatcher's where that is a softcd::bullet::Dispatcher.
   const Settings& settings() const;
   void set_settings(const Settings& settings);
   const CollisionPipeline& pipeline() const;
+  const std::vector<EdgeContact>& edge_contacts() const;
 
  private:
   Dispatcher* dispatcher_;                        ///< null for any other dispatcher
   std::unique_ptr<SoftSoftDetection> detection_;  ///< null when dispatcher_ detects
+  CrossingPrevention prevention_;
 };
 
 }  // namespace softcd::bullet

@@ -20,6 +20,11 @@ void SoftRigidDynamicsWorld::performDiscreteCollisionDetection() {
   hooks_->detect(*this, getSoftBodyArray());
 }
 
+void SoftRigidDynamicsWorld::internalSingleStepSimulation(btScalar time_step) {
+  btSoftRigidDynamicsWorld::internalSingleStepSimulation(time_step);
+  hooks_->prevent_crossings(*this, getSoftBodyArray(), time_step);
+}
+
 const Settings& SoftRigidDynamicsWorld::settings() const {
   return hooks_->settings();
 }
@@ -30,6 +35,10 @@ void SoftRigidDynamicsWorld::set_settings(const Settings& settings) {
 
 const CollisionPipeline& SoftRigidDynamicsWorld::pipeline() const {
   return hooks_->pipeline();
+}
+
+const std::vector<EdgeContact>& SoftRigidDynamicsWorld::edge_contacts() const {
+  return hooks_->edge_contacts();
 }
 
 SoftMultiBodyDynamicsWorld::SoftMultiBodyDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
@@ -49,6 +58,11 @@ void SoftMultiBodyDynamicsWorld::performDiscreteCollisionDetection() {
   hooks_->detect(*this, getSoftBodyArray());
 }
 
+void SoftMultiBodyDynamicsWorld::internalSingleStepSimulation(btScalar time_step) {
+  btSoftMultiBodyDynamicsWorld::internalSingleStepSimulation(time_step);
+  hooks_->prevent_crossings(*this, getSoftBodyArray(), time_step);
+}
+
 const Settings& SoftMultiBodyDynamicsWorld::settings() const {
   return hooks_->settings();
 }
@@ -59,6 +73,10 @@ void SoftMultiBodyDynamicsWorld::set_settings(const Settings& settings) {
 
 const CollisionPipeline& SoftMultiBodyDynamicsWorld::pipeline() const {
   return hooks_->pipeline();
+}
+
+const std::vector<EdgeContact>& SoftMultiBodyDynamicsWorld::edge_contacts() const {
+  return hooks_->edge_contacts();
 }
 
 }  // namespace softcd::bullet

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "softcd/bullet/broadphase.hpp"
+#include "softcd/bullet/edge_contact.hpp"
 #include "softcd/bullet/settings.hpp"
 
 namespace softcd::bullet {
@@ -33,6 +35,8 @@ class Dispatcher : public btCollisionDispatcher {
   void set_settings(const Settings& settings);
   /// statistics(), explain() and backend() of the detector.
   const CollisionPipeline& pipeline() const;
+  /// Of the last step; empty unless Settings::edge_contacts asks for them.
+  const std::vector<EdgeContact>& edge_contacts() const;
 
  private:
   Broadphase& broadphase_;

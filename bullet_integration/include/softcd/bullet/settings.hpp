@@ -6,28 +6,41 @@
 
 namespace softcd::bullet {
 
-/// Which soft bodies collide with themselves, vertex against triangle. Bullet's classic soft worlds have no such
-/// test. A body's margin should then be at most a quarter of its edges' rest length: features that are closer than
-/// twice the margin at rest would push each other all the time.
+/// Which soft bodies collide with themselves. Bullet's classic soft worlds have no such test. A body's margin should
+/// then be at most a quarter of its edges' rest length: features that are closer than twice the margin at rest would
+/// push each other all the time.
 enum class SelfCollision : std::uint32_t {
-  flagged,  ///< bodies with VF_SS on which setSelfCollision(true) was called; Bullet's default is false
-  all,      ///< every body with VF_SS
+  flagged,  ///< bodies on which setSelfCollision(true) was called; Bullet's default is false
+  all,      ///< every body
   none,
 };
 
-/// How softcd replaces Bullet's vertex-face soft-soft detection (fCollision::VF_SS). All other kinds of collision,
-/// clusters among them, stay Bullet's.
+/// What becomes of edges that touch edges. Bullet has neither the test nor a place for such contacts.
+enum class EdgeContacts : std::uint32_t {
+  off,      ///< not looked for
+  report,   ///< found, for edge_contacts()
+  respond,  ///< and given to Bullet's solver, each as two of its vertex-face contacts
+};
+
+/// How softcd replaces Bullet's vertex-face detection between soft bodies and within them (fCollision::VF_SS in the
+/// classic worlds, VF_DD in the deformable one). All other kinds of collision, clusters among them, stay Bullet's.
 struct Settings {
   Backend backend = Backend::automatic;
-  /// dcd: Bullet's own rule. A node touches a face when their distance at the end of the step is less than both
-  /// bodies' margins plus twice the distance that the node moves in the step.
-  /// ccd: the motion of the whole step is tested, so that nothing passes through however fast it is, and the margin
-  /// does not grow with speed.
+  /// dcd: Bullet's own rules. Classic worlds: a node touches a face when their distance at the end of the step is less
+  /// than both bodies' margins plus twice the distance that the node moves in the step. Deformable world: at the
+  /// start of the step, by ContactRule::slab.
+  /// ccd: the motion of the whole step is tested, so that nothing passes through however fast it is. In the classic
+  /// worlds instead of the rule above: the margin does not grow with speed. In the deformable world after it: before
+  /// the nodes move, their velocities are changed until none is on its way through a face.
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;
   BroadPhase broad_phase = BroadPhase::exact;
   float lambda = 0.0F;  ///< cell size, see PipelineOptions::lambda; 0 chooses
   SelfCollision self_collision = SelfCollision::flagged;
+  EdgeContacts edge_contacts = EdgeContacts::off;
+  /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
+  /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
+  bool filter_deformables = false;
   LogCallback log;
 };
 

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
+#include "softcd/bullet/edge_contact.hpp"
 #include "softcd/bullet/settings.hpp"
 
 namespace softcd::bullet {
@@ -30,9 +32,12 @@ class SoftRigidDynamicsWorld : public btSoftRigidDynamicsWorld {
   void set_settings(const Settings& settings);
   /// statistics(), explain() and backend() of the detector.
   const CollisionPipeline& pipeline() const;
+  /// Of the last step; empty unless Settings::edge_contacts asks for them.
+  const std::vector<EdgeContact>& edge_contacts() const;
 
  protected:
   void predictUnconstraintMotion(btScalar time_step) override;
+  void internalSingleStepSimulation(btScalar time_step) override;
 
  private:
   std::unique_ptr<SoftWorldHooks> hooks_;
@@ -51,9 +56,11 @@ class SoftMultiBodyDynamicsWorld : public btSoftMultiBodyDynamicsWorld {
   const Settings& settings() const;
   void set_settings(const Settings& settings);
   const CollisionPipeline& pipeline() const;
+  const std::vector<EdgeContact>& edge_contacts() const;
 
  protected:
   void predictUnconstraintMotion(btScalar time_step) override;
+  void internalSingleStepSimulation(btScalar time_step) override;
 
  private:
   std::unique_ptr<SoftWorldHooks> hooks_;

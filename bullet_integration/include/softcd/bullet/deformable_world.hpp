@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
+#include "softcd/bullet/edge_contact.hpp"
+#include "softcd/bullet/settings.hpp"
+
+namespace softcd::bullet {
+
+class DeformableDetection;
+
+/// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
+/// softcd. The app changes the line that creates its world.
+///
+/// The contacts are those that Bullet's rule gives over all pairs of nodes and faces, each once, in Bullet's own
+/// m_faceNodeContacts: Bullet's trees miss some and enter those within a body several times. With Settings::detection
+/// ccd, bodies that move through each other in a step are stopped; Bullet's own continuous pass has no effect on the
+/// motion, and is not run.
+///
+/// Bullet's response takes contacts in an order that it shuffles with a generator that all worlds of a process share:
+/// runs repeat from process to process, not within one.
+///
+/// Face trees are neither built nor refitted but for bodies with SDF_RDF or SDF_MDF that are close to a rigid one, node
+/// trees only for bodies whose boxes overlap a rigid one's.
+class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
+ public:
+  DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
+                  btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
+                  btDeformableBodySolver* deformable_solver = nullptr, const Settings& settings = {});
+  ~DeformableWorld() override;
+
+  const Settings& settings() const;
+  /// From the next step on.
+  void set_settings(const Settings& settings);
+  /// statistics(), explain() and backend() of the detector of contacts, and of the continuous one, whose last
+  /// detection is the last of several in a step.
+  const CollisionPipeline& pipeline() const;
+  const CollisionPipeline& continuous_pipeline() const;
+  /// Of the last step, at its start; empty unless Settings::edge_contacts asks for them.
+  const std::vector<EdgeContact>& edge_contacts() const;
+
+ protected:
+  void internalSingleStepSimulation(btScalar time_step) override;
+
+ private:
+  void predict(btScalar time_step);
+  void detect_rigid_contacts();
+
+  std::unique_ptr<DeformableDetection> detection_;
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "LinearMath/btVector3.h"
+
+class btSoftBody;
+
+namespace softcd::bullet {
+
+/// Two edges in contact, a contact that Bullet has no type of its own for. Each point on an edge is
+/// weights[0] * x(nodes[0]) + weights[1] * x(nodes[1]); weights are in [0, 1] and sum to 1.
+struct EdgeContact {
+  struct Side {
+    btSoftBody* body;
+    int nodes[2];  ///< in body->m_nodes
+    btScalar weights[2];
+  };
+  Side a, b;
+  btVector3 normal;         ///< unit vector from b's point towards a's
+  btScalar distance;        ///< between the two points at time_of_impact
+  btScalar time_of_impact;  ///< in [0, 1] of the step; 1 for a discrete detection
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "soft_body_registry.hpp"
+#include "softcd/bullet/settings.hpp"
+#include "velocity_response.hpp"
+
+namespace softcd::bullet {
+
+/// Whether softcd looks after the contacts of two soft bodies.
+using PairRule = std::function<bool(btSoftBody&, btSoftBody&)>;
+
+/// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
+/// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
+/// Topology and bodies are sent to the detector once a step, positions as often as they change.
+class CrossingPrevention {
+ public:
+  enum class World : std::uint32_t {
+    classic,     ///< nodes have moved from m_q to m_x, VF_SS
+    deformable,  ///< nodes are to move from m_x by time_step * (m_v + m_splitv), VF_DD; where to is left in m_q
+  };
+
+  CrossingPrevention(World world, const Settings& settings);
+  CrossingPrevention(const CrossingPrevention&) = delete;
+  CrossingPrevention& operator=(const CrossingPrevention&) = delete;
+
+  void set_settings(const Settings& settings);
+  const CollisionPipeline& pipeline() const { return pipeline_; }
+
+  /// Changes m_v, and in the classic world m_x. True when anything was changed.
+  bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step);
+
+ private:
+  using Node = btSoftBody::Node;
+
+  PipelineOptions options(const Settings& settings);
+  void synchronize(Span<btSoftBody* const> bodies);
+  std::vector<Impact> find_impacts();
+  void answer(const std::vector<Impact>& impacts);
+  void take_velocities(btScalar time_step);
+  void give_velocities();
+  void move_ends(btScalar time_step);
+  void set_positions();
+  template <class Visit>
+  void for_each_node(Visit visit);
+
+  World world_;
+  Settings settings_;
+  CollisionPipeline pipeline_;
+  SoftBodyRegistry registry_;
+  const PairRule* rule_ = nullptr;
+  /// Classic world: what has to be added to the mean velocities of the step to get the nodes' own.
+  std::vector<btVector3> velocity_offsets_;
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,77 @@
+#include "softcd/bullet/deformable_world.hpp"
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "deformable_detection.hpp"
+#include "native_trees.hpp"
+
+namespace softcd::bullet {
+
+DeformableWorld::DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
+                                 btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
+                                 btDeformableBodySolver* deformable_solver, const Settings& settings)
+    : btDeformableMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, deformable_solver),
+      detection_(std::make_unique<DeformableDetection>(settings)) {
+  if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
+}
+
+DeformableWorld::~DeformableWorld() = default;
+
+void DeformableWorld::predict(btScalar time_step) {
+  const TreesOutOfSight out_of_sight(getSoftBodyArray(), &btSoftBody::m_ndbvt);
+  const FaceTreesUnbuilt unbuilt(getSoftBodyArray());
+  predictUnconstraintMotion(time_step);
+}
+
+void DeformableWorld::detect_rigid_contacts() {
+  // Bullet's own vertex-face test must not run beside ours; clusters go on.
+  for (int i = 0; i < getSoftBodyArray().size(); ++i) getSoftBodyArray()[i]->m_softSoftCollision = false;
+  updateAabbs();
+  computeOverlappingPairs();
+  for_each_near_rigid(*getPairCache(), refit_deformable_trees);
+  getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher());
+}
+
+// The steps of Bullet's internalSingleStepSimulation.
+void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
+  if (m_internalPreTickCallback != nullptr) m_internalPreTickCallback(this, time_step);
+  reinitialize(time_step);
+  applyRigidBodyGravity(time_step);
+  predict(time_step);
+  detect_rigid_contacts();
+  calculateSimulationIslands();
+  beforeSolverCallbacks(time_step);
+  solveConstraints(time_step);
+  afterSolverCallbacks(time_step);
+
+  const Span<btSoftBody* const> bodies = span_of(getSoftBodyArray());
+  const PairGate gate(*getDispatcher(), *getPairCache(), getDispatchInfo());
+  detection_->find_contacts(bodies, gate);
+  applyRepulsionForce(time_step);
+  if (settings().detection == Detection::ccd) detection_->prevent_crossings(bodies, gate, time_step);
+
+  integrateTransforms(time_step);
+  updateActions(time_step);
+  updateActivationState(time_step);
+}
+
+const Settings& DeformableWorld::settings() const {
+  return detection_->settings();
+}
+
+void DeformableWorld::set_settings(const Settings& settings) {
+  detection_->set_settings(settings);
+}
+
+const CollisionPipeline& DeformableWorld::pipeline() const {
+  return detection_->discrete_pipeline();
+}
+
+const CollisionPipeline& DeformableWorld::continuous_pipeline() const {
+  return detection_->continuous_pipeline();
+}
+
+const std::vector<EdgeContact>& DeformableWorld::edge_contacts() const {
+  return detection_->edge_contacts();
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,126 @@
+#include "velocity_response.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+constexpr int kMostSweeps = 10;
+/// Sweeps end when no approach is faster than this share of the fastest.
+constexpr btScalar kNegligibleApproach = btScalar(1e-3);
+
+btScalar movability(const btSoftBody::Node& node) {
+  return node.m_constrained != 0 ? btScalar(0) : node.m_im;
+}
+
+void apply_impulse(const Impact& impact, const btVector3& impulse) {
+  for (int i = 0; i < 4; ++i) {
+    btSoftBody::Node& node = *impact.nodes[i];
+    node.m_v += impulse * (impact.weights[i] * movability(node));
+  }
+}
+
+// Returns how fast the points approached each other.
+btScalar make_inelastic(const Impact& impact) {
+  btVector3 velocity(0, 0, 0);
+  btScalar inverse_mass = 0;
+  for (int i = 0; i < 4; ++i) {
+    velocity += impact.nodes[i]->m_v * impact.weights[i];
+    inverse_mass += impact.weights[i] * impact.weights[i] * movability(*impact.nodes[i]);
+  }
+  const btScalar approach = -velocity.dot(impact.normal);
+  if (!(approach > 0) || !(inverse_mass > 0)) return 0;
+
+  const btVector3 tangential = velocity + impact.normal * approach;
+  const btScalar sliding = tangential.safeNorm();
+  btVector3 change = impact.normal * approach;
+  if (sliding > SIMD_EPSILON) change -= tangential * btMin(impact.friction * approach / sliding, btScalar(1));
+  apply_impulse(impact, change / inverse_mass);
+  return approach;
+}
+
+}  // namespace
+
+Impact impact_of(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  const int count_a = contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  Impact impact;
+  for (int i = 0; i < 4; ++i) {
+    btSoftBody& body = i < count_a ? *found.a.body : *found.b.body;
+    impact.nodes[i] = &body.m_nodes[static_cast<int>(contact.vertices[i])];
+    impact.weights[i] = btScalar(i < count_a ? contact.weights[i] : -contact.weights[i]);
+  }
+  impact.normal = btVector3(btScalar(contact.normal.x), btScalar(contact.normal.y), btScalar(contact.normal.z));
+  impact.friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;
+  return impact;
+}
+
+void apply_inelastic_impulses(const std::vector<Impact>& impacts) {
+  btScalar fastest = 0;
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    btScalar fastest_now = 0;
+    for (const Impact& impact : impacts) fastest_now = btMax(fastest_now, make_inelastic(impact));
+    fastest = btMax(fastest, fastest_now);
+    if (!(fastest_now > kNegligibleApproach * fastest)) return;
+  }
+}
+
+ImpactZones::Node* ImpactZones::root_of(Node* node) {
+  const auto [entry, is_new] = parents_.try_emplace(node, node);
+  if (is_new) nodes_.push_back(node);
+  Node* root = entry->second;
+  while (parents_.at(root) != root) root = parents_.at(root);
+  while (node != root) node = std::exchange(parents_.at(node), root);
+  return root;
+}
+
+bool ImpactZones::join(const std::vector<Impact>& impacts) {
+  bool has_joined = false;
+  for (const Impact& impact : impacts) {
+    Node* const root = root_of(impact.nodes[0]);
+    for (Node* node : impact.nodes) {
+      Node* const other = root_of(node);
+      if (other == root) continue;
+      parents_.at(other) = root;
+      has_joined = true;
+    }
+  }
+  return has_joined;
+}
+
+void ImpactZones::move_as_one() const {
+  struct Motion {
+    btVector3 momentum{0, 0, 0}, constrained{0, 0, 0}, fixed{0, 0, 0};
+    btScalar mass = 0;
+    int constrained_count = 0, fixed_count = 0;
+
+    btVector3 velocity() const {
+      if (fixed_count > 0) return fixed / btScalar(fixed_count);
+      return constrained_count > 0 ? constrained / btScalar(constrained_count) : momentum / mass;
+    }
+  };
+  const auto root_of = [this](Node* node) {
+    while (parents_.at(node) != node) node = parents_.at(node);
+    return node;
+  };
+  std::unordered_map<const Node*, Motion> motions;
+  for (Node* node : nodes_) {
+    Motion& motion = motions[root_of(node)];
+    const btVector3 velocity = node->m_v + node->m_splitv;
+    if (!(node->m_im > 0)) {
+      motion.fixed += velocity;
+      ++motion.fixed_count;
+    } else if (node->m_constrained != 0) {
+      motion.constrained += velocity;
+      ++motion.constrained_count;
+    } else {
+      motion.momentum += velocity / node->m_im;
+      motion.mass += 1 / node->m_im;
+    }
+  }
+  for (Node* node : nodes_) {
+    if (!(node->m_im > 0)) continue;
+    node->m_v = motions.at(root_of(node)).velocity();
+    node->m_splitv.setZero();
+  }
+}
+
+}  // namespace softcd::bullet

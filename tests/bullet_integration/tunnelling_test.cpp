@@ -1,0 +1,140 @@
+// What is thrown at a cloth must not pass through it, however fast it is. Crossings are counted in exact arithmetic.
+
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <tuple>
+
+#include "brute_force.hpp"
+#include "deformable_support.hpp"
+#include "scenes/simulation.hpp"
+
+namespace softcd::test {
+namespace {
+
+using demo::DeformableSimulation;
+using demo::PlugIn;
+using demo::Simulation;
+
+/// Counts the nodes that meet a face of another body on their straight way through a step.
+class CrossingCounter {
+ public:
+  explicit CrossingCounter(std::vector<const btSoftBody*> bodies) : bodies_(std::move(bodies)) {
+    for (const btSoftBody* body : bodies_) {
+      SceneBody scene_body;
+      for (int f = 0; f < body->m_faces.size(); ++f) {
+        Triangle triangle{};
+        for (int i = 0; i < 3; ++i) {
+          triangle.v[i] = static_cast<std::uint32_t>(body->m_faces[f].m_n[i] - &body->m_nodes[0]);
+        }
+        scene_body.triangles.push_back(triangle);
+      }
+      scene_body.x_t1 = positions_of(*body);
+      scene_body.settings.features = {/*vertex_triangle=*/true, /*edge_edge=*/false};
+      scene_.push_back(std::move(scene_body));
+    }
+  }
+
+  std::size_t count_step() {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      scene_[b].x_t0 = std::move(scene_[b].x_t1);
+      scene_[b].x_t1 = positions_of(*bodies_[b]);
+    }
+    return continuous_verdicts(scene_).certain.size();
+  }
+
+ private:
+  static Positions3 positions_of(const btSoftBody& body) {
+    Positions3 positions;
+    for (int n = 0; n < body.m_nodes.size(); ++n) {
+      const btVector3& x = body.m_nodes[n].m_x;
+      positions.push_back({double(x.x()), double(x.y()), double(x.z())});
+    }
+    return positions;
+  }
+
+  std::vector<const btSoftBody*> bodies_;
+  Scene scene_;
+};
+
+enum class Missile { cloth, ball };
+
+/// Throws it, one kilogram, from 0.6 above at a sheet of 20 kilograms that is held along its border; half a second.
+template <class AnySimulation>
+std::size_t count_crossings(AnySimulation& simulation, Missile missile, btScalar speed) {
+  SheetOptions options;
+  options.side = 2;
+  options.nodes_per_side = 17;
+  options.margin = btScalar(0.02);
+  auto sheet = make_sheet(simulation.world_info(), options);
+  sheet->setTotalMass(20);
+  for (int n = 0; n < sheet->m_nodes.size(); ++n) {
+    const btVector3& x = sheet->m_nodes[n].m_x;
+    if (btMax(btFabs(x.x()), btFabs(x.z())) > btScalar(0.99)) sheet->setMass(n, 0);
+  }
+  btSoftBody& target = simulation.add(std::move(sheet));
+  options.side = 1;
+  options.nodes_per_side = 12;
+  options.height = btScalar(0.6);
+  auto body = missile == Missile::ball
+                  ? make_soft_ball(simulation.world_info(), btVector3(0, options.height, 0), btScalar(0.3))
+                  : make_sheet(simulation.world_info(), options);
+  body->getCollisionShape()->setMargin(options.margin);
+  btSoftBody& thrown = simulation.add(std::move(body));
+  thrown.setVelocity(btVector3(0, -speed, 0));
+
+  CrossingCounter counter({&target, &thrown});
+  std::size_t crossings = 0;
+  for (int step = 0; step < 30; ++step) {
+    simulation.step(kStep);
+    crossings += counter.count_step();
+  }
+  return crossings;
+}
+
+class Tunnelling : public testing::TestWithParam<std::tuple<Missile, int>> {
+ protected:
+  Missile missile() const { return std::get<0>(GetParam()); }
+  btScalar speed() const { return btScalar(std::get<1>(GetParam())); }
+
+  static bullet::Settings settings() {
+    bullet::Settings settings = cpu_settings(Detection::ccd);
+    settings.log = [](LogLevel level, std::string_view message) {
+      if (level == LogLevel::warning) ADD_FAILURE() << message;
+    };
+    return settings;
+  }
+
+  void expect_none_through(const char* world, std::size_t bullets, std::size_t ours) const {
+    std::cout << (missile() == Missile::ball ? "ball" : "cloth") << " at " << speed() << " m/s, " << world
+              << " world: crossings " << bullets << " with Bullet, " << ours << " with softcd\n";
+    EXPECT_EQ(ours, 0U);
+    if (speed() > 20) EXPECT_GT(bullets, 50U);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Throws, Tunnelling,
+                         testing::Combine(testing::Values(Missile::cloth, Missile::ball), testing::Values(20, 50, 100)),
+                         [](const auto& parameter) {
+                           const bool is_ball = std::get<0>(parameter.param) == Missile::ball;
+                           return (is_ball ? "ball" : "cloth") + std::to_string(std::get<1>(parameter.param));
+                         });
+
+// Springs soft enough for Bullet's explicit integration of nodes of 7 grams.
+const demo::DeformableMaterial kSoft = {1, btScalar(0.01), btScalar(0.1)};
+
+TEST_P(Tunnelling, none_in_the_deformable_world) {
+  DeformableSimulation ours(settings(), kSoft);
+  DeformableSimulation bullets(std::nullopt, kSoft);
+  expect_none_through("deformable", count_crossings(bullets, missile(), speed()),
+                      count_crossings(ours, missile(), speed()));
+}
+
+TEST_P(Tunnelling, none_in_the_classic_world) {
+  Simulation ours(PlugIn::one_line_world, settings());
+  Simulation bullets(PlugIn::none);
+  expect_none_through("classic", count_crossings(bullets, missile(), speed()),
+                      count_crossings(ours, missile(), speed()));
+}
+
+}  // namespace
+}  // namespace softcd::test
