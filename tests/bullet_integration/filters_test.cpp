@@ -4,8 +4,7 @@
 
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
-#include "BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h"
-#include "soft_body_support.hpp"
+#include "small_scenes.hpp"
 
 namespace softcd::test {
 namespace {
@@ -13,40 +12,6 @@ namespace {
 using demo::PlugIn;
 using demo::Simulation;
 using Flags = btSoftBody::fCollision;
-
-/// Two sheets, one close above the other, held in the air.
-class TwoSheets {
- public:
-  explicit TwoSheets(PlugIn plug_in, const bullet::Settings& settings = cpu_settings())
-      : simulation_(plug_in, settings) {
-    simulation_.world_info().m_gravity.setZero();
-  }
-
-  void add(int group_a = 1, int mask_a = -1, int group_b = 1, int mask_b = -1) {
-    SheetOptions options;
-    options.margin = btScalar(0.02);
-    lower_ = &simulation_.add(make_sheet(simulation_.world_info(), options), group_a, mask_a);
-    options.height = btScalar(0.03);
-    upper_ = &simulation_.add(make_sheet(simulation_.world_info(), options), group_b, mask_b);
-    for (btSoftBody* body : {lower_, upper_}) body->m_cfg.piterations = 0;
-  }
-
-  /// Contacts between the sheets after one more step.
-  int step() {
-    simulation_.step(kStep);
-    return lower_->m_scontacts.size() + upper_->m_scontacts.size();
-  }
-
-  Simulation& simulation() { return simulation_; }
-  btOverlappingPairCache& pair_cache() { return *simulation_.world().getPairCache(); }
-  btSoftBody& lower() { return *lower_; }
-  btSoftBody& upper() { return *upper_; }
-
- private:
-  Simulation simulation_;
-  btSoftBody* lower_ = nullptr;
-  btSoftBody* upper_ = nullptr;
-};
 
 class Filter : public testing::TestWithParam<PlugIn> {};
 INSTANTIATE_TEST_SUITE_P(PlugIns, Filter, testing::ValuesIn(kPlugIns), plug_in_name);

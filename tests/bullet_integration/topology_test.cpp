@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "BulletSoftBody/btSoftBodyHelpers.h"
-#include "reference_distance.hpp"
+#include "exact_contacts.hpp"
 #include "soft_body_support.hpp"
 
 namespace softcd::test {
@@ -31,41 +29,6 @@ class Topology : public testing::TestWithParam<PlugIn> {
   Simulation simulation;
 };
 INSTANTIATE_TEST_SUITE_P(PlugIns, Topology, testing::ValuesIn(kPlugIns), plug_in_name);
-
-Vec3d position_of(const btSoftBody::Node& node) {
-  return {double(node.m_x.x()), double(node.m_x.y()), double(node.m_x.z())};
-}
-
-/// Every node of `nodes` within reach of a face of `faces` has just that contact, and no other. Nothing moves here,
-/// so the margin is the sum of both bodies'.
-void expect_exact_contacts(const btSoftBody& nodes, const btSoftBody& faces) {
-  std::set<std::pair<const btSoftBody::Node*, const btSoftBody::Face*>> found;
-  for (int i = 0; i < nodes.m_scontacts.size(); ++i) {
-    const btSoftBody::SContact& contact = nodes.m_scontacts[i];
-    if (contact.m_face >= &faces.m_faces[0] && contact.m_face < &faces.m_faces[0] + faces.m_faces.size()) {
-      found.emplace(contact.m_node, contact.m_face);
-    }
-  }
-  const double margin = double(nodes.getCollisionShape()->getMargin()) + double(faces.getCollisionShape()->getMargin());
-  std::size_t expected_count = 0;
-  for (int n = 0; n < nodes.m_nodes.size(); ++n) {
-    for (int f = 0; f < faces.m_faces.size(); ++f) {
-      const btSoftBody::Face& face = faces.m_faces[f];
-      const auto distance =
-          static_cast<double>(distance_vertex_triangle(position_of(nodes.m_nodes[n]), position_of(*face.m_n[0]),
-                                                       position_of(*face.m_n[1]), position_of(*face.m_n[2])));
-      if (std::abs(distance - margin) < 1e-6) continue;
-      expected_count += distance < margin;
-      EXPECT_EQ(found.count({&nodes.m_nodes[n], &face}), distance < margin ? 1U : 0U);
-    }
-  }
-  EXPECT_GT(expected_count, 0U);
-}
-
-void expect_exact_contacts_between(const btSoftBody& a, const btSoftBody& b) {
-  expect_exact_contacts(a, b);
-  expect_exact_contacts(b, a);
-}
 
 TEST_P(Topology, BodiesComeAndGo) {
   btSoftBody& lower = add_sheet(0);
