@@ -7,7 +7,7 @@
 #include "BulletCollision/BroadphaseCollision/btAxisSweep3.h"
 #include "BulletCollision/BroadphaseCollision/btDbvtBroadphase.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h"
-#include "BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h"
+#include "BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h"
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
 #include "LinearMath/btThreads.h"
 #include "soft_body_support.hpp"
@@ -18,10 +18,11 @@ namespace softcd::test {
 namespace {
 
 /// Two sheets within each other's reach in a world of the test's.
+template <class World>
 class Sheets {
  public:
-  explicit Sheets(btSoftRigidDynamicsWorld& world) : Sheets(world, world.getWorldInfo()) {}
-  Sheets(btSoftRigidDynamicsWorld& world, btSoftBodyWorldInfo& info) : world_(world) {
+  explicit Sheets(World& world) : Sheets(world, world.getWorldInfo()) {}
+  Sheets(World& world, btSoftBodyWorldInfo& info) : world_(world) {
     info.m_gravity.setZero();
     SheetOptions options;
     options.margin = btScalar(0.02);
@@ -54,24 +55,36 @@ class Sheets {
   }
 
  private:
-  btSoftRigidDynamicsWorld& world_;
+  World& world_;
   std::unique_ptr<btSoftBody> lower_, upper_;
 };
 
 class Apps : public testing::Test {
  protected:
   btSoftBodyRigidBodyCollisionConfiguration configuration;
-  btSequentialImpulseConstraintSolver solver;
+  btMultiBodyConstraintSolver solver;
+
+  /// The contacts of one step in a world of that kind.
+  template <class World>
+  int contacts_with(btCollisionDispatcher& dispatcher) {
+    btDbvtBroadphase broadphase;
+    World world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());
+    Sheets sheets(world);
+    const int contacts = sheets.step();
+    EXPECT_FALSE(sheets.has_duplicates());
+    EXPECT_GT(world.pipeline().statistics().vt_contacts, 0U);
+    return contacts;
+  }
 };
 
-TEST_F(Apps, AMultithreadedDispatcherWorksInAOneLineWorld) {
+TEST_F(Apps, AMultithreadedDispatcherWorksInOneLineWorlds) {
   btSetTaskScheduler(btGetSequentialTaskScheduler());  // Bullet's requires one
-  btDbvtBroadphase broadphase;
-  btCollisionDispatcherMt dispatcher(&configuration);
-  bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());
-  Sheets sheets(world);
-  EXPECT_GT(sheets.step(), 0);
-  EXPECT_GT(world.pipeline().statistics().vt_contacts, 0U);
+  btCollisionDispatcher plain(&configuration);
+  btCollisionDispatcherMt multithreaded(&configuration);
+  EXPECT_EQ(contacts_with<bullet::SoftRigidDynamicsWorld>(multithreaded),
+            contacts_with<bullet::SoftRigidDynamicsWorld>(plain));
+  EXPECT_EQ(contacts_with<bullet::SoftMultiBodyDynamicsWorld>(multithreaded),
+            contacts_with<bullet::SoftMultiBodyDynamicsWorld>(plain));
 }
 
 TEST_F(Apps, AnyBroadPhaseAndAnAppsOwnWorldInfoWork) {

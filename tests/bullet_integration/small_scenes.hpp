@@ -72,6 +72,10 @@ inline std::vector<btScalar> coordinates_of(const btSoftBody& body) {
   return coordinates;
 }
 
+inline void append(std::vector<btScalar>& values, const std::vector<btScalar>& more) {
+  values.insert(values.end(), more.begin(), more.end());
+}
+
 /// Two clustered balls that overlap each other and, by a little, a box below them; one metre across, five metres aside.
 struct ClusteredBalls {
   btSoftBody* balls[2];
