@@ -2,6 +2,9 @@
 
 #include "pipeline_options.hpp"
 
+// Defined by the libraries of both precisions: the linker refuses a program that holds parts of both, by this name.
+extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_float64() {}
+
 namespace softcd::bullet {
 namespace {
 

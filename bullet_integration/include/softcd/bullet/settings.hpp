@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "LinearMath/btScalar.h"
 #include "softcd/softcd.hpp"
 
 namespace softcd::bullet {
@@ -21,6 +22,15 @@ enum class EdgeContacts : std::uint32_t {
   report,   ///< found, for edge_contacts()
   respond,  ///< and given to Bullet's solver, each as two of its vertex-face contacts
 };
+
+// Part of the linker's names of all functions that take Settings, so that an application and a softcd compiled for
+// different btScalars do not link, and the linker's message says what to link. Most of Bullet's own names are the same
+// in both precisions.
+#ifdef BT_USE_DOUBLE_PRECISION
+inline namespace compiled_with_bt_use_double_precision_so_link_softcd_bullet_float64 {
+#else
+inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet {
+#endif
 
 /// How softcd replaces Bullet's vertex-face detection between soft bodies and within them (fCollision::VF_SS in the
 /// classic worlds, VF_DD in the deformable one). All other kinds of collision, clusters among them, stay Bullet's.
@@ -43,5 +53,7 @@ struct Settings {
   bool filter_deformables = false;
   LogCallback log;
 };
+
+}  // namespace
 
 }  // namespace softcd::bullet
