@@ -5,6 +5,7 @@
 
 #include "BulletSoftBody/btSoftBody.h"
 #include "native_trees.hpp"
+#include "snapshot_reader.hpp"
 
 namespace softcd::bullet {
 
@@ -62,7 +63,14 @@ void Broadphase::aabbTest(const btVector3& aabb_min, const btVector3& aabb_max, 
   original_.aabbTest(aabb_min, aabb_max, callback);
 }
 
+void Broadphase::sweep_boxes(bool sweeps) {
+  sweeps_boxes_ = sweeps;
+}
+
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
+  if (sweeps_boxes_) {
+    for (btSoftBody* body : soft_bodies_) sweep_box(*body, original_, dispatcher);
+  }
   original_.calculateOverlappingPairs(dispatcher);
 }
 

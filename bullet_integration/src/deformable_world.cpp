@@ -3,6 +3,7 @@
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "deformable_detection.hpp"
 #include "native_trees.hpp"
+#include "rigid_mesh_detection.hpp"
 
 namespace softcd::bullet {
 
@@ -10,7 +11,8 @@ DeformableWorld::DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface
                                  btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                                  btDeformableBodySolver* deformable_solver, const Settings& settings)
     : btDeformableMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, deformable_solver),
-      detection_(std::make_unique<DeformableDetection>(settings)) {
+      detection_(std::make_unique<DeformableDetection>(settings)),
+      mesh_detection_(std::make_unique<RigidMeshDetection>(settings)) {
   if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
 }
 
@@ -26,9 +28,14 @@ void DeformableWorld::detect_rigid_contacts() {
   // Bullet's own vertex-face test must not run beside ours; clusters go on.
   for (int i = 0; i < getSoftBodyArray().size(); ++i) getSoftBodyArray()[i]->m_softSoftCollision = false;
   updateAabbs();
+  if (settings().rigid_meshes) {
+    for (btSoftBody* body : span_of(getSoftBodyArray())) sweep_box(*body, *getBroadphase(), getDispatcher());
+  }
   computeOverlappingPairs();
   for_each_near_rigid(*getPairCache(), refit_deformable_trees);
-  getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher());
+  mesh_detection_->around(*getDispatcher(), getDispatchInfo(), [this] {
+    getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher());
+  });
 }
 
 // The steps of Bullet's internalSingleStepSimulation.
@@ -60,6 +67,7 @@ const Settings& DeformableWorld::settings() const {
 
 void DeformableWorld::set_settings(const Settings& settings) {
   detection_->set_settings(settings);
+  mesh_detection_->set_settings(settings);
 }
 
 const CollisionPipeline& DeformableWorld::pipeline() const {

@@ -1,5 +1,6 @@
 #include "softcd/bullet/dispatcher.hpp"
 
+#include "rigid_mesh_detection.hpp"
 #include "soft_soft_detection.hpp"
 
 namespace softcd::bullet {
@@ -28,9 +29,11 @@ class NativePairs : public btOverlapCallback {
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings)
     : btCollisionDispatcher(configuration),
       broadphase_(broadphase),
-      detection_(std::make_unique<SoftSoftDetection>(settings)) {
+      detection_(std::make_unique<SoftSoftDetection>(settings)),
+      mesh_detection_(std::make_unique<RigidMeshDetection>(settings)) {
   install_pair_recorder(*this);
   broadphase_.hide_vertex_face_flags();
+  broadphase_.sweep_boxes(settings.rigid_meshes);
 }
 
 Dispatcher::~Dispatcher() = default;
@@ -45,7 +48,8 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   const PairGate gate(*this, *pair_cache, info);
   detection_->start(broadphase_.soft_bodies(), gate);
   NativePairs native_pairs(*this, info);
-  pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
+  mesh_detection_->around(*this, info,
+                          [&] { pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info); });
   detection_->drop_unread_face_trees();
   detection_->finish();
 }
@@ -56,6 +60,8 @@ const Settings& Dispatcher::settings() const {
 
 void Dispatcher::set_settings(const Settings& settings) {
   detection_->set_settings(settings);
+  mesh_detection_->set_settings(settings);
+  broadphase_.sweep_boxes(settings.rigid_meshes);
 }
 
 const CollisionPipeline& Dispatcher::pipeline() const {

@@ -61,8 +61,8 @@ class FaceTreesUnbuilt {
   std::vector<btSoftBody*> bodies_;  ///< those that had the flag
 };
 
-/// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid test
-/// is about to read their trees.
+/// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid
+/// test is about to read their trees.
 template <class Refit>
 void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
   const btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();

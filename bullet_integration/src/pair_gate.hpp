@@ -32,9 +32,7 @@ class PairGate {
 
   bool admits(btSoftBody& a, btSoftBody& b) const;
   /// The classic worlds' rule.
-  bool admits_vertex_face_pair(btSoftBody& a, btSoftBody& b) const {
-    return is_vertex_face_pair(a, b) && admits(a, b);
-  }
+  bool admits_vertex_face_pair(btSoftBody& a, btSoftBody& b) const { return is_vertex_face_pair(a, b) && admits(a, b); }
 
  private:
   btDispatcher& dispatcher_;

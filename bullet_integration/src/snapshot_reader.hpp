@@ -12,6 +12,10 @@ inline Span<btSoftBody* const> span_of(const btAlignedObjectArray<btSoftBody*>& 
   return {&bodies[0], static_cast<std::size_t>(bodies.size())};
 }
 
+/// Makes the body's box in the broad phase one around the whole step, from m_q to m_x or back. Bullet's own is around
+/// one end: what moves further than its size is not paired with what it passes.
+void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher);
+
 /// A soft body's triangles as node indices. Nodes without a face (of a rope, say) collide as points: each gets a
 /// triangle {n, n, n} behind the faces'.
 struct BodyMesh {

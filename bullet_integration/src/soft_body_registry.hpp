@@ -30,6 +30,7 @@ class SoftBodyRegistry {
   void remove_absent();
 
   Member& member(BodyId id) const { return *members_by_id_.at(id.value); }
+  BodyId id_of(const btSoftBody& body) const { return members_.at(&body).id; }
 
   /// Calls visit(const MemberContact&) for the pipeline's contacts, in their order.
   template <class Visit>

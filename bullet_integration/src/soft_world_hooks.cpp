@@ -7,11 +7,15 @@ SoftWorldHooks::SoftWorldHooks(btDispatcher* dispatcher, const Settings& setting
     : dispatcher_(dynamic_cast<Dispatcher*>(dispatcher)), prevention_(CrossingPrevention::World::classic, settings) {
   if (dispatcher_ != nullptr) return;
   detection_ = std::make_unique<SoftSoftDetection>(settings);
+  mesh_detection_ = std::make_unique<RigidMeshDetection>(settings);
   if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
 }
 
 void SoftWorldHooks::detect(btCollisionWorld& world, const btAlignedObjectArray<btSoftBody*>& bodies) {
   world.updateAabbs();
+  if (settings().rigid_meshes) {
+    for (btSoftBody* body : span_of(bodies)) sweep_box(*body, *world.getBroadphase(), world.getDispatcher());
+  }
   world.computeOverlappingPairs();
   btOverlappingPairCache& pair_cache = *world.getPairCache();
   for_each_near_rigid(pair_cache,
@@ -27,7 +31,8 @@ void SoftWorldHooks::detect(btCollisionWorld& world, const btAlignedObjectArray<
   detection_->start(span_of(bodies), gate);
   {
     const TreesOutOfSight out_of_sight(bodies, &btSoftBody::m_fdbvt);
-    dispatcher->dispatchAllCollisionPairs(&pair_cache, info, dispatcher);
+    mesh_detection_->around(*dispatcher, info,
+                            [&] { dispatcher->dispatchAllCollisionPairs(&pair_cache, info, dispatcher); });
   }
   detection_->finish();
 }
@@ -52,6 +57,7 @@ void SoftWorldHooks::set_settings(const Settings& settings) {
     dispatcher_->set_settings(settings);
   } else {
     detection_->set_settings(settings);
+    mesh_detection_->set_settings(settings);
   }
   prevention_.set_settings(settings);
 }

@@ -4,6 +4,7 @@
 
 #include "crossing_prevention.hpp"
 #include "native_trees.hpp"
+#include "rigid_mesh_detection.hpp"
 #include "soft_soft_detection.hpp"
 #include "softcd/bullet/dispatcher.hpp"
 
@@ -40,8 +41,10 @@ class SoftWorldHooks {
   const std::vector<EdgeContact>& edge_contacts() const;
 
  private:
-  Dispatcher* dispatcher_;                        ///< null for any other dispatcher
-  std::unique_ptr<SoftSoftDetection> detection_;  ///< null when dispatcher_ detects
+  Dispatcher* dispatcher_;  ///< null for any other dispatcher
+  /// Null when dispatcher_ detects.
+  std::unique_ptr<SoftSoftDetection> detection_;
+  std::unique_ptr<RigidMeshDetection> mesh_detection_;
   CrossingPrevention prevention_;
 };
 

@@ -87,13 +87,19 @@ std::unique_ptr<btSoftBody> Simulation::remove(btSoftBody& body) {
   return removed;
 }
 
-btRigidBody& Simulation::add_static_box(const btVector3& half_extents, const btVector3& center) {
-  shapes_.push_back(std::make_unique<btBoxShape>(half_extents));
-  btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shapes_.back().get());
+btRigidBody& Simulation::add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass) {
+  btVector3 inertia(0, 0, 0);
+  if (mass > 0) shape->calculateLocalInertia(mass, inertia);
+  btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape.get(), inertia);
   info.m_startWorldTransform.setOrigin(center);
+  shapes_.push_back(std::move(shape));
   rigid_bodies_.push_back(std::make_unique<btRigidBody>(info));
   world_->addRigidBody(rigid_bodies_.back().get());
   return *rigid_bodies_.back();
+}
+
+btRigidBody& Simulation::add_static_box(const btVector3& half_extents, const btVector3& center) {
+  return add_rigid(std::make_unique<btBoxShape>(half_extents), center);
 }
 
 void Simulation::step(btScalar seconds) {

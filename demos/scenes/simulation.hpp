@@ -40,6 +40,7 @@ class Simulation {
                   int filter_mask = btBroadphaseProxy::AllFilter);
   /// Takes the body out of the world; it can be added again.
   std::unique_ptr<btSoftBody> remove(btSoftBody& body);
+  btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0);
   /// A box that does not move.
   btRigidBody& add_static_box(const btVector3& half_extents, const btVector3& center);
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -18,24 +17,26 @@ inline std::unique_ptr<btSoftBody> make_soft_ball(btSoftBodyWorldInfo& world_inf
   return ball;
 }
 
-/// Nodes under the surface of `sheet`, which is the graph of a function of x and z, as far as it reaches; and those
-/// that fell past it.
+/// The height of a sheet, the graph of a function of x and z, as far as it reaches.
+inline std::optional<btScalar> height_at(const btSoftBody& sheet, btScalar x, btScalar z) {
+  for (int f = 0; f < sheet.m_faces.size(); ++f) {
+    const btVector3& a = sheet.m_faces[f].m_n[0]->m_x;
+    const btVector3 ab = sheet.m_faces[f].m_n[1]->m_x - a;
+    const btVector3 ac = sheet.m_faces[f].m_n[2]->m_x - a;
+    const btScalar area = ab.x() * ac.z() - ab.z() * ac.x();
+    if (btFabs(area) < SIMD_EPSILON) continue;
+    const btScalar u = ((x - a.x()) * ac.z() - (z - a.z()) * ac.x()) / area;
+    const btScalar v = (ab.x() * (z - a.z()) - ab.z() * (x - a.x())) / area;
+    if (u >= 0 && v >= 0 && u + v <= 1) return a.y() + u * ab.y() + v * ac.y();
+  }
+  return std::nullopt;
+}
+
 inline int count_below(const btSoftBody& body, const btSoftBody& sheet) {
   int count = 0;
   for (int n = 0; n < body.m_nodes.size(); ++n) {
     const btVector3& x = body.m_nodes[n].m_x;
-    for (int f = 0; f < sheet.m_faces.size(); ++f) {
-      const btVector3& a = sheet.m_faces[f].m_n[0]->m_x;
-      const btVector3 ab = sheet.m_faces[f].m_n[1]->m_x - a;
-      const btVector3 ac = sheet.m_faces[f].m_n[2]->m_x - a;
-      const btScalar area = ab.x() * ac.z() - ab.z() * ac.x();
-      if (btFabs(area) < SIMD_EPSILON) continue;
-      const btScalar u = ((x.x() - a.x()) * ac.z() - (x.z() - a.z()) * ac.x()) / area;
-      const btScalar v = (ab.x() * (x.z() - a.z()) - ab.z() * (x.x() - a.x())) / area;
-      if (u < 0 || v < 0 || u + v > 1) continue;
-      count += x.y() < a.y() + u * ab.y() + v * ac.y();
-      break;
-    }
+    count += x.y() < height_at(sheet, x.x(), x.z()).value_or(x.y());
   }
   return count;
 }

@@ -81,7 +81,9 @@ TEST(DeformableWorld, cloths_stack) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
     const Rest ours = stacked_cloths(cpu_settings(detection), 4);
     print("four cloths", bullets, ours);
-    if (detection == Detection::ccd) EXPECT_EQ(ours.below, 0);
+    if (detection == Detection::ccd) {
+      EXPECT_EQ(ours.below, 0);
+    }
     EXPECT_NEAR(ours.height, bullets.height, 0.03);
   }
 }

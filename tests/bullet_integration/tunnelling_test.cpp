@@ -109,7 +109,9 @@ class Tunnelling : public testing::TestWithParam<std::tuple<Missile, int>> {
     std::cout << (missile() == Missile::ball ? "ball" : "cloth") << " at " << speed() << " m/s, " << world
               << " world: crossings " << bullets << " with Bullet, " << ours << " with softcd\n";
     EXPECT_EQ(ours, 0U);
-    if (speed() > 20) EXPECT_GT(bullets, 50U);
+    if (speed() > 20) {
+      EXPECT_GT(bullets, 50U);
+    }
   }
 };
 INSTANTIATE_TEST_SUITE_P(Throws, Tunnelling,

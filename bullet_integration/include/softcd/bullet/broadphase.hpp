@@ -34,6 +34,9 @@ class Broadphase : public btBroadphaseInterface {
   /// Gives all hidden flags back.
   void restore_vertex_face_flags();
 
+  /// Whether the soft bodies' boxes cover their whole way in a step when pairs are calculated, not one end of it.
+  void sweep_boxes(bool sweeps);
+
   btBroadphaseProxy* createProxy(const btVector3& aabb_min, const btVector3& aabb_max, int shape_type, void* user,
                                  int filter_group, int filter_mask, btDispatcher* dispatcher) override;
   void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
@@ -55,6 +58,7 @@ class Broadphase : public btBroadphaseInterface {
   btBroadphaseInterface& original_;
   std::vector<btSoftBody*> soft_bodies_;
   bool hides_flags_ = false;
+  bool sweeps_boxes_ = false;
 };
 
 }  // namespace softcd::bullet

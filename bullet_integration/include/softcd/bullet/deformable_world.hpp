@@ -10,6 +10,7 @@
 namespace softcd::bullet {
 
 class DeformableDetection;
+class RigidMeshDetection;
 
 /// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
 /// softcd. The app changes the line that creates its world.
@@ -49,6 +50,7 @@ class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
   void detect_rigid_contacts();
 
   std::unique_ptr<DeformableDetection> detection_;
+  std::unique_ptr<RigidMeshDetection> mesh_detection_;
 };
 
 }  // namespace softcd::bullet

@@ -10,6 +10,7 @@
 
 namespace softcd::bullet {
 
+class RigidMeshDetection;
 class SoftSoftDetection;
 
 /// Bullet's dispatcher, with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd, for
@@ -41,6 +42,7 @@ class Dispatcher : public btCollisionDispatcher {
  private:
   Broadphase& broadphase_;
   std::unique_ptr<SoftSoftDetection> detection_;
+  std::unique_ptr<RigidMeshDetection> mesh_detection_;
 };
 
 }  // namespace softcd::bullet

@@ -48,6 +48,10 @@ struct Settings {
   float lambda = 0.0F;  ///< cell size, see PipelineOptions::lambda; 0 chooses
   SelfCollision self_collision = SelfCollision::flagged;
   EdgeContacts edge_contacts = EdgeContacts::off;
+  /// Soft bodies against rigid triangle meshes (btBvhTriangleMeshShape, also scaled or with materials, GImpact and
+  /// btHeightfieldTerrainShape; not those of multibody links): found by softcd, always on the way of a step, at the
+  /// sum of both margins. Bullet collides with each triangle as with a plate 0.12 thick. False leaves them to Bullet.
+  bool rigid_meshes = true;
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
   bool filter_deformables = false;

@@ -1,0 +1,249 @@
+#include "rigid_mesh_detection.hpp"
+
+#include <algorithm>
+
+#include "BulletCollision/CollisionShapes/btConcaveShape.h"
+#include "pipeline_options.hpp"
+#include "rigid_contact_writer.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+using Flags = btSoftBody::fCollision;
+
+// Soft bodies and meshes are only compared with each other.
+constexpr std::uint32_t kSoftGroup = 1;
+constexpr std::uint32_t kMeshGroup = 2;
+/// One node's contacts with one mesh whose normals are closer than that (8 degrees) are one: on a smooth surface a node
+/// touches several triangles at once.
+constexpr btScalar kSameNormal = btScalar(0.99);
+
+bool is_deformable(const btSoftBody& body) {
+  return (body.m_cfg.collisions & Flags::RVSmask) == Flags::SDF_RD;
+}
+
+btVector3 to_bullet(Vec3d v) {
+  return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
+}
+
+/// Of everything that the body's nodes meet in the step.
+RigidMesh::Box swept_box(const btSoftBody& body, btScalar margin) {
+  RigidMesh::Box box = {body.m_nodes[0].m_x, body.m_nodes[0].m_x};
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    for (const btVector3* x : {&body.m_nodes[i].m_x, &body.m_nodes[i].m_q}) {
+      box.low.setMin(*x);
+      box.high.setMax(*x);
+    }
+  }
+  const btVector3 growth(margin, margin, margin);
+  return {box.low - growth, box.high + growth};
+}
+
+/// Around the box as it is seen from the mesh at both ends of the step.
+RigidMesh::Box box_in_mesh(const RigidMesh::Box& box, const MeshPoses& poses) {
+  const btVector3 center = (box.low + box.high) / 2;
+  const btVector3 half = (box.high - box.low) / 2;
+  RigidMesh::Box result;
+  for (const btTransform* pose : {&poses.t0, &poses.t1}) {
+    const btTransform inverse = pose->inverse();
+    const btVector3 local_center = inverse * center;
+    const btVector3 local_half(half.dot3(inverse.getBasis()[0].absolute(), inverse.getBasis()[1].absolute(),
+                                         inverse.getBasis()[2].absolute()));
+    if (pose == &poses.t0) result = {local_center - local_half, local_center + local_half};
+    result.low.setMin(local_center - local_half);
+    result.high.setMax(local_center + local_half);
+  }
+  return result;
+}
+
+btVector3 weighted_point(const std::vector<Vec3d>& x, const std::uint32_t* vertices, const float* weights, int count) {
+  Vec3d point{0, 0, 0};
+  for (int i = 0; i < count; ++i) point = point + static_cast<double>(weights[i]) * x[vertices[i]];
+  return to_bullet(point);
+}
+
+/// Contacts of one node with one mesh, of which only those with a direction of their own are kept, the deepest.
+class NodeTouches {
+ public:
+  void add(const RigidTouch& touch, btScalar depth_at_end) { touches_.emplace_back(depth_at_end, touch); }
+
+  template <class Write>
+  void flush(Write write) {
+    std::stable_sort(touches_.begin(), touches_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    kept_.clear();
+    for (const auto& [depth, touch] : touches_) {
+      const bool is_known = std::any_of(
+          kept_.begin(), kept_.end(), [&](const btVector3& normal) { return normal.dot(touch.normal) > kSameNormal; });
+      if (is_known) continue;
+      kept_.push_back(touch.normal);
+      write(touch);
+    }
+    touches_.clear();
+  }
+
+ private:
+  std::vector<std::pair<btScalar, RigidTouch>> touches_;
+  std::vector<btVector3> kept_;
+};
+
+}  // namespace
+
+RigidMeshDetection::RigidMeshDetection(const Settings& settings)
+    : takes_over_(settings.rigid_meshes), pipeline_(options(settings)), registry_(pipeline_) {}
+
+PipelineOptions RigidMeshDetection::options(const Settings& settings) {
+  PipelineOptions options = pipeline_options(settings);
+  options.detection = Detection::ccd;
+  options.pair_filter = [this](BodyId a, BodyId b) {
+    const auto pair = std::minmax(a.value, b.value);
+    return std::binary_search(wanted_.begin(), wanted_.end(), std::pair<std::uint32_t, std::uint32_t>(pair));
+  };
+  return options;
+}
+
+void RigidMeshDetection::set_settings(const Settings& settings) {
+  pipeline_.set_options(options(settings));
+  takes_over_ = settings.rigid_meshes;
+}
+
+void RigidMeshDetection::synchronize_soft(const std::vector<MeshPair>& pairs) {
+  for (const MeshPair& pair : pairs) {
+    BodySettings settings;
+    settings.margin = std::max(0.0F, static_cast<float>(pair.soft->getCollisionShape()->getMargin()));
+    settings.filter_group = kSoftGroup;
+    settings.filter_mask = kMeshGroup;
+    const BodyId id = registry_.synchronize(*pair.soft, settings).id;
+    const Positions x = positions_x(*pair.soft);
+    const Positions q = positions_q(*pair.soft);
+    if (is_deformable(*pair.soft)) {
+      pipeline_.set_positions(id, x, q);
+    } else {
+      pipeline_.set_positions(id, q, x);
+    }
+  }
+  registry_.remove_absent();
+}
+
+void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step) {
+  const btConcaveShape& shape = *std::get<1>(key);
+  const MeshPoses poses = poses_of(pairs[0], time_step);
+  BodySettings settings;
+  settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
+  settings.filter_group = kMeshGroup;
+  settings.filter_mask = kSoftGroup;
+  settings.kinematic = true;
+
+  std::vector<RigidMesh::Box> boxes;
+  for (const MeshPair& pair : pairs) {
+    const btScalar margin = pair.soft->getCollisionShape()->getMargin() + shape.getMargin();
+    boxes.push_back(box_in_mesh(swept_box(*pair.soft, margin), poses));
+  }
+  const auto [entry, is_new] = meshes_.try_emplace(key);
+  Mesh& mesh = entry->second;
+  const bool has_changed = mesh.mesh.read(shape, boxes);
+  mesh.pair = pairs[0];
+  mesh.is_present = true;
+  if (is_new) {
+    mesh.id = pipeline_.add_body({mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
+    meshes_by_id_[mesh.id.value] = &mesh;
+  } else if (has_changed) {
+    pipeline_.update_body(mesh.id, {mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
+  } else {
+    pipeline_.set_settings(mesh.id, settings);
+  }
+  if (mesh.mesh.place(poses)) pipeline_.set_positions(mesh.id, mesh.mesh.x_t0(), mesh.mesh.x_t1());
+  for (const MeshPair& pair : pairs) {
+    wanted_.emplace_back(std::minmax(mesh.id.value, registry_.id_of(*pair.soft).value));
+  }
+}
+
+void RigidMeshDetection::remove_absent_meshes() {
+  for (auto entry = meshes_.begin(); entry != meshes_.end();) {
+    if (std::exchange(entry->second.is_present, false)) {
+      ++entry;
+      continue;
+    }
+    pipeline_.remove_body(entry->second.id);
+    meshes_by_id_.erase(entry->second.id.value);
+    entry = meshes_.erase(entry);
+  }
+}
+
+void RigidMeshDetection::run(std::vector<MeshPair> pairs, btScalar time_step) {
+  // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
+  std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
+  const auto key_of = [](const MeshPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [&](const MeshPair& a, const MeshPair& b) { return key_of(a) < key_of(b); });
+  synchronize_soft(pairs);
+  wanted_.clear();
+  for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
+    while (end < pairs.size() && key_of(pairs[end]) == key_of(pairs[begin])) ++end;
+    synchronize_mesh(key_of(pairs[begin]), {&pairs[begin], end - begin}, time_step);
+  }
+  remove_absent_meshes();
+  if (pairs.empty()) return;
+  std::sort(wanted_.begin(), wanted_.end());
+  write_contacts();
+}
+
+void RigidMeshDetection::write_contacts() {
+  NodeTouches touches;
+  btSoftBody* body = nullptr;
+  btSoftBody::Node* node = nullptr;
+  const auto flush = [&] {
+    touches.flush([&](const RigidTouch& touch) {
+      if (is_deformable(*body)) {
+        write_deformable_rigid_contact(*body, *node, touch);
+      } else {
+        write_rigid_contact(*body, *node, touch);
+      }
+    });
+  };
+  BodyId last_mesh;
+  for (const Contact& contact : pipeline_.detect()) {
+    const btVector3 normal(btScalar(contact.normal.x), btScalar(contact.normal.y), btScalar(contact.normal.z));
+    const auto a = meshes_by_id_.find(contact.body_a.value);
+    if (a != meshes_by_id_.end()) {
+      write_face(contact, *a->second, -normal);
+      continue;
+    }
+    btSoftBody& soft = *registry_.member(contact.body_a).body;
+    btSoftBody::Node& soft_node = soft.m_nodes[static_cast<int>(contact.feature_a)];
+    if (&soft_node != node || contact.body_b != last_mesh) {
+      flush();
+      body = &soft;
+      node = &soft_node;
+      last_mesh = contact.body_b;
+    }
+    if (soft_node.m_battach != 0) continue;
+    if (is_deformable(soft) && (soft.m_cfg.collisions & Flags::SDF_RDN) == 0) continue;
+    const Mesh& mesh = *meshes_by_id_.at(contact.body_b.value);
+    const RigidTouch touch = {mesh.pair.object, normal,
+                              soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
+                              weighted_point(mesh.mesh.x_t0(), contact.vertices + 1, contact.weights + 1, 3),
+                              weighted_point(mesh.mesh.x_t1(), contact.vertices + 1, contact.weights + 1, 3)};
+    const btVector3& end = is_deformable(soft) ? soft_node.m_q : soft_node.m_x;
+    const btScalar depth_at_end = depth(touch, end, touch.object_point_t1);
+    if (depth_at_end < 0) touches.add(touch, depth_at_end);
+  }
+  flush();
+}
+
+void RigidMeshDetection::write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
+  const SoftBodyRegistry::Member& member = registry_.member(contact.body_b);
+  btSoftBody& soft = *member.body;
+  const bool is_wanted = is_deformable(soft) && (soft.m_cfg.collisions & Flags::SDF_RDF) != 0 &&
+                         mesh.pair.object->getInternalType() == btCollisionObject::CO_RIGID_BODY;
+  if (!is_wanted || contact.feature_b >= member.mesh.face_count) return;
+  btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
+  const btVector3 weights(btScalar(contact.weights[1]), btScalar(contact.weights[2]), btScalar(contact.weights[3]));
+  const RigidTouch touch = {
+      mesh.pair.object, normal, soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
+      to_bullet(mesh.mesh.x_t0()[contact.feature_a]), to_bullet(mesh.mesh.x_t1()[contact.feature_a])};
+  btVector3 end(0, 0, 0);
+  for (int i = 0; i < 3; ++i) end += weights[i] * face.m_n[i]->m_q;
+  if (depth(touch, end, touch.object_point_t1) < 0) write_deformable_rigid_contact(soft, face, weights, touch);
+}
+
+}  // namespace softcd::bullet

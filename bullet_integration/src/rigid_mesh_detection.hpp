@@ -1,0 +1,68 @@
+#pragma once
+
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "rigid_mesh.hpp"
+#include "soft_body_registry.hpp"
+#include "softcd/bullet/settings.hpp"
+
+namespace softcd::bullet {
+
+/// Finds the contacts of soft bodies with rigid triangle meshes on the way of a step, whatever Settings::detection is:
+/// a surface has no inside, and what has passed through one cannot be told from what was always there.
+class RigidMeshDetection {
+ public:
+  explicit RigidMeshDetection(const Settings& settings);
+  RigidMeshDetection(const RigidMeshDetection&) = delete;
+  RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
+
+  void set_settings(const Settings& settings);
+  /// Calls `dispatch`, which makes `dispatcher` process pairs, and takes over what it finds of soft bodies and meshes.
+  template <class Dispatch>
+  void around(btDispatcher& dispatcher, const btDispatcherInfo& info, Dispatch dispatch) {
+    auto* bullets = takes_over_ ? dynamic_cast<btCollisionDispatcher*>(&dispatcher) : nullptr;
+    if (bullets == nullptr) {
+      dispatch();
+      return;
+    }
+    {
+      const CollectingMeshPairs collecting(*bullets, found_);
+      dispatch();
+    }
+    run(found_.take(), info.m_timeStep);
+  }
+
+ private:
+  /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
+  /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
+  void run(std::vector<MeshPair> pairs, btScalar time_step);
+
+  struct Mesh {
+    BodyId id;
+    RigidMesh mesh;
+    MeshPair pair;  ///< one of those that it is in
+    bool is_present = false;
+  };
+  using MeshKey = std::tuple<const btCollisionObject*, const btConcaveShape*, int>;
+
+  PipelineOptions options(const Settings& settings);
+  void synchronize_soft(const std::vector<MeshPair>& pairs);
+  void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
+  void remove_absent_meshes();
+  void write_contacts();
+  void write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal);
+
+  bool takes_over_;  ///< Settings::rigid_meshes
+  MeshPairs found_;
+  CollisionPipeline pipeline_;
+  SoftBodyRegistry registry_;
+  std::map<MeshKey, Mesh> meshes_;
+  std::map<std::uint32_t, const Mesh*> meshes_by_id_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
+};
+
+}  // namespace softcd::bullet
