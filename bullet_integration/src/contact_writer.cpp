@@ -34,46 +34,66 @@ btScalar inverse_mass_of(const btSoftBody::Face& face, const btVector3& weights)
   return inverse_mass;
 }
 
-// An edge-edge contact as Bullet's vertex-face contacts see it: a face at the second edge with the contact's weights at
-// that edge's nodes and none at the third, and for each node of the first edge how much further than the contact's
-// point it lies along the normal.
+// An edge-edge contact as Bullet's vertex-face contacts see it: the nodes of one edge, and a face at the other with the
+// contact's weights at that edge's nodes and none at the third. The nodes are those of the edge that is easier to move:
+// Bullet's deformable response knows no other mass than the node's.
 struct EdgeOnFace {
-  btSoftBody::Face* face;
-  btVector3 weights;
-  btVector3 normal;
+  btSoftBody* node_body;
+  btSoftBody* face_body;
   btSoftBody::Node* nodes[2];
   btScalar node_weights[2];
-  btScalar further[2];
+  btScalar further[2];  ///< how much further than the contact's point the nodes lie along the normal
+  btSoftBody::Face* face;
+  btVector3 weights;
+  btVector3 normal;  ///< towards the nodes' edge
 };
+
+btScalar inverse_mass_at(const btSoftBody& body, const Contact& contact, int first) {
+  btScalar inverse_mass = 0;
+  for (int i = first; i < first + 2; ++i) {
+    inverse_mass += btScalar(contact.weights[i]) * node_of(body, contact.vertices[i]).m_im;
+  }
+  return inverse_mass;
+}
 
 EdgeOnFace edge_on_face(const MemberContact& found) {
   const Contact& contact = found.contact;
+  const bool is_swapped = inverse_mass_at(*found.a.body, contact, 0) < inverse_mass_at(*found.b.body, contact, 2);
+  const SoftBodyRegistry::Member& node_side = is_swapped ? found.b : found.a;
+  const SoftBodyRegistry::Member& face_side = is_swapped ? found.a : found.b;
+  const int first_node = is_swapped ? 2 : 0;
+  const int first_corner = is_swapped ? 0 : 2;
+
   EdgeOnFace result;
-  result.face = &found.b.body->m_faces[static_cast<int>(found.b.mesh.face_of_edge[contact.feature_b])];
-  result.normal = to_bullet(contact.normal);
+  result.node_body = node_side.body;
+  result.face_body = face_side.body;
+  result.normal = is_swapped ? -to_bullet(contact.normal) : to_bullet(contact.normal);
+  const std::uint32_t edge = is_swapped ? contact.feature_a : contact.feature_b;
+  result.face = &face_side.body->m_faces[static_cast<int>(face_side.mesh.face_of_edge[edge])];
   result.weights.setZero();
-  for (int side = 2; side < 4; ++side) {
-    const btSoftBody::Node* node = &node_of(*found.b.body, contact.vertices[side]);
+  btVector3 point(0, 0, 0);
+  for (int i = 0; i < 2; ++i) {
+    const btSoftBody::Node* corner_node = &node_of(*face_side.body, contact.vertices[first_corner + i]);
     for (int corner = 0; corner < 3; ++corner) {
-      if (result.face->m_n[corner] == node) result.weights[corner] = btScalar(contact.weights[side]);
+      if (result.face->m_n[corner] == corner_node) {
+        result.weights[corner] = btScalar(contact.weights[first_corner + i]);
+      }
     }
+    result.nodes[i] = &node_of(*node_side.body, contact.vertices[first_node + i]);
+    result.node_weights[i] = btScalar(contact.weights[first_node + i]);
+    point += result.nodes[i]->m_x * result.node_weights[i];
   }
-  for (int side = 0; side < 2; ++side) {
-    result.nodes[side] = &node_of(*found.a.body, contact.vertices[side]);
-    result.node_weights[side] = btScalar(contact.weights[side]);
-  }
-  const btVector3 point = result.nodes[0]->m_x * result.node_weights[0] + result.nodes[1]->m_x * result.node_weights[1];
-  for (int side = 0; side < 2; ++side) result.further[side] = result.normal.dot(result.nodes[side]->m_x - point);
+  for (int i = 0; i < 2; ++i) result.further[i] = result.normal.dot(result.nodes[i]->m_x - point);
   return result;
 }
 
-btSoftBody::DeformableFaceNodeContact deformable_contact(const MemberContact& found, btSoftBody::Node& node,
-                                                         btSoftBody::Face& face) {
+btSoftBody::DeformableFaceNodeContact deformable_contact(btSoftBody& node_body, btSoftBody::Node& node,
+                                                         btSoftBody& face_body, btSoftBody::Face& face) {
   btSoftBody::DeformableFaceNodeContact result;
   result.m_node = &node;
   result.m_face = &face;
-  result.m_friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;
-  result.m_colObj = found.b.body;
+  result.m_friction = node_body.m_cfg.kDF * face_body.m_cfg.kDF;
+  result.m_colObj = &face_body;
   // Bullet reads none of these.
   result.m_weights.setZero();
   result.m_imf = 0;
@@ -109,6 +129,7 @@ void write_soft_contact(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
   btSoftBody& node_body = *found.a.body;
   btSoftBody& face_body = *found.b.body;
+  if (!node_body.isActive()) return;
   btSoftBody::Node& node = node_of(node_body, contact.feature_a);
   btSoftBody::Face& face = face_body.m_faces[static_cast<int>(contact.feature_b)];
   const btScalar margin = contact_margin(node_body, face_body, node, detection);
@@ -134,6 +155,7 @@ void write_soft_contact(const MemberContact& found, Detection detection) {
 
 void write_soft_edge_contact(const MemberContact& found) {
   const EdgeOnFace edge = edge_on_face(found);
+  if (!edge.node_body->isActive()) return;
   btScalar face_inverse_mass = 0;
   btScalar sum = 0;
   for (int corner = 0; corner < 3; ++corner) {
@@ -146,30 +168,29 @@ void write_soft_edge_contact(const MemberContact& found) {
   }
   if (!(sum > 0)) return;
 
-  btSoftBody& a = *found.a.body;
-  btSoftBody& b = *found.b.body;
   for (int side = 0; side < 2; ++side) {
     btSoftBody::SContact contact;
     contact.m_node = edge.nodes[side];
     contact.m_face = edge.face;
     contact.m_weights = edge.weights;
     contact.m_normal = edge.normal;
-    contact.m_margin = margin_sum(a, b) + edge.further[side];
-    contact.m_friction = btMax(a.m_cfg.kDF, b.m_cfg.kDF);
-    contact.m_cfm[0] = edge.node_weights[side] * edge.nodes[side]->m_im / sum * a.m_cfg.kSHR;
-    contact.m_cfm[1] = face_inverse_mass / (2 * sum) * b.m_cfg.kSHR;
-    a.m_scontacts.push_back(contact);
+    contact.m_margin = margin_sum(*edge.node_body, *edge.face_body) + edge.further[side];
+    contact.m_friction = btMax(edge.node_body->m_cfg.kDF, edge.face_body->m_cfg.kDF);
+    contact.m_cfm[0] = edge.node_weights[side] * edge.nodes[side]->m_im / sum * edge.node_body->m_cfg.kSHR;
+    contact.m_cfm[1] = face_inverse_mass / (2 * sum) * edge.face_body->m_cfg.kSHR;
+    edge.node_body->m_scontacts.push_back(contact);
   }
 }
 
 void write_deformable_contact(const MemberContact& found) {
   const Contact& contact = found.contact;
+  if (!found.a.body->isActive()) return;
   btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
   btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
   const btVector3 weights(btScalar(contact.weights[1]), btScalar(contact.weights[2]), btScalar(contact.weights[3]));
   if (!(node.m_im + inverse_mass_of(face, weights) > 0)) return;
 
-  btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(found, node, face);
+  btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
   deformable.m_bary = weights;
   deformable.m_normal = deformable_normal(found, node, face);
   deformable.m_margin = margin_sum(*found.a.body, *found.b.body);
@@ -178,13 +199,15 @@ void write_deformable_contact(const MemberContact& found) {
 
 void write_deformable_edge_contact(const MemberContact& found) {
   const EdgeOnFace edge = edge_on_face(found);
+  if (!edge.node_body->isActive()) return;
   for (int side = 0; side < 2; ++side) {
     if (!(edge.nodes[side]->m_im + inverse_mass_of(*edge.face, edge.weights) > 0)) continue;
-    btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(found, *edge.nodes[side], *edge.face);
+    btSoftBody::DeformableFaceNodeContact deformable =
+        deformable_contact(*edge.node_body, *edge.nodes[side], *edge.face_body, *edge.face);
     deformable.m_bary = edge.weights;
     deformable.m_normal = edge.normal;
-    deformable.m_margin = margin_sum(*found.a.body, *found.b.body) + edge.further[side];
-    found.a.body->m_faceNodeContacts.push_back(deformable);
+    deformable.m_margin = margin_sum(*edge.node_body, *edge.face_body) + edge.further[side];
+    edge.node_body->m_faceNodeContacts.push_back(deformable);
   }
 }
 

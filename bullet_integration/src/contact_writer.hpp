@@ -4,7 +4,8 @@
 #include "softcd/bullet/edge_contact.hpp"
 
 /// Puts contacts into Bullet's own arrays, so that its solvers treat them as theirs. Nothing is appended when no node
-/// of either side can move.
+/// of either side can move, nor to a body that sleeps: Bullet neither applies nor clears its contacts, they would pile
+/// up.
 namespace softcd::bullet {
 
 EdgeContact edge_contact_of(const MemberContact& found);
@@ -13,8 +14,8 @@ EdgeContact edge_contact_of(const MemberContact& found);
 /// CollideVF_SS.
 void write_soft_contact(const MemberContact& found, Detection detection);
 
-/// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of the first edge, against a face at
-/// the second edge (its mesh has face_of_edge). Together they push the contact's points apart as one contact would.
+/// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, against a face at the
+/// other (the meshes have face_of_edge). Together they push the contact's points apart as one contact would.
 void write_soft_edge_contact(const MemberContact& found);
 
 /// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body with the

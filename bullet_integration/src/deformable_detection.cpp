@@ -75,12 +75,10 @@ void DeformableDetection::find_contacts(Span<btSoftBody* const> bodies, const Pa
 }
 
 void DeformableDetection::write(const MemberContact& found) {
-  // Bullet neither applies nor clears the contacts of a body that sleeps: they would pile up.
-  const bool is_applied = found.a.body->isActive();
   if (found.contact.kind == ContactKind::edge_edge) {
     edge_contacts_.push_back(edge_contact_of(found));
-    if (is_applied && settings_.edge_contacts == EdgeContacts::respond) write_deformable_edge_contact(found);
-  } else if (is_applied && is_deformable_contact(found)) {
+    if (settings_.edge_contacts == EdgeContacts::respond) write_deformable_edge_contact(found);
+  } else if (is_deformable_contact(found)) {
     write_deformable_contact(found);
   }
 }

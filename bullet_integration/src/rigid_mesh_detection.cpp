@@ -71,7 +71,8 @@ class NodeTouches {
   void flush(Write write) {
     std::stable_sort(touches_.begin(), touches_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     kept_.clear();
-    for (const auto& [depth, touch] : touches_) {
+    for (const auto& entry : touches_) {
+      const RigidTouch& touch = entry.second;
       const bool is_known = std::any_of(
           kept_.begin(), kept_.end(), [&](const btVector3& normal) { return normal.dot(touch.normal) > kSameNormal; });
       if (is_known) continue;

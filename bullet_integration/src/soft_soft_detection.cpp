@@ -65,12 +65,10 @@ void SoftSoftDetection::finish() {
 }
 
 void SoftSoftDetection::write(const MemberContact& found) {
-  // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
-  const bool is_solved = found.a.body->isActive();
   if (found.contact.kind == ContactKind::edge_edge) {
     edge_contacts_.push_back(edge_contact_of(found));
-    if (is_solved && settings_.edge_contacts == EdgeContacts::respond) write_soft_edge_contact(found);
-  } else if (is_solved && is_with_face(found)) {
+    if (settings_.edge_contacts == EdgeContacts::respond) write_soft_edge_contact(found);
+  } else if (is_with_face(found)) {
     write_soft_contact(found, settings_.detection);
   }
 }

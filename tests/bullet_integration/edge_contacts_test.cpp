@@ -1,0 +1,163 @@
+// Edges against edges, which Bullet does not test: reports, and the response that is opted into.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+#include <vector>
+
+#include "deformable_support.hpp"
+#include "scenes/simulation.hpp"
+#include "softcd/bullet/dispatcher.hpp"
+#include "softcd/bullet/soft_worlds.hpp"
+
+namespace softcd::test {
+namespace {
+
+using bullet::EdgeContact;
+using bullet::EdgeContacts;
+using demo::DeformableSimulation;
+using demo::PlugIn;
+using demo::Simulation;
+
+constexpr btScalar kMargin = btScalar(0.03);
+
+/// A roof: two rows of large faces that meet in a ridge along x (or z) at `height`, and hang down from it (or stand up
+/// from it). Its nodes are far from everything but the ridge's ends.
+std::unique_ptr<btSoftBody> make_ridge(btSoftBodyWorldInfo& info, btScalar height, bool along_x, btScalar down,
+                                       bool fixed) {
+  demo::ClothShape shape;
+  shape.columns = 2;
+  shape.rows = 3;
+  shape.position = [=](int column, int row) {
+    const btScalar along = btScalar(column) - btScalar(0.5);
+    const btScalar across = btScalar(0.4) * btScalar(row - 1);
+    const btScalar y = height - down * btFabs(btScalar(row - 1));
+    return along_x ? btVector3(along, y, across) : btVector3(across, y, along);
+  };
+  if (fixed) shape.is_fixed = [](int, int) { return true; };
+  auto ridge = demo::make_cloth(info, shape, 1);
+  ridge->getCollisionShape()->setMargin(kMargin);
+  ridge->m_cfg.piterations = 10;
+  return ridge;
+}
+
+template <class AnySimulation>
+struct Ridges {
+  btSoftBody* lower;
+  btSoftBody* upper;
+
+  explicit Ridges(AnySimulation& simulation) {
+    lower = &simulation.add(make_ridge(simulation.world_info(), 0, true, btScalar(0.5), true));
+    upper = &simulation.add(make_ridge(simulation.world_info(), btScalar(0.2), false, btScalar(-0.5), false));
+  }
+
+  /// Of the upper ridge above the lower one, where they cross.
+  btScalar gap() const { return (upper->m_nodes[2].m_x.y() + upper->m_nodes[3].m_x.y()) / 2; }
+};
+
+bullet::Settings settings_with(EdgeContacts edge_contacts, Detection detection = Detection::dcd) {
+  bullet::Settings settings = cpu_settings(detection);
+  settings.edge_contacts = edge_contacts;
+  return settings;
+}
+
+void expect_the_crossing(const std::vector<EdgeContact>& contacts, const btSoftBody& lower, const btSoftBody& upper) {
+  const auto found = std::find_if(contacts.begin(), contacts.end(), [&](const EdgeContact& contact) {
+    return contact.a.body == &lower && contact.b.body == &upper && contact.a.nodes[0] == 2 && contact.a.nodes[1] == 3 &&
+           contact.b.nodes[0] == 2 && contact.b.nodes[1] == 3;
+  });
+  ASSERT_NE(found, contacts.end());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_NEAR(found->a.weights[i], 0.5, 0.01);
+    EXPECT_NEAR(found->b.weights[i], 0.5, 0.01);
+  }
+  EXPECT_NEAR(found->normal.y(), -1, 0.01) << "from the upper edge towards the lower one";
+  EXPECT_LT(found->distance, 2 * kMargin + btScalar(1e-4));
+}
+
+template <class AnySimulation, class Reported>
+void expect_ridges_to_rest(AnySimulation& simulation, btScalar step, const Reported& reported) {
+  const Ridges<AnySimulation> ridges(simulation);
+  bool is_reported = false;
+  for (btScalar time = 0; time < 1; time += step) {
+    simulation.step(step);
+    if (!reported().empty() && !is_reported) {
+      is_reported = true;
+      expect_the_crossing(reported(), *ridges.lower, *ridges.upper);
+    }
+  }
+  EXPECT_TRUE(is_reported);
+  std::cout << "the ridges rest " << ridges.gap() << " apart\n";
+  EXPECT_NEAR(ridges.gap(), 2 * kMargin, 0.01);
+}
+
+class EdgeResponse : public testing::TestWithParam<Detection> {};
+INSTANTIATE_TEST_SUITE_P(Detections, EdgeResponse, testing::Values(Detection::dcd, Detection::ccd),
+                         [](const auto& parameter) { return parameter.param == Detection::dcd ? "dcd" : "ccd"; });
+
+const demo::DeformableMaterial kStiff = {200, 1, 20};
+
+TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_a_soft_world) {
+  Simulation simulation(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
+  const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
+  expect_ridges_to_rest(
+      simulation, kStep, [&]() -> auto& { return world.edge_contacts(); });
+}
+
+TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_under_the_dispatcher) {
+  Simulation simulation(PlugIn::dispatcher, settings_with(EdgeContacts::respond, GetParam()));
+  const auto& dispatcher = dynamic_cast<const bullet::Dispatcher&>(simulation.dispatcher());
+  expect_ridges_to_rest(
+      simulation, kStep, [&]() -> auto& { return dispatcher.edge_contacts(); });
+}
+
+TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_the_deformable_world) {
+  DeformableSimulation simulation(settings_with(EdgeContacts::respond, GetParam()), kStiff);
+  expect_ridges_to_rest(
+      simulation, kStep / 8, [&]() -> auto& { return simulation.softcd_world()->edge_contacts(); });
+}
+
+template <class AnySimulation>
+btScalar gap_after_half_a_second(AnySimulation& simulation, btScalar step) {
+  const Ridges<AnySimulation> ridges(simulation);
+  for (btScalar time = 0; time < btScalar(0.5); time += step) simulation.step(step);
+  return ridges.gap();
+}
+
+TEST(EdgeContacts, without_a_response_ridges_pass_through_each_other) {
+  for (const EdgeContacts edge_contacts : {EdgeContacts::off, EdgeContacts::report}) {
+    Simulation classic(PlugIn::one_line_world, settings_with(edge_contacts, Detection::ccd));
+    EXPECT_LT(gap_after_half_a_second(classic, kStep), -0.2);
+    DeformableSimulation deformable(settings_with(edge_contacts, Detection::ccd), kStiff);
+    EXPECT_LT(gap_after_half_a_second(deformable, kStep / 8), -0.2);
+    const bool is_empty = deformable.softcd_world()->edge_contacts().empty();
+    EXPECT_TRUE(is_empty || edge_contacts == EdgeContacts::report);
+  }
+}
+
+TEST(EdgeContacts, are_found_within_a_body) {
+  DeformableSimulation simulation(settings_with(EdgeContacts::report));
+  demo::ClothShape shape;
+  shape.columns = 9;
+  shape.rows = 3;
+  // Folded over itself, twisted so that edges cross.
+  shape.position = [](int column, int row) {
+    const btScalar along = btScalar(0.1) * btScalar(column < 4 ? column : 8 - column);
+    return btVector3(along + btScalar(0.03) * btScalar(row), btScalar(0.04) * (column < 4 ? 0 : 1),
+                     btScalar(0.1) * btScalar(row) + btScalar(0.02) * btScalar(column));
+  };
+  auto strip = demo::make_cloth(simulation.world_info(), shape, 1);
+  strip->getCollisionShape()->setMargin(btScalar(0.03));
+  strip->setSelfCollision(true);
+  const btSoftBody& body = simulation.add(std::move(strip));
+  simulation.step(kStep / 8);
+  EXPECT_FALSE(simulation.softcd_world()->edge_contacts().empty());
+  for (const EdgeContact& contact : simulation.softcd_world()->edge_contacts()) {
+    EXPECT_EQ(contact.a.body, &body);
+    EXPECT_EQ(contact.b.body, &body);
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test
