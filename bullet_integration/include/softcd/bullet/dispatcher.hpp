@@ -20,9 +20,10 @@ class SoftSoftDetection;
 /// Both `configuration` and `broadphase` outlive the dispatcher's use by a world. Serves the world that uses
 /// `broadphase`; a second world that shares the dispatcher gets Bullet's own detection.
 ///
-/// Two costs of Bullet's remain here and are gone in the one-line worlds of soft_worlds.hpp, which have a hook
-/// around Bullet's prediction: the update of every body's node tree, and the build of its face tree, quadratic in
-/// the faces, once after every change of a body's topology.
+/// Three flaws of Bullet's remain here and are gone in the one-line worlds of soft_worlds.hpp, which have a hook around
+/// Bullet's prediction: the update of every body's node tree; the build of its face tree after every change of a body's
+/// topology, which takes time quadratic in the faces, and never ends for faces that links do not connect; and, with
+/// Settings::detection ccd, what Bullet's solver makes of the contacts is not looked at again.
 class Dispatcher : public btCollisionDispatcher {
  public:
   Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings = {});
