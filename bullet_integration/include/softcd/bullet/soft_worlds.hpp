@@ -16,8 +16,8 @@ class SoftWorldHooks;
 /// The app changes the line that creates its world; dispatcher and broad phase are whatever it had, except that a
 /// softcd::bullet::Dispatcher keeps its own settings.
 ///
-/// With Settings::detection ccd the way of all nodes through a step is looked at once more at its end, and changed where
-/// a node would pass through a face.
+/// With Settings::detection ccd the way of all nodes through a step is looked at once more at its end, and changed
+/// where a node would pass through a face.
 ///
 /// Bullet's face trees are neither built nor refitted, and a body's node tree is refitted only in steps in which
 /// the body's box overlaps a rigid one's; debug drawings of these trees show the last state that was needed.
