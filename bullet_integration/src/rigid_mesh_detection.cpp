@@ -173,14 +173,16 @@ void RigidMeshDetection::remove_absent_meshes() {
 void RigidMeshDetection::run(std::vector<MeshPair> pairs, btScalar time_step) {
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
-  const auto key_of = [](const MeshPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [&](const MeshPair& a, const MeshPair& b) { return key_of(a) < key_of(b); });
   synchronize_soft(pairs);
   wanted_.clear();
-  for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
-    while (end < pairs.size() && key_of(pairs[end]) == key_of(pairs[begin])) ++end;
-    synchronize_mesh(key_of(pairs[begin]), {&pairs[begin], end - begin}, time_step);
+  // Meshes in the order in which Bullet came upon them: addresses, which make the key, differ from run to run.
+  const auto key_of = [](const MeshPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
+  for (auto begin = pairs.begin(); begin != pairs.end();) {
+    const MeshKey key = key_of(*begin);
+    const auto end =
+        std::stable_partition(begin, pairs.end(), [&](const MeshPair& pair) { return key_of(pair) == key; });
+    synchronize_mesh(key, {&*begin, static_cast<std::size_t>(end - begin)}, time_step);
+    begin = end;
   }
   remove_absent_meshes();
   if (pairs.empty()) return;
