@@ -1,5 +1,7 @@
 #include "scenes/two_cloths.hpp"
 
+#include <utility>
+
 #include "scenes/cloth.hpp"
 
 namespace softcd::demo {
@@ -41,16 +43,19 @@ bool is_below(const btSoftBody& cloth, const btVector3& point) {
 
 }  // namespace
 
-TwoCloths::TwoCloths(const SceneOptions& options) : Scene(options) {
-  const int last = options.nodes_per_side - 1;
-  ClothShape held = horizontal_cloth(options.nodes_per_side, kSide, kHeight);
+LowerAndUpperCloth make_two_cloths(btSoftBodyWorldInfo& world_info, int nodes_per_side) {
+  const int last = nodes_per_side - 1;
+  ClothShape held = horizontal_cloth(nodes_per_side, kSide, kHeight);
   held.is_fixed = [last](int column, int row) { return column == 0 || row == 0 || column == last || row == last; };
-  lower_ = &add(make_configured(simulation().world_info(), held));
-
-  auto falling =
-      make_configured(simulation().world_info(), horizontal_cloth(options.nodes_per_side, kSide, kHeight + kDrop));
+  auto falling = make_configured(world_info, horizontal_cloth(nodes_per_side, kSide, kHeight + kDrop));
   falling->rotate(btQuaternion(btVector3(0, 1, 0), kTurn));
-  upper_ = &add(std::move(falling));
+  return {make_configured(world_info, held), std::move(falling)};
+}
+
+TwoCloths::TwoCloths(const SceneOptions& options) : Scene(options) {
+  LowerAndUpperCloth cloths = make_two_cloths(simulation().world_info(), options.nodes_per_side);
+  lower_ = &add(std::move(cloths.lower));
+  upper_ = &add(std::move(cloths.upper));
 }
 
 void TwoCloths::mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const {

@@ -4,6 +4,13 @@
 
 namespace softcd::demo {
 
+struct LowerAndUpperCloth {
+  std::unique_ptr<btSoftBody> lower, upper;
+};
+
+/// The bodies of TwoCloths, for any world.
+LowerAndUpperCloth make_two_cloths(btSoftBodyWorldInfo& world_info, int nodes_per_side);
+
 /// A cloth, turned by some degrees, falls onto another one of the same size that is held along its border.
 class TwoCloths : public Scene {
  public:
