@@ -4,17 +4,18 @@
 #include <string>
 #include <vector>
 
+#include "bullet_scenes.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::benchmarks {
 
-enum class BulletScene { two_cloths, balls };
-
 struct BulletStepOptions {
   BulletScene scene = BulletScene::two_cloths;
-  int nodes_per_side = 100;
+  World world = World::classic;
+  int size = 100;         ///< see fill()
   int warm_up_steps = 0;  ///< 0: the scene's default
   int measured_steps = 60;
+  int most_native_faces = 50000;  ///< of a body; with more, Bullet's own detection is left out
   std::vector<Backend> backends = {Backend::cpu};
   Detection detection = Detection::dcd;
   std::string markdown_file;  ///< empty: none

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+
+#include "soft_world.hpp"
+
+namespace softcd::benchmarks {
+
+enum class BulletScene : std::uint32_t {
+  two_cloths,  ///< one falls onto the other, which is held along its border
+  balls,       ///< `size` balls of 1280 triangles that drop onto a floor and each other
+  draped,      ///< a cloth falls over rigid balls on a floor
+  crumpling,   ///< a cloth that stands in folds sinks into a heap on a floor
+};
+
+/// Adds the scene's bodies to an empty world. `size` is the nodes a side of each cloth; the cells of `draped` and
+/// `crumpling` are always as large, so that all sizes behave alike.
+void fill(SoftWorld& world, BulletScene scene, int size);
+
+/// Steps after which the scene is what it is named for.
+int default_warm_up(BulletScene scene, World world);
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "scenes/deformable_simulation.hpp"
+#include "scenes/simulation.hpp"
+
+namespace softcd::benchmarks {
+
+enum class World : std::uint32_t {
+  classic,     ///< positions are projected: btSoftRigidDynamicsWorld
+  deformable,  ///< forces: btDeformableMultiBodyDynamicsWorld
+};
+
+/// A world of either kind, Bullet's own or softcd's, and the bodies in it. Nothing in it falls asleep.
+class SoftWorld {
+ public:
+  /// Of the deformable world, softcd's for any `plug_in` but `none`.
+  SoftWorld(World kind, demo::PlugIn plug_in, const bullet::Settings& settings);
+
+  World kind() const { return classic_ != nullptr ? World::classic : World::deformable; }
+  btSoftBodyWorldInfo& world_info();
+  /// In the deformable world the body gets masses with which its springs are stable.
+  void add(std::unique_ptr<btSoftBody> body);
+  void add_static(std::unique_ptr<btCollisionShape> shape, const btVector3& center);
+  /// From now on no body asks for contacts with soft bodies.
+  void stop_soft_contacts();
+  void step();
+
+  const std::vector<btSoftBody*>& bodies() const { return bodies_; }
+  /// The detector; null when Bullet detects.
+  const CollisionPipeline* pipeline() const;
+  /// What Bullet's solver was given in the last step.
+  std::size_t count_soft_contacts() const;
+  std::size_t count_rigid_contacts() const;
+
+ private:
+  // One of the two.
+  std::unique_ptr<demo::Simulation> classic_;
+  std::unique_ptr<demo::DeformableSimulation> deformable_;
+  std::vector<btSoftBody*> bodies_;
+};
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,115 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "run_program.hpp"
+#include "temporary_folder.hpp"
+
+namespace softcd::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kNative = "Bullet";
+constexpr const char* kOurs = "softcd world, cpu";
+constexpr const char* kFloor = "floor";
+
+class BenchBullet : public testing::Test {
+ protected:
+  using Variants = std::map<std::string, nlohmann::json>;
+
+  /// Expects what holds for every scene, and that nothing fell through what lies at the height `support`.
+  Variants measure(const std::string& arguments, double support) {
+    const Result result =
+        run_program(SOFTCD_BENCH, "bullet --steps 4 " + arguments + " --json " + folder_.file("json"), folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.errors, IsEmpty());
+    Variants variants;
+    const nlohmann::json measured = nlohmann::json::parse(folder_.read("json"));
+    for (const auto& variant : measured.at("variants")) {
+      EXPECT_GT(variant["first_step_ms"], 0) << variant;
+      EXPECT_GT(variant["median_step_ms"], 0) << variant;
+      EXPECT_GT(variant["lowest_node"], support - kSunkAtMost) << variant;
+      variants[variant["name"]] = variant;
+    }
+    EXPECT_EQ(variants.at(kFloor)["median_soft_contacts"], 0);
+    EXPECT_EQ(variants.at(kFloor)["median_rigid_contacts"], variants.at(kOurs)["median_rigid_contacts"])
+        << "the floor steps from the same state";
+    return variants;
+  }
+
+  static constexpr double kSunkAtMost = 0.05;  ///< into what is static
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(BenchBullet, AClothDrapesOverRigidBalls) {
+  for (const char* world : {"classic", "deformable"}) {
+    for (const auto& [name, variant] : measure("--scene draped --size 16 --world " + std::string(world), 0)) {
+      EXPECT_GT(variant["median_rigid_contacts"], 20) << variant;
+      EXPECT_LT(variant["median_soft_contacts"], 100) << "one cloth, hardly folded " << variant;
+      EXPECT_NEAR(variant["highest_node"], 0.7, 0.05) << "it lies on the balls " << variant;
+    }
+  }
+}
+
+TEST_F(BenchBullet, AClothThatCrumplesCollidesWithItself) {
+  const Variants classic = measure("--scene crumpling --size 24", 0);
+  EXPECT_EQ(classic.at(kNative)["median_soft_contacts"], 0);
+  EXPECT_THAT(folder_.read("output"), HasSubstr("Bullet's own detection finds no contacts within a body"));
+  EXPECT_GT(classic.at(kOurs)["median_soft_contacts"], 100);
+  EXPECT_GT(classic.at("softcd dispatcher, cpu")["median_soft_contacts"], 100);
+
+  const Variants deformable = measure("--scene crumpling --size 24 --world deformable", 0);
+  EXPECT_GT(deformable.at(kNative)["median_soft_contacts"], 100);
+  EXPECT_GT(deformable.at(kOurs)["median_soft_contacts"], 100);
+}
+
+TEST_F(BenchBullet, BallsDropOntoEachOther) {
+  for (const char* world : {"classic --warm-up 25", "deformable --warm-up 50"}) {
+    const Variants variants = measure("--scene balls --size 8 --world " + std::string(world), 0);
+    for (const char* name : {kNative, kOurs}) {
+      EXPECT_GT(variants.at(name)["median_soft_contacts"], 20) << variants.at(name);
+      EXPECT_GT(variants.at(name)["median_rigid_contacts"], 20) << variants.at(name);
+      EXPECT_GT(variants.at(name)["highest_node"], 1.5) << "two layers " << variants.at(name);
+    }
+  }
+}
+
+TEST_F(BenchBullet, AClothFallsOntoAnother) {
+  for (const char* world : {"classic", "deformable"}) {
+    const Variants variants = measure("--scene two-cloths --size 16 --world " + std::string(world), 0);
+    EXPECT_GT(variants.at(kNative)["median_soft_contacts"], 20);
+    EXPECT_GT(variants.at(kOurs)["median_soft_contacts"], 20);
+  }
+}
+
+TEST_F(BenchBullet, LargeBodiesAreLeftToOursAndThatIsSaid) {
+  const Variants variants = measure("--scene draped --size 16 --warm-up 1 --most-native-faces 449", 0);
+  EXPECT_EQ(variants.count(kNative), 0u);
+  EXPECT_THAT(folder_.read("output"), HasSubstr("Bullet's own detection is left out: a body has more than 449 faces"));
+  EXPECT_EQ(measure("--scene draped --size 16 --warm-up 1 --most-native-faces 450", 0).count(kNative), 1u);
+}
+
+TEST_F(BenchBullet, MarkdownIsWhatIsPrinted) {
+  measure("--size 8 --warm-up 1 --markdown " + folder_.file("tables.md"), 0);
+  EXPECT_EQ(folder_.read("tables.md"), "### Bullet: " + folder_.read("output") + "\n");
+  EXPECT_THAT(folder_.read("output"), HasSubstr("\n| softcd dispatcher, cpu |"));
+}
+
+TEST_F(BenchBullet, RefusesCommandLines) {
+  const auto expect_refused = [this](const std::string& arguments, const std::string& problem) {
+    test::expect_refused(SOFTCD_BENCH, "bullet " + arguments, folder_, problem);
+  };
+  expect_refused("--scene rope", "'rope' is not one of two-cloths, balls, draped, crumpling");
+  expect_refused("--world rigid", "'rigid' is not one of classic, deformable");
+  expect_refused("--size 7", "--size");
+  expect_refused("--most-native-faces -1", "--most-native-faces");
+}
+
+}  // namespace
+}  // namespace softcd::test
