@@ -262,7 +262,7 @@ class CollisionPipeline::Implementation {
             options_.broad_phase,
             options_.subdivision,
             options_.lambda > 0.0F ? options_.lambda : default_lambda(options_.broad_phase),
-            options_.motion_margin,
+            pairs_.pair_count > 0 ? options_.motion_margin : 0.0F,
             options_.contact_rule,
             options_.memory_limit,
             pairs_.vertex_triangle,

@@ -126,17 +126,24 @@ TEST(DiscreteDetection, only_positions_at_t1_count) {
             features_of(detect_once(moving_scene, test_options(Detection::dcd))));
 }
 
-TEST(DiscreteDetection, motion_widens_the_margin_of_vertices) {
-  const Mesh mesh = soup({600, 20.0, 9});
-  Positions3 x_t0 = jittered(mesh.positions, 0.25, 4);
-  snap_to_grid(x_t0, 17);
-  const Scene scene{{mesh.triangles, x_t0, mesh.positions, everything(0.005F)}};
+TEST(DiscreteDetection, motion_widens_the_margin_of_vertices_against_other_bodies) {
+  Scene scene;
+  for (const std::uint64_t seed : {9, 10}) {
+    const Mesh mesh = soup({300, 20.0, seed});
+    Positions3 x_t0 = jittered(mesh.positions, 0.25, seed - 5);
+    snap_to_grid(x_t0, 17);
+    scene.push_back({mesh.triangles, x_t0, mesh.positions, everything(0.005F)});
+  }
   PipelineOptions options = test_options(Detection::dcd);
   const std::size_t narrow = expect_discrete_contacts(scene, options);
-  options.motion_margin = 0.5F;
+  PipelineOptions wide_options = options;
+  wide_options.motion_margin = 0.5F;
   DiscreteRules rules;
   rules.motion_margin = 0.5;
-  EXPECT_GT(expect_discrete_contacts(scene, options, rules), narrow);
+  EXPECT_GT(expect_discrete_contacts(scene, wide_options, rules), narrow);
+
+  scene.pop_back();
+  EXPECT_EQ(features_of(detect_once(scene, wide_options)), features_of(detect_once(scene, options)));
 }
 
 // float32 arithmetic on coordinates of a few units: the square of a distance carries some 2^-24 of the squared lengths,

@@ -175,7 +175,7 @@ void describe_some(std::ostream& out, const char* what, const std::vector<Featur
 Verdicts discrete_verdicts(const Scene& scene, const DiscreteRules& rules) {
   const auto threshold = [&](ContactKind kind, std::uint32_t a, std::uint32_t b, std::uint32_t vertex) {
     double sum = static_cast<double>(scene[a].settings.margin) + static_cast<double>(scene[b].settings.margin);
-    if (kind == ContactKind::vertex_triangle && rules.motion_margin > 0.0) {
+    if (kind == ContactKind::vertex_triangle && a != b) {
       sum += rules.motion_margin * std::sqrt(squared_norm(scene[a].x_t1[vertex] - scene[a].x_t0[vertex]));
     }
     return sum;

@@ -140,8 +140,8 @@ struct PipelineOptions {
   /// (useful 1.2 to 2.4; allowed 0.1 to 100), cell = 3 * lambda * mean for `paper` (equation 1; 1.1 to 1.3). 0
   /// chooses 1.8 and 1.2.
   float lambda = 0.0F;
-  /// Discrete detection only: a vertex's margin against triangles grows by this many times the distance that it
-  /// moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
+  /// Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
+  /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
   float motion_margin = 0.0F;
   ContactRule contact_rule = ContactRule::distance;
   /// Most bytes of the backend's memory that the detection may use, statistics().peak_bytes; 0 for no limit. Where they

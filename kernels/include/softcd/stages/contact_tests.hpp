@@ -54,13 +54,11 @@ SOFTCD_HD FeatureVertices feature_vertices(const SceneView& scene, std::uint64_t
 /// The distance up to which the candidate's features are in contact.
 template <ContactKind kKind>
 SOFTCD_HD float contact_margin(const SceneView& scene, const FeatureVertices& vertices) {
-  const float margin_b =
-      scene.bodies[scene.vertex_body[vertices.v[kKind == ContactKind::vertex_triangle ? 1 : 2]]].margin;
-  if constexpr (kKind == ContactKind::vertex_triangle) {
-    return scene.vertex_margin(vertices.v[0]) + margin_b;
-  } else {
-    return scene.bodies[scene.vertex_body[vertices.v[0]]].margin + margin_b;
-  }
+  const std::uint32_t body_a = scene.vertex_body[vertices.v[0]];
+  const std::uint32_t body_b = scene.vertex_body[vertices.v[kKind == ContactKind::vertex_triangle ? 1 : 2]];
+  const bool counts_motion = kKind == ContactKind::vertex_triangle && body_a != body_b;
+  const float margin_a = counts_motion ? scene.vertex_margin(vertices.v[0]) : scene.bodies[body_a].margin;
+  return margin_a + scene.bodies[body_b].margin;
 }
 
 /// Keeps the candidates that are within their margin at t1 (the paper's narrow phase for DCD), computed in T.
