@@ -102,6 +102,29 @@ struct TestProximity {
   }
 };
 
+/// Cheap and certain: true only where x[0] is in no contact with the triangle of the others by ContactRule::slab,
+/// because it is out of the slab's box. The slab reaches d times the triangle's own extent beyond it along every axis,
+/// and the margin along the normal.
+SOFTCD_HD inline bool outside_slab(const Vec3f (&x)[4], float margin) {
+  const Vec3f b = x[2] - x[1];
+  const Vec3f c = x[3] - x[1];
+  const Vec3f normal = cross(b, c);
+  // Roundings of the components of a cross product, and far more of what follows.
+  const float error = 32.0F * 1.1920929e-7F * max_norm(b) * max_norm(c);
+  const float twice_area = sqrtf(squared_norm(normal)) - error;
+  if (!(twice_area > 0.0F)) return false;
+  const float slack = margin * sqrtf(2.0F / twice_area);
+  bool is_outside = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float low = smaller(smaller(x[1][axis], x[2][axis]), x[3][axis]);
+    const float high = larger(larger(x[1][axis], x[2][axis]), x[3][axis]);
+    const float along_normal = margin * ((magnitude(normal[axis]) + error) / twice_area);
+    const float reach = 1.0001F * (slack * (high - low) + along_normal);
+    is_outside |= x[0][axis] - high > reach || low - x[0][axis] > reach;
+  }
+  return is_outside;
+}
+
 /// Keeps the vertex-triangle candidates that ContactRule::slab calls contacts. The normal is the triangle's, on the
 /// vertex's side, and the distance the one from its plane; the weights may leave [0, 1]. Computed in T.
 template <class T>

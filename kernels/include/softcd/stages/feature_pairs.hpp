@@ -96,6 +96,9 @@ struct ExpandPair {
   SOFTCD_HD void test(const Candidate& candidate, Candidates& candidates) const {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = margin_of(candidate);
+    if constexpr (!kContinuous && kKind == ContactKind::vertex_triangle) {
+      if (scene.contact_rule == ContactRule::slab && lies_beside_slab(candidate)) return;
+    }
     if constexpr (kContinuous) {
       if (keep_apart<kKind>(points.t0, points.t1, margin)) return;
     } else {
@@ -131,6 +134,11 @@ struct ExpandPair {
       if (kContinuous) furthest = larger(furthest, max_norm(points.t0[i]));
     }
     return reach_of(margin, furthest);
+  }
+
+  SOFTCD_HD_SELDOM bool lies_beside_slab(Candidate candidate) const {
+    const PointMotion<4> points = load(candidate.vertices);
+    return outside_slab(points.t1, outward_up(contact_margin<kKind>(scene, candidate.vertices)));
   }
 
   SOFTCD_HD_SELDOM bool stay_apart_diagonally(Candidate candidate) const {
