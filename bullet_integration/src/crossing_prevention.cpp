@@ -111,10 +111,13 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   if (impacts.empty()) return false;
 
   if (world_ == World::classic) take_velocities(time_step);
+  std::vector<Impact> answered;
   ImpactZones zones;
   for (int round = 0; !impacts.empty(); ++round) {
     if (round < kImpulseRounds) {
-      apply_inelastic_impulses(impacts);
+      // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
+      answered.insert(answered.end(), impacts.begin(), impacts.end());
+      apply_inelastic_impulses(answered);
     } else {
       const bool has_joined = zones.join(impacts);
       if (!has_joined || round == kImpulseRounds + kZoneRounds) break;
