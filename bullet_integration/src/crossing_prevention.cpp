@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "pair_gate.hpp"
 #include "pipeline_options.hpp"
 
 namespace softcd::bullet {
@@ -41,6 +42,8 @@ void CrossingPrevention::synchronize(Span<btSoftBody* const> bodies) {
     if ((body->m_cfg.collisions & flag) == 0 || body->m_nodes.size() == 0) continue;
     BodySettings settings = read_settings(*body, settings_);
     settings.margin = 0;
+    // Nobody asks the pair rule about a body and itself.
+    if (world_ == World::deformable && !is_deformable_pair(*body, *body)) settings.self_collision = false;
     settings.features.edge_edge = settings_.edge_contacts == EdgeContacts::respond;
     registry_.synchronize(*body, settings);
     if (world_ == World::classic && !body->isActive()) forget_motion(*body);

@@ -55,7 +55,9 @@ PairRule DeformableDetection::pair_rule(const PairGate& gate) const {
 }
 
 void DeformableDetection::synchronize(btSoftBody& body) {
-  const BodySettings settings = read_settings(body, settings_);
+  BodySettings settings = read_settings(body, settings_);
+  // Nobody asks the pair rule about a body and itself.
+  settings.self_collision = settings.self_collision && is_deformable_pair(body, body);
   SoftBodyRegistry::Member& member = registry_.synchronize(body, settings);
   if (settings.self_collision && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
   if (settings.features.edge_edge && member.mesh.face_of_edge.empty()) add_faces_of_edges(member.mesh);
