@@ -57,6 +57,7 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   if (settings().detection == Detection::ccd) detection_->prevent_crossings(bodies, gate, time_step);
 
   integrateTransforms(time_step);
+  refit_face_trees(getSoftBodyArray());
   updateActions(time_step);
   updateActivationState(time_step);
 }

@@ -89,6 +89,13 @@ void refit_deformable_trees(btSoftBody& body) {
   body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
 }
 
+void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  for (int i = 0; i < bodies.size(); ++i) {
+    if (!bodies[i]->isActive() || bodies[i]->m_fdbvt.empty()) continue;
+    bodies[i]->updateFaceTree(/*use_velocity=*/false, /*margin=*/false);
+  }
+}
+
 void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
   if (body.m_fdbvt.empty()) {
     has_reader_ = false;

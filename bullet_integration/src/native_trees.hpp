@@ -82,6 +82,11 @@ void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
 /// faces.
 void refit_deformable_trees(btSoftBody& body);
 
+/// Brings the face trees that there are to where the nodes are. After the deformable world's step: ray tests read them,
+/// and Bullet's prediction refitted them before it was known where the nodes go. (Bullet itself refits them once more
+/// in its continuous pass.)
+void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies);
+
 /// Decides, step by step, whether a body's face tree has a reader. Bullet builds one in its prediction after a
 /// change of topology, while VF_SS is visible, and refits it in every step from then on; btSoftBody::rayTest builds
 /// one when there is none.

@@ -23,9 +23,10 @@ class RigidMeshDetection;
 /// Bullet's response takes contacts in an order that it shuffles with a generator that all worlds of a process share:
 /// runs repeat from process to process, not within one.
 ///
-/// Face trees are neither built nor refitted but for bodies with SDF_RDF or SDF_MDF that are close to a rigid one, node
-/// trees only for bodies whose boxes overlap a rigid one's. The trees have other shapes than Bullet's, and so contacts
-/// with rigid bodies, the same ones, come in another order, which Bullet's solver is sensitive to.
+/// Face trees are built for bodies with SDF_RDF or SDF_MDF that are close to a rigid one, and by Bullet's ray tests of
+/// a soft body; only those are refitted. Node trees are for bodies whose boxes overlap a rigid one's. The trees have
+/// other shapes than Bullet's, and so contacts with rigid bodies, the same ones, come in another order, which Bullet's
+/// solver is sensitive to.
 class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
   DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
