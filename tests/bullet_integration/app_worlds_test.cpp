@@ -3,19 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstring>
 #include <thread>
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletCollision/CollisionDispatch/btManifoldResult.h"
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
-#include "BulletSoftBody/btSoftBodyData.h"
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
-#include "LinearMath/btIDebugDraw.h"
-#include "LinearMath/btSerializer.h"
 #include "small_scenes.hpp"
+#include "world_outputs.hpp"
 
 namespace softcd::test {
 namespace {
@@ -136,32 +133,6 @@ struct Collection {
   btDiscreteDynamicsWorld& world() { return sheets.simulation().world(); }
 };
 
-struct SavedWorld {
-  std::vector<std::pair<int, int>> chunks;  ///< code and length
-  std::vector<int> collision_flags;         ///< of soft bodies
-};
-
-SavedWorld save(btDiscreteDynamicsWorld& world) {
-  btDefaultSerializer serializer;
-  world.serialize(&serializer);
-  SavedWorld saved;
-  const unsigned char* at = serializer.getBufferPointer() + BT_HEADER_LENGTH;
-  const unsigned char* end = serializer.getBufferPointer() + serializer.getCurrentBufferSize();
-  while (at < end) {
-    btChunk chunk;
-    std::memcpy(&chunk, at, sizeof(chunk));
-    at += sizeof(chunk);
-    saved.chunks.emplace_back(chunk.m_chunkCode, chunk.m_length);
-    if (chunk.m_chunkCode == BT_SOFTBODY_CODE) {
-      btSoftBodyData body;
-      std::memcpy(&body, at, sizeof(body));
-      saved.collision_flags.push_back(body.m_config.m_collisionFlags);
-    }
-    at += chunk.m_length;
-  }
-  return saved;
-}
-
 TEST_P(AppWorlds, AreSavedAsBulletsAre) {
   Collection ours(GetParam());
   Collection bullets(PlugIn::none);
@@ -172,27 +143,10 @@ TEST_P(AppWorlds, AreSavedAsBulletsAre) {
   EXPECT_EQ(saved.collision_flags, (std::vector<int>{clusters, clusters, sheets, sheets}));
 }
 
-class LineCounter : public btIDebugDraw {
- public:
-  int lines = 0;
-  void drawLine(const btVector3&, const btVector3&, const btVector3&) override { ++lines; }
-  void drawContactPoint(const btVector3&, const btVector3&, btScalar, int, const btVector3&) override { ++lines; }
-  void draw3dText(const btVector3&, const char*) override { ++lines; }
-  void reportErrorWarning(const char* message) override { ADD_FAILURE() << message; }
-  void setDebugMode(int) override {}
-  int getDebugMode() const override {
-    return DBG_DrawWireframe | DBG_DrawAabb | DBG_DrawContactPoints | DBG_DrawNormals;
-  }
-};
-
 int lines_drawn(btDiscreteDynamicsWorld& world, int draw_flags) {
   if (auto* soft_rigid = dynamic_cast<btSoftRigidDynamicsWorld*>(&world)) soft_rigid->setDrawFlags(draw_flags);
   if (auto* multi_body = dynamic_cast<btSoftMultiBodyDynamicsWorld*>(&world)) multi_body->setDrawFlags(draw_flags);
-  LineCounter counter;
-  world.setDebugDrawer(&counter);
-  world.debugDrawWorld();
-  world.setDebugDrawer(nullptr);
-  return counter.lines;
+  return softcd::test::lines_drawn(world);
 }
 
 // Bullet's face trees are what softcd saves.
