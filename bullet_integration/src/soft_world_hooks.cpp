@@ -3,6 +3,7 @@
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
 
 namespace softcd::bullet {
+
 SoftWorldHooks::SoftWorldHooks(btDispatcher* dispatcher, const Settings& settings)
     : dispatcher_(dynamic_cast<Dispatcher*>(dispatcher)), prevention_(CrossingPrevention::World::classic, settings) {
   if (dispatcher_ != nullptr) return;
@@ -40,6 +41,7 @@ void SoftWorldHooks::detect(btCollisionWorld& world, const btAlignedObjectArray<
 void SoftWorldHooks::prevent_crossings(btCollisionWorld& world, const btAlignedObjectArray<btSoftBody*>& bodies,
                                        btScalar time_step) {
   if (settings().detection != Detection::ccd) return;
+  if (dispatcher_ != nullptr) prevention_.set_settings(settings());
   const PairGate gate(*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo());
   const PairRule rule = [&](btSoftBody& a, btSoftBody& b) { return gate.admits_vertex_face_pair(a, b); };
   if (!prevention_.run(span_of(bodies), rule, time_step)) return;

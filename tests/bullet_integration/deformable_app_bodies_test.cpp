@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
-#include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "deformable_app_support.hpp"
 
@@ -77,7 +76,7 @@ TEST(DeformableAppBodies, self_collision_may_be_everybodys_or_nobodys) {
 
 TEST(DeformableAppBodies, flags_beside_vertex_face_contacts_mean_what_they_mean_to_bullet) {
   for (const int beside : {Flags::CL_SELF, Flags::VF_SS}) {
-    const auto run = [&](const MaybeSettings& settings) {
+    const auto within = [&](const MaybeSettings& settings) {
       HeldSheets sheets(settings);
       btSoftBody& roll = sheets.add(make_roll(sheets.simulation().world_info()));
       roll.setSelfCollision(true);
@@ -86,7 +85,17 @@ TEST(DeformableAppBodies, flags_beside_vertex_face_contacts_mean_what_they_mean_
       steps.push_back(sheets.step());
       return steps;
     };
-    expect_steps_as_bullets(run, {true, false});
+    expect_steps_as_bullets(within, {true, false});
+    const auto between = [&](const MaybeSettings& settings) {
+      TwoHeldSheets sheets(settings);
+      Steps steps;
+      for (btSoftBody* body : {&sheets.lower, &sheets.upper}) {
+        body->m_cfg.collisions |= beside;
+        steps.push_back(sheets.step());
+      }
+      return steps;
+    };
+    expect_steps_as_bullets(between, {true, false});
   }
 }
 
@@ -181,6 +190,18 @@ TEST(DeformableAppBodies, an_active_neighbour_wakes_a_sleeper) {
   expect_steps_as_bullets(run, {false, true});
 }
 
+TEST(DeformableAppBodies, a_body_at_rest_falls_asleep) {
+  for (const MaybeSettings& settings : {MaybeSettings(), MaybeSettings(cpu_settings())}) {
+    HeldSheets sheets(settings);
+    const btSoftBody& sheet =
+        sheets.add(make_small_sheet(sheets.simulation().world_info(), /*height=*/0, /*fixed=*/true));
+    for (int step = 0; step < 100; ++step) sheets.step();
+    EXPECT_TRUE(sheet.isActive());
+    for (int step = 0; step < 30; ++step) sheets.step();
+    EXPECT_FALSE(sheet.isActive()) << "after more than two seconds";
+  }
+}
+
 TEST(DeformableAppBodies, nodes_may_lose_their_mass_and_get_it_back) {
   const auto run = [](const MaybeSettings& settings) {
     TwoHeldSheets sheets(settings);
@@ -247,104 +268,6 @@ TEST(DeformableAppBodies, a_cloth_that_becomes_heavy_stays_on_the_sheet) {
     scene.run(60);
     return scene.gap();
   });
-}
-
-TEST(DeformableAppBodies, come_and_go) {
-  const auto run = [](const MaybeSettings& settings) {
-    HeldSheets sheets(settings);
-    sheets.add(0);
-    Steps steps = {sheets.step()};
-    btSoftBody& upper = sheets.add(btScalar(0.03));
-    steps.push_back(sheets.step());
-    std::unique_ptr<btSoftBody> removed = sheets.remove(upper);
-    steps.push_back(sheets.step());
-    btSoftBody& again = sheets.add(std::move(removed));
-    steps.push_back(sheets.step());
-    sheets.remove(again).reset();
-    steps.push_back(sheets.step());
-    // Perhaps where the last one was in memory.
-    SheetOptions options;
-    options.nodes_per_side = 5;
-    options.height = btScalar(0.03);
-    options.margin = btScalar(0.02);
-    sheets.add(make_sheet(sheets.simulation().world_info(), options));
-    steps.push_back(sheets.step());
-    return steps;
-  };
-  expect_steps_as_bullets(run, {false, true, false, true, false, true});
-}
-
-TEST(DeformableAppBodies, move_to_another_world) {
-  const auto run = [](const MaybeSettings& settings) {
-    TwoHeldSheets from(settings);
-    HeldSheets to(settings);
-    to.add(btScalar(0.05));
-    Steps steps = {from.step(), to.step()};
-    std::unique_ptr<btSoftBody> moved = from.remove(from.upper);
-    moved->m_worldInfo = &to.simulation().world_info();
-    to.add(std::move(moved));
-    steps.push_back(from.step());
-    steps.push_back(to.step());
-    EXPECT_EQ(from.lower.m_faceNodeContacts.size(), 0);
-    return steps;
-  };
-  expect_steps_as_bullets(run, {true, false, false, true});
-}
-
-TEST(DeformableAppBodies, new_nodes_and_faces_collide) {
-  const auto run = [](const MaybeSettings& settings) {
-    TwoHeldSheets sheets(settings);
-    Steps steps = {sheets.step()};
-    for (int i = 0; i < 3; ++i) {  // the arrays move to new memory
-      const int added = sheets.upper.m_nodes.size();
-      sheets.upper.appendNode(btVector3(btScalar(0.1) * btScalar(i), btScalar(0.02), btScalar(0.13)), 1);
-      sheets.upper.appendFace(i, i + 1, added);
-      sheets.upper.appendLink(i, added);
-      sheets.hold(sheets.upper);
-      steps.push_back(sheets.step());
-      EXPECT_TRUE(std::any_of(steps.back().begin(), steps.back().end(),
-                              [&](const auto& contact) { return contact[0] == 1 && contact[1] == added; }));
-    }
-    return steps;
-  };
-  expect_steps_as_bullets(run, {true, true, true, true});
-}
-
-class VerticalPlane : public btSoftBody::ImplicitFn {
- public:
-  btScalar Eval(const btVector3& x) override { return x.x() - btScalar(0.07); }
-};
-
-TEST(DeformableAppBodies, refined_faces_collide) {
-  const auto run = [](const MaybeSettings& settings) {
-    TwoHeldSheets sheets(settings);
-    Steps steps = {sheets.step()};
-    const int faces = sheets.upper.m_faces.size();
-    VerticalPlane plane;
-    sheets.upper.refine(&plane, btScalar(0.001), /*cut=*/false);
-    EXPECT_GT(sheets.upper.m_faces.size(), faces);
-    sheets.hold(sheets.upper);
-    steps.push_back(sheets.step());
-    return steps;
-  };
-  expect_steps_as_bullets(run, {true, true});
-}
-
-// Bullet builds a face tree in the next step, in a loop that does not end for a mesh in two parts.
-TEST(DeformableAppBodies, cut_cloths_collide) {
-  for (const int more_flags : {0, int(Flags::SDF_RDF)}) {
-    TwoHeldSheets sheets(cpu_settings());
-    sheets.simulation().add_rigid(std::make_unique<btBoxShape>(btVector3(1, 1, 1)), btVector3(0, -1, 0));
-    for (btSoftBody* body : {&sheets.lower, &sheets.upper}) body->m_cfg.collisions |= more_flags;
-    const std::size_t whole = sheets.step().size();
-    VerticalPlane plane;
-    sheets.upper.refine(&plane, btScalar(0.001), /*cut=*/true);
-    ASSERT_TRUE(sheets.lower.cutLink(40, 41, btScalar(0.4)));
-    for (btSoftBody* body : {&sheets.lower, &sheets.upper}) sheets.hold(*body);
-    EXPECT_GT(sheets.step().size(), whole);
-    EXPECT_EQ(sheets.lower.m_fdbvt.empty(), more_flags == 0);
-    EXPECT_EQ(sheets.lower.m_faceRigidContacts.size() > 0, more_flags != 0);
-  }
 }
 
 TEST(DeformableAppBodies, a_rope_and_a_single_node_collide_as_points) {

@@ -265,7 +265,7 @@ std::array<btScalar, 3> catch_box_and_link(const MaybeSettings& settings, int fl
     face_contacts += cloth.m_faceRigidContacts.size();
   }
   EXPECT_GT(contacts + face_contacts, 10);
-  EXPECT_EQ(face_contacts > 10, flags != 0);
+  EXPECT_EQ(face_contacts > 0, flags != 0);
   const std::array<btScalar, 3> result = {mean_height(cloth), box.getWorldTransform().getOrigin().y(),
                                           slider.getJointPos(0)};
   simulation.world().removeMultiBody(&slider);
@@ -274,7 +274,7 @@ std::array<btScalar, 3> catch_box_and_link(const MaybeSettings& settings, int fl
 }
 
 TEST(DeformableAppFeatures, a_cloth_catches_a_box_and_a_multibody_as_with_bullet) {
-  for (const int flags : {0, Flags::SDF_RDF | Flags::SDF_MDF}) {
+  for (const int flags : {0, Flags::SDF_RDF | Flags::SDF_MDF, int(Flags::SDF_MDF)}) {
     const auto ours = catch_box_and_link(cpu_settings(), flags);
     const auto bullets = catch_box_and_link(std::nullopt, flags);
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(double(ours[i]), double(bullets[i]), 0.01);
