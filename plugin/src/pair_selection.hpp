@@ -21,8 +21,8 @@ struct PairSelection {
 
 /// How far beyond its margin a body's features can be in contact.
 struct MarginGrowth {
-  float motion;  ///< times the furthest move is added to the margin
-  float reach;   ///< times all of that
+  float motion = 0.0F;  ///< times the furthest move is added to the margin
+  float reach = 1.0F;   ///< times all of that
 };
 
 /// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are

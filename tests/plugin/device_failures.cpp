@@ -97,10 +97,11 @@ class DeviceFailures : public testing::Test {
     bodies_[0].offset = {0, 0, 0};
     const bool continuous = detection == Detection::ccd;
     const std::vector<BodySurvey> surveys = survey_bodies(bodies_, continuous, false);
-    const PairSelection pairs = select_pairs(bodies_, surveys, {0, 0, 0}, 0.0F, {});
+    const PairSelection pairs = select_pairs(bodies_, surveys, {0, 0, 0}, {}, {});
     detector.set_topology(scene_.topology());
     write_positions(bodies_, {0, 0, 0}, continuous, detector.position_arrays());
-    detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F, 0, true, true});
+    detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F,
+                                  ContactRule::distance, 0, true, true});
     const Span<const Contact> contacts = detector.finish(statistics_);
     return {contacts.begin(), contacts.end()};
   }
