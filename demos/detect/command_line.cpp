@@ -41,7 +41,8 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
          "--features", [&command](const std::string& words) { choose_features(words, command.settings.features); },
          "Kinds of contacts: vertex-triangle, edge-edge")
       ->option_text("vt,ee [vt,ee]");
-  add_choice(app, "--accuracy", kAccuracies, options.accuracy, "The narrow phase's arithmetic: float32 or float64");
+  add_choice(app, "--accuracy", kAccuracies, options.accuracy,
+             "The narrow phase's arithmetic: float32, float64, or float64 that misses nothing within a margin");
   app.add_option("--margin", command.settings.margin,
                  "The surface's margin, in the positions' unit. Two features are in contact when their\n"
                  "distance is at most the sum of both sides' margins: twice this, in one mesh")

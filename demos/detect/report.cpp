@@ -65,6 +65,7 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
                                  {"ee_candidates", statistics.ee_candidates},
                                  {"vt_contacts", statistics.vt_contacts},
                                  {"ee_contacts", statistics.ee_contacts},
+                                 {"unsettled_contacts", statistics.unsettled_contacts},
                                  {"earliest_toi", statistics.earliest_toi},
                                  {"peak_bytes", statistics.peak_bytes},
                                  {"reruns", statistics.reruns}};

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iostream>
+#include <map>
 #include <ostream>
 
 #include "expectations.hpp"
@@ -68,6 +71,46 @@ TEST_P(ContinuousSoup, one_body_with_itself) {
 
 TEST_P(ContinuousSoup, three_bodies) {
   EXPECT_GT(expect_continuous_contacts(soup_scene(GetParam(), 3), test_options(Detection::ccd)), 0U);
+}
+
+TEST_P(ContinuousSoup, conservative) {
+  PipelineOptions options = test_options(Detection::ccd);
+  options.accuracy = Accuracy::conservative;
+  EXPECT_GT(expect_continuous_contacts(soup_scene(GetParam(), 2), options), 0U);
+}
+
+// Discrete detections on the way find nothing that `conservative` misses, or reports later. `precise` does miss some.
+TEST_P(ContinuousSoup, conservative_finds_whatever_comes_within_the_margin) {
+  Scene scene = soup_scene(GetParam(), 2);
+  for (SceneBody& body : scene) body.settings.margin = 0.02F;
+  PipelineOptions options = test_options(Detection::ccd);
+  const std::vector<FeaturePair> precise = features_of(detect_once(scene, options));
+  options.accuracy = Accuracy::conservative;
+  std::map<FeaturePair, float> found;
+  const std::vector<Contact> contacts = detect_once(scene, options);
+  expect_flawless(scene, contacts, Detection::ccd, point_tolerance(scene));
+  for (const Contact& contact : contacts) found[features_of(contact)] = contact.time_of_impact;
+
+  std::size_t missed_by_precise = 0;
+  constexpr int kSteps = 8;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double t = double(step) / kSteps;
+    Scene now = scene;
+    for (SceneBody& body : now) {
+      for (std::size_t v = 0; v < body.x_t0.size(); ++v) body.x_t1[v] = lerp(body.x_t0[v], body.x_t1[v], t);
+      // Rounded positions may differ by that much.
+      body.settings.margin -= 1e-6F;
+    }
+    for (const FeaturePair& pair : features_of(detect_once(now, test_options(Detection::dcd)))) {
+      const auto contact = found.find(pair);
+      ASSERT_NE(contact, found.end()) << pair << " at " << t;
+      ASSERT_LE(contact->second, t + 1e-6) << pair;
+      missed_by_precise += !std::binary_search(precise.begin(), precise.end(), pair);
+    }
+  }
+  std::cout << contacts.size() << " contacts, of which `precise` finds " << precise.size()
+            << "; discrete ones missed by it " << missed_by_precise << "\n";
+  EXPECT_GE(contacts.size(), precise.size());
 }
 
 TEST_P(ContinuousSoup, other_ways_give_the_same_bytes) {

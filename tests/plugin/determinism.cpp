@@ -104,7 +104,7 @@ TEST_P(Determinism, callers_streams) {
 TEST_P(Determinism, cpu_and_cuda_return_the_same_bytes) {
   const Scene scene = uneven_scene();
   for (const BroadPhase broad_phase : {BroadPhase::exact, BroadPhase::paper, BroadPhase::uniform}) {
-    for (const Accuracy accuracy : {Accuracy::fast, Accuracy::precise}) {
+    for (const Accuracy accuracy : {Accuracy::fast, Accuracy::precise, Accuracy::conservative}) {
       PipelineOptions options = test_options(GetParam(), broad_phase);
       options.accuracy = accuracy;
       options.backend = Backend::cpu;

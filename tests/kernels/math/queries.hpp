@@ -53,6 +53,17 @@ Impact<T> impact_of(const Query& query, T margin) {
              : edge_edge_impact(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], margin);
 }
 
+inline Impact<double> approach_of(const Query& query, double margin) {
+  Vec3d t0[4];
+  Vec3d t1[4];
+  for (std::size_t i = 0; i < 4; ++i) {
+    t0[i] = query.rows[i];
+    t1[i] = query.rows[i + 4];
+  }
+  return query.kind == ContactKind::vertex_triangle ? first_approach<ContactKind::vertex_triangle>(t0, t1, margin)
+                                                    : first_approach<ContactKind::edge_edge>(t0, t1, margin);
+}
+
 /// The four points at t, rounded.
 std::array<Vec3d, 4> rows_at(const Rows& rows, double t);
 

@@ -87,14 +87,14 @@ struct Tally {
   double nanoseconds = 0.0;
 };
 
-/// The verdicts of T's arithmetic against `collides`, and the time per query.
-template <class T>
-Tally judge(const std::vector<Query>& queries, const std::vector<bool>& collides) {
+/// Verdicts against `collides`, and the time per query.
+template <class Decide>
+Tally judge_by(const Decide& decide, const std::vector<Query>& queries, const std::vector<bool>& collides) {
   Tally tally;
   tally.queries = queries.size();
   const auto start = std::chrono::steady_clock::now();
   std::vector<bool> hits(queries.size());
-  for (std::size_t i = 0; i < queries.size(); ++i) hits[i] = impact_of<T>(queries[i], T(0)).state == ImpactState::hit;
+  for (std::size_t i = 0; i < queries.size(); ++i) hits[i] = decide(queries[i]) != ImpactState::separated;
   const std::chrono::duration<double, std::nano> elapsed = std::chrono::steady_clock::now() - start;
   tally.nanoseconds = elapsed.count() / static_cast<double>(queries.size());
   for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -103,6 +103,15 @@ Tally judge(const std::vector<Query>& queries, const std::vector<bool>& collides
     tally.false_alarms += !collides[i] && hits[i] ? 1 : 0;
   }
   return tally;
+}
+
+template <class T>
+Tally judge(const std::vector<Query>& queries, const std::vector<bool>& collides) {
+  return judge_by([](const Query& query) { return impact_of<T>(query, T(0)).state; }, queries, collides);
+}
+
+Tally judge_approach(const std::vector<Query>& queries, const std::vector<bool>& collides) {
+  return judge_by([](const Query& query) { return approach_of(query, 0.0).state; }, queries, collides);
 }
 
 void print(const std::string& what, const Tally& tally) {
@@ -138,6 +147,9 @@ TEST(RecordedQueries, PreciseMissesNone) {
   print("double", precise);
   print("float on double coordinates", judge<float>(queries, verdicts));
   EXPECT_EQ(precise.missed, 0u);
+  const Tally approach = judge_approach(queries, verdicts);
+  print("approach", approach);
+  EXPECT_EQ(approach.missed, 0u);
 }
 
 class RecordedSteps : public ::testing::TestWithParam<const char*> {};
@@ -162,6 +174,10 @@ TEST_P(RecordedSteps, PreciseMissesNoneOfTheListedPairs) {
     print(name + " float", judge<float>(queries, verdicts));
     EXPECT_EQ(precise.missed, 0u);
     EXPECT_EQ(precise.false_alarms, 0u);
+    const Tally approach = judge_approach(queries, verdicts);
+    print(name + " approach", approach);
+    EXPECT_EQ(approach.missed, 0u);
+    EXPECT_EQ(approach.false_alarms, 0u);
     for (std::size_t i = 0; i < queries.size(); ++i) {
       ASSERT_EQ(collides(queries[i]), verdicts[i]) << to_string(queries[i]);
     }

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "queries.hpp"
+#include "reference_distance.hpp"
 
 namespace softcd::test {
 namespace {
@@ -148,6 +149,83 @@ TEST_P(Impacts, TimeIsTheFirstContact) {
     }
   }
   std::printf("%d impacts checked\n", checked);
+}
+
+/// Whatever touches in exact arithmetic is hit, and what is hit comes within the margin.
+TEST_P(Impacts, AnApproachMissesNothing) {
+  for (const ContactKind kind : kKinds) {
+    Random random(GetParam() * 101 + 13);
+    Tally tally;
+    int unsettled = 0;
+    for (int i = 0; i < kCount; ++i) {
+      const Query query = make_query(random, kind, family(), i % 2 == 0);
+      const double margin = i % 4 < 2 ? 0.0 : std::pow(10.0, -random.uniform(0.0, 8.0));
+      const bool is_collision = collides(query);
+      const Impact<double> approach = approach_of(query, margin);
+      const bool is_hit = approach.state != ImpactState::separated;
+      ++tally.queries;
+      tally.collisions += is_collision ? 1 : 0;
+      // Distances between float coordinates are rarely below the tolerance without being 0.
+      tally.false_alarms += i % 4 == 0 && is_hit && !is_collision ? 1 : 0;
+      unsettled += approach.state == ImpactState::unsettled ? 1 : 0;
+      ASSERT_TRUE(is_hit || !is_collision) << to_string(query);
+      if (approach.state == ImpactState::hit) {
+        const double reach = margin + 2.02 * documented_tolerance(query, epsilon<double>());
+        tally.beyond_tolerance += approach.distance > reach ? 1 : 0;
+      }
+    }
+    print("approach", kind, family(), tally);
+    std::printf("%d unsettled\n", unsettled);
+    EXPECT_EQ(tally.beyond_tolerance, 0);
+    EXPECT_LE(tally.false_alarms, kCount / 200);
+    EXPECT_LE(unsettled, kCount / 200);
+  }
+}
+
+long double distance_at(const Query& query, double t) {
+  const std::array<Vec3d, 4> p = rows_at(query.rows, t);
+  return query.kind == ContactKind::vertex_triangle ? distance_vertex_triangle(p[0], p[1], p[2], p[3])
+                                                    : distance_edge_edge(p[0], p[1], p[2], p[3]);
+}
+
+/// Sampled: no earlier time is within the margin.
+TEST_P(Impacts, AnApproachIsNeverLate) {
+  constexpr int kSamples = 24;
+  int before = 0;
+  for (const ContactKind kind : kKinds) {
+    Random random(GetParam() + 57);
+    for (int i = 0; i < kCount / 4; ++i) {
+      const Query query = make_query(random, kind, family(), true);
+      const double margin = std::pow(10.0, -random.uniform(0.0, 5.0));
+      const Impact<double> approach = approach_of(query, margin);
+      const double certain = margin - 2 * documented_tolerance(query, epsilon<double>());
+      for (int sample = 0; sample <= kSamples; ++sample) {
+        const double t = double(sample) / kSamples;
+        if (approach.state != ImpactState::separated && t >= approach.time) break;
+        ++before;
+        ASSERT_GE(static_cast<double>(distance_at(query, t)), certain) << t << "\n" << to_string(query);
+      }
+    }
+  }
+  EXPECT_GT(before, kCount);
+}
+
+/// At the margin, past the corner of a triangle that it is coplanar with only when it is closest.
+TEST(Approach, FindsWhatPassesByWithinTheMargin) {
+  const Query past_corner = {ContactKind::vertex_triangle,
+                             {Vec3d{0.0, 1.0, 0.05},
+                              {0.0, 0.0, 0.0},
+                              {1.0, 0.0, -1.0},
+                              {-1.0, 0.0, -1.0},
+                              Vec3d{0.0, -1.0, 0.05},
+                              {0.0, 0.0, 0.0},
+                              {1.0, 0.0, -1.0},
+                              {-1.0, 0.0, -1.0}}};
+  const Impact<double> approach = approach_of(past_corner, 0.1);
+  EXPECT_EQ(approach.state, ImpactState::hit);
+  EXPECT_NEAR(approach.time, 0.5 - 0.5 * std::sqrt(0.01 - 0.0025), 1e-12);
+  EXPECT_NEAR(approach.distance, 0.1, 1e-12);
+  EXPECT_EQ(approach_of(past_corner, 0.049).state, ImpactState::separated);
 }
 
 TEST_P(Impacts, SameVerdictForEveryOrderOfTheCorners) {

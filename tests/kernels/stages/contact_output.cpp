@@ -53,8 +53,8 @@ TEST(WriteContact, indices_count_within_the_bodies) {
   // Edges of a square of two triangles: 0-1, 0-2, 0-3, 1-3, 2-3.
   const std::uint64_t vertex_and_triangle = with_kind(ContactKind::vertex_triangle, (9ULL << 32) | 3ULL);
   const std::uint64_t two_edges = with_kind(ContactKind::edge_edge, (4ULL << 32) | 11ULL);
-  const FeatureContact found[] = {{two_edges, {0.25F, 0.75F, 0.5F, 0.5F}, {0, 1, 0}, 0.5F, 0.125F},
-                                  {vertex_and_triangle, {1.0F, 0.5F, 0.25F, 0.25F}, {0, 0, 1}, 0.75F, 1.0F}};
+  const FeatureContact found[] = {{two_edges, {0.25F, 0.75F, 0.5F, 0.5F}, {0, 1, 0}, 0.5F, 0.125F, 0U},
+                                  {vertex_and_triangle, {1.0F, 0.5F, 0.25F, 0.25F}, {0, 0, 1}, 0.75F, 1.0F, 0U}};
   const std::uint32_t order[] = {1, 0};
   Contact out[2];
   const WriteContact stage{scene, found, order, out};

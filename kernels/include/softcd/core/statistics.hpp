@@ -41,6 +41,8 @@ struct Statistics {
   std::uint64_t ee_candidates = 0;
   std::uint64_t vt_contacts = 0;
   std::uint64_t ee_contacts = 0;
+  /// Of the contacts, those that `conservative` reports because it could not tell within its bound on work.
+  std::uint64_t unsettled_contacts = 0;
   double earliest_toi = 1;       ///< 1 when nothing hits
   std::uint64_t peak_bytes = 0;  ///< the workspace's, over the pipeline's life
   std::uint64_t reruns = 0;      ///< stages repeated because a buffer had to grow

@@ -44,10 +44,21 @@ enum class BroadPhase : std::uint32_t {
   uniform,  ///< one grid sized by the largest triangle, no subdivision: loses no pair, many more tests
 };
 
-/// The narrow phase's arithmetic.
+/// The narrow phase's arithmetic, and what it promises for the positions as the detector has them (see Positions).
+/// docs/accuracy.md has the reasons and measurements.
 enum class Accuracy : std::uint32_t {
-  fast,     ///< coplanarity cubic and proximity in float32
-  precise,  ///< the same in float64
+  /// Coplanarity cubic and proximity in float32. What touches during a step is found; so is what passes by within some
+  /// 1e-5 of the features' extent.
+  fast,
+  /// The same in float64, 1e-14 of the extent. In a continuous detection a positive margin is looked for at the step's
+  /// ends and where the features are coplanar, not in between.
+  precise,
+  /// In float64, with roundings bounded against "no contact". Continuous: the distance is followed over the whole step;
+  /// whatever comes within the margin is found, at a time of impact that is not late, and what is found comes within
+  /// the
+  /// margin and 1e-14 of the extent but for the unsettled contacts, which statistics() counts: for those the bound on
+  /// work was reached first. Discrete: whatever is within the margin is found.
+  conservative,
 };
 
 /// Bits of Ownership: which vertices and edges of a triangle this triangle owns (R-triangles,

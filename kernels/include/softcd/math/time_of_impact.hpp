@@ -28,6 +28,13 @@
 /// kMaxAdvances steps do not settle the question, or steps become smaller than t resolves, the answer is a hit with the
 /// distance at that time.
 ///
+/// **Margins.** The functions `..._impact` look for distances within the margin at these times only: they miss features
+/// that come within a positive margin and leave it again without being coplanar, at the edge of a triangle, say, and
+/// report the contact when they are coplanar, not when they come within the margin. `first_approach` follows the
+/// distance over the whole step instead: whatever comes within the margin is hit, `time` is not later than that,
+/// and at `time` the distance is at most reach, with twice the tolerance, or, where kMostApproachSteps do not settle
+/// the question, somewhat more. docs/accuracy.md has the proof.
+///
 /// In float the same bounds hold for float coordinates; tolerance and coplanar stretches are 2^29 times as wide.
 /// Coordinates' differences must be finite.
 namespace softcd {
@@ -35,6 +42,7 @@ namespace softcd {
 enum class ImpactState {
   separated,
   hit,
+  unsettled,  ///< counts as a hit; of first_approach only
 };
 
 template <class T>
@@ -51,6 +59,8 @@ namespace detail {
 /// Of 170,000 hits on hard float queries (near grazing, degenerate, needles) 60 need more steps, or smaller ones than t
 /// resolves.
 constexpr int kMaxAdvances = 32;
+/// For motions followed from beginning to end.
+constexpr int kMostApproachSteps = 64;
 
 /// Everything about a query that its stages share.
 template <class T>
@@ -128,6 +138,18 @@ SOFTCD_HD MovingDirection<T> plane_direction(const RelativePair<T>& now, const R
           perpendicular_part(scale * cross(end.b, end.c), longest.of(end))};
 }
 
+/// The plane's normal, on a's side, with its own velocity: perpendicular to both edges not only now but, to first
+/// order, right after. Steps along it converge quadratically where two edges meet.
+template <class T>
+SOFTCD_HD MovingDirection<T> turning_plane_direction(const RelativePair<T>& now, const RelativePair<T>& end,
+                                                     const Nearest<T>& nearest) {
+  const Vec3<T> plane = cross(now.b, now.c);
+  const T length = norm(plane);
+  const T scale = length > T(0) ? (dot(plane, nearest.offset) < T(0) ? T(-1) : T(1)) / length : T(0);
+  const Vec3<T> change = cross(end.b - now.b, now.c) + cross(now.b, end.c - now.c);
+  return {scale * plane, scale * (plane + change)};
+}
+
 /// The offset's direction; with a supporting edge, what stays perpendicular to it as it turns.
 template <ContactKind kKind, class T>
 SOFTCD_HD MovingDirection<T> offset_direction(const RelativePair<T>& now, const RelativePair<T>& end,
@@ -184,10 +206,21 @@ SOFTCD_HD T advance(const Motion<T>& motion, const RelativePair<T>& now, const R
              : fraction;
 }
 
+/// The same for motions that are followed from beginning to end.
+template <ContactKind kKind, class T>
+SOFTCD_HD T advance_far(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
+                        const Nearest<T>& nearest) {
+  const T fraction = advance<kKind>(motion, now, end, nearest);
+  return fraction < T(1)
+             ? larger(clear_fraction<kKind>(motion, now, end, turning_plane_direction(now, end, nearest)), fraction)
+             : fraction;
+}
+
 /// Where the features touch, and how they lay before that.
 template <class T>
 struct Touch {
   bool is_hit;
+  bool is_settled;
   T time;
   Nearest<T> nearest;
   Vec3<T> approach;  ///< the offset at the last step where they were clearly apart; zero when they never were
@@ -196,27 +229,30 @@ struct Touch {
 template <class T>
 SOFTCD_HD Touch<T> touch_nowhere() {
   const Vec3<T> zero{T(0), T(0), T(0)};
-  return {false, T(1), {T(0), T(0), zero, T(0)}, zero};
+  return {false, true, T(1), {T(0), T(0), zero, T(0)}, zero};
 }
 
 /// First time in [begin, end] at which the features are within reach, by steps that leave no such time behind.
-template <ContactKind kKind, class T>
+template <ContactKind kKind, bool kWholeWay, class T>
 SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, T end) {
   Touch<T> touch = touch_nowhere<T>();
+  touch.is_settled = false;
   T t = begin;
   const RelativePair<T> last = motion.at(end);
-  for (int step = 0; step < kMaxAdvances; ++step) {
+  for (int step = 0; step < (kWholeWay ? kMostApproachSteps : kMaxAdvances); ++step) {
     const RelativePair<T> now = motion.at(t);
     touch.time = t;
     touch.nearest = nearest<kKind>(now);
     const T distance = square_root(touch.nearest.squared_distance);
     if (distance <= motion.reach()) {
+      touch.is_settled = true;
       break;
     }
     if (distance > T(4) * motion.tolerance) {
       touch.approach = touch.nearest.offset;
     }
-    const T fraction = advance<kKind>(motion, now, last, touch.nearest);
+    const T fraction = kWholeWay ? advance_far<kKind>(motion, now, last, touch.nearest)
+                                 : advance<kKind>(motion, now, last, touch.nearest);
     if (fraction >= T(1)) {
       return touch;
     }
@@ -254,7 +290,7 @@ SOFTCD_HD Touch<T> first_coplanar_touch(const Motion<T>& motion, const Cubic<T>&
       const T first = last_clear(cubic, bound, begin, end, secant_root(begin, end, at_begin, at_end));
       // The values go from bound to -bound at much the same slope.
       const T last = last_clear(cubic, bound, end, begin, first + T(2.25) * bound / magnitude(cubic.slope(first)));
-      const Touch<T> touch = first_touch<kKind>(motion, first, last);
+      const Touch<T> touch = first_touch<kKind, false>(motion, first, last);
       if (touch.is_hit) {
         return touch;
       }
@@ -354,6 +390,7 @@ struct Query {
   T side;    ///< sign: where a is at t0 relative to b x c; 0 when that cannot be told
   bool is_never_coplanar;
   bool may_reach_t0, may_reach_t1;
+  bool stays_beyond_reach;  ///< the planes, or the parallel planes through the lines, that the features lie in
 
   SOFTCD_HD bool keeps_apart() const { return is_never_coplanar && !may_reach_t0 && !may_reach_t1; }
 };
@@ -387,6 +424,10 @@ SOFTCD_HD Query<T> make_query(Motion<T> motion) {
 
   const T lowest = smaller(smaller(cubic.b0, cubic.b3), T(1) / T(3) * smaller(cubic.b1, cubic.b2));
   const T highest = larger(larger(cubic.b0, cubic.b3), T(1) / T(3) * larger(cubic.b1, cubic.b2));
+  // b x c is a quadratic with the Bernstein coefficients plane_t0, plane_mixed / 2, plane_t1.
+  const T longest = larger(larger(norm(plane_t0), T(0.5) * norm(plane_mixed)), norm(plane_t1));
+  // The lengths' own roundings count where the reach is below |a|, else the planes are within reach anyhow.
+  const T threshold = T(64) * epsilon<T>() * volume + (T(1) + T(32) * epsilon<T>()) * (motion.reach() * longest);
   return {motion,
           scale,
           cubic,
@@ -394,7 +435,8 @@ SOFTCD_HD Query<T> make_query(Motion<T> motion) {
           has_volume && magnitude(cubic.b0) > error ? cubic.b0 : T(0),
           has_volume && (lowest > error || highest < -error),
           may_reach(magnitude(cubic.b0) - error, plane_t0, motion.reach()),
-          may_reach(magnitude(cubic.b3) - error, plane_t1, motion.reach())};
+          may_reach(magnitude(cubic.b3) - error, plane_t1, motion.reach()),
+          has_volume && (lowest > threshold || highest < -threshold)};
 }
 
 template <ContactKind kKind, class T>
@@ -417,7 +459,41 @@ SOFTCD_HD Impact<T> impact(const Motion<T>& input) {
   return touch.is_hit ? to_impact<kKind>(motion, touch, query.side, query.scale) : separated<T>();
 }
 
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
+  Query<T> query = make_query(input);
+  if (query.stays_beyond_reach) {
+    return separated<T>();
+  }
+  query.motion.tolerance *= T(2);
+  const Touch<T> touch = first_touch<kKind, true>(query.motion, T(0), T(1));
+  if (!touch.is_hit) {
+    return separated<T>();
+  }
+  Impact<T> impact = to_impact<kKind>(query.motion, touch, query.side, query.scale);
+  impact.state = touch.is_settled ? ImpactState::hit : ImpactState::unsettled;
+  return impact;
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Motion<T> motion_of(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return {relative_pair<kKind>(t0), relative_pair<kKind>(t1), margin, T(0)};
+}
+
 }  // namespace detail
+
+/// The tolerance of distances at one time: 32 epsilon (A + B + C), as above.
+template <ContactKind kKind, class T>
+SOFTCD_HD T distance_tolerance(const Vec3<T> (&x)[4]) {
+  const detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
+  return T(32) * epsilon<T>() * (max_norm(pair.a) + max_norm(pair.b) + max_norm(pair.c));
+}
+
+/// When the features first come within the margin. Corners in the order of the functions below, at both ends.
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return detail::approach<kKind>(detail::motion_of<kKind>(t0, t1, margin));
+}
 
 /// Vertex v (side a) against triangle f0 f1 f2 (side b).
 template <class T>
@@ -441,9 +517,13 @@ SOFTCD_HD Impact<T> edge_edge_impact(Vec3<T> e0_t0, Vec3<T> e1_t0, Vec3<T> g0_t0
 /// Corners in the order of the functions above, at both ends.
 template <ContactKind kKind, class T>
 SOFTCD_HD bool keep_apart(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
-  return detail::make_query(
-             detail::Motion<T>{detail::relative_pair<kKind>(t0), detail::relative_pair<kKind>(t1), margin, T(0)})
-      .keeps_apart();
+  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).keeps_apart();
+}
+
+/// The same for first_approach.
+template <ContactKind kKind, class T>
+SOFTCD_HD bool stay_beyond_reach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).stays_beyond_reach;
 }
 
 /// The same at one time: true only where the features are further apart than `margin`, because the planes (the parallel

@@ -48,7 +48,8 @@ struct SceneView {
   std::uint32_t edge_count = 0;
   std::uint32_t body_count = 0;
   bool continuous = false;
-  bool self_collision = false;  ///< some body may touch itself
+  bool self_collision = false;   ///< some body may touch itself
+  bool is_conservative = false;  ///< Accuracy::conservative
   /// See PipelineOptions::motion_margin.
   float motion_margin = 0.0F;
   /// Of a discrete detection.

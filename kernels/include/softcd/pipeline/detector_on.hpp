@@ -99,6 +99,7 @@ class DetectorOn final : public Detector {
     scene_.summarize_pairs(bodies.may_touch);
     scene_.continuous = settings_.detection == Detection::ccd;
     scene_.motion_margin = scene_.continuous ? 0.0F : settings_.motion_margin;
+    scene_.is_conservative = settings_.accuracy == Accuracy::conservative;
     scene_.contact_rule = scene_.continuous ? ContactRule::distance : settings_.contact_rule;
   }
 
@@ -232,6 +233,7 @@ class DetectorOn final : public Detector {
     statistics.ee_candidates = total_.ee_candidates;
     statistics.vt_contacts = static_cast<std::uint64_t>(first_edge_contact - contacts.begin());
     statistics.ee_contacts = static_cast<std::uint64_t>(contacts.end() - first_edge_contact);
+    statistics.unsettled_contacts = counters.unsettled;
     statistics.earliest_toi = static_cast<double>(counters.earliest_toi);
     statistics.peak_bytes = backend_.peak_bytes();
     statistics.reruns = backend_.reruns();

@@ -48,6 +48,10 @@ class NarrowPhaseStages {
     backend_.for_each("write_contacts", count,
                       WriteContact{scene_, found, w_.contact_order.data(), w_.contacts.data()});
     backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
+    if (scene_.continuous && scene_.is_conservative) {
+      backend_.for_each_append("count_unsettled", count, CountUnsettled{found},
+                               Appender<CountTarget>{{}, &counters_->unsettled, 0});
+    }
   }
 
  private:
@@ -87,7 +91,9 @@ class NarrowPhaseStages {
         backend_, counters_,
         [&] {
           const Count count = candidates.count(counters_);
-          if (scene_.continuous) {
+          if (scene_.continuous && scene_.is_conservative) {
+            backend_.for_each_append(label, count, TestApproach<kKind>{scene_, features}, w_.found.appender(counters_));
+          } else if (scene_.continuous) {
             backend_.for_each_append(label, count, TestMotion<kKind, T>{scene_, features},
                                      w_.found.appender(counters_));
           } else if (kKind == ContactKind::vertex_triangle && scene_.contact_rule == ContactRule::slab) {

@@ -24,7 +24,7 @@ struct Counters {
   std::uint64_t triangles;
   std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, pairs;
-  std::uint64_t vt_candidates, ee_candidates, contacts;
+  std::uint64_t vt_candidates, ee_candidates, contacts, unsettled;
   ChunkCounts done, most;  ///< of the chunks before the current one: together, and in one
   float earliest_toi;
   GridParameters grid;

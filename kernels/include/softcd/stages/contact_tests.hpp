@@ -17,6 +17,7 @@ struct alignas(16) FeatureContact {
   Vec3f normal;
   float distance;
   float time;
+  std::uint32_t is_unsettled;  ///< see ImpactState
 };
 
 SOFTCD_HD constexpr std::uint64_t with_kind(ContactKind kind, std::uint64_t candidate) {
@@ -72,14 +73,15 @@ struct TestProximity {
     const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
     Vec3<T> x[4];
     for (int corner = 0; corner < 4; ++corner) x[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
-    const T margin = static_cast<T>(contact_margin<kKind>(scene, vertices));
+    T margin = static_cast<T>(contact_margin<kKind>(scene, vertices));
+    if (scene.is_conservative) margin += distance_tolerance<kKind>(x);
     const ClosestPoints<T> closest = closest_points(x);
     if (!(closest.squared_distance <= margin * margin)) return;
 
     const T distance = square_root(closest.squared_distance);
     const Vec3<T> normal = distance > T(0) ? (T(1) / distance) * closest.offset : touching_normal(x);
-    FeatureContact contact{
-        with_kind(kKind, candidates[i]), {}, vec3_cast<float>(normal), static_cast<float>(distance), 1.0F};
+    FeatureContact contact{with_kind(kKind, candidates[i]), {},   vec3_cast<float>(normal),
+                           static_cast<float>(distance),    1.0F, 0U};
     for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(closest.weights[corner]);
     contacts.push(contact);
   }
@@ -164,11 +166,37 @@ struct TestSlab {
                            {1.0F, 0.0F, 0.0F, 0.0F},
                            vec3_cast<float>(towards * across),
                            static_cast<float>(magnitude(height) / scale),
-                           1.0F};
+                           1.0F,
+                           0U};
     for (int corner = 0; corner < 3; ++corner) contact.weights[corner + 1] = static_cast<float>(weights[corner]);
     contacts.push(contact);
   }
 };
+
+/// A candidate's corners at both ends.
+template <class T>
+struct CandidateMotion {
+  Vec3<T> t0[4], t1[4];
+
+  SOFTCD_HD CandidateMotion(const SceneView& scene, const FeatureVertices& vertices) {
+    for (int corner = 0; corner < 4; ++corner) {
+      t0[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
+      t1[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    }
+  }
+};
+
+template <class T>
+SOFTCD_HD FeatureContact to_contact(std::uint64_t features, const Impact<T>& impact, float time) {
+  FeatureContact contact{features,
+                         {},
+                         vec3_cast<float>(impact.normal),
+                         static_cast<float>(impact.distance),
+                         time,
+                         impact.state == ImpactState::unsettled ? 1U : 0U};
+  for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(impact.weights[corner]);
+  return contact;
+}
 
 /// Keeps the candidates that come into contact between t0 and t1: see time_of_impact.hpp for what is guaranteed.
 template <ContactKind kKind, class T>
@@ -179,21 +207,10 @@ struct TestMotion {
   template <class Contacts>
   SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
     const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
-    Vec3<T> x[4];
-    Vec3<T> y[4];
-    for (int corner = 0; corner < 4; ++corner) {
-      x[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
-      y[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
-    }
-    const Impact<T> impact = impact_of(x, y, static_cast<T>(contact_margin<kKind>(scene, vertices)));
+    const CandidateMotion<T> motion(scene, vertices);
+    const Impact<T> impact = impact_of(motion.t0, motion.t1, static_cast<T>(contact_margin<kKind>(scene, vertices)));
     if (impact.state == ImpactState::separated) return;
-    FeatureContact contact{with_kind(kKind, candidates[i]),
-                           {},
-                           vec3_cast<float>(impact.normal),
-                           static_cast<float>(impact.distance),
-                           static_cast<float>(impact.time)};
-    for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(impact.weights[corner]);
-    contacts.push(contact);
+    contacts.push(to_contact(with_kind(kKind, candidates[i]), impact, static_cast<float>(impact.time)));
   }
 
  private:
@@ -203,6 +220,36 @@ struct TestMotion {
     } else {
       return edge_edge_impact(x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3], margin);
     }
+  }
+};
+
+/// Keeps the candidates that come within their margin between t0 and t1, by first_approach. Times are not late.
+template <ContactKind kKind>
+struct TestApproach {
+  SceneView scene;
+  const std::uint64_t* candidates;
+
+  template <class Contacts>
+  SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
+    const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
+    const CandidateMotion<double> motion(scene, vertices);
+    const auto margin = static_cast<double>(contact_margin<kKind>(scene, vertices));
+    const Impact<double> impact = first_approach<kKind>(motion.t0, motion.t1, margin);
+    if (impact.state == ImpactState::separated) return;
+    // Towards the start of the step: never late.
+    const auto nearest = static_cast<float>(impact.time);
+    const float time = static_cast<double>(nearest) > impact.time ? larger(outward_down(nearest), 0.0F) : nearest;
+    contacts.push(to_contact(with_kind(kKind, candidates[i]), impact, time));
+  }
+};
+
+/// Counts the contacts that are reported because they could not be settled.
+struct CountUnsettled {
+  const FeatureContact* contacts;
+
+  template <class Counter>
+  SOFTCD_HD void operator()(std::uint32_t i, Counter& counter) const {
+    if (contacts[i].is_unsettled != 0U) counter.push(0U);
   }
 };
 

@@ -100,7 +100,9 @@ struct ExpandPair {
       if (scene.contact_rule == ContactRule::slab && lies_beside_slab(candidate)) return;
     }
     if constexpr (kContinuous) {
-      if (keep_apart<kKind>(points.t0, points.t1, margin)) return;
+      const bool is_out = scene.is_conservative ? stay_beyond_reach<kKind>(points.t0, points.t1, margin)
+                                                : keep_apart<kKind>(points.t0, points.t1, margin);
+      if (is_out) return;
     } else {
       if (lie_apart<kKind>(points.t1, margin)) return;
     }
