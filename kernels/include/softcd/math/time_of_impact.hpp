@@ -340,7 +340,7 @@ template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> to_impact(const Motion<T>& motion, const Touch<T>& touch, T side, T scale) {
   const T distance = square_root(touch.nearest.squared_distance);
   Impact<T> impact;
-  impact.state = ImpactState::hit;
+  impact.state = touch.is_settled ? ImpactState::hit : ImpactState::unsettled;
   impact.time = touch.time;
   write_weights<kKind>(touch.nearest.x, touch.nearest.y, impact.weights);
   const bool is_apart = distance > T(4) * motion.tolerance;
@@ -440,7 +440,7 @@ SOFTCD_HD Query<T> make_query(Motion<T> motion) {
 }
 
 template <ContactKind kKind, class T>
-SOFTCD_HD Impact<T> impact(const Motion<T>& input) {
+SOFTCD_HD Impact<T> coplanar_impact(const Motion<T>& input) {
   const Query<T> query = make_query(input);
   const Motion<T>& motion = query.motion;
   Touch<T> touch = touch_nowhere<T>();
@@ -460,6 +460,15 @@ SOFTCD_HD Impact<T> impact(const Motion<T>& input) {
 }
 
 template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> impact(const Motion<T>& input) {
+  Impact<T> result = coplanar_impact<kKind>(input);
+  if (result.state == ImpactState::unsettled) {
+    result.state = ImpactState::hit;
+  }
+  return result;
+}
+
+template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
   Query<T> query = make_query(input);
   if (query.stays_beyond_reach) {
@@ -467,12 +476,7 @@ SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
   }
   query.motion.tolerance *= T(2);
   const Touch<T> touch = first_touch<kKind, true>(query.motion, T(0), T(1));
-  if (!touch.is_hit) {
-    return separated<T>();
-  }
-  Impact<T> impact = to_impact<kKind>(query.motion, touch, query.side, query.scale);
-  impact.state = touch.is_settled ? ImpactState::hit : ImpactState::unsettled;
-  return impact;
+  return touch.is_hit ? to_impact<kKind>(query.motion, touch, query.side, query.scale) : separated<T>();
 }
 
 template <ContactKind kKind, class T>
@@ -489,10 +493,12 @@ SOFTCD_HD T distance_tolerance(const Vec3<T> (&x)[4]) {
   return T(32) * epsilon<T>() * (max_norm(pair.a) + max_norm(pair.b) + max_norm(pair.c));
 }
 
-/// When the features first come within the margin. Corners in the order of the functions below, at both ends.
+/// When the features first come within the margin; without one, when they first touch, which they do when coplanar.
+/// Corners in the order of the functions below, at both ends.
 template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
-  return detail::approach<kKind>(detail::motion_of<kKind>(t0, t1, margin));
+  const detail::Motion<T> motion = detail::motion_of<kKind>(t0, t1, margin);
+  return margin > T(0) ? detail::approach<kKind>(motion) : detail::coplanar_impact<kKind>(motion);
 }
 
 /// Vertex v (side a) against triangle f0 f1 f2 (side b).
