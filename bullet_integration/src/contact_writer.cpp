@@ -1,11 +1,9 @@
 #include "contact_writer.hpp"
 
+#include "vectors.hpp"
+
 namespace softcd::bullet {
 namespace {
-
-btVector3 to_bullet(Vec3f v) {
-  return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
-}
 
 btSoftBody::Node& node_of(const btSoftBody& body, std::uint32_t index) {
   return const_cast<btSoftBody&>(body).m_nodes[static_cast<int>(index)];
@@ -135,7 +133,7 @@ void write_soft_contact(const MemberContact& found, Detection detection) {
   const btScalar margin = contact_margin(node_body, face_body, node, detection);
   if (detection == Detection::dcd && btScalar(contact.distance) > margin) return;
 
-  const btVector3 weights(btScalar(contact.weights[1]), btScalar(contact.weights[2]), btScalar(contact.weights[3]));
+  const btVector3 weights = triangle_weights(contact.weights);
   const btScalar node_inverse_mass = node.m_im;
   const btScalar face_inverse_mass = inverse_mass_of(face, weights);
   const btScalar sum = node_inverse_mass + face_inverse_mass;
@@ -187,7 +185,7 @@ void write_deformable_contact(const MemberContact& found) {
   if (!found.a.body->isActive()) return;
   btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
   btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
-  const btVector3 weights(btScalar(contact.weights[1]), btScalar(contact.weights[2]), btScalar(contact.weights[3]));
+  const btVector3 weights = triangle_weights(contact.weights);
   if (!(node.m_im + inverse_mass_of(face, weights) > 0)) return;
 
   btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);

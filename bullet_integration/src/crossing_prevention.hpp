@@ -38,7 +38,6 @@ class CrossingPrevention {
   PipelineOptions options(const Settings& settings);
   void synchronize(Span<btSoftBody* const> bodies);
   std::vector<Impact> find_impacts();
-  void answer(const std::vector<Impact>& impacts);
   void take_velocities(btScalar time_step);
   void give_velocities();
   void move_ends(btScalar time_step);

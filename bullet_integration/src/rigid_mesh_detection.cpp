@@ -5,6 +5,7 @@
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 #include "pipeline_options.hpp"
 #include "rigid_contact_writer.hpp"
+#include "vectors.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -20,10 +21,6 @@ constexpr btScalar kSameNormal = btScalar(0.99);
 
 bool is_deformable(const btSoftBody& body) {
   return (body.m_cfg.collisions & Flags::RVSmask) == Flags::SDF_RD;
-}
-
-btVector3 to_bullet(Vec3d v) {
-  return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
 }
 
 /// Of everything that the body's nodes meet in the step.
@@ -205,7 +202,7 @@ void RigidMeshDetection::write_contacts() {
   };
   BodyId last_mesh;
   for (const Contact& contact : pipeline_.detect()) {
-    const btVector3 normal(btScalar(contact.normal.x), btScalar(contact.normal.y), btScalar(contact.normal.z));
+    const btVector3 normal = to_bullet(contact.normal);
     const auto a = meshes_by_id_.find(contact.body_a.value);
     if (a != meshes_by_id_.end()) {
       write_face(contact, *a->second, -normal);
@@ -240,7 +237,7 @@ void RigidMeshDetection::write_face(const Contact& contact, const Mesh& mesh, co
                          mesh.pair.object->getInternalType() == btCollisionObject::CO_RIGID_BODY;
   if (!is_wanted || contact.feature_b >= member.mesh.face_count) return;
   btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
-  const btVector3 weights(btScalar(contact.weights[1]), btScalar(contact.weights[2]), btScalar(contact.weights[3]));
+  const btVector3 weights = triangle_weights(contact.weights);
   const RigidTouch touch = {
       mesh.pair.object, normal, soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
       to_bullet(mesh.mesh.x_t0()[contact.feature_a]), to_bullet(mesh.mesh.x_t1()[contact.feature_a])};

@@ -1,5 +1,9 @@
 #include "velocity_response.hpp"
 
+#include <utility>
+
+#include "vectors.hpp"
+
 namespace softcd::bullet {
 namespace {
 
@@ -48,7 +52,7 @@ Impact impact_of(const MemberContact& found) {
     impact.nodes[i] = &body.m_nodes[static_cast<int>(contact.vertices[i])];
     impact.weights[i] = btScalar(i < count_a ? contact.weights[i] : -contact.weights[i]);
   }
-  impact.normal = btVector3(btScalar(contact.normal.x), btScalar(contact.normal.y), btScalar(contact.normal.z));
+  impact.normal = to_bullet(contact.normal);
   impact.friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;
   return impact;
 }
@@ -86,7 +90,7 @@ bool ImpactZones::join(const std::vector<Impact>& impacts) {
   return has_joined;
 }
 
-void ImpactZones::move_as_one() const {
+void ImpactZones::move_as_one() {
   struct Motion {
     btVector3 momentum{0, 0, 0}, constrained{0, 0, 0}, fixed{0, 0, 0};
     btScalar mass = 0;
@@ -96,10 +100,6 @@ void ImpactZones::move_as_one() const {
       if (fixed_count > 0) return fixed / btScalar(fixed_count);
       return constrained_count > 0 ? constrained / btScalar(constrained_count) : momentum / mass;
     }
-  };
-  const auto root_of = [this](Node* node) {
-    while (parents_.at(node) != node) node = parents_.at(node);
-    return node;
   };
   std::unordered_map<const Node*, Motion> motions;
   for (Node* node : nodes_) {

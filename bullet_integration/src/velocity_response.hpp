@@ -28,10 +28,9 @@ void apply_inelastic_impulses(const std::vector<Impact>& impacts);
 /// one velocity, that of their common momentum, and so cannot meet.
 class ImpactZones {
  public:
-  bool empty() const { return parents_.empty(); }
   /// Joins each impact's nodes into one zone. False when all were in one zone already.
   bool join(const std::vector<Impact>& impacts);
-  void move_as_one() const;
+  void move_as_one();
 
  private:
   using Node = btSoftBody::Node;

@@ -53,11 +53,10 @@ enum class Accuracy : std::uint32_t {
   /// The same in float64, 1e-14 of the extent. In a continuous detection a positive margin is looked for at the step's
   /// ends and where the features are coplanar, not in between.
   precise,
-  /// In float64, with roundings bounded against "no contact". Continuous: the distance is followed over the whole step;
-  /// whatever comes within the margin is found, at a time of impact that is not late, and what is found comes within
-  /// the
-  /// margin and 1e-14 of the extent but for the unsettled contacts, which statistics() counts: for those the bound on
-  /// work was reached first. Discrete: whatever is within the margin is found.
+  /// In float64, with roundings bounded against "no contact". Continuous: whatever comes within the margin during the
+  /// step is found, at a time of impact that is not late. What is found comes within the margin and 1e-14 of the
+  /// extent, but for the unsettled contacts, which statistics() counts: the bound on work was reached first. Discrete:
+  /// whatever is within the margin is found.
   conservative,
 };
 

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "LinearMath/btVector3.h"
+#include "softcd/core/types.hpp"
+
+namespace softcd::bullet {
+
+inline btVector3 to_bullet(Vec3f v) {
+  return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
+}
+inline btVector3 to_bullet(Vec3d v) {
+  return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
+}
+
+/// Of a vertex-triangle contact: where on the triangle.
+inline btVector3 triangle_weights(const float (&weights)[4]) {
+  return {btScalar(weights[1]), btScalar(weights[2]), btScalar(weights[3])};
+}
+
+}  // namespace softcd::bullet
