@@ -77,8 +77,8 @@ struct BoundTriangle {
 
 /// Histograms of the active triangles' sizes, for ChooseGrid; `counter.count(histogram, value)` counts.
 struct MeasureTriangle {
-  enum Histogram : int { radius, swept_radius, distance };
-  static constexpr int kHistograms = 3;
+  enum Histogram : int { radius, swept_radius, fast_radius, distance };
+  static constexpr int kHistograms = 4;
 
   const Kdop18* volumes;
   const TriangleShape* shapes;
@@ -89,8 +89,11 @@ struct MeasureTriangle {
     if (is_empty(volume)) return;
     const Vec3f lo = {volume.lo[0], volume.lo[1], volume.lo[2]};
     const Vec3f hi = {volume.hi[0], volume.hi[1], volume.hi[2]};
-    counter.count(radius, size_bin(shapes[t].radius + shapes[t].growth));
-    counter.count(swept_radius, size_bin(0.5F * sqrtf(squared_norm(hi - lo))));
+    const float at_rest = shapes[t].radius + shapes[t].growth;
+    const float swept = 0.5F * sqrtf(squared_norm(hi - lo));
+    counter.count(radius, size_bin(at_rest));
+    counter.count(swept_radius, size_bin(swept));
+    if (swept > 2.0F * at_rest) counter.count(fast_radius, size_bin(swept));
     counter.count(distance, size_bin(larger(max_norm(lo), max_norm(hi))));
   }
 };
