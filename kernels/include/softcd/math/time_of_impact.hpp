@@ -62,8 +62,8 @@ constexpr int kMaxAdvances = 32;
 /// For motions followed from beginning to end.
 constexpr int kMostApproachSteps = 64;
 constexpr int kStepsInTwoDirections = 8;
-/// Hits may be that share of the margin farther apart than it: margins are sums of floats, and steps converge to this in
-/// 5 instead of 7.
+/// Hits may be that share of the margin farther apart than it: margins are sums of floats, and steps converge to this
+/// in 5 instead of 7.
 template <class T>
 constexpr T kMarginTolerance = T(0x1p-20);
 
