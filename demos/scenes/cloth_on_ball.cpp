@@ -19,11 +19,11 @@ const btVector3 kCenter(0, btScalar(2.6), 0);
 }  // namespace
 
 ClothOnBall::ClothOnBall(const SceneOptions& options) : Scene(options) {
-  const btScalar spacing = kSide / btScalar(options.nodes_per_side - 1);
+  const btScalar spacing = kSide / btScalar(options.size - 1);
   const btScalar margin = kMarginInCells * spacing;
 
   auto cloth = make_cloth(simulation().world_info(),
-                          horizontal_cloth(options.nodes_per_side, kSide, kCenter.y() + kRadius + 3 * margin), 2);
+                          horizontal_cloth(options.size, kSide, kCenter.y() + kRadius + 3 * margin), 2);
   cloth->getCollisionShape()->setMargin(margin);
   cloth->setSelfCollision(true);
   cloth->m_cfg.kDF = btScalar(0.4);

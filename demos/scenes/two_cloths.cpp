@@ -53,7 +53,7 @@ LowerAndUpperCloth make_two_cloths(btSoftBodyWorldInfo& world_info, int nodes_pe
 }
 
 TwoCloths::TwoCloths(const SceneOptions& options) : Scene(options) {
-  LowerAndUpperCloth cloths = make_two_cloths(simulation().world_info(), options.nodes_per_side);
+  LowerAndUpperCloth cloths = make_two_cloths(simulation().world_info(), options.size);
   lower_ = &add(std::move(cloths.lower));
   upper_ = &add(std::move(cloths.upper));
 }
