@@ -5,7 +5,11 @@
 #include <stdexcept>
 
 #include "scenes/cloth_on_ball.hpp"
+#include "scenes/flamenco.hpp"
 #include "scenes/folding_cloth.hpp"
+#include "scenes/funnel.hpp"
+#include "scenes/mixed_sizes.hpp"
+#include "scenes/n_body.hpp"
 #include "scenes/penetration.hpp"
 #include "scenes/two_cloths.hpp"
 
@@ -37,16 +41,31 @@ btSoftBody& Scene::add(std::unique_ptr<btSoftBody> body) {
   return added;
 }
 
-std::size_t Scene::count_penetrating_vertices() const {
+void Scene::send(btSoftBody& body, const std::vector<btVector3>& goals) {
+  int i = 0;
+  for (const btVector3& goal : goals) {
+    btSoftBody::Node& node = body.m_nodes[i++];
+    node.m_v = (goal - node.m_x) / kTimeStep;
+  }
+}
+
+std::vector<btVector3> Scene::positions_of(const btSoftBody& body) {
+  std::vector<btVector3> positions;
+  for (int i = 0; i < body.m_nodes.size(); ++i) positions.push_back(body.m_nodes[i].m_x);
+  return positions;
+}
+
+Penetration Scene::count_penetration() const {
   std::vector<const btSoftBody*> bodies;
   for (const Surface& surface : surfaces()) bodies.push_back(surface.body);
-  std::vector<std::vector<bool>> marked = find_piercing_vertices(bodies);
-  std::size_t count = 0;
+  Intersections intersections = find_intersections(bodies);
+  Penetration penetration{0, intersections.edge_count};
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    mark_passed_through(*bodies[b], marked[b]);
-    count += static_cast<std::size_t>(std::count(marked[b].begin(), marked[b].end(), true));
+    std::vector<bool>& marked = intersections.vertices[b];
+    mark_passed_through(*bodies[b], marked);
+    penetration.vertices += static_cast<std::size_t>(std::count(marked.begin(), marked.end(), true));
   }
-  return count;
+  return penetration;
 }
 
 std::size_t Scene::count_contacts() const {
@@ -57,6 +76,15 @@ const std::vector<SceneInfo>& scenes() {
   static const std::vector<SceneInfo> list = {
       {"cloth-on-ball", "A cloth drapes over a ball, which then turns and twists it into folds", "nodes a side", 8, 80,
        true, make<ClothOnBall>},
+      {"funnel", "A cloth falls into a funnel and is pulled through its spout", "nodes a side", 12, 40, true,
+       make<Funnel>},
+      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 20, true,
+       make<Flamenco>},
+      {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, true, make<NBody>},
+      {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48,
+       true, make<MixedSizesCloth>},
+      {"mixed-sizes-balls", "Small soft balls fall onto boulders; triangles from 1 to 10,000 in area", "small balls", 1,
+       12, true, make<MixedSizesBalls>},
       {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, true,
        make<TwoCloths>},
       {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, true,

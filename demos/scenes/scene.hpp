@@ -40,6 +40,15 @@ struct View {
   btScalar floor_height = 0;               ///< where the floor is drawn
 };
 
+/// What is where it should not be at the end of a step. None of the detector's code takes part in counting.
+struct Penetration {
+  /// On the wrong side of a surface: those with an edge that intersects a triangle, and those that have passed through
+  /// altogether, which the scene knows: inside the ball, below the cloth that should hold them up, under the layer on
+  /// which they were folded.
+  std::size_t vertices = 0;
+  std::size_t edges = 0;  ///< that intersect a triangle; exact, see find_intersections()
+};
+
 /// A simulation that shows something, in fixed steps of kTimeStep.
 class Scene {
  public:
@@ -54,11 +63,8 @@ class Scene {
   void step();
   btScalar time() const { return btScalar(step_count_) * kTimeStep; }
 
-  /// Vertices on the wrong side of a surface. These are all vertices with an edge that pierces a triangle of any
-  /// body, and those that have passed through altogether, which the scene knows: inside the ball, below the cloth
-  /// that should hold them up, under the layer on which they were folded. Counted on the positions at the end of
-  /// the last step, by brute force over a grid; none of the detector's code takes part.
-  std::size_t count_penetrating_vertices() const;
+  Penetration count_penetration() const;
+  std::size_t count_penetrating_vertices() const { return count_penetration().vertices; }
 
   /// Contacts that Bullet's solver was given in the last step.
   std::size_t count_contacts() const;
@@ -74,6 +80,9 @@ class Scene {
   btSoftBody& add(std::unique_ptr<btSoftBody> body);
   /// Moves what moves by itself during the coming step.
   virtual void animate() {}
+  /// Gives the body's first nodes the velocities with which they are at `goals` after the coming step.
+  static void send(btSoftBody& body, const std::vector<btVector3>& goals);
+  static std::vector<btVector3> positions_of(const btSoftBody& body);
   /// Marks the vertices of `body` that have passed through something altogether.
   virtual void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const = 0;
 
