@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <vector>
 
 #include "command_line/choices.hpp"
 
 namespace softcd::demo {
 namespace {
 
+constexpr std::array<Choice<bool OverlayChoice::*>, 4> kOverlays = {{{"contacts", &OverlayChoice::contacts},
+                                                                     {"cells", &OverlayChoice::cells},
+                                                                     {"children", &OverlayChoice::children},
+                                                                     {"picked-cell", &OverlayChoice::picked_cell}}};
 constexpr std::array<Choice<Collision>, 3> kCollisions = {
     {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
 constexpr std::array<Choice<bullet::EdgeContacts>, 2> kEdgeContacts = {
@@ -66,6 +71,18 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
       ->take_last();
   app.add_option("--record", command.record_folder, "Write every fourth step as DIR/frame-0000.png, ... (30 a second)")
       ->option_text("DIR");
+  std::vector<bool OverlayChoice::*> overlays;
+  CLI::Option* view =
+      app.add_flag("--view", command.view,
+                   "Show the scene in a window instead of measuring it; a panel there explains mouse and keys");
+  add_choices(app, "--overlays", kOverlays, overlays, "What --view draws over the scene from the start")->needs(view);
+  app.add_option("--view-frames", command.view_frames, "Close --view's window after so many frames, of two steps each")
+      ->option_text("N")
+      ->check(CLI::Range(1L, 1000000L))
+      ->needs(view);
+  app.add_option("--screenshot", command.screenshot_file, "PNG file for the last of --view-frames")
+      ->option_text("FILE")
+      ->needs("--view-frames");
   app.add_option("--json", command.json_file, "Write every figure as JSON")->option_text("FILE");
   app.footer(
       "Columns: simulated seconds; median milliseconds of a step and of softcd's detection in it; median contacts\n"
@@ -77,6 +94,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
     if (!list && find_scene(command.scene) == nullptr) {
       throw CLI::ValidationError("SCENE", fmt::format("there is no scene '{}'; see --list", command.scene));
     }
+    for (bool OverlayChoice::*overlay : overlays) command.overlays.*overlay = true;
   } catch (const CLI::ParseError& error) {
     return {std::nullopt, app.exit(error) == 0 ? 0 : kExitWrongInput};
   }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "scenes/scene.hpp"
+#include "viewer/overlays.hpp"
 
 namespace softcd::demo {
 
@@ -17,6 +18,10 @@ struct DemoCommand {
   std::string picture_file = "softcd-demo.png";
   std::string record_folder;  ///< empty: no frames
   std::string json_file;      ///< empty: none
+  bool view = false;          ///< in a window, instead of measuring
+  long view_frames = 0;       ///< 0: until the window is closed
+  OverlayChoice overlays;
+  std::string screenshot_file;  ///< empty: none
 };
 
 /// The command, or the exit code after help, a list or an error has been printed.

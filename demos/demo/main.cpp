@@ -8,6 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "command_line.hpp"
 #include "command_line/choices.hpp"
@@ -15,6 +17,7 @@
 #include "picture.hpp"
 #include "png_file.hpp"
 #include "softcd/softcd.hpp"
+#include "viewer/viewer.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -94,6 +97,18 @@ void write_text(const std::string& file, const std::string& text) {
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
 }
 
+void view(const DemoCommand& command) {
+  ViewerOptions options;
+  options.frames = command.view_frames;
+  options.overlays = command.overlays;
+  if (!command.screenshot_file.empty()) {
+    options.take_screenshot = [&](int width, int height, std::vector<std::uint8_t> rgb) {
+      write_png(command.screenshot_file, {width, height, std::move(rgb)});
+    };
+  }
+  run_viewer(command.scene, command.options, options);
+}
+
 void run(DemoCommand command) {
   const Progress progress;
   command.options.settings.log = [&progress](LogLevel level, std::string_view text) {
@@ -101,6 +116,10 @@ void run(DemoCommand command) {
     progress.clear();
     fmt::print(stderr, "warning: {}\n", text);
   };
+  if (command.view) {
+    view(command);
+    return;
+  }
   if (!command.record_folder.empty()) std::filesystem::create_directories(command.record_folder);
   progress.show("building the scene");
   const std::unique_ptr<Scene> scene = make_scene(command.scene, command.options);

@@ -35,6 +35,24 @@ void Scene::step() {
   ++step_count_;
 }
 
+void Scene::go_on_from(const Scene& other) {
+  // In the first step Bullet measures the links' rest lengths.
+  if (step_count_ == 0) step();
+  step_count_ = other.step_count_;
+  const std::vector<btSoftBody*>& bodies = simulation_.bodies();
+  const std::vector<btSoftBody*>& others = other.simulation_.bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const auto& from = others[b]->m_nodes;
+    for (int i = 0; i < from.size(); ++i) {
+      btSoftBody::Node& node = bodies[b]->m_nodes[i];
+      node.m_x = from[i].m_x;
+      node.m_q = from[i].m_q;
+      node.m_v = from[i].m_v;
+      node.m_vn = from[i].m_vn;
+    }
+  }
+}
+
 btSoftBody& Scene::add(std::unique_ptr<btSoftBody> body) {
   btSoftBody& added = simulation_.add(std::move(body));
   if (collision_ == Collision::off) simulation_.stop_soft_contacts();

@@ -63,6 +63,9 @@ class Scene {
   void step();
   btScalar time() const { return btScalar(step_count_) * kTimeStep; }
 
+  /// Takes over the time, and the nodes' positions and velocities, of the same scene in another world.
+  void go_on_from(const Scene& other);
+
   Penetration count_penetration() const;
   std::size_t count_penetrating_vertices() const { return count_penetration().vertices; }
 
