@@ -25,8 +25,7 @@ inline bool some_body_moves(const std::vector<BodySurvey>& surveys) {
   return std::any_of(surveys.begin(), surveys.end(), [](const BodySurvey& survey) { return survey.moves; });
 }
 
-inline DetectionSettings detection_settings(const PipelineOptions& options, const PairSelection& pairs,
-                                            bool moves) {
+inline DetectionSettings detection_settings(const PipelineOptions& options, const PairSelection& pairs, bool moves) {
   const float default_lambda = options.broad_phase == BroadPhase::paper ? 1.2F : 1.8F;
   return {options.detection,
           options.accuracy,
