@@ -38,9 +38,9 @@ SOFTCD_HD inline int subdivision_level(float radius, float limit) {
 ///
 /// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum 1.8, flat from 1.2 to 2.4);
 /// `paper`: 3 lambda times that of the swept radii (equation 1); `uniform`, and `paper` without subdivision: 3 largest
-/// swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per triangle, where the mean
-/// triangle moves many cells or some move so many that entries would outnumber kEntryBudget per triangle, and where the
-/// grid would not reach the furthest of all but stray triangles.
+/// swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per triangle, where the
+/// mean triangle moves many cells or some move so many that entries would outnumber kEntryBudget per triangle, and
+/// where the grid would not reach the furthest of all but stray triangles.
 struct ChooseGrid {
   static constexpr int kChildBudget = 8;
   static constexpr int kEntryBudget = 256;
@@ -48,7 +48,7 @@ struct ChooseGrid {
   const std::uint32_t* radius_bins;
   const std::uint32_t* swept_radius_bins;
   const std::uint32_t* fast_radius_bins;  ///< swept radii of triangles that move further than they are wide
-  const std::uint32_t* distance_bins;  ///< of the largest coordinate magnitude
+  const std::uint32_t* distance_bins;     ///< of the largest coordinate magnitude
   BroadPhase broad_phase;
   bool subdivision;
   float lambda;
@@ -91,8 +91,8 @@ struct ChooseGrid {
     return size;
   }
 
-  /// A fast triangle's 18-DOP, a prism along its way, fills about an eighth of its box (measured with random directions:
-  /// 0.08 to 0.13), and the box of radius R is about that of a cube of side 2 R / sqrt(3).
+  /// A fast triangle's 18-DOP, a prism along its way, fills about an eighth of its box (measured with random
+  /// directions: 0.08 to 0.13), and the box of radius R is about that of a cube of side 2 R / sqrt(3).
   template <class Team>
   SOFTCD_HD float within_entry_budget(Team& team, float size, std::uint64_t triangles) const {
     for (int enlargement = 0; enlargement < 32; ++enlargement) {
