@@ -49,20 +49,21 @@ void print_head(const DemoCommand& command, const Scene& scene) {
     fmt::print(", detection {} on {}", name_of(kDetections, command.options.settings.detection),
                name_of(kBackends, pipeline->backend()));
   }
-  fmt::print("\n{:>6}  {:>9}  {:>12}  {:>9}  {:>11}\n", "time s", "step ms", "detection ms", "contacts", "penetrating");
+  fmt::print("\n{:>6}  {:>9}  {:>12}  {:>9}  {:>11}  {:>18}\n", "time s", "step ms", "detection ms", "contacts",
+             "penetrating", "intersecting edges");
 }
 
 void print_row(const Row& row) {
   const std::string detection = std::isnan(row.detection_ms) ? "-" : fmt::format("{:.2f}", row.detection_ms);
-  fmt::print("{:>6.2f}  {:>9.2f}  {:>12}  {:>9}  {:>11}\n", row.until, row.step_ms, detection, row.contacts,
-             row.penetrating);
+  fmt::print("{:>6.2f}  {:>9.2f}  {:>12}  {:>9}  {:>11}  {:>18}\n", row.until, row.step_ms, detection, row.contacts,
+             row.penetration.vertices, row.penetration.edges);
   std::fflush(stdout);
 }
 
 void print_summary(const Measurement& measurement, long steps) {
   fmt::print("{} steps in {:.1f} s: first {:.1f} ms, median {:.2f} ms; at most {} penetrating vertices\n", steps,
              measurement.total_seconds, measurement.first_step_ms, measurement.median_step_ms,
-             measurement.most_penetrating);
+             measurement.most_penetration.vertices);
 }
 
 nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, const Measurement& measurement) {
@@ -76,7 +77,8 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
                                  {"first_step_ms", measurement.first_step_ms},
                                  {"median_step_ms", measurement.median_step_ms},
                                  {"total_seconds", measurement.total_seconds},
-                                 {"most_penetrating", measurement.most_penetrating}};
+                                 {"most_penetrating_vertices", measurement.most_penetration.vertices},
+                                 {"most_intersecting_edges", measurement.most_penetration.edges}};
   if (const CollisionPipeline* pipeline = scene.simulation().pipeline())
     json["backend"] = name_of(kBackends, pipeline->backend());
   json["rows"] = nlohmann::ordered_json::array();
@@ -84,7 +86,8 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
     nlohmann::ordered_json entry = {{"until", row.until}, {"step_ms", row.step_ms}};
     if (!std::isnan(row.detection_ms)) entry["detection_ms"] = row.detection_ms;
     entry["contacts"] = row.contacts;
-    entry["penetrating"] = row.penetrating;
+    entry["penetrating_vertices"] = row.penetration.vertices;
+    entry["intersecting_edges"] = row.penetration.edges;
     json["rows"].push_back(entry);
   }
   return json;

@@ -39,9 +39,10 @@ Measurement measure(Scene& scene, long steps, const Callbacks& callbacks) {
     if (step % kStepsPerRow != 0 && step != steps) continue;
 
     const Row row{double(scene.time()), median(step_ms), median(detection_ms), median(contacts),
-                  scene.count_penetrating_vertices()};
+                  scene.count_penetration()};
     measurement.rows.push_back(row);
-    measurement.most_penetrating = std::max(measurement.most_penetrating, row.penetrating);
+    Penetration& most = measurement.most_penetration;
+    most = {std::max(most.vertices, row.penetration.vertices), std::max(most.edges, row.penetration.edges)};
     callbacks.on_row(row);
     all_step_ms.insert(all_step_ms.end(), step_ms.begin(), step_ms.end());
     step_ms.clear();

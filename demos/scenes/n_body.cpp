@@ -87,7 +87,7 @@ std::vector<Surface> NBody::surfaces() const {
 }
 
 View NBody::view() const {
-  return {btVector3(btScalar(6.5), btScalar(5.2), btScalar(8.5)), btVector3(0, btScalar(0.9), 0)};
+  return {btVector3(btScalar(5.2), btScalar(4.8), btScalar(7.2)), btVector3(0, btScalar(0.7), 0)};
 }
 
 }  // namespace softcd::demo
