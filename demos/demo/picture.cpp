@@ -21,6 +21,7 @@ void append_triangles(const Surface& surface, std::vector<ShadedTriangle>& trian
     }
     triangle.front = {surface.front.red, surface.front.green, surface.front.blue};
     triangle.back = {surface.back.red, surface.back.green, surface.back.blue};
+    triangle.has_edges_drawn = surface.has_edges_drawn;
     triangles.push_back(triangle);
   }
 }

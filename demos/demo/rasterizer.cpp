@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kSamples = 2;  // a pixel, each way
 constexpr int kShadowSize = 1536;
+constexpr double kEdgeWidth = 1.2;  // samples, on each side of an edge
+constexpr float kEdgeShade = 0.55F;
 constexpr double kNear = 0.05;
 
 const Vec3d kToSun = unit(kTowardsSun);
@@ -43,6 +45,13 @@ void for_each_sample(const std::array<ScreenPoint, 3>& p, int width, int height,
       if (w0 >= 0 && w1 >= 0 && w2 >= 0) visit(column, row, w0, w1, w2);
     }
   }
+}
+
+/// Of each corner above the opposite edge, on the screen.
+std::array<double, 3> heights_of(const std::array<ScreenPoint, 3>& p) {
+  const double area = std::abs((p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x));
+  const auto length = [](const ScreenPoint& a, const ScreenPoint& b) { return std::hypot(b.x - a.x, b.y - a.y); };
+  return {area / length(p[1], p[2]), area / length(p[2], p[0]), area / length(p[0], p[1])};
 }
 
 /// Depth of what the sun sees first, over a square that holds all triangles.
@@ -137,6 +146,7 @@ class Canvas {
     }
     const Vec3d flat_normal =
         cross(triangle.positions[1] - triangle.positions[0], triangle.positions[2] - triangle.positions[0]);
+    const std::array<double, 3> heights = heights_of(points);
     const bool is_front = dot(flat_normal, camera_.eye - triangle.positions[0]) > 0;
     for_each_sample(points, width_, height_, [&](int column, int row, double w0, double w1, double w2) {
       const double nearness = w0 * inverse_distance[0] + w1 * inverse_distance[1] + w2 * inverse_distance[2];
@@ -152,7 +162,10 @@ class Canvas {
         normal = normal + w[i] * triangle.normals[i];
       }
       if (!is_front) normal = -normal;
-      colors_[sample] = shade(position, unit(normal), is_front ? triangle.front : triangle.back);
+      const Vec3f color = is_front ? triangle.front : triangle.back;
+      const bool is_at_edge =
+          triangle.has_edges_drawn && std::min({w0 * heights[0], w1 * heights[1], w2 * heights[2]}) < kEdgeWidth;
+      colors_[sample] = shade(position, unit(normal), is_at_edge ? kEdgeShade * color : color);
     });
   }
 

@@ -43,8 +43,10 @@ std::unique_ptr<btSoftBody> make_graded_cloth(btSoftBodyWorldInfo& world_info, i
 constexpr btScalar kBallRadius = btScalar(0.095);
 constexpr int kBallSubdivisions = 3;
 constexpr btScalar kBallMargin = btScalar(0.003);  // a quarter of an edge
-constexpr btScalar kBallSpacing = btScalar(2.2) * kBallRadius;
-constexpr int kBallsPerSide = 4;
+// They rain onto a disc, along the spiral of a sunflower's seeds.
+constexpr btScalar kRainRadius = btScalar(1.9);
+constexpr btScalar kGoldenAngle = btScalar(2.39996);
+constexpr btScalar kHeightBetween = btScalar(0.15);
 
 // Around a pit, half in the floor; neighbours do not touch.
 constexpr int kBoulderCount = 5;
@@ -68,7 +70,8 @@ void MixedSizesCloth::mark_passed_through(const btSoftBody& body, std::vector<bo
 }
 
 std::vector<Surface> MixedSizesCloth::surfaces() const {
-  return {{lower_, {0.10F, 0.28F, 0.42F}, {0.35F, 0.42F, 0.45F}}, {upper_, {0.60F, 0.30F, 0.05F}, {0.5F, 0.1F, 0.1F}}};
+  return {{lower_, {0.10F, 0.28F, 0.42F}, {0.35F, 0.42F, 0.45F}, true},
+          {upper_, {0.60F, 0.30F, 0.05F}, {0.5F, 0.1F, 0.1F}, true}};
 }
 
 View MixedSizesCloth::view() const {
@@ -85,14 +88,14 @@ MixedSizesBalls::MixedSizesBalls(const SceneOptions& options) : Scene(options) {
     boulder->m_cfg.kDF = btScalar(0.1);
     boulders_.push_back(&add(std::move(boulder)));
   }
-  const btScalar bottom = kBoulderHeight + kBoulderRadius;
+  const btScalar bottom = kBoulderHeight + kBoulderRadius + 2 * kBallRadius;
   for (int ball = 0; ball < options.size; ++ball) {
-    const int layer = ball / (kBallsPerSide * kBallsPerSide);
-    const btScalar offset = (btScalar(layer % 2) - btScalar(kBallsPerSide)) / 2;
-    const btVector3 center(kBallSpacing * (offset + btScalar(ball % kBallsPerSide)),
-                           bottom + kBallSpacing * btScalar(layer),
-                           kBallSpacing * (offset + btScalar(ball / kBallsPerSide % kBallsPerSide)));
-    balls_.push_back(&add(make_soft_ball(simulation(), {center, kBallRadius, kBallSubdivisions, 1, kBallMargin})));
+    const btScalar radius = kRainRadius * btSqrt((btScalar(ball) + btScalar(0.5)) / btScalar(options.size));
+    const btScalar angle = kGoldenAngle * btScalar(ball);
+    const btVector3 center(radius * btCos(angle), bottom + kHeightBetween * btScalar(ball), radius * btSin(angle));
+    auto soft = make_soft_ball(simulation(), {center, kBallRadius, kBallSubdivisions, 1, kBallMargin});
+    soft->setSelfCollision(true);
+    balls_.push_back(&add(std::move(soft)));
   }
 }
 
@@ -107,8 +110,9 @@ void MixedSizesBalls::mark_passed_through(const btSoftBody& body, std::vector<bo
 
 std::vector<Surface> MixedSizesBalls::surfaces() const {
   std::vector<Surface> surfaces;
-  for (const btSoftBody* boulder : boulders_) surfaces.push_back({boulder, {0.35F, 0.33F, 0.30F}, {0.1F, 0.1F, 0.1F}});
-  for (const btSoftBody* ball : balls_) surfaces.push_back({ball, {0.70F, 0.30F, 0.04F}, {0.1F, 0.1F, 0.1F}});
+  for (const btSoftBody* boulder : boulders_)
+    surfaces.push_back({boulder, {0.35F, 0.33F, 0.30F}, {0.1F, 0.1F, 0.1F}, true});
+  for (const btSoftBody* ball : balls_) surfaces.push_back({ball, {0.70F, 0.30F, 0.04F}, {0.1F, 0.1F, 0.1F}, true});
   return surfaces;
 }
 

@@ -31,6 +31,7 @@ struct Color {
 struct Surface {
   const btSoftBody* body;
   Color front, back;
+  bool has_edges_drawn = false;
 };
 
 /// A camera that looks at `target`; the unit is the scene's, y is up.
