@@ -27,13 +27,16 @@ double timed_step(Scene& scene) {
 
 Measurement measure(Scene& scene, long steps, const Callbacks& callbacks) {
   Measurement measurement;
+  StepProfiler profiler;
+  const bool is_ours = scene.simulation().pipeline() != nullptr;
   std::vector<double> all_step_ms, step_ms, detection_ms;
   std::vector<std::size_t> contacts;
   for (long step = 1; step <= steps; ++step) {
     step_ms.push_back(timed_step(scene));
-    const CollisionPipeline* pipeline = scene.simulation().pipeline();
-    detection_ms.push_back(pipeline != nullptr ? pipeline->statistics().ms.total
-                                               : std::numeric_limits<double>::quiet_NaN());
+    const StepProfile profile = profiler.take();
+    detection_ms.push_back(is_ours ? profile.total() : std::numeric_limits<double>::quiet_NaN());
+    measurement.total_profile.contacts += profile.contacts;
+    measurement.total_profile.crossings += profile.crossings;
     contacts.push_back(scene.count_contacts());
     callbacks.on_step(step);
     if (step % kStepsPerRow != 0 && step != steps) continue;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scenes/scene.hpp"
+#include "step_profile.hpp"
 
 namespace softcd::demo {
 
@@ -12,7 +13,7 @@ namespace softcd::demo {
 struct Row {
   double until = 0;          ///< simulated seconds
   double step_ms = 0;        ///< median
-  double detection_ms = 0;   ///< median of the detector's own time; NaN where Bullet detects
+  double detection_ms = 0;   ///< median of what softcd takes; NaN where Bullet detects
   std::size_t contacts = 0;  ///< median a step
   Penetration penetration;   ///< at the end
 };
@@ -22,6 +23,7 @@ struct Measurement {
   double first_step_ms = 0;
   double median_step_ms = 0;
   double total_seconds = 0;      ///< of wall clock, in steps
+  StepProfile total_profile;     ///< of all steps
   Penetration most_penetration;  ///< of any row, each figure for itself
 };
 

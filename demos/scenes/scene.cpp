@@ -86,6 +86,12 @@ Penetration Scene::count_penetration() const {
   return penetration;
 }
 
+std::size_t Scene::count_triangles() const {
+  std::size_t count = 0;
+  for (const Surface& surface : surfaces()) count += static_cast<std::size_t>(surface.body->m_faces.size());
+  return count;
+}
+
 std::size_t Scene::count_contacts() const {
   return simulation_.count_soft_contacts();
 }
@@ -93,19 +99,19 @@ std::size_t Scene::count_contacts() const {
 const std::vector<SceneInfo>& scenes() {
   static const std::vector<SceneInfo> list = {
       {"cloth-on-ball", "A cloth drapes over a ball, which then turns and twists it into folds", "nodes a side", 8, 80,
-       true, make<ClothOnBall>},
-      {"funnel", "A cloth falls into a funnel and is pulled through its spout", "nodes a side", 12, 40, true,
+       190, true, make<ClothOnBall>},
+      {"funnel", "A cloth falls into a funnel and is pulled through its spout", "nodes a side", 12, 40, 84, true,
        make<Funnel>},
-      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 15, true,
+      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 15, 50, true,
        make<Flamenco>},
-      {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, true, make<NBody>},
-      {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48,
+      {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, 455, true, make<NBody>},
+      {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48, 0,
        true, make<MixedSizesCloth>},
       {"mixed-sizes-balls", "Small soft balls fall between boulders; triangles from 1 to 10,000 in area", "small balls",
-       1, 12, true, make<MixedSizesBalls>},
-      {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, true,
+       1, 16, 0, true, make<MixedSizesBalls>},
+      {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, 0, true,
        make<TwoCloths>},
-      {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, true,
+      {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, 0, true,
        make<FoldingCloth>},
   };
   return list;

@@ -74,6 +74,7 @@ class Scene {
   std::size_t count_contacts() const;
 
   virtual std::vector<Surface> surfaces() const = 0;
+  std::size_t count_triangles() const;
   virtual View view() const = 0;
 
   SoftWorld& simulation() { return simulation_; }
@@ -102,6 +103,7 @@ struct SceneInfo {
   const char* size_unit;
   int smallest_size;
   int default_size;  ///< several steps a second on two cores
+  int paper_size;    ///< about as many triangles as in Wong, Leach and Zambetta 2012; 0: not one of its scenes
   bool in_deformable_world;
   std::unique_ptr<Scene> (*make)(const SceneOptions& options);
 };

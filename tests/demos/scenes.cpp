@@ -24,7 +24,7 @@ constexpr int kSteps = 75;
 constexpr btScalar kFastest = 15;  // after falling freely for 1 s, and half as fast again
 
 const std::map<std::string, int> kSmallSizes = {
-    {"n-body", 8}, {"mixed-sizes-balls", 4}, {"mixed-sizes-cloth", 16}, {"flamenco", 8}};
+    {"n-body", 8}, {"mixed-sizes-balls", 2}, {"mixed-sizes-cloth", 16}, {"flamenco", 12}};
 
 SceneOptions small(const SceneInfo& info, World world) {
   const auto size = kSmallSizes.find(info.name);
