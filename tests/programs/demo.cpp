@@ -136,6 +136,7 @@ TEST_F(Demo, refuses_command_lines) {
   };
   expect_refused("teapot", "there is no scene 'teapot'; see --list");
   expect_refused("two-cloths --world rigid", "'rigid' is not one of soft, deformable");
+  expect_refused("mixed-sizes-balls --world deformable", "mixed-sizes-balls runs in Bullet's classic soft world only");
   expect_refused("two-cloths --size 7", "'7' is neither 'paper' nor a number of nodes a side from 8 to");
   expect_refused("two-cloths --size large", "'large' is neither 'paper' nor a number");
   expect_refused("two-cloths --size paper", "two-cloths is not in the paper");
