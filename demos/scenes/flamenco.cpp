@@ -142,7 +142,7 @@ std::vector<Surface> Flamenco::surfaces() const {
 }
 
 View Flamenco::view() const {
-  return {btVector3(btScalar(1.3), btScalar(1.6), btScalar(2.8)), btVector3(btScalar(0.05), btScalar(0.84), 0)};
+  return {btVector3(btScalar(1.4), btScalar(1.7), btScalar(3.0)), btVector3(btScalar(0.05), btScalar(0.8), 0)};
 }
 
 }  // namespace softcd::demo

@@ -69,6 +69,7 @@ void Scene::send(btSoftBody& body, const std::vector<btVector3>& goals) {
 
 std::vector<btVector3> Scene::positions_of(const btSoftBody& body) {
   std::vector<btVector3> positions;
+  positions.reserve(static_cast<std::size_t>(body.m_nodes.size()));
   for (int i = 0; i < body.m_nodes.size(); ++i) positions.push_back(body.m_nodes[i].m_x);
   return positions;
 }
