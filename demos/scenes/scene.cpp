@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "scenes/bowline.hpp"
 #include "scenes/cloth_on_ball.hpp"
 #include "scenes/flamenco.hpp"
 #include "scenes/folding_cloth.hpp"
@@ -11,6 +12,9 @@
 #include "scenes/mixed_sizes.hpp"
 #include "scenes/n_body.hpp"
 #include "scenes/penetration.hpp"
+#include "scenes/reef_knot.hpp"
+#include "scenes/stack.hpp"
+#include "scenes/tube.hpp"
 #include "scenes/two_cloths.hpp"
 
 namespace softcd::demo {
@@ -106,6 +110,13 @@ const std::vector<SceneInfo>& scenes() {
       {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 15, 50, true,
        make<Flamenco>},
       {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, 455, true, make<NBody>},
+      {"reef-knot", "Two ribbons in a loose reef knot are pulled tight", "nodes along each ribbon", 80, 150, 500, false,
+       make<ReefKnot>},
+      {"bowline", "A ribbon with a loose bowline round a post is pulled tight", "nodes along the ribbon", 120, 240, 500,
+       false, make<Bowline>},
+      {"stack", "Cloths fall onto each other, the lowest one is held", "nodes a side", 8, 16, 0, false, make<Stack>},
+      {"tube", "An elastic tube is pressed together and twisted until it lies in folds on itself", "nodes around it",
+       12, 36, 0, false, make<Tube>},
       {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48, 0,
        true, make<MixedSizesCloth>},
       {"mixed-sizes-balls", "Small soft balls fall between boulders; triangles from 1 to 10,000 in area", "small balls",
