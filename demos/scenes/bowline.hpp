@@ -8,7 +8,7 @@
 namespace softcd::demo {
 
 /// A ribbon, weightless, whose loop round a post is closed by a loose bowline. A hand pulls at its standing part until
-/// that is taut. The other end is free: without friction, or contacts within the ribbon, the knot comes undone.
+/// that is taut. The other end is free: without contacts within the ribbon the knot comes undone.
 class Bowline : public Scene {
  public:
   explicit Bowline(const SceneOptions& options);
