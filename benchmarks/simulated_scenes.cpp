@@ -95,7 +95,7 @@ Recording record(const std::string& name, const SimulatedScenesOptions& options)
   scene_options.world = options.world;
   scene_options.settings.detection = Detection::ccd;
   scene_options.settings.edge_contacts = bullet::EdgeContacts::respond;
-  scene_options.size = info.default_size;
+  scene_options.size = options.papers_sizes && info.paper_size > 0 ? info.paper_size : info.default_size;
   const std::unique_ptr<demo::Scene> scene = demo::make_scene(name, scene_options);
 
   Recording recording;
