@@ -7,6 +7,7 @@
 #endif
 #include "detector.hpp"
 #include "mesh_io/mesh_io.hpp"
+#include "trade.hpp"
 
 namespace {
 
@@ -35,6 +36,8 @@ int main(int argc, char** argv) {
     BulletStepOptions bullet_step;
     add_bullet_step(app, bullet_step);
 #endif
+    TradeOptions trade;
+    add_trade(app, trade);
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
