@@ -18,6 +18,7 @@
 #include "command_line/choices.hpp"
 #include "report.hpp"
 #include "trade_queries.hpp"
+#include "trade_steps.hpp"
 
 // What accuracy costs: the same contacts looked for in every way, each judged by exact arithmetic.
 
@@ -97,6 +98,23 @@ ordered_json to_json(const QueryResult& r) {
           {"ns_per_query", r.nanoseconds}};
 }
 
+ordered_json to_json(const StepResult& r) {
+  return {{"scene", r.scene},
+          {"features", r.has_edges ? "vt,ee" : "vt"},
+          {"mode", r.mode},
+          {"backend", name_of(demo::kBackends, r.backend)},
+          {"triangles", r.triangles},
+          {"margin", r.margin},
+          {"candidates", r.is_listed ? "listed" : "reported"},
+          {"touching", r.touching},
+          {"contacts", r.contacts},
+          {"missed", r.missed},
+          {"extra", r.extra},
+          {"unsettled", r.unsettled},
+          {"ms", r.ms},
+          {"transfer_ms", r.transfer_ms}};
+}
+
 class Trade {
  public:
   explicit Trade(const TradeOptions& options) : options_(options), json_(describe_run(options)) {}
@@ -108,6 +126,8 @@ class Trade {
           run_queries();
           break;
         case TradePart::steps:
+          run_steps();
+          break;
         case TradePart::simulation:
           break;
       }
@@ -124,12 +144,7 @@ class Trade {
       sets.insert(sets.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
     };
     if (!options_.queries_folder.empty()) add(read_query_sets(options_.queries_folder));
-    if (!options_.steps_folder.empty()) {
-      for (const fs::path& step : folders_in(options_.steps_folder)) {
-        const std::string name = step.filename().string();
-        add(queries_of_step(name, test::read_ground_truth(options_.steps_folder, name)));
-      }
-    }
+    for (const auto& [name, truth] : recorded_steps()) add(queries_of_step(name, truth));
     Table table({"set", "kind", "mode", "queries", "touch", "missed", "false", "early", "median", "99.9 %", "most",
                  "late", "median", "99.9 %", "most", "ns"},
                 3);
@@ -148,6 +163,41 @@ class Trade {
                 "contact, in steps. `dcd-N`: distances at the ends of N substeps, within a tenth of the set's median "
                 "edge.",
                 table);
+  }
+
+  void run_steps() {
+    std::vector<StepScene> scenes;
+    for (const MakeScene make : {make_funnel, make_cloth_on_ball, make_n_body}) {
+      scenes.push_back({make(options_.scale), {}});
+    }
+    for (const auto& [name, truth] : recorded_steps()) scenes.push_back(to_step_scene(name, truth));
+    Table table({"scene", "features", "mode", "backend", "triangles", "touch", "contacts", "missed", "extra",
+                 "unsettled", "ms", "transfer"},
+                4);
+    for (const StepScene& scene : scenes) {
+      for (const StepResult& r : measure_steps(scene, options_.backends, options_.repetitions)) {
+        json_["steps"].push_back(to_json(r));
+        table.add({r.scene, r.has_edges ? "vt,ee" : "vt", r.mode, name_of(demo::kBackends, r.backend),
+                   fmt::to_string(r.triangles), fmt::to_string(r.touching), fmt::to_string(r.contacts),
+                   fmt::to_string(r.missed), fmt::to_string(r.extra), fmt::to_string(r.unsettled),
+                   fmt::format("{:.2f}", r.ms), fmt::format("{:.2f}", r.transfer_ms)});
+      }
+    }
+    add_section("Whole steps",
+                "`touch`: pairs of features that do so in exact arithmetic, of those that a continuous mode reports or "
+                "the recorded step lists. `dcd-N`: detections at the ends of N substeps, within a tenth of an edge, "
+                "milliseconds of all together, without `transfer`.",
+                table);
+  }
+
+  std::vector<std::pair<std::string, test::GroundTruth>> recorded_steps() const {
+    std::vector<std::pair<std::string, test::GroundTruth>> steps;
+    if (options_.steps_folder.empty()) return steps;
+    for (const fs::path& folder : folders_in(options_.steps_folder)) {
+      const std::string name = folder.filename().string();
+      steps.emplace_back(name, test::read_ground_truth(options_.steps_folder, name));
+    }
+    return steps;
   }
 
   void add_section(const std::string& title, const std::string& note, const Table& table) {
@@ -193,6 +243,9 @@ void add_trade(CLI::App& app, TradeOptions& options) {
   command->add_option("--generated", options.generated_queries, "Queries of each generated set")
       ->option_text("N [20000]")
       ->check(CLI::Range(1, 10000000));
+  command->add_option("--scale", options.scale, "Multiplies the generated scenes' triangle counts, roughly")
+      ->option_text("S [1]")
+      ->check(CLI::Range(0.01, 1000.0));
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where whole steps are computed");
   command->add_option("--repeat", options.repetitions, "Measured rounds, of which the median is told")
       ->option_text("N [9]")
