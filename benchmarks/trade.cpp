@@ -18,6 +18,9 @@
 #include "command_line/choices.hpp"
 #include "report.hpp"
 #include "trade_queries.hpp"
+#ifdef SOFTCD_BENCH_HAS_BULLET
+#include "trade_simulation.hpp"
+#endif
 #include "trade_steps.hpp"
 
 // What accuracy costs: the same contacts looked for in every way, each judged by exact arithmetic.
@@ -115,6 +118,33 @@ ordered_json to_json(const StepResult& r) {
           {"transfer_ms", r.transfer_ms}};
 }
 
+#ifdef SOFTCD_BENCH_HAS_BULLET
+ordered_json to_json(const SimulationResult& r) {
+  return {{"scene", r.scene},
+          {"knob", r.knob},
+          {"value", r.value},
+          {"detection", r.detection},
+          {"features", r.features},
+          {"accuracy", r.accuracy},
+          {"backend", name_of(demo::kBackends, r.backend)},
+          {"steps_per_second", r.steps_per_second},
+          {"margin_in_cells", r.margin_in_cells},
+          {"lambda", r.lambda},
+          {"iterations", r.iterations},
+          {"seconds", r.seconds},
+          {"vertices", r.vertices},
+          {"penetrating", r.penetrating},
+          {"most_penetrating", r.most_penetrating},
+          {"crossings", r.crossings},
+          {"tunnelled", r.tunnelled},
+          {"energy_start", r.energy_start},
+          {"energy_end", r.energy_end},
+          {"energy_most", r.energy_most},
+          {"contacts", r.contacts},
+          {"ms_per_second", r.ms_per_second}};
+}
+#endif
+
 class Trade {
  public:
   explicit Trade(const TradeOptions& options) : options_(options), json_(describe_run(options)) {}
@@ -129,6 +159,7 @@ class Trade {
           run_steps();
           break;
         case TradePart::simulation:
+          run_simulation();
           break;
       }
     }
@@ -190,6 +221,34 @@ class Trade {
                 table);
   }
 
+#ifdef SOFTCD_BENCH_HAS_BULLET
+  void run_simulation() {
+    Table table({"scene", "knob", "value", "detection", "vertices", "penetrating", "most", "crossings", "tunnelled",
+                 "J, start", "J, end", "J, most", "contacts", "ms per s"},
+                4);
+    for (const Backend backend : options_.backends) {
+      run_simulations({backend, options_.nodes_per_side, options_.simulated_seconds}, [&](const SimulationResult& r) {
+        json_["simulation"].push_back(to_json(r));
+        table.add({r.scene, r.knob, r.value, r.detection, fmt::to_string(r.vertices), fmt::to_string(r.penetrating),
+                   fmt::to_string(r.most_penetrating), fmt::to_string(r.crossings), fmt::to_string(r.tunnelled),
+                   fmt::format("{:.1f}", r.energy_start), fmt::format("{:.1f}", r.energy_end),
+                   fmt::format("{:.1f}", r.energy_most), fmt::format("{:.0f}", r.contacts),
+                   fmt::format("{:.0f}", r.ms_per_second)});
+      });
+    }
+    add_section("Simulations",
+                "Bullet's classic soft world. Knobs are turned one at a time from `ccd`, `precise`, vertex-triangle, "
+                "steps of 1/120 s, margins of a quarter of a cell, 4 iterations. `penetrating`: vertices with an edge "
+                "through a triangle, at the end, and the most; `crossings`: of vertices through triangles, in exact "
+                "arithmetic; `tunnelled`: vertices with an odd number of them.",
+                table);
+  }
+#else
+  void run_simulation() {
+    throw std::runtime_error("--part simulation: this program was built without Bullet (SOFTCD_BULLET=ON)");
+  }
+#endif
+
   std::vector<std::pair<std::string, test::GroundTruth>> recorded_steps() const {
     std::vector<std::pair<std::string, test::GroundTruth>> steps;
     if (options_.steps_folder.empty()) return steps;
@@ -250,6 +309,12 @@ void add_trade(CLI::App& app, TradeOptions& options) {
   command->add_option("--repeat", options.repetitions, "Measured rounds, of which the median is told")
       ->option_text("N [9]")
       ->check(CLI::Range(1, 1000000));
+  command->add_option("--seconds", options.simulated_seconds, "Simulated, of each run")
+      ->option_text("S [1]")
+      ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--nodes", options.nodes_per_side, "Nodes a side of the simulated cloths")
+      ->option_text("N [24]")
+      ->check(CLI::Range(8, 1000));
   command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");

@@ -192,9 +192,7 @@ StepScene to_step_scene(const std::string& name, const test::GroundTruth& truth)
 std::vector<StepResult> measure_steps(const StepScene& step, const std::vector<Backend>& backends, int repetitions) {
   const test::Scene exact_scene = to_test_scene(step.scene);
   const test::SceneGeometry geometry(exact_scene);
-  const auto touches = [&](const FeaturePair& pair) {
-    return test::collides({pair.kind, geometry.motion(pair)});
-  };
+  const auto touches = [&](const FeaturePair& pair) { return test::collides({pair.kind, geometry.motion(pair)}); };
   std::vector<StepResult> results;
   for (const Backend backend : backends) {
     for (const bool has_edges : {false, true}) {

@@ -1,0 +1,296 @@
+#include "trade_simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "brute_force.hpp"  // before Bullet's headers, which declare a global `seed`
+
+#include "command_line/choices.hpp"
+#include "scenes/cloth.hpp"
+#include "scenes/penetration.hpp"
+#include "scenes/simulation.hpp"
+#include "scenes/two_cloths.hpp"
+
+namespace softcd::benchmarks {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Who looks for contacts, and how. The defaults are the base point that each knob is turned from.
+struct Setting {
+  enum class Detector { bullet, dcd, ccd };
+
+  Detector detector = Detector::ccd;
+  int steps_per_second = 120;
+  bullet::EdgeContacts edge_contacts = bullet::EdgeContacts::off;
+  Accuracy accuracy = Accuracy::precise;
+  double margin_in_cells = 0.25;
+  float lambda = 0;
+  int iterations = 4;
+  std::string knob, value;
+};
+
+constexpr std::array<demo::Choice<Setting::Detector>, 3> kDetectors = {
+    {{"bullet", Setting::Detector::bullet}, {"dcd", Setting::Detector::dcd}, {"ccd", Setting::Detector::ccd}}};
+constexpr std::array kStepsPerSecond = {30, 60, 120, 240, 480, 960};
+constexpr int kSamplesPerSecond = 30;
+
+std::vector<Setting> settings() {
+  std::vector<Setting> all;
+  for (const auto& [name, detector] : kDetectors) {
+    for (const int steps : kStepsPerSecond) {
+      Setting setting;
+      setting.detector = detector;
+      setting.steps_per_second = steps;
+      setting.knob = "time step";
+      setting.value = fmt::format("1/{}", steps);
+      all.push_back(setting);
+    }
+  }
+  const auto turn = [&](const std::string& knob, const std::string& value, auto member, auto to) {
+    Setting setting;
+    setting.*member = to;
+    setting.knob = knob;
+    setting.value = value;
+    all.push_back(setting);
+  };
+  turn("features", "vt,ee", &Setting::edge_contacts, bullet::EdgeContacts::respond);
+  for (const auto& [name, accuracy] : demo::kAccuracies) {
+    if (accuracy != Accuracy::precise) turn("accuracy", name, &Setting::accuracy, accuracy);
+  }
+  for (const double margin : {0.0625, 0.125, 0.5}) {
+    turn("margin", fmt::format("{} cells", margin), &Setting::margin_in_cells, margin);
+  }
+  for (const float lambda : {1.2F, 2.4F}) turn("lambda", fmt::format("{:.1f}", lambda), &Setting::lambda, lambda);
+  for (const int iterations : {1, 2, 8, 16}) {
+    turn("iterations", fmt::to_string(iterations), &Setting::iterations, iterations);
+  }
+  return all;
+}
+
+demo::Simulation make_simulation(const Setting& setting, Backend backend) {
+  if (setting.detector == Setting::Detector::bullet) return demo::Simulation(demo::PlugIn::none);
+  bullet::Settings ours;
+  ours.backend = backend;
+  ours.detection = setting.detector == Setting::Detector::ccd ? Detection::ccd : Detection::dcd;
+  ours.accuracy = setting.accuracy;
+  ours.lambda = setting.lambda;
+  ours.edge_contacts = setting.edge_contacts;
+  return demo::Simulation(demo::PlugIn::one_line_world, ours);
+}
+
+/// The bodies of a run, and how large the cells of its cloths are.
+struct Content {
+  std::vector<btSoftBody*> bodies;
+  btScalar cell;
+};
+
+Content fill_throw(demo::Simulation& simulation, int nodes_per_side) {
+  constexpr btScalar kSide = 2;
+  constexpr btScalar kSpeed = 50;
+  const int last = nodes_per_side - 1;
+  demo::ClothShape held = demo::horizontal_cloth(nodes_per_side, kSide, 0);
+  held.is_fixed = [last](int column, int row) { return column == 0 || row == 0 || column == last || row == last; };
+  const int thrown_nodes = nodes_per_side / 2 + 1;
+  const btScalar cell = kSide / btScalar(last);
+  btSoftBody& target = simulation.add(demo::make_cloth(simulation.world_info(), held, 20));
+  btSoftBody& thrown = simulation.add(
+      demo::make_cloth(simulation.world_info(),
+                       demo::horizontal_cloth(thrown_nodes, cell * btScalar(thrown_nodes - 1), btScalar(0.6)), 1));
+  thrown.rotate(btQuaternion(btVector3(0, 1, 0), btScalar(0.35)));
+  thrown.setVelocity(btVector3(0, -kSpeed, 0));
+  return {{&target, &thrown}, cell};
+}
+
+Content fill_two_cloths(demo::Simulation& simulation, int nodes_per_side) {
+  demo::LowerAndUpperCloth cloths = demo::make_two_cloths(simulation.world_info(), nodes_per_side);
+  btSoftBody& lower = simulation.add(std::move(cloths.lower));
+  const btScalar cell = (lower.m_nodes[1].m_x - lower.m_nodes[0].m_x).length();
+  return {{&lower, &simulation.add(std::move(cloths.upper))}, cell};
+}
+
+Content fill_cloth_on_ball(demo::Simulation& simulation, int nodes_per_side) {
+  constexpr btScalar kSide = 3;
+  constexpr btScalar kRadius = 1;
+  btSoftBody& ball = simulation.add(demo::make_ball(simulation.world_info(), btVector3(0, 0, 0), kRadius, 3));
+  btSoftBody& cloth = simulation.add(
+      demo::make_cloth(simulation.world_info(), demo::horizontal_cloth(nodes_per_side, kSide, btScalar(1.2)), 1));
+  return {{&ball, &cloth}, kSide / btScalar(nodes_per_side - 1)};
+}
+
+/// Three layers of one cloth, joined by half circles, of which the lowest is held.
+Content fill_folded(demo::Simulation& simulation, int nodes_per_side) {
+  constexpr btScalar kSide = 2;
+  constexpr btScalar kGap = btScalar(0.3);
+  const int flat = nodes_per_side - 1;
+  const btScalar cell = kSide / btScalar(flat);
+  const int bend = std::max(2, static_cast<int>(std::lround(SIMD_HALF_PI * kGap / cell)));
+  demo::ClothShape shape;
+  shape.columns = 3 * flat + 2 * bend + 1;
+  shape.rows = nodes_per_side;
+  shape.position = [=](int column, int row) {
+    const int layer = column / (flat + bend);
+    const int along = column % (flat + bend);
+    const btScalar angle = SIMD_PI * btScalar(std::max(0, along - flat)) / btScalar(bend);
+    const btScalar x = cell * btScalar(std::min(along, flat)) + kGap / 2 * btSin(angle);
+    return btVector3(layer % 2 == 1 ? kSide - x : x, kGap * (btScalar(layer) + (1 - btCos(angle)) / 2),
+                     cell * btScalar(row));
+  };
+  shape.is_fixed = [flat](int column, int) { return column <= flat; };
+  btSoftBody& cloth = simulation.add(demo::make_cloth(simulation.world_info(), shape, 2));
+  cloth.setSelfCollision(true);
+  return {{&cloth}, cell};
+}
+
+struct SceneChoice {
+  const char* name;
+  Content (*fill)(demo::Simulation&, int);
+  double most_seconds;
+};
+constexpr SceneChoice kScenesOfBullet[] = {{"throw", fill_throw, 0.25},
+                                           {"two-cloths", fill_two_cloths, 10},
+                                           {"cloth-on-ball", fill_cloth_on_ball, 10},
+                                           {"folded", fill_folded, 10}};
+
+/// Counts vertices that meet a triangle on their straight way through a step, in exact arithmetic.
+class CrossingCounter {
+ public:
+  explicit CrossingCounter(const std::vector<btSoftBody*>& bodies) : bodies_(bodies) {
+    for (btSoftBody* body : bodies_) {
+      test::SceneBody scene_body;
+      for (int f = 0; f < body->m_faces.size(); ++f) {
+        Triangle triangle{};
+        for (int i = 0; i < 3; ++i) {
+          triangle.v[i] = static_cast<std::uint32_t>(body->m_faces[f].m_n[i] - &body->m_nodes[0]);
+        }
+        scene_body.triangles.push_back(triangle);
+      }
+      scene_body.x_t1 = positions_of(*body);
+      scene_body.settings.self_collision = body->useSelfCollision();
+      scene_.push_back(std::move(scene_body));
+      is_odd_.emplace_back(static_cast<std::size_t>(body->m_nodes.size()), false);
+    }
+  }
+
+  void count_step() {
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      scene_[b].x_t0 = std::move(scene_[b].x_t1);
+      scene_[b].x_t1 = positions_of(*bodies_[b]);
+    }
+    for (const test::FeaturePair& pair : test::continuous_verdicts(scene_).certain) {
+      ++crossings_;
+      is_odd_[pair.body_a][pair.feature_a].flip();
+    }
+  }
+
+  std::size_t crossings() const { return crossings_; }
+  std::size_t tunnelled() const {
+    std::size_t count = 0;
+    for (const auto& body : is_odd_) count += static_cast<std::size_t>(std::count(body.begin(), body.end(), true));
+    return count;
+  }
+
+ private:
+  static test::Positions3 positions_of(const btSoftBody& body) {
+    test::Positions3 positions;
+    for (int n = 0; n < body.m_nodes.size(); ++n) {
+      const btVector3& x = body.m_nodes[n].m_x;
+      positions.push_back({double(x.x()), double(x.y()), double(x.z())});
+    }
+    return positions;
+  }
+
+  std::vector<btSoftBody*> bodies_;
+  test::Scene scene_;
+  std::vector<std::vector<bool>> is_odd_;
+  std::size_t crossings_ = 0;
+};
+
+double energy_of(const std::vector<btSoftBody*>& bodies, const btVector3& gravity) {
+  double energy = 0;
+  for (const btSoftBody* body : bodies) {
+    for (int n = 0; n < body->m_nodes.size(); ++n) {
+      const btSoftBody::Node& node = body->m_nodes[n];
+      if (node.m_im == 0) continue;
+      energy += double(node.m_v.length2() / 2 - gravity.dot(node.m_x)) / double(node.m_im);
+    }
+  }
+  return energy;
+}
+
+std::size_t count_penetrating(const std::vector<btSoftBody*>& bodies) {
+  std::size_t count = 0;
+  for (const auto& body : demo::find_piercing_vertices({bodies.begin(), bodies.end()})) {
+    count += static_cast<std::size_t>(std::count(body.begin(), body.end(), true));
+  }
+  return count;
+}
+
+std::size_t count_contacts(const std::vector<btSoftBody*>& bodies) {
+  std::size_t count = 0;
+  for (const btSoftBody* body : bodies) count += static_cast<std::size_t>(body->m_scontacts.size());
+  return count;
+}
+
+SimulationResult run(const SceneChoice& scene, const Setting& setting, const SimulationOptions& options) {
+  demo::Simulation simulation = make_simulation(setting, options.backend);
+  const Content content = scene.fill(simulation, options.nodes_per_side);
+  SimulationResult result;
+  for (btSoftBody* body : content.bodies) {
+    body->getCollisionShape()->setMargin(btScalar(setting.margin_in_cells) * content.cell);
+    body->m_cfg.piterations = setting.iterations;
+    body->m_cfg.kDF = btScalar(0.5);
+    body->setActivationState(DISABLE_DEACTIVATION);
+    result.vertices += static_cast<std::size_t>(body->m_nodes.size());
+  }
+  const btVector3 gravity = simulation.world_info().m_gravity;
+  result.energy_start = result.energy_most = energy_of(content.bodies, gravity);
+  result.seconds = std::min(options.seconds, scene.most_seconds);
+  const int steps = static_cast<int>(std::lround(result.seconds * setting.steps_per_second));
+  const int steps_per_sample = std::max(1, setting.steps_per_second / kSamplesPerSecond);
+  CrossingCounter crossings(content.bodies);
+  double ms = 0;
+  for (int step = 1; step <= steps; ++step) {
+    const Clock::time_point start = Clock::now();
+    simulation.step(btScalar(1) / btScalar(setting.steps_per_second));
+    if (step > 1) ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    result.contacts += static_cast<double>(count_contacts(content.bodies)) / steps;
+    crossings.count_step();
+    result.energy_end = energy_of(content.bodies, gravity);
+    result.energy_most = std::max(result.energy_most, result.energy_end);
+    if (step % steps_per_sample != 0 && step != steps) continue;
+    result.penetrating = count_penetrating(content.bodies);
+    result.most_penetrating = std::max(result.most_penetrating, result.penetrating);
+  }
+  result.ms_per_second = ms * setting.steps_per_second / std::max(1, steps - 1);
+  result.crossings = crossings.crossings();
+  result.tunnelled = crossings.tunnelled();
+
+  result.scene = scene.name;
+  result.knob = setting.knob;
+  result.value = setting.value;
+  result.detection = name_of(kDetectors, setting.detector);
+  result.features = setting.edge_contacts == bullet::EdgeContacts::respond ? "vt,ee" : "vt";
+  result.accuracy = name_of(demo::kAccuracies, setting.accuracy);
+  result.backend = options.backend;
+  result.steps_per_second = setting.steps_per_second;
+  result.margin_in_cells = setting.margin_in_cells;
+  result.lambda = static_cast<double>(setting.lambda);
+  result.iterations = setting.iterations;
+  return result;
+}
+
+}  // namespace
+
+void run_simulations(const SimulationOptions& options, const std::function<void(const SimulationResult&)>& report) {
+  for (const SceneChoice& scene : kScenesOfBullet) {
+    for (const Setting& setting : settings()) report(run(scene, setting, options));
+  }
+}
+
+}  // namespace softcd::benchmarks

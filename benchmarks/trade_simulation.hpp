@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "softcd/softcd.hpp"
+
+// Simulations in Bullet's classic soft world, over their time step and one dial at a time.
+
+namespace softcd::benchmarks {
+
+struct SimulationOptions {
+  Backend backend = Backend::cpu;
+  int nodes_per_side = 24;  ///< of the cloths
+  double seconds = 1;       ///< simulated
+};
+
+struct SimulationResult {
+  std::string scene;
+  std::string knob, value;  ///< what differs from the base point
+  std::string detection;    ///< bullet, dcd or ccd
+  std::string features;
+  std::string accuracy;
+  Backend backend;
+  int steps_per_second = 0;
+  double margin_in_cells = 0;  ///< of each body, in cells of its cloths
+  double lambda = 0;           ///< 0: the detector's choice
+  int iterations = 0;          ///< of the solver, positions
+  double seconds = 0;
+  std::size_t vertices = 0;
+  std::size_t penetrating = 0;       ///< vertices with an edge through a triangle, at the end
+  std::size_t most_penetrating = 0;  ///< of 30 times in a second
+  std::size_t crossings = 0;         ///< vertices through triangles in a step, in exact arithmetic
+  std::size_t tunnelled = 0;         ///< vertices with an odd number of crossings
+  double energy_start = 0;           ///< kinetic and in the field of gravity, joules
+  double energy_end = 0;
+  double energy_most = 0;
+  double contacts = 0;       ///< that the solver was given, mean of a step
+  double ms_per_second = 0;  ///< of simulation, without its first step and what is measured
+};
+
+/// Calls `report` for each run as it ends.
+void run_simulations(const SimulationOptions& options, const std::function<void(const SimulationResult&)>& report);
+
+}  // namespace softcd::benchmarks
