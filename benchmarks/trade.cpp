@@ -227,14 +227,16 @@ class Trade {
                  "J, start", "J, end", "J, most", "contacts", "ms per s"},
                 4);
     for (const Backend backend : options_.backends) {
-      run_simulations({backend, options_.nodes_per_side, options_.simulated_seconds}, [&](const SimulationResult& r) {
-        json_["simulation"].push_back(to_json(r));
-        table.add({r.scene, r.knob, r.value, r.detection, fmt::to_string(r.vertices), fmt::to_string(r.penetrating),
-                   fmt::to_string(r.most_penetrating), fmt::to_string(r.crossings), fmt::to_string(r.tunnelled),
-                   fmt::format("{:.1f}", r.energy_start), fmt::format("{:.1f}", r.energy_end),
-                   fmt::format("{:.1f}", r.energy_most), fmt::format("{:.0f}", r.contacts),
-                   fmt::format("{:.0f}", r.ms_per_second)});
-      });
+      run_simulations(
+          {backend, options_.nodes_per_side, options_.simulated_seconds, options_.simulation_runs},
+          [&](const SimulationResult& r) {
+            json_["simulation"].push_back(to_json(r));
+            table.add({r.scene, r.knob, r.value, r.detection, fmt::to_string(r.vertices), fmt::to_string(r.penetrating),
+                       fmt::to_string(r.most_penetrating), fmt::to_string(r.crossings), fmt::to_string(r.tunnelled),
+                       fmt::format("{:.1f}", r.energy_start), fmt::format("{:.1f}", r.energy_end),
+                       fmt::format("{:.1f}", r.energy_most), fmt::format("{:.0f}", r.contacts),
+                       fmt::format("{:.0f}", r.ms_per_second)});
+          });
     }
     add_section("Simulations",
                 "Bullet's classic soft world. Knobs are turned one at a time from `ccd`, `precise`, vertex-triangle, "
@@ -312,6 +314,9 @@ void add_trade(CLI::App& app, TradeOptions& options) {
   command->add_option("--seconds", options.simulated_seconds, "Simulated, of each run")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--runs", options.simulation_runs, "Of each simulation, of which the median time is told")
+      ->option_text("N [3]")
+      ->check(CLI::Range(1, 1000));
   command->add_option("--nodes", options.nodes_per_side, "Nodes a side of the simulated cloths")
       ->option_text("N [24]")
       ->check(CLI::Range(8, 1000));

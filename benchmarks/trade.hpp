@@ -24,6 +24,7 @@ struct TradeOptions {
   double scale = 1;               ///< of the generated scenes' triangle counts
   int repetitions = 9;
   double simulated_seconds = 1;
+  int simulation_runs = 3;
   int nodes_per_side = 24;                           ///< of the simulated cloths
   std::string machine;                               ///< empty: the processor
   std::string markdown_file, json_file, csv_folder;  ///< empty: none

@@ -7,10 +7,12 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "brute_force.hpp"  // before Bullet's headers, which declare a global `seed`
 
 #include "command_line/choices.hpp"
+#include "command_line/stage_times.hpp"
 #include "scenes/cloth.hpp"
 #include "scenes/penetration.hpp"
 #include "scenes/simulation.hpp"
@@ -108,18 +110,23 @@ Content fill_throw(demo::Simulation& simulation, int nodes_per_side) {
 }
 
 Content fill_two_cloths(demo::Simulation& simulation, int nodes_per_side) {
+  constexpr btScalar kSpeed = 10;
   demo::LowerAndUpperCloth cloths = demo::make_two_cloths(simulation.world_info(), nodes_per_side);
   btSoftBody& lower = simulation.add(std::move(cloths.lower));
   const btScalar cell = (lower.m_nodes[1].m_x - lower.m_nodes[0].m_x).length();
-  return {{&lower, &simulation.add(std::move(cloths.upper))}, cell};
+  btSoftBody& upper = simulation.add(std::move(cloths.upper));
+  upper.setVelocity(btVector3(0, -kSpeed, 0));
+  return {{&lower, &upper}, cell};
 }
 
 Content fill_cloth_on_ball(demo::Simulation& simulation, int nodes_per_side) {
   constexpr btScalar kSide = 3;
   constexpr btScalar kRadius = 1;
+  constexpr btScalar kSpeed = 20;
   btSoftBody& ball = simulation.add(demo::make_ball(simulation.world_info(), btVector3(0, 0, 0), kRadius, 3));
   btSoftBody& cloth = simulation.add(
       demo::make_cloth(simulation.world_info(), demo::horizontal_cloth(nodes_per_side, kSide, btScalar(1.2)), 1));
+  cloth.setVelocity(btVector3(0, -kSpeed, 0));
   return {{&ball, &cloth}, kSide / btScalar(nodes_per_side - 1)};
 }
 
@@ -237,40 +244,39 @@ std::size_t count_contacts(const std::vector<btSoftBody*>& bodies) {
   return count;
 }
 
-SimulationResult run(const SceneChoice& scene, const Setting& setting, const SimulationOptions& options) {
-  demo::Simulation simulation = make_simulation(setting, options.backend);
-  const Content content = scene.fill(simulation, options.nodes_per_side);
-  SimulationResult result;
-  for (btSoftBody* body : content.bodies) {
-    body->getCollisionShape()->setMargin(btScalar(setting.margin_in_cells) * content.cell);
-    body->m_cfg.piterations = setting.iterations;
-    body->m_cfg.kDF = btScalar(0.5);
-    body->setActivationState(DISABLE_DEACTIVATION);
-    result.vertices += static_cast<std::size_t>(body->m_nodes.size());
+/// What becomes of a run's bodies. Not part of the measured time.
+class Observer {
+ public:
+  Observer(const Content& content, const btVector3& gravity, SimulationResult& result)
+      : bodies_(content.bodies), gravity_(gravity), crossings_(content.bodies), result_(result) {
+    result_.energy_start = result_.energy_most = energy_of(bodies_, gravity_);
+    for (const btSoftBody* body : bodies_) result_.vertices += static_cast<std::size_t>(body->m_nodes.size());
   }
-  const btVector3 gravity = simulation.world_info().m_gravity;
-  result.energy_start = result.energy_most = energy_of(content.bodies, gravity);
-  result.seconds = std::min(options.seconds, scene.most_seconds);
-  const int steps = static_cast<int>(std::lround(result.seconds * setting.steps_per_second));
-  const int steps_per_sample = std::max(1, setting.steps_per_second / kSamplesPerSecond);
-  CrossingCounter crossings(content.bodies);
-  double ms = 0;
-  for (int step = 1; step <= steps; ++step) {
-    const Clock::time_point start = Clock::now();
-    simulation.step(btScalar(1) / btScalar(setting.steps_per_second));
-    if (step > 1) ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-    result.contacts += static_cast<double>(count_contacts(content.bodies)) / steps;
-    crossings.count_step();
-    result.energy_end = energy_of(content.bodies, gravity);
-    result.energy_most = std::max(result.energy_most, result.energy_end);
-    if (step % steps_per_sample != 0 && step != steps) continue;
-    result.penetrating = count_penetrating(content.bodies);
-    result.most_penetrating = std::max(result.most_penetrating, result.penetrating);
-  }
-  result.ms_per_second = ms * setting.steps_per_second / std::max(1, steps - 1);
-  result.crossings = crossings.crossings();
-  result.tunnelled = crossings.tunnelled();
 
+  void see_step(bool is_sample) {
+    contacts_ += static_cast<double>(count_contacts(bodies_));
+    result_.contacts = contacts_ / ++steps_;
+    crossings_.count_step();
+    result_.crossings = crossings_.crossings();
+    result_.tunnelled = crossings_.tunnelled();
+    result_.energy_end = energy_of(bodies_, gravity_);
+    result_.energy_most = std::max(result_.energy_most, result_.energy_end);
+    if (!is_sample) return;
+    result_.penetrating = count_penetrating(bodies_);
+    result_.most_penetrating = std::max(result_.most_penetrating, result_.penetrating);
+  }
+
+ private:
+  std::vector<btSoftBody*> bodies_;
+  btVector3 gravity_;
+  CrossingCounter crossings_;
+  SimulationResult& result_;
+  double contacts_ = 0;
+  int steps_ = 0;
+};
+
+SimulationResult describe(const SceneChoice& scene, const Setting& setting, const SimulationOptions& options) {
+  SimulationResult result;
   result.scene = scene.name;
   result.knob = setting.knob;
   result.value = setting.value;
@@ -282,14 +288,54 @@ SimulationResult run(const SceneChoice& scene, const Setting& setting, const Sim
   result.margin_in_cells = setting.margin_in_cells;
   result.lambda = static_cast<double>(setting.lambda);
   result.iterations = setting.iterations;
+  result.seconds = std::min(options.seconds, scene.most_seconds);
   return result;
+}
+
+/// Milliseconds of all steps but the first, in which trees and buffers are made. Every run of a setting takes the same
+/// steps; the first one is observed.
+double run(const SceneChoice& scene, const Setting& setting, const SimulationOptions& options, bool is_observed,
+           SimulationResult& result) {
+  demo::Simulation simulation = make_simulation(setting, options.backend);
+  const Content content = scene.fill(simulation, options.nodes_per_side);
+  for (btSoftBody* body : content.bodies) {
+    body->getCollisionShape()->setMargin(btScalar(setting.margin_in_cells) * content.cell);
+    body->m_cfg.piterations = setting.iterations;
+    body->m_cfg.kDF = btScalar(0.5);
+    body->setActivationState(DISABLE_DEACTIVATION);
+  }
+  std::optional<Observer> observer;
+  if (is_observed) observer.emplace(content, simulation.world_info().m_gravity, result);
+  const int steps = static_cast<int>(std::lround(result.seconds * setting.steps_per_second));
+  const int steps_per_sample = std::max(1, setting.steps_per_second / kSamplesPerSecond);
+  double ms = 0;
+  for (int step = 1; step <= steps; ++step) {
+    const Clock::time_point start = Clock::now();
+    simulation.step(btScalar(1) / btScalar(setting.steps_per_second));
+    if (step > 1) ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (observer) observer->see_step(step % steps_per_sample == 0 || step == steps);
+  }
+  return ms * setting.steps_per_second / std::max(1, steps - 1);
 }
 
 }  // namespace
 
 void run_simulations(const SimulationOptions& options, const std::function<void(const SimulationResult&)>& report) {
+  const std::vector<Setting> all = settings();
   for (const SceneChoice& scene : kScenesOfBullet) {
-    for (const Setting& setting : settings()) report(run(scene, setting, options));
+    std::vector<SimulationResult> results;
+    for (const Setting& setting : all) results.push_back(describe(scene, setting, options));
+    // One run of each setting in turn, so that what else the machine does falls on all of them.
+    std::vector<std::vector<double>> ms(all.size());
+    for (int repetition = 0; repetition < options.repetitions; ++repetition) {
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        ms[i].push_back(run(scene, all[i], options, repetition == 0, results[i]));
+      }
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      results[i].ms_per_second = demo::median(ms[i]);
+      report(results[i]);
+    }
   }
 }
 

@@ -15,6 +15,7 @@ struct SimulationOptions {
   Backend backend = Backend::cpu;
   int nodes_per_side = 24;  ///< of the cloths
   double seconds = 1;       ///< simulated
+  int repetitions = 3;      ///< runs of each setting, of which the median time is told
 };
 
 struct SimulationResult {
@@ -38,7 +39,7 @@ struct SimulationResult {
   double energy_end = 0;
   double energy_most = 0;
   double contacts = 0;       ///< that the solver was given, mean of a step
-  double ms_per_second = 0;  ///< of simulation, without its first step and what is measured
+  double ms_per_second = 0;  ///< of simulation, without the first step
 };
 
 /// Calls `report` for each run as it ends.
