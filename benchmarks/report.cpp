@@ -50,7 +50,9 @@ std::string csv_of(const nlohmann::ordered_json& rows) {
       text += separator;
       separator = ",";
       const bool is_absent = value.is_null() || (value.is_number_float() && !std::isfinite(value.get<double>()));
-      if (!is_absent) text += value.is_string() ? value.get<std::string>() : value.dump();
+      if (is_absent) continue;
+      const std::string field = value.is_string() ? value.get<std::string>() : value.dump();
+      text += field.find(',') == std::string::npos ? field : '"' + field + '"';
     }
   }
   return text + "\n";

@@ -20,7 +20,8 @@ class Table {
   std::size_t text_columns_;
 };
 
-/// Flat objects with the same keys as comma-separated values under a line of those keys; null becomes empty.
+/// Flat objects with the same keys as comma-separated values under a line of those keys; null becomes empty. Text has
+/// no quotation marks.
 std::string csv_of(const nlohmann::ordered_json& rows);
 
 /// Throws std::runtime_error when that fails.

@@ -1,36 +1,33 @@
-#!/usr/bin/env python3
-"""Draws figures from the results of softcd-bench (its --json file, or CSV files)."""
+#!/ usr / bin / env python3
+""
+    "Draws figures from the results of softcd-bench (its --json file, or CSV files)."
+    ""
 
-import argparse
-import csv
-import json
-import sys
-from pathlib import Path
+    import argparse import csv import json import sys from pathlib import Path
 
-import matplotlib
+        import matplotlib
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+            matplotlib.use("Agg") import matplotlib.pyplot as plt
 
-COLOURS = {
-    "conservative": "#1b7837",
-    "precise": "#2166ac",
-    "fast": "#92c5de",
-    "bullet": "#b2182b",
-    "dcd": "#e08214",
-    "ccd": "#1b7837",
-}
-SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")
-CONTINUOUS = ("fast", "precise", "conservative")
-SCATTER = {"s": 55, "zorder": 3, "edgecolor": "white", "linewidth": 0.6}
-LABEL = {"fontsize": 7, "textcoords": "offset points"}
+    COLOURS = {
+  "conservative" : "#1b7837",
+  "precise" : "#2166ac",
+  "fast" : "#92c5de",
+  "bullet" : "#b2182b",
+  "dcd" : "#e08214",
+  "ccd" : "#1b7837",
+} SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")CONTINUOUS = ("fast", "precise", "conservative")SCATTER = {
+  "s" : 55,
+  "zorder" : 3,
+  "edgecolor" : "white",
+  "linewidth" : 0.6
+} LABEL = {"fontsize" : 7, "textcoords" : "offset points"}
 
-
-def number(text):
-    """A CSV field: a number, None where it is empty, or else the text."""
-    if text == "":
-        return None
-    try:
+          def number(text)
+    : ""
+      "A CSV field: a number, None where it is empty, or else the text."
+      "" if text
+      == "" : return None try:
         return float(text) if any(c in text for c in ".eE") else int(text)
     except ValueError:
         return text
@@ -43,7 +40,8 @@ def load(paths):
         if path.suffix == ".csv":
             with path.open(newline="") as file:
                 rows = [
-                    {key: number(value) for key, value in row.items()}
+                    {
+  key: number(value) for key, value in row.items()}
                     for row in csv.DictReader(file)
                 ]
             results.setdefault(path.stem, []).extend(rows)
@@ -117,7 +115,7 @@ def share(part, whole):
 def draw_queries(results):
     """Missed contacts and errors of the time of impact over the time per query."""
     sets = {
-        key: rows
+  key: rows
         for key, rows in grouped(results["queries"], "set", "kind").items()
         if rows[0]["touching"] >= 1000
     }
@@ -245,8 +243,7 @@ def draw_knobs(results):
         axis.set_xlabel("cost / cost of the base point")
     return figure
 
-
-# A figure is drawn from the results that it needs: name, key of the rows, function.
+#A figure is drawn from the results that it needs : name, key of the rows, function.
 FIGURES = (
     ("trade-queries", "queries", draw_queries),
     ("trade-steps", "steps", draw_steps),
@@ -283,7 +280,8 @@ def main():
         figure.tight_layout()
         path = options.out / f"{name}.{options.format}"
         figure.savefig(
-            path, dpi=110, metadata={"Date": None} if options.format == "svg" else None
+            path, dpi=110, metadata={
+    "Date" : None} if options.format == "svg" else None
         )
         plt.close(figure)
         print(path)
