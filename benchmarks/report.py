@@ -1,33 +1,39 @@
-#!/ usr / bin / env python3
-""
-    "Draws figures from the results of softcd-bench (its --json file, or CSV files)."
-    ""
+#!/usr/bin/env python3
+"""Draws figures from the results of softcd-bench (its --json file, or CSV files)."""
 
-    import argparse import csv import json import sys from pathlib import Path
+import argparse
+import csv
+import json
+import sys
+from pathlib import Path
 
-        import matplotlib
+import matplotlib
 
-            matplotlib.use("Agg") import matplotlib.pyplot as plt
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    COLOURS = {
-  "conservative" : "#1b7837",
-  "precise" : "#2166ac",
-  "fast" : "#92c5de",
-  "bullet" : "#b2182b",
-  "dcd" : "#e08214",
-  "ccd" : "#1b7837",
-} SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")CONTINUOUS = ("fast", "precise", "conservative")SCATTER = {
-  "s" : 55,
-  "zorder" : 3,
-  "edgecolor" : "white",
-  "linewidth" : 0.6
-} LABEL = {"fontsize" : 7, "textcoords" : "offset points"}
+COLOURS = {
+    "conservative": "#1b7837",
+    "precise": "#2166ac",
+    "fast": "#92c5de",
+    "bullet": "#b2182b",
+    "dcd": "#e08214",
+    "ccd": "#1b7837",
+}
+SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")
+CONTINUOUS = ("fast", "precise", "conservative")
+# Modes that coincide are told apart: the smaller marker lies on the larger one.
+MARKERS = {"precise": ("s", 75), "conservative": ("o", 28), "fast": ("^", 55)}
+LABEL = {"fontsize": 7, "textcoords": "offset points"}
 
-          def number(text)
-    : ""
-      "A CSV field: a number, None where it is empty, or else the text."
-      "" if text
-      == "" : return None try:
+
+def number(text):
+    """A CSV field: a number, None where it is empty, or else the text."""
+    if text == "":
+        return None
+    try:
         return float(text) if any(c in text for c in ".eE") else int(text)
     except ValueError:
         return text
@@ -40,8 +46,7 @@ def load(paths):
         if path.suffix == ".csv":
             with path.open(newline="") as file:
                 rows = [
-                    {
-  key: number(value) for key, value in row.items()}
+                    {key: number(value) for key, value in row.items()}
                     for row in csv.DictReader(file)
                 ]
             results.setdefault(path.stem, []).extend(rows)
@@ -67,6 +72,16 @@ def grouped(rows, *keys):
     return groups
 
 
+def cost_scale(axes):
+    """A logarithmic scale with few labels."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(True, which="major", color="#dddddd", linewidth=0.6)
+    axes.margins(x=0.2)
+
+
 def percent_scale(axes):
     """A logarithmic scale with a place for 0."""
     axes.set_yscale("symlog", linthresh=1e-3, linscale=0.4)
@@ -75,26 +90,41 @@ def percent_scale(axes):
     axes.set_yticklabels(["none", "0.001", "0.01", "0.1", "1", "10", "100"])
 
 
-def count_scale(axes):
+def count_scale(axes, most):
     """The same for counts."""
     axes.set_yscale("symlog", linthresh=1, linscale=0.4)
-    axes.set_ylim(bottom=-0.3)
-
-
-def mark(axes, x, y, mode, shift=(5, 4)):
-    axes.scatter([x], [y], color=COLOURS[mode.split("-")[0]], **SCATTER)
-    axes.annotate(mode, (x, y), xytext=shift, **LABEL)
+    axes.set_ylim(-0.4, 3 * max(most, 10))
+    ticks = [0] + [10**i for i in range(6) if 10**i <= 3 * max(most, 10)]
+    axes.set_yticks(ticks, ["none"] + [str(tick) for tick in ticks[1:]])
 
 
 def pareto(axes, points):
     """Points by mode; the substeps of discrete detection are joined."""
     chain = [points[mode] for mode in SUBSTEPS if mode in points]
     axes.plot(*zip(*chain), color=COLOURS["dcd"], linewidth=1, zorder=2)
-    shifts = {"fast": (5, 14), "precise": (5, 4), "conservative": (5, -9)}
     for mode, (x, y) in points.items():
-        mark(axes, x, y, mode, shifts.get(mode, (5, 4)))
-    axes.set_xscale("log")
-    axes.grid(True, which="major", color="#dddddd", linewidth=0.6)
+        marker, size = MARKERS.get(mode, ("o", 45))
+        colour = COLOURS[mode.split("-")[0]]
+        order = 5 - size / 100
+        axes.scatter([x], [y], s=size, marker=marker, color=colour, zorder=order)
+        if mode not in CONTINUOUS:
+            axes.annotate(mode, (x, y), xytext=(4, 4), **LABEL)
+    cost_scale(axes)
+
+
+def mode_legend(figure, modes):
+    handles = [
+        Line2D(
+            [],
+            [],
+            marker=MARKERS.get(mode, ("o", 45))[0],
+            linestyle="",
+            color=COLOURS[mode],
+            label=label,
+        )
+        for mode, label in modes
+    ]
+    figure.legend(handles=handles, loc="lower center", ncols=len(modes), fontsize=8)
 
 
 def grid_of_axes(count, columns, width=3.4, height=2.9):
@@ -112,48 +142,49 @@ def share(part, whole):
     return 100 * part / whole if whole else 0
 
 
+MODE_LABELS = (
+    ("fast", "fast"),
+    ("precise", "precise"),
+    ("conservative", "conservative"),
+    ("bullet", "Bullet's test (vertex-triangle)"),
+    ("dcd", "dcd-N: discrete, N substeps, margin a tenth of an edge"),
+)
+
+
 def draw_queries(results):
     """Missed contacts and errors of the time of impact over the time per query."""
-    sets = {
-  key: rows
-        for key, rows in grouped(results["queries"], "set", "kind").items()
+    sets = [
+        rows
+        for rows in grouped(results["queries"], "set", "kind").values()
         if rows[0]["touching"] >= 1000
-    }
-    figure, axes = grid_of_axes(2 * len(sets), len(sets), width=2.9)
-    for column, ((name, kind), rows) in enumerate(sets.items()):
-        missed, error = axes[column], axes[column + len(sets)]
-        pareto(
-            missed,
-            {
-                row["mode"]: (
-                    row["ns_per_query"],
-                    share(row["missed"], row["touching"]),
-                )
-                for row in rows
-            },
-        )
+    ]
+    figure, axes = grid_of_axes(2 * len(sets), 4)
+    for rows, missed, error in zip(sets, axes[::2], axes[1::2]):
+        touching = rows[0]["touching"]
+        title = f"{rows[0]['set']}, {rows[0]['kind']}: {touching} touch"
+        points = {
+            row["mode"]: (row["ns_per_query"], share(row["missed"], touching))
+            for row in rows
+        }
+        pareto(missed, points)
         percent_scale(missed)
-        missed.set_title(
-            f"{name}, {kind.upper()}\n{rows[0]['touching']} touch", fontsize=8
-        )
-        pareto(
-            error,
-            {
-                row["mode"]: (
-                    row["ns_per_query"],
-                    max(row["early_999"] or 1e-16, row["late_999"] or 1e-16),
-                )
-                for row in rows
-                if row["mode"] != "bullet"
-            },
-        )
+        missed.set_ylabel("missed, %")
+        points = {
+            row["mode"]: (
+                row["ns_per_query"],
+                max(row["early_999"] or 1e-16, row["late_999"] or 1e-16),
+            )
+            for row in rows
+            if row["mode"] != "bullet"
+        }
+        pareto(error, points)
         error.set_yscale("log")
-        error.set_ylim(1e-14, 5)
-        error.set_xlabel("ns per query")
-    axes[0].set_ylabel("missed, % of what touches")
-    axes[len(sets)].set_ylabel(
-        "time of impact: 99.9 % within\n(steps; the larger of early, late)"
-    )
+        error.set_ylim(1e-14, 20)
+        error.set_ylabel("error of the time, 99.9 %, in steps")
+        for axis in (missed, error):
+            axis.set_title(title, fontsize=8)
+            axis.set_xlabel("ns per query")
+    mode_legend(figure, MODE_LABELS)
     return figure
 
 
@@ -162,50 +193,51 @@ def draw_steps(results):
     groups = grouped(results["steps"], "scene", "features", "backend")
     figure, axes = grid_of_axes(len(groups), 4)
     for axis, ((scene, features, backend), rows) in zip(axes, groups.items()):
-        pareto(
-            axis,
-            {
-                row["mode"]: (row["ms"], share(row["missed"], row["touching"]))
-                for row in rows
-            },
-        )
+        touching = rows[0]["touching"]
+        points = {
+            row["mode"]: (row["ms"], share(row["missed"], touching)) for row in rows
+        }
+        pareto(axis, points)
         percent_scale(axis)
-        axis.set_title(
-            f"{scene}, {features}, {backend}: {rows[0]['touching']} touch", fontsize=8
-        )
+        axis.set_title(f"{scene}, {features}, {backend}: {touching} touch", fontsize=8)
         axis.set_xlabel("ms per step")
         axis.set_ylabel("missed, %")
+    mode_legend(figure, [label for label in MODE_LABELS if label[0] != "bullet"])
     return figure
 
 
 def draw_simulation(results):
     """Vertices on the wrong side over the cost of a simulated second, by time step."""
     groups = grouped(results["simulation"], "scene", "backend")
-    figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.6)
+    figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.4)
     for axis, ((scene, backend), rows) in zip(axes, groups.items()):
         sweep = [row for row in rows if row["knob"] == "time step"]
+        wrong = [row["tunnelled"] + row["most_penetrating"] for row in sweep]
+        # Points on the axis are told apart by their places below "none".
+        lift = {"bullet": 0, "dcd": -0.13, "ccd": -0.26}
         for (detection,), line in grouped(sweep, "detection").items():
             x = [row["ms_per_second"] for row in line]
-            y = [row["tunnelled"] + row["most_penetrating"] for row in line]
-            axis.plot(
-                x,
-                y,
-                color=COLOURS[detection],
-                marker="o",
-                markersize=5,
-                label=detection,
-            )
+            y = [
+                row["tunnelled"] + row["most_penetrating"] or lift[detection]
+                for row in line
+            ]
+            style = {"color": COLOURS[detection], "marker": "o", "markersize": 4}
+            axis.plot(x, y, linewidth=1, **style)
             for row, point in zip(line, zip(x, y)):
-                axis.annotate(row["value"], point, xytext=(4, 4), **LABEL)
-        axis.set_xscale("log")
-        count_scale(axis)
-        axis.grid(True, which="major", color="#dddddd", linewidth=0.6)
-        axis.set_title(
-            f"{scene}, {backend}: {rows[0]['vertices']} vertices", fontsize=9
-        )
+                if row is line[0] or row is line[-1] or point[1] > 0:
+                    axis.annotate(row["value"], point, xytext=(2, 4), **LABEL)
+        count_scale(axis, max(wrong))
+        cost_scale(axis)
+        title = f"{scene}, {backend}: {rows[0]['vertices']} vertices"
+        axis.set_title(title, fontsize=8)
         axis.set_xlabel("ms per simulated second")
         axis.set_ylabel("vertices: tunnelled + most penetrating")
-        axis.legend(fontsize=8)
+    labels = (
+        ("bullet", "Bullet's own detection"),
+        ("dcd", "softcd, dcd"),
+        ("ccd", "softcd, ccd"),
+    )
+    mode_legend(figure, labels)
     return figure
 
 
@@ -239,11 +271,12 @@ def draw_knobs(results):
             places, [f"{row['knob']} {row['value']}" for row in turned], fontsize=7
         )
         axis.invert_yaxis()
-        axis.set_title(f"{scene}, {backend}", fontsize=9)
+        axis.set_title(f"{scene}, {backend}", fontsize=8)
         axis.set_xlabel("cost / cost of the base point")
     return figure
 
-#A figure is drawn from the results that it needs : name, key of the rows, function.
+
+# A figure is drawn from the results that it needs: name, key of the rows, function.
 FIGURES = (
     ("trade-queries", "queries", draw_queries),
     ("trade-steps", "steps", draw_steps),
@@ -277,11 +310,10 @@ def main():
             continue
         figure = draw(results)
         figure.suptitle(described(results), fontsize=7, color="#555555")
-        figure.tight_layout()
+        figure.tight_layout(rect=(0, 0.04, 1, 1))
         path = options.out / f"{name}.{options.format}"
         figure.savefig(
-            path, dpi=110, metadata={
-    "Date" : None} if options.format == "svg" else None
+            path, dpi=110, metadata={"Date": None} if options.format == "svg" else None
         )
         plt.close(figure)
         print(path)

@@ -215,7 +215,7 @@ class Trade {
       }
     }
     add_section("Whole steps",
-                "`touch`: pairs of features that do so in exact arithmetic, of those that a continuous mode reports or "
+                "`touch`: pairs of features that do so in exact arithmetic, of those that a mode reports or "
                 "the recorded step lists. `dcd-N`: detections at the ends of N substeps, within a tenth of an edge, "
                 "milliseconds of all together, without `transfer`.",
                 table);

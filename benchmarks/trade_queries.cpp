@@ -126,18 +126,38 @@ std::vector<Mode> modes_for(const QuerySet& set) {
   return modes;
 }
 
-/// Rounds of small sets decide them several times.
-double median_nanoseconds(const Mode& mode, std::vector<Answer>& answers, int repetitions) {
-  const auto time_rounds = [&](int count) {
-    const Clock::time_point start = Clock::now();
-    for (int i = 0; i < count; ++i) mode.decide_all(answers);
-    return std::chrono::duration<double>(Clock::now() - start).count();
-  };
-  const double once = std::max(time_rounds(1), 1e-9);
-  const int count = static_cast<int>(std::ceil(kLeastRoundSeconds / once));
-  std::vector<double> rounds;
-  for (int i = 0; i < repetitions; ++i) rounds.push_back(time_rounds(count) / count);
-  return 1e9 * demo::median(std::move(rounds)) / static_cast<double>(answers.size());
+double seconds_of(const Mode& mode, std::vector<Answer>& answers, int count) {
+  const Clock::time_point start = Clock::now();
+  for (int i = 0; i < count; ++i) mode.decide_all(answers);
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A mode's answers and its time per query.
+struct Measured {
+  std::vector<Answer> answers;
+  double nanoseconds = 0;
+};
+
+/// One round of each mode in turn, so that what else the machine does falls on all of them. A round decides small sets
+/// several times.
+std::vector<Measured> measure(const std::vector<Mode>& modes, std::size_t queries, int repetitions) {
+  std::vector<Measured> measured(modes.size());
+  std::vector<int> counts;
+  std::vector<std::vector<double>> seconds(modes.size());
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    measured[m].answers.resize(queries);
+    const double once = std::max(seconds_of(modes[m], measured[m].answers, 1), 1e-9);
+    counts.push_back(static_cast<int>(std::ceil(kLeastRoundSeconds / once)));
+  }
+  for (int round = 0; round < repetitions; ++round) {
+    for (std::size_t m = 0; m < modes.size(); ++m) {
+      seconds[m].push_back(seconds_of(modes[m], measured[m].answers, counts[m]) / counts[m]);
+    }
+  }
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    measured[m].nanoseconds = 1e9 * demo::median(std::move(seconds[m])) / static_cast<double>(queries);
+  }
+  return measured;
 }
 
 TimeErrors errors_of(std::vector<double> errors) {
@@ -151,11 +171,11 @@ TimeErrors errors_of(std::vector<double> errors) {
   return result;
 }
 
-QueryResult judge(const QuerySet& set, const Mode& mode, const std::vector<std::optional<TimeBracket>>& truth,
-                  int repetitions) {
-  std::vector<Answer> answers(set.queries.size());
+QueryResult judge(const QuerySet& set, const Mode& mode, const Measured& measured,
+                  const std::vector<std::optional<TimeBracket>>& truth) {
+  const std::vector<Answer>& answers = measured.answers;
   QueryResult result;
-  result.nanoseconds = median_nanoseconds(mode, answers, repetitions);
+  result.nanoseconds = measured.nanoseconds;
   result.set = set.name;
   result.kind = set.kind;
   result.mode = mode.name;
@@ -237,8 +257,10 @@ std::vector<QueryResult> measure_queries(const QuerySet& set, int repetitions) {
   std::vector<std::optional<TimeBracket>> truth;
   truth.reserve(set.queries.size());
   for (const Query& query : set.queries) truth.push_back(test::first_contact(query));
+  const std::vector<Mode> modes = modes_for(set);
+  const std::vector<Measured> measured = measure(modes, set.queries.size(), repetitions);
   std::vector<QueryResult> results;
-  for (const Mode& mode : modes_for(set)) results.push_back(judge(set, mode, truth, repetitions));
+  for (std::size_t m = 0; m < modes.size(); ++m) results.push_back(judge(set, modes[m], measured[m], truth));
   return results;
 }
 

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <memory>
+#include <utility>
 
 #include "command_line/stage_times.hpp"
 #include "detector_measurement.hpp"
@@ -18,8 +20,6 @@ namespace {
 using test::FeaturePair;
 using Pairs = std::vector<FeaturePair>;  // sorted, each once
 using Clock = std::chrono::steady_clock;
-
-constexpr double kMostSecondsOfAMode = 4;
 
 struct Mode {
   std::string name;
@@ -136,35 +136,46 @@ struct Measured {
   Pairs reported;
 };
 
-Measured measure_mode(const DetectorScene& scene, const Mode& mode, bool has_edges, Backend backend, int repetitions) {
-  Detector detector(scene, mode, has_edges, backend);
-  Measured measured;
-  detector.run([&](Span<const Contact> contacts) {
-    const Pairs pairs = test::features_of(contacts);
-    measured.reported.insert(measured.reported.end(), pairs.begin(), pairs.end());
-  });
-  sort_unique(measured.reported);
-
-  std::vector<StageTimes> times;
-  const Clock::time_point start = Clock::now();
-  do {
-    times.push_back(detector.run([](Span<const Contact>) {}));
-  } while (static_cast<int>(times.size()) < repetitions &&
-           std::chrono::duration<double>(Clock::now() - start).count() < kMostSecondsOfAMode);
-
-  const StageTimes median = demo::median(times);
-  StepResult& result = measured.result;
+StepResult describe(const DetectorScene& scene, const Mode& mode, bool has_edges, Detector& detector) {
+  StepResult result;
   result.scene = scene.name;
   result.has_edges = has_edges;
   result.mode = mode.name;
   result.backend = detector.pipeline().backend();
   result.triangles = scene.triangle_count();
   result.margin = detector.is_discrete() ? 2 * kMarginInEdges * scene.edge_length : 0;
-  result.contacts = measured.reported.size();
   result.unsettled = detector.pipeline().statistics().unsettled_contacts;
-  result.ms = median.total - median.transfer;
-  result.transfer_ms = median.transfer;
-  return measured;
+  return result;
+}
+
+/// A step of each mode in turn, so that what else the machine does falls on all of them.
+std::vector<Measured> measure(const DetectorScene& scene, bool has_edges, Backend backend, int repetitions) {
+  std::vector<Measured> all;
+  std::vector<std::unique_ptr<Detector>> detectors;
+  for (const Mode& mode : modes()) {
+    detectors.push_back(std::make_unique<Detector>(scene, mode, has_edges, backend));
+    Pairs reported;
+    detectors.back()->run([&](Span<const Contact> contacts) {
+      const Pairs pairs = test::features_of(contacts);
+      reported.insert(reported.end(), pairs.begin(), pairs.end());
+    });
+    sort_unique(reported);
+    all.push_back({describe(scene, mode, has_edges, *detectors.back()), std::move(reported)});
+  }
+  std::vector<std::vector<StageTimes>> times(detectors.size());
+  const Clock::time_point start = Clock::now();
+  do {
+    for (std::size_t m = 0; m < detectors.size(); ++m) {
+      times[m].push_back(detectors[m]->run([](Span<const Contact>) {}));
+    }
+  } while (static_cast<int>(times.front().size()) < repetitions &&
+           std::chrono::duration<double>(Clock::now() - start).count() < kMostSeconds);
+  for (std::size_t m = 0; m < detectors.size(); ++m) {
+    const StageTimes median = demo::median(times[m]);
+    all[m].result.ms = median.total - median.transfer;
+    all[m].result.transfer_ms = median.transfer;
+  }
+  return all;
 }
 
 }  // namespace
@@ -196,23 +207,20 @@ std::vector<StepResult> measure_steps(const StepScene& step, const std::vector<B
   std::vector<StepResult> results;
   for (const Backend backend : backends) {
     for (const bool has_edges : {false, true}) {
-      std::vector<Measured> all;
+      std::vector<Measured> all = measure(step.scene, has_edges, backend, repetitions);
       Pairs candidates;
       for (const FeaturePair& pair : step.listed) {
         if (has_edges || pair.kind == ContactKind::vertex_triangle) candidates.push_back(pair);
       }
-      for (const Mode& mode : modes()) {
-        all.push_back(measure_mode(step.scene, mode, has_edges, backend, repetitions));
-        // What any continuous mode reports is a candidate; discrete modes' own contacts are near misses or known.
-        if (mode.detection == Detection::ccd) {
-          candidates.insert(candidates.end(), all.back().reported.begin(), all.back().reported.end());
-        }
+      for (const Measured& measured : all) {
+        candidates.insert(candidates.end(), measured.reported.begin(), measured.reported.end());
       }
       sort_unique(candidates);
       Pairs touching;
       std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(touching), touches);
       for (Measured& measured : all) {
         measured.result.is_listed = !step.listed.empty();
+        measured.result.contacts = measured.reported.size();
         measured.result.touching = touching.size();
         measured.result.missed = count_without(touching, measured.reported);
         measured.result.extra = count_without(measured.reported, touching);

@@ -14,7 +14,7 @@ namespace softcd::benchmarks {
 
 struct StepScene {
   DetectorScene scene;
-  /// Pairs that may touch, beside those that the mode `conservative` reports.
+  /// Pairs that may touch, beside those that a mode reports.
   std::vector<test::FeaturePair> listed;
 };
 
