@@ -18,7 +18,8 @@ struct NativeQueries::Prepared {
 
 NativeQueries::NativeQueries(std::span<const test::Query> queries) : prepared_(queries.size()) {
   for (std::size_t q = 0; q < queries.size(); ++q) {
-    auto& [nodes, face] = prepared_[q];
+    btSoftBody::Node* const nodes = prepared_[q].nodes;
+    btSoftBody::Face& face = prepared_[q].face;
     for (std::size_t i = 0; i < 4; ++i) {
       nodes[i].m_x = to_bullet(queries[q].rows[i]);
       nodes[i].m_q = to_bullet(queries[q].rows[i + 4]);

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Draws figures from the results of softcd-bench (its --json file, or CSV files)."""
+"""Draws figures from the results of softcd-bench (its --json file, or CSV files).
+
+Needs matplotlib: apt-get install python3-matplotlib, or pip install matplotlib.
+"""
 
 import argparse
 import csv
@@ -21,6 +24,7 @@ COLOURS = {
     "bullet": "#b2182b",
     "dcd": "#e08214",
     "ccd": "#1b7837",
+    "ccd, edges": "#762a83",
 }
 SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")
 CONTINUOUS = ("fast", "precise", "conservative")
@@ -85,7 +89,7 @@ def cost_scale(axes):
 def percent_scale(axes):
     """A logarithmic scale with a place for 0."""
     axes.set_yscale("symlog", linthresh=1e-3, linscale=0.4)
-    axes.set_ylim(-3e-4, 150)
+    axes.set_ylim(-6e-4, 400)
     axes.set_yticks([0, 1e-3, 1e-2, 1e-1, 1, 10, 100])
     axes.set_yticklabels(["none", "0.001", "0.01", "0.1", "1", "10", "100"])
 
@@ -206,73 +210,81 @@ def draw_steps(results):
     return figure
 
 
+DETECTION_LABELS = (
+    ("bullet", "Bullet's own detection"),
+    ("dcd", "softcd, dcd"),
+    ("ccd", "softcd, ccd"),
+    ("ccd, edges", "softcd, ccd, edges too"),
+)
+
+
+def cost_of(results):
+    """The column that simulations are compared by, and what to call it."""
+    if results["processor_time"]:
+        return "processor_ms_per_second", "processor ms per simulated second"
+    return "ms_per_second", "ms per simulated second"
+
+
 def draw_simulation(results):
     """Vertices on the wrong side over the cost of a simulated second, by time step."""
+    cost, cost_label = cost_of(results)
     groups = grouped(results["simulation"], "scene", "backend")
     figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.4)
     for axis, ((scene, backend), rows) in zip(axes, groups.items()):
         sweep = [row for row in rows if row["knob"] == "time step"]
         wrong = [row["tunnelled"] + row["most_penetrating"] for row in sweep]
-        # Points on the axis are told apart by their places below "none".
-        lift = {"bullet": 0, "dcd": -0.13, "ccd": -0.26}
-        for (detection,), line in grouped(sweep, "detection").items():
-            x = [row["ms_per_second"] for row in line]
-            y = [
-                row["tunnelled"] + row["most_penetrating"] or lift[detection]
-                for row in line
-            ]
-            style = {"color": COLOURS[detection], "marker": "o", "markersize": 4}
+        lines = grouped(sweep, "detection", "features")
+        for place, ((detection, features), line) in enumerate(lines.items()):
+            name = f"{detection}, edges" if "ee" in features else detection
+            # Points on the axis are told apart by their places around "none".
+            none = 0.2 - 0.15 * place
+            x = [row[cost] for row in line]
+            y = [row["tunnelled"] + row["most_penetrating"] or none for row in line]
+            style = {"color": COLOURS[name], "marker": "o", "markersize": 4}
             axis.plot(x, y, linewidth=1, **style)
             for row, point in zip(line, zip(x, y)):
-                if row is line[0] or row is line[-1] or point[1] > 0:
+                if row is line[0] or row is line[-1] or point[1] > 1:
                     axis.annotate(row["value"], point, xytext=(2, 4), **LABEL)
         count_scale(axis, max(wrong))
         cost_scale(axis)
         title = f"{scene}, {backend}: {rows[0]['vertices']} vertices"
         axis.set_title(title, fontsize=8)
-        axis.set_xlabel("ms per simulated second")
+        axis.set_xlabel(cost_label)
         axis.set_ylabel("vertices: tunnelled + most penetrating")
-    labels = (
-        ("bullet", "Bullet's own detection"),
-        ("dcd", "softcd, dcd"),
-        ("ccd", "softcd, ccd"),
-    )
-    mode_legend(figure, labels)
+    mode_legend(figure, DETECTION_LABELS)
     return figure
+
+
+def is_base(row):
+    """The point from which knobs are turned."""
+    return (row["detection"], row["features"], row["value"]) == ("ccd", "vt", "1/120")
 
 
 def draw_knobs(results):
     """What each dial changes, relative to the base point of the same scene."""
-    rows = results["simulation"]
-    groups = grouped(rows, "scene", "backend")
-    figure, axes = grid_of_axes(len(groups), 2, width=5, height=4)
-    for axis, ((scene, backend), runs) in zip(axes, groups.items()):
-        base = next(
-            row
-            for row in runs
-            if row["detection"] == "ccd" and row["steps_per_second"] == 120
-        )
-        turned = [row for row in runs if row["knob"] != "time step"]
+    cost, cost_label = cost_of(results)
+    groups = grouped(results["simulation"], "scene", "backend")
+    figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.2)
+    for axis, ((scene, backend), rows) in zip(axes, groups.items()):
+        base = next(row for row in rows if is_base(row))
+        turned = [row for row in rows if row["knob"] != "time step"]
+        turned += [
+            {**row, "knob": "features", "value": "vt,ee"}
+            for row in rows
+            if row["features"] == "vt,ee" and row["value"] == "1/120"
+        ]
         places = range(len(turned))
-        axis.barh(
-            places,
-            [row["ms_per_second"] / base["ms_per_second"] for row in turned],
-            color="#92c5de",
-        )
+        ratios = [row[cost] / base[cost] for row in turned]
+        axis.barh(places, ratios, color="#92c5de")
         for place, row in zip(places, turned):
-            axis.annotate(
-                f"{row['tunnelled']} tunnelled, {row['most_penetrating']} penetrating",
-                (0, place),
-                xytext=(3, -3),
-                **LABEL,
-            )
+            text = f"{row['tunnelled']} tunnelled, {row['most_penetrating']} penetrate"
+            axis.annotate(text, (0, place), xytext=(3, -3), **LABEL)
         axis.axvline(1, color="#555555", linewidth=0.8)
-        axis.set_yticks(
-            places, [f"{row['knob']} {row['value']}" for row in turned], fontsize=7
-        )
+        labels = [f"{row['knob']} {row['value']}" for row in turned]
+        axis.set_yticks(places, labels, fontsize=7)
         axis.invert_yaxis()
         axis.set_title(f"{scene}, {backend}", fontsize=8)
-        axis.set_xlabel("cost / cost of the base point")
+        axis.set_xlabel(f"{cost_label} / that of the base point")
     return figure
 
 
@@ -286,7 +298,7 @@ FIGURES = (
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "results", nargs="+", type=Path, help="files of --json, or CSV files"
     )
@@ -297,6 +309,11 @@ def main():
     parser.add_argument(
         "--figure", choices=[name for name, _, _ in FIGURES], help="one figure only"
     )
+    parser.add_argument(
+        "--processor-time",
+        action="store_true",
+        help="compare simulations by the processor's time, for machines that are shared",
+    )
     options = parser.parse_args()
     matplotlib.rcParams.update({"svg.hashsalt": "softcd", "font.size": 8})
     try:
@@ -304,6 +321,7 @@ def main():
         options.out.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         sys.exit(f"report.py: {error}")
+    results["processor_time"] = options.processor_time
     drawn = 0
     for name, key, draw in FIGURES:
         if key not in results or options.figure not in (None, name):

@@ -46,7 +46,7 @@ struct QueryResult {
   std::size_t missed = 0;
   std::size_t false_alarms = 0;
   TimeErrors early, late;  ///< of what touches and was found
-  double nanoseconds = 0;  ///< per query
+  double nanoseconds = 0;  ///< of processor time, per query
 };
 
 /// One result for each mode. Times are medians of `repetitions` rounds.

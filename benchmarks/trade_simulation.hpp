@@ -38,8 +38,9 @@ struct SimulationResult {
   double energy_start = 0;           ///< kinetic and in the field of gravity, joules
   double energy_end = 0;
   double energy_most = 0;
-  double contacts = 0;       ///< that the solver was given, mean of a step
-  double ms_per_second = 0;  ///< of simulation, without the first step
+  double contacts = 0;                 ///< that the solver was given, mean of a step
+  double ms_per_second = 0;            ///< of simulation, without the first step
+  double processor_ms_per_second = 0;  ///< of all threads: what others do on a shared machine is not in it
 };
 
 /// Calls `report` for each run as it ends.
