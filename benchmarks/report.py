@@ -315,7 +315,9 @@ def main():
         help="compare simulations by the processor's time, for machines that are shared",
     )
     options = parser.parse_args()
-    matplotlib.rcParams.update({"svg.hashsalt": "softcd", "font.size": 8})
+    matplotlib.rcParams.update(
+        {"svg.hashsalt": "softcd", "svg.fonttype": "none", "font.size": 8}
+    )
     try:
         results = load(options.results)
         options.out.mkdir(parents=True, exist_ok=True)
