@@ -111,6 +111,7 @@ TEST_F(BenchTrade, StepsAreJudgedInEveryMode) {
              "transfer_ms",
              rows.size());
   EXPECT_EQ(rows.size(), 3U * 2 * 8);
+  EXPECT_THAT(folder_.read("steps.csv"), HasSubstr("\nfunnel,\"vt,ee\",conservative,cpu,"));
   std::map<std::string, std::size_t> missed;
   for (const auto& row : rows) {
     missed[row["mode"]] += count_of(row, "missed");
@@ -129,6 +130,22 @@ TEST_F(BenchTrade, MarkdownIsWhatIsPrinted) {
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, folder_.read("tables.md"));
   EXPECT_THAT(result.output, HasSubstr("### Single queries"));
+}
+
+TEST_F(BenchTrade, FiguresAreDrawnFromTheResults) {
+  if (run_program("python3", "-c 'import matplotlib'", folder_).exit_code != 0) GTEST_SKIP() << "no matplotlib";
+  measure("--part queries,steps --generated 2500 --scale 0.02");
+  const auto draw = [&](const std::string& results) {
+    return run_program("python3", SOFTCD_REPORT + (" --out " + folder_.file("figures ")) + results, folder_);
+  };
+  for (const std::string& results :
+       {folder_.file("json"), folder_.file("queries.csv") + " " + folder_.file("steps.csv")}) {
+    const Result result = draw(results);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.output, HasSubstr("trade-queries.svg"));
+    EXPECT_THAT(folder_.read("figures/trade-steps.svg"), HasSubstr("dcd-16"));
+  }
+  EXPECT_NE(draw(folder_.write("empty.json", "{}")).exit_code, 0);
 }
 
 TEST_F(BenchTrade, RefusesCommandLines) {
