@@ -8,6 +8,7 @@
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "scenes/cloth.hpp"
+#include "scenes/soft_ball.hpp"
 #include "scenes/two_cloths.hpp"
 
 namespace softcd::benchmarks {
@@ -96,35 +97,6 @@ void fill_crumpling(SoftWorld& world, int nodes_per_side) {
   world.add(std::move(cloth));
 }
 
-// Links between opposite nodes, which keep a ball round where there is no matching of shapes.
-void add_struts(btSoftBody& ball, const btVector3& center) {
-  const auto is_opposite = [&](const btSoftBody::Node& a, const btSoftBody::Node& b) {
-    return (a.m_x - center + b.m_x - center).length2() < kBallMargin * kBallMargin;
-  };
-  for (int i = 0; i < ball.m_nodes.size(); ++i) {
-    for (int j = 0; j < i; ++j) {
-      if (is_opposite(ball.m_nodes[i], ball.m_nodes[j])) ball.appendLink(i, j);
-    }
-  }
-}
-
-std::unique_ptr<btSoftBody> make_soft_ball(SoftWorld& world, const btVector3& center) {
-  auto ball = demo::make_ball(world.world_info(), center, kBallRadius, 3);
-  for (int i = 0; i < ball->m_nodes.size(); ++i) ball->setMass(i, 1);
-  ball->setTotalMass(1);
-  if (world.kind() == World::deformable) {
-    add_struts(*ball, center);
-  } else {
-    ball->setPose(/*bvolume=*/false, /*bframe=*/true);
-    ball->m_cfg.kMT = btScalar(0.6);  // keeps it round
-  }
-  ball->m_cfg.kDF = btScalar(0.5);
-  ball->m_cfg.collisions |= btSoftBody::fCollision::SDF_RS;
-  ball->getCollisionShape()->setMargin(kBallMargin);
-  ball->setVelocity(btVector3(-kInwards * center.x(), 0, -kInwards * center.z()));
-  return ball;
-}
-
 void fill_balls(SoftWorld& world, int count) {
   add_floor(world, 20);
   const int per_side = std::max(1, static_cast<int>(std::lround(std::cbrt(1.25 * count))));
@@ -134,7 +106,9 @@ void fill_balls(SoftWorld& world, int count) {
     const btVector3 center(offset + kBallSpacing * btScalar(ball % per_side),
                            kBallRadius + 2 * kBallMargin + kLayerHeight * btScalar(layer),
                            offset + kBallSpacing * btScalar(ball / per_side % per_side));
-    world.add(make_soft_ball(world, center));
+    auto body = demo::make_soft_ball(world, {center, kBallRadius, 3, 1, kBallMargin});
+    body->setVelocity(btVector3(-kInwards * center.x(), 0, -kInwards * center.z()));
+    world.add(std::move(body));
   }
 }
 

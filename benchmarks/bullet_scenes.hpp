@@ -2,9 +2,12 @@
 
 #include <cstdint>
 
-#include "soft_world.hpp"
+#include "scenes/soft_world.hpp"
 
 namespace softcd::benchmarks {
+
+using demo::SoftWorld;
+using demo::World;
 
 enum class BulletScene : std::uint32_t {
   two_cloths,  ///< one falls onto the other, which is held along its border

@@ -4,6 +4,7 @@
 
 #ifdef SOFTCD_BENCH_HAS_BULLET
 #include "bullet_step.hpp"
+#include "simulated_scenes.hpp"
 #endif
 #include "detector.hpp"
 #include "mesh_io/mesh_io.hpp"
@@ -35,6 +36,8 @@ int main(int argc, char** argv) {
 #ifdef SOFTCD_BENCH_HAS_BULLET
     BulletStepOptions bullet_step;
     add_bullet_step(app, bullet_step);
+    SimulatedScenesOptions simulated_scenes;
+    add_simulated_scenes(app, simulated_scenes);
 #endif
     TradeOptions trade;
     add_trade(app, trade);

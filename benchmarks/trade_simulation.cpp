@@ -238,7 +238,7 @@ double energy_of(const std::vector<btSoftBody*>& bodies, const btVector3& gravit
 
 std::size_t count_penetrating(const std::vector<btSoftBody*>& bodies) {
   std::size_t count = 0;
-  for (const auto& body : demo::find_piercing_vertices({bodies.begin(), bodies.end()})) {
+  for (const auto& body : demo::find_intersections({bodies.begin(), bodies.end()}).vertices) {
     count += static_cast<std::size_t>(std::count(body.begin(), body.end(), true));
   }
   return count;

@@ -5,6 +5,10 @@
 namespace softcd::bullet {
 namespace {
 
+/// Of the inverse mass at an edge contact, in that of its lightest node: where only nodes with small weights can move,
+/// they are not thrown.
+constexpr btScalar kLeastInverseMass = btScalar(0.1);
+
 btSoftBody::Node& node_of(const btSoftBody& body, std::uint32_t index) {
   return const_cast<btSoftBody&>(body).m_nodes[static_cast<int>(index)];
 }
@@ -85,6 +89,17 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   return result;
 }
 
+// Immovable as soon as one of its nodes is: Bullet's solver would move that one too.
+btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
+  btScalar inverse_mass = 0;
+  for (int corner = 0; corner < 3; ++corner) {
+    if (!(edge.weights[corner] > 0)) continue;
+    if (edge.face->m_n[corner]->m_im <= 0) return 0;
+    inverse_mass += edge.weights[corner] * edge.face->m_n[corner]->m_im;
+  }
+  return inverse_mass;
+}
+
 btSoftBody::DeformableFaceNodeContact deformable_contact(btSoftBody& node_body, btSoftBody::Node& node,
                                                          btSoftBody& face_body, btSoftBody::Face& face) {
   btSoftBody::DeformableFaceNodeContact result;
@@ -154,16 +169,18 @@ void write_soft_contact(const MemberContact& found, Detection detection) {
 void write_soft_edge_contact(const MemberContact& found) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
-  btScalar face_inverse_mass = 0;
+  const btScalar face_inverse_mass = inverse_mass_of_edge(edge);
   btScalar sum = 0;
-  for (int corner = 0; corner < 3; ++corner) {
-    const btScalar weight = edge.weights[corner];
-    face_inverse_mass += weight * edge.face->m_n[corner]->m_im;
-    sum += weight * weight * edge.face->m_n[corner]->m_im;
+  btScalar least = 0;
+  const auto add = [&](btScalar weight, btScalar inverse_mass) {
+    sum += weight * weight * inverse_mass;
+    least = btMax(least, kLeastInverseMass * inverse_mass);
+  };
+  for (int side = 0; side < 2; ++side) add(edge.node_weights[side], edge.nodes[side]->m_im);
+  for (int corner = 0; corner < 3 && face_inverse_mass > 0; ++corner) {
+    if (edge.weights[corner] > 0) add(edge.weights[corner], edge.face->m_n[corner]->m_im);
   }
-  for (int side = 0; side < 2; ++side) {
-    sum += edge.node_weights[side] * edge.node_weights[side] * edge.nodes[side]->m_im;
-  }
+  sum = btMax(sum, least);
   if (!(sum > 0)) return;
 
   for (int side = 0; side < 2; ++side) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "command_line.hpp"
 #include "command_line/choices.hpp"
@@ -39,8 +40,8 @@ std::size_t count_triangles(const Scene& scene) {
 }
 
 void print_head(const DemoCommand& command, const Scene& scene) {
-  fmt::print("{}: {} triangles, collision {}", command.scene, count_triangles(scene),
-             name_of(command.options.collision));
+  fmt::print("{}: {} triangles, {} world, collision {}", command.scene, count_triangles(scene),
+             name_of(command.options.world), name_of(command.options.collision));
   if (const CollisionPipeline* pipeline = scene.simulation().pipeline()) {
     fmt::print(", detection {} on {}", name_of(kDetections, command.options.settings.detection),
                name_of(kBackends, pipeline->backend()));
@@ -64,6 +65,7 @@ void print_summary(const Measurement& measurement, long steps) {
 nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, const Measurement& measurement) {
   nlohmann::ordered_json json = {{"scene", command.scene},
                                  {"triangles", count_triangles(scene)},
+                                 {"world", name_of(command.options.world)},
                                  {"collision", name_of(command.options.collision)},
                                  {"detection", name_of(kDetections, command.options.settings.detection)},
                                  {"steps", command.steps},
@@ -136,6 +138,9 @@ int main(int argc, char** argv) {
     if (!parsed.command) return parsed.exit_code;
     run(*parsed.command);
     return 0;
+  } catch (const std::invalid_argument& error) {
+    fmt::print(stderr, "softcd-demo: {}\n", error.what());
+    return kExitWrongInput;
   } catch (const std::exception& error) {
     fmt::print(stderr, "softcd-demo: {}\n", error.what());
     return kExitFailed;

@@ -12,6 +12,7 @@ namespace softcd::demo {
 struct ClothShape {
   int columns = 2;
   int rows = 2;
+  bool is_closed = false;  ///< the last column is joined to the first, as in a tube; their number is then even
   std::function<btVector3(int column, int row)> position;
   std::function<bool(int column, int row)> is_fixed;  ///< empty: no node is
 };

@@ -19,11 +19,11 @@ const btVector3 kCenter(0, btScalar(2.6), 0);
 }  // namespace
 
 ClothOnBall::ClothOnBall(const SceneOptions& options) : Scene(options) {
-  const btScalar spacing = kSide / btScalar(options.nodes_per_side - 1);
+  const btScalar spacing = kSide / btScalar(options.size - 1);
   const btScalar margin = kMarginInCells * spacing;
 
   auto cloth = make_cloth(simulation().world_info(),
-                          horizontal_cloth(options.nodes_per_side, kSide, kCenter.y() + kRadius + 3 * margin), 2);
+                          horizontal_cloth(options.size, kSide, kCenter.y() + kRadius + 3 * margin), 2);
   cloth->getCollisionShape()->setMargin(margin);
   cloth->setSelfCollision(true);
   cloth->m_cfg.kDF = btScalar(0.4);
@@ -37,7 +37,7 @@ ClothOnBall::ClothOnBall(const SceneOptions& options) : Scene(options) {
   ball->getCollisionShape()->setMargin(margin);
   ball->m_cfg.kDF = btScalar(0.4);
   ball_ = &add(std::move(ball));
-  for (int i = 0; i < ball_->m_nodes.size(); ++i) ball_at_rest_.push_back(ball_->m_nodes[i].m_x);
+  ball_at_rest_ = positions_of(*ball_);
 }
 
 btScalar ClothOnBall::angle_at(btScalar time) {
@@ -48,22 +48,14 @@ btScalar ClothOnBall::angle_at(btScalar time) {
 
 void ClothOnBall::animate() {
   const btQuaternion rotation(btVector3(0, 1, 0), angle_at(time() + kTimeStep));
-  int i = 0;
-  for (const btVector3& at_rest : ball_at_rest_) {
-    btSoftBody::Node& node = ball_->m_nodes[i++];
-    const btVector3 goal = kCenter + quatRotate(rotation, at_rest - kCenter);
-    node.m_v = (goal - node.m_x) / kTimeStep;
-  }
+  std::vector<btVector3> goals;
+  goals.reserve(ball_at_rest_.size());
+  for (const btVector3& x : ball_at_rest_) goals.push_back(kCenter + quatRotate(rotation, x - kCenter));
+  send(*ball_, goals);
 }
 
 void ClothOnBall::mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const {
-  if (&body != cloth_) return;
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    const btVector3& x = body.m_nodes[i].m_x;
-    if ((x - kCenter).length2() < kRadius * kRadius && is_inside_convex(*ball_, x)) {
-      marked[static_cast<std::size_t>(i)] = true;
-    }
-  }
+  if (&body == cloth_) mark_inside(*ball_, body, marked);
 }
 
 std::vector<Surface> ClothOnBall::surfaces() const {

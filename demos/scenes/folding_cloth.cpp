@@ -15,8 +15,8 @@ constexpr btScalar kMarginInCells = btScalar(1) / 4;
 }  // namespace
 
 FoldingCloth::FoldingCloth(const SceneOptions& options) : Scene(options) {
-  rows_ = options.nodes_per_side;
-  flat_cells_ = options.nodes_per_side - 1;
+  rows_ = options.size;
+  flat_cells_ = options.size - 1;
   const btScalar spacing = kSide / btScalar(flat_cells_);
   const btScalar bend_length = SIMD_HALF_PI * kLayerGap;
   bend_cells_ = std::max(2, static_cast<int>(bend_length / spacing + btScalar(0.5)));

@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <tuple>
 #include <unordered_map>
 
+#include "LinearMath/btAabbUtil2.h"
+#include "scenes/exact_intersection.hpp"
 #include "softcd/math/vec3.hpp"
 
 namespace softcd::demo {
@@ -49,9 +52,10 @@ std::vector<Corners> read_triangles(const std::vector<const btSoftBody*>& bodies
   return triangles;
 }
 
-Box box_of(const Corners& c) {
-  Box box{c[0].position, c[0].position};
-  for (const Corner& corner : c) {
+template <std::size_t count>
+Box box_of(const std::array<Corner, count>& corners) {
+  Box box{corners[0].position, corners[0].position};
+  for (const Corner& corner : corners) {
     const Vec3d p = corner.position;
     box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
     box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
@@ -64,29 +68,26 @@ bool overlap(const Box& a, const Box& b) {
          a.low.z <= b.high.z && b.low.z <= a.high.z;
 }
 
-double volume(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
-  return dot(b - a, cross(c - a, d - a));
+bool has_vertex(const Corners& triangle, const Corner& vertex) {
+  return std::any_of(triangle.begin(), triangle.end(),
+                     [&](const Corner& c) { return c.body == vertex.body && c.node == vertex.node; });
 }
 
-// Both ends strictly on different sides of the triangle, and the line through its inside.
-bool pierces(Vec3d p, Vec3d q, const Corners& t) {
-  const Vec3d a = t[0].position;
-  const Vec3d b = t[1].position;
-  const Vec3d c = t[2].position;
-  if (volume(p, a, b, c) * volume(q, a, b, c) >= 0) return false;
-  const double ab = volume(p, q, a, b);
-  const double bc = volume(p, q, b, c);
-  const double ca = volume(p, q, c, a);
-  return (ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0);
-}
-
-bool share_vertex(const Corners& a, const Corners& b) {
-  for (const Corner& i : a) {
-    for (const Corner& j : b) {
-      if (i.body == j.body && i.node == j.node) return true;
+/// Each edge of the triangles once.
+std::vector<std::array<Corner, 2>> edges_of(const std::vector<Corners>& triangles) {
+  std::vector<std::array<Corner, 2>> edges;
+  for (const Corners& corners : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Corner& a = corners[i];
+      const Corner& b = corners[(i + 1) % 3];
+      edges.push_back(a.node < b.node ? std::array{a, b} : std::array{b, a});
     }
   }
-  return false;
+  const auto key = [](const std::array<Corner, 2>& e) { return std::tuple(e[0].body, e[0].node, e[1].node); };
+  std::sort(edges.begin(), edges.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  edges.erase(std::unique(edges.begin(), edges.end(), [&](const auto& a, const auto& b) { return key(a) == key(b); }),
+              edges.end());
+  return edges;
 }
 
 class TriangleGrid {
@@ -131,43 +132,93 @@ class TriangleGrid {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
+// Whether `point` is vertically below one of the cloth's triangles.
+bool is_below(const btSoftBody& cloth, const btVector3& point) {
+  for (int f = 0; f < cloth.m_faces.size(); ++f) {
+    const btSoftBody::Face& face = cloth.m_faces[f];
+    const btVector3& a = face.m_n[0]->m_x;
+    const btVector3& b = face.m_n[1]->m_x;
+    const btVector3& c = face.m_n[2]->m_x;
+    const auto area = [](const btVector3& p, const btVector3& q, const btVector3& r) {
+      return (q.x() - p.x()) * (r.z() - p.z()) - (q.z() - p.z()) * (r.x() - p.x());
+    };
+    const btScalar whole = area(a, b, c);
+    if (whole == 0) continue;
+    const btScalar u = area(point, b, c) / whole;
+    const btScalar v = area(a, point, c) / whole;
+    if (u < 0 || v < 0 || u + v > 1) continue;
+    if (point.y() < u * a.y() + v * b.y() + (1 - u - v) * c.y()) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-std::vector<std::vector<bool>> find_piercing_vertices(const std::vector<const btSoftBody*>& bodies) {
-  std::vector<std::vector<bool>> marked;
-  marked.reserve(bodies.size());
-  for (const btSoftBody* body : bodies) marked.emplace_back(static_cast<std::size_t>(body->m_nodes.size()), false);
-
+Intersections find_intersections(const std::vector<const btSoftBody*>& bodies) {
+  Intersections found;
+  found.vertices.reserve(bodies.size());
+  for (const btSoftBody* body : bodies) {
+    found.vertices.emplace_back(static_cast<std::size_t>(body->m_nodes.size()), false);
+  }
   const std::vector<Corners> triangles = read_triangles(bodies);
   const TriangleGrid grid(triangles);
   const auto mark = [&](const Corner& corner) {
-    marked[static_cast<std::size_t>(corner.body)][static_cast<std::size_t>(corner.node)] = true;
+    found.vertices[static_cast<std::size_t>(corner.body)][static_cast<std::size_t>(corner.node)] = true;
   };
-  for (const Corners& corners : triangles) {
-    const Box box = box_of(corners);
-    grid.for_each_near(box, [&](std::uint32_t other_index) {
-      const Corners& other = triangles[other_index];
-      if (!overlap(box, box_of(other)) || share_vertex(corners, other)) return;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const Corner& p = corners[i];
-        const Corner& q = corners[(i + 1) % 3];
-        if (!pierces(p.position, q.position, other)) continue;
-        mark(p);
-        mark(q);
-      }
+  for (const auto& [a, b] : edges_of(triangles)) {
+    const Box box = box_of(std::array{a, b});
+    bool is_apart = true;
+    grid.for_each_near(box, [&, &a = a, &b = b](std::uint32_t index) {
+      const Corners& t = triangles[index];
+      is_apart = is_apart && (!overlap(box, box_of(t)) || has_vertex(t, a) || has_vertex(t, b) ||
+                              !intersects(a.position, b.position, {t[0].position, t[1].position, t[2].position}));
     });
+    if (is_apart) continue;
+    ++found.edge_count;
+    mark(a);
+    mark(b);
   }
-  return marked;
+  return found;
 }
 
-bool is_inside_convex(const btSoftBody& convex, const btVector3& point) {
-  for (int f = 0; f < convex.m_faces.size(); ++f) {
-    const btSoftBody::Face& face = convex.m_faces[f];
-    const btVector3& a = face.m_n[0]->m_x;
-    const btVector3 outward = (face.m_n[1]->m_x - a).cross(face.m_n[2]->m_x - a);
-    if (outward.dot(point - a) >= 0) return false;
+bool is_inside(const btSoftBody& closed, const btVector3& point) {
+  // The solid angle of each triangle by Van Oosterom and Strackee, The Solid Angle of a Plane Triangle (1983).
+  double half_angles = 0;
+  const Vec3d origin = to_vec3d(point);
+  for (int f = 0; f < closed.m_faces.size(); ++f) {
+    const btSoftBody::Face& face = closed.m_faces[f];
+    const Vec3d a = to_vec3d(face.m_n[0]->m_x) - origin;
+    const Vec3d b = to_vec3d(face.m_n[1]->m_x) - origin;
+    const Vec3d c = to_vec3d(face.m_n[2]->m_x) - origin;
+    const double a_norm = std::sqrt(squared_norm(a));
+    const double b_norm = std::sqrt(squared_norm(b));
+    const double c_norm = std::sqrt(squared_norm(c));
+    half_angles += std::atan2(dot(a, cross(b, c)),
+                              a_norm * b_norm * c_norm + dot(a, b) * c_norm + dot(b, c) * a_norm + dot(c, a) * b_norm);
   }
-  return true;
+  return std::abs(half_angles) > SIMD_PI;
+}
+
+void mark_inside(const btSoftBody& closed, const btSoftBody& body, std::vector<bool>& marked) {
+  btVector3 low = closed.m_nodes[0].m_x;
+  btVector3 high = low;
+  for (int i = 1; i < closed.m_nodes.size(); ++i) {
+    low.setMin(closed.m_nodes[i].m_x);
+    high.setMax(closed.m_nodes[i].m_x);
+  }
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btVector3& x = body.m_nodes[i].m_x;
+    if (TestPointAgainstAabb2(low, high, x) && is_inside(closed, x)) marked[static_cast<std::size_t>(i)] = true;
+  }
+}
+
+void mark_below(const btSoftBody& sheet, const btSoftBody& body, std::vector<bool>& marked) {
+  btVector3 low, high;
+  sheet.getAabb(low, high);
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btVector3& x = body.m_nodes[i].m_x;
+    if (x.y() < high.y() && is_below(sheet, x)) marked[static_cast<std::size_t>(i)] = true;
+  }
 }
 
 }  // namespace softcd::demo

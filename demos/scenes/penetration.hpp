@@ -1,16 +1,29 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
 
 namespace softcd::demo {
 
-/// Vertices of each body that have an edge which passes through a triangle, of the same body or another, with which
-/// it shares no vertex. In double precision, over a uniform grid.
-std::vector<std::vector<bool>> find_piercing_vertices(const std::vector<const btSoftBody*>& bodies);
+struct Intersections {
+  std::vector<std::vector<bool>> vertices;  ///< of each body: whether one of the vertex's edges is counted
+  std::size_t edge_count = 0;
+};
 
-/// Whether the point is inside a closed convex mesh with outward triangles.
-bool is_inside_convex(const btSoftBody& convex, const btVector3& point);
+/// Edges that have a point in common with a triangle, of the same body or another, to which neither of their vertices
+/// belongs. Exact for the nodes' positions as they are, touching included. Looks at every pair that is near on a
+/// uniform grid.
+Intersections find_intersections(const std::vector<const btSoftBody*>& bodies);
+
+/// Whether the point is inside a closed mesh, by the winding number.
+bool is_inside(const btSoftBody& closed, const btVector3& point);
+
+/// Marks the body's vertices that are inside.
+void mark_inside(const btSoftBody& closed, const btSoftBody& body, std::vector<bool>& marked);
+
+/// Marks the body's vertices that are vertically below one of the sheet's triangles.
+void mark_below(const btSoftBody& sheet, const btSoftBody& body, std::vector<bool>& marked);
 
 }  // namespace softcd::demo

@@ -1,66 +1,118 @@
 #include "scenes/scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "scenes/cloth_on_ball.hpp"
+#include "scenes/flamenco.hpp"
 #include "scenes/folding_cloth.hpp"
+#include "scenes/funnel.hpp"
+#include "scenes/mixed_sizes.hpp"
+#include "scenes/n_body.hpp"
 #include "scenes/penetration.hpp"
 #include "scenes/two_cloths.hpp"
 
 namespace softcd::demo {
+namespace {
+
+template <class AnyScene>
+std::unique_ptr<Scene> make(const SceneOptions& options) {
+  return std::make_unique<AnyScene>(options);
+}
+
+}  // namespace
 
 Scene::Scene(const SceneOptions& options)
-    : simulation_(options.collision == Collision::softcd ? options.plug_in : PlugIn::none, options.settings),
+    : simulation_(options.world, options.collision == Collision::softcd ? options.plug_in : PlugIn::none,
+                  options.settings),
       collision_(options.collision) {}
 
 void Scene::step() {
   animate();
-  simulation_.step(kTimeStep);
+  const long steps = std::lround(kTimeStep / simulation_.time_step());
+  for (long i = 0; i < steps; ++i) simulation_.step();
   ++step_count_;
 }
 
 btSoftBody& Scene::add(std::unique_ptr<btSoftBody> body) {
-  if (collision_ == Collision::off) body->m_cfg.collisions &= ~btSoftBody::fCollision::VF_SS;
-  return simulation_.add(std::move(body));
+  btSoftBody& added = simulation_.add(std::move(body));
+  if (collision_ == Collision::off) simulation_.stop_soft_contacts();
+  return added;
 }
 
-std::size_t Scene::count_penetrating_vertices() const {
+void Scene::send(btSoftBody& body, const std::vector<btVector3>& goals) {
+  int i = 0;
+  for (const btVector3& goal : goals) {
+    btSoftBody::Node& node = body.m_nodes[i++];
+    node.m_v = (goal - node.m_x) / kTimeStep;
+  }
+}
+
+std::vector<btVector3> Scene::positions_of(const btSoftBody& body) {
+  std::vector<btVector3> positions;
+  for (int i = 0; i < body.m_nodes.size(); ++i) positions.push_back(body.m_nodes[i].m_x);
+  return positions;
+}
+
+Penetration Scene::count_penetration() const {
   std::vector<const btSoftBody*> bodies;
   for (const Surface& surface : surfaces()) bodies.push_back(surface.body);
-  std::vector<std::vector<bool>> marked = find_piercing_vertices(bodies);
-  std::size_t count = 0;
+  Intersections intersections = find_intersections(bodies);
+  Penetration penetration{0, intersections.edge_count};
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    mark_passed_through(*bodies[b], marked[b]);
-    count += static_cast<std::size_t>(std::count(marked[b].begin(), marked[b].end(), true));
+    std::vector<bool>& marked = intersections.vertices[b];
+    mark_passed_through(*bodies[b], marked);
+    penetration.vertices += static_cast<std::size_t>(std::count(marked.begin(), marked.end(), true));
   }
-  return count;
+  return penetration;
 }
 
 std::size_t Scene::count_contacts() const {
-  std::size_t count = 0;
-  for (const Surface& surface : surfaces()) count += static_cast<std::size_t>(surface.body->m_scontacts.size());
-  return count;
+  return simulation_.count_soft_contacts();
 }
 
 const std::vector<SceneInfo>& scenes() {
   static const std::vector<SceneInfo> list = {
-      {"cloth-on-ball", "A cloth drapes over a ball, which then turns and twists it into folds", 80},
-      {"two-cloths", "A cloth falls onto another one that is held along its border", 60},
-      {"folding-cloth", "A cloth folded into four layers falls onto itself", 40},
+      {"cloth-on-ball", "A cloth drapes over a ball, which then turns and twists it into folds", "nodes a side", 8, 80,
+       true, make<ClothOnBall>},
+      {"funnel", "A cloth falls into a funnel and is pulled through its spout", "nodes a side", 12, 40, true,
+       make<Funnel>},
+      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 20, true,
+       make<Flamenco>},
+      {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, true, make<NBody>},
+      {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48,
+       true, make<MixedSizesCloth>},
+      {"mixed-sizes-balls", "Small soft balls fall onto boulders; triangles from 1 to 10,000 in area", "small balls", 1,
+       12, true, make<MixedSizesBalls>},
+      {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, true,
+       make<TwoCloths>},
+      {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, true,
+       make<FoldingCloth>},
   };
   return list;
 }
 
-std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options) {
+const SceneInfo* find_scene(const std::string& name) {
   const auto& list = scenes();
   const auto info = std::find_if(list.begin(), list.end(), [&](const SceneInfo& scene) { return scene.name == name; });
-  if (info == list.end()) throw std::invalid_argument("there is no scene '" + name + "'");
-  if (options.nodes_per_side == 0) options.nodes_per_side = info->default_nodes_per_side;
-  if (options.nodes_per_side < 8) throw std::invalid_argument("a cloth needs at least 8 nodes a side");
-  if (name == "two-cloths") return std::make_unique<TwoCloths>(options);
-  if (name == "folding-cloth") return std::make_unique<FoldingCloth>(options);
-  return std::make_unique<ClothOnBall>(options);
+  return info == list.end() ? nullptr : &*info;
+}
+
+std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options) {
+  const SceneInfo* info = find_scene(name);
+  if (info == nullptr) throw std::invalid_argument("there is no scene '" + name + "'");
+  if (options.size == 0) options.size = info->default_size;
+  if (options.size < info->smallest_size) {
+    throw std::invalid_argument(name + " needs at least " + std::to_string(info->smallest_size) + " " +
+                                info->size_unit);
+  }
+  if (options.world == World::deformable && !info->in_deformable_world) {
+    throw std::invalid_argument(name +
+                                " has bodies that keep their shape by what only Bullet's classic soft world "
+                                "does; run it with --world soft");
+  }
+  return info->make(options);
 }
 
 }  // namespace softcd::demo

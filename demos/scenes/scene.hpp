@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "scenes/simulation.hpp"
+#include "scenes/soft_world.hpp"
 
 namespace softcd::demo {
 
@@ -16,10 +16,11 @@ enum class Collision : std::uint32_t {
 };
 
 struct SceneOptions {
+  World world = World::classic;
   Collision collision = Collision::softcd;
-  PlugIn plug_in = PlugIn::one_line_world;  ///< of softcd
+  PlugIn plug_in = PlugIn::one_line_world;  ///< of softcd, in the classic world
   bullet::Settings settings;                ///< of softcd
-  int nodes_per_side = 0;                   ///< of each cloth; 0: the scene's default
+  int size = 0;                             ///< in the scene's unit; 0: its default
 };
 
 struct Color {
@@ -39,6 +40,15 @@ struct View {
   btScalar floor_height = 0;               ///< where the floor is drawn
 };
 
+/// What is where it should not be at the end of a step. None of the detector's code takes part in counting.
+struct Penetration {
+  /// On the wrong side of a surface: those with an edge that intersects a triangle, and those that have passed through
+  /// altogether, which the scene knows: inside the ball, below the cloth that should hold them up, under the layer on
+  /// which they were folded.
+  std::size_t vertices = 0;
+  std::size_t edges = 0;  ///< that intersect a triangle; exact, see find_intersections()
+};
+
 /// A simulation that shows something, in fixed steps of kTimeStep.
 class Scene {
  public:
@@ -49,14 +59,12 @@ class Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
+  /// kTimeStep seconds, in the deformable world of several steps of Bullet's.
   void step();
   btScalar time() const { return btScalar(step_count_) * kTimeStep; }
 
-  /// Vertices on the wrong side of a surface. These are all vertices with an edge that pierces a triangle of any
-  /// body, and those that have passed through altogether, which the scene knows: inside the ball, below the cloth
-  /// that should hold them up, under the layer on which they were folded. Counted on the positions at the end of
-  /// the last step, by brute force over a grid; none of the detector's code takes part.
-  std::size_t count_penetrating_vertices() const;
+  Penetration count_penetration() const;
+  std::size_t count_penetrating_vertices() const { return count_penetration().vertices; }
 
   /// Contacts that Bullet's solver was given in the last step.
   std::size_t count_contacts() const;
@@ -64,33 +72,43 @@ class Scene {
   virtual std::vector<Surface> surfaces() const = 0;
   virtual View view() const = 0;
 
-  Simulation& simulation() { return simulation_; }
-  const Simulation& simulation() const { return simulation_; }
+  SoftWorld& simulation() { return simulation_; }
+  const SoftWorld& simulation() const { return simulation_; }
 
  protected:
-  /// Adds the body after taking VF_SS from it where nobody shall find its contacts.
+  /// Adds the body. Where nobody shall find its contacts it no longer asks for them.
   btSoftBody& add(std::unique_ptr<btSoftBody> body);
   /// Moves what moves by itself during the coming step.
   virtual void animate() {}
+  /// Gives the body's first nodes the velocities with which they are at `goals` after the coming step.
+  static void send(btSoftBody& body, const std::vector<btVector3>& goals);
+  static std::vector<btVector3> positions_of(const btSoftBody& body);
   /// Marks the vertices of `body` that have passed through something altogether.
   virtual void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const = 0;
 
  private:
-  Simulation simulation_;
+  SoftWorld simulation_;
   Collision collision_;
   long step_count_ = 0;
 };
 
 struct SceneInfo {
-  std::string name;
-  std::string description;
-  int default_nodes_per_side;
+  const char* name;
+  const char* description;
+  const char* size_unit;
+  int smallest_size;
+  int default_size;  ///< several steps a second on two cores
+  bool in_deformable_world;
+  std::unique_ptr<Scene> (*make)(const SceneOptions& options);
 };
 
 /// The scenes, the main one first.
 const std::vector<SceneInfo>& scenes();
 
-/// Throws std::invalid_argument when there is no scene of that name, or its cloths cannot have that size.
+/// Null when there is no scene of that name.
+const SceneInfo* find_scene(const std::string& name);
+
+/// Throws std::invalid_argument when there is no scene of that name, or it cannot have that size or world.
 std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options);
 
 }  // namespace softcd::demo

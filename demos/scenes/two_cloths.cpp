@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "scenes/cloth.hpp"
+#include "scenes/penetration.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -21,26 +22,6 @@ std::unique_ptr<btSoftBody> make_configured(btSoftBodyWorldInfo& world_info, con
   return cloth;
 }
 
-// Whether `point` is vertically below one of the cloth's triangles.
-bool is_below(const btSoftBody& cloth, const btVector3& point) {
-  for (int f = 0; f < cloth.m_faces.size(); ++f) {
-    const btSoftBody::Face& face = cloth.m_faces[f];
-    const btVector3& a = face.m_n[0]->m_x;
-    const btVector3& b = face.m_n[1]->m_x;
-    const btVector3& c = face.m_n[2]->m_x;
-    const auto area = [](const btVector3& p, const btVector3& q, const btVector3& r) {
-      return (q.x() - p.x()) * (r.z() - p.z()) - (q.z() - p.z()) * (r.x() - p.x());
-    };
-    const btScalar whole = area(a, b, c);
-    if (whole == 0) continue;
-    const btScalar u = area(point, b, c) / whole;
-    const btScalar v = area(a, point, c) / whole;
-    if (u < 0 || v < 0 || u + v > 1) continue;
-    if (point.y() < u * a.y() + v * b.y() + (1 - u - v) * c.y()) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 LowerAndUpperCloth make_two_cloths(btSoftBodyWorldInfo& world_info, int nodes_per_side) {
@@ -53,19 +34,13 @@ LowerAndUpperCloth make_two_cloths(btSoftBodyWorldInfo& world_info, int nodes_pe
 }
 
 TwoCloths::TwoCloths(const SceneOptions& options) : Scene(options) {
-  LowerAndUpperCloth cloths = make_two_cloths(simulation().world_info(), options.nodes_per_side);
+  LowerAndUpperCloth cloths = make_two_cloths(simulation().world_info(), options.size);
   lower_ = &add(std::move(cloths.lower));
   upper_ = &add(std::move(cloths.upper));
 }
 
 void TwoCloths::mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const {
-  if (&body != upper_) return;
-  btVector3 low, high;
-  lower_->getAabb(low, high);
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    const btVector3& x = body.m_nodes[i].m_x;
-    if (x.y() < high.y() && is_below(*lower_, x)) marked[static_cast<std::size_t>(i)] = true;
-  }
+  if (&body == upper_) mark_below(*lower_, body, marked);
 }
 
 std::vector<Surface> TwoCloths::surfaces() const {

@@ -14,8 +14,8 @@ template <class Control>
 constexpr int kResidentBlocks<TestPair<Control, false>> = 4;
 template <class Control>
 constexpr int kResidentBlocks<TestPair<Control, true>> = 3;
-template <ContactKind kKind, bool kContinuous>
-constexpr int kResidentBlocks<ExpandPair<kKind, kContinuous>> = 4;
+template <ContactKind kKind, bool kSwept>
+constexpr int kResidentBlocks<ExpandPair<kKind, kSwept>> = 4;
 template <ContactKind kKind, class T>
 constexpr int kResidentBlocks<TestMotion<kKind, T>> = 2;
 

@@ -149,15 +149,19 @@ class CollisionPipeline::Implementation {
     const MarginGrowth growth = {measure_moves ? options_.motion_margin : 0.0F,
                                  !continuous && options_.contact_rule == ContactRule::slab ? kSlabReach : 1.0F};
     pairs_ = select_pairs(bodies_, surveys, origin, growth, options_.pair_filter);
-    decisions_ = {bodies_.size(), pairs_.pair_count, pairs_.self_count, pairs_.vertex_triangle, pairs_.edge_edge};
+    const bool moves =
+        std::any_of(surveys.begin(), surveys.end(), [](const BodySurvey& survey) { return survey.moves; });
+    const bool both_ends = moves || (measure_moves && pairs_.pair_count > 0);
+    decisions_ = {bodies_.size(),         pairs_.pair_count, pairs_.self_count,
+                  pairs_.vertex_triangle, pairs_.edge_edge,  moves};
     guard_memory([&] {
       if (std::exchange(topology_changed_, false)) {
         scene_ = concatenate(bodies_);
         detector_->set_topology(scene_.topology());
       }
-      write_positions(bodies_, origin, continuous || measure_moves, detector_->position_arrays());
+      write_positions(bodies_, origin, both_ends, detector_->position_arrays());
       if (pairs_.pair_count + pairs_.self_count > 0) {
-        detector_->start(pairs_.view(), settings());
+        detector_->start(pairs_.view(), settings(both_ends));
         is_running_ = true;
       }
     });
@@ -256,7 +260,7 @@ class CollisionPipeline::Implementation {
     }
   }
 
-  DetectionSettings settings() const {
+  DetectionSettings settings(bool both_ends) const {
     return {options_.detection,
             options_.accuracy,
             options_.broad_phase,
@@ -266,7 +270,8 @@ class CollisionPipeline::Implementation {
             options_.contact_rule,
             options_.memory_limit,
             pairs_.vertex_triangle,
-            pairs_.edge_edge};
+            pairs_.edge_edge,
+            both_ends};
   }
 
   template <class F>

@@ -20,6 +20,13 @@ StageReport explain_grid(const PipelineOptions& options, const Statistics& stati
           fmt::format("asked for; cells of {:.4g} fit the largest triangle", statistics.cell_size)};
 }
 
+StageReport explain_sweep(const PipelineOptions& options, const Decisions& decisions) {
+  const char* const stage = "swept volumes";
+  if (options.detection == Detection::dcd) return {stage, false, "discrete detection was asked for"};
+  if (!decisions.moves) return {stage, false, "nothing moves in this step"};
+  return {stage, true, "vertices move in this step; time slabs for pairs that move further than they are wide"};
+}
+
 StageReport explain_subdivision(const PipelineOptions& options, const Statistics& statistics) {
   const char* const stage = "virtual subdivision";
   if (!options.subdivision) return {stage, false, "switched off"};
@@ -57,6 +64,7 @@ std::vector<StageReport> explain_stages(const PipelineOptions& options, const De
     return report;
   }
   report.push_back(explain_grid(options, statistics));
+  report.push_back(explain_sweep(options, decisions));
   report.push_back(explain_subdivision(options, statistics));
   report.push_back(explain_big(statistics));
   if (statistics.chunks > 1) {

@@ -14,6 +14,7 @@ struct Decisions {
   std::uint64_t self_count = 0;
   bool vertex_triangle = false;
   bool edge_edge = false;
+  bool moves = false;  ///< in a continuous detection: some vertex
 };
 
 std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,

@@ -64,7 +64,10 @@ BodySurvey survey_block(const Body& body, const Block& block, bool both_ends, bo
       continue;
     }
     extend(survey.extent, x_t1);
-    if (both_ends) extend(survey.extent, x_t0);
+    if (both_ends) {
+      extend(survey.extent, x_t0);
+      survey.moves |= !(x_t0 == x_t1);
+    }
     if (measure_moves) {
       survey.extent.furthest_move = std::max(survey.extent.furthest_move, std::sqrt(squared_norm(x_t1 - x_t0)));
     }
@@ -142,6 +145,7 @@ std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both
     BodySurvey& survey = surveys[blocks[i].body];
     const BodySurvey& part = parts[i];
     survey.stray_vertices.insert(survey.stray_vertices.end(), part.stray_vertices.begin(), part.stray_vertices.end());
+    survey.moves |= part.moves;
     if (part.extent.is_empty) continue;
     extend(survey.extent, part.extent.lo);
     extend(survey.extent, part.extent.hi);

@@ -30,10 +30,12 @@ struct BodyExtent {
 /// A body's extent and its vertices that are not finite, or too large for float32.
 struct BodySurvey {
   BodyExtent extent;
+  bool moves = false;  ///< some vertex is not at t1 where it was at t0; false where t0 does not count
   std::vector<std::uint32_t> stray_vertices;
 };
 
-/// Reads all positions once. `both_ends` takes t0 into the extents (CCD), `measure_moves` fills furthest_move.
+/// Reads all positions once. `both_ends` takes t0 into the extents and fills `moves` (CCD), `measure_moves` fills
+/// furthest_move.
 std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both_ends, bool measure_moves);
 
 /// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only

@@ -71,9 +71,7 @@ void SelectedDetector::take_over(const std::string& problem) {
   const PositionArrays copy = prepared().position_arrays();
   const std::size_t count = topology_.vertex_body.size();
   std::copy_n(positions_.x_t1, count, copy.x_t1);
-  if (settings_.detection == Detection::ccd || settings_.motion_margin > 0.0F) {
-    std::copy_n(positions_.x_t0, count, copy.x_t0);
-  }
+  if (settings_.both_ends) std::copy_n(positions_.x_t0, count, copy.x_t0);
   positions_ = copy;
 }
 

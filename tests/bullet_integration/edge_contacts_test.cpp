@@ -118,6 +118,49 @@ TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_the_deformable_world) 
       simulation, kStep / 8, [&]() -> auto& { return simulation.softcd_world()->edge_contacts(); });
 }
 
+/// The upper ridge is fixed at one end, a thousandth of its length away from where the lower one, all of it fixed,
+/// moves up against it: only a node with a weight of 0.001 there can give way. Returns how fast the fastest node then
+/// is.
+template <class AnySimulation>
+btScalar fastest_beside_a_fixed_node(AnySimulation& simulation, btScalar step) {
+  btSoftBody& lower = simulation.add(make_ridge(simulation.world_info(), 0, true, btScalar(0.5), true));
+  auto ridge = make_ridge(simulation.world_info(), btScalar(0.08), false, btScalar(-0.5), false);
+  ridge->translate(btVector3(0, 0, btScalar(0.499)));
+  ridge->setMass(2, 0);
+  const btSoftBody& upper = simulation.add(std::move(ridge));
+  const btVector3 fixed_at = upper.m_nodes[2].m_x;
+  btScalar fastest = 0;
+  for (int i = 0; i < 5; ++i) {
+    for (int n = 0; n < lower.m_nodes.size(); ++n) lower.m_nodes[n].m_v = btVector3(0, btScalar(0.025) / step, 0);
+    simulation.step(step);
+    for (int n = 0; n < upper.m_nodes.size(); ++n) fastest = btMax(fastest, upper.m_nodes[n].m_v.length());
+  }
+  EXPECT_EQ(upper.m_nodes[2].m_x, fixed_at);
+  return fastest * step;
+}
+
+TEST_P(EdgeResponse, throws_no_node_that_has_a_small_share_in_a_contact) {
+  Simulation classic(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
+  EXPECT_LT(fastest_beside_a_fixed_node(classic, kStep), 1);
+  DeformableSimulation deformable(settings_with(EdgeContacts::respond, GetParam()), kStiff);
+  EXPECT_LT(fastest_beside_a_fixed_node(deformable, kStep / 8), 1);
+}
+
+TEST_P(EdgeResponse, leaves_fixed_nodes_where_they_are) {
+  Simulation simulation(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
+  const Ridges<Simulation> ridges(simulation);
+  for (const int end : {0, 1, 3, 4, 5}) ridges.lower->setMass(end, btScalar(0.2));  // 2 stays fixed
+  const btVector3 fixed_at = ridges.lower->m_nodes[2].m_x;
+  std::size_t contact_count = 0;
+  const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
+  for (int step = 0; step < 30; ++step) {
+    simulation.step(kStep);
+    contact_count += world.edge_contacts().size();
+  }
+  EXPECT_GT(contact_count, 0U);
+  EXPECT_EQ(ridges.lower->m_nodes[2].m_x, fixed_at);
+}
+
 template <class AnySimulation>
 btScalar gap_after_half_a_second(AnySimulation& simulation, btScalar step) {
   const Ridges<AnySimulation> ridges(simulation);

@@ -59,9 +59,10 @@ class CrossingCounter {
 
 enum class Missile { cloth, ball };
 
-/// Throws it, one kilogram, from 0.6 above at a sheet of 20 kilograms that is held along its border; half a second.
+/// Throws it, one kilogram, from 0.6 above at a sheet of 20 kilograms that is held along its border.
 template <class AnySimulation>
-std::size_t count_crossings(AnySimulation& simulation, Missile missile, btScalar speed) {
+std::size_t count_crossings(AnySimulation& simulation, Missile missile, btScalar speed, btScalar seconds = kStep,
+                            int steps = 30) {
   SheetOptions options;
   options.side = 2;
   options.nodes_per_side = 17;
@@ -85,8 +86,8 @@ std::size_t count_crossings(AnySimulation& simulation, Missile missile, btScalar
 
   CrossingCounter counter({&target, &thrown});
   std::size_t crossings = 0;
-  for (int step = 0; step < 30; ++step) {
-    simulation.step(kStep);
+  for (int step = 0; step < steps; ++step) {
+    simulation.step(seconds);
     crossings += counter.count_step();
   }
   return crossings;
@@ -136,6 +137,21 @@ TEST_P(Tunnelling, none_in_the_classic_world) {
   Simulation bullets(PlugIn::none);
   expect_none_through("classic", count_crossings(bullets, missile(), speed()),
                       count_crossings(ours, missile(), speed()));
+}
+
+// From steps in which nothing seems to move to steps in which gravity alone moves a kilometre.
+class TimeSteps : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Seconds, TimeSteps, testing::Values(1e-9, 10.0));
+
+TEST_P(TimeSteps, let_nothing_through) {
+  const btScalar seconds = btScalar(GetParam());
+  constexpr int kSteps = 5;
+  for (const Missile missile : {Missile::cloth, Missile::ball}) {
+    Simulation classic(PlugIn::one_line_world, cpu_settings(Detection::ccd));
+    EXPECT_EQ(count_crossings(classic, missile, 20, seconds, kSteps), 0U);
+    DeformableSimulation deformable(cpu_settings(Detection::ccd), kSoft);
+    EXPECT_EQ(count_crossings(deformable, missile, 20, seconds, kSteps), 0U);
+  }
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ SceneOptions scene_options(Collision collision, PlugIn plug_in, Detection detect
   options.collision = collision;
   options.plug_in = plug_in;
   options.settings = cpu_settings(detection);
-  options.nodes_per_side = nodes_per_side;
+  options.size = nodes_per_side;
   return options;
 }
 

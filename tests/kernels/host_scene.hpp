@@ -82,7 +82,7 @@ class HostScene {
     view.triangle_count = static_cast<std::uint32_t>(triangles_.size());
     view.edge_count = static_cast<std::uint32_t>(edges_.size());
     view.body_count = static_cast<std::uint32_t>(bodies_.size());
-    view.continuous = continuous_;
+    view.is_swept = continuous_;
     view.summarize_pairs(may_touch_);
     return view;
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <map>
 #include <ostream>
 
 #include "expectations.hpp"
@@ -86,28 +85,9 @@ TEST_P(ContinuousSoup, conservative_finds_whatever_comes_within_the_margin) {
   PipelineOptions options = test_options(Detection::ccd);
   const std::vector<FeaturePair> precise = features_of(detect_once(scene, options));
   options.accuracy = Accuracy::conservative;
-  std::map<FeaturePair, float> found;
   const std::vector<Contact> contacts = detect_once(scene, options);
   expect_flawless(scene, contacts, Detection::ccd, point_tolerance(scene));
-  for (const Contact& contact : contacts) found[features_of(contact)] = contact.time_of_impact;
-
-  std::size_t missed_by_precise = 0;
-  constexpr int kSteps = 8;
-  for (int step = 0; step <= kSteps; ++step) {
-    const double t = double(step) / kSteps;
-    Scene now = scene;
-    for (SceneBody& body : now) {
-      for (std::size_t v = 0; v < body.x_t0.size(); ++v) body.x_t1[v] = lerp(body.x_t0[v], body.x_t1[v], t);
-      // Rounded positions may differ by that much.
-      body.settings.margin -= 1e-6F;
-    }
-    for (const FeaturePair& pair : features_of(detect_once(now, test_options(Detection::dcd)))) {
-      const auto contact = found.find(pair);
-      ASSERT_NE(contact, found.end()) << pair << " at " << t;
-      ASSERT_LE(contact->second, t + 1e-6) << pair;
-      missed_by_precise += !std::binary_search(precise.begin(), precise.end(), pair);
-    }
-  }
+  const std::size_t missed_by_precise = expect_nothing_missed_on_the_way(scene, contacts, precise);
   std::cout << contacts.size() << " contacts, of which `precise` finds " << precise.size()
             << "; discrete ones missed by it " << missed_by_precise << "\n";
   EXPECT_GE(contacts.size(), precise.size());

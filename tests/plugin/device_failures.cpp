@@ -101,7 +101,7 @@ class DeviceFailures : public testing::Test {
     detector.set_topology(scene_.topology());
     write_positions(bodies_, {0, 0, 0}, continuous, detector.position_arrays());
     detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F,
-                                  ContactRule::distance, 0, true, true});
+                                  ContactRule::distance, 0, true, true, continuous});
     const Span<const Contact> contacts = detector.finish(statistics_);
     return {contacts.begin(), contacts.end()};
   }

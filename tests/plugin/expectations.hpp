@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -82,6 +83,35 @@ inline std::size_t expect_continuous_contacts(const Scene& scene, const Pipeline
   expect_sorted(contacts);
   expect_flawless(scene, contacts, Detection::ccd, point_tolerance(scene));
   return contacts.size();
+}
+
+/// Discrete detections at nine times of the step find nothing that `contacts`, of a continuous detection with margins,
+/// lack or report later. Returns how many of what they find is not in `other`, sorted.
+inline std::size_t expect_nothing_missed_on_the_way(const Scene& scene, const std::vector<Contact>& contacts,
+                                                    const std::vector<FeaturePair>& other = {}) {
+  std::map<FeaturePair, float> times;
+  for (const Contact& contact : contacts) times[features_of(contact)] = contact.time_of_impact;
+  const double rounding = 0x1p-22 * half_extent_of(scene);
+  std::size_t not_in_other = 0;
+  constexpr int kSteps = 8;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double t = double(step) / kSteps;
+    Scene now = scene;
+    for (SceneBody& body : now) {
+      for (std::size_t v = 0; v < body.x_t0.size(); ++v) body.x_t1[v] = lerp(body.x_t0[v], body.x_t1[v], t);
+      // Positions on the way are rounded.
+      body.settings.margin = std::max(0.0F, body.settings.margin - static_cast<float>(rounding));
+    }
+    for (const FeaturePair& pair : features_of(detect_once(now, test_options(Detection::dcd)))) {
+      const auto found = times.find(pair);
+      if (found == times.end() || found->second > t + 1e-6) {
+        ADD_FAILURE() << pair << (found == times.end() ? " is missed at " : " is late at ") << t;
+        return not_in_other;
+      }
+      not_in_other += !std::binary_search(other.begin(), other.end(), pair);
+    }
+  }
+  return not_in_other;
 }
 
 }  // namespace softcd::test

@@ -170,7 +170,7 @@ TEST_P(Impacts, AnApproachMissesNothing) {
       unsettled += approach.state == ImpactState::unsettled ? 1 : 0;
       ASSERT_TRUE(is_hit || !is_collision) << to_string(query);
       if (approach.state == ImpactState::hit) {
-        const double reach = margin + 2.02 * documented_tolerance(query, epsilon<double>());
+        const double reach = margin * (1 + 0x1p-20) + 2.02 * documented_tolerance(query, epsilon<double>());
         tally.beyond_tolerance += approach.distance > reach ? 1 : 0;
       }
     }
@@ -223,8 +223,9 @@ TEST(Approach, FindsWhatPassesByWithinTheMargin) {
                               {-1.0, 0.0, -1.0}}};
   const Impact<double> approach = approach_of(past_corner, 0.1);
   EXPECT_EQ(approach.state, ImpactState::hit);
-  EXPECT_NEAR(approach.time, 0.5 - 0.5 * std::sqrt(0.01 - 0.0025), 1e-12);
-  EXPECT_NEAR(approach.distance, 0.1, 1e-12);
+  EXPECT_NEAR(approach.time, 0.5 - 0.5 * std::sqrt(0.01 - 0.0025), 1e-6);
+  EXPECT_LE(approach.time, 0.5 - 0.5 * std::sqrt(0.01 - 0.0025)) << "late";
+  EXPECT_NEAR(approach.distance, 0.1, 1e-7);
   EXPECT_EQ(approach_of(past_corner, 0.049).state, ImpactState::separated);
 }
 

@@ -32,7 +32,7 @@ Mesh tangle(std::uint64_t seed) {
 SweepBox box_of_vertices(const SceneView& scene, std::initializer_list<std::uint32_t> vertices, double reach) {
   SweepBox box = enclosing({vec3_cast<double>(scene.x_t1[*vertices.begin()])});
   for (const std::uint32_t v : vertices) {
-    for (const Vec3f* x : {scene.x_t1, scene.continuous ? scene.x_t0 : scene.x_t1}) {
+    for (const Vec3f* x : {scene.x_t1, scene.is_swept ? scene.x_t0 : scene.x_t1}) {
       box = enclosing({box.low, box.high, vec3_cast<double>(x[v])});
     }
   }
@@ -195,7 +195,7 @@ Candidates expanded_as(const SceneView& scene, const HostVolumes& bounds, const 
 
 template <ContactKind kKind>
 Candidates expanded(const SceneView& scene, const HostVolumes& bounds, const std::vector<std::uint64_t>& pairs) {
-  return scene.continuous ? expanded_as<kKind, true>(scene, bounds, pairs)
+  return scene.is_swept ? expanded_as<kKind, true>(scene, bounds, pairs)
                           : expanded_as<kKind, false>(scene, bounds, pairs);
 }
 

@@ -14,18 +14,20 @@ namespace {
 struct Sizes {
   std::vector<std::uint32_t> radius = std::vector<std::uint32_t>(kSizeBins, 0);
   std::vector<std::uint32_t> swept = std::vector<std::uint32_t>(kSizeBins, 0);
+  std::vector<std::uint32_t> fast = std::vector<std::uint32_t>(kSizeBins, 0);
   std::vector<std::uint32_t> distance = std::vector<std::uint32_t>(kSizeBins, 0);
 
   void add(double r, double s, double d) {
     ++radius[size_bin(static_cast<float>(r))];
     ++swept[size_bin(static_cast<float>(s))];
+    if (s > 2.0 * r) ++fast[size_bin(static_cast<float>(s))];
     ++distance[size_bin(static_cast<float>(d))];
   }
 
   GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float lambda = 1.8F) const {
     GridParameters grid{};
     SerialTeam team;
-    ChooseGrid{radius.data(), swept.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
+    ChooseGrid{radius.data(), swept.data(), fast.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
     return grid;
   }
 };
@@ -74,6 +76,18 @@ TEST(ChooseGrid, children_stay_within_their_budget) {
   const GridParameters grid = sizes.choose(BroadPhase::exact);
   const double children = 10000.0 * std::pow(4.0, subdivision_level(0.75F, grid.cell_size));
   EXPECT_LE(children, 8.0 * 20000.0 + 65536.0);
+}
+
+TEST(ChooseGrid, entries_of_fast_triangles_stay_within_their_budget) {
+  Sizes sizes;
+  for (int i = 0; i < 20000; ++i) sizes.add(0.5, i % 10 == 0 ? 50.0 : 0.5, 1.0);
+  const float size = sizes.choose(BroadPhase::exact).cell_size;
+  EXPECT_GT(size, 1.5F * 1.8F * 0.5F);
+  EXPECT_LE(2000.0 / 8 * std::pow(2 / std::sqrt(3.0) * 50.0 / double(size), 3), 256.0 * 20000.0 + 65536.0);
+
+  Sizes few;
+  for (int i = 0; i < 20000; ++i) few.add(0.5, i % 1000 == 0 ? 50.0 : 0.5, 1.0);
+  EXPECT_LT(few.choose(BroadPhase::exact).cell_size, 1.1F * 1.8F * 0.5F);
 }
 
 TEST(ChooseGrid, the_furthest_ordinary_triangle_is_within_reach) {

@@ -54,9 +54,9 @@ enum class Accuracy : std::uint32_t {
   /// ends and where the features are coplanar, not in between.
   precise,
   /// In float64, with roundings bounded against "no contact". Continuous: whatever comes within the margin during the
-  /// step is found, at a time of impact that is not late. What is found comes within the margin and 1e-14 of the
-  /// extent, but for the unsettled contacts, which statistics() counts: the bound on work was reached first. Discrete:
-  /// whatever is within the margin is found.
+  /// step is found, at a time of impact that is not late. What is found comes within the margin, a
+  /// millionth of it and 1e-14 of the extent, but for the unsettled contacts, which statistics() counts: the bound on
+  /// work was reached first. Discrete: whatever is within the margin is found.
   conservative,
 };
 

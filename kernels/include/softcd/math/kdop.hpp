@@ -164,13 +164,13 @@ SOFTCD_HD constexpr Interval project(const Vec3f* points, int begin, int end) {
   return interval;
 }
 
-template <bool kContinuous, int kAxis, int kSplit, int kCount>
+template <bool kSwept, int kAxis, int kSplit, int kCount>
 SOFTCD_HD bool apart_on_axis(const PointMotion<kCount>& points, float reach) {
   const Interval a_t1 = project<kAxis>(points.t1, 0, kSplit);
   const Interval b_t1 = project<kAxis>(points.t1, kSplit, kCount);
   bool is_below = outward_up(a_t1.hi + reach) < b_t1.lo;
   bool is_above = outward_up(b_t1.hi + reach) < a_t1.lo;
-  if constexpr (kContinuous) {
+  if constexpr (kSwept) {
     const Interval a_t0 = project<kAxis>(points.t0, 0, kSplit);
     const Interval b_t0 = project<kAxis>(points.t0, kSplit, kCount);
     is_below &= outward_up(a_t0.hi + reach) < b_t0.lo;
@@ -181,23 +181,23 @@ SOFTCD_HD bool apart_on_axis(const PointMotion<kCount>& points, float reach) {
 
 /// Whether, along x, y or z, the first kSplit points lie more than `reach` beyond the others at both ends of a
 /// straight-line motion, and so throughout; unless continuous, at t1.
-template <bool kContinuous, int kSplit, int kCount>
+template <bool kSwept, int kSplit, int kCount>
 SOFTCD_HD bool apart_on_straight_axes(const PointMotion<kCount>& points, Reach reach) {
-  const bool x = apart_on_axis<kContinuous, 0, kSplit>(points, reach.straight);
-  const bool y = apart_on_axis<kContinuous, 1, kSplit>(points, reach.straight);
-  const bool z = apart_on_axis<kContinuous, 2, kSplit>(points, reach.straight);
+  const bool x = apart_on_axis<kSwept, 0, kSplit>(points, reach.straight);
+  const bool y = apart_on_axis<kSwept, 1, kSplit>(points, reach.straight);
+  const bool z = apart_on_axis<kSwept, 2, kSplit>(points, reach.straight);
   return x | y | z;
 }
 
 /// The same along the six diagonal axes.
-template <bool kContinuous, int kSplit, int kCount>
+template <bool kSwept, int kSplit, int kCount>
 SOFTCD_HD bool apart_on_diagonal_axes(const PointMotion<kCount>& points, Reach reach) {
-  const bool xy = apart_on_axis<kContinuous, 3, kSplit>(points, reach.diagonal);
-  const bool xz = apart_on_axis<kContinuous, 4, kSplit>(points, reach.diagonal);
-  const bool yz = apart_on_axis<kContinuous, 5, kSplit>(points, reach.diagonal);
-  const bool x_y = apart_on_axis<kContinuous, 6, kSplit>(points, reach.diagonal);
-  const bool x_z = apart_on_axis<kContinuous, 7, kSplit>(points, reach.diagonal);
-  const bool y_z = apart_on_axis<kContinuous, 8, kSplit>(points, reach.diagonal);
+  const bool xy = apart_on_axis<kSwept, 3, kSplit>(points, reach.diagonal);
+  const bool xz = apart_on_axis<kSwept, 4, kSplit>(points, reach.diagonal);
+  const bool yz = apart_on_axis<kSwept, 5, kSplit>(points, reach.diagonal);
+  const bool x_y = apart_on_axis<kSwept, 6, kSplit>(points, reach.diagonal);
+  const bool x_z = apart_on_axis<kSwept, 7, kSplit>(points, reach.diagonal);
+  const bool y_z = apart_on_axis<kSwept, 8, kSplit>(points, reach.diagonal);
   return xy | xz | yz | x_y | x_z | y_z;
 }
 

@@ -32,8 +32,8 @@
 /// that come within a positive margin and leave it again without being coplanar, at the edge of a triangle, say, and
 /// report the contact when they are coplanar, not when they come within the margin. `first_approach` follows the
 /// distance over the whole step instead: whatever comes within the margin is hit, `time` is not later than that,
-/// and at `time` the distance is at most reach, with twice the tolerance, or, where kMostApproachSteps do not settle
-/// the question, somewhat more. docs/accuracy.md has the proof.
+/// and at `time` the distance is at most reach, with twice the tolerance and a millionth of the margin, or, where
+/// kMostApproachSteps do not settle the question, somewhat more. docs/accuracy.md has the proof.
 ///
 /// In float the same bounds hold for float coordinates; tolerance and coplanar stretches are 2^29 times as wide.
 /// Coordinates' differences must be finite.
@@ -61,6 +61,11 @@ namespace detail {
 constexpr int kMaxAdvances = 32;
 /// For motions followed from beginning to end.
 constexpr int kMostApproachSteps = 64;
+constexpr int kStepsInTwoDirections = 8;
+/// Hits may be that share of the margin farther apart than it: margins are sums of floats, and steps converge to this
+/// in 5 instead of 7.
+template <class T>
+constexpr T kMarginTolerance = T(0x1p-20);
 
 /// Everything about a query that its stages share.
 template <class T>
@@ -206,11 +211,14 @@ SOFTCD_HD T advance(const Motion<T>& motion, const RelativePair<T>& now, const R
              : fraction;
 }
 
-/// The same for motions that are followed from beginning to end.
+/// The same for motions that are followed from beginning to end. The third direction lengthens few steps, but those of
+/// motions that take many.
 template <ContactKind kKind, class T>
 SOFTCD_HD T advance_far(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
-                        const Nearest<T>& nearest) {
-  const T fraction = advance<kKind>(motion, now, end, nearest);
+                        const Nearest<T>& nearest, int step) {
+  const T fraction = step < kStepsInTwoDirections
+                         ? clear_fraction<kKind>(motion, now, end, offset_direction<kKind>(now, end, nearest))
+                         : advance<kKind>(motion, now, end, nearest);
   return fraction < T(1)
              ? larger(clear_fraction<kKind>(motion, now, end, turning_plane_direction(now, end, nearest)), fraction)
              : fraction;
@@ -251,7 +259,7 @@ SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, T end) {
     if (distance > T(4) * motion.tolerance) {
       touch.approach = touch.nearest.offset;
     }
-    const T fraction = kWholeWay ? advance_far<kKind>(motion, now, last, touch.nearest)
+    const T fraction = kWholeWay ? advance_far<kKind>(motion, now, last, touch.nearest, step)
                                  : advance<kKind>(motion, now, last, touch.nearest);
     if (fraction >= T(1)) {
       return touch;
@@ -474,7 +482,7 @@ SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
   if (query.stays_beyond_reach) {
     return separated<T>();
   }
-  query.motion.tolerance *= T(2);
+  query.motion.tolerance = T(2) * query.motion.tolerance + kMarginTolerance<T> * query.motion.margin;
   const Touch<T> touch = first_touch<kKind, true>(query.motion, T(0), T(1));
   return touch.is_hit ? to_impact<kKind>(query.motion, touch, query.side, query.scale) : separated<T>();
 }

@@ -47,7 +47,7 @@ struct SceneView {
   std::uint32_t triangle_count = 0;
   std::uint32_t edge_count = 0;
   std::uint32_t body_count = 0;
-  bool continuous = false;
+  bool is_swept = false;         ///< some vertex moves, and what lies on its way counts
   bool self_collision = false;   ///< some body may touch itself
   bool is_conservative = false;  ///< Accuracy::conservative
   /// See PipelineOptions::motion_margin.
@@ -93,7 +93,7 @@ SOFTCD_HD inline TriangleMotion load_triangle(const SceneView& scene, std::uint3
   TriangleMotion motion{};
   for (int corner = 0; corner < 3; ++corner) {
     motion.t1[corner] = scene.x_t1[triangle.v[corner]];
-    motion.t0[corner] = scene.continuous ? scene.x_t0[triangle.v[corner]] : motion.t1[corner];
+    motion.t0[corner] = scene.is_swept ? scene.x_t0[triangle.v[corner]] : motion.t1[corner];
   }
   return motion;
 }

@@ -60,7 +60,7 @@ class BroadPhaseStages {
       });
     }
     if (w_.bigs.capacity() == 0) return;
-    if (scene_.continuous) {
+    if (scene_.is_swept) {
       test_against_big<true>();
     } else {
       test_against_big<false>();
@@ -72,7 +72,7 @@ class BroadPhaseStages {
     backend_.begin(Stage::volumes);
     w_.volumes.reserve(backend_, scene_.triangle_count, 0);
     w_.shapes.reserve(backend_, scene_.triangle_count, 0);
-    if (scene_.continuous) w_.end_volumes.reserve(backend_, scene_.triangle_count, 0);
+    if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.triangle_count, 0);
     backend_.for_each("bound_triangles", triangles(),
                       BoundTriangle{scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
   }
@@ -85,6 +85,7 @@ class BroadPhaseStages {
                        MeasureTriangle{w_.volumes.data(), w_.shapes.data()});
     backend_.run_once("choose_grid", ChooseGrid{bins + MeasureTriangle::radius * kSizeBins,
                                                 bins + MeasureTriangle::swept_radius * kSizeBins,
+                                                bins + MeasureTriangle::fast_radius * kSizeBins,
                                                 bins + MeasureTriangle::distance * kSizeBins, settings_.broad_phase,
                                                 settings_.subdivision, settings_.lambda, &counters_->grid});
   }
@@ -181,7 +182,7 @@ class BroadPhaseStages {
   template <class Control>
   void test_pairs(Share share) {
     backend_.begin(Stage::tests);
-    if (scene_.continuous) {
+    if (scene_.is_swept) {
       test_share(share, TestPair<Control, true>{pair_test<true>(), w_.entries.template column<0>().data(),
                                                 w_.boxed_entries.data(), w_.partner_begin.data()});
     } else {
@@ -202,15 +203,15 @@ class BroadPhaseStages {
         w_.pairs, w_.flagged);
   }
 
-  template <bool kContinuous>
-  PairTest<kContinuous> pair_test() {
+  template <bool kSwept>
+  PairTest<kSwept> pair_test() {
     return {scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
   }
 
-  template <bool kContinuous>
+  template <bool kSwept>
   void test_against_big() {
-    const TestAgainstBig<kContinuous> test_big{pair_test<kContinuous>(), w_.bigs.template column<0>().data(),
-                                               w_.bigs.count(counters_)};
+    const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), w_.bigs.template column<0>().data(),
+                                          w_.bigs.count(counters_)};
     append_pairs(
         [&] { backend_.for_each_append("test_against_big", triangles(), test_big, w_.pairs.appender(counters_)); });
   }

@@ -42,6 +42,7 @@ struct DetectionSettings {
   std::uint64_t memory_limit;  ///< bytes; 0 for none
   bool vertex_triangle;        ///< some pair of bodies wants these candidates
   bool edge_edge;
+  bool both_ends;  ///< x_t0 counts; else it was not written and nothing moves
 };
 
 /// Where the host writes the positions of the next detection. x_t0 may stay unwritten when only t1 counts.

@@ -48,8 +48,7 @@ class DetectorOn final : public Detector {
     upload(w_.bodies, bodies.bodies);
     upload(w_.may_touch, bodies.may_touch);
     view_scene(bodies);
-    const bool both_ends = scene_.continuous || scene_.motion_margin > 0.0F;
-    backend_.upload_positions(w_.x_t0, w_.x_t1, scene_.vertex_count, both_ends);
+    backend_.upload_positions(w_.x_t0, w_.x_t1, scene_.vertex_count, settings.both_ends);
     reserve_lists();
     split_until([this] { launch(); });
   }
@@ -84,7 +83,8 @@ class DetectorOn final : public Detector {
   }
 
   void view_scene(const SceneBodies& bodies) {
-    scene_.x_t0 = w_.x_t0.data();
+    const bool continuous = settings_.detection == Detection::ccd;
+    scene_.x_t0 = settings_.both_ends ? w_.x_t0.data() : w_.x_t1.data();
     scene_.x_t1 = w_.x_t1.data();
     scene_.triangles = w_.triangles.data();
     scene_.triangle_edges = w_.triangle_edges.data();
@@ -97,10 +97,10 @@ class DetectorOn final : public Detector {
     scene_.pair_words = bodies.pair_words;
     scene_.body_count = static_cast<std::uint32_t>(bodies.bodies.size());
     scene_.summarize_pairs(bodies.may_touch);
-    scene_.continuous = settings_.detection == Detection::ccd;
-    scene_.motion_margin = scene_.continuous ? 0.0F : settings_.motion_margin;
+    scene_.is_swept = continuous && settings_.both_ends;
+    scene_.motion_margin = continuous ? 0.0F : settings_.motion_margin;
     scene_.is_conservative = settings_.accuracy == Accuracy::conservative;
-    scene_.contact_rule = scene_.continuous ? ContactRule::distance : settings_.contact_rule;
+    scene_.contact_rule = continuous ? ContactRule::distance : settings_.contact_rule;
   }
 
   /// Runs f; as long as memory does not suffice, again with twice as many chunks.
@@ -189,6 +189,7 @@ class DetectorOn final : public Detector {
                                          static_cast<std::uint64_t>(scene_.contact_rule),
                                          settings_.vertex_triangle,
                                          settings_.edge_edge,
+                                         settings_.both_ends,
                                          lambda_bits,
                                          motion_bits,
                                          scene_.triangle_count,

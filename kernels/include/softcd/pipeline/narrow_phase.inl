@@ -17,7 +17,7 @@ class NarrowPhaseStages {
 
   /// The contacts of the pairs found so far in this chunk.
   void find_contacts() {
-    if (scene_.continuous) {
+    if (scene_.is_swept) {
       find_candidates<true>();
     } else {
       find_candidates<false>();
@@ -48,25 +48,27 @@ class NarrowPhaseStages {
     backend_.for_each("write_contacts", count,
                       WriteContact{scene_, found, w_.contact_order.data(), w_.contacts.data()});
     backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
-    if (scene_.continuous && scene_.is_conservative) {
+    if (is_continuous() && scene_.is_conservative) {
       backend_.for_each_append("count_unsettled", count, CountUnsettled{found},
                                Appender<CountTarget>{{}, &counters_->unsettled, 0});
     }
   }
 
  private:
-  template <bool kContinuous>
+  bool is_continuous() const { return settings_.detection == Detection::ccd; }
+
+  template <bool kSwept>
   void find_candidates() {
     backend_.begin(Stage::features);
     if (settings_.vertex_triangle) {
-      expand_pairs<ContactKind::vertex_triangle, kContinuous>("expand_to_vertex_triangle", w_.vt_candidates);
+      expand_pairs<ContactKind::vertex_triangle, kSwept>("expand_to_vertex_triangle", w_.vt_candidates);
     }
-    if (settings_.edge_edge) expand_pairs<ContactKind::edge_edge, kContinuous>("expand_to_edge_edge", w_.ee_candidates);
+    if (settings_.edge_edge) expand_pairs<ContactKind::edge_edge, kSwept>("expand_to_edge_edge", w_.ee_candidates);
   }
 
-  template <ContactKind kKind, bool kContinuous, class Candidates>
+  template <ContactKind kKind, bool kSwept, class Candidates>
   void expand_pairs(const char* label, Candidates& candidates) {
-    const ExpandPair<kKind, kContinuous> expand_pair{scene_, w_.shapes.data(), w_.pairs.template column<0>().data()};
+    const ExpandPair<kKind, kSwept> expand_pair{scene_, w_.shapes.data(), w_.pairs.template column<0>().data()};
     produce(
         backend_, counters_,
         [&] {
@@ -91,9 +93,9 @@ class NarrowPhaseStages {
         backend_, counters_,
         [&] {
           const Count count = candidates.count(counters_);
-          if (scene_.continuous && scene_.is_conservative) {
+          if (is_continuous() && scene_.is_conservative) {
             backend_.for_each_append(label, count, TestApproach<kKind>{scene_, features}, w_.found.appender(counters_));
-          } else if (scene_.continuous) {
+          } else if (is_continuous()) {
             backend_.for_each_append(label, count, TestMotion<kKind, T>{scene_, features},
                                      w_.found.appender(counters_));
           } else if (kKind == ContactKind::vertex_triangle && scene_.contact_rule == ContactRule::slab) {

@@ -33,7 +33,7 @@ struct alignas(16) TriangleShape {
 struct BoundTriangle {
   SceneView scene;
   Kdop18* volumes;
-  EndVolumes* end_volumes;  ///< of triangles that take part; null unless continuous
+  EndVolumes* end_volumes;  ///< of triangles that take part; null unless swept
   TriangleShape* shapes;
 
   SOFTCD_HD void operator()(std::uint32_t t) const {
@@ -53,7 +53,7 @@ struct BoundTriangle {
     float growth = body.margin;
     for (int corner = 0; corner < 3; ++corner) {
       extend(at_t1, motion.t1[corner]);
-      if (scene.continuous) {
+      if (scene.is_swept) {
         extend(at_t0, motion.t0[corner]);
       } else if (scene.motion_margin > 0.0F) {
         growth = larger(growth, scene.vertex_margin(scene.triangles[t].v[corner]));
@@ -64,10 +64,10 @@ struct BoundTriangle {
     inflate(at_t0, growth);
     const Kdop18 volume = merged(at_t0, at_t1);
     if (!overlap(body.reach, volume)) return;
-    if (scene.continuous) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
+    if (scene.is_swept) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
 
     float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;
-    if (scene.continuous) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
+    if (scene.is_swept) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
     out = volume;
     shape = {radius, growth,
              scene.ownership[t] | (body.vertex_triangle ? kWantsVertexTriangle : 0U) |
@@ -77,8 +77,8 @@ struct BoundTriangle {
 
 /// Histograms of the active triangles' sizes, for ChooseGrid; `counter.count(histogram, value)` counts.
 struct MeasureTriangle {
-  enum Histogram : int { radius, swept_radius, distance };
-  static constexpr int kHistograms = 3;
+  enum Histogram : int { radius, swept_radius, fast_radius, distance };
+  static constexpr int kHistograms = 4;
 
   const Kdop18* volumes;
   const TriangleShape* shapes;
@@ -89,8 +89,11 @@ struct MeasureTriangle {
     if (is_empty(volume)) return;
     const Vec3f lo = {volume.lo[0], volume.lo[1], volume.lo[2]};
     const Vec3f hi = {volume.hi[0], volume.hi[1], volume.hi[2]};
-    counter.count(radius, size_bin(shapes[t].radius + shapes[t].growth));
-    counter.count(swept_radius, size_bin(0.5F * sqrtf(squared_norm(hi - lo))));
+    const float at_rest = shapes[t].radius + shapes[t].growth;
+    const float swept = 0.5F * sqrtf(squared_norm(hi - lo));
+    counter.count(radius, size_bin(at_rest));
+    counter.count(swept_radius, size_bin(swept));
+    if (swept > 2.0F * at_rest) counter.count(fast_radius, size_bin(swept));
     counter.count(distance, size_bin(larger(max_norm(lo), max_norm(hi))));
   }
 };

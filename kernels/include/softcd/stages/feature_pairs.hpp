@@ -39,7 +39,7 @@ struct FeatureWork {
 /// are certain to stay apart: along one of the 18-DOP's axes at both ends of the step, or out of each other's plane, or
 /// by the signs of the coplanarity cubic; in the order of what each rejects for its cost. In float, whatever the narrow
 /// phase computes in: all that is rejected is apart in exact arithmetic.
-template <ContactKind kKind, bool kContinuous>
+template <ContactKind kKind, bool kSwept>
 struct ExpandPair {
   using Item = FeatureWork<kKind>;
 
@@ -89,17 +89,17 @@ struct ExpandPair {
       candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].v[side_a], scene.triangle_edges[work.b].v[side_b]};
     }
     const PointMotion<4> points = load(candidate.vertices);
-    return !apart_on_straight_axes<kContinuous, kCountA>(points, reach_between(points, margin_of(candidate)));
+    return !apart_on_straight_axes<kSwept, kCountA>(points, reach_between(points, margin_of(candidate)));
   }
 
   template <class Candidates>
   SOFTCD_HD void test(const Candidate& candidate, Candidates& candidates) const {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = margin_of(candidate);
-    if constexpr (!kContinuous && kKind == ContactKind::vertex_triangle) {
+    if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
       if (scene.contact_rule == ContactRule::slab && lies_beside_slab(candidate)) return;
     }
-    if constexpr (kContinuous) {
+    if constexpr (kSwept) {
       const bool is_out = scene.is_conservative ? stay_beyond_reach<kKind>(points.t0, points.t1, margin)
                                                 : keep_apart<kKind>(points.t0, points.t1, margin);
       if (is_out) return;
@@ -124,7 +124,7 @@ struct ExpandPair {
     PointMotion<4> motion{};
     for (int i = 0; i < 4; ++i) {
       motion.t1[i] = scene.x_t1[vertices.v[i]];
-      motion.t0[i] = kContinuous ? scene.x_t0[vertices.v[i]] : motion.t1[i];
+      motion.t0[i] = kSwept ? scene.x_t0[vertices.v[i]] : motion.t1[i];
     }
     return motion;
   }
@@ -133,7 +133,7 @@ struct ExpandPair {
     float furthest = 0.0F;
     for (int i = 0; i < 4; ++i) {
       furthest = larger(furthest, max_norm(points.t1[i]));
-      if (kContinuous) furthest = larger(furthest, max_norm(points.t0[i]));
+      if (kSwept) furthest = larger(furthest, max_norm(points.t0[i]));
     }
     return reach_of(margin, furthest);
   }
@@ -145,7 +145,7 @@ struct ExpandPair {
 
   SOFTCD_HD_SELDOM bool stay_apart_diagonally(Candidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return apart_on_diagonal_axes<kContinuous, kCountA>(points, reach_between(points, margin_of(candidate)));
+    return apart_on_diagonal_axes<kSwept, kCountA>(points, reach_between(points, margin_of(candidate)));
   }
 };
 

@@ -40,13 +40,16 @@ SOFTCD_HD inline int subdivision_level(float radius, float limit) {
 ///
 /// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum 1.8, flat from 1.2 to 2.4);
 /// `paper`: 3 lambda times that of the swept radii (equation 1); `uniform`, and `paper` without subdivision: 3 largest
-/// swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per triangle, where
-/// triangles move many cells, and where the grid would not reach the furthest of all but stray triangles.
+/// swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per triangle, where the mean
+/// triangle moves many cells or some move so many that entries would outnumber kEntryBudget per triangle, and where the
+/// grid would not reach the furthest of all but stray triangles.
 struct ChooseGrid {
   static constexpr int kChildBudget = 8;
+  static constexpr int kEntryBudget = 256;
 
   const std::uint32_t* radius_bins;
   const std::uint32_t* swept_radius_bins;
+  const std::uint32_t* fast_radius_bins;  ///< swept radii of triangles that move further than they are wide
   const std::uint32_t* distance_bins;  ///< of the largest coordinate magnitude
   BroadPhase broad_phase;
   bool subdivision;
@@ -66,6 +69,7 @@ struct ChooseGrid {
     if (!fit_largest) {
       size = larger(size, clipped_mean(team, swept_radius_bins) / 8.0F);
       if (subdivision) size = within_child_budget(team, size, active);
+      if (broad_phase == BroadPhase::exact) size = within_entry_budget(team, size, active);
     }
     if (!(size > 1.0e-30F)) size = 1.0F;
     if (!(size < 1.0e30F)) size = 1.0e30F;
@@ -85,6 +89,23 @@ struct ChooseGrid {
         return level > 0 && level <= kMaxLevel ? static_cast<std::uint64_t>(radius_bins[bin]) << (2 * level) : 0;
       });
       if (children <= kChildBudget * triangles + 65536) break;
+      size *= 1.26F;
+    }
+    return size;
+  }
+
+  /// A fast triangle's 18-DOP, a prism along its way, fills about an eighth of its box (measured with random directions:
+  /// 0.08 to 0.13), and the box of radius R is about that of a cube of side 2 R / sqrt(3).
+  template <class Team>
+  SOFTCD_HD float within_entry_budget(Team& team, float size, std::uint64_t triangles) const {
+    for (int enlargement = 0; enlargement < 32; ++enlargement) {
+      const std::uint64_t entries = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
+        if (fast_radius_bins[bin] == 0) return 0;
+        const float side = 1.1547F * size_bin_edge(static_cast<std::uint32_t>(bin)) / size + 1.0F;
+        if (!(side <= static_cast<float>(kMaxSpan))) return 0;
+        return fast_radius_bins[bin] * static_cast<std::uint64_t>(0.125F * side * side * side);
+      });
+      if (entries <= kEntryBudget * triangles + 65536) break;
       size *= 1.26F;
     }
     return size;

@@ -62,11 +62,11 @@ struct alignas(16) PairCandidate {
 };
 
 /// What decides about a pair of triangles once it is known that they meet in a cell. Cheapest first.
-template <bool kContinuous>
+template <bool kSwept>
 struct PairTest {
   SceneView scene;
   const Kdop18* volumes;
-  const EndVolumes* end_volumes;  ///< null unless continuous
+  const EndVolumes* end_volumes;  ///< null unless swept
   const TriangleShape* shapes;
 
   /// Whether some vertex or edge of one is owned that could touch the other.
@@ -89,7 +89,7 @@ struct PairTest {
         !scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) {
       return false;
     }
-    if constexpr (kContinuous) {
+    if constexpr (kSwept) {
       const EndVolumes& ends_a = end_volumes[a.root];
       const EndVolumes& ends_b = end_volumes[b.root];
       if (apart_throughout(ends_a, ends_b)) return false;
@@ -111,11 +111,11 @@ struct PairTest {
 
 /// One test: sorted entry j against its k-th partner. `filter` decides by the entries alone and hands what is left, a
 /// minority, to `test`, so that a backend may gather enough of it before it goes on.
-template <class Control, bool kContinuous>
+template <class Control, bool kSwept>
 struct TestPair {
   using Candidate = PairCandidate;
 
-  PairTest<kContinuous> pair_test;
+  PairTest<kSwept> pair_test;
   const std::uint32_t* keys;
   const BoxedEntry* entries;
   const std::uint32_t* partner_begin;
@@ -162,9 +162,9 @@ struct TestPair {
 };
 
 /// Triangle t against every triangle on the BIG list, each pair once.
-template <bool kContinuous>
+template <bool kSwept>
 struct TestAgainstBig {
-  PairTest<kContinuous> test;
+  PairTest<kSwept> test;
   const std::uint32_t* bigs;
   Count big_count;
 

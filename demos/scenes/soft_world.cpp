@@ -1,14 +1,14 @@
-#include "soft_world.hpp"
+#include "scenes/soft_world.hpp"
 
 #include <algorithm>
 #include <optional>
 #include <utility>
 
-namespace softcd::benchmarks {
+namespace softcd::demo {
 namespace {
 
 constexpr btScalar kClassicStep = btScalar(1) / 120;
-// Bullet integrates springs explicitly there. With demo::DeformableMaterial and these masses the fastest oscillation of
+// Bullet integrates springs explicitly there. With DeformableMaterial and these masses the fastest oscillation of
 // a cloth, of angular frequency sqrt(8 k / m), moves by 0.65 radians in a step; 2 would be unstable.
 constexpr btScalar kDeformableStep = btScalar(1) / 240;
 constexpr btScalar kDeformableNodeMass = btScalar(0.01);
@@ -28,12 +28,12 @@ std::size_t sum_over(const std::vector<btSoftBody*>& bodies, Count count) {
 
 }  // namespace
 
-SoftWorld::SoftWorld(World kind, demo::PlugIn plug_in, const bullet::Settings& settings) {
+SoftWorld::SoftWorld(World kind, PlugIn plug_in, const bullet::Settings& settings) {
   if (kind == World::classic) {
-    classic_ = std::make_unique<demo::Simulation>(plug_in, settings);
+    classic_ = std::make_unique<Simulation>(plug_in, settings);
   } else {
-    deformable_ = std::make_unique<demo::DeformableSimulation>(
-        plug_in == demo::PlugIn::none ? std::nullopt : std::optional<bullet::Settings>(settings));
+    deformable_ = std::make_unique<DeformableSimulation>(
+        plug_in == PlugIn::none ? std::nullopt : std::optional<bullet::Settings>(settings));
   }
 }
 
@@ -41,10 +41,11 @@ btSoftBodyWorldInfo& SoftWorld::world_info() {
   return classic_ != nullptr ? classic_->world_info() : deformable_->world_info();
 }
 
-void SoftWorld::add(std::unique_ptr<btSoftBody> body) {
+btSoftBody& SoftWorld::add(std::unique_ptr<btSoftBody> body) {
   if (deformable_ != nullptr) give_stable_masses(*body);
   body->setActivationState(DISABLE_DEACTIVATION);
   bodies_.push_back(classic_ != nullptr ? &classic_->add(std::move(body)) : &deformable_->add(std::move(body)));
+  return *bodies_.back();
 }
 
 void SoftWorld::add_static(std::unique_ptr<btCollisionShape> shape, const btVector3& center) {
@@ -63,10 +64,14 @@ void SoftWorld::stop_soft_contacts() {
 
 void SoftWorld::step() {
   if (classic_ != nullptr) {
-    classic_->step(kClassicStep);
+    classic_->step(time_step());
   } else {
-    deformable_->step(kDeformableStep);
+    deformable_->step(time_step());
   }
+}
+
+btScalar SoftWorld::time_step() const {
+  return classic_ != nullptr ? kClassicStep : kDeformableStep;
 }
 
 const CollisionPipeline* SoftWorld::pipeline() const {
@@ -85,4 +90,4 @@ std::size_t SoftWorld::count_rigid_contacts() const {
   });
 }
 
-}  // namespace softcd::benchmarks
+}  // namespace softcd::demo

@@ -7,7 +7,7 @@
 #include "scenes/deformable_simulation.hpp"
 #include "scenes/simulation.hpp"
 
-namespace softcd::benchmarks {
+namespace softcd::demo {
 
 enum class World : std::uint32_t {
   classic,     ///< positions are projected: btSoftRigidDynamicsWorld
@@ -18,16 +18,18 @@ enum class World : std::uint32_t {
 class SoftWorld {
  public:
   /// Of the deformable world, softcd's for any `plug_in` but `none`.
-  SoftWorld(World kind, demo::PlugIn plug_in, const bullet::Settings& settings);
+  SoftWorld(World kind, PlugIn plug_in, const bullet::Settings& settings);
 
   World kind() const { return classic_ != nullptr ? World::classic : World::deformable; }
   btSoftBodyWorldInfo& world_info();
   /// In the deformable world the body gets masses with which its springs are stable.
-  void add(std::unique_ptr<btSoftBody> body);
+  btSoftBody& add(std::unique_ptr<btSoftBody> body);
   void add_static(std::unique_ptr<btCollisionShape> shape, const btVector3& center);
   /// From now on no body asks for contacts with soft bodies.
   void stop_soft_contacts();
+  /// By time_step() seconds.
   void step();
+  btScalar time_step() const;
 
   const std::vector<btSoftBody*>& bodies() const { return bodies_; }
   /// The detector; null when Bullet detects.
@@ -38,9 +40,9 @@ class SoftWorld {
 
  private:
   // One of the two.
-  std::unique_ptr<demo::Simulation> classic_;
-  std::unique_ptr<demo::DeformableSimulation> deformable_;
+  std::unique_ptr<Simulation> classic_;
+  std::unique_ptr<DeformableSimulation> deformable_;
   std::vector<btSoftBody*> bodies_;
 };
 
-}  // namespace softcd::benchmarks
+}  // namespace softcd::demo

@@ -1,0 +1,203 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "expectations.hpp"
+#include "mesh_generators.hpp"
+
+// What a scene does not require is not done, says explain(), and the contacts are the same as when it is done.
+namespace softcd::test {
+namespace {
+
+struct Outcome {
+  std::vector<Contact> contacts;
+  Statistics statistics;
+  std::vector<StageReport> report;
+
+  bool ran(const std::string& stage) const {
+    const auto line =
+        std::find_if(report.begin(), report.end(), [&](const StageReport& entry) { return entry.stage == stage; });
+    EXPECT_NE(line, report.end()) << "no line about " << stage;
+    return line != report.end() && line->ran;
+  }
+};
+
+Outcome detect(const Scene& scene, const PipelineOptions& options) {
+  LoadedScene loaded = load(scene, options);
+  const Span<const Contact> contacts = loaded.pipeline.detect();
+  return {{contacts.begin(), contacts.end()}, loaded.pipeline.statistics(), loaded.pipeline.explain()};
+}
+
+Mesh soup(std::uint64_t seed, std::uint32_t triangle_count = 400) {
+  SoupOptions options;
+  options.triangle_count = triangle_count;
+  options.half_extent = 2.0;
+  options.joined_share = 0.5;
+  options.grid_bits = 4;  // coarse, so that many features touch exactly
+  options.seed = seed;
+  return triangle_soup(options);
+}
+
+/// Two bodies that touch themselves and each other.
+Scene two_soups(float margin = 0.02F) {
+  return {still(soup(1), everything(margin)), still(soup(2), everything(margin))};
+}
+
+/// The scene with a triangle that touches nothing and moves.
+Scene with_a_mover(Scene scene) {
+  const Mesh away{{{{0, 1, 2}}}, {{50, 0, 0}, {51, 0, 0}, {50, 1, 0}}};
+  scene.push_back(moving(away, {{50, 0, 1}, {51, 0, 1}, {50, 1, 1}}, everything()));
+  return scene;
+}
+
+std::vector<Contact> of_kind(const std::vector<Contact>& contacts, ContactKind kind) {
+  std::vector<Contact> kept;
+  std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(kept),
+               [&](const Contact& contact) { return contact.kind == kind; });
+  return kept;
+}
+
+std::vector<Contact> between_bodies(const std::vector<Contact>& contacts) {
+  std::vector<Contact> kept;
+  std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(kept),
+               [](const Contact& contact) { return !(contact.body_a == contact.body_b); });
+  return kept;
+}
+
+class AutomaticChoices : public testing::TestWithParam<Accuracy> {};
+
+TEST_P(AutomaticChoices, nothing_is_swept_where_nothing_moves) {
+  for (const float margin : {0.0F, 0.02F}) {
+    PipelineOptions options = test_options(Detection::ccd);
+    options.accuracy = GetParam();
+    const Outcome at_rest = detect(two_soups(margin), options);
+    const Outcome swept = detect(with_a_mover(two_soups(margin)), options);
+    EXPECT_FALSE(at_rest.contacts.empty());
+    EXPECT_TRUE(identical(at_rest.contacts, swept.contacts));
+    EXPECT_FALSE(at_rest.ran("swept volumes"));
+    EXPECT_TRUE(swept.ran("swept volumes"));
+    EXPECT_LT(at_rest.statistics.peak_bytes, swept.statistics.peak_bytes) << "volumes of the step's ends are kept";
+
+    options.detection = Detection::dcd;
+    const Outcome discrete = detect(two_soups(margin), options);
+    EXPECT_EQ(at_rest.statistics.triangle_pairs, discrete.statistics.triangle_pairs);
+    EXPECT_EQ(at_rest.statistics.vt_candidates, discrete.statistics.vt_candidates);
+    EXPECT_EQ(at_rest.statistics.ee_candidates, discrete.statistics.ee_candidates);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Accuracies, AutomaticChoices,
+                         testing::Values(Accuracy::fast, Accuracy::precise, Accuracy::conservative),
+                         [](const auto& test) {
+                           return test.param == Accuracy::fast      ? "fast"
+                                  : test.param == Accuracy::precise ? "precise"
+                                                                    : "conservative";
+                         });
+
+TEST(AutomaticChoices, a_body_that_starts_or_stops_moving_is_noticed) {
+  const Scene at_rest = two_soups(0.0F);
+  Scene moves = at_rest;
+  moves[1].x_t0 = translated(moves[1].x_t1, {0.0, 0.0, 0.25});
+  const PipelineOptions options = test_options(Detection::ccd);
+  LoadedScene loaded = load(at_rest, options);
+  for (const Scene& scene : {at_rest, moves, at_rest, moves}) {
+    for (std::size_t b = 0; b < scene.size(); ++b)
+      loaded.pipeline.set_positions(loaded.ids[b], scene[b].x_t0, scene[b].x_t1);
+    EXPECT_TRUE(identical(loaded.pipeline.detect(), detect_once(scene, options)));
+  }
+}
+
+TEST(AutomaticChoices, no_edges_without_a_consumer) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    Scene scene = two_soups();
+    const Outcome both = detect(scene, test_options(detection));
+    scene[0].settings.features.edge_edge = false;
+    scene[1].settings.features.edge_edge = false;
+    const Outcome vertices = detect(scene, test_options(detection));
+    EXPECT_TRUE(identical(vertices.contacts, of_kind(both.contacts, ContactKind::vertex_triangle)));
+    EXPECT_FALSE(vertices.contacts.empty());
+    EXPECT_EQ(vertices.statistics.ee_candidates, 0U);
+    EXPECT_GT(both.statistics.ee_candidates, 0U);
+    EXPECT_FALSE(vertices.ran("edge-edge tests"));
+  }
+}
+
+TEST(AutomaticChoices, no_edges_where_only_one_side_wants_them) {
+  Scene scene = two_soups();
+  for (SceneBody& body : scene) body.settings.self_collision = false;
+  scene[1].settings.features.edge_edge = false;
+  const Outcome outcome = detect(scene, test_options(Detection::dcd));
+  EXPECT_FALSE(outcome.contacts.empty());
+  EXPECT_EQ(outcome.statistics.ee_candidates, 0U);
+  EXPECT_FALSE(outcome.ran("edge-edge tests"));
+}
+
+TEST(AutomaticChoices, no_pairs_within_bodies_without_self_collision) {
+  Scene scene = two_soups();
+  const Outcome with_self = detect(scene, test_options(Detection::dcd));
+  for (SceneBody& body : scene) body.settings.self_collision = false;
+  const Outcome without = detect(scene, test_options(Detection::dcd));
+  EXPECT_TRUE(identical(without.contacts, between_bodies(with_self.contacts)));
+  EXPECT_LT(without.contacts.size(), with_self.contacts.size());
+  EXPECT_LT(without.statistics.triangle_pairs, with_self.statistics.triangle_pairs);
+
+  const Outcome alone = detect({scene[0]}, test_options(Detection::dcd));
+  EXPECT_FALSE(alone.ran("detection"));
+  EXPECT_EQ(alone.statistics.entries, 0U);
+  EXPECT_EQ(alone.statistics.peak_bytes, 0U) << "something was computed";
+}
+
+TEST(AutomaticChoices, static_bodies_are_never_compared) {
+  Scene scene = two_soups();
+  for (SceneBody& body : scene) body.settings.kinematic = true;
+  const Outcome only_static = detect(scene, test_options(Detection::dcd));
+  EXPECT_FALSE(only_static.ran("detection"));
+  EXPECT_EQ(only_static.statistics.entries, 0U);
+  EXPECT_TRUE(only_static.contacts.empty());
+
+  const SceneBody dynamic = still(soup(3), everything(0.02F));
+  const Outcome with_dynamic = detect({scene[0], scene[1], dynamic}, test_options(Detection::dcd));
+  PipelineOptions options = test_options(Detection::dcd);
+  options.pair_filter = [](BodyId a, BodyId b) { return !(a == BodyId{0} && b == BodyId{1}); };
+  for (SceneBody& body : scene) {
+    body.settings.kinematic = false;
+    body.settings.self_collision = false;
+  }
+  EXPECT_TRUE(identical(with_dynamic.contacts, detect_once({scene[0], scene[1], dynamic}, options)));
+  EXPECT_FALSE(with_dynamic.contacts.empty());
+}
+
+TEST(AutomaticChoices, triangles_of_one_size_are_not_split) {
+  const Scene even{still(icosphere(3, 1.0), everything(0.01F)),
+                   still(moved(icosphere(3, 1.0), {1.5, 0.25, 0.125}), everything(0.01F))};
+  Scene uneven = even;
+  uneven.push_back(still(Mesh{{{{0, 1, 2}}}, {{-1, -1, 0.75}, {3, -1, 0.75}, {-1, 3, 0.75}}}, everything(0.01F)));
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    for (const Scene& scene : {even, uneven}) {
+      PipelineOptions options = test_options(detection);
+      const Outcome outcome = detect(scene, options);
+      EXPECT_EQ(outcome.ran("virtual subdivision"), scene.size() == 3);
+      EXPECT_EQ(outcome.statistics.children > 0, scene.size() == 3);
+      options.subdivision = false;
+      EXPECT_TRUE(identical(outcome.contacts, detect(scene, options).contacts));
+      EXPECT_FALSE(outcome.contacts.empty());
+    }
+  }
+}
+
+TEST(AutomaticChoices, small_scenes_stay_on_the_cpu) {
+  PipelineOptions options = test_options(Detection::ccd);
+  const Scene small{still(soup(4, 60), everything(0.1F)), still(soup(5, 60), everything(0.1F))};
+  const Outcome expected = detect(small, options);
+  EXPECT_FALSE(expected.contacts.empty());
+  options.backend = Backend::automatic;
+  const Outcome automatic = detect(small, options);
+  EXPECT_EQ(automatic.statistics.backend, Backend::cpu);
+  EXPECT_TRUE(automatic.ran("backend: cpu"));
+  EXPECT_TRUE(identical(automatic.contacts, expected.contacts));
+}
+
+}  // namespace
+}  // namespace softcd::test
