@@ -72,8 +72,10 @@ std::string scientific(double value) {
   return std::isfinite(value) ? fmt::format("{:.1e}", value) : "";
 }
 
+/// In the order of their names; none where `folder` is empty.
 std::vector<fs::path> folders_in(const std::string& folder) {
   std::vector<fs::path> folders;
+  if (folder.empty()) return folders;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (entry.is_directory()) folders.push_back(entry.path());
   }
@@ -175,7 +177,7 @@ class Trade {
     const auto add = [&](std::vector<QuerySet> more) {
       sets.insert(sets.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
     };
-    if (!options_.queries_folder.empty()) add(read_query_sets(options_.queries_folder));
+    for (const fs::path& folder : folders_in(options_.queries_folder)) add(read_query_sets(folder));
     for (const auto& [name, truth] : recorded_steps()) add(queries_of_step(name, truth));
     Table table({"set", "kind", "mode", "queries", "touch", "missed", "false", "early", "median", "99.9 %", "most",
                  "late", "median", "99.9 %", "most", "ns"},
@@ -255,7 +257,6 @@ class Trade {
 
   std::vector<std::pair<std::string, test::GroundTruth>> recorded_steps() const {
     std::vector<std::pair<std::string, test::GroundTruth>> steps;
-    if (options_.steps_folder.empty()) return steps;
     for (const fs::path& folder : folders_in(options_.steps_folder)) {
       const std::string name = folder.filename().string();
       steps.emplace_back(name, test::read_ground_truth(options_.steps_folder, name));

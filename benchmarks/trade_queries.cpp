@@ -227,21 +227,14 @@ std::vector<QuerySet> generate_queries(std::size_t count) {
 }
 
 std::vector<QuerySet> read_query_sets(const fs::path& folder) {
-  std::vector<fs::path> folders;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (entry.is_directory()) folders.push_back(entry.path());
-  }
-  std::sort(folders.begin(), folders.end());
+  const std::vector<test::RecordedQuery> recorded = test::read_recorded_queries(folder);
   std::vector<QuerySet> sets;
-  for (const fs::path& path : folders) {
-    const std::vector<test::RecordedQuery> recorded = test::read_recorded_queries(path);
-    for (const ContactKind kind : kKinds) {
-      QuerySet set{path.filename().string(), kind, {}};
-      for (const test::RecordedQuery& query : recorded) {
-        if (query.kind == kind) set.queries.push_back(test::to_double(query));
-      }
-      if (!set.queries.empty()) sets.push_back(std::move(set));
+  for (const ContactKind kind : kKinds) {
+    QuerySet set{folder.filename().string(), kind, {}};
+    for (const test::RecordedQuery& query : recorded) {
+      if (query.kind == kind) set.queries.push_back(test::to_double(query));
     }
+    if (!set.queries.empty()) sets.push_back(std::move(set));
   }
   return sets;
 }

@@ -22,7 +22,7 @@ struct QuerySet {
 /// Queries of random features, and of features that are hard on purpose.
 std::vector<QuerySet> generate_queries(std::size_t count);
 
-/// One set of either kind for each folder. Throws std::runtime_error.
+/// A folder's recorded queries, a set for either kind. Throws std::runtime_error.
 std::vector<QuerySet> read_query_sets(const std::filesystem::path& folder);
 
 /// The listed pairs of a recorded step.

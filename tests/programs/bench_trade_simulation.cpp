@@ -13,7 +13,7 @@ namespace {
 TEST(BenchTradeSimulation, BulletTunnelsWhereSoftcdDoesNot) {
   const TemporaryFolder folder;
   const Result result = run_program(
-      SOFTCD_BENCH, "trade --part simulation --runs 1 --nodes 10 --seconds 0.1 --json " + folder.file("json"), folder);
+      SOFTCD_BENCH, "trade --part simulation --runs 1 --nodes 8 --seconds 0.07 --json " + folder.file("json"), folder);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   std::set<std::string> scenes, knobs;
   std::size_t of_bullet = 0;
