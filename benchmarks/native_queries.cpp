@@ -1,4 +1,4 @@
-#include "native_queries.hpp"  // before Bullet's headers, which declare a global `seed`
+#include "native_queries.hpp"
 
 #include "BulletSoftBody/btSoftBodyInternals.h"
 

@@ -228,9 +228,9 @@ def cost_of(results):
 def draw_simulation(results):
     """Vertices on the wrong side over the cost of a simulated second, by time step."""
     cost, cost_label = cost_of(results)
-    groups = grouped(results["simulation"], "scene", "backend")
+    groups = grouped(results["simulation"], "scene", "world", "backend")
     figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.4)
-    for axis, ((scene, backend), rows) in zip(axes, groups.items()):
+    for axis, ((scene, world, backend), rows) in zip(axes, groups.items()):
         sweep = [row for row in rows if row["knob"] == "time step"]
         wrong = [row["tunnelled"] + row["most_penetrating"] for row in sweep]
         lines = grouped(sweep, "detection", "features")
@@ -247,7 +247,7 @@ def draw_simulation(results):
                     axis.annotate(row["value"], point, xytext=(2, 4), **LABEL)
         count_scale(axis, max(wrong))
         cost_scale(axis)
-        title = f"{scene}, {backend}: {rows[0]['vertices']} vertices"
+        title = f"{scene}, {world} world, {backend}: {rows[0]['vertices']} vertices"
         axis.set_title(title, fontsize=8)
         axis.set_xlabel(cost_label)
         axis.set_ylabel("vertices: tunnelled + most penetrating")
@@ -263,9 +263,9 @@ def is_base(row):
 def draw_knobs(results):
     """What each dial changes, relative to the base point of the same scene."""
     cost, cost_label = cost_of(results)
-    groups = grouped(results["simulation"], "scene", "backend")
+    groups = grouped(results["simulation"], "scene", "world", "backend")
     figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.2)
-    for axis, ((scene, backend), rows) in zip(axes, groups.items()):
+    for axis, ((scene, world, backend), rows) in zip(axes, groups.items()):
         base = next(row for row in rows if is_base(row))
         turned = [row for row in rows if row["knob"] != "time step"]
         turned += [
@@ -283,7 +283,7 @@ def draw_knobs(results):
         labels = [f"{row['knob']} {row['value']}" for row in turned]
         axis.set_yticks(places, labels, fontsize=7)
         axis.invert_yaxis()
-        axis.set_title(f"{scene}, {backend}", fontsize=8)
+        axis.set_title(f"{scene}, {world} world, {backend}", fontsize=8)
         axis.set_xlabel(f"{cost_label} / that of the base point")
     return figure
 

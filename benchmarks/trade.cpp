@@ -121,8 +121,12 @@ ordered_json to_json(const StepResult& r) {
 }
 
 #ifdef SOFTCD_BENCH_HAS_BULLET
+constexpr std::array<demo::Choice<demo::World>, 2> kWorlds = {
+    {{"soft", demo::World::classic}, {"deformable", demo::World::deformable}}};
+
 ordered_json to_json(const SimulationResult& r) {
   return {{"scene", r.scene},
+          {"world", name_of(kWorlds, r.world)},
           {"knob", r.knob},
           {"value", r.value},
           {"detection", r.detection},
@@ -226,28 +230,35 @@ class Trade {
 
 #ifdef SOFTCD_BENCH_HAS_BULLET
   void run_simulation() {
-    Table table({"scene", "knob", "value", "detection", "features", "vertices", "penetrating", "most", "crossings",
-                 "tunnelled", "J, start", "J, end", "J, most", "contacts", "ms per s", "processor ms"},
-                5);
-    for (const Backend backend : options_.backends) {
+    Table table({"scene", "world", "knob", "value", "detection", "features", "vertices", "penetrating", "most",
+                 "crossings", "tunnelled", "J, start", "J, end", "J, most", "contacts", "ms per s", "processor ms"},
+                6);
+    for (const auto& [world, backend] : worlds_and_backends()) {
       run_simulations(
-          {backend, options_.nodes_per_side, options_.simulated_seconds, options_.simulation_runs},
+          {world, backend, options_.nodes_per_side, options_.simulated_seconds, options_.simulation_runs},
           [&](const SimulationResult& r) {
             json_["simulation"].push_back(to_json(r));
-            table.add({r.scene, r.knob, r.value, r.detection, r.features, fmt::to_string(r.vertices),
-                       fmt::to_string(r.penetrating), fmt::to_string(r.most_penetrating), fmt::to_string(r.crossings),
-                       fmt::to_string(r.tunnelled), fmt::format("{:.1f}", r.energy_start),
+            table.add({r.scene, name_of(kWorlds, r.world), r.knob, r.value, r.detection, r.features,
+                       fmt::to_string(r.vertices), fmt::to_string(r.penetrating), fmt::to_string(r.most_penetrating),
+                       fmt::to_string(r.crossings), fmt::to_string(r.tunnelled), fmt::format("{:.1f}", r.energy_start),
                        fmt::format("{:.1f}", r.energy_end), fmt::format("{:.1f}", r.energy_most),
                        fmt::format("{:.0f}", r.contacts), fmt::format("{:.0f}", r.ms_per_second),
                        fmt::format("{:.0f}", r.processor_ms_per_second)});
           });
     }
     add_section("Simulations",
-                "Bullet's classic soft world. Knobs are turned one at a time from `ccd`, `precise`, vertex-triangle, "
+                "Knobs are turned one at a time from `ccd`, `precise`, vertex-triangle, "
                 "steps of 1/120 s, margins of a quarter of a cell, 4 iterations. `penetrating`: vertices with an edge "
                 "through a triangle, at the end, and the most; `crossings`: of vertices through triangles, in exact "
                 "arithmetic; `tunnelled`: vertices with an odd number of them.",
                 table);
+  }
+  std::vector<std::pair<demo::World, Backend>> worlds_and_backends() const {
+    std::vector<std::pair<demo::World, Backend>> all;
+    for (const demo::World world : options_.worlds) {
+      for (const Backend backend : options_.backends) all.emplace_back(world, backend);
+    }
+    return all;
   }
 #else
   void run_simulation() {
@@ -317,6 +328,9 @@ void add_trade(CLI::App& app, TradeOptions& options) {
   command->add_option("--seconds", options.simulated_seconds, "Simulated, of each run")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
+#ifdef SOFTCD_BENCH_HAS_BULLET
+  demo::add_choices(*command, "--world", kWorlds, options.worlds, "Of the simulations");
+#endif
   command->add_option("--runs", options.simulation_runs, "Of each simulation, of which the median time is told")
       ->option_text("N [3]")
       ->check(CLI::Range(1, 1000));

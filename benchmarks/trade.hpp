@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#ifdef SOFTCD_BENCH_HAS_BULLET
+#include "scenes/soft_world.hpp"
+#endif
 #include "softcd/softcd.hpp"
 
 namespace softcd::benchmarks {
@@ -14,6 +17,7 @@ enum class TradePart : std::uint32_t { queries, steps, simulation };
 struct TradeOptions {
 #ifdef SOFTCD_BENCH_HAS_BULLET
   std::vector<TradePart> parts = {TradePart::queries, TradePart::steps, TradePart::simulation};
+  std::vector<demo::World> worlds = {demo::World::classic};
 #else
   std::vector<TradePart> parts = {TradePart::queries, TradePart::steps};
 #endif

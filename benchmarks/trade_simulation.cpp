@@ -11,13 +11,13 @@
 #include <optional>
 #include <utility>
 
-#include "brute_force.hpp"  // before Bullet's headers, which declare a global `seed`
+#include "brute_force.hpp"
 
 #include "command_line/choices.hpp"
 #include "command_line/stage_times.hpp"
 #include "scenes/cloth.hpp"
 #include "scenes/penetration.hpp"
-#include "scenes/simulation.hpp"
+#include "scenes/soft_world.hpp"
 #include "scenes/two_cloths.hpp"
 
 namespace softcd::benchmarks {
@@ -44,7 +44,11 @@ constexpr std::array<demo::Choice<Setting::Detector>, 3> kDetectors = {
 constexpr std::array kStepsPerSecond = {30, 60, 120, 240, 480, 960};
 constexpr int kSamplesPerSecond = 30;
 
-std::vector<Setting> settings() {
+/// The deformable world integrates springs explicitly, and longer steps than these are unstable there; its solver has
+/// no iterations over positions.
+constexpr int kFewestDeformableSteps = 120;
+
+std::vector<Setting> settings(demo::World world) {
   using bullet::EdgeContacts;
   std::vector<Setting> all;
   for (const auto& [detector, edges] :
@@ -52,6 +56,7 @@ std::vector<Setting> settings() {
         std::pair(Setting::Detector::ccd, EdgeContacts::off),
         std::pair(Setting::Detector::ccd, EdgeContacts::respond)}) {
     for (const int steps : kStepsPerSecond) {
+      if (world == demo::World::deformable && steps < kFewestDeformableSteps) continue;
       Setting setting;
       setting.detector = detector;
       setting.edge_contacts = edges;
@@ -76,29 +81,26 @@ std::vector<Setting> settings() {
   }
   for (const float lambda : {1.2F, 2.4F}) turn("lambda", fmt::format("{:.1f}", lambda), &Setting::lambda, lambda);
   for (const int iterations : {1, 2, 8, 16}) {
+    if (world == demo::World::deformable) break;
     turn("iterations", fmt::to_string(iterations), &Setting::iterations, iterations);
   }
   return all;
 }
 
-demo::Simulation make_simulation(const Setting& setting, Backend backend) {
-  if (setting.detector == Setting::Detector::bullet) return demo::Simulation(demo::PlugIn::none);
+demo::SoftWorld make_simulation(const Setting& setting, const SimulationOptions& options) {
   bullet::Settings ours;
-  ours.backend = backend;
+  ours.backend = options.backend;
   ours.detection = setting.detector == Setting::Detector::ccd ? Detection::ccd : Detection::dcd;
   ours.accuracy = setting.accuracy;
   ours.lambda = setting.lambda;
   ours.edge_contacts = setting.edge_contacts;
-  return demo::Simulation(demo::PlugIn::one_line_world, ours);
+  const bool is_ours = setting.detector != Setting::Detector::bullet;
+  return demo::SoftWorld(options.world, is_ours ? demo::PlugIn::one_line_world : demo::PlugIn::none, ours);
 }
 
-/// The bodies of a run, and how large the cells of its cloths are.
-struct Content {
-  std::vector<btSoftBody*> bodies;
-  btScalar cell;
-};
+// Each fills an empty world, and tells how large the cells of its cloths are.
 
-Content fill_throw(demo::Simulation& simulation, int nodes_per_side) {
+btScalar fill_throw(demo::SoftWorld& simulation, int nodes_per_side) {
   constexpr btScalar kSide = 2;
   constexpr btScalar kSpeed = 50;
   const int last = nodes_per_side - 1;
@@ -106,38 +108,38 @@ Content fill_throw(demo::Simulation& simulation, int nodes_per_side) {
   held.is_fixed = [last](int column, int row) { return column == 0 || row == 0 || column == last || row == last; };
   const int thrown_nodes = nodes_per_side / 2 + 1;
   const btScalar cell = kSide / btScalar(last);
-  btSoftBody& target = simulation.add(demo::make_cloth(simulation.world_info(), held, 20));
+  simulation.add(demo::make_cloth(simulation.world_info(), held, 20));
   btSoftBody& thrown = simulation.add(
       demo::make_cloth(simulation.world_info(),
                        demo::horizontal_cloth(thrown_nodes, cell * btScalar(thrown_nodes - 1), btScalar(0.6)), 1));
   thrown.rotate(btQuaternion(btVector3(0, 1, 0), btScalar(0.35)));
   thrown.setVelocity(btVector3(0, -kSpeed, 0));
-  return {{&target, &thrown}, cell};
+  return cell;
 }
 
-Content fill_two_cloths(demo::Simulation& simulation, int nodes_per_side) {
+btScalar fill_two_cloths(demo::SoftWorld& simulation, int nodes_per_side) {
   constexpr btScalar kSpeed = 10;
   demo::LowerAndUpperCloth cloths = demo::make_two_cloths(simulation.world_info(), nodes_per_side);
   btSoftBody& lower = simulation.add(std::move(cloths.lower));
   const btScalar cell = (lower.m_nodes[1].m_x - lower.m_nodes[0].m_x).length();
   btSoftBody& upper = simulation.add(std::move(cloths.upper));
   upper.setVelocity(btVector3(0, -kSpeed, 0));
-  return {{&lower, &upper}, cell};
+  return cell;
 }
 
-Content fill_cloth_on_ball(demo::Simulation& simulation, int nodes_per_side) {
+btScalar fill_cloth_on_ball(demo::SoftWorld& simulation, int nodes_per_side) {
   constexpr btScalar kSide = 3;
   constexpr btScalar kRadius = 1;
   constexpr btScalar kSpeed = 20;
-  btSoftBody& ball = simulation.add(demo::make_ball(simulation.world_info(), btVector3(0, 0, 0), kRadius, 3));
+  simulation.add(demo::make_ball(simulation.world_info(), btVector3(0, 0, 0), kRadius, 3));
   btSoftBody& cloth = simulation.add(
       demo::make_cloth(simulation.world_info(), demo::horizontal_cloth(nodes_per_side, kSide, btScalar(1.2)), 1));
   cloth.setVelocity(btVector3(0, -kSpeed, 0));
-  return {{&ball, &cloth}, kSide / btScalar(nodes_per_side - 1)};
+  return kSide / btScalar(nodes_per_side - 1);
 }
 
 /// Three layers of one cloth, joined by half circles, of which the lowest is held.
-Content fill_folded(demo::Simulation& simulation, int nodes_per_side) {
+btScalar fill_folded(demo::SoftWorld& simulation, int nodes_per_side) {
   constexpr btScalar kSide = 2;
   constexpr btScalar kGap = btScalar(0.3);
   const int flat = nodes_per_side - 1;
@@ -155,14 +157,13 @@ Content fill_folded(demo::Simulation& simulation, int nodes_per_side) {
                      cell * btScalar(row));
   };
   shape.is_fixed = [flat](int column, int) { return column <= flat; };
-  btSoftBody& cloth = simulation.add(demo::make_cloth(simulation.world_info(), shape, 2));
-  cloth.setSelfCollision(true);
-  return {{&cloth}, cell};
+  simulation.add(demo::make_cloth(simulation.world_info(), shape, 2));
+  return cell;
 }
 
 struct SceneChoice {
   const char* name;
-  Content (*fill)(demo::Simulation&, int);
+  btScalar (*fill)(demo::SoftWorld&, int);
   double most_seconds;
 };
 constexpr SceneChoice kScenesOfBullet[] = {{"throw", fill_throw, 0.25},
@@ -244,23 +245,21 @@ std::size_t count_penetrating(const std::vector<btSoftBody*>& bodies) {
   return count;
 }
 
-std::size_t count_contacts(const std::vector<btSoftBody*>& bodies) {
-  std::size_t count = 0;
-  for (const btSoftBody* body : bodies) count += static_cast<std::size_t>(body->m_scontacts.size());
-  return count;
-}
-
 /// What becomes of a run's bodies. Not part of the measured time.
 class Observer {
  public:
-  Observer(const Content& content, const btVector3& gravity, SimulationResult& result)
-      : bodies_(content.bodies), gravity_(gravity), crossings_(content.bodies), result_(result) {
+  Observer(demo::SoftWorld& simulation, SimulationResult& result)
+      : simulation_(simulation),
+        bodies_(simulation.bodies()),
+        gravity_(simulation.world_info().m_gravity),
+        crossings_(simulation.bodies()),
+        result_(result) {
     result_.energy_start = result_.energy_most = energy_of(bodies_, gravity_);
     for (const btSoftBody* body : bodies_) result_.vertices += static_cast<std::size_t>(body->m_nodes.size());
   }
 
   void see_step(bool is_sample) {
-    contacts_ += static_cast<double>(count_contacts(bodies_));
+    contacts_ += static_cast<double>(simulation_.count_soft_contacts());
     result_.contacts = contacts_ / ++steps_;
     crossings_.count_step();
     result_.crossings = crossings_.crossings();
@@ -273,7 +272,8 @@ class Observer {
   }
 
  private:
-  std::vector<btSoftBody*> bodies_;
+  const demo::SoftWorld& simulation_;
+  const std::vector<btSoftBody*>& bodies_;
   btVector3 gravity_;
   CrossingCounter crossings_;
   SimulationResult& result_;
@@ -284,6 +284,7 @@ class Observer {
 SimulationResult describe(const SceneChoice& scene, const Setting& setting, const SimulationOptions& options) {
   SimulationResult result;
   result.scene = scene.name;
+  result.world = options.world;
   result.knob = setting.knob;
   result.value = setting.value;
   result.detection = name_of(kDetectors, setting.detector);
@@ -312,16 +313,16 @@ double processor_ms() {
 /// first one is observed.
 Cost run(const SceneChoice& scene, const Setting& setting, const SimulationOptions& options, bool is_observed,
          SimulationResult& result) {
-  demo::Simulation simulation = make_simulation(setting, options.backend);
-  const Content content = scene.fill(simulation, options.nodes_per_side);
-  for (btSoftBody* body : content.bodies) {
-    body->getCollisionShape()->setMargin(btScalar(setting.margin_in_cells) * content.cell);
+  demo::SoftWorld simulation = make_simulation(setting, options);
+  const btScalar cell = scene.fill(simulation, options.nodes_per_side);
+  for (btSoftBody* body : simulation.bodies()) {
+    body->getCollisionShape()->setMargin(btScalar(setting.margin_in_cells) * cell);
     body->m_cfg.piterations = setting.iterations;
     body->m_cfg.kDF = btScalar(0.5);
-    body->setActivationState(DISABLE_DEACTIVATION);
+    body->setSelfCollision(true);
   }
   std::optional<Observer> observer;
-  if (is_observed) observer.emplace(content, simulation.world_info().m_gravity, result);
+  if (is_observed) observer.emplace(simulation, result);
   const int steps = static_cast<int>(std::lround(result.seconds * setting.steps_per_second));
   const int steps_per_sample = std::max(1, setting.steps_per_second / kSamplesPerSecond);
   Cost cost;
@@ -343,7 +344,7 @@ Cost run(const SceneChoice& scene, const Setting& setting, const SimulationOptio
 }  // namespace
 
 void run_simulations(const SimulationOptions& options, const std::function<void(const SimulationResult&)>& report) {
-  const std::vector<Setting> all = settings();
+  const std::vector<Setting> all = settings(options.world);
   for (const SceneChoice& scene : kScenesOfBullet) {
     std::vector<SimulationResult> results;
     results.reserve(all.size());

@@ -5,13 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "softcd/softcd.hpp"
+#include "scenes/soft_world.hpp"
 
-// Simulations in Bullet's classic soft world, over their time step and one dial at a time.
+// Simulations in Bullet's soft worlds, over their time step and one dial at a time.
 
 namespace softcd::benchmarks {
 
 struct SimulationOptions {
+  demo::World world = demo::World::classic;
   Backend backend = Backend::cpu;
   int nodes_per_side = 24;  ///< of the cloths
   double seconds = 1;       ///< simulated
@@ -20,6 +21,7 @@ struct SimulationOptions {
 
 struct SimulationResult {
   std::string scene;
+  demo::World world;
   std::string knob, value;  ///< what differs from the base point
   std::string detection;    ///< bullet, dcd or ccd
   std::string features;
