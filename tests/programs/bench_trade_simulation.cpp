@@ -14,7 +14,7 @@ TEST(BenchTradeSimulation, BulletTunnelsWhereSoftcdDoesNot) {
   const TemporaryFolder folder;
   const Result result = run_program(
       SOFTCD_BENCH,
-      "trade --part simulation --runs 1 --nodes 8 --seconds 0.07 --world soft,deformable --json " + folder.file("json"),
+      "trade --part simulation --runs 1 --nodes 8 --seconds 0.05 --world soft,deformable --json " + folder.file("json"),
       folder);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   std::set<std::string> scenes, knobs, worlds;
