@@ -329,7 +329,7 @@ def main():
         if key not in results or options.figure not in (None, name):
             continue
         figure = draw(results)
-        figure.suptitle(described(results), fontsize=7, color="#555555")
+        figure.suptitle(described(results), fontsize=7, color="#555555", y=0.995)
         figure.tight_layout(rect=(0, 0.04, 1, 1))
         path = options.out / f"{name}.{options.format}"
         figure.savefig(
