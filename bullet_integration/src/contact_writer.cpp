@@ -192,7 +192,7 @@ void write_soft_edge_contact(const MemberContact& found) {
     contact.m_margin = margin_sum(*edge.node_body, *edge.face_body) + edge.further[side];
     contact.m_friction = btMax(edge.node_body->m_cfg.kDF, edge.face_body->m_cfg.kDF);
     contact.m_cfm[0] = edge.node_weights[side] * edge.nodes[side]->m_im / sum * edge.node_body->m_cfg.kSHR;
-    contact.m_cfm[1] = face_inverse_mass / (2 * sum) * edge.face_body->m_cfg.kSHR;
+    contact.m_cfm[1] = edge.node_weights[side] * face_inverse_mass / sum * edge.face_body->m_cfg.kSHR;
     edge.node_body->m_scontacts.push_back(contact);
   }
 }

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "LinearMath/btQuickprof.h"
 #include "pair_gate.hpp"
 #include "pipeline_options.hpp"
 
@@ -107,6 +108,7 @@ std::vector<Impact> CrossingPrevention::find_impacts() {
 }
 
 bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step) {
+  BT_PROFILE("softcd crossings");
   rule_ = &rule;
   synchronize(bodies);
   if (world_ == World::deformable) move_ends(time_step);

@@ -1,5 +1,6 @@
 #include "soft_soft_detection.hpp"
 
+#include "LinearMath/btQuickprof.h"
 #include "pipeline_options.hpp"
 
 // Defined by the libraries of both precisions: the linker refuses a program that holds parts of both, by this name.
@@ -32,6 +33,7 @@ void SoftSoftDetection::set_settings(const Settings& settings) {
 }
 
 void SoftSoftDetection::start(Span<btSoftBody* const> bodies, const PairGate& gate) {
+  BT_PROFILE("softcd contacts");
   for (btSoftBody* body : bodies) {
     const bool takes_part = (body->m_cfg.collisions & btSoftBody::fCollision::VF_SS) != 0 && body->m_nodes.size() > 0;
     if (takes_part) synchronize(*body);
@@ -60,6 +62,7 @@ void SoftSoftDetection::drop_unread_face_trees() {
 }
 
 void SoftSoftDetection::finish() {
+  BT_PROFILE("softcd contacts");
   edge_contacts_.clear();
   registry_.for_each_contact(pipeline_.wait(), [&](const MemberContact& found) { write(found); });
 }

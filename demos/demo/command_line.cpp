@@ -3,24 +3,58 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <vector>
 
 #include "command_line/choices.hpp"
 
 namespace softcd::demo {
 namespace {
 
+constexpr std::array<Choice<bool OverlayChoice::*>, 4> kOverlays = {{{"contacts", &OverlayChoice::contacts},
+                                                                     {"cells", &OverlayChoice::cells},
+                                                                     {"children", &OverlayChoice::children},
+                                                                     {"picked-cell", &OverlayChoice::picked_cell}}};
+constexpr int kLargestSize = 10000;
 constexpr std::array<Choice<Collision>, 3> kCollisions = {
     {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
 constexpr std::array<Choice<bullet::EdgeContacts>, 2> kEdgeContacts = {
     {{"off", bullet::EdgeContacts::off}, {"respond", bullet::EdgeContacts::respond}}};
 constexpr std::array<Choice<World>, 2> kWorlds = {{{"soft", World::classic}, {"deformable", World::deformable}}};
 
-std::string scene_list() {
-  std::string text;
+std::string size_text(const SceneInfo& scene, int size) {
+  SceneOptions options;
+  options.size = size;
+  options.settings.backend = Backend::cpu;
+  return fmt::format("{} {} = {} triangles", size, scene.size_unit, scene.make(options)->count_triangles());
+}
+
+void print_scene_list() {
   for (const SceneInfo& scene : scenes()) {
-    text += fmt::format("{:<14} {} ({} {})\n", scene.name, scene.description, scene.default_size, scene.size_unit);
+    fmt::print("{}\n  {}\n  default size {}\n", scene.name, scene.description, size_text(scene, scene.default_size));
+    if (scene.paper_size != 0) fmt::print("  --size paper {}\n", size_text(scene, scene.paper_size));
+    fmt::print("  picture docs/pictures/{}.png\n", scene.name);
   }
-  return text;
+}
+
+int size_from(const std::string& word, const SceneInfo& scene) {
+  if (word == "paper") {
+    if (scene.paper_size == 0) throw CLI::ValidationError("--size", fmt::format("{} is not in the paper", scene.name));
+    return scene.paper_size;
+  }
+  int size = 0;
+  if (!CLI::detail::lexical_cast(word, size) || size < scene.smallest_size || size > kLargestSize) {
+    throw CLI::ValidationError("--size", fmt::format("'{}' is neither 'paper' nor a number of {} from {} to {}", word,
+                                                     scene.size_unit, scene.smallest_size, kLargestSize));
+  }
+  return size;
+}
+
+void check_scene(DemoCommand& command, const std::string& size) {
+  const SceneInfo* scene = find_scene(command.scene);
+  if (scene == nullptr) {
+    throw CLI::ValidationError("SCENE", fmt::format("there is no scene '{}'; see --list", command.scene));
+  }
+  if (!size.empty()) command.options.size = size_from(size, *scene);
 }
 
 }  // namespace
@@ -39,11 +73,12 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   options.settings.detection = Detection::ccd;
   options.settings.edge_contacts = bullet::EdgeContacts::respond;
   bool list = false;
+  std::string size;
 
   CLI::App app("Simulates a scene of Bullet soft bodies and measures it, one row per second of simulation.",
                "softcd-demo");
   app.add_option("scene", command.scene, "See --list")->option_text("SCENE [cloth-on-ball]");
-  app.add_flag("--list", list, "Name the scenes");
+  app.add_flag("--list", list, "Describe the scenes");
   add_choice(app, "--world", kWorlds, options.world,
              "Bullet's classic soft world, or its deformable world, of springs that are integrated\n"
              "explicitly, in steps of 1/240 second");
@@ -58,30 +93,51 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   app.add_option("--steps", command.steps, "Steps of 1/120 second")
       ->option_text("N [600]")
       ->check(CLI::Range(1L, 1000000L));
-  app.add_option("--size", options.size, "Size, in the unit that --list names with the default")
-      ->option_text("N")
-      ->check(CLI::Range(1, 100000));
+  app.add_option("--size", size,
+                 "Size in the unit that --list names, or that at which the scene has about as many triangles\n"
+                 "as in the paper of Wong, Leach and Zambetta")
+      ->option_text("N|paper");
   app.add_option("--picture", command.picture_file, "PNG file for the final state")
       ->option_text("FILE [softcd-demo.png]")
       ->take_last();
-  app.add_option("--record", command.record_folder, "Write every fourth step as DIR/frame-0000.png, ... (30 a second)")
-      ->option_text("DIR");
+  app.add_option("--record", command.record,
+                 "Write frames as pictures DIR/frame-0000.png, ..., or as a video (by the program ffmpeg)")
+      ->option_text("DIR|FILE.mp4");
+  app.add_option("--export", command.mesh_files,
+                 "Write all bodies of each frame as one binary PLY file: DIR/frame-0000.ply, ..., or a name in\n"
+                 "which a row of # stands for the frame's number")
+      ->option_text("DIR|PATTERN");
+  app.add_option("--frame-steps", command.frame_steps,
+                 "Steps from one frame of --record and --export to the next; 4 are 1/30 second")
+      ->option_text("N [4]")
+      ->check(CLI::Range(1, 120));
+  std::vector<bool OverlayChoice::*> overlays;
+  CLI::Option* view =
+      app.add_flag("--view", command.view,
+                   "Show the scene in a window instead of measuring it; a panel there explains mouse and keys");
+  add_choices(app, "--overlays", kOverlays, overlays, "What --view draws over the scene from the start")->needs(view);
+  app.add_option("--view-frames", command.view_frames, "Close --view's window after so many frames, of two steps each")
+      ->option_text("N")
+      ->check(CLI::Range(1L, 1000000L))
+      ->needs(view);
+  app.add_option("--screenshot", command.screenshot_file, "PNG file for the last of --view-frames")
+      ->option_text("FILE")
+      ->needs("--view-frames");
   app.add_option("--json", command.json_file, "Write every figure as JSON")->option_text("FILE");
   app.footer(
-      "Columns: simulated seconds; median milliseconds of a step and of softcd's detection in it; median contacts\n"
-      "a step; penetrating vertices at the end of the second: those on the wrong side of a surface, and those with\n"
-      "an edge that pierces a triangle.\n"
+      "Columns: simulated seconds; median milliseconds of a step, and of softcd in it; median contacts a step; then,\n"
+      "at the end of the second, vertices on the wrong side of a surface or with an edge that intersects a triangle,\n"
+      "and such edges, found in exact arithmetic. The lines at the end say what a step's time goes into.\n"
       "Exit codes: 0 done; 1 the simulation failed or a result could not be written; 2 wrong command line.");
   try {
     app.parse(argc, argv);
-    if (!list && find_scene(command.scene) == nullptr) {
-      throw CLI::ValidationError("SCENE", fmt::format("there is no scene '{}'; see --list", command.scene));
-    }
+    if (!list) check_scene(command, size);
+    for (bool OverlayChoice::*overlay : overlays) command.overlays.*overlay = true;
   } catch (const CLI::ParseError& error) {
     return {std::nullopt, app.exit(error) == 0 ? 0 : kExitWrongInput};
   }
   if (list) {
-    fmt::print("{}", scene_list());
+    print_scene_list();
     return {std::nullopt, 0};
   }
   return {command, 0};

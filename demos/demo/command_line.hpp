@@ -4,6 +4,7 @@
 #include <string>
 
 #include "scenes/scene.hpp"
+#include "viewer/overlays.hpp"
 
 namespace softcd::demo {
 
@@ -15,8 +16,14 @@ struct DemoCommand {
   SceneOptions options;
   long steps = 600;
   std::string picture_file = "softcd-demo.png";
-  std::string record_folder;  ///< empty: no frames
-  std::string json_file;      ///< empty: none
+  std::string record;      ///< pictures or a video, see FrameWriter; empty: none
+  std::string mesh_files;  ///< see FrameWriter; empty: none
+  int frame_steps = 4;     ///< steps from one frame to the next
+  std::string json_file;   ///< empty: none
+  bool view = false;       ///< in a window, instead of measuring
+  long view_frames = 0;    ///< 0: until the window is closed
+  OverlayChoice overlays;
+  std::string screenshot_file;  ///< empty: none
 };
 
 /// The command, or the exit code after help, a list or an error has been printed.

@@ -8,18 +8,22 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "command_line.hpp"
 #include "command_line/choices.hpp"
+#include "frame_writer.hpp"
 #include "measurement.hpp"
 #include "picture.hpp"
 #include "png_file.hpp"
 #include "softcd/softcd.hpp"
+#include "viewer/viewer.hpp"
 
 namespace softcd::demo {
 namespace {
 
-constexpr long kStepsPerFrame = 4;
+constexpr int kStepsPerSecond = 120;
 
 // What is going on, in one line that is overwritten, for people at a terminal.
 class Progress {
@@ -33,38 +37,46 @@ class Progress {
   bool is_terminal_ = isatty(STDERR_FILENO) != 0;
 };
 
-std::size_t count_triangles(const Scene& scene) {
-  std::size_t count = 0;
-  for (const Surface& surface : scene.surfaces()) count += static_cast<std::size_t>(surface.body->m_faces.size());
-  return count;
-}
-
 void print_head(const DemoCommand& command, const Scene& scene) {
-  fmt::print("{}: {} triangles, {} world, collision {}", command.scene, count_triangles(scene),
+  fmt::print("{}: {} triangles, {} world, collision {}", command.scene, scene.count_triangles(),
              name_of(command.options.world), name_of(command.options.collision));
   if (const CollisionPipeline* pipeline = scene.simulation().pipeline()) {
     fmt::print(", detection {} on {}", name_of(kDetections, command.options.settings.detection),
                name_of(kBackends, pipeline->backend()));
   }
-  fmt::print("\n{:>6}  {:>9}  {:>12}  {:>9}  {:>11}\n", "time s", "step ms", "detection ms", "contacts", "penetrating");
+  fmt::print("\n{:>6}  {:>9}  {:>12}  {:>9}  {:>11}  {:>18}\n", "time s", "step ms", "detection ms", "contacts",
+             "penetrating", "intersecting edges");
 }
 
 void print_row(const Row& row) {
   const std::string detection = std::isnan(row.detection_ms) ? "-" : fmt::format("{:.2f}", row.detection_ms);
-  fmt::print("{:>6.2f}  {:>9.2f}  {:>12}  {:>9}  {:>11}\n", row.until, row.step_ms, detection, row.contacts,
-             row.penetrating);
+  fmt::print("{:>6.2f}  {:>9.2f}  {:>12}  {:>9}  {:>11}  {:>18}\n", row.until, row.step_ms, detection, row.contacts,
+             row.penetration.vertices, row.penetration.edges);
   std::fflush(stdout);
 }
 
 void print_summary(const Measurement& measurement, long steps) {
-  fmt::print("{} steps in {:.1f} s: first {:.1f} ms, median {:.2f} ms; at most {} penetrating vertices\n", steps,
-             measurement.total_seconds, measurement.first_step_ms, measurement.median_step_ms,
-             measurement.most_penetrating);
+  fmt::print(
+      "\n{} steps in {:.1f} s: first {:.1f} ms, median {:.2f} ms; at most {} penetrating vertices and {} "
+      "intersecting edges\n",
+      steps, measurement.total_seconds, measurement.first_step_ms, measurement.median_step_ms,
+      measurement.most_penetration.vertices, measurement.most_penetration.edges);
+  if (std::isnan(measurement.rows.front().detection_ms)) return;
+  const double step_ms = 1000 * measurement.total_seconds / static_cast<double>(steps);
+  const auto print_part = [&](const char* part, double ms) {
+    fmt::print("{:<44}{:>9.2f}{:>8.0f} %\n", part, ms, 100 * ms / step_ms);
+  };
+  const double contacts = measurement.total_profile.contacts / static_cast<double>(steps);
+  const double crossings = measurement.total_profile.crossings / static_cast<double>(steps);
+  fmt::print("{:<44}{:>9}{:>10}\n", "mean step", "ms", "share");
+  print_part("softcd: contacts", contacts);
+  print_part("softcd: preventing what would pass through", crossings);
+  print_part("Bullet", step_ms - contacts - crossings);
 }
 
 nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, const Measurement& measurement) {
   nlohmann::ordered_json json = {{"scene", command.scene},
-                                 {"triangles", count_triangles(scene)},
+                                 {"triangles", scene.count_triangles()},
                                  {"world", name_of(command.options.world)},
                                  {"collision", name_of(command.options.collision)},
                                  {"detection", name_of(kDetections, command.options.settings.detection)},
@@ -73,7 +85,10 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
                                  {"first_step_ms", measurement.first_step_ms},
                                  {"median_step_ms", measurement.median_step_ms},
                                  {"total_seconds", measurement.total_seconds},
-                                 {"most_penetrating", measurement.most_penetrating}};
+                                 {"contacts_seconds", measurement.total_profile.contacts / 1000},
+                                 {"crossings_seconds", measurement.total_profile.crossings / 1000},
+                                 {"most_penetrating_vertices", measurement.most_penetration.vertices},
+                                 {"most_intersecting_edges", measurement.most_penetration.edges}};
   if (const CollisionPipeline* pipeline = scene.simulation().pipeline())
     json["backend"] = name_of(kBackends, pipeline->backend());
   json["rows"] = nlohmann::ordered_json::array();
@@ -81,7 +96,8 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
     nlohmann::ordered_json entry = {{"until", row.until}, {"step_ms", row.step_ms}};
     if (!std::isnan(row.detection_ms)) entry["detection_ms"] = row.detection_ms;
     entry["contacts"] = row.contacts;
-    entry["penetrating"] = row.penetrating;
+    entry["penetrating_vertices"] = row.penetration.vertices;
+    entry["intersecting_edges"] = row.penetration.edges;
     json["rows"].push_back(entry);
   }
   return json;
@@ -94,6 +110,18 @@ void write_text(const std::string& file, const std::string& text) {
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
 }
 
+void view(const DemoCommand& command) {
+  ViewerOptions options;
+  options.frames = command.view_frames;
+  options.overlays = command.overlays;
+  if (!command.screenshot_file.empty()) {
+    options.take_screenshot = [&](int width, int height, std::vector<std::uint8_t> rgb) {
+      write_png(command.screenshot_file, {width, height, std::move(rgb)});
+    };
+  }
+  run_viewer(command.scene, command.options, options);
+}
+
 void run(DemoCommand command) {
   const Progress progress;
   command.options.settings.log = [&progress](LogLevel level, std::string_view text) {
@@ -101,7 +129,11 @@ void run(DemoCommand command) {
     progress.clear();
     fmt::print(stderr, "warning: {}\n", text);
   };
-  if (!command.record_folder.empty()) std::filesystem::create_directories(command.record_folder);
+  if (command.view) {
+    view(command);
+    return;
+  }
+  FrameWriter frames(command.record, command.mesh_files, kStepsPerSecond / command.frame_steps);
   progress.show("building the scene");
   const std::unique_ptr<Scene> scene = make_scene(command.scene, command.options);
   progress.clear();
@@ -110,9 +142,7 @@ void run(DemoCommand command) {
   Callbacks callbacks;
   callbacks.on_step = [&](long step) {
     progress.show(fmt::format("step {} of {}", step, command.steps));
-    if (command.record_folder.empty() || step % kStepsPerFrame != 0) return;
-    const auto file = fmt::format("frame-{:04}.png", step / kStepsPerFrame - 1);
-    write_png(std::filesystem::path(command.record_folder) / file, take_picture(*scene));
+    if (step % command.frame_steps == 0) frames.write(*scene);
   };
   callbacks.on_row = [&](const Row& row) {
     progress.clear();
@@ -120,6 +150,7 @@ void run(DemoCommand command) {
   };
   const Measurement measurement = measure(*scene, command.steps, callbacks);
   print_summary(measurement, command.steps);
+  frames.finish();
 
   const std::filesystem::path picture_file = command.picture_file;
   if (picture_file.has_parent_path()) std::filesystem::create_directories(picture_file.parent_path());

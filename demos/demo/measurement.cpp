@@ -27,21 +27,25 @@ double timed_step(Scene& scene) {
 
 Measurement measure(Scene& scene, long steps, const Callbacks& callbacks) {
   Measurement measurement;
+  StepProfiler profiler;
+  const bool is_ours = scene.simulation().pipeline() != nullptr;
   std::vector<double> all_step_ms, step_ms, detection_ms;
   std::vector<std::size_t> contacts;
   for (long step = 1; step <= steps; ++step) {
     step_ms.push_back(timed_step(scene));
-    const CollisionPipeline* pipeline = scene.simulation().pipeline();
-    detection_ms.push_back(pipeline != nullptr ? pipeline->statistics().ms.total
-                                               : std::numeric_limits<double>::quiet_NaN());
+    const StepProfile profile = profiler.take();
+    detection_ms.push_back(is_ours ? profile.total() : std::numeric_limits<double>::quiet_NaN());
+    measurement.total_profile.contacts += profile.contacts;
+    measurement.total_profile.crossings += profile.crossings;
     contacts.push_back(scene.count_contacts());
     callbacks.on_step(step);
     if (step % kStepsPerRow != 0 && step != steps) continue;
 
     const Row row{double(scene.time()), median(step_ms), median(detection_ms), median(contacts),
-                  scene.count_penetrating_vertices()};
+                  scene.count_penetration()};
     measurement.rows.push_back(row);
-    measurement.most_penetrating = std::max(measurement.most_penetrating, row.penetrating);
+    Penetration& most = measurement.most_penetration;
+    most = {std::max(most.vertices, row.penetration.vertices), std::max(most.edges, row.penetration.edges)};
     callbacks.on_row(row);
     all_step_ms.insert(all_step_ms.end(), step_ms.begin(), step_ms.end());
     step_ms.clear();

@@ -5,24 +5,26 @@
 #include <vector>
 
 #include "scenes/scene.hpp"
+#include "step_profile.hpp"
 
 namespace softcd::demo {
 
 /// What happened during one second of simulation, or the rest of the last one. Times are in milliseconds.
 struct Row {
-  double until = 0;             ///< simulated seconds
-  double step_ms = 0;           ///< median
-  double detection_ms = 0;      ///< median of the detector's own time; NaN where Bullet detects
-  std::size_t contacts = 0;     ///< median a step
-  std::size_t penetrating = 0;  ///< vertices, at the end
+  double until = 0;          ///< simulated seconds
+  double step_ms = 0;        ///< median
+  double detection_ms = 0;   ///< median of what softcd takes; NaN where Bullet detects
+  std::size_t contacts = 0;  ///< median a step
+  Penetration penetration;   ///< at the end
 };
 
 struct Measurement {
   std::vector<Row> rows;
   double first_step_ms = 0;
   double median_step_ms = 0;
-  double total_seconds = 0;  ///< of wall clock, in steps
-  std::size_t most_penetrating = 0;
+  double total_seconds = 0;      ///< of wall clock, in steps
+  StepProfile total_profile;     ///< of all steps
+  Penetration most_penetration;  ///< of any row, each figure for itself
 };
 
 struct Callbacks {

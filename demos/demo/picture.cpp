@@ -1,29 +1,13 @@
 #include "picture.hpp"
 
+#include "scenes/surface_normals.hpp"
+#include "scenes/vectors.hpp"
+
 namespace softcd::demo {
 namespace {
 
 constexpr int kWidth = 1280;
 constexpr int kHeight = 800;
-
-Vec3d to_vec3d(const btVector3& v) {
-  return {double(v.x()), double(v.y()), double(v.z())};
-}
-
-// The sum of the normals of a node's faces, each as long as the face is large.
-std::vector<Vec3d> smooth_normals(const btSoftBody& body) {
-  std::vector<Vec3d> normals(static_cast<std::size_t>(body.m_nodes.size()), Vec3d{0, 0, 0});
-  for (int f = 0; f < body.m_faces.size(); ++f) {
-    const btSoftBody::Face& face = body.m_faces[f];
-    const Vec3d a = to_vec3d(face.m_n[0]->m_x);
-    const Vec3d normal = cross(to_vec3d(face.m_n[1]->m_x) - a, to_vec3d(face.m_n[2]->m_x) - a);
-    for (const btSoftBody::Node* node : face.m_n) {
-      Vec3d& sum = normals[static_cast<std::size_t>(node - &body.m_nodes[0])];
-      sum = sum + normal;
-    }
-  }
-  return normals;
-}
 
 void append_triangles(const Surface& surface, std::vector<ShadedTriangle>& triangles) {
   const btSoftBody& body = *surface.body;
@@ -37,6 +21,7 @@ void append_triangles(const Surface& surface, std::vector<ShadedTriangle>& trian
     }
     triangle.front = {surface.front.red, surface.front.green, surface.front.blue};
     triangle.back = {surface.back.red, surface.back.green, surface.back.blue};
+    triangle.has_edges_drawn = surface.has_edges_drawn;
     triangles.push_back(triangle);
   }
 }

@@ -4,40 +4,19 @@
 #include <cmath>
 #include <limits>
 
+#include "look.hpp"
+#include "scenes/vectors.hpp"
+
 namespace softcd::demo {
 namespace {
 
 constexpr int kSamples = 2;  // a pixel, each way
 constexpr int kShadowSize = 1536;
-constexpr double kShadowBias = 0.02;  // of the scene's unit
+constexpr double kEdgeWidth = 1.2;  // samples, on each side of an edge
+constexpr float kEdgeShade = 0.55F;
 constexpr double kNear = 0.05;
-constexpr double kFloorReach = 60;
-constexpr double kAmbient = 0.34;
-constexpr double kSun = 0.85;
-constexpr Vec3f kFloorLight{0.48F, 0.49F, 0.50F};
-constexpr Vec3f kFloorDark{0.40F, 0.41F, 0.43F};
-constexpr Vec3f kHorizon{0.78F, 0.82F, 0.86F};
-constexpr Vec3f kZenith{0.42F, 0.55F, 0.70F};
 
-Vec3d unit(Vec3d v) {
-  const double norm = std::sqrt(squared_norm(v));
-  return norm > 0 ? (1 / norm) * v : Vec3d{0, 1, 0};
-}
-
-const Vec3d kToSun = unit({0.45, 1.0, 0.35});
-
-/// Right, up and towards the viewer, orthonormal.
-struct Frame {
-  Vec3d right, up, back;
-};
-
-Frame looking_along(Vec3d direction) {
-  Frame frame{};
-  frame.back = -unit(direction);
-  frame.right = unit(cross({0, 1, 0}, frame.back));
-  frame.up = cross(frame.back, frame.right);
-  return frame;
-}
+const Vec3d kToSun = unit(kTowardsSun);
 
 /// In samples from the top left; `depth` grows away from the viewer and is linear over the screen.
 struct ScreenPoint {
@@ -66,6 +45,13 @@ void for_each_sample(const std::array<ScreenPoint, 3>& p, int width, int height,
       if (w0 >= 0 && w1 >= 0 && w2 >= 0) visit(column, row, w0, w1, w2);
     }
   }
+}
+
+/// Of each corner above the opposite edge, on the screen.
+std::array<double, 3> heights_of(const std::array<ScreenPoint, 3>& p) {
+  const double area = std::abs((p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x));
+  const auto length = [](const ScreenPoint& a, const ScreenPoint& b) { return std::hypot(b.x - a.x, b.y - a.y); };
+  return {area / length(p[1], p[2]), area / length(p[2], p[0]), area / length(p[0], p[1])};
 }
 
 /// Depth of what the sun sees first, over a square that holds all triangles.
@@ -128,7 +114,7 @@ class ShadowMap {
             (center_y_ - dot(p, frame_.up)) * scale_ + kShadowSize / 2.0, -dot(p, frame_.back)};
   }
 
-  Frame frame_;
+  ViewFrame frame_;
   std::vector<float> depths_;
   double center_x_ = 0;
   double center_y_ = 0;
@@ -160,6 +146,7 @@ class Canvas {
     }
     const Vec3d flat_normal =
         cross(triangle.positions[1] - triangle.positions[0], triangle.positions[2] - triangle.positions[0]);
+    const std::array<double, 3> heights = heights_of(points);
     const bool is_front = dot(flat_normal, camera_.eye - triangle.positions[0]) > 0;
     for_each_sample(points, width_, height_, [&](int column, int row, double w0, double w1, double w2) {
       const double nearness = w0 * inverse_distance[0] + w1 * inverse_distance[1] + w2 * inverse_distance[2];
@@ -175,7 +162,10 @@ class Canvas {
         normal = normal + w[i] * triangle.normals[i];
       }
       if (!is_front) normal = -normal;
-      colors_[sample] = shade(position, unit(normal), is_front ? triangle.front : triangle.back);
+      const Vec3f color = is_front ? triangle.front : triangle.back;
+      const bool is_at_edge =
+          triangle.has_edges_drawn && std::min({w0 * heights[0], w1 * heights[1], w2 * heights[2]}) < kEdgeWidth;
+      colors_[sample] = shade(position, unit(normal), is_at_edge ? kEdgeShade * color : color);
     });
   }
 
@@ -220,7 +210,7 @@ class Canvas {
     const double towards_sun = std::max(0.0, dot(normal, kToSun));
     const double sun = towards_sun > 0 ? towards_sun * shadows_.lit_part(position) : 0;
     const Vec3d half = unit(kToSun + unit(camera_.eye - position));
-    const double gloss = sun > 0 ? 0.12 * std::pow(std::max(0.0, dot(normal, half)), 24) : 0;
+    const double gloss = sun > 0 ? kGloss * std::pow(std::max(0.0, dot(normal, half)), kGlossExponent) : 0;
     const double sky = kAmbient * (0.75 + 0.25 * normal.y);
     const auto light = static_cast<float>(sky + kSun * sun);
     const auto shine = static_cast<float>(gloss);
@@ -238,12 +228,12 @@ class Canvas {
   }
 
   static std::uint8_t to_byte(float linear) {
-    return static_cast<std::uint8_t>(std::lround(255 * std::pow(std::clamp(linear, 0.0F, 1.0F), 1 / 2.2F)));
+    return static_cast<std::uint8_t>(std::lround(255 * std::pow(std::clamp(linear, 0.0F, 1.0F), 1 / kGamma)));
   }
 
   const Camera& camera_;
   const ShadowMap& shadows_;
-  Frame frame_;
+  ViewFrame frame_;
   int width_;
   int height_;
   double focal_;  ///< in samples

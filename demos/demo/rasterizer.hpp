@@ -26,6 +26,7 @@ struct ShadedTriangle {
   std::array<Vec3d, 3> positions;
   std::array<Vec3d, 3> normals;
   Vec3f front, back;
+  bool has_edges_drawn;  ///< as thin dark lines
 };
 
 /// Draws triangles over a checked floor, lit by one sun that casts shadows, with a depth buffer and 2 x 2 samples a

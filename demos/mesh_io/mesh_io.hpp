@@ -13,7 +13,7 @@ struct Mesh {
   std::vector<Triangle> triangles;
 };
 
-/// A file that cannot be read as a mesh; the text names the file, the place in it and the problem.
+/// A file that cannot be read as a mesh, or written; the text names the file, the place in it and the problem.
 class MeshError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -23,6 +23,9 @@ class MeshError : public std::runtime_error {
 /// then its name say. Polygons become triangle fans. Indices are checked; positions may be NaN or infinite.
 /// Throws MeshError.
 Mesh read_mesh(const std::filesystem::path& path);
+
+/// Writes binary PLY (little endian, single precision). Throws MeshError.
+void write_ply(const std::filesystem::path& path, const Mesh& mesh);
 
 /// Throws MeshError, naming both files, when they are not two frames of one mesh: other vertex counts or triangles.
 void require_same_topology(const Mesh& a, const std::filesystem::path& path_a, const Mesh& b,

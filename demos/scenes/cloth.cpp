@@ -87,6 +87,18 @@ ClothShape horizontal_cloth(int nodes_per_side, btScalar side, btScalar height) 
   return shape;
 }
 
+ClothShape vertical_tube(const btVector3& foot, btScalar radius, btScalar height, int columns, int rows) {
+  ClothShape shape;
+  shape.columns = columns;
+  shape.rows = rows;
+  shape.is_closed = true;
+  shape.position = [=](int column, int row) {
+    const btScalar angle = SIMD_2_PI * btScalar(column) / btScalar(columns);
+    return foot + btVector3(radius * btCos(angle), height * btScalar(row) / btScalar(rows - 1), radius * btSin(angle));
+  };
+  return shape;
+}
+
 std::unique_ptr<btSoftBody> make_ball(btSoftBodyWorldInfo& world_info, const btVector3& center, btScalar radius,
                                       int subdivisions) {
   return make_body(world_info, sphere_mesh(center, radius, subdivisions), 0);

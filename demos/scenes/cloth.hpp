@@ -24,6 +24,10 @@ std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& world_info, const Cl
 /// A flat cloth in the plane y = height, centred on the y axis, `side` long, with side / spacing cells each way.
 ClothShape horizontal_cloth(int nodes_per_side, btScalar side, btScalar height);
 
+/// A closed cloth around the vertical axis through `foot`, with columns nodes around it and rows nodes along it,
+/// upwards. The faces' fronts are outside.
+ClothShape vertical_tube(const btVector3& foot, btScalar radius, btScalar height, int columns, int rows);
+
 /// A sphere of 20 * 4^subdivisions triangles whose nodes are all fixed: it moves as its nodes' velocities say.
 std::unique_ptr<btSoftBody> make_ball(btSoftBodyWorldInfo& world_info, const btVector3& center, btScalar radius,
                                       int subdivisions);

@@ -29,7 +29,7 @@ const std::vector<ProfilePoint> kDancer = {{0, btScalar(0.04)},
                                            {btScalar(0.09), btScalar(1.63)},
                                            {btScalar(0.07), btScalar(1.70)},
                                            {0, btScalar(1.74)}};
-constexpr btScalar kWaistHeight = btScalar(1.06);
+constexpr btScalar kWaistHeight = btScalar(1.08);
 constexpr btScalar kWaistRadius = btScalar(0.125);
 constexpr btScalar kLayerGap = btScalar(0.012);  // at the waist
 constexpr btScalar kRuffles = 10;
@@ -142,7 +142,7 @@ std::vector<Surface> Flamenco::surfaces() const {
 }
 
 View Flamenco::view() const {
-  return {btVector3(btScalar(1.6), btScalar(1.9), btScalar(3.4)), btVector3(0, btScalar(0.8), 0)};
+  return {btVector3(btScalar(1.4), btScalar(1.7), btScalar(3.0)), btVector3(btScalar(0.05), btScalar(0.8), 0)};
 }
 
 }  // namespace softcd::demo

@@ -20,6 +20,9 @@ constexpr btScalar kRimHeight = btScalar(3.8);
 constexpr btScalar kStartHeight = kRimHeight + btScalar(0.1);
 
 constexpr btScalar kPullRadius = btScalar(0.14);
+constexpr btScalar kPulledMass = 30;  // times the other nodes'
+// Small, as Bullet's solver applies it in each of its iterations for each contact of a node.
+constexpr btScalar kFriction = btScalar(0.002);
 constexpr btScalar kPullFrom = btScalar(0.6);  // seconds
 constexpr btScalar kPullSpeed = 1;
 constexpr btScalar kReleaseHeight = btScalar(0.4);
@@ -45,13 +48,15 @@ Funnel::Funnel(const SceneOptions& options) : Scene(options) {
   auto cloth = make_cloth(simulation().world_info(), horizontal_cloth(options.size, kSide, kStartHeight), 1);
   cloth->getCollisionShape()->setMargin(margin);
   cloth->setSelfCollision(true);
-  cloth->m_cfg.kDF = btScalar(0.1);
+  cloth->m_cfg.kDF = kFriction;
   cloth->m_cfg.kDP = btScalar(0.02);
   cloth->m_cfg.kKHR = 1;
-  cloth->m_cfg.piterations = 8;
+  cloth->m_cfg.piterations = 12;
   for (int i = 0; i < cloth->m_nodes.size(); ++i) {
     const btVector3& x = cloth->m_nodes[i].m_x;
-    if (std::hypot(x.x(), x.z()) < std::max(kPullRadius, spacing)) pulled_.push_back(i);
+    if (std::hypot(x.x(), x.z()) > std::max(kPullRadius, spacing)) continue;
+    cloth->setMass(i, kPulledMass * cloth->getMass(i));
+    pulled_.push_back(i);
   }
   cloth_ = &add(std::move(cloth));
 
@@ -59,7 +64,7 @@ Funnel::Funnel(const SceneOptions& options) : Scene(options) {
   const int segments = std::max(24, static_cast<int>(SIMD_2_PI * kSpoutRadius / spacing));
   auto funnel = make_body(simulation().world_info(), lathe_mesh(refined(kProfile, coarse), segments), 0);
   funnel->getCollisionShape()->setMargin(margin);
-  funnel->m_cfg.kDF = btScalar(0.1);
+  funnel->m_cfg.kDF = kFriction;
   funnel_ = &add(std::move(funnel));
 }
 
@@ -88,7 +93,7 @@ std::vector<Surface> Funnel::surfaces() const {
 }
 
 View Funnel::view() const {
-  return {btVector3(btScalar(4.6), btScalar(6.4), btScalar(7.0)), btVector3(0, btScalar(2.2), 0)};
+  return {btVector3(btScalar(4.4), btScalar(5.6), btScalar(7.4)), btVector3(0, btScalar(2.0), 0)};
 }
 
 }  // namespace softcd::demo

@@ -21,7 +21,7 @@ class MixedSizesCloth : public Scene {
   btSoftBody* upper_;
 };
 
-/// Small balls of small triangles, as many as the size says, and two middle-sized ones fall onto boulders of 20
+/// Small balls of small triangles, as many as the size says, fall between boulders of 20
 /// triangles each, 10,000 times as large.
 class MixedSizesBalls : public Scene {
  public:

@@ -63,7 +63,10 @@ void NBody::add_balls(int count) {
     const btScalar offset = kSpacing * (btScalar(layer % 2) / 2 - btScalar(per_side) / 2 + btScalar(0.25));
     const btVector3 center(offset + kSpacing * btScalar(ball % per_side), kFirstLayer + kSpacing * btScalar(layer),
                            offset + kSpacing * btScalar(ball / per_side % per_side));
-    balls_.push_back(&add(make_soft_ball(simulation(), {center, kBallRadius, kBallSubdivisions, 1, kMargin})));
+    auto soft = make_soft_ball(simulation(), {center, kBallRadius, kBallSubdivisions, 1, kMargin});
+    // Balls whose shape is matched are not crushed.
+    soft->setSelfCollision(simulation().kind() == World::deformable);
+    balls_.push_back(&add(std::move(soft)));
     top_ = center.y() + kBallRadius;
   }
 }
@@ -87,7 +90,7 @@ std::vector<Surface> NBody::surfaces() const {
 }
 
 View NBody::view() const {
-  return {btVector3(btScalar(6.5), btScalar(5.2), btScalar(8.5)), btVector3(0, btScalar(0.9), 0)};
+  return {btVector3(btScalar(5.2), btScalar(4.8), btScalar(7.2)), btVector3(0, btScalar(0.7), 0)};
 }
 
 }  // namespace softcd::demo

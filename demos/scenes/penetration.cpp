@@ -9,7 +9,7 @@
 
 #include "LinearMath/btAabbUtil2.h"
 #include "scenes/exact_intersection.hpp"
-#include "softcd/math/vec3.hpp"
+#include "scenes/vectors.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -25,10 +25,6 @@ using Corners = std::array<Corner, 3>;
 struct Box {
   Vec3d low, high;
 };
-
-Vec3d to_vec3d(const btVector3& v) {
-  return {double(v.x()), double(v.y()), double(v.z())};
-}
 
 bool is_finite(const Corners& corners) {
   return std::all_of(corners.begin(), corners.end(), [](const Corner& c) {

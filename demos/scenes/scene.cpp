@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "scenes/bowline.hpp"
 #include "scenes/cloth_on_ball.hpp"
 #include "scenes/flamenco.hpp"
 #include "scenes/folding_cloth.hpp"
@@ -11,6 +12,9 @@
 #include "scenes/mixed_sizes.hpp"
 #include "scenes/n_body.hpp"
 #include "scenes/penetration.hpp"
+#include "scenes/reef_knot.hpp"
+#include "scenes/stack.hpp"
+#include "scenes/tube.hpp"
 #include "scenes/two_cloths.hpp"
 
 namespace softcd::demo {
@@ -35,6 +39,24 @@ void Scene::step() {
   ++step_count_;
 }
 
+void Scene::go_on_from(const Scene& other) {
+  // In the first step Bullet measures the links' rest lengths.
+  if (step_count_ == 0) step();
+  step_count_ = other.step_count_;
+  const std::vector<btSoftBody*>& bodies = simulation_.bodies();
+  const std::vector<btSoftBody*>& others = other.simulation_.bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const auto& from = others[b]->m_nodes;
+    for (int i = 0; i < from.size(); ++i) {
+      btSoftBody::Node& node = bodies[b]->m_nodes[i];
+      node.m_x = from[i].m_x;
+      node.m_q = from[i].m_q;
+      node.m_v = from[i].m_v;
+      node.m_vn = from[i].m_vn;
+    }
+  }
+}
+
 btSoftBody& Scene::add(std::unique_ptr<btSoftBody> body) {
   btSoftBody& added = simulation_.add(std::move(body));
   if (collision_ == Collision::off) simulation_.stop_soft_contacts();
@@ -51,6 +73,7 @@ void Scene::send(btSoftBody& body, const std::vector<btVector3>& goals) {
 
 std::vector<btVector3> Scene::positions_of(const btSoftBody& body) {
   std::vector<btVector3> positions;
+  positions.reserve(static_cast<std::size_t>(body.m_nodes.size()));
   for (int i = 0; i < body.m_nodes.size(); ++i) positions.push_back(body.m_nodes[i].m_x);
   return positions;
 }
@@ -68,6 +91,12 @@ Penetration Scene::count_penetration() const {
   return penetration;
 }
 
+std::size_t Scene::count_triangles() const {
+  std::size_t count = 0;
+  for (const Surface& surface : surfaces()) count += static_cast<std::size_t>(surface.body->m_faces.size());
+  return count;
+}
+
 std::size_t Scene::count_contacts() const {
   return simulation_.count_soft_contacts();
 }
@@ -75,19 +104,26 @@ std::size_t Scene::count_contacts() const {
 const std::vector<SceneInfo>& scenes() {
   static const std::vector<SceneInfo> list = {
       {"cloth-on-ball", "A cloth drapes over a ball, which then turns and twists it into folds", "nodes a side", 8, 80,
-       true, make<ClothOnBall>},
-      {"funnel", "A cloth falls into a funnel and is pulled through its spout", "nodes a side", 12, 40, true,
+       190, true, make<ClothOnBall>},
+      {"funnel", "A cloth falls into a funnel and is pulled through its spout", "nodes a side", 12, 40, 84, true,
        make<Funnel>},
-      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 20, true,
+      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 15, 50, true,
        make<Flamenco>},
-      {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, true, make<NBody>},
-      {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48,
+      {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, 455, true, make<NBody>},
+      {"reef-knot", "Two ribbons in a loose reef knot are pulled tight", "nodes along each ribbon", 80, 150, 500, false,
+       make<ReefKnot>},
+      {"bowline", "A ribbon with a loose bowline round a post is pulled tight", "nodes along the ribbon", 120, 240, 500,
+       false, make<Bowline>},
+      {"stack", "Cloths fall onto each other, the lowest one is held", "nodes a side", 8, 16, 0, false, make<Stack>},
+      {"tube", "An elastic tube is pressed together and twisted until it lies in folds on itself", "nodes around it",
+       12, 36, 0, false, make<Tube>},
+      {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48, 0,
        true, make<MixedSizesCloth>},
-      {"mixed-sizes-balls", "Small soft balls fall onto boulders; triangles from 1 to 10,000 in area", "small balls", 1,
-       12, true, make<MixedSizesBalls>},
-      {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, true,
+      {"mixed-sizes-balls", "Small soft balls fall between boulders; triangles from 1 to 10,000 in area", "small balls",
+       1, 16, 0, false, make<MixedSizesBalls>},
+      {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, 0, true,
        make<TwoCloths>},
-      {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, true,
+      {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, 0, true,
        make<FoldingCloth>},
   };
   return list;
@@ -108,9 +144,8 @@ std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options)
                                 info->size_unit);
   }
   if (options.world == World::deformable && !info->in_deformable_world) {
-    throw std::invalid_argument(name +
-                                " has bodies that keep their shape by what only Bullet's classic soft world "
-                                "does; run it with --world soft");
+    throw std::invalid_argument(name + " runs in Bullet's classic soft world only: springs that are stable in the " +
+                                "deformable world do not hold up its bodies");
   }
   return info->make(options);
 }

@@ -31,6 +31,7 @@ struct Color {
 struct Surface {
   const btSoftBody* body;
   Color front, back;
+  bool has_edges_drawn = false;
 };
 
 /// A camera that looks at `target`; the unit is the scene's, y is up.
@@ -63,6 +64,9 @@ class Scene {
   void step();
   btScalar time() const { return btScalar(step_count_) * kTimeStep; }
 
+  /// Takes over the time, and the nodes' positions and velocities, of the same scene in another world.
+  void go_on_from(const Scene& other);
+
   Penetration count_penetration() const;
   std::size_t count_penetrating_vertices() const { return count_penetration().vertices; }
 
@@ -70,6 +74,7 @@ class Scene {
   std::size_t count_contacts() const;
 
   virtual std::vector<Surface> surfaces() const = 0;
+  std::size_t count_triangles() const;
   virtual View view() const = 0;
 
   SoftWorld& simulation() { return simulation_; }
@@ -98,6 +103,7 @@ struct SceneInfo {
   const char* size_unit;
   int smallest_size;
   int default_size;  ///< several steps a second on two cores
+  int paper_size;    ///< about as many triangles as in Wong, Leach and Zambetta 2012; 0: not one of its scenes
   bool in_deformable_world;
   std::unique_ptr<Scene> (*make)(const SceneOptions& options);
 };

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "body.hpp"
+#include "detection_settings.hpp"
 #include "explain.hpp"
 #include "pair_selection.hpp"
 #include "scene_snapshot.hpp"
@@ -59,10 +60,6 @@ void validate_mesh(BodyId id, const BodyDesc& desc) {
 
 double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
-
-float default_lambda(BroadPhase broad_phase) {
-  return broad_phase == BroadPhase::paper ? 1.2F : 1.8F;
 }
 
 }  // namespace
@@ -140,18 +137,14 @@ class CollisionPipeline::Implementation {
     finish_pending();
     const Clock::time_point begin = Clock::now();
     const bool continuous = options_.detection == Detection::ccd;
-    const bool measure_moves = !continuous && options_.motion_margin > 0.0F;
 
-    const std::vector<BodySurvey> surveys = survey_bodies(bodies_, continuous, measure_moves);
+    const std::vector<BodySurvey> surveys = survey_bodies(bodies_, continuous, measures_moves(options_));
     leave_out_strays(surveys);
     start_statistics();
     const Vec3d origin = scene_origin(surveys);
-    const MarginGrowth growth = {measure_moves ? options_.motion_margin : 0.0F,
-                                 !continuous && options_.contact_rule == ContactRule::slab ? kSlabReach : 1.0F};
-    pairs_ = select_pairs(bodies_, surveys, origin, growth, options_.pair_filter);
-    const bool moves =
-        std::any_of(surveys.begin(), surveys.end(), [](const BodySurvey& survey) { return survey.moves; });
-    const bool both_ends = moves || (measure_moves && pairs_.pair_count > 0);
+    pairs_ = select_pairs(bodies_, surveys, origin, margin_growth(options_), options_.pair_filter);
+    const bool moves = some_body_moves(surveys);
+    const DetectionSettings settings = detection_settings(options_, pairs_, moves);
     decisions_ = {bodies_.size(),         pairs_.pair_count, pairs_.self_count,
                   pairs_.vertex_triangle, pairs_.edge_edge,  moves};
     guard_memory([&] {
@@ -159,9 +152,9 @@ class CollisionPipeline::Implementation {
         scene_ = concatenate(bodies_);
         detector_->set_topology(scene_.topology());
       }
-      write_positions(bodies_, origin, both_ends, detector_->position_arrays());
+      write_positions(bodies_, origin, settings.both_ends, detector_->position_arrays());
       if (pairs_.pair_count + pairs_.self_count > 0) {
-        detector_->start(pairs_.view(), settings(both_ends));
+        detector_->start(pairs_.view(), settings);
         is_running_ = true;
       }
     });
@@ -258,20 +251,6 @@ class CollisionPipeline::Implementation {
           "{} triangles, {} vertices and {} edges in one pipeline are more than 2^31; split the scene over several.",
           statistics_.triangles, statistics_.vertices, statistics_.edges));
     }
-  }
-
-  DetectionSettings settings(bool both_ends) const {
-    return {options_.detection,
-            options_.accuracy,
-            options_.broad_phase,
-            options_.subdivision,
-            options_.lambda > 0.0F ? options_.lambda : default_lambda(options_.broad_phase),
-            pairs_.pair_count > 0 ? options_.motion_margin : 0.0F,
-            options_.contact_rule,
-            options_.memory_limit,
-            pairs_.vertex_triangle,
-            pairs_.edge_edge,
-            both_ends};
   }
 
   template <class F>

@@ -179,6 +179,46 @@ TEST(EdgeContacts, without_a_response_ridges_pass_through_each_other) {
   }
 }
 
+struct MassPoint {
+  btVector3 position{0, 0, 0}, velocity{0, 0, 0};
+};
+
+MassPoint center_of_mass(const std::vector<const btSoftBody*>& bodies) {
+  MassPoint center;
+  btScalar mass = 0;
+  for (const btSoftBody* body : bodies) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      const btSoftBody::Node& node = body->m_nodes[i];
+      center.position += node.m_x / node.m_im;
+      center.velocity += node.m_v / node.m_im;
+      mass += 1 / node.m_im;
+    }
+  }
+  center.position /= mass;
+  center.velocity /= mass;
+  return center;
+}
+
+// Bullet takes a body's velocities from its positions before the next body's contacts move it: positions are compared.
+TEST_P(EdgeResponse, does_not_move_the_center_of_free_bodies_that_meet_off_their_middles) {
+  Simulation simulation(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
+  simulation.world_info().m_gravity.setZero();
+  const auto add = [&](btScalar height, bool along_x, btScalar down) -> btSoftBody& {
+    return simulation.add(make_ridge(simulation.world_info(), height, along_x, down, false));
+  };
+  btSoftBody& lower = add(0, true, btScalar(0.5));
+  btSoftBody& upper = add(btScalar(0.1), false, btScalar(-0.5));
+  upper.translate(btVector3(btScalar(0.3), 0, btScalar(0.2)));
+  upper.setVelocity(btVector3(0, -1, 0));
+  for (int step = 0; step < 30; ++step) {
+    const MassPoint before = center_of_mass({&lower, &upper});
+    simulation.step(kStep);
+    const btVector3 moved = center_of_mass({&lower, &upper}).position - before.position;
+    EXPECT_LT((moved - before.velocity * kStep).length(), 1e-5) << "of 0.008 in a step";
+  }
+  EXPECT_LT(center_of_mass({&lower}).velocity.y(), -0.3) << "they have met";
+}
+
 TEST(EdgeContacts, are_found_within_a_body) {
   DeformableSimulation simulation(settings_with(EdgeContacts::report));
   demo::ClothShape shape;

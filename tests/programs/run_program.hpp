@@ -16,12 +16,16 @@ struct Result {
   std::string errors;
 };
 
-/// `arguments` as a shell reads them. What the program prints goes through two files in `folder`.
-inline Result run_program(const std::string& program, const std::string& arguments, const TemporaryFolder& folder) {
-  const std::string command =
-      "'" + program + "' " + arguments + " >'" + folder.file("output") + "' 2>'" + folder.file("errors") + "'";
-  const int status = std::system(command.c_str());
+/// What the command prints goes through two files in `folder`.
+inline Result run_shell(const std::string& command, const TemporaryFolder& folder) {
+  const std::string redirected = command + " >'" + folder.file("output") + "' 2>'" + folder.file("errors") + "'";
+  const int status = std::system(redirected.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("output"), folder.read("errors")};
+}
+
+/// `arguments` as a shell reads them.
+inline Result run_program(const std::string& program, const std::string& arguments, const TemporaryFolder& folder) {
+  return run_shell("'" + program + "' " + arguments, folder);
 }
 
 /// Expects refusal: exit code 2 and one sentence on standard error, nothing else.

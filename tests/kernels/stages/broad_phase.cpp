@@ -11,6 +11,7 @@
 #include "softcd/stages/cell_ranges.hpp"
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/pair_tests.hpp"
+#include "split_triangles.hpp"
 
 namespace softcd::test {
 namespace {
@@ -31,7 +32,7 @@ class SerialBroadPhase {
       const Registration work = whole.load_item(t);
       for (std::uint32_t part = 0; part < work.part_count(); ++part) whole(work, part, entries_, splits_, bigs_);
     }
-    register_split_triangles();
+    register_split_triangles(scene_, bounds_.volumes.data(), bounds_.shapes.data(), splits_.items, grid_, entries_);
     sort_entries();
     test_pairs();
     const std::uint64_t big_count = bigs_.items.size();
@@ -53,20 +54,6 @@ class SerialBroadPhase {
   }
 
  private:
-  void register_split_triangles() {
-    Collector<SplitCell> cells;
-    const RegisterChild child_stage{scene_, bounds_.shapes.data(), splits_.items.data(), &grid_};
-    for (std::uint32_t s = 0; s < splits_.items.size(); ++s) {
-      for (std::uint32_t child = 0; child < splits_.items[s].child_count(); ++child) child_stage(s, child, cells);
-    }
-    std::vector<std::uint64_t> keys;
-    for (const SplitCell& cell : cells.items) keys.push_back(cell.key);
-    std::sort(keys.begin(), keys.end());
-    const std::uint64_t count = keys.size();
-    const RegisterSplitCell cell_stage{scene_, bounds_.shapes.data(), keys.data(), Count{&count, count}};
-    for (std::uint32_t i = 0; i < count; ++i) cell_stage(i, entries_);
-  }
-
   void sort_entries() {
     std::stable_sort(entries_.items.begin(), entries_.items.end(),
                      [](const KeyedEntry& a, const KeyedEntry& b) { return a.key < b.key; });

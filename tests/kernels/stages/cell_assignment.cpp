@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_scene.hpp"
+#include "split_triangles.hpp"
 
 namespace softcd::test {
 namespace {
@@ -96,31 +97,27 @@ TEST_F(CellAssignment, triangles_too_large_for_the_grid_are_listed) {
   }
 }
 
-// A split triangle's entries: the union of its children's cells, once each, with the mask of that union.
+// A split triangle's entries: the union of its children's cells around it, once each, with the mask of that union.
 TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
   const GridParameters parameters = grid_of(0.3F);
   register_all(parameters, true);
   ASSERT_GT(splits_.items.size(), 10U);
-  Collector<SplitCell> cells;
-  const RegisterChild register_child{scene_, bounds_.shapes.data(), splits_.items.data(), &parameters};
-  for (std::uint32_t s = 0; s < splits_.items.size(); ++s) {
-    for (std::uint32_t child = 0; child < splits_.items[s].child_count(); ++child) register_child(s, child, cells);
-  }
-  std::vector<std::uint64_t> keys;
-  for (const SplitCell& cell : cells.items) keys.push_back(cell.key);
-  std::sort(keys.begin(), keys.end());
-  const std::uint64_t key_count = keys.size();
   Collector<KeyedEntry> entries;
-  const RegisterSplitCell register_cell{scene_, bounds_.shapes.data(), keys.data(), Count{&key_count, key_count}};
-  for (std::uint32_t i = 0; i < key_count; ++i) register_cell(i, entries);
+  register_split_triangles(scene_, bounds_.volumes.data(), bounds_.shapes.data(), splits_.items, parameters, entries);
 
   std::map<std::uint32_t, std::set<std::uint32_t>> expected;
   for (const SplitRoot& split : splits_.items) {
     const TriangleMotion motion = load_triangle(scene_, split.root);
+    const IntegerDop own = integer_dop(bounds_.volumes[split.root], parameters.inverse_cell_size);
+    const auto is_around = [&](Cell c) {
+      return own.lo[0] <= c.x && c.x <= own.hi[0] && own.lo[1] <= c.y && c.y <= own.hi[1] && own.lo[2] <= c.z &&
+             c.z <= own.hi[2];
+    };
     for (std::uint32_t child = 0; child < split.child_count(); ++child) {
       const Kdop18 volume = child_volume(motion, split.level, child, bounds_.shapes[split.root].growth);
-      for_each_cell(integer_dop(volume, parameters.inverse_cell_size),
-                    [&](Cell c) { expected[split.root].insert(cell_index(c)); });
+      for_each_cell(integer_dop(volume, parameters.inverse_cell_size), [&](Cell c) {
+        if (is_around(c)) expected[split.root].insert(cell_index(c));
+      });
     }
   }
   std::size_t expected_count = 0;

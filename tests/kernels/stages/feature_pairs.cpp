@@ -196,7 +196,7 @@ Candidates expanded_as(const SceneView& scene, const HostVolumes& bounds, const 
 template <ContactKind kKind>
 Candidates expanded(const SceneView& scene, const HostVolumes& bounds, const std::vector<std::uint64_t>& pairs) {
   return scene.is_swept ? expanded_as<kKind, true>(scene, bounds, pairs)
-                          : expanded_as<kKind, false>(scene, bounds, pairs);
+                        : expanded_as<kKind, false>(scene, bounds, pairs);
 }
 
 // All pairs of triangles whose volumes overlap go in; each candidate comes out once, none is missing, and those that

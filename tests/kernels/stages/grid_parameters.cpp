@@ -27,7 +27,8 @@ struct Sizes {
   GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float lambda = 1.8F) const {
     GridParameters grid{};
     SerialTeam team;
-    ChooseGrid{radius.data(), swept.data(), fast.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
+    ChooseGrid{
+        radius.data(), swept.data(), fast.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
     return grid;
   }
 };
@@ -74,7 +75,7 @@ TEST(ChooseGrid, children_stay_within_their_budget) {
   Sizes sizes;
   for (int i = 0; i < 20000; ++i) sizes.add(i % 2 == 0 ? 0.01 : 0.6, 0.01, 1.0);
   const GridParameters grid = sizes.choose(BroadPhase::exact);
-  const double children = 10000.0 * std::pow(4.0, subdivision_level(0.75F, grid.cell_size));
+  const double children = 10000.0 * std::pow(4.0, subdivision_level(0.75F, kChildSize * grid.cell_size));
   EXPECT_LE(children, 8.0 * 20000.0 + 65536.0);
 }
 
@@ -87,7 +88,9 @@ TEST(ChooseGrid, entries_of_fast_triangles_stay_within_their_budget) {
 
   Sizes few;
   for (int i = 0; i < 20000; ++i) few.add(0.5, i % 1000 == 0 ? 50.0 : 0.5, 1.0);
-  EXPECT_LT(few.choose(BroadPhase::exact).cell_size, 1.1F * 1.8F * 0.5F);
+  Sizes none;
+  for (int i = 0; i < 20000; ++i) none.add(0.5, 0.5, 1.0);
+  EXPECT_LT(few.choose(BroadPhase::exact).cell_size, 1.1F * none.choose(BroadPhase::exact).cell_size);
 }
 
 TEST(ChooseGrid, the_furthest_ordinary_triangle_is_within_reach) {

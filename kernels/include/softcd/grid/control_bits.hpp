@@ -32,9 +32,9 @@ struct CellRow {
   CellInterval cells;
   CellInterval below[4];  ///< (y - 1, z - 1), (y, z - 1), (y + 1, z - 1), (y - 1, z)
 
-  SOFTCD_HD constexpr CellRow(const IntegerDop& dop, int y, int z)
-      : cells(dop.row(y, z)),
-        below{dop.row(y - 1, z - 1), dop.row(y, z - 1), dop.row(y + 1, z - 1), dop.row(y - 1, z)} {}
+  SOFTCD_HD constexpr CellRow(const IntegerDop& volume, int y, int z)
+      : cells(volume.row(y, z)),
+        below{volume.row(y - 1, z - 1), volume.row(y, z - 1), volume.row(y + 1, z - 1), volume.row(y - 1, z)} {}
 
   /// The mask of cell x.
   SOFTCD_HD constexpr std::uint32_t mask(int x) const {

@@ -10,6 +10,7 @@
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/pair_tests.hpp"
 #include "softcd/stages/paper_assignment.hpp"
+#include "softcd/stages/split_cells.hpp"
 
 /// The broad phase's stage order, once for all backends: triangles in, triangle pairs out.
 namespace softcd {
@@ -83,11 +84,11 @@ class BroadPhaseStages {
     std::uint32_t* bins = w_.size_bins.data();
     backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kHistograms, kSizeBins,
                        MeasureTriangle{w_.volumes.data(), w_.shapes.data()});
-    backend_.run_once("choose_grid", ChooseGrid{bins + MeasureTriangle::radius * kSizeBins,
-                                                bins + MeasureTriangle::swept_radius * kSizeBins,
-                                                bins + MeasureTriangle::fast_radius * kSizeBins,
-                                                bins + MeasureTriangle::distance * kSizeBins, settings_.broad_phase,
-                                                settings_.subdivision, settings_.lambda, &counters_->grid});
+    backend_.run_once(
+        "choose_grid",
+        ChooseGrid{bins + MeasureTriangle::radius * kSizeBins, bins + MeasureTriangle::swept_radius * kSizeBins,
+                   bins + MeasureTriangle::fast_radius * kSizeBins, bins + MeasureTriangle::distance * kSizeBins,
+                   settings_.broad_phase, settings_.subdivision, settings_.lambda, &counters_->grid});
   }
 
   template <class Control>
@@ -140,16 +141,53 @@ class BroadPhaseStages {
   /// Children of the split triangles, their cells, and one entry per (cell, root).
   template <bool kByPaper>
   void subdivide() {
-    using RegisterAnyChild = std::conditional_t<kByPaper, RegisterChildByPaper, RegisterChild>;
     const Count splits = w_.splits.count(counters_);
-    const SplitRoot* roots = w_.splits.template column<0>().data();
     w_.child_counts.reserve(backend_, w_.splits.capacity(), 0);
     w_.child_offsets.reserve(backend_, w_.splits.capacity(), 0);
-    backend_.for_each("count_children", splits, CountChildren{roots, w_.child_counts.data()});
+    backend_.for_each("count_children", splits,
+                      CountChildren{w_.splits.template column<0>().data(), w_.child_counts.data()});
     backend_.exclusive_scan("scan_children", splits, w_.child_counts.data(), w_.child_offsets.data(),
                             &counters_->children);
+    if constexpr (kByPaper) {
+      register_children_by_paper(splits);
+    } else {
+      mark_children(splits);
+    }
+  }
 
-    const RegisterAnyChild register_child{scene_, w_.shapes.data(), roots, &counters_->grid};
+  void mark_children(Count splits) {
+    const SplitRoot* roots = w_.splits.template column<0>().data();
+    w_.split_boxes.reserve(backend_, w_.splits.capacity(), 0);
+    w_.word_counts.reserve(backend_, w_.splits.capacity(), 0);
+    w_.word_offsets.reserve(backend_, w_.splits.capacity(), 0);
+    backend_.for_each(
+        "bound_splits", splits,
+        BoundSplit{w_.volumes.data(), roots, &counters_->grid, w_.split_boxes.data(), w_.word_counts.data()});
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.exclusive_scan("scan_split_words", splits, w_.word_counts.data(), w_.word_offsets.data(),
+                                  &counters_->split_words);
+        },
+        w_.split_words);
+    const SplitBits bits{w_.split_boxes.data(), w_.word_offsets.data(), w_.split_words.template column<0>().data(),
+                         w_.split_words.capacity()};
+    backend_.for_each("clear_split_words", w_.split_words.count(counters_), ClearWord{bits.words});
+    backend_.for_each_work("mark_children", splits, w_.child_offsets.data(), &counters_->children,
+                           MarkChild{scene_, w_.shapes.data(), roots, &counters_->grid, bits});
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.for_each_work("register_marked_cells", splits, w_.word_offsets.data(), &counters_->split_words,
+                                 RegisterMarkedCells{scene_, w_.shapes.data(), roots, bits},
+                                 w_.entries.appender(counters_));
+        },
+        w_.entries);
+  }
+
+  void register_children_by_paper(Count splits) {
+    const SplitRoot* roots = w_.splits.template column<0>().data();
+    const RegisterChildByPaper register_child{scene_, w_.shapes.data(), roots, &counters_->grid};
     produce(
         backend_, counters_,
         [&] {
@@ -161,18 +199,11 @@ class BroadPhaseStages {
     auto& keys = w_.split_cells.template column<0>();
     auto& children = w_.split_cells.template column<1>();
     backend_.sort_pairs("sort_split_cells", cells, keys, children, 3 * kCellBits + bits_for(scene_.triangle_count));
-    if constexpr (kByPaper) {
-      w_.split_of_triangle.reserve(backend_, scene_.triangle_count, 0);
-      backend_.for_each("index_splits", splits, IndexSplit{roots, w_.split_of_triangle.data()});
-      append_entries(cells, RegisterSplitCellByPaper{scene_, w_.shapes.data(), &counters_->grid, roots,
-                                                     w_.split_of_triangle.data(), keys.data(), children.data(), cells});
-    } else {
-      append_entries(cells, RegisterSplitCell{scene_, w_.shapes.data(), keys.data(), cells});
-    }
-  }
-
-  template <class Register>
-  void append_entries(Count cells, const Register& register_cell) {
+    w_.split_of_triangle.reserve(backend_, scene_.triangle_count, 0);
+    backend_.for_each("index_splits", splits, IndexSplit{roots, w_.split_of_triangle.data()});
+    const RegisterSplitCellByPaper register_cell{
+        scene_, w_.shapes.data(), &counters_->grid, roots, w_.split_of_triangle.data(), keys.data(), children.data(),
+        cells};
     produce(
         backend_, counters_,
         [&] { backend_.for_each_append("register_split_cells", cells, register_cell, w_.entries.appender(counters_)); },

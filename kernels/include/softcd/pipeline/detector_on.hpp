@@ -113,22 +113,18 @@ class DetectorOn final : public Detector {
       } catch (const ChunkTooLarge&) {
         if (chunks_ >= kMostChunks) throw std::bad_alloc();
       } catch (const std::bad_alloc&) {
-        if (!release_chunk()) throw;
+        if (chunks_ >= kMostChunks || chunk_bytes() < backend_.bytes() / 64) throw;
       }
+      // One of these lists may have taken what another one needs.
+      w_.pairs.release(backend_);
+      w_.vt_candidates.release(backend_);
+      w_.ee_candidates.release(backend_);
       chunks_ *= 2;
       backend_.count_rerun();
     }
   }
 
-  /// Gives the memory of a chunk's lists to the others. False when that is too little to make a difference.
-  bool release_chunk() {
-    const std::uint64_t bytes = w_.pairs.bytes() + w_.vt_candidates.bytes() + w_.ee_candidates.bytes();
-    if (chunks_ >= kMostChunks || bytes < backend_.bytes() / 64) return false;
-    w_.pairs.release(backend_);
-    w_.vt_candidates.release(backend_);
-    w_.ee_candidates.release(backend_);
-    return true;
-  }
+  std::uint64_t chunk_bytes() const { return w_.pairs.bytes() + w_.vt_candidates.bytes() + w_.ee_candidates.bytes(); }
 
   /// As if the lists of the largest chunk had been the last one's.
   Counters read_counters() {
@@ -211,8 +207,8 @@ class DetectorOn final : public Detector {
   /// Calls f with every list.
   template <class F>
   decltype(auto) with_lists(const F& f) {
-    return f(w_.bigs, w_.splits, w_.split_cells, w_.entries, w_.flagged, w_.pairs, w_.vt_candidates, w_.ee_candidates,
-             w_.found);
+    return f(w_.bigs, w_.splits, w_.split_words, w_.split_cells, w_.entries, w_.flagged, w_.pairs, w_.vt_candidates,
+             w_.ee_candidates, w_.found);
   }
 
   void report(const Counters& counters, Span<const Contact> contacts, Statistics& statistics) const {

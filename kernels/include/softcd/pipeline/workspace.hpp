@@ -11,6 +11,7 @@
 #include "softcd/stages/cell_ranges.hpp"
 #include "softcd/stages/contact_output.hpp"
 #include "softcd/stages/grid_parameters.hpp"
+#include "softcd/stages/split_cells.hpp"
 
 namespace softcd {
 
@@ -22,7 +23,7 @@ struct ChunkCounts {
 /// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
   std::uint64_t triangles;
-  std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
+  std::uint64_t splits, bigs, children, split_words, split_cells, entries, cells, tests;
   std::uint64_t flagged, pairs;
   std::uint64_t vt_candidates, ee_candidates, contacts, unsettled;
   ChunkCounts done, most;  ///< of the chunks before the current one: together, and in one
@@ -191,6 +192,12 @@ struct Workspace {
   // Per split triangle:
   Buffer<std::uint32_t> child_counts;
   Buffer<std::uint64_t> child_offsets;
+  // and in `exact`:
+  Buffer<SplitBox> split_boxes;
+  Buffer<std::uint32_t> word_counts;
+  Buffer<std::uint64_t> word_offsets;
+  ArrayList<std::uint32_t> split_words{&Counters::split_words};
+  // or in `paper`:
   List<Backend, SplitCellTarget, SortBuffer<std::uint64_t>, SortBuffer<std::uint32_t>> split_cells{
       &Counters::split_cells};
   // Per entry:

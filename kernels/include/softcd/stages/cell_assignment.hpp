@@ -27,11 +27,11 @@ struct SplitRoot {
   SOFTCD_HD constexpr std::uint32_t child_count() const { return 1U << (2 * level + halvings); }
 };
 
-/// A cell that a child of `root` is registered in: root:32 | cell:27 from high to low. Several children may give the
-/// same.
+/// `paper`: a cell that a child of `root` is registered in: root:32 | cell:27 from high to low. Several children may
+/// give the same.
 struct SplitCell {
   std::uint64_t key;
-  std::uint32_t child;  ///< `paper`: child | 2^31 where its centre lies in another cell, so that less is better
+  std::uint32_t child;  ///< child | 2^31 where its centre lies in another cell, so that less is better
 };
 
 constexpr std::uint32_t kPhantomChild = 0x80000000U;
@@ -105,9 +105,8 @@ struct RegisterTriangle {
     work.cells = integer_dop(volume, inverse_size);
     const int span = work.cells.span();
     const TriangleShape shape = shapes[t];
-    const float limit = larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
-    const bool is_large = subdivision && shape.radius > kLeastSplit * limit;
-    const int level = is_large ? subdivision_level(shape.radius, limit) : 0;
+    const float limit = kChildSize * larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
+    const int level = subdivision ? subdivision_level(shape.radius, limit) : 0;
     if (level > kMaxLevel || span > kMaxSpan) return work;
     work.placement = level > 0 ? Placement::split : Placement::whole;
     work.level = static_cast<std::uint32_t>(level);
@@ -156,24 +155,6 @@ struct CountChildren {
   SOFTCD_HD void operator()(std::uint32_t split) const { child_counts[split] = splits[split].child_count(); }
 };
 
-/// `exact`: the cells of one child of a split triangle.
-struct RegisterChild {
-  SceneView scene;
-  const TriangleShape* shapes;
-  const SplitRoot* splits;
-  const GridParameters* grid;
-
-  template <class Cells>
-  SOFTCD_HD void operator()(std::uint32_t split, std::uint32_t child, Cells& cells) const {
-    const SplitRoot root = splits[split];
-    const TriangleMotion motion = load_triangle(scene, root.root);
-    const Kdop18 volume = child_volume(motion, root.level, child, shapes[root.root].growth);
-    for_each_cell(integer_dop(volume, grid->inverse_cell_size), [&](Cell cell) {
-      cells.push(SplitCell{split_key(root.root, cell_index(cell)), child});
-    });
-  }
-};
-
 /// First position in sorted `keys` whose key is not less than `key`.
 template <class Key>
 SOFTCD_HD std::uint64_t lower_bound_index(const Key* keys, std::uint64_t begin, std::uint64_t end, Key key) {
@@ -187,36 +168,5 @@ SOFTCD_HD std::uint64_t lower_bound_index(const Key* keys, std::uint64_t begin, 
   }
   return begin;
 }
-
-/// `exact`: turns the sorted cells of split triangles into entries, one per (cell, root), with masks found by search. A
-/// triangle that is split is far too large for 2 x 2 x 2 cells.
-struct RegisterSplitCell {
-  SceneView scene;
-  const TriangleShape* shapes;
-  const std::uint64_t* keys;
-  Count key_count;
-
-  template <class Entries>
-  SOFTCD_HD void operator()(std::uint32_t i, Entries& entries) const {
-    const std::uint64_t key = keys[i];
-    if (i > 0 && keys[i - 1] == key) return;
-    const std::uint32_t root = split_key_root(key);
-    const std::uint32_t index = split_key_cell(key);
-    const Cell cell = {static_cast<int>(index & kCellMask), static_cast<int>((index >> kCellBits) & kCellMask),
-                       static_cast<int>(index >> (2 * kCellBits))};
-    const std::uint64_t count = key_count.get();
-    std::uint32_t mask = 0;
-    for (std::uint32_t bit = 0; bit < kMaskBits; ++bit) {
-      const std::uint64_t wanted = split_key(root, cell_index(lower_neighbour(cell, static_cast<int>(bit))));
-      const std::uint64_t found = lower_bound_index(keys, 0, count, wanted);
-      if (found < count && keys[found] == wanted) mask |= 1U << bit;
-    }
-    const std::uint32_t body = scene.triangle_body[root];
-    const std::uint32_t rank = entry_rank(scene, body, missing_face_neighbours(mask));
-    const std::uint32_t control = ExactControl::pack(mask, true, false);
-    entries.push(
-        KeyedEntry{entry_key(index, rank), {root, entry_bits(control, body, wanted_features(shapes[root].flags))}});
-  }
-};
 
 }  // namespace softcd

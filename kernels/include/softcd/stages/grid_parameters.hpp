@@ -20,10 +20,8 @@ struct GridParameters {
 /// Loop levels beyond which a triangle is tested against all others instead.
 constexpr int kMaxLevel = 6;
 
-/// `exact` splits triangles whose radius is more than this many cells. Smaller ones register in the cells of their own
-/// 18-DOP, which are nearly the same: from 1 to 4, tests on real steps rise by less than 1 %, and there are no children
-/// to make.
-constexpr float kLeastSplit = 4.0F;
+/// `exact` splits triangles until their radius is at most this many cells.
+constexpr float kChildSize = 2.0F;
 
 /// Number of 1-to-4 splits after which a triangle of this radius fits a cell of size `limit`; kMaxLevel + 1 when none
 /// does.
@@ -40,9 +38,9 @@ SOFTCD_HD inline int subdivision_level(float radius, float limit) {
 ///
 /// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum 1.8, flat from 1.2 to 2.4);
 /// `paper`: 3 lambda times that of the swept radii (equation 1); `uniform`, and `paper` without subdivision: 3 largest
-/// swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per triangle, where the mean
-/// triangle moves many cells or some move so many that entries would outnumber kEntryBudget per triangle, and where the
-/// grid would not reach the furthest of all but stray triangles.
+/// swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per triangle, where the
+/// mean triangle moves many cells or some move so many that entries would outnumber kEntryBudget per triangle, and
+/// where the grid would not reach the furthest of all but stray triangles.
 struct ChooseGrid {
   static constexpr int kChildBudget = 8;
   static constexpr int kEntryBudget = 256;
@@ -50,7 +48,7 @@ struct ChooseGrid {
   const std::uint32_t* radius_bins;
   const std::uint32_t* swept_radius_bins;
   const std::uint32_t* fast_radius_bins;  ///< swept radii of triangles that move further than they are wide
-  const std::uint32_t* distance_bins;  ///< of the largest coordinate magnitude
+  const std::uint32_t* distance_bins;     ///< of the largest coordinate magnitude
   BroadPhase broad_phase;
   bool subdivision;
   float lambda;
@@ -79,12 +77,11 @@ struct ChooseGrid {
  private:
   template <class Team>
   SOFTCD_HD float within_child_budget(Team& team, float size, std::uint64_t triangles) const {
-    const float least_split = broad_phase == BroadPhase::paper ? 0.0F : kLeastSplit;
-    const float limit_per_size = broad_phase == BroadPhase::paper ? 1.0F / 3.0F : 1.0F;
+    const float limit_per_size = broad_phase == BroadPhase::paper ? 1.0F / 3.0F : kChildSize;
     for (int enlargement = 0; enlargement < 32; ++enlargement) {
       const std::uint64_t children = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
         const float radius = size_bin_edge(static_cast<std::uint32_t>(bin) + 1U);
-        if (radius_bins[bin] == 0 || !(radius > least_split * size)) return 0;
+        if (radius_bins[bin] == 0) return 0;
         const int level = subdivision_level(radius, limit_per_size * size);
         return level > 0 && level <= kMaxLevel ? static_cast<std::uint64_t>(radius_bins[bin]) << (2 * level) : 0;
       });
@@ -94,8 +91,8 @@ struct ChooseGrid {
     return size;
   }
 
-  /// A fast triangle's 18-DOP, a prism along its way, fills about an eighth of its box (measured with random directions:
-  /// 0.08 to 0.13), and the box of radius R is about that of a cube of side 2 R / sqrt(3).
+  /// A fast triangle's 18-DOP, a prism along its way, fills about an eighth of its box (measured with random
+  /// directions: 0.08 to 0.13), and the box of radius R is about that of a cube of side 2 R / sqrt(3).
   template <class Team>
   SOFTCD_HD float within_entry_budget(Team& team, float size, std::uint64_t triangles) const {
     for (int enlargement = 0; enlargement < 32; ++enlargement) {

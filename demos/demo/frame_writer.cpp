@@ -1,0 +1,70 @@
+#include "frame_writer.hpp"
+
+#include <fmt/format.h>
+
+#include "mesh_io/mesh_io.hpp"
+#include "picture.hpp"
+#include "png_file.hpp"
+
+namespace softcd::demo {
+namespace {
+
+/// All bodies in one.
+Mesh mesh_of(const Scene& scene) {
+  Mesh mesh;
+  for (const Surface& surface : scene.surfaces()) {
+    const btSoftBody& body = *surface.body;
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (int i = 0; i < body.m_nodes.size(); ++i) {
+      const btVector3& x = body.m_nodes[i].m_x;
+      mesh.positions.push_back({double(x.x()), double(x.y()), double(x.z())});
+    }
+    for (int f = 0; f < body.m_faces.size(); ++f) {
+      Triangle triangle{};
+      for (int i = 0; i < 3; ++i) {
+        triangle.v[i] = first + static_cast<std::uint32_t>(body.m_faces[f].m_n[i] - &body.m_nodes[0]);
+      }
+      mesh.triangles.push_back(triangle);
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+FileSequence::FileSequence(const std::string& target, const std::string& extension) {
+  const std::string pattern = target.find('#') == std::string::npos
+                                  ? (std::filesystem::path(target) / ("frame-####" + extension)).string()
+                                  : target;
+  const std::size_t start = pattern.find('#');
+  digits_ = std::min(pattern.find_first_not_of('#', start), pattern.size()) - start;
+  before_ = pattern.substr(0, start);
+  after_ = pattern.substr(start + digits_);
+  const std::filesystem::path folder = std::filesystem::path(pattern).parent_path();
+  if (!folder.empty()) std::filesystem::create_directories(folder);
+}
+
+std::filesystem::path FileSequence::next() {
+  return fmt::format("{}{:0{}}{}", before_, number_++, digits_, after_);
+}
+
+FrameWriter::FrameWriter(const std::string& record, const std::string& meshes, int frames_per_second) {
+  if (std::filesystem::path(record).extension() == ".mp4" && record.find('#') == std::string::npos) {
+    video_ = std::make_unique<Video>(record, frames_per_second);
+  } else if (!record.empty()) {
+    pictures_.emplace(record, ".png");
+  }
+  if (!meshes.empty()) meshes_.emplace(meshes, ".ply");
+}
+
+void FrameWriter::write(const Scene& scene) {
+  if (video_) video_->add(take_picture(scene));
+  if (pictures_) write_png(pictures_->next(), take_picture(scene));
+  if (meshes_) write_ply(meshes_->next(), mesh_of(scene));
+}
+
+void FrameWriter::finish() {
+  if (video_) video_->finish();
+}
+
+}  // namespace softcd::demo

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "scenes/scene.hpp"
+#include "video.hpp"
+
+namespace softcd::demo {
+
+/// One file per frame. `target` is a folder, for frame-0000.EXTENSION and so on in it, or a file name in which a row of
+/// # stands for the number. Creates the folder.
+class FileSequence {
+ public:
+  FileSequence(const std::string& target, const std::string& extension);
+
+  std::filesystem::path next();
+
+ private:
+  std::string before_, after_;
+  std::size_t digits_;
+  long number_ = 0;
+};
+
+/// Pictures or a video of a simulation, and its meshes.
+class FrameWriter {
+ public:
+  /// `record`: see FileSequence, or a file name that ends in .mp4; `meshes`: see FileSequence. Empty: none. Throws
+  /// std::runtime_error when a folder cannot be created or a video cannot be encoded.
+  FrameWriter(const std::string& record, const std::string& meshes, int frames_per_second);
+
+  void write(const Scene& scene);
+  /// To be called after the last frame.
+  void finish();
+
+ private:
+  std::unique_ptr<Video> video_;
+  std::optional<FileSequence> pictures_, meshes_;
+};
+
+}  // namespace softcd::demo

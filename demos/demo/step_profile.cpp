@@ -1,0 +1,50 @@
+#include "step_profile.hpp"
+
+#include <string_view>
+#include <utility>
+
+#include "LinearMath/btQuickprof.h"
+
+namespace softcd::demo {
+namespace {
+
+double StepProfile::*part_of(std::string_view zone) {
+  if (zone == "softcd contacts") return &StepProfile::contacts;
+  if (zone == "softcd crossings") return &StepProfile::crossings;
+  return nullptr;
+}
+
+}  // namespace
+
+StepProfiler* StepProfiler::current = nullptr;
+
+StepProfiler::StepProfiler()
+    : original_enter_(btGetCurrentEnterProfileZoneFunc()), original_leave_(btGetCurrentLeaveProfileZoneFunc()) {
+  current = this;
+  btSetCustomEnterProfileZoneFunc(enter);
+  btSetCustomLeaveProfileZoneFunc(leave);
+}
+
+StepProfiler::~StepProfiler() {
+  btSetCustomEnterProfileZoneFunc(original_enter_);
+  btSetCustomLeaveProfileZoneFunc(original_leave_);
+  current = nullptr;
+}
+
+StepProfile StepProfiler::take() {
+  return std::exchange(profile_, {});
+}
+
+void StepProfiler::enter(const char* name) {
+  current->open_zones_.push_back({part_of(name), std::chrono::steady_clock::now()});
+}
+
+void StepProfiler::leave() {
+  const Zone zone = current->open_zones_.back();
+  current->open_zones_.pop_back();
+  if (zone.part == nullptr) return;
+  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - zone.start;
+  current->profile_.*zone.part += elapsed.count();
+}
+
+}  // namespace softcd::demo

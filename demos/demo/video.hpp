@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+#include "rasterizer.hpp"
+
+namespace softcd::demo {
+
+/// A video, encoded by the program ffmpeg as frames are added. All frames are of one size.
+class Video {
+ public:
+  /// Throws std::runtime_error when ffmpeg is not installed.
+  Video(std::string file, int frames_per_second);
+  ~Video();
+  Video(const Video&) = delete;
+  Video& operator=(const Video&) = delete;
+
+  void add(const Image& frame);
+  /// To be called after the last frame. Throws std::runtime_error when ffmpeg has failed; it has said why by itself.
+  void finish();
+
+ private:
+  std::string file_;
+  int frames_per_second_;
+  std::FILE* pipe_ = nullptr;  ///< to ffmpeg, from the first frame on
+};
+
+}  // namespace softcd::demo

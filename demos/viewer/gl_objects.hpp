@@ -1,0 +1,79 @@
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <string>
+#include <vector>
+
+#include "viewer/camera.hpp"
+
+namespace softcd::demo {
+
+/// A linked pair of shaders. All classes here need a current OpenGL 3.3 context for their whole life.
+class GlProgram {
+ public:
+  /// Throws std::runtime_error with the compiler's message.
+  GlProgram(const std::string& vertex_shader, const std::string& fragment_shader);
+  ~GlProgram();
+  GlProgram(const GlProgram&) = delete;
+  GlProgram& operator=(const GlProgram&) = delete;
+
+  void use() const { glUseProgram(id_); }
+  // While in use:
+  void set(const char* name, const Matrix4& value) const;
+  void set(const char* name, Vec3d value) const;
+  void set(const char* name, double value) const;
+  void set(const char* name, int value) const;
+
+ private:
+  GLuint id_;
+};
+
+/// Vertices that are uploaded anew whenever they change.
+class GlMesh {
+ public:
+  struct Attribute {
+    GLint count;
+    GLenum type;  ///< bytes become 0 to 1
+    std::size_t offset;
+  };
+
+  GlMesh(std::size_t stride, const std::vector<Attribute>& attributes);
+  ~GlMesh();
+  GlMesh(const GlMesh&) = delete;
+  GlMesh& operator=(const GlMesh&) = delete;
+
+  template <class Vertex>
+  void upload(const std::vector<Vertex>& vertices) {
+    upload(vertices.data(), vertices.size(), sizeof(Vertex));
+  }
+  void draw(GLenum mode) const;
+
+ private:
+  void upload(const void* vertices, std::size_t count, std::size_t size);
+
+  GLuint array_ = 0;
+  GLuint buffer_ = 0;
+  GLsizei count_ = 0;
+};
+
+/// A square depth texture to draw into, and to compare with afterwards.
+class GlDepthMap {
+ public:
+  explicit GlDepthMap(int size);
+  ~GlDepthMap();
+  GlDepthMap(const GlDepthMap&) = delete;
+  GlDepthMap& operator=(const GlDepthMap&) = delete;
+
+  /// Draws go into the map from here on, cleared, until end_drawing().
+  void begin_drawing() const;
+  void end_drawing() const;
+  void bind() const { glBindTexture(GL_TEXTURE_2D, texture_); }
+
+ private:
+  int size_;
+  GLuint texture_ = 0;
+  GLuint framebuffer_ = 0;
+};
+
+}  // namespace softcd::demo

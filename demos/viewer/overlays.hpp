@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "viewer/detection_grid.hpp"
+#include "viewer/node_drag.hpp"
+#include "viewer/picking.hpp"
+
+namespace softcd::demo {
+
+struct OverlayChoice {
+  bool cells = false;     ///< occupied cells, coloured by their tests
+  bool children = false;  ///< of the picked triangle
+  bool contacts = false;
+  bool picked_cell = false;  ///< the one around the picked triangle's centroid
+};
+
+/// 8 bits each of red, green, blue and opacity, as on the screen.
+using Rgba = std::array<std::uint8_t, 4>;
+
+struct OverlayVertex {
+  Vec3f position;
+  Rgba color;
+};
+
+/// What is drawn over the scene.
+struct OverlayGeometry {
+  std::vector<OverlayVertex> lines;         ///< two each
+  std::vector<OverlayVertex> triangles;     ///< three each; may be translucent
+  std::vector<OverlayVertex> bright_lines;  ///< two each, thicker
+};
+
+/// From the fewest to the most tests, blue to red.
+Rgba color_of_tests(std::uint64_t tests, std::uint64_t most);
+
+void append_cells(const DetectionGrid& grid, OverlayGeometry& out);
+/// The triangle's children; where it has none, the cells that it is registered in.
+void append_triangle(const DetectionGrid& grid, std::uint32_t triangle, OverlayGeometry& out);
+void append_outline(const btSoftBody& body, int face, OverlayGeometry& out);
+void append_picked_cell(const DetectionGrid& grid, const OccupiedCell& cell, OverlayGeometry& out);
+/// A cross at each contact's node and its normal, twice the body's margin long.
+void append_contacts(const std::vector<btSoftBody*>& bodies, OverlayGeometry& out);
+void append_drag(const NodeDrag::Line& line, OverlayGeometry& out);
+
+}  // namespace softcd::demo

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "viewer/overlays.hpp"
+#include "viewer/session.hpp"
+
+namespace softcd::demo {
+
+/// A face of one of the scene's bodies.
+struct SelectedFace {
+  std::size_t body;
+  int face;
+};
+
+/// What the panel shows besides the session, and what it lets the user change.
+struct PanelState {
+  bool is_visible = true;
+  bool is_paused = false;
+  int steps_per_frame = 2;  ///< 120 steps a second: as fast as reality at 60 frames a second
+  OverlayChoice overlays;
+  std::optional<SelectedFace> selected;
+  std::string problem;  ///< why the last change of the detection failed; empty when it did not
+
+  /// On demand, at that simulated time.
+  struct Penetrating {
+    std::size_t vertices;
+    double time;
+  };
+  std::optional<Penetrating> penetrating;
+
+  // Asked for in this frame:
+  bool step_once = false;
+  bool restart = false;
+  bool reset_view = false;
+  std::optional<SceneOptions> go_on_with;
+};
+
+constexpr int kPanelWidth = 340;  ///< pixels, at the left of the window
+
+/// Within a frame of Dear ImGui's. `grid` may be null.
+void draw_panel(const Session& session, const DetectionGrid* grid, PanelState& state);
+
+}  // namespace softcd::demo

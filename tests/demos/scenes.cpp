@@ -1,0 +1,112 @@
+// Every scene, small: it moves, stays in one piece, and nothing passes through anything.
+
+#include "scenes/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <tuple>
+
+namespace softcd::test {
+namespace {
+
+using demo::make_scene;
+using demo::Penetration;
+using demo::Scene;
+using demo::SceneInfo;
+using demo::SceneOptions;
+using demo::World;
+
+constexpr int kSteps = 60;
+constexpr btScalar kFastest = 10;  // twice what gravity gives in that time
+
+const std::map<std::string, int> kSmallSizes = {
+    {"n-body", 8}, {"mixed-sizes-balls", 2}, {"mixed-sizes-cloth", 16}, {"flamenco", 12}, {"folding-cloth", 12}};
+
+SceneOptions small(const SceneInfo& info, World world) {
+  const auto size = kSmallSizes.find(info.name);
+  SceneOptions options;
+  options.world = world;
+  options.size = size == kSmallSizes.end() ? 16 : size->second;
+  options.settings.backend = Backend::cpu;
+  options.settings.detection = Detection::ccd;
+  options.settings.edge_contacts = bullet::EdgeContacts::respond;
+  return options;
+}
+
+struct Motion {
+  btScalar fastest = 0;
+  btVector3 low{SIMD_INFINITY, SIMD_INFINITY, SIMD_INFINITY};
+  btVector3 high = -low;
+  bool is_finite = true;
+};
+
+Motion motion_of(const Scene& scene) {
+  Motion motion;
+  for (const demo::Surface& surface : scene.surfaces()) {
+    for (int i = 0; i < surface.body->m_nodes.size(); ++i) {
+      const btSoftBody::Node& node = surface.body->m_nodes[i];
+      motion.fastest = btMax(motion.fastest, node.m_v.length());
+      motion.low.setMin(node.m_x);
+      motion.high.setMax(node.m_x);
+      motion.is_finite &= std::isfinite(node.m_x.length2()) && std::isfinite(node.m_v.length2());
+    }
+  }
+  return motion;
+}
+
+class Scenes : public testing::TestWithParam<std::tuple<std::size_t, World>> {
+ protected:
+  const SceneInfo& info() const { return demo::scenes()[std::get<0>(GetParam())]; }
+  World world() const { return std::get<1>(GetParam()); }
+};
+INSTANTIATE_TEST_SUITE_P(All, Scenes,
+                         testing::Combine(testing::Range(std::size_t{0}, demo::scenes().size()),
+                                          testing::Values(World::classic, World::deformable)),
+                         [](const auto& parameter) {
+                           std::string name = demo::scenes()[std::get<0>(parameter.param)].name;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name + (std::get<1>(parameter.param) == World::classic ? "_soft" : "_deformable");
+                         });
+
+TEST_P(Scenes, stays_in_one_piece_and_apart) {
+  if (world() == World::deformable && !info().in_deformable_world) {
+    EXPECT_THROW(make_scene(info().name, small(info(), world())), std::invalid_argument);
+    return;
+  }
+  const auto scene = make_scene(info().name, small(info(), world()));
+  EXPECT_EQ(scene->count_penetration().edges, 0U) << "at the start";
+  const Motion start = motion_of(*scene);
+  btScalar fastest = 0;
+  std::size_t contacts = 0;
+  for (int step = 0; step < kSteps; ++step) {
+    scene->step();
+    const Motion motion = motion_of(*scene);
+    ASSERT_TRUE(motion.is_finite) << "step " << step;
+    fastest = btMax(fastest, motion.fastest);
+    contacts += scene->count_contacts();
+  }
+  EXPECT_GT(fastest, 0.1);
+  EXPECT_LT(fastest, kFastest);
+  EXPECT_GT(contacts, 0U);
+  const Motion end = motion_of(*scene);
+  EXPECT_LT((end.high - end.low).length(), 1.5 * (start.high - start.low).length());
+  const Penetration penetration = scene->count_penetration();
+  EXPECT_EQ(penetration.vertices, 0U);
+  EXPECT_EQ(penetration.edges, 0U);
+  std::cout << info().name << ": fastest " << fastest << ", " << contacts << " contacts\n";
+}
+
+TEST(Scenes, tell_wrong_names_and_sizes) {
+  EXPECT_THROW(make_scene("teapot", {}), std::invalid_argument);
+  SceneOptions options;
+  options.size = 3;
+  EXPECT_THROW(make_scene("cloth-on-ball", options), std::invalid_argument);
+  EXPECT_EQ(demo::find_scene("teapot"), nullptr);
+}
+
+}  // namespace
+}  // namespace softcd::test

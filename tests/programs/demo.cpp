@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "mesh_io/mesh_io.hpp"
+#include "run_program.hpp"
+#include "temporary_folder.hpp"
+
+namespace softcd::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+/// PATH, until the object goes.
+class SearchPath {
+ public:
+  explicit SearchPath(const std::string& path) : original_(std::getenv("PATH")) { setenv("PATH", path.c_str(), 1); }
+  SearchPath(const SearchPath&) = delete;
+  SearchPath& operator=(const SearchPath&) = delete;
+  ~SearchPath() { setenv("PATH", original_.c_str(), 1); }
+
+ private:
+  std::string original_;
+};
+
+class Demo : public testing::Test {
+ protected:
+  /// Small, quick and on the CPU.
+  Result run(const std::string& arguments) const {
+    const std::string always = " --backend cpu --steps 8 --picture " + folder_.file("picture.png");
+    return run_program(SOFTCD_DEMO, arguments + always, folder_);
+  }
+
+  void run_well(const std::string& arguments) const {
+    const Result result = run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(result.errors, IsEmpty());
+  }
+
+  bool has(const std::string& name) const { return std::filesystem::exists(folder_.file(name)); }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Demo, lists_scenes_with_sizes_and_pictures) {
+  const Result result = run_program(SOFTCD_DEMO, "--list", folder_);
+  EXPECT_EQ(result.exit_code, 0);
+  for (const char* name : {"cloth-on-ball", "funnel", "flamenco", "n-body", "mixed-sizes-cloth", "mixed-sizes-balls"}) {
+    EXPECT_THAT(result.output, HasSubstr(fmt::format("picture docs/pictures/{}.png", name)));
+  }
+  EXPECT_THAT(result.output, HasSubstr("default size 60 nodes a side = 13924 triangles"));
+  EXPECT_THAT(result.output, HasSubstr("--size paper 455 balls = 145936 triangles"));
+}
+
+TEST_F(Demo, runs_in_both_worlds) {
+  for (const std::string world : {"soft", "deformable"}) {
+    run_well("two-cloths --size 12 --world " + world + " --json " + folder_.file("json"));
+    const auto json = nlohmann::json::parse(folder_.read("json"));
+    EXPECT_EQ(json.at("world"), world);
+    EXPECT_EQ(json.at("triangles"), 484);
+    EXPECT_EQ(json.at("most_penetrating_vertices"), 0);
+    EXPECT_EQ(json.at("most_intersecting_edges"), 0);
+    EXPECT_GT(json.at("contacts_seconds"), 0);
+    EXPECT_GT(json.at("crossings_seconds"), 0);
+    EXPECT_LT(json.at("contacts_seconds").get<double>() + json.at("crossings_seconds").get<double>(),
+              json.at("total_seconds").get<double>());
+    EXPECT_THAT(folder_.read("output"), HasSubstr("softcd: preventing what would pass through"));
+  }
+  EXPECT_TRUE(has("picture.png"));
+}
+
+TEST_F(Demo, does_not_attribute_bullets_own_time_to_softcd) {
+  run_well("two-cloths --size 12 --collision bullet --json " + folder_.file("json"));
+  EXPECT_THAT(folder_.read("output"), Not(HasSubstr("softcd:")));
+  EXPECT_EQ(nlohmann::json::parse(folder_.read("json")).at("rows")[0].count("detection_ms"), 0U);
+}
+
+TEST_F(Demo, exports_meshes_that_can_be_read_back) {
+  run_well("two-cloths --size 12 --export " + folder_.file("meshes"));
+  const demo::Mesh first = demo::read_mesh(folder_.file("meshes/frame-0000.ply"));
+  const demo::Mesh second = demo::read_mesh(folder_.file("meshes/frame-0001.ply"));
+  EXPECT_FALSE(has("meshes/frame-0002.ply"));
+  EXPECT_EQ(first.positions.size(), 2 * 144U);
+  EXPECT_EQ(first.triangles.size(), 484U);
+  EXPECT_NO_THROW(demo::require_same_topology(first, "first", second, "second"));
+  // The lower cloth is held at its first corner, (-3, 3, -3); the upper one falls.
+  EXPECT_EQ(first.positions[0].x, -3);
+  EXPECT_EQ(first.positions[0].y, 3);
+  EXPECT_EQ(second.positions[0].y, 3);
+  EXPECT_LT(second.positions[144 + 6 * 12 + 6].y, first.positions[144 + 6 * 12 + 6].y);
+}
+
+TEST_F(Demo, numbers_frames_as_the_pattern_says) {
+  run_well("two-cloths --size 12 --frame-steps 8 --export " + folder_.file("new/cloth-##.ply") + " --record " +
+           folder_.file("pictures"));
+  EXPECT_TRUE(has("new/cloth-00.ply"));
+  EXPECT_FALSE(has("new/cloth-01.ply"));
+  EXPECT_TRUE(has("pictures/frame-0000.png"));
+}
+
+// In place of ffmpeg, a script that keeps what it is given.
+TEST_F(Demo, hands_frames_to_ffmpeg) {
+  folder_.write("ffmpeg", "#!/bin/sh\necho \"$@\" >\"" + folder_.file("arguments") + "\"\ncat >\"" +
+                              folder_.file("frames") + "\"\n");
+  std::filesystem::permissions(folder_.file("ffmpeg"), std::filesystem::perms::owner_all);
+  const SearchPath path(folder_.file("") + ":" + std::getenv("PATH"));
+  run_well("two-cloths --size 12 --record \"" + folder_.file("it's.mp4") + "\"");
+  EXPECT_THAT(folder_.read("arguments"), HasSubstr("-video_size 1280x800 -framerate 30"));
+  EXPECT_THAT(folder_.read("arguments"), HasSubstr("file:" + folder_.file("it's.mp4")));
+  EXPECT_EQ(folder_.read("frames").size(), 2U * 1280 * 800 * 3);
+
+  folder_.write("ffmpeg", "#!/bin/sh\nexit 3\n");
+  const Result result = run("two-cloths --size 12 --record " + folder_.file("video.mp4"));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("ffmpeg"));
+}
+
+TEST_F(Demo, says_that_ffmpeg_is_missing) {
+  const SearchPath path(folder_.file(""));
+  const Result result = run("two-cloths --size 12 --record " + folder_.file("video.mp4"));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("ffmpeg, which is not installed"));
+  EXPECT_THAT(result.output, IsEmpty());
+}
+
+TEST_F(Demo, refuses_command_lines) {
+  const auto expect_refused = [this](const std::string& arguments, const std::string& problem) {
+    test::expect_refused(SOFTCD_DEMO, arguments, folder_, problem);
+  };
+  expect_refused("teapot", "there is no scene 'teapot'; see --list");
+  expect_refused("two-cloths --world rigid", "'rigid' is not one of soft, deformable");
+  expect_refused("mixed-sizes-balls --world deformable", "mixed-sizes-balls runs in Bullet's classic soft world only");
+  expect_refused("two-cloths --size 7", "'7' is neither 'paper' nor a number of nodes a side from 8 to");
+  expect_refused("two-cloths --size large", "'large' is neither 'paper' nor a number");
+  expect_refused("two-cloths --size paper", "two-cloths is not in the paper");
+  expect_refused("two-cloths --edges report", "'report' is not one of off, respond");
+  expect_refused("two-cloths --frame-steps 0", "--frame-steps");
+}
+
+}  // namespace
+}  // namespace softcd::test

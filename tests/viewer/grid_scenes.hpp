@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "scene.hpp"
+#include "viewer/detection_grid.hpp"
+
+namespace softcd::demo {
+
+inline PipelineOptions on_cpu(Detection detection) {
+  PipelineOptions options;
+  options.backend = Backend::cpu;
+  options.detection = detection;
+  return options;
+}
+
+/// Refers to the scene.
+inline std::vector<GridBody> grid_bodies(const test::Scene& scene) {
+  std::vector<GridBody> bodies;
+  for (const test::SceneBody& body : scene) {
+    const auto vertex_count = static_cast<std::uint32_t>(body.x_t1.size());
+    bodies.push_back({{body.triangles, vertex_count, body.settings}, body.x_t0, body.x_t1});
+  }
+  return bodies;
+}
+
+/// Most triangles are small, a few a hundred times larger: those are split.
+inline test::Scene uneven_soup() {
+  test::SoupOptions soup;
+  soup.triangle_count = 2000;
+  soup.largest = 4;
+  soup.size_ratio = 200;
+  const test::Mesh a = test::triangle_soup(soup);
+  soup.seed = 2;
+  const test::Mesh b = test::triangle_soup(soup);
+  return {test::moving(a, test::jittered(a.positions, 0.1, 1), test::everything(0.01F)),
+          test::still(b, test::everything(0.01F))};
+}
+
+}  // namespace softcd::demo

@@ -1,0 +1,71 @@
+#include "viewer/overlays.hpp"
+
+#include <gtest/gtest.h>
+
+#include "grid_scenes.hpp"
+#include "viewer/session.hpp"
+
+namespace softcd::demo {
+namespace {
+
+constexpr std::size_t kEdgesOfABox = 12;
+
+Session touching_cloths() {
+  SceneOptions options;
+  options.size = 12;
+  options.settings.backend = Backend::cpu;
+  Session session("two-cloths", options);
+  for (int i = 0; i < 60; ++i) session.step();
+  return session;
+}
+
+TEST(Overlays, ColoursGoFromBlueToRed) {
+  const Rgba least = color_of_tests(0, 100);
+  const Rgba most = color_of_tests(100, 100);
+  EXPECT_GT(least[2], least[0]);
+  EXPECT_GT(most[0], most[2]);
+  EXPECT_EQ(color_of_tests(0, 0), least);
+}
+
+TEST(Overlays, DrawABoxForEachCell) {
+  const Session session = touching_cloths();
+  const auto grid = session.make_grid();
+  OverlayGeometry geometry;
+  append_cells(*grid, geometry);
+  EXPECT_EQ(geometry.lines.size(), grid->cells().size() * kEdgesOfABox * 2);
+  EXPECT_EQ(geometry.triangles.size() % 36, 0U);
+  EXPECT_GT(geometry.triangles.size(), 0U);
+  EXPECT_LT(geometry.triangles.size() / 36, grid->cells().size()) << "cells without tests have edges only";
+}
+
+TEST(Overlays, DrawALineForEachContact) {
+  const Session session = touching_cloths();
+  OverlayGeometry geometry;
+  append_contacts(session.bodies(), geometry);
+  EXPECT_GT(session.scene().count_contacts(), 0U);
+  EXPECT_EQ(geometry.bright_lines.size(), session.scene().count_contacts() * 3 * 2);
+}
+
+TEST(Overlays, DrawTheCellsOfAWholeTriangle) {
+  const Session session = touching_cloths();
+  const auto grid = session.make_grid();
+  const std::uint32_t triangle = grid->first_triangle(1) + 100;
+  OverlayGeometry geometry;
+  append_triangle(*grid, triangle, geometry);
+  EXPECT_EQ(geometry.lines.size(), grid->cells_of(triangle).size() * kEdgesOfABox * 2);
+  EXPECT_GT(geometry.lines.size(), 0U);
+}
+
+TEST(Overlays, DrawTheChildrenOfASplitTriangle) {
+  const test::Scene scene = uneven_soup();
+  const DetectionGrid grid(grid_bodies(scene), on_cpu(Detection::ccd));
+  std::uint32_t triangle = 0;
+  while (grid.children_of(triangle).empty()) ++triangle;
+  OverlayGeometry geometry;
+  append_triangle(grid, triangle, geometry);
+  EXPECT_EQ(geometry.lines.size(), grid.children_of(triangle).size() * 3 * 2);
+  EXPECT_TRUE(geometry.triangles.empty());
+}
+
+}  // namespace
+}  // namespace softcd::demo
