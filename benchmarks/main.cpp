@@ -8,6 +8,7 @@
 #endif
 #include "detector.hpp"
 #include "mesh_io/mesh_io.hpp"
+#include "trade.hpp"
 
 namespace {
 
@@ -38,6 +39,8 @@ int main(int argc, char** argv) {
     SimulatedScenesOptions simulated_scenes;
     add_simulated_scenes(app, simulated_scenes);
 #endif
+    TradeOptions trade;
+    add_trade(app, trade);
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <stdexcept>
 
@@ -37,6 +38,24 @@ std::string Table::text() const {
     text += "|\n";
   }
   return text;
+}
+
+std::string csv_of(const nlohmann::ordered_json& rows) {
+  std::string text;
+  for (const auto& [key, value] : rows.at(0).items()) text += (text.empty() ? "" : ",") + key;
+  for (const auto& row : rows) {
+    text += "\n";
+    const char* separator = "";
+    for (const auto& [key, value] : row.items()) {
+      text += separator;
+      separator = ",";
+      const bool is_absent = value.is_null() || (value.is_number_float() && !std::isfinite(value.get<double>()));
+      if (is_absent) continue;
+      const std::string field = value.is_string() ? value.get<std::string>() : value.dump();
+      text += field.find(',') == std::string::npos ? field : '"' + field + '"';
+    }
+  }
+  return text + "\n";
 }
 
 void write_file(const std::string& file, const std::string& content) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
   std::size_t text_columns_;
 };
+
+/// Flat objects with the same keys as comma-separated values under a line of those keys; null becomes empty. Text has
+/// no quotation marks.
+std::string csv_of(const nlohmann::ordered_json& rows);
 
 /// Throws std::runtime_error when that fails.
 void write_file(const std::string& file, const std::string& content);

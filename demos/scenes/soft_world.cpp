@@ -62,11 +62,11 @@ void SoftWorld::stop_soft_contacts() {
   }
 }
 
-void SoftWorld::step() {
+void SoftWorld::step(btScalar seconds) {
   if (classic_ != nullptr) {
-    classic_->step(time_step());
+    classic_->step(seconds);
   } else {
-    deformable_->step(time_step());
+    deformable_->step(seconds);
   }
 }
 

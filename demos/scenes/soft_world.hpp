@@ -27,8 +27,9 @@ class SoftWorld {
   void add_static(std::unique_ptr<btCollisionShape> shape, const btVector3& center);
   /// From now on no body asks for contacts with soft bodies.
   void stop_soft_contacts();
-  /// By time_step() seconds.
-  void step();
+  void step() { step(time_step()); }
+  void step(btScalar seconds);
+  /// With which all scenes are stable, seconds.
   btScalar time_step() const;
 
   const std::vector<btSoftBody*>& bodies() const { return bodies_; }

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdio>
 
-#include "random.hpp"  // before Bullet's headers, which declare a global `seed`
+#include "random.hpp"
 
 #include "BulletSoftBody/btSoftBodyInternals.h"
 #include "exact_ccd.hpp"

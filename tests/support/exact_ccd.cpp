@@ -5,6 +5,7 @@
 #include <boost/multiprecision/gmp.hpp>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -109,6 +110,17 @@ struct Dyadic {
 
   Dyadic left_half() const { return {2 * m, k + 1}; }
   Dyadic right_half() const { return {2 * m + 1, k + 1}; }
+
+  /// Its ends, or the left one twice, rounded outward.
+  TimeBracket bracket(bool is_left_end) const {
+    constexpr unsigned kDoubleBits = 53;
+    const unsigned excess = k > kDoubleBits ? k - kDoubleBits : 0;
+    const auto to_double = [&](const Integer& integer) {
+      return std::ldexp(integer.convert_to<double>(), -static_cast<int>(k - excess));
+    };
+    const Integer end = is_left_end ? m : m + 1;
+    return {to_double(m >> excess), to_double(-(-end >> excess))};
+  }
 };
 
 /// Sign at the interval's left end.
@@ -172,6 +184,12 @@ struct Root {
     }
   }
 
+  TimeBracket bracket() {
+    constexpr unsigned kTimeBits = 42;
+    while (!is_left_end && interval.k < kTimeBits) refine();
+    return interval.bracket(is_left_end);
+  }
+
   int sign_of(const Polynomial& q) {
     constexpr int kRefinementsBeforeDivisor = 16;
     if (q.empty()) return 0;
@@ -188,6 +206,12 @@ struct Root {
   }
 };
 
+template <class Condition>
+std::optional<Root> first_where(std::vector<Root> times, const Condition& condition) {
+  const auto found = std::find_if(times.begin(), times.end(), condition);
+  return found == times.end() ? std::nullopt : std::optional<Root>(*found);
+}
+
 Root time_zero() {
   return {{}, {}, true};
 }
@@ -202,7 +226,7 @@ void isolate_inside(const Polynomial& p, const Dyadic& interval, std::vector<Roo
   isolate_inside(p, right, roots);
 }
 
-/// All roots in [0, 1] of a polynomial that is not 0.
+/// All roots in [0, 1] of a polynomial that is not 0, in ascending order.
 std::vector<Root> roots_of(const Polynomial& p) {
   std::vector<Root> roots;
   for (const int end : {0, 1}) {
@@ -211,6 +235,11 @@ std::vector<Root> roots_of(const Polynomial& p) {
   }
   const bool may_repeat = signs_over(p, {}).variations > 1;
   isolate_inside(may_repeat ? without_repeated_roots(p) : p, {}, roots);
+  std::sort(roots.begin(), roots.end(), [](const Root& a, const Root& b) {
+    const Integer left = a.interval.m << b.interval.k;
+    const Integer right = b.interval.m << a.interval.k;
+    return left != right ? left < right : a.is_left_end && !b.is_left_end;
+  });
   return roots;
 }
 
@@ -248,16 +277,15 @@ struct PointSegment {
 
   bool touches_at(Root& time) const { return is_zero_at(cross(p, d), time) && time.sign_of(excess()) <= 0; }
 
-  bool touches() const {
+  std::optional<Root> first_contact() const {
     const Moving collinearity = cross(p, d);
     if (is_zero(collinearity)) {
       Root start = time_zero();
-      return start.sign_of(excess()) <= 0 || !roots_of(excess()).empty();
+      return start.sign_of(excess()) <= 0 ? start : first_where(roots_of(excess()), [](Root&) { return true; });
     }
     Polynomial common;
     for (const Polynomial& component : collinearity) common = greatest_common_divisor(common, component);
-    std::vector<Root> times = roots_of(common);
-    return std::any_of(times.begin(), times.end(), [&](Root& time) { return time.sign_of(excess()) <= 0; });
+    return first_where(roots_of(common), [&](Root& time) { return time.sign_of(excess()) <= 0; });
   }
 };
 
@@ -282,16 +310,24 @@ struct MovingPair {
                         : time.sign_of(x) >= 0 && time.sign_of(whole - x - y) >= 0;
   }
 
-  /// Coplanar all along, features that do not touch at t = 0 meet first where a point meets a segment.
-  bool touches() const {
+  /// The earliest of these times is the first contact. Coplanar all along, features that do not touch at t = 0 meet
+  /// first where a point meets a segment.
+  std::vector<Root> first_contacts() const {
+    std::vector<Root> times;
+    const auto add = [&](const std::optional<Root>& time) {
+      if (time) times.push_back(*time);
+    };
+    const auto touches = [this](Root& time) { return touches_at(time); };
     const Polynomial volume = dot(a, cross(b, c));
-    if (volume.empty()) {
-      Root start = time_zero();
-      return touches_at(start) ||
-             std::any_of(boundary.begin(), boundary.end(), [](const PointSegment& side) { return side.touches(); });
+    if (!volume.empty()) {
+      add(first_where(roots_of(volume), touches));
+      return times;
     }
-    std::vector<Root> times = roots_of(volume);
-    return std::any_of(times.begin(), times.end(), [&](Root& time) { return touches_at(time); });
+    add(first_where({time_zero()}, touches));
+    if (times.empty()) {
+      for (const PointSegment& side : boundary) add(side.first_contact());
+    }
+    return times;
   }
 };
 
@@ -306,22 +342,22 @@ Moving motion_of(const Coordinates& rows, std::size_t point) {
   return motion;
 }
 
-bool vertex_triangle_touches(const Coordinates& rows) {
+MovingPair moving_vertex_triangle(const Coordinates& rows) {
   const Moving f0 = motion_of(rows, 1);
   const Moving a = motion_of(rows, 0) - f0;
   const Moving b = motion_of(rows, 2) - f0;
   const Moving c = motion_of(rows, 3) - f0;
-  return MovingPair{a, b, c, {{a, b}, {a, c}, {a - b, c - b}}, false}.touches();
+  return {a, b, c, {{a, b}, {a, c}, {a - b, c - b}}, false};
 }
 
-bool edge_edge_touches(const Coordinates& rows) {
+MovingPair moving_edge_edge(const Coordinates& rows) {
   const Moving e0 = motion_of(rows, 0);
   const Moving g0 = motion_of(rows, 2);
   const Moving a = e0 - g0;
   const Moving b = motion_of(rows, 1) - e0;
   const Moving c = motion_of(rows, 3) - g0;
   const Moving back = g0 - e0;
-  return MovingPair{a, b, c, {{a, c}, {a + b, c}, {back, b}, {back + c, b}}, true}.touches();
+  return {a, b, c, {{a, c}, {a + b, c}, {back, b}, {back + c, b}}, true};
 }
 
 Coordinates to_integers(std::span<const Vec3d, 8> rows) {
@@ -360,6 +396,66 @@ Coordinates to_integers(std::span<const Fraction, 24> coordinates) {
   return integers;
 }
 
+std::optional<TimeBracket> earliest(std::vector<Root> times) {
+  if (times.empty()) return std::nullopt;
+  TimeBracket first{1.0, 1.0};
+  for (Root& time : times) {
+    const TimeBracket bracket = time.bracket();
+    first = {std::min(first.lo, bracket.lo), std::min(first.hi, bracket.hi)};
+  }
+  return first;
+}
+
+/// The boxes of the sides' ways, of which side a's are the first `side_a` rows of each four, have a gap.
+bool boxes_are_disjoint(std::span<const Vec3d, 8> rows, std::size_t side_a) {
+  for (int axis = 0; axis < 3; ++axis) {
+    double low[2] = {INFINITY, INFINITY};
+    double high[2] = {-INFINITY, -INFINITY};
+    for (std::size_t row = 0; row < 8; ++row) {
+      const std::size_t side = row % 4 < side_a ? 0 : 1;
+      low[side] = std::min(low[side], rows[row][axis]);
+      high[side] = std::max(high[side], rows[row][axis]);
+    }
+    if (high[0] < low[1] || high[1] < low[0]) return true;
+  }
+  return false;
+}
+
+using Long = Vec3<long double>;
+static_assert(std::numeric_limits<long double>::max_exponent >= 16384,
+              "products of three coordinates neither overflow"
+              " nor underflow");
+
+/// Never coplanar: the Bernstein coefficients of the volume's cubic have one sign. Each is a mean of up to 18 products
+/// of three differences, none of them above A B C, and off by at most 3 roundings of the differences, 2 of the products
+/// and 19 of sums and mean, each of relative size epsilon / 2 of 6 A B C: 72 epsilon A B C.
+bool is_never_coplanar(std::span<const Vec3d, 8> rows, std::size_t side_a) {
+  const auto vector = [&](std::size_t from, std::size_t to) {
+    return vec3_cast<long double>(rows[to]) - vec3_cast<long double>(rows[from]);
+  };
+  const auto size_of = [](const Long& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
+  Long a[2], b[2], c[2];
+  for (const std::size_t end : {0, 1}) {
+    const std::size_t first = 4 * end;
+    const bool is_edge_edge = side_a == 2;
+    a[end] = vector(is_edge_edge ? first + 2 : first + 1, first);
+    b[end] = is_edge_edge ? vector(first, first + 1) : vector(first + 1, first + 2);
+    c[end] = is_edge_edge ? vector(first + 2, first + 3) : vector(first + 1, first + 3);
+  }
+  const auto volume = [&](int i, int j, int k) { return softcd::dot(a[i], softcd::cross(b[j], c[k])); };
+  const long double coefficients[4] = {volume(0, 0, 0), (volume(1, 0, 0) + volume(0, 1, 0) + volume(0, 0, 1)) / 3,
+                                       (volume(0, 1, 1) + volume(1, 0, 1) + volume(1, 1, 0)) / 3, volume(1, 1, 1)};
+  const auto largest = [&](const Long(&v)[2]) { return std::max(size_of(v[0]), size_of(v[1])); };
+  const long double error = 100 * std::numeric_limits<long double>::epsilon() * largest(a) * largest(b) * largest(c);
+  const auto [lowest, highest] = std::minmax_element(std::begin(coefficients), std::end(coefficients));
+  return *lowest > error || *highest < -error;
+}
+
+/// What floating point can tell; most pairs that do not touch.
+bool surely_apart(std::span<const Vec3d, 8> rows, std::size_t side_a) {
+  return boxes_are_disjoint(rows, side_a) || is_never_coplanar(rows, side_a);
+}
+
 using Exact = Vec3<Rational>;
 
 Exact to_exact(Vec3d p) {
@@ -395,19 +491,29 @@ double smallest(std::initializer_list<Rational> sides, const std::optional<Ratio
 }  // namespace
 
 bool collides_vertex_triangle(std::span<const Vec3d, 8> rows) {
-  return vertex_triangle_touches(to_integers(rows));
+  return !surely_apart(rows, 1) && !moving_vertex_triangle(to_integers(rows)).first_contacts().empty();
 }
 
 bool collides_edge_edge(std::span<const Vec3d, 8> rows) {
-  return edge_edge_touches(to_integers(rows));
+  return !surely_apart(rows, 2) && !moving_edge_edge(to_integers(rows)).first_contacts().empty();
+}
+
+std::optional<TimeBracket> first_contact_vertex_triangle(std::span<const Vec3d, 8> rows) {
+  if (surely_apart(rows, 1)) return std::nullopt;
+  return earliest(moving_vertex_triangle(to_integers(rows)).first_contacts());
+}
+
+std::optional<TimeBracket> first_contact_edge_edge(std::span<const Vec3d, 8> rows) {
+  if (surely_apart(rows, 2)) return std::nullopt;
+  return earliest(moving_edge_edge(to_integers(rows)).first_contacts());
 }
 
 bool collides_vertex_triangle(std::span<const Fraction, 24> coordinates) {
-  return vertex_triangle_touches(to_integers(coordinates));
+  return !moving_vertex_triangle(to_integers(coordinates)).first_contacts().empty();
 }
 
 bool collides_edge_edge(std::span<const Fraction, 24> coordinates) {
-  return edge_edge_touches(to_integers(coordinates));
+  return !moving_edge_edge(to_integers(coordinates)).first_contacts().empty();
 }
 
 double squared_distance_vertex_triangle(std::span<const Vec3d, 4> rows) {

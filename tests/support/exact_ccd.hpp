@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -14,6 +15,15 @@ bool collides_vertex_triangle(std::span<const Vec3d, 8> rows);
 
 /// Rows e0, e1, g0, g1 at t = 0, then at t = 1.
 bool collides_edge_edge(std::span<const Vec3d, 8> rows);
+
+/// lo <= t <= hi of a time in [0, 1].
+struct TimeBracket {
+  double lo, hi;
+};
+
+/// When the features first touch, to 2^-42; none when they do not. Rows as above.
+std::optional<TimeBracket> first_contact_vertex_triangle(std::span<const Vec3d, 8> rows);
+std::optional<TimeBracket> first_contact_edge_edge(std::span<const Vec3d, 8> rows);
 
 /// A rational number in decimal figures.
 struct Fraction {

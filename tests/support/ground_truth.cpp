@@ -15,15 +15,26 @@ namespace fs = std::filesystem;
 
 /// Frames and the number that the verdicts' files carry.
 struct StepFiles {
-  std::string frame_t0;
-  std::string frame_t1;
+  fs::path frame_t0;
+  fs::path frame_t1;
   std::string number;
 };
 
-StepFiles files_of(const std::string& step) {
-  if (step == "cloth-ball") return {"cloth_ball92.ply", "cloth_ball93.ply", "92"};
-  if (step == "armadillo-rollers") return {"326.ply", "327.ply", "326"};
-  throw std::runtime_error("no such step: " + step);
+/// The two files in frames/, in the order of their numbers, and N of boxes/Nvf.json.
+StepFiles files_of(const fs::path& folder) {
+  std::vector<fs::path> frames;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "frames")) frames.push_back(entry.path());
+  if (frames.size() != 2) throw std::runtime_error("not two frames in " + (folder / "frames").string());
+  std::sort(frames.begin(), frames.end(), [](const fs::path& a, const fs::path& b) {
+    const std::string p = a.filename().string(), q = b.filename().string();
+    return std::pair(p.size(), p) < std::pair(q.size(), q);
+  });
+  const std::string ending = "vf.json";
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "boxes")) {
+    const std::string name = entry.path().filename().string();
+    if (name.ends_with(ending)) return {frames[0], frames[1], name.substr(0, name.size() - ending.size())};
+  }
+  throw std::runtime_error("no " + ending + " in " + (folder / "boxes").string());
 }
 
 nlohmann::json read_json(const fs::path& path) {
@@ -59,10 +70,10 @@ std::vector<FeaturePair> GroundTruth::colliding() const {
 }
 
 GroundTruth read_ground_truth(const fs::path& ccd_steps, const std::string& step) {
-  const StepFiles files = files_of(step);
   const fs::path folder = ccd_steps / step;
-  const demo::Mesh start = demo::read_mesh(folder / "frames" / files.frame_t0);
-  const demo::Mesh end = demo::read_mesh(folder / "frames" / files.frame_t1);
+  const StepFiles files = files_of(folder);
+  const demo::Mesh start = demo::read_mesh(files.frame_t0);
+  const demo::Mesh end = demo::read_mesh(files.frame_t1);
   GroundTruth truth;
   truth.scene.push_back({start.triangles, start.positions, end.positions, everything()});
 

@@ -20,7 +20,8 @@ struct GroundTruth {
   std::vector<FeaturePair> colliding() const;  ///< sorted
 };
 
-/// `step` is cloth-ball or armadillo-rollers. Throws std::runtime_error when a file is not as expected.
+/// `step` is the name of a folder with two frames, as cloth-ball and armadillo-rollers. Throws std::runtime_error when
+/// a file is not as expected.
 GroundTruth read_ground_truth(const std::filesystem::path& ccd_steps, const std::string& step);
 
 /// Every coordinate rounded to float32: what a detector with float coordinates sees.

@@ -11,7 +11,7 @@ namespace softcd::test {
 /// SplitMix64, Steele, Lea, Flood 2014.
 class Random {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
+  explicit Random(std::uint64_t start) : state_(start) {}
 
   std::uint64_t bits() {
     state_ += 0x9E3779B97F4A7C15u;

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <string>
 
 #include "queries.hpp"
 
@@ -112,6 +114,77 @@ TEST(ExactCcd, TheVerdictDoesNotDependOnTheOrderOfTheCorners) {
       const Rows& s = ee.rows;
       ASSERT_EQ(collides(ee), collides_edge_edge(Rows{s[3], s[2], s[0], s[1], s[7], s[6], s[4], s[5]}))
           << to_string(ee);
+    }
+  }
+}
+
+/// Narrow, and around `time`.
+void expect_at(const std::optional<TimeBracket>& bracket, double time) {
+  ASSERT_TRUE(bracket);
+  EXPECT_LE(bracket->lo, time);
+  EXPECT_GE(bracket->hi, time);
+  EXPECT_LE(bracket->hi - bracket->lo, 0x1p-42);
+}
+
+TEST(ExactCcd, TheFirstContactIsBracketed) {
+  Rows rows = falling_at(0.25, 0.25);
+  expect_at(first_contact_vertex_triangle(rows), 0.5);
+  rows[4].z = -2.0;
+  expect_at(first_contact_vertex_triangle(rows), 1.0 / 3.0);
+  rows[4].z = 0.0;
+  expect_at(first_contact_vertex_triangle(rows), 1.0);
+  rows[0].z = 0.0;
+  rows[4].z = 1.0;
+  expect_at(first_contact_vertex_triangle(rows), 0.0);
+  rows[0].z = 0x1p-60;
+  EXPECT_FALSE(first_contact_vertex_triangle(rows));
+}
+
+TEST(ExactCcd, TheFirstOfSeveralContactsIsBracketed) {
+  // In one plane: the vertex reaches the edges x = 0 and x + y = 1 of a triangle at 1/3 and 7/12.
+  Rows planar = falling_at(0.0, 0.0);
+  planar[0] = {-1.0, 0.25, 0.0};
+  planar[4] = {2.0, 0.25, 0.0};
+  expect_at(first_contact_vertex_triangle(planar), 1.0 / 3.0);
+  std::swap(planar[0], planar[4]);
+  expect_at(first_contact_vertex_triangle(planar), 5.0 / 12.0);
+}
+
+TEST(ExactCcd, BracketsAgreeWithVerdictsAndDistances) {
+  for (std::uint32_t family = 0; family < kFamilies; ++family) {
+    Random random(family + 77);
+    for (int i = 0; i < 300; ++i) {
+      const Query query = make_query(random, i % 2 == 0 ? ContactKind::vertex_triangle : ContactKind::edge_edge,
+                                     static_cast<Family>(family), i % 4 < 2);
+      const std::optional<TimeBracket> bracket = first_contact(query);
+      ASSERT_EQ(bracket.has_value(), collides(query)) << to_string(query);
+      if (!bracket) continue;
+      ASSERT_LE(bracket->hi - bracket->lo, 0x1p-42);
+      ASSERT_LT(squared_distance(query.kind, rows_at(query.rows, bracket->lo)), 1e-22) << to_string(query);
+    }
+  }
+}
+
+/// Verdicts for fractions do without the filter in floating point that those for doubles start with.
+TEST(ExactCcd, TheFilterAgreesWithRationals) {
+  constexpr double kUnit = 0x1p-20;
+  for (std::uint32_t family = 0; family < kFamilies; ++family) {
+    Random random(family + 51);
+    for (int i = 0; i < 400; ++i) {
+      Query query = make_query(random, i % 2 == 0 ? ContactKind::vertex_triangle : ContactKind::edge_edge,
+                               static_cast<Family>(family), true);
+      std::array<Fraction, 24> fractions;
+      for (std::size_t row = 0; row < 8; ++row) {
+        std::array<long long, 3> units;
+        for (int axis = 0; axis < 3; ++axis) units[axis] = std::llround(query.rows[row][axis] / kUnit);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          fractions[3 * row + axis] = {std::to_string(units[axis]), std::to_string(std::llround(1.0 / kUnit))};
+        }
+        query.rows[row] = {kUnit * double(units[0]), kUnit * double(units[1]), kUnit * double(units[2])};
+      }
+      const bool verdict = query.kind == ContactKind::vertex_triangle ? collides_vertex_triangle(fractions)
+                                                                      : collides_edge_edge(fractions);
+      ASSERT_EQ(collides(query), verdict) << to_string(query);
     }
   }
 }

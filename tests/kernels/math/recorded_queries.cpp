@@ -1,19 +1,15 @@
 #include <gtest/gtest.h>
 
-#include <array>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "exact_ccd.hpp"
 #include "ground_truth.hpp"
 #include "queries.hpp"
+#include "recorded_queries.hpp"
 #include "scene_geometry.hpp"
 
 // Queries that simulations met, with exact verdicts by others. Skipped where the data is not.
@@ -21,63 +17,6 @@ namespace softcd::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct RecordedQuery {
-  ContactKind kind;
-  std::array<Fraction, 24> coordinates;
-  bool collides;
-};
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> fields;
-  std::istringstream stream(line);
-  for (std::string field; std::getline(stream, field, ',');) {
-    field.erase(0, field.find_first_not_of(' '));
-    field.erase(field.find_last_not_of(" \r") + 1);
-    fields.push_back(field);
-  }
-  return fields;
-}
-
-std::vector<RecordedQuery> read_queries(const fs::path& path, ContactKind kind) {
-  std::ifstream file(path);
-  std::vector<RecordedQuery> queries;
-  std::size_t row = 0;
-  for (std::string line; std::getline(file, line); ++row) {
-    const std::vector<std::string> fields = split(line);
-    if (fields.size() != 7) throw std::runtime_error("not 7 columns in " + path.string());
-    if (row % 8 == 0) queries.push_back({kind, {}, fields[6] == "1"});
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      queries.back().coordinates[3 * (row % 8) + axis] = {fields[2 * axis], fields[2 * axis + 1]};
-    }
-  }
-  return queries;
-}
-
-std::vector<RecordedQuery> read_all_queries(const fs::path& folder) {
-  std::vector<RecordedQuery> all;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.path().extension() != ".csv") continue;
-    const bool is_edge_edge = entry.path().parent_path().filename() == "edge-edge";
-    const std::vector<RecordedQuery> queries =
-        read_queries(entry.path(), is_edge_edge ? ContactKind::edge_edge : ContactKind::vertex_triangle);
-    all.insert(all.end(), queries.begin(), queries.end());
-  }
-  return all;
-}
-
-Query to_double(const RecordedQuery& recorded) {
-  Query query{recorded.kind, {}};
-  for (std::size_t row = 0; row < 8; ++row) {
-    std::array<double, 3> p;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Fraction& fraction = recorded.coordinates[3 * row + axis];
-      p[axis] = std::stod(fraction.numerator) / std::stod(fraction.denominator);
-    }
-    query.rows[row] = {p[0], p[1], p[2]};
-  }
-  return query;
-}
 
 struct Tally {
   std::size_t queries = 0;
@@ -122,7 +61,7 @@ void print(const std::string& what, const Tally& tally) {
 TEST(RecordedQueries, TheOracleAgreesWithTheRecordedVerdicts) {
   const fs::path folder = data_folder("ccd-queries");
   if (folder.empty()) GTEST_SKIP() << "the recorded queries are not there; see SOFTCD_DATA_DIR";
-  const std::vector<RecordedQuery> queries = read_all_queries(folder);
+  const std::vector<RecordedQuery> queries = read_recorded_queries(folder);
   ASSERT_FALSE(queries.empty());
   for (const RecordedQuery& query : queries) {
     const bool verdict = query.kind == ContactKind::vertex_triangle ? collides_vertex_triangle(query.coordinates)
@@ -137,7 +76,7 @@ TEST(RecordedQueries, PreciseMissesNone) {
   std::vector<Query> queries;
   std::vector<bool> verdicts;
   std::size_t changed = 0;
-  for (const RecordedQuery& recorded : read_all_queries(folder)) {
+  for (const RecordedQuery& recorded : read_recorded_queries(folder)) {
     queries.push_back(to_double(recorded));
     verdicts.push_back(collides(queries.back()));
     changed += verdicts.back() != recorded.collides ? 1 : 0;

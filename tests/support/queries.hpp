@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "exact_ccd.hpp"
 #include "random.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/math/time_of_impact.hpp"
@@ -43,6 +45,8 @@ Query make_query(Random& random, ContactKind kind, Family family, bool is_single
 Rows scaled(const Rows& rows, double factor);
 
 bool collides(const Query& query);
+/// When the features first touch, exactly, as a bracket; none when they do not.
+std::optional<TimeBracket> first_contact(const Query& query);
 
 template <class T>
 Impact<T> impact_of(const Query& query, T margin) {

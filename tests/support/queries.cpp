@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "exact_ccd.hpp"
-
 namespace softcd::test {
 namespace {
 
@@ -180,6 +178,11 @@ Rows scaled(const Rows& rows, double factor) {
 bool collides(const Query& query) {
   return query.kind == ContactKind::vertex_triangle ? collides_vertex_triangle(query.rows)
                                                     : collides_edge_edge(query.rows);
+}
+
+std::optional<TimeBracket> first_contact(const Query& query) {
+  return query.kind == ContactKind::vertex_triangle ? first_contact_vertex_triangle(query.rows)
+                                                    : first_contact_edge_edge(query.rows);
 }
 
 std::array<Vec3d, 4> rows_at(const Rows& rows, double t) {
