@@ -117,7 +117,7 @@ std::vector<Surface> MixedSizesBalls::surfaces() const {
 }
 
 View MixedSizesBalls::view() const {
-  return {btVector3(btScalar(1.2), btScalar(6.4), btScalar(5.4)), btVector3(0, btScalar(0.2), 0)};
+  return {btVector3(btScalar(1.0), btScalar(5.3), btScalar(4.5)), btVector3(0, btScalar(0.2), 0)};
 }
 
 }  // namespace softcd::demo

@@ -20,6 +20,7 @@ constexpr btScalar kSpacing = btScalar(2.3) * kBallRadius;
 constexpr btScalar kConeRadius = btScalar(0.9);
 constexpr btScalar kConeHeight = btScalar(1.6);
 constexpr int kConeSegments = 24;
+constexpr btScalar kUsualTop = 4;
 constexpr btScalar kFirstLayer = kConeHeight + 2 * kBallRadius;
 
 // Around a middle one; they do not touch.
@@ -90,7 +91,8 @@ std::vector<Surface> NBody::surfaces() const {
 }
 
 View NBody::view() const {
-  return {btVector3(btScalar(5.2), btScalar(4.8), btScalar(7.2)), btVector3(0, btScalar(0.7), 0)};
+  const btScalar distance = btMax(btScalar(1), top_ / kUsualTop);
+  return {distance * btVector3(btScalar(5.2), btScalar(4.8), btScalar(7.2)), distance * btVector3(0, btScalar(0.7), 0)};
 }
 
 }  // namespace softcd::demo

@@ -120,7 +120,7 @@ const std::vector<SceneInfo>& scenes() {
       {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48, 0,
        true, make<MixedSizesCloth>},
       {"mixed-sizes-balls", "Small soft balls fall between boulders; triangles from 1 to 10,000 in area", "small balls",
-       1, 16, 0, false, make<MixedSizesBalls>},
+       1, 10, 0, false, make<MixedSizesBalls>},
       {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, 0, true,
        make<TwoCloths>},
       {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, 0, true,
