@@ -8,7 +8,7 @@ constexpr btScalar kHeight = btScalar(1.5);
 constexpr btScalar kLevel = btScalar(0.6);  // between parts of the ribbon that cross
 constexpr btScalar kFurthest = 16;
 constexpr btScalar kPullingSpeed = 3;
-constexpr btScalar kFriction = btScalar(0.3);
+constexpr btScalar kFriction = btScalar(0.8);
 constexpr btScalar kPostRadius = btScalar(0.6);
 constexpr btScalar kPostHeight = 3;
 const btVector3 kPostFoot(btScalar(-3.5), 0, 0);
