@@ -4,10 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <limits>
 #include <map>
+#include <set>
+#include <string>
 #include <tuple>
 
 namespace softcd::test {
@@ -21,16 +24,19 @@ using demo::SceneOptions;
 using demo::World;
 
 constexpr int kSteps = 60;
-constexpr btScalar kFastest = 10;  // twice what gravity gives in that time
+constexpr btScalar kFastest = 20;  // gravity gives 5 in that time, the tube's springs 13
 
 const std::map<std::string, int> kSmallSizes = {
     {"n-body", 8}, {"mixed-sizes-balls", 2}, {"mixed-sizes-cloth", 16}, {"flamenco", 12}, {"folding-cloth", 12}};
+
+/// Loose, or apart, at the start; their own tests see them tight.
+const std::set<std::string> kTouchLater = {"reef-knot", "tube"};
 
 SceneOptions small(const SceneInfo& info, World world) {
   const auto size = kSmallSizes.find(info.name);
   SceneOptions options;
   options.world = world;
-  options.size = size == kSmallSizes.end() ? 16 : size->second;
+  options.size = size == kSmallSizes.end() ? std::max(16, info.smallest_size) : size->second;
   options.settings.backend = Backend::cpu;
   options.settings.detection = Detection::ccd;
   options.settings.edge_contacts = bullet::EdgeContacts::respond;
@@ -91,7 +97,9 @@ TEST_P(Scenes, stays_in_one_piece_and_apart) {
   }
   EXPECT_GT(fastest, 0.1);
   EXPECT_LT(fastest, kFastest);
-  EXPECT_GT(contacts, 0U);
+  if (kTouchLater.count(info().name) == 0) {
+    EXPECT_GT(contacts, 0U);
+  }
   const Motion end = motion_of(*scene);
   EXPECT_LT((end.high - end.low).length(), 1.5 * (start.high - start.low).length());
   const Penetration penetration = scene->count_penetration();
