@@ -144,8 +144,7 @@ std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options)
                                 info->size_unit);
   }
   if (options.world == World::deformable && !info->in_deformable_world) {
-    throw std::invalid_argument(name + " runs in Bullet's classic soft world only: springs that are stable in the " +
-                                "deformable world do not hold up its bodies");
+    throw std::invalid_argument(name + " runs in Bullet's classic soft world only; docs/scenes.md says why");
   }
   return info->make(options);
 }
