@@ -289,11 +289,65 @@ def draw_knobs(results):
 
 
 # A figure is drawn from the results that it needs: name, key of the rows, function.
+STAGES = (
+    "volumes",
+    "subdivision",
+    "assignment",
+    "sort",
+    "tests",
+    "features",
+    "narrow",
+)
+
+
+def draw_scenes(results):
+    """A detection of each scene beside the paper's (its Table 1), and what it spends its time on (its Fig. 15)."""
+    rows = [row for row in results["simulated_scenes"] if row["detection"] == "ccd"]
+    scenes = grouped(rows, "scene")
+    paper = {row["scene"]: row["ccd_ms"] for row in results.get("paper", [])}
+    names = [name for (name,) in scenes]
+    figure, (times, shares) = plt.subplots(1, 2, figsize=(9, 0.4 * len(names) + 1.6))
+    backends = [backend for (backend,) in grouped(rows, "backend")]
+    bars = [("paper, GTX 470", "#999999")] + list(zip(backends, ("#1b7837", "#2166ac")))
+    height = 0.8 / len(bars)
+    for i, (bar, colour) in enumerate(bars):
+        values = []
+        for name in names:
+            of_scene = [row["ms"] for row in scenes[(name,)] if row["backend"] == bar]
+            work = [ms["total"] - ms["transfer"] for ms in of_scene]
+            values.append(sum(work) / len(work) if work else paper.get(name, 0))
+        places = [place + i * height for place in range(len(names))]
+        times.barh(places, values, height, color=colour, label=bar)
+    times.set_yticks([place + 0.4 - height / 2 for place in range(len(names))], names)
+    times.invert_yaxis()
+    times.set_xscale("log")
+    times.set_xlabel("milliseconds of a continuous detection")
+    times.legend(fontsize=7)
+    colours = plt.get_cmap("tab10")
+    for place, name in enumerate(names):
+        of_scene = [
+            row["ms"] for row in scenes[(name,)] if row["backend"] == backends[0]
+        ]
+        spent = [sum(ms[stage] for ms in of_scene) for stage in STAGES]
+        left = 0
+        for i, (stage, part) in enumerate(zip(STAGES, spent)):
+            width = share(part, sum(spent))
+            label = stage if place == 0 else None
+            shares.barh(place, width, 0.7, left, color=colours(i), label=label)
+            left += width
+    shares.set_yticks([])
+    shares.invert_yaxis()
+    shares.set_xlabel(f"per cent of it, {backends[0]}")
+    figure.legend(*shares.get_legend_handles_labels(), loc="lower center", ncols=7)
+    return figure
+
+
 FIGURES = (
     ("trade-queries", "queries", draw_queries),
     ("trade-steps", "steps", draw_steps),
     ("trade-simulation", "simulation", draw_simulation),
     ("trade-knobs", "simulation", draw_knobs),
+    ("scenes", "simulated_scenes", draw_scenes),
 )
 
 

@@ -66,7 +66,7 @@ void NBody::add_balls(int count) {
                            offset + kSpacing * btScalar(ball / per_side % per_side));
     auto soft = make_soft_ball(simulation(), {center, kBallRadius, kBallSubdivisions, 1, kMargin});
     // Balls whose shape is matched are not crushed.
-    soft->setSelfCollision(simulation().kind() == World::deformable);
+    soft->setSelfCollision(true);
     balls_.push_back(&add(std::move(soft)));
     top_ = center.y() + kBallRadius;
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 
 #include "softcd/stages/cell_assignment.hpp"
@@ -63,8 +62,7 @@ SOFTCD_HD inline void mark_bits(std::uint32_t* word, std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)
   if ((*word & bits) != bits) atomicOr(word, bits);
 #else
-  const std::atomic_ref<std::uint32_t> shared(*word);
-  if ((shared.load(std::memory_order_relaxed) & bits) != bits) shared.fetch_or(bits, std::memory_order_relaxed);
+  if ((__atomic_load_n(word, __ATOMIC_RELAXED) & bits) != bits) __atomic_fetch_or(word, bits, __ATOMIC_RELAXED);
 #endif
 }
 
