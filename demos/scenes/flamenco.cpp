@@ -113,7 +113,8 @@ void Flamenco::add_layer(int layer, int rows, int columns, btScalar margin) {
   cloth->setSelfCollision(true);
   cloth->m_cfg.kDF = btScalar(0.2);
   cloth->m_cfg.kDP = btScalar(0.02);
-  cloth->m_cfg.piterations = 8;
+  // With fewer, fine cloths stretch, wind themselves up and are torn.
+  cloth->m_cfg.piterations = std::max(8, rows / 2);
   layers_.push_back(&add(std::move(cloth)));
   std::vector<btVector3> waist = positions_of(*layers_.back());
   waist.resize(static_cast<std::size_t>(columns));
