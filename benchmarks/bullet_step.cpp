@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "command_line/choices.hpp"
 #include "command_line/stage_times.hpp"
+#include "command_line/world_choices.hpp"
 #include "report.hpp"
 
 // What a whole step of Bullet's costs with each way of finding the contacts of its soft bodies. All variants run in one
@@ -25,8 +25,6 @@ constexpr std::array<demo::Choice<BulletScene>, 4> kBulletScenes = {{{"two-cloth
                                                                      {"balls", BulletScene::balls},
                                                                      {"draped", BulletScene::draped},
                                                                      {"crumpling", BulletScene::crumpling}}};
-constexpr std::array<demo::Choice<World>, 2> kWorlds = {
-    {{"classic", World::classic}, {"deformable", World::deformable}}};
 
 struct Heights {
   double lowest = std::numeric_limits<double>::infinity();
@@ -160,7 +158,7 @@ std::string heading(const BulletStepOptions& options, const SoftWorld& world) {
   const std::size_t count = world.bodies().size();
   return fmt::format("{}, {} {} of {} triangles in all, {} world, {}, medians of {} steps",
                      name_of(kBulletScenes, options.scene), count, count == 1 ? "body" : "bodies", triangles,
-                     name_of(kWorlds, options.world), name_of(demo::kDetections, options.detection),
+                     name_of(demo::kWorlds, options.world), name_of(demo::kDetections, options.detection),
                      options.measured_steps);
 }
 
@@ -196,7 +194,7 @@ std::string table_of(const Comparison& comparison) {
 nlohmann::ordered_json to_json(const BulletStepOptions& options, const Comparison& comparison) {
   nlohmann::ordered_json json = {{"benchmark", "bullet"},
                                  {"scene", name_of(kBulletScenes, options.scene)},
-                                 {"world", name_of(kWorlds, options.world)},
+                                 {"world", name_of(demo::kWorlds, options.world)},
                                  {"size", options.size},
                                  {"warm_up_steps", options.warm_up_steps},
                                  {"measured_steps", options.measured_steps},
@@ -254,7 +252,7 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
                    "two-cloths: one falls onto another that is held along its border; balls: of 1280\n"
                    "triangles each, which drop onto each other; draped: a cloth over rigid balls;\n"
                    "crumpling: a cloth that sinks into a heap");
-  demo::add_choice(*command, "--world", kWorlds, options.world,
+  demo::add_choice(*command, "--world", demo::kWorlds, options.world,
                    "Bullet's classic soft world in steps of 1/120 second, with softcd in two ways, or its\n"
                    "deformable world in steps of 1/240, where springs are integrated explicitly");
   command

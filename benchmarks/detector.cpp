@@ -1,7 +1,9 @@
 #include "detector.hpp"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -19,10 +21,11 @@ namespace {
 
 using demo::name_of;
 
-constexpr std::array<demo::Choice<Sweep>, 4> kSweeps = {{{"stages", Sweep::stages},
+constexpr std::array<demo::Choice<Sweep>, 5> kSweeps = {{{"stages", Sweep::stages},
                                                          {"subdivision", Sweep::subdivision},
                                                          {"lambda", Sweep::lambda},
-                                                         {"scaling", Sweep::scaling}}};
+                                                         {"scaling", Sweep::scaling},
+                                                         {"threads", Sweep::threads}}};
 
 /// The two columns of the paper's Table 1.
 struct Mode {
@@ -81,6 +84,7 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                                  {"broad_phase", name_of(demo::kBroadPhases, m.options.broad_phase)},
                                  {"subdivision", m.options.subdivision},
                                  {"lambda", m.options.lambda},
+                                 {"threads", m.threads},
                                  {"repetitions", m.repetitions}};
   if (!m.left_out.empty()) {
     json["left_out"] = m.left_out;
@@ -155,6 +159,11 @@ class Benchmark {
             }));
       case Sweep::scaling:
         return report_scaling(all_sizes(backend));
+      case Sweep::threads:
+        return report_threads(
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+              return with_more_and_more_threads(scene, options);
+            }));
     }
   }
 
@@ -229,6 +238,17 @@ class Benchmark {
     for (double triangles = options_.most_triangles; triangles >= kLeastScalingTriangles; triangles /= kScalingFactor) {
       const DetectorScene scene = make_cloth_on_ball(triangles / triangles_at_scale_1);
       for (const PipelineOptions& options : modes(backend)) results.push_back(measure_one(scene, options));
+    }
+    return results;
+  }
+
+  /// 1, 2, 4 and so on, and all that there are.
+  Measurements with_more_and_more_threads(const DetectorScene& scene, const PipelineOptions& options) const {
+    const auto all = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    Measurements results;
+    for (std::size_t threads = 1; threads < 2 * all; threads *= 2) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::min(threads, all));
+      results.push_back(measure_one(scene, options));
     }
     return results;
   }
@@ -336,6 +356,22 @@ class Benchmark {
     record(measurements);
   }
 
+  void report_threads(const Measurements& measurements) {
+    Table table({"scene", "detection", "threads", "ms", "speed-up"}, 2);
+    double one_thread_ms = 0;
+    for (const Measurement& m : measurements) {
+      if (!m.left_out.empty()) {
+        table.add({m.scene, detection_of(m), "", m.left_out});
+        continue;
+      }
+      if (m.threads == 1) one_thread_ms = work_ms(m);
+      table.add({m.scene, detection_of(m), fmt::to_string(m.threads), decimals(work_ms(m), 3),
+                 decimals(one_thread_ms / work_ms(m), 2)});
+    }
+    add_section("Threads", "Milliseconds; `ms` is the detection without `transfer`.", table, measurements);
+    record(measurements);
+  }
+
   void add_section(const std::string& title, const std::string& note, const Table& table,
                    const Measurements& measurements) {
     const char* backend = name_of(demo::kBackends, measurements.front().options.backend);
@@ -384,7 +420,7 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
   demo::add_choices(*command, "--sweep", kSweeps, options.sweeps,
                     "stages: time and work per stage. subdivision: with and without virtual subdivision, and the\n"
                     "uniform grid. lambda: cell sizes, of broad phases exact and paper. scaling: cloth-on-ball from\n"
-                    "about 10K triangles to --most");
+                    "about 10K triangles to --most. threads: on 1, 2, 4 ... threads of the CPU");
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
   command
       ->add_option("--repeat", options.repetitions,

@@ -10,7 +10,7 @@
 
 namespace softcd::benchmarks {
 
-enum class Sweep { stages, subdivision, lambda, scaling };
+enum class Sweep { stages, subdivision, lambda, scaling, threads };
 
 struct DetectorOptions {
   std::vector<MakeScene> scenes = {make_funnel, make_cloth_on_ball, make_n_body};

@@ -1,5 +1,7 @@
 #include "detector_measurement.hpp"
 
+#include <tbb/global_control.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -81,6 +83,7 @@ Measurement measure_all(const DetectorScene& scene, const PipelineOptions& optio
   result.repetitions = static_cast<int>(times.size());
   result.checksum = checksum_of(contacts);
   result.options.backend = pipeline.backend();
+  result.threads = static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
   return result;
 }
 

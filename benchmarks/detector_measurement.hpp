@@ -14,6 +14,7 @@ struct Measurement {
   PipelineOptions options;     ///< with the backend that was used, never `automatic`
   Statistics statistics;       ///< of the last repetition, with median times
   int repetitions = 0;         ///< that were measured
+  int threads = 0;             ///< that the CPU was allowed
   std::uint64_t checksum = 0;  ///< of the contacts: equal for equal contacts
   std::string left_out;        ///< why nothing was measured and all figures are 0; empty: it was
 };

@@ -6,7 +6,7 @@ usage() {
   cat <<'TEXT'
 usage: benchmarks/performance.sh BENCH BACKENDS FILE
 
-Runs every benchmark and appends one section of tables, headed by this machine, to FILE. 20 to 30 minutes on two cores.
+Runs the benchmarks `detector` and `bullet` and appends one section of tables, headed by this machine, to FILE. 20 to 30 minutes on two cores.
 
   BENCH     the program softcd-bench, e.g. build/release/benchmarks/softcd-bench
   BACKENDS  cpu, cuda, or both: cpu,cuda
@@ -53,7 +53,7 @@ measure detector --backend "$backends" "${repeat[@]}" --sweep stages,subdivision
 measure detector --backend "$backends" "${repeat[@]}" --sweep lambda --scene cloth-on-ball,n-body
 measure detector --backend "$backends" "${repeat[@]}" --sweep scaling --most "${SOFTCD_MOST:-1000000}"
 if "$bench" bullet --help >/dev/null 2>&1; then
-  for world in classic deformable; do
+  for world in soft deformable; do
     for scene in two-cloths balls "draped --size 101" "draped --size 213" "crumpling --size 101"; do
       # shellcheck disable=SC2086  # a scene may have a size
       measure bullet --backend "$backends" --world "$world" --scene $scene

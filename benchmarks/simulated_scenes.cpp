@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "command_line/choices.hpp"
 #include "command_line/stage_times.hpp"
+#include "command_line/world_choices.hpp"
 #include "detector_measurement.hpp"
 #include "report.hpp"
 
@@ -22,8 +22,6 @@ namespace {
 using demo::name_of;
 
 constexpr std::array<demo::Choice<bool>, 2> kSizes = {{{"paper", true}, {"default", false}}};
-constexpr std::array<demo::Choice<demo::World>, 2> kWorlds = {
-    {{"soft", demo::World::classic}, {"deformable", demo::World::deformable}}};
 
 /// Wong, Leach and Zambetta 2012, Table 1: thousands of triangles, milliseconds on a GTX 470.
 struct PapersRow {
@@ -157,8 +155,9 @@ class Benchmark {
     const std::string report = fmt::format(
         "### Simulated scenes\n\nMeans over {} steps at equal distances in {} steps of 1/120 second. Milliseconds "
         "without transfers. The paper's are of a GTX 470.\n\n{}\n### Shares of a continuous detection\n\nPer "
-        "cent.\n\n{}\n",
-        options_.samples, options_.steps, table_.text(), shares_.text());
+        "cent.\n\n{}\n### Cell size\n\nPairs tested in the continuous detection of the last of these steps, in "
+        "thousands, over lambda: cells are so many mean radii wide.\n\n{}\n",
+        options_.samples, options_.steps, table_.text(), shares_.text(), lambdas_.text());
     fmt::print("\n{}", report);
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report);
     if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
@@ -169,6 +168,7 @@ class Benchmark {
     fmt::print(stderr, "{}: simulating {} steps\n", name, options_.steps);
     const Recording recording = record(name, options_);
     const std::optional<double> uniform_tests = tests_of_uniform_grid(recording);
+    add_lambdas(name, recording.steps.back());
     for (const Backend backend : options_.backends) {
       fmt::print(stderr, "{}: measuring on {}\n", name, name_of(demo::kBackends, backend));
       const Means dcd = means(recording, Detection::dcd, Accuracy::fast, backend);
@@ -210,6 +210,24 @@ class Benchmark {
     const double tests = static_cast<double>(measure(recording.steps.back(), options, 1).statistics.tests);
     options.broad_phase = BroadPhase::exact;
     return tests / static_cast<double>(measure(recording.steps.back(), options, 1).statistics.tests);
+  }
+
+  void add_lambdas(const std::string& name, const DetectorScene& step) {
+    PipelineOptions options;
+    options.backend = options_.backends.front();
+    options.detection = Detection::ccd;
+    std::vector<std::string> row = {name};
+    for (const float lambda : kLambdas) {
+      options.lambda = lambda;
+      row.push_back(fmt::format("{:.0f}", static_cast<double>(measure(step, options, 1).statistics.tests) / 1000));
+    }
+    lambdas_.add(row);
+  }
+
+  static std::vector<std::string> lambda_header() {
+    std::vector<std::string> header = {"scene"};
+    for (const float lambda : kLambdas) header.push_back(decimals(static_cast<double>(lambda), 1));
+    return header;
   }
 
   void add_rows(const std::string& name, const Recording& recording, const Means& dcd, const Means& ccd,
@@ -255,11 +273,14 @@ class Benchmark {
                                                               {"features", &StageTimes::features},
                                                               {"narrow", &StageTimes::narrow}}};
 
+  static constexpr std::array<float, 7> kLambdas = {0.8F, 1.2F, 1.5F, 1.8F, 2.1F, 2.4F, 3.0F};
+
   const SimulatedScenesOptions& options_;
   Table table_{{"scene", "backend", "triangles", "dcd ms", "ccd ms", "children/triangles", "tests", "uniform/exact",
                 "dcd contacts", "ccd contacts", "MB", "step ms", "paper", "its dcd ms", "its ccd ms"},
                2};
   Table shares_{{"scene", "backend", "volumes", "subdivision", "assignment", "sort", "tests", "features", "narrow"}, 2};
+  Table lambdas_{lambda_header(), 1};
   nlohmann::ordered_json json_ = {{"benchmark", "scenes"},
                                   {"simulated_steps", options_.steps},
                                   {"samples", options_.samples},
@@ -280,7 +301,7 @@ void add_simulated_scenes(CLI::App& app, SimulatedScenesOptions& options) {
       ->check([](const std::string& name) {
         return demo::find_scene(name) != nullptr ? std::string() : "there is no scene '" + name + "'";
       });
-  demo::add_choice(*command, "--world", kWorlds, options.world, "Of Bullet's, that simulates");
+  demo::add_choice(*command, "--world", demo::kWorlds, options.world, "Of Bullet's, that simulates");
   demo::add_choice(*command, "--size", kSizes, options.papers_sizes,
                    "paper: the scenes that the paper measures in its number of triangles, the others as default");
   command->add_option("--steps", options.steps, "Simulated, of 1/120 second")

@@ -15,7 +15,7 @@
 #ifdef SOFTCD_BENCH_HAS_BULLET
 #include "LinearMath/btScalar.h"
 #endif
-#include "command_line/choices.hpp"
+#include "command_line/world_choices.hpp"
 #include "report.hpp"
 #include "trade_queries.hpp"
 #ifdef SOFTCD_BENCH_HAS_BULLET
@@ -121,12 +121,10 @@ ordered_json to_json(const StepResult& r) {
 }
 
 #ifdef SOFTCD_BENCH_HAS_BULLET
-constexpr std::array<demo::Choice<demo::World>, 2> kWorlds = {
-    {{"soft", demo::World::classic}, {"deformable", demo::World::deformable}}};
 
 ordered_json to_json(const SimulationResult& r) {
   return {{"scene", r.scene},
-          {"world", name_of(kWorlds, r.world)},
+          {"world", name_of(demo::kWorlds, r.world)},
           {"knob", r.knob},
           {"value", r.value},
           {"detection", r.detection},
@@ -238,7 +236,7 @@ class Trade {
           {world, backend, options_.nodes_per_side, options_.simulated_seconds, options_.simulation_runs},
           [&](const SimulationResult& r) {
             json_["simulation"].push_back(to_json(r));
-            table.add({r.scene, name_of(kWorlds, r.world), r.knob, r.value, r.detection, r.features,
+            table.add({r.scene, name_of(demo::kWorlds, r.world), r.knob, r.value, r.detection, r.features,
                        fmt::to_string(r.vertices), fmt::to_string(r.penetrating), fmt::to_string(r.most_penetrating),
                        fmt::to_string(r.crossings), fmt::to_string(r.tunnelled), fmt::format("{:.1f}", r.energy_start),
                        fmt::format("{:.1f}", r.energy_end), fmt::format("{:.1f}", r.energy_most),
@@ -329,7 +327,7 @@ void add_trade(CLI::App& app, TradeOptions& options) {
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
 #ifdef SOFTCD_BENCH_HAS_BULLET
-  demo::add_choices(*command, "--world", kWorlds, options.worlds, "Of the simulations");
+  demo::add_choices(*command, "--world", demo::kWorlds, options.worlds, "Of the simulations");
 #endif
   command->add_option("--runs", options.simulation_runs, "Of each simulation, of which the median time is told")
       ->option_text("N [3]")

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "command_line/choices.hpp"
+#include "command_line/world_choices.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -19,7 +20,6 @@ constexpr std::array<Choice<Collision>, 3> kCollisions = {
     {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
 constexpr std::array<Choice<bullet::EdgeContacts>, 2> kEdgeContacts = {
     {{"off", bullet::EdgeContacts::off}, {"respond", bullet::EdgeContacts::respond}}};
-constexpr std::array<Choice<World>, 2> kWorlds = {{{"soft", World::classic}, {"deformable", World::deformable}}};
 
 std::string size_text(const SceneInfo& scene, int size) {
   SceneOptions options;

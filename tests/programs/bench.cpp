@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "run_program.hpp"
@@ -87,6 +89,16 @@ TEST_F(Bench, SizesGoDownFromTheLargest) {
   EXPECT_NEAR(sizes[2]["triangles"].get<double>(), 10000, 1000);
 }
 
+TEST_F(Bench, ThreadsGoUpToAllThatThereAre) {
+  const nlohmann::json runs = rows("--scene funnel --scale 0.1 --sweep threads --backend cpu");
+  ASSERT_GE(runs.size(), 2u);
+  EXPECT_EQ(runs[0]["threads"], 1);
+  for (const auto& run : runs) {
+    EXPECT_LE(run["threads"].get<unsigned>(), std::max(1U, std::thread::hardware_concurrency())) << run;
+    EXPECT_GT(run["vt_contacts"].get<int>() + run["ee_contacts"].get<int>(), 0) << run;
+  }
+}
+
 TEST_F(Bench, MarkdownIsWhatIsPrinted) {
   const Result result = run("detector --scene funnel --scale 0.1 --repeat 1 --markdown " + folder_.file("tables.md"));
   EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -110,7 +122,8 @@ TEST_F(Bench, MeshesFromFilesAreMeasured) {
 TEST_F(Bench, RefusesCommandLines) {
   expect_refused("", "A subcommand is required");
   expect_refused("detector --scene bunny", "'bunny' is not one of funnel, cloth-on-ball, n-body");
-  expect_refused("detector --sweep everything", "'everything' is not one of stages, subdivision, lambda, scaling");
+  expect_refused("detector --sweep everything",
+                 "'everything' is not one of stages, subdivision, lambda, scaling, threads");
   expect_refused("detector --backend gpu", "'gpu' is not one of auto, cpu, cuda");
   expect_refused("detector --repeat 0", "--repeat");
   expect_refused("detector --scale 0", "--scale");

@@ -48,7 +48,7 @@ class BenchBullet : public testing::Test {
 };
 
 TEST_F(BenchBullet, AClothDrapesOverRigidBalls) {
-  for (const char* world : {"classic", "deformable"}) {
+  for (const char* world : {"soft", "deformable"}) {
     for (const auto& [name, variant] : measure("--scene draped --size 16 --world " + std::string(world), 0)) {
       EXPECT_GT(variant["median_rigid_contacts"], 20) << variant;
       EXPECT_LT(variant["median_soft_contacts"], 100) << "one cloth, hardly folded " << variant;
@@ -70,7 +70,7 @@ TEST_F(BenchBullet, AClothThatCrumplesCollidesWithItself) {
 }
 
 TEST_F(BenchBullet, BallsDropOntoEachOther) {
-  for (const char* world : {"classic --warm-up 25", "deformable --warm-up 50"}) {
+  for (const char* world : {"soft --warm-up 25", "deformable --warm-up 50"}) {
     const Variants variants = measure("--scene balls --size 8 --world " + std::string(world), 0);
     for (const char* name : {kNative, kOurs}) {
       EXPECT_GT(variants.at(name)["median_soft_contacts"], 20) << variants.at(name);
@@ -81,7 +81,7 @@ TEST_F(BenchBullet, BallsDropOntoEachOther) {
 }
 
 TEST_F(BenchBullet, AClothFallsOntoAnother) {
-  for (const char* world : {"classic", "deformable"}) {
+  for (const char* world : {"soft", "deformable"}) {
     const Variants variants = measure("--scene two-cloths --size 16 --world " + std::string(world), 0);
     EXPECT_GT(variants.at(kNative)["median_soft_contacts"], 20);
     EXPECT_GT(variants.at(kOurs)["median_soft_contacts"], 20);
@@ -106,7 +106,7 @@ TEST_F(BenchBullet, RefusesCommandLines) {
     test::expect_refused(SOFTCD_BENCH, "bullet " + arguments, folder_, problem);
   };
   expect_refused("--scene rope", "'rope' is not one of two-cloths, balls, draped, crumpling");
-  expect_refused("--world rigid", "'rigid' is not one of classic, deformable");
+  expect_refused("--world rigid", "'rigid' is not one of soft, deformable");
   expect_refused("--size 7", "--size");
   expect_refused("--most-native-faces -1", "--most-native-faces");
 }

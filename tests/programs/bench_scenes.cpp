@@ -1,0 +1,54 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "run_program.hpp"
+#include "temporary_folder.hpp"
+
+namespace softcd::test {
+namespace {
+
+using testing::HasSubstr;
+
+class BenchScenes : public testing::Test {
+ protected:
+  Result run(const std::string& arguments) const { return run_program(SOFTCD_BENCH, "scenes " + arguments, folder_); }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(BenchScenes, StepsOfASimulationAreMeasured) {
+  const Result result =
+      run("--scene n-body,stack --size default --steps 12 --samples 3 --repeat 1 --backend cpu --json " +
+          folder_.file("json") + " --markdown " + folder_.file("tables.md"));
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  std::set<std::string> measured;
+  const nlohmann::json json = nlohmann::json::parse(folder_.read("json"));
+  for (const auto& row : json.at("simulated_scenes")) {
+    EXPECT_GT(row["triangles"], 1000) << row;
+    EXPECT_GT(row["tests"], 0) << row;
+    EXPECT_GT(row["ms"]["total"], row["ms"]["transfer"]) << row;
+    EXPECT_EQ(row["children"] > 0, row["scene"] == "n-body") << row;
+    measured.insert(row["scene"].get<std::string>() + row["sample"].dump() + row["detection"].get<std::string>());
+  }
+  EXPECT_EQ(measured.size(), 2U * 3U * 2U);
+  EXPECT_EQ(json.at("paper").size(), 6U);
+  const std::string tables = folder_.read("tables.md");
+  for (const char* heading : {"### Simulated scenes", "### Shares of a continuous detection", "### Cell size"}) {
+    EXPECT_THAT(tables, HasSubstr(heading));
+  }
+  EXPECT_THAT(tables, HasSubstr("| n-body"));
+  EXPECT_THAT(tables, HasSubstr("146K")) << "the paper's row";
+}
+
+TEST_F(BenchScenes, RefusesScenesThatAreNone) {
+  const Result result = run("--scene bunny");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("there is no scene 'bunny'"));
+}
+
+}  // namespace
+}  // namespace softcd::test
