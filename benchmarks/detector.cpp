@@ -134,6 +134,7 @@ class Benchmark {
     }
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report_);
     if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+    if (!options_.csv_file.empty()) write_file(options_.csv_file, csv_of(json_["rows"]));
     if (!error_.empty()) throw std::runtime_error(error_);
   }
 
@@ -440,6 +441,7 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes")
       ->option_text("FILE");
+  command->add_option("--csv", options.csv_file, "Write the same as CSV, one row a measurement")->option_text("FILE");
   command->callback([&options] { Benchmark(options).run(); });
 }
 

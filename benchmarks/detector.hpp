@@ -23,6 +23,7 @@ struct DetectorOptions {
   double most_tests = 2e10;
   std::string markdown_file;  ///< empty: none
   std::string json_file;      ///< empty: none
+  std::string csv_file;       ///< empty: none
 };
 
 /// Adds the subcommand `detector`, which fills `options` and then runs the benchmark.

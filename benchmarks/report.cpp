@@ -9,6 +9,23 @@
 
 namespace softcd::benchmarks {
 
+namespace {
+
+/// With a.b for b in a.
+nlohmann::ordered_json flat(const nlohmann::ordered_json& row) {
+  nlohmann::ordered_json result;
+  for (const auto& [key, value] : row.items()) {
+    if (!value.is_object()) {
+      result[key] = value;
+      continue;
+    }
+    for (const auto& [inner_key, inner] : value.items()) result[key + "." + inner_key] = inner;
+  }
+  return result;
+}
+
+}  // namespace
+
 Table::Table(std::vector<std::string> header, std::size_t text_columns) : text_columns_(text_columns) {
   rows_.push_back(std::move(header));
 }
@@ -42,13 +59,16 @@ std::string Table::text() const {
 
 std::string csv_of(const nlohmann::ordered_json& rows) {
   std::string text;
-  for (const auto& [key, value] : rows.at(0).items()) text += (text.empty() ? "" : ",") + key;
-  for (const auto& row : rows) {
+  const nlohmann::ordered_json header = flat(rows.at(0));
+  for (const auto& [key, value] : header.items()) text += (text.empty() ? "" : ",") + key;
+  for (const auto& nested : rows) {
+    const nlohmann::ordered_json row = flat(nested);
     text += "\n";
     const char* separator = "";
-    for (const auto& [key, value] : row.items()) {
+    for (const auto& [key, unused] : header.items()) {
       text += separator;
       separator = ",";
+      const nlohmann::ordered_json value = row.value(key, nlohmann::ordered_json());
       const bool is_absent = value.is_null() || (value.is_number_float() && !std::isfinite(value.get<double>()));
       if (is_absent) continue;
       const std::string field = value.is_string() ? value.get<std::string>() : value.dump();

@@ -20,8 +20,8 @@ class Table {
   std::size_t text_columns_;
 };
 
-/// Flat objects with the same keys as comma-separated values under a line of those keys; null becomes empty. Text has
-/// no quotation marks.
+/// Objects as comma-separated values under a line of the first one's keys, a.b for b in a; what is null or absent
+/// becomes empty. Text has no quotation marks.
 std::string csv_of(const nlohmann::ordered_json& rows);
 
 /// Throws std::runtime_error when that fails.

@@ -161,6 +161,7 @@ class Benchmark {
     fmt::print("\n{}", report);
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report);
     if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+    if (!options_.csv_file.empty()) write_file(options_.csv_file, csv_of(json_["simulated_scenes"]));
   }
 
  private:
@@ -322,6 +323,7 @@ void add_simulated_scenes(CLI::App& app, SimulatedScenesOptions& options) {
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure of every step; milliseconds and bytes")
       ->option_text("FILE");
+  command->add_option("--csv", options.csv_file, "Write the same as CSV, one row a measurement")->option_text("FILE");
   command->callback([&options] {
     options.samples = static_cast<int>(std::min<long>(options.samples, options.steps));
     Benchmark(options).run();

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -12,6 +13,7 @@ namespace softcd::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::StartsWith;
 
 class BenchScenes : public testing::Test {
  protected:
@@ -22,8 +24,8 @@ class BenchScenes : public testing::Test {
 
 TEST_F(BenchScenes, StepsOfASimulationAreMeasured) {
   const Result result =
-      run("--scene n-body,stack --size default --steps 12 --samples 3 --repeat 1 --backend cpu --json " +
-          folder_.file("json") + " --markdown " + folder_.file("tables.md"));
+      run("--scene n-body,tube --size default --steps 12 --samples 3 --repeat 1 --backend cpu --json " +
+          folder_.file("json") + " --markdown " + folder_.file("tables.md") + " --csv " + folder_.file("rows.csv"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   std::set<std::string> measured;
   const nlohmann::json json = nlohmann::json::parse(folder_.read("json"));
@@ -36,6 +38,10 @@ TEST_F(BenchScenes, StepsOfASimulationAreMeasured) {
   }
   EXPECT_EQ(measured.size(), 2U * 3U * 2U);
   EXPECT_EQ(json.at("paper").size(), 6U);
+  const std::string csv = folder_.read("rows.csv");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 12);
+  EXPECT_THAT(csv, StartsWith("scene,sample,backend,"));
+  EXPECT_THAT(csv, HasSubstr(",ms.total,"));
   const std::string tables = folder_.read("tables.md");
   for (const char* heading : {"### Simulated scenes", "### Shares of a continuous detection", "### Cell size"}) {
     EXPECT_THAT(tables, HasSubstr(heading));
