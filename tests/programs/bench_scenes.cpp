@@ -33,7 +33,6 @@ TEST_F(BenchScenes, StepsOfASimulationAreMeasured) {
     EXPECT_GT(row["triangles"], 1000) << row;
     EXPECT_GT(row["tests"], 0) << row;
     EXPECT_GT(row["ms"]["total"], row["ms"]["transfer"]) << row;
-    EXPECT_EQ(row["children"] > 0, row["scene"] == "n-body") << row;
     measured.insert(row["scene"].get<std::string>() + row["sample"].dump() + row["detection"].get<std::string>());
   }
   EXPECT_EQ(measured.size(), 2U * 3U * 2U);
