@@ -12,6 +12,7 @@
 #include "command_line/world_choices.hpp"
 #include "detector_measurement.hpp"
 #include "report.hpp"
+#include "soft_body_steps.hpp"
 
 // What the detector costs on the steps of the demo scenes, which are simulated first: the paper's Table 1 and Figs. 13
 // to 15 for our scenes.
@@ -53,13 +54,7 @@ SceneBody to_scene_body(btSoftBody& body) {
   SceneBody result;
   bool is_fixed = true;
   for (int n = 0; n < body.m_nodes.size(); ++n) is_fixed &= body.m_nodes[n].m_im == 0;
-  for (int f = 0; f < body.m_faces.size(); ++f) {
-    Triangle triangle{};
-    for (int corner = 0; corner < 3; ++corner) {
-      triangle.v[corner] = static_cast<std::uint32_t>(body.m_faces[f].m_n[corner] - &body.m_nodes[0]);
-    }
-    result.triangles.push_back(triangle);
-  }
+  result.triangles = test::triangles_of(body);
   result.settings.kinematic = is_fixed;
   result.settings.self_collision = !is_fixed && body.useSelfCollision();
   return result;

@@ -11,7 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "brute_force.hpp"
+#include "soft_body_steps.hpp"
 
 #include "command_line/choices.hpp"
 #include "command_line/stage_times.hpp"
@@ -174,29 +174,12 @@ constexpr SceneChoice kScenesOfBullet[] = {{"throw", fill_throw, 0.25},
 /// Counts vertices that meet a triangle on their straight way through a step, in exact arithmetic.
 class CrossingCounter {
  public:
-  explicit CrossingCounter(const std::vector<btSoftBody*>& bodies) : bodies_(bodies) {
-    for (btSoftBody* body : bodies_) {
-      test::SceneBody scene_body;
-      for (int f = 0; f < body->m_faces.size(); ++f) {
-        Triangle triangle{};
-        for (int i = 0; i < 3; ++i) {
-          triangle.v[i] = static_cast<std::uint32_t>(body->m_faces[f].m_n[i] - &body->m_nodes[0]);
-        }
-        scene_body.triangles.push_back(triangle);
-      }
-      scene_body.x_t1 = positions_of(*body);
-      scene_body.settings.self_collision = body->useSelfCollision();
-      scene_.push_back(std::move(scene_body));
-      is_odd_.emplace_back(static_cast<std::size_t>(body->m_nodes.size()), false);
-    }
+  explicit CrossingCounter(const std::vector<btSoftBody*>& bodies) : finder_(bodies) {
+    for (const btSoftBody* body : bodies) is_odd_.emplace_back(static_cast<std::size_t>(body->m_nodes.size()), false);
   }
 
   void count_step() {
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      scene_[b].x_t0 = std::move(scene_[b].x_t1);
-      scene_[b].x_t1 = positions_of(*bodies_[b]);
-    }
-    for (const test::FeaturePair& pair : test::continuous_verdicts(scene_).certain) {
+    for (const test::FeaturePair& pair : finder_.find()) {
       ++crossings_;
       is_odd_[pair.body_a][pair.feature_a].flip();
     }
@@ -210,17 +193,7 @@ class CrossingCounter {
   }
 
  private:
-  static test::Positions3 positions_of(const btSoftBody& body) {
-    test::Positions3 positions;
-    for (int n = 0; n < body.m_nodes.size(); ++n) {
-      const btVector3& x = body.m_nodes[n].m_x;
-      positions.push_back({double(x.x()), double(x.y()), double(x.z())});
-    }
-    return positions;
-  }
-
-  std::vector<btSoftBody*> bodies_;
-  test::Scene scene_;
+  test::CrossingFinder finder_;
   std::vector<std::vector<bool>> is_odd_;
   std::size_t crossings_ = 0;
 };

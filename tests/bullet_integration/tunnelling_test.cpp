@@ -5,9 +5,9 @@
 #include <iostream>
 #include <tuple>
 
-#include "brute_force.hpp"
 #include "deformable_support.hpp"
 #include "scenes/simulation.hpp"
+#include "soft_body_steps.hpp"
 
 namespace softcd::test {
 namespace {
@@ -15,47 +15,6 @@ namespace {
 using demo::DeformableSimulation;
 using demo::PlugIn;
 using demo::Simulation;
-
-/// Counts the nodes that meet a face of another body on their straight way through a step.
-class CrossingCounter {
- public:
-  explicit CrossingCounter(std::vector<const btSoftBody*> bodies) : bodies_(std::move(bodies)) {
-    for (const btSoftBody* body : bodies_) {
-      SceneBody scene_body;
-      for (int f = 0; f < body->m_faces.size(); ++f) {
-        Triangle triangle{};
-        for (int i = 0; i < 3; ++i) {
-          triangle.v[i] = static_cast<std::uint32_t>(body->m_faces[f].m_n[i] - &body->m_nodes[0]);
-        }
-        scene_body.triangles.push_back(triangle);
-      }
-      scene_body.x_t1 = positions_of(*body);
-      scene_body.settings.features = {/*vertex_triangle=*/true, /*edge_edge=*/false};
-      scene_.push_back(std::move(scene_body));
-    }
-  }
-
-  std::size_t count_step() {
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      scene_[b].x_t0 = std::move(scene_[b].x_t1);
-      scene_[b].x_t1 = positions_of(*bodies_[b]);
-    }
-    return continuous_verdicts(scene_).certain.size();
-  }
-
- private:
-  static Positions3 positions_of(const btSoftBody& body) {
-    Positions3 positions;
-    for (int n = 0; n < body.m_nodes.size(); ++n) {
-      const btVector3& x = body.m_nodes[n].m_x;
-      positions.push_back({double(x.x()), double(x.y()), double(x.z())});
-    }
-    return positions;
-  }
-
-  std::vector<const btSoftBody*> bodies_;
-  Scene scene_;
-};
 
 enum class Missile { cloth, ball };
 
@@ -84,11 +43,11 @@ std::size_t count_crossings(AnySimulation& simulation, Missile missile, btScalar
   btSoftBody& thrown = simulation.add(std::move(body));
   thrown.setVelocity(btVector3(0, -speed, 0));
 
-  CrossingCounter counter({&target, &thrown});
+  CrossingFinder finder({&target, &thrown});
   std::size_t crossings = 0;
   for (int step = 0; step < steps; ++step) {
     simulation.step(seconds);
-    crossings += counter.count_step();
+    crossings += finder.find().size();
   }
   return crossings;
 }

@@ -160,17 +160,6 @@ PipelineOptions options_for(Detection detection, Accuracy accuracy) {
   return options;
 }
 
-struct Outcome {
-  std::vector<Contact> contacts;
-  Statistics statistics;
-};
-
-Outcome detect(const Scene& scene, const PipelineOptions& options) {
-  LoadedScene loaded = load(scene, options);
-  const Span<const Contact> contacts = loaded.pipeline.detect();
-  return {{contacts.begin(), contacts.end()}, loaded.pipeline.statistics()};
-}
-
 class Extremes : public testing::TestWithParam<Extreme> {};
 
 INSTANTIATE_TEST_SUITE_P(
@@ -188,8 +177,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(Extremes, touch_exactly_where_they_touch) {
   const Scene scene = GetParam().make();
   expect_continuous_contacts(scene, options_for(Detection::ccd, Accuracy::precise));
-  const Outcome precise = detect(scene, options_for(Detection::ccd, Accuracy::precise));
-  const Outcome conservative = detect(scene, options_for(Detection::ccd, Accuracy::conservative));
+  const Outcome precise = outcome_of(scene, options_for(Detection::ccd, Accuracy::precise));
+  const Outcome conservative = outcome_of(scene, options_for(Detection::ccd, Accuracy::conservative));
   EXPECT_EQ(features_of(precise.contacts), features_of(conservative.contacts));
   EXPECT_EQ(conservative.statistics.unsettled_contacts, 0U);
   expect_memory_in_proportion(conservative.statistics);
@@ -203,14 +192,14 @@ TEST_P(Extremes, are_near_exactly_where_they_are_near) {
     rules.absolute_band = 1e-15 * half_extent_of(scene);
     expect_discrete_contacts(scene, options_for(Detection::dcd, Accuracy::precise), rules);
     expect_discrete_contacts(scene, options_for(Detection::dcd, Accuracy::conservative), rules);
-    expect_memory_in_proportion(detect(scene, options_for(Detection::dcd, Accuracy::precise)).statistics);
+    expect_memory_in_proportion(outcome_of(scene, options_for(Detection::dcd, Accuracy::precise)).statistics);
   }
 }
 
 TEST_P(Extremes, come_near_without_a_miss_in_conservative) {
   Scene scene = GetParam().make();
   for (SceneBody& body : scene) body.settings.margin = 0.015625F;
-  const Outcome outcome = detect(scene, options_for(Detection::ccd, Accuracy::conservative));
+  const Outcome outcome = outcome_of(scene, options_for(Detection::ccd, Accuracy::conservative));
   expect_nothing_missed_on_the_way(scene, outcome.contacts);
   expect_memory_in_proportion(outcome.statistics);
   std::cout << outcome.contacts.size() << " contacts, " << outcome.statistics.unsettled_contacts << " unsettled, "

@@ -23,17 +23,10 @@ Scene crowd(double size_ratio = 4.0) {
   return {moving(mesh, scattered(mesh, 0.002, 9), everything(0.0001F))};
 }
 
-struct Outcome {
-  std::vector<Contact> contacts;
-  Statistics statistics;
-};
-
 Outcome detect_within(std::uint64_t limit, Detection detection, double size_ratio = 4.0) {
   PipelineOptions options = test_options(detection);
   options.memory_limit = limit;
-  LoadedScene loaded = load(crowd(size_ratio), options);
-  const Span<const Contact> contacts = loaded.pipeline.detect();
-  return {{contacts.begin(), contacts.end()}, loaded.pipeline.statistics()};
+  return outcome_of(crowd(size_ratio), options);
 }
 
 constexpr std::uint64_t kPlenty = 1ULL << 40;

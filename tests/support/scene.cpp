@@ -72,6 +72,12 @@ PipelineOptions test_options(Detection detection, BroadPhase broad_phase) {
   return options;
 }
 
+Outcome outcome_of(const Scene& scene, const PipelineOptions& options) {
+  LoadedScene loaded = load(scene, options);
+  const Span<const Contact> contacts = loaded.pipeline.detect();
+  return {{contacts.begin(), contacts.end()}, loaded.pipeline.statistics(), loaded.pipeline.explain()};
+}
+
 std::vector<Contact> detect_once(const Scene& scene, PipelineOptions options) {
   LoadedScene loaded = load(scene, std::move(options));
   const Span<const Contact> contacts = loaded.pipeline.detect();

@@ -55,6 +55,14 @@ Backend backend_under_test();
 /// The options of one detection on the backend under test.
 PipelineOptions test_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);
 
+/// What a fresh pipeline's first detection leaves.
+struct Outcome {
+  std::vector<Contact> contacts;
+  Statistics statistics;
+  std::vector<StageReport> report;
+};
+Outcome outcome_of(const Scene& scene, const PipelineOptions& options);
+
 /// Loads, detects once and copies the contacts. Ids are the places in the scene.
 std::vector<Contact> detect_once(const Scene& scene, PipelineOptions options);
 
