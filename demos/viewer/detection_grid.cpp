@@ -87,6 +87,7 @@ DetectionGrid::DetectionGrid(const std::vector<GridBody>& grid_bodies, const Pip
   const std::vector<BodySurvey> surveys =
       survey_bodies(bodies, options.detection == Detection::ccd, measures_moves(options));
   origin_ = scene_origin(surveys);
+  list_neighbours(bodies);
   const PairSelection pairs = select_pairs(bodies, surveys, origin_, margin_growth(options), options.pair_filter);
   const DetectionSettings settings = detection_settings(options, pairs, some_body_moves(surveys));
   SceneArrays arrays = concatenate(bodies);

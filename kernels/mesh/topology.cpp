@@ -1,14 +1,83 @@
 #include "softcd/mesh/topology.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace softcd {
 namespace {
 
-/// v[0]:32 | v[1]:32 from high to low, so that sorting keys sorts edges.
+/// The lower index:32 | the higher:32 from high to low: of vertices, sorting keys sorts edges.
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b);
 }
+
+/// Corners around a triangle, 18 in a regular mesh, that a mesh may have on average for its neighbours to be listed.
+constexpr std::uint64_t kMostCornersAround = 64;
+
+/// The triangles of each vertex, in ascending order.
+class VertexTriangles {
+ public:
+  explicit VertexTriangles(const Topology& topology) : first_(topology.vertex_count + 1, 0) {
+    for (const Triangle& triangle : topology.triangles) {
+      for (const std::uint32_t v : triangle.v) ++first_[v + 1];
+    }
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    triangles_.resize(first_.back());
+    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    for (std::uint32_t t = 0; t < topology.triangles.size(); ++t) {
+      for (const std::uint32_t v : topology.triangles[t].v) triangles_[next[v]++] = t;
+    }
+  }
+
+  Span<const std::uint32_t> of(std::uint32_t v) const {
+    return {triangles_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
+  }
+
+ private:
+  std::vector<std::uint32_t> first_, triangles_;
+};
+
+bool has(const Triangle& triangle, std::uint32_t vertex) {
+  return std::find(triangle.v, triangle.v + 3, vertex) != triangle.v + 3;
+}
+
+/// The features that one pair of neighbours after the other adds.
+class NeighbourLister {
+ public:
+  NeighbourLister(const Topology& topology, Span<const Ownership> ownership, NeighbourFeatures& out)
+      : topology_(topology), ownership_(ownership), out_(out) {}
+
+  void add_vertices(std::uint32_t owner, std::uint32_t t) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t v = topology_.triangles[owner].v[corner];
+      const bool is_owned = (ownership_[owner] & (1U << corner)) != 0;
+      if (is_owned && !has(topology_.triangles[t], v)) {
+        out_.vertex_triangle.push_back((static_cast<std::uint64_t>(v) << 32) | t);
+      }
+    }
+  }
+
+  void add_edges(std::uint32_t a, std::uint32_t b) {
+    for (int side_a = 0; side_a < 3; ++side_a) {
+      if ((ownership_[a] & (8U << side_a)) == 0) continue;
+      for (int side_b = 0; side_b < 3; ++side_b) {
+        if ((ownership_[b] & (8U << side_b)) == 0) continue;
+        add_edge_pair(topology_.triangle_edges[a].v[side_a], topology_.triangle_edges[b].v[side_b]);
+      }
+    }
+  }
+
+ private:
+  void add_edge_pair(std::uint32_t e, std::uint32_t g) {
+    const auto [p, q] = topology_.edges[e].v;
+    const auto [r, s] = topology_.edges[g].v;
+    if (p != r && p != s && q != r && q != s) out_.edge_edge.push_back(edge_key(e, g));
+  }
+
+  const Topology& topology_;
+  Span<const Ownership> ownership_;
+  NeighbourFeatures& out_;
+};
 
 }  // namespace
 
@@ -65,6 +134,37 @@ std::vector<Ownership> assign_ownership(const Topology& topology, Span<const std
     }
   }
   return ownership;
+}
+
+NeighbourFeatures neighbour_features(const Topology& topology, Span<const Ownership> ownership) {
+  NeighbourFeatures out;
+  const VertexTriangles triangles_of(topology);
+  std::uint64_t corners_around = 0;
+  for (std::uint32_t v = 0; v < topology.vertex_count; ++v) {
+    const std::uint64_t count = triangles_of.of(v).size();
+    corners_around += count * count;
+  }
+  out.are_listed = corners_around <= kMostCornersAround * topology.triangles.size();
+  if (!out.are_listed) return out;
+
+  NeighbourLister lister(topology, ownership, out);
+  std::vector<std::uint32_t> neighbours;
+  for (std::uint32_t t = 0; t < topology.triangles.size(); ++t) {
+    if ((ownership[t] & kLeftOut) != 0) continue;
+    neighbours.clear();
+    for (const std::uint32_t v : topology.triangles[t].v) {
+      const Span<const std::uint32_t> around = triangles_of.of(v);
+      neighbours.insert(neighbours.end(), around.begin(), around.end());
+    }
+    std::sort(neighbours.begin(), neighbours.end());
+    neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
+    for (const std::uint32_t other : neighbours) {
+      if (other == t) continue;
+      lister.add_vertices(other, t);
+      if (other > t) lister.add_edges(t, other);
+    }
+  }
+  return out;
 }
 
 }  // namespace softcd

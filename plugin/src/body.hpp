@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "softcd/mesh/topology.hpp"
@@ -16,6 +17,8 @@ struct Body {
   std::vector<Ownership> ownership;
   std::vector<std::uint32_t> stray_vertices;  ///< those that are not finite, ascending
   std::uint64_t left_out_triangles = 0;
+  /// By the ownership in force; made when the body first has to be tested with itself.
+  std::optional<NeighbourFeatures> neighbours;
 
   /// The caller's positions until a detection has read them, then `kept`; what is read is relative to `offset`.
   bool has_positions = false;

@@ -140,6 +140,7 @@ class CollisionPipeline::Implementation {
 
     const std::vector<BodySurvey> surveys = survey_bodies(bodies_, continuous, measures_moves(options_));
     leave_out_strays(surveys);
+    if (list_neighbours(bodies_)) topology_changed_ = true;
     start_statistics();
     const Vec3d origin = scene_origin(surveys);
     pairs_ = select_pairs(bodies_, surveys, origin, margin_growth(options_), options_.pair_filter);
@@ -224,6 +225,7 @@ class CollisionPipeline::Implementation {
         });
         body.left_out_triangles += left_out[t];
       }
+      body.neighbours.reset();
       body.ownership = assign_ownership(body.topology, left_out);
       for (std::size_t t = 0; t < left_out.size(); ++t) {
         if (left_out[t] != 0) body.ownership[t] = static_cast<Ownership>(kLeftOut);

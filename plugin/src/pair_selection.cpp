@@ -85,7 +85,8 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
     const Body& body = bodies[b];
     const BodySettings& settings = body.settings;
     out.bodies.push_back({body.id.value, first_vertex, first_triangle, first_edge, settings.margin,
-                          settings.features.vertex_triangle, settings.features.edge_edge, kNowhere});
+                          settings.features.vertex_triangle, settings.features.edge_edge, /*lists_neighbours=*/false,
+                          kNowhere});
     first_vertex += body.topology.vertex_count;
     first_triangle += static_cast<std::uint32_t>(body.topology.triangles.size());
     first_edge += static_cast<std::uint32_t>(body.topology.edges.size());
@@ -97,6 +98,7 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
     const BodySettings& settings = bodies[b].settings;
     if (settings.self_collision && !surveys[b].extent.is_empty && is_wanted(settings, settings)) {
       selection.allow(b, b, settings, settings, boxes[b], boxes[b]);
+      out.bodies[b].lists_neighbours = bodies[b].neighbours && bodies[b].neighbours->are_listed;
     }
   }
   for (const auto& [a, b] : overlapping_pairs(boxes)) {

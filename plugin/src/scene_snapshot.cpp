@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace softcd {
 namespace {
@@ -106,7 +107,25 @@ double origin_of(double lo, double hi) {
   return std::abs(centre) >= 2 * half ? static_cast<double>(static_cast<float>(centre)) : 0.0;
 }
 
+/// Appends pairs of features, each index moved on by how many the bodies before have.
+void append(std::vector<std::uint64_t>& out, const std::vector<std::uint64_t>& pairs, std::uint64_t first,
+            std::uint64_t second) {
+  const std::uint64_t offset = (first << 32) | second;
+  std::transform(pairs.begin(), pairs.end(), std::back_inserter(out),
+                 [&](std::uint64_t pair) { return pair + offset; });
+}
+
 }  // namespace
+
+bool list_neighbours(std::vector<Body>& bodies) {
+  bool has_listed = false;
+  for (Body& body : bodies) {
+    if (!body.settings.self_collision || body.neighbours) continue;
+    body.neighbours = neighbour_features(body.topology, body.ownership);
+    has_listed = true;
+  }
+  return has_listed;
+}
 
 SceneArrays concatenate(const std::vector<Body>& bodies) {
   SceneArrays scene;
@@ -114,6 +133,11 @@ SceneArrays concatenate(const std::vector<Body>& bodies) {
   for (std::uint32_t b = 0; b < bodies.size(); ++b) {
     const Topology& mesh = bodies[b].topology;
     const auto first_edge = static_cast<std::uint32_t>(scene.edges.size());
+    if (bodies[b].neighbours) {
+      append(scene.vertex_triangle_neighbours, bodies[b].neighbours->vertex_triangle, first_vertex,
+             scene.triangles.size());
+      append(scene.edge_edge_neighbours, bodies[b].neighbours->edge_edge, first_edge, first_edge);
+    }
     for (const Triangle& t : mesh.triangles) {
       scene.triangles.push_back({{t.v[0] + first_vertex, t.v[1] + first_vertex, t.v[2] + first_vertex}});
     }

@@ -14,9 +14,18 @@ struct SceneArrays {
   std::vector<Edge> edges;
   std::vector<Ownership> ownership;
   std::vector<std::uint32_t> triangle_body, vertex_body;
+  std::vector<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
 
-  SceneTopology topology() const { return {triangles, triangle_edges, edges, ownership, triangle_body, vertex_body}; }
+  SceneTopology topology() const {
+    return {
+        triangles,           triangle_edges, edges, ownership, triangle_body, vertex_body, vertex_triangle_neighbours,
+        edge_edge_neighbours};
+  }
 };
+
+/// Lists the neighbours of the bodies that are to be tested with themselves and have none listed. True when there were
+/// any: the scene has to be concatenated anew.
+bool list_neighbours(std::vector<Body>& bodies);
 
 SceneArrays concatenate(const std::vector<Body>& bodies);
 

@@ -116,6 +116,7 @@ class HostScene {
                              body.margin,
                              body.vertex_triangle,
                              body.edge_edge,
+                             /*lists_neighbours=*/false,
                              {{-kEverywhere, -kEverywhere, -kEverywhere}, {kEverywhere, kEverywhere, kEverywhere}}});
   }
 

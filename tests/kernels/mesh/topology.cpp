@@ -139,5 +139,82 @@ TEST(Ownership, passes_on_from_triangles_that_are_left_out) {
   }
 }
 
+bool share_vertex(const Topology& topology, std::uint32_t a, std::uint32_t b) {
+  const auto& v = topology.triangles[b].v;
+  return std::any_of(topology.triangles[a].v, topology.triangles[a].v + 3,
+                     [&](std::uint32_t vertex) { return std::find(v, v + 3, vertex) != v + 3; });
+}
+
+/// Owners of the vertices, then of the edges; kNoIndex where nobody owns one.
+std::vector<std::uint32_t> owners(const Topology& topology, const std::vector<Ownership>& ownership, bool of_edges) {
+  std::vector<std::uint32_t> owner(of_edges ? topology.edges.size() : topology.vertex_count, kNoIndex);
+  for (std::uint32_t t = 0; t < ownership.size(); ++t) {
+    for (int i = 0; i < 3; ++i) {
+      if (((ownership[t] >> (of_edges ? 3 + i : i)) & 1U) == 0) continue;
+      owner[(of_edges ? topology.triangle_edges : topology.triangles)[t].v[i]] = t;
+    }
+  }
+  return owner;
+}
+
+/// By trying every vertex with every triangle, and every edge with every other one.
+NeighbourFeatures neighbours_by_trial(const Topology& topology, const std::vector<Ownership>& ownership) {
+  NeighbourFeatures out;
+  const std::vector<std::uint32_t> vertex_owner = owners(topology, ownership, false);
+  const std::vector<std::uint32_t> edge_owner = owners(topology, ownership, true);
+  for (std::uint64_t v = 0; v < vertex_owner.size(); ++v) {
+    for (std::uint32_t t = 0; t < ownership.size(); ++t) {
+      const auto& corners = topology.triangles[t].v;
+      if (vertex_owner[v] == kNoIndex || (ownership[t] & kLeftOut) != 0) continue;
+      if (std::find(corners, corners + 3, v) != corners + 3) continue;
+      if (share_vertex(topology, vertex_owner[v], t)) out.vertex_triangle.push_back((v << 32) | t);
+    }
+  }
+  for (std::uint64_t e = 0; e < edge_owner.size(); ++e) {
+    for (std::uint32_t g = static_cast<std::uint32_t>(e) + 1; g < edge_owner.size(); ++g) {
+      const auto [p, q] = topology.edges[e].v;
+      const auto [r, s] = topology.edges[g].v;
+      if (edge_owner[e] == kNoIndex || edge_owner[g] == kNoIndex || p == r || p == s || q == r || q == s) continue;
+      if (share_vertex(topology, edge_owner[e], edge_owner[g])) out.edge_edge.push_back((e << 32) | g);
+    }
+  }
+  return out;
+}
+
+TEST(Neighbours, everything_at_triangles_that_share_a_vertex_is_listed_once) {
+  Random random(4);
+  std::size_t listed = 0;
+  for (const Mesh& mesh : meshes()) {
+    const Topology topology = topology_of(mesh);
+    for (const double share : {0.0, 0.1}) {
+      std::vector<std::uint8_t> left_out;
+      for (std::size_t t = 0; t < mesh.triangles.size(); ++t) left_out.push_back(random.chance(share) ? 1 : 0);
+      std::vector<Ownership> ownership = assign_ownership(topology, left_out);
+      for (std::size_t t = 0; t < left_out.size(); ++t) {
+        if (left_out[t] != 0) ownership[t] = static_cast<Ownership>(kLeftOut);
+      }
+      NeighbourFeatures features = neighbour_features(topology, ownership);
+      if (!features.are_listed) continue;  // of the tangles, whose triangles meet in few vertices
+      std::sort(features.vertex_triangle.begin(), features.vertex_triangle.end());
+      std::sort(features.edge_edge.begin(), features.edge_edge.end());
+      const NeighbourFeatures expected = neighbours_by_trial(topology, ownership);
+      EXPECT_EQ(features.vertex_triangle, expected.vertex_triangle);
+      EXPECT_EQ(features.edge_edge, expected.edge_edge);
+      listed += features.vertex_triangle.size() + features.edge_edge.size();
+    }
+  }
+  EXPECT_GT(listed, 10000U);
+}
+
+TEST(Neighbours, are_not_listed_where_there_are_too_many) {
+  Mesh fan{{}, Positions3(202)};
+  for (std::uint32_t i = 1; i <= 200; ++i) fan.triangles.push_back({{0, i, i + 1}});
+  const Topology topology = topology_of(fan);
+  const NeighbourFeatures features = neighbour_features(topology, topology.ownership);
+  EXPECT_FALSE(features.are_listed);
+  EXPECT_TRUE(features.vertex_triangle.empty());
+  EXPECT_TRUE(features.edge_edge.empty());
+}
+
 }  // namespace
 }  // namespace softcd::test

@@ -182,7 +182,7 @@ class FeaturePairs : public testing::TestWithParam<bool> {
 template <ContactKind kKind, bool kContinuous>
 Candidates expanded_as(const SceneView& scene, const HostVolumes& bounds, const std::vector<std::uint64_t>& pairs) {
   Collector<std::uint64_t> found;
-  const ExpandPair<kKind, kContinuous> stage{scene, bounds.shapes.data(), pairs.data()};
+  const ExpandPair<kKind, kContinuous> stage{{scene}, bounds.shapes.data(), pairs.data()};
   typename ExpandPair<kKind, kContinuous>::Candidate candidate;
   for (std::uint32_t i = 0; i < pairs.size(); ++i) {
     const FeatureWork<kKind> work = stage.load_item(i);
@@ -193,10 +193,32 @@ Candidates expanded_as(const SceneView& scene, const HostVolumes& bounds, const 
   return found.items;
 }
 
+template <ContactKind kKind, bool kContinuous>
+Candidates neighbours_that_stay(const SceneView& scene, const std::vector<std::uint64_t>& neighbours) {
+  Collector<std::uint64_t> found;
+  const TestNeighbours<kKind, kContinuous> stage{{scene}, neighbours.data()};
+  FeatureCandidate candidate;
+  for (std::uint32_t i = 0; i < neighbours.size(); ++i) {
+    if (stage.filter(stage.load_item(i), 0, candidate)) stage.test(candidate, found);
+  }
+  return found.items;
+}
+
 template <ContactKind kKind>
 Candidates expanded(const SceneView& scene, const HostVolumes& bounds, const std::vector<std::uint64_t>& pairs) {
   return scene.is_swept ? expanded_as<kKind, true>(scene, bounds, pairs)
                         : expanded_as<kKind, false>(scene, bounds, pairs);
+}
+
+std::vector<std::uint64_t> overlapping_pairs(const SceneView& scene, const HostVolumes& bounds) {
+  std::vector<std::uint64_t> pairs;
+  for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {
+    for (std::uint32_t b = a + 1; b < scene.triangle_count; ++b) {
+      if (!scene.bodies_may_touch(scene.triangle_body[a], scene.triangle_body[b])) continue;
+      if (overlap(bounds.volumes[a], bounds.volumes[b])) pairs.push_back(pair_key(a, b));
+    }
+  }
+  return pairs;
 }
 
 // All pairs of triangles whose volumes overlap go in; each candidate comes out once, none is missing, and those that
@@ -205,13 +227,7 @@ TEST_P(FeaturePairs, each_candidate_once) {
   const HostScene host = make_scene(GetParam());
   const SceneView scene = host.view();
   const HostVolumes bounds(scene);
-  std::vector<std::uint64_t> pairs;
-  for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {
-    for (std::uint32_t b = a + 1; b < scene.triangle_count; ++b) {
-      if (!scene.bodies_may_touch(scene.triangle_body[a], scene.triangle_body[b])) continue;
-      if (overlap(bounds.volumes[a], bounds.volumes[b])) pairs.push_back(pair_key(a, b));
-    }
-  }
+  const std::vector<std::uint64_t> pairs = overlapping_pairs(scene, bounds);
   Candidates vt = expanded<ContactKind::vertex_triangle>(scene, bounds, pairs);
   Candidates ee = expanded<ContactKind::edge_edge>(scene, bounds, pairs);
   for (Candidates* candidates : {&vt, &ee}) {
@@ -232,6 +248,38 @@ TEST_P(FeaturePairs, each_candidate_once) {
     EXPECT_TRUE(contains_all(vt, colliding_vertex_triangles(scene)));
     EXPECT_TRUE(contains_all(ee, colliding_edge_edges(scene)));
   }
+}
+
+template <ContactKind kKind>
+void expect_neighbours_to_stand_for_their_pairs(const SceneView& scene, const HostVolumes& bounds,
+                                                const std::vector<std::uint64_t>& neighbours) {
+  std::vector<std::uint64_t> pairs = overlapping_pairs(scene, bounds);
+  Candidates expected = expanded<kKind>(scene, bounds, pairs);
+  std::erase_if(pairs, [&](std::uint64_t pair) {
+    const auto a = static_cast<std::uint32_t>(pair >> 32);
+    const auto b = static_cast<std::uint32_t>(pair);
+    return scene.bodies[scene.triangle_body[a]].lists_neighbours &&
+           share_vertex(scene.triangles[a], scene.triangles[b]);
+  });
+  Candidates found = expanded<kKind>(scene, bounds, pairs);
+  const Candidates listed = scene.is_swept ? neighbours_that_stay<kKind, true>(scene, neighbours)
+                                           : neighbours_that_stay<kKind, false>(scene, neighbours);
+  EXPECT_GT(listed.size(), 10U);
+  found.insert(found.end(), listed.begin(), listed.end());
+  std::sort(expected.begin(), expected.end());
+  std::sort(found.begin(), found.end());
+  EXPECT_EQ(found, expected);
+}
+
+TEST_P(FeaturePairs, listed_neighbours_stand_for_their_pairs) {
+  HostScene host = make_scene(GetParam());
+  const SceneView scene = host.view();
+  for (std::uint32_t b = 0; b < scene.body_count; ++b) host.body(b).lists_neighbours = scene.bodies_may_touch(b, b);
+  const HostVolumes bounds(scene);
+  const Topology topology = build_topology({scene.triangles, scene.triangle_count}, scene.vertex_count);
+  const NeighbourFeatures neighbours = neighbour_features(topology, topology.ownership);
+  expect_neighbours_to_stand_for_their_pairs<ContactKind::vertex_triangle>(scene, bounds, neighbours.vertex_triangle);
+  expect_neighbours_to_stand_for_their_pairs<ContactKind::edge_edge>(scene, bounds, neighbours.edge_edge);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, FeaturePairs, testing::Bool(),

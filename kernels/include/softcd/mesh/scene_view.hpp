@@ -19,6 +19,8 @@ struct SceneBody {
   std::uint32_t first_vertex, first_triangle, first_edge;
   float margin;
   bool vertex_triangle, edge_edge;
+  /// The body touches itself, and the features of its triangles that share a vertex are on the scene's lists.
+  bool lists_neighbours;
   /// Union of the volumes of all bodies that this one may touch, grown by their margins; empty when there are none.
   /// A triangle outside takes no part in the detection.
   Box reach;

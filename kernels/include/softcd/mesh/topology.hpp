@@ -25,4 +25,17 @@ Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_cou
 /// Ownership among the triangles whose `left_out` flag is 0; the others own nothing. Flags: one per triangle.
 std::vector<Ownership> assign_ownership(const Topology& topology, Span<const std::uint8_t> left_out);
 
+/// What a mesh's triangles that share a vertex have to be tested for. Their volumes always overlap, so that every
+/// detection would find the same pairs again: most of what a mesh finds with itself.
+struct NeighbourFeatures {
+  /// False where vertices with very many triangles would make too many; the lists are empty then.
+  bool are_listed = false;
+  std::vector<std::uint64_t> vertex_triangle;  ///< vertex:32 | triangle:32 from high to low
+  std::vector<std::uint64_t> edge_edge;        ///< lower edge:32 | higher edge:32
+};
+
+/// Every vertex with every triangle, and every two edges, whose owner (`ownership`; of a triangle itself) shares a
+/// vertex with the other's while they do not, each once.
+NeighbourFeatures neighbour_features(const Topology& topology, Span<const Ownership> ownership);
+
 }  // namespace softcd

@@ -252,7 +252,7 @@ class BroadPhaseStages {
     produce(backend_, counters_, stage, w_.pairs);
   }
 
-  Count triangles() const { return {&counters_->triangles, scene_.triangle_count}; }
+  Count triangles() const { return {&counters_->scene.triangles, scene_.triangle_count}; }
 
   Backend& backend_;
   Workspace<Backend>& w_;

@@ -23,6 +23,8 @@ struct SceneTopology {
   Span<const Ownership> ownership;
   Span<const std::uint32_t> triangle_body;
   Span<const std::uint32_t> vertex_body;
+  /// Of all bodies that list them, as NeighbourFeatures.
+  Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
 };
 
 struct SceneBodies {

@@ -31,6 +31,10 @@ class DetectorOn final : public Detector {
     upload(w_.ownership, topology.ownership);
     upload(w_.triangle_body, topology.triangle_body);
     upload(w_.vertex_body, topology.vertex_body);
+    upload(w_.vertex_triangle_neighbours, topology.vertex_triangle_neighbours);
+    upload(w_.edge_edge_neighbours, topology.edge_edge_neighbours);
+    counts_ = {topology.triangles.size(), topology.vertex_triangle_neighbours.size(),
+               topology.edge_edge_neighbours.size()};
     scene_.triangle_count = static_cast<std::uint32_t>(topology.triangles.size());
     scene_.edge_count = static_cast<std::uint32_t>(topology.edges.size());
     scene_.vertex_count = static_cast<std::uint32_t>(topology.vertex_body.size());
@@ -154,9 +158,9 @@ class DetectorOn final : public Detector {
     with_lists([](auto&... lists) { (lists.rewind(), ...); });
     w_.contact_keys.rewind();
     w_.contact_order.rewind();
-    backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), scene_.triangle_count});
+    backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_});
     BroadPhaseStages<Backend> broad_phase(backend_, w_, scene_, settings_);
-    NarrowPhaseStages<Backend> narrow_phase(backend_, w_, scene_, settings_);
+    NarrowPhaseStages<Backend> narrow_phase(backend_, w_, scene_, settings_, counts_);
     broad_phase.prepare();
     for (std::uint32_t chunk = 0; chunk + 1 < chunks_; ++chunk) {
       broad_phase.test_pairs({chunk, chunks_});
@@ -165,6 +169,7 @@ class DetectorOn final : public Detector {
     }
     broad_phase.test_pairs({chunks_ - 1, chunks_});
     broad_phase.add_remaining_pairs();
+    narrow_phase.test_neighbours();
     narrow_phase.find_contacts();
     narrow_phase.sort_contacts();
     backend_.begin(Stage::transfer);
@@ -191,6 +196,8 @@ class DetectorOn final : public Detector {
                                          scene_.triangle_count,
                                          scene_.vertex_count,
                                          scene_.edge_count,
+                                         counts_.vertex_triangle_neighbours,
+                                         counts_.edge_edge_neighbours,
                                          scene_.body_count,
                                          scene_.pair_words,
                                          scene_.self_collision,
@@ -241,6 +248,7 @@ class DetectorOn final : public Detector {
   Backend backend_;
   Workspace<Backend> w_;
   SceneView scene_;
+  SceneCounts counts_{};
   DetectionSettings settings_{};
   std::uint64_t guessed_for_ = 0;  ///< triangles that reserve_lists guessed for
   std::uint32_t chunks_ = 1;       ///< parts that the pair tests are made in

@@ -12,8 +12,23 @@ template <class Backend>
 class NarrowPhaseStages {
  public:
   NarrowPhaseStages(Backend& backend, Workspace<Backend>& workspace, const SceneView& scene,
-                    const DetectionSettings& settings)
-      : backend_(backend), w_(workspace), counters_(workspace.counters.data()), scene_(scene), settings_(settings) {}
+                    const DetectionSettings& settings, const SceneCounts& counts)
+      : backend_(backend),
+        w_(workspace),
+        counters_(workspace.counters.data()),
+        scene_(scene),
+        settings_(settings),
+        counts_(counts) {}
+
+  /// Adds to this chunk's candidates those of triangles that share a vertex.
+  void test_neighbours() {
+    if (!scene_.self_collision) return;
+    if (scene_.is_swept) {
+      test_all_neighbours<true>();
+    } else {
+      test_all_neighbours<false>();
+    }
+  }
 
   /// The contacts of the pairs found so far in this chunk.
   void find_contacts() {
@@ -58,6 +73,29 @@ class NarrowPhaseStages {
   bool is_continuous() const { return settings_.detection == Detection::ccd; }
 
   template <bool kSwept>
+  void test_all_neighbours() {
+    backend_.begin(Stage::features);
+    if (settings_.vertex_triangle) {
+      test_neighbours<ContactKind::vertex_triangle, kSwept>(
+          "test_vertex_triangle_neighbours", w_.vertex_triangle_neighbours.data(),
+          {&counters_->scene.vertex_triangle_neighbours, counts_.vertex_triangle_neighbours}, w_.vt_candidates);
+    }
+    if (settings_.edge_edge) {
+      test_neighbours<ContactKind::edge_edge, kSwept>(
+          "test_edge_edge_neighbours", w_.edge_edge_neighbours.data(),
+          {&counters_->scene.edge_edge_neighbours, counts_.edge_edge_neighbours}, w_.ee_candidates);
+    }
+  }
+
+  template <ContactKind kKind, bool kSwept, class Candidates>
+  void test_neighbours(const char* label, const std::uint64_t* neighbours, Count count, Candidates& candidates) {
+    const TestNeighbours<kKind, kSwept> test{{scene_}, neighbours};
+    produce(
+        backend_, counters_,
+        [&] { backend_.for_each_part_filtered(label, count, test, candidates.appender(counters_)); }, candidates);
+  }
+
+  template <bool kSwept>
   void find_candidates() {
     backend_.begin(Stage::features);
     if (settings_.vertex_triangle) {
@@ -68,7 +106,7 @@ class NarrowPhaseStages {
 
   template <ContactKind kKind, bool kSwept, class Candidates>
   void expand_pairs(const char* label, Candidates& candidates) {
-    const ExpandPair<kKind, kSwept> expand_pair{scene_, w_.shapes.data(), w_.pairs.template column<0>().data()};
+    const ExpandPair<kKind, kSwept> expand_pair{{scene_}, w_.shapes.data(), w_.pairs.template column<0>().data()};
     produce(
         backend_, counters_,
         [&] {
@@ -113,6 +151,7 @@ class NarrowPhaseStages {
   Counters* counters_;
   const SceneView& scene_;
   const DetectionSettings& settings_;
+  const SceneCounts& counts_;
 };
 
 }  // namespace softcd

@@ -20,9 +20,14 @@ struct ChunkCounts {
   std::uint64_t pairs, vt_candidates, ee_candidates;
 };
 
+/// Counts that a detection begins with.
+struct SceneCounts {
+  std::uint64_t triangles, vertex_triangle_neighbours, edge_edge_neighbours;
+};
+
 /// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
-  std::uint64_t triangles;
+  SceneCounts scene;
   std::uint64_t splits, bigs, children, split_words, split_cells, entries, cells, tests;
   std::uint64_t flagged, pairs;
   std::uint64_t vt_candidates, ee_candidates, contacts, unsettled;
@@ -59,13 +64,13 @@ enum class ListKind { whole, chunked };
 
 struct ClearCounters {
   Counters* counters;
-  std::uint64_t triangles;
+  SceneCounts scene;
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
     if (!team.is_leader()) return;
     *counters = Counters{};
-    counters->triangles = triangles;
+    counters->scene = scene;
     counters->earliest_toi = 1.0F;
   }
 };
@@ -176,6 +181,7 @@ struct Workspace {
   Buffer<Edge> edges;
   Buffer<Ownership> ownership;
   Buffer<std::uint32_t> triangle_body, vertex_body;
+  Buffer<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
   Buffer<SceneBody> bodies;
   Buffer<std::uint32_t> may_touch;
 

@@ -34,66 +34,27 @@ struct FeatureWork {
   }
 };
 
-/// Expands a pair of triangles into the candidates of one kind that the two own (R-triangles), if both bodies want that
-/// kind. A part is one such candidate; it is kept unless the features share a vertex (they are always in contact), or
-/// are certain to stay apart: along one of the 18-DOP's axes at both ends of the step, or out of each other's plane, or
-/// by the signs of the coplanarity cubic; in the order of what each rejects for its cost. In float, whatever the narrow
-/// phase computes in: all that is rejected is apart in exact arithmetic.
+/// A vertex and a triangle, or two edges: their vertices, as contact_margin wants them, and their indices.
+struct FeatureCandidate {
+  FeatureVertices vertices;
+  std::uint32_t first, second;
+};
+
+/// Rejects features that are certain to stay apart: along one of the 18-DOP's axes at both ends of the step, or out of
+/// each other's plane, or by the signs of the coplanarity cubic; in the order of what each rejects for its cost. In
+/// float, whatever the narrow phase computes in: all that is rejected is apart in exact arithmetic.
 template <ContactKind kKind, bool kSwept>
-struct ExpandPair {
-  using Item = FeatureWork<kKind>;
-
+struct FeatureTest {
   SceneView scene;
-  const TriangleShape* shapes;
-  const std::uint64_t* pairs;
 
-  SOFTCD_HD Item load_item(std::uint32_t i) const {
-    const auto a = static_cast<std::uint32_t>(pairs[i] >> 32);
-    const auto b = static_cast<std::uint32_t>(pairs[i]);
-    const TriangleShape shape_a = shapes[a];
-    const TriangleShape shape_b = shapes[b];
-    constexpr std::uint32_t kWanted = kKind == ContactKind::vertex_triangle ? kWantsVertexTriangle : kWantsEdgeEdge;
-    constexpr std::uint32_t kShift = kKind == ContactKind::vertex_triangle ? 0 : 3;
-    const std::uint32_t bits = (shape_a.flags & shape_b.flags & kWanted) != 0U ? 7U : 0U;
-    return {a, b, (shape_a.flags >> kShift) & bits, (shape_b.flags >> kShift) & bits};
-  }
-
-  /// The features' vertices, as contact_margin wants them, and the features: vertex and triangle, or two edges.
-  struct Candidate {
-    FeatureVertices vertices;
-    std::uint32_t first, second;
-  };
-
-  /// False where the features share a vertex or are apart along x, y or z: most are.
-  SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
-    if constexpr (kKind == ContactKind::vertex_triangle) {
-      const std::uint32_t count_a = count_bits3(work.owned_a);
-      const bool is_of_a = part < count_a;
-      const int corner = is_of_a ? nth_bit3(work.owned_a, part) : nth_bit3(work.owned_b, part - count_a);
-      const std::uint32_t v = scene.triangles[is_of_a ? work.a : work.b].v[corner];
-      const std::uint32_t triangle = is_of_a ? work.b : work.a;
-      const Triangle t = scene.triangles[triangle];
-      if (v == t.v[0] || v == t.v[1] || v == t.v[2]) return false;
-      candidate = {{{v, t.v[0], t.v[1], t.v[2]}}, v, triangle};
-    } else {
-      const std::uint32_t count_b = count_bits3(work.owned_b);
-      const int side_a = nth_bit3(work.owned_a, part / count_b);
-      const int side_b = nth_bit3(work.owned_b, part % count_b);
-      const Triangle& t = scene.triangles[work.a];
-      const Triangle& u = scene.triangles[work.b];
-      const std::uint32_t p = t.v[side_a];
-      const std::uint32_t q = t.v[side_a == 2 ? 0 : side_a + 1];
-      const std::uint32_t r = u.v[side_b];
-      const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
-      if (p == r || p == s || q == r || q == s) return false;
-      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].v[side_a], scene.triangle_edges[work.b].v[side_b]};
-    }
+  /// False where the features are apart along x, y or z: most are.
+  SOFTCD_HD bool filter(const FeatureCandidate& candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
     return !apart_on_straight_axes<kSwept, kCountA>(points, reach_between(points, margin_of(candidate)));
   }
 
   template <class Candidates>
-  SOFTCD_HD void test(const Candidate& candidate, Candidates& candidates) const {
+  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = margin_of(candidate);
     if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
@@ -115,7 +76,7 @@ struct ExpandPair {
  private:
   static constexpr int kCountA = kKind == ContactKind::vertex_triangle ? 1 : 2;
 
-  SOFTCD_HD float margin_of(const Candidate& candidate) const {
+  SOFTCD_HD float margin_of(const FeatureCandidate& candidate) const {
     const float margin = outward_up(contact_margin<kKind>(scene, candidate.vertices));
     return kKind == ContactKind::vertex_triangle ? scene.contact_reach(margin) : margin;
   }
@@ -138,14 +99,101 @@ struct ExpandPair {
     return reach_of(margin, furthest);
   }
 
-  SOFTCD_HD_SELDOM bool lies_beside_slab(Candidate candidate) const {
+  SOFTCD_HD_SELDOM bool lies_beside_slab(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
     return outside_slab(points.t1, outward_up(contact_margin<kKind>(scene, candidate.vertices)));
   }
 
-  SOFTCD_HD_SELDOM bool stay_apart_diagonally(Candidate candidate) const {
+  SOFTCD_HD_SELDOM bool stay_apart_diagonally(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
     return apart_on_diagonal_axes<kSwept, kCountA>(points, reach_between(points, margin_of(candidate)));
+  }
+};
+
+/// Expands a pair of triangles into the candidates of one kind that the two own (R-triangles), if both bodies want that
+/// kind. A part is one such candidate; it is kept unless the features share a vertex (they are always in contact), or
+/// FeatureTest rejects them.
+template <ContactKind kKind, bool kSwept>
+struct ExpandPair {
+  using Item = FeatureWork<kKind>;
+  using Candidate = FeatureCandidate;
+
+  FeatureTest<kKind, kSwept> feature_test;
+  const TriangleShape* shapes;
+  const std::uint64_t* pairs;
+
+  SOFTCD_HD Item load_item(std::uint32_t i) const {
+    const auto a = static_cast<std::uint32_t>(pairs[i] >> 32);
+    const auto b = static_cast<std::uint32_t>(pairs[i]);
+    const TriangleShape shape_a = shapes[a];
+    const TriangleShape shape_b = shapes[b];
+    constexpr std::uint32_t kWanted = kKind == ContactKind::vertex_triangle ? kWantsVertexTriangle : kWantsEdgeEdge;
+    constexpr std::uint32_t kShift = kKind == ContactKind::vertex_triangle ? 0 : 3;
+    const std::uint32_t bits = (shape_a.flags & shape_b.flags & kWanted) != 0U ? 7U : 0U;
+    return {a, b, (shape_a.flags >> kShift) & bits, (shape_b.flags >> kShift) & bits};
+  }
+
+  /// False where the features share a vertex or are apart along x, y or z: most are.
+  SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
+    const SceneView& scene = feature_test.scene;
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      const std::uint32_t count_a = count_bits3(work.owned_a);
+      const bool is_of_a = part < count_a;
+      const int corner = is_of_a ? nth_bit3(work.owned_a, part) : nth_bit3(work.owned_b, part - count_a);
+      const std::uint32_t v = scene.triangles[is_of_a ? work.a : work.b].v[corner];
+      const std::uint32_t triangle = is_of_a ? work.b : work.a;
+      const Triangle t = scene.triangles[triangle];
+      if (v == t.v[0] || v == t.v[1] || v == t.v[2]) return false;
+      candidate = {{{v, t.v[0], t.v[1], t.v[2]}}, v, triangle};
+    } else {
+      const std::uint32_t count_b = count_bits3(work.owned_b);
+      const int side_a = nth_bit3(work.owned_a, part / count_b);
+      const int side_b = nth_bit3(work.owned_b, part % count_b);
+      const Triangle& t = scene.triangles[work.a];
+      const Triangle& u = scene.triangles[work.b];
+      const std::uint32_t p = t.v[side_a];
+      const std::uint32_t q = t.v[side_a == 2 ? 0 : side_a + 1];
+      const std::uint32_t r = u.v[side_b];
+      const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
+      if (p == r || p == s || q == r || q == s) return false;
+      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].v[side_a], scene.triangle_edges[work.b].v[side_b]};
+    }
+    return feature_test.filter(candidate);
+  }
+
+  template <class Candidates>
+  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
+    feature_test.test(candidate, candidates);
+  }
+};
+
+/// The same of the features of triangles that share a vertex, which are listed (NeighbourFeatures); one an item.
+template <ContactKind kKind, bool kSwept>
+struct TestNeighbours {
+  struct Item {
+    std::uint64_t features;
+
+    SOFTCD_HD std::uint32_t part_count() const { return 1; }
+  };
+  using Candidate = FeatureCandidate;
+
+  FeatureTest<kKind, kSwept> feature_test;
+  const std::uint64_t* neighbours;
+
+  SOFTCD_HD Item load_item(std::uint32_t i) const { return {neighbours[i]}; }
+
+  SOFTCD_HD bool filter(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
+    const SceneView& scene = feature_test.scene;
+    candidate = {feature_vertices<kKind>(scene, item.features), first_feature(item.features),
+                 second_feature(item.features)};
+    const SceneBody& body = scene.bodies[scene.vertex_body[candidate.vertices.v[0]]];
+    const bool is_wanted = kKind == ContactKind::vertex_triangle ? body.vertex_triangle : body.edge_edge;
+    return body.lists_neighbours && is_wanted && feature_test.filter(candidate);
+  }
+
+  template <class Candidates>
+  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
+    feature_test.test(candidate, candidates);
   }
 };
 

@@ -33,6 +33,14 @@ SOFTCD_HD inline bool move_past(const EndVolumes& a, const EndVolumes& b) {
   return motion > width;
 }
 
+SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
+  bool is_shared = false;
+  for (int corner = 0; corner < 3; ++corner) {
+    is_shared |= (a.v[corner] == b.v[0]) | (a.v[corner] == b.v[1]) | (a.v[corner] == b.v[2]);
+  }
+  return is_shared;
+}
+
 SOFTCD_HD inline Box box_at(const TriangleMotion& motion, float t) {
   Box box = box_of(lerp(motion.t0[0], motion.t1[0], t));
   for (int corner = 1; corner < 3; ++corner) box = merged(box, box_of(lerp(motion.t0[corner], motion.t1[corner], t)));
@@ -83,12 +91,13 @@ struct PairTest {
   }
   SOFTCD_HD std::uint32_t touchable_classes(Entry a) const { return scene.class_may_touch[body_class(a)]; }
 
-  /// For entries whose classes may touch.
+  /// For entries whose classes may touch. What neighbours may touch with is listed.
   SOFTCD_HD bool may_touch(Entry a, Entry b) const {
     if (scene.body_count > kBodyClasses &&
         !scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) {
       return false;
     }
+    if (scene.self_collision && are_listed_neighbours(a.root, b.root)) return false;
     if constexpr (kSwept) {
       const EndVolumes& ends_a = end_volumes[a.root];
       const EndVolumes& ends_b = end_volumes[b.root];
@@ -102,6 +111,11 @@ struct PairTest {
   }
 
  private:
+  SOFTCD_HD bool are_listed_neighbours(std::uint32_t a, std::uint32_t b) const {
+    return share_vertex(scene.triangles[a], scene.triangles[b]) &&
+           scene.bodies[scene.triangle_body[a]].lists_neighbours;
+  }
+
   SOFTCD_HD_SELDOM bool meet_in_a_slab(std::uint32_t a, std::uint32_t b) const {
     const float distance = outward_up(shapes[a].growth + shapes[b].growth);
     const float furthest = larger(furthest_coordinate(volumes[a]), furthest_coordinate(volumes[b]));
