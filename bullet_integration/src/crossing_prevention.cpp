@@ -37,69 +37,78 @@ void CrossingPrevention::set_settings(const Settings& settings) {
   settings_ = settings;
 }
 
+BodySettings CrossingPrevention::body_settings(const btSoftBody& body) const {
+  BodySettings settings = read_settings(body, settings_);
+  settings.margin = 0;
+  // Nobody asks the pair rule about a body and itself.
+  if (world_ == World::deformable && !is_deformable_pair(body, body)) settings.self_collision = false;
+  settings.features.edge_edge = settings_.edge_contacts == EdgeContacts::respond;
+  return settings;
+}
+
 void CrossingPrevention::synchronize(Span<btSoftBody* const> bodies) {
   const int flag = world_ == World::classic ? btSoftBody::fCollision::VF_SS : btSoftBody::fCollision::VF_DD;
   for (btSoftBody* body : bodies) {
     if ((body->m_cfg.collisions & flag) == 0 || body->m_nodes.size() == 0) continue;
-    BodySettings settings = read_settings(*body, settings_);
-    settings.margin = 0;
-    // Nobody asks the pair rule about a body and itself.
-    if (world_ == World::deformable && !is_deformable_pair(*body, *body)) settings.self_collision = false;
-    settings.features.edge_edge = settings_.edge_contacts == EdgeContacts::respond;
-    registry_.synchronize(*body, settings);
+    registry_.synchronize(*body, body_settings(*body));
     if (world_ == World::classic && !body->isActive()) forget_motion(*body);
   }
   registry_.remove_absent();
 }
 
-template <class Visit>
-void CrossingPrevention::for_each_node(Visit visit) {
-  registry_.for_each([&](SoftBodyRegistry::Member& member) {
-    for (int i = 0; i < member.body->m_nodes.size(); ++i) visit(*member.body, member.body->m_nodes[i]);
-  });
-}
-
-void CrossingPrevention::take_velocities(btScalar time_step) {
-  velocity_offsets_.clear();
-  for_each_node([&](btSoftBody& /*body*/, Node& node) {
+/// In the classic world the nodes' velocities become the mean ones of the step.
+void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
+  const auto [entry, is_new] = answered_.try_emplace(&body);
+  if (!is_new || world_ == World::deformable) return;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    btSoftBody::Node& node = body.m_nodes[i];
     const btVector3 mean = (node.m_x - node.m_q) / time_step;
-    velocity_offsets_.push_back(node.m_v - mean);
+    entry->second.push_back(node.m_v - mean);
     node.m_v = mean;
-  });
+  }
 }
 
 void CrossingPrevention::give_velocities() {
-  auto offset = velocity_offsets_.begin();
-  for_each_node([&](btSoftBody& /*body*/, Node& node) { node.m_v += *offset++; });
+  for (const auto& [body, offsets] : answered_) {
+    for (std::size_t i = 0; i < offsets.size(); ++i) body->m_nodes[static_cast<int>(i)].m_v += offsets[i];
+  }
 }
 
-void CrossingPrevention::move_ends(btScalar time_step) {
-  if (world_ == World::classic) {
-    for_each_node([&](btSoftBody& /*body*/, Node& node) { node.m_x = node.m_q + time_step * node.m_v; });
-    return;
-  }
-  for_each_node([&](btSoftBody& body, Node& node) {
+void CrossingPrevention::move_end(btSoftBody& body, btScalar time_step) const {
+  const btScalar fastest = body.getWorldInfo()->m_maxDisplacement / time_step;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    btSoftBody::Node& node = body.m_nodes[i];
+    if (world_ == World::classic) {
+      node.m_x = node.m_q + time_step * node.m_v;
+      continue;
+    }
     // As Bullet will when it moves the nodes.
-    const btScalar fastest = body.getWorldInfo()->m_maxDisplacement / time_step;
     for (int axis = 0; axis < 3; ++axis) btClamp(node.m_v[axis], -fastest, fastest);
     node.m_q = node.m_x + time_step * (node.m_v + node.m_splitv);
-  });
+  }
 }
 
-void CrossingPrevention::set_positions() {
+void CrossingPrevention::set_positions(const btSoftBody& body) {
+  const Positions x = positions_x(body);
+  const Positions q = positions_q(body);
+  const bool is_q_first = world_ == World::classic;
+  pipeline_.set_positions(registry_.id_of(body), is_q_first ? q : x, is_q_first ? x : q);
+}
+
+/// Two bodies that nothing was changed about are where they were when they were found not to meet.
+void CrossingPrevention::look_again(btScalar time_step) {
   registry_.for_each([&](SoftBodyRegistry::Member& member) {
-    const Positions x = positions_x(*member.body);
-    const Positions q = positions_q(*member.body);
-    if (world_ == World::classic) {
-      pipeline_.set_positions(member.id, q, x);
-    } else {
-      pipeline_.set_positions(member.id, x, q);
-    }
+    const bool is_answered = answered_.count(member.body) > 0;
+    BodySettings settings = body_settings(*member.body);
+    settings.kinematic |= !is_answered;
+    registry_.set_settings(member, settings);
+    if (!is_answered) return;
+    move_end(*member.body, time_step);
+    set_positions(*member.body);
   });
 }
 
 std::vector<Impact> CrossingPrevention::find_impacts() {
-  set_positions();
   std::vector<Impact> impacts;
   registry_.for_each_contact(pipeline_.detect(), [&](const MemberContact& found) {
     if (found.contact.kind == ContactKind::edge_edge || is_with_face(found)) impacts.push_back(impact_of(found));
@@ -111,14 +120,20 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   BT_PROFILE("softcd crossings");
   rule_ = &rule;
   synchronize(bodies);
-  if (world_ == World::deformable) move_ends(time_step);
+  registry_.for_each([&](SoftBodyRegistry::Member& member) {
+    if (world_ == World::deformable) move_end(*member.body, time_step);
+    set_positions(*member.body);
+  });
   std::vector<Impact> impacts = find_impacts();
   if (impacts.empty()) return false;
 
-  if (world_ == World::classic) take_velocities(time_step);
+  answered_.clear();
   std::vector<Impact> answered;
   ImpactZones zones;
   for (int round = 0; !impacts.empty(); ++round) {
+    for (const Impact& impact : impacts) {
+      for (btSoftBody* body : impact.bodies) take_up(*body, time_step);
+    }
     if (round < kImpulseRounds) {
       // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
@@ -128,7 +143,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
       if (!has_joined || round == kImpulseRounds + kZoneRounds) break;
       zones.move_as_one();
     }
-    move_ends(time_step);
+    look_again(time_step);
     impacts = find_impacts();
   }
   if (world_ == World::classic) give_velocities();

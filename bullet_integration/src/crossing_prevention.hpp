@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <unordered_map>
 #include <vector>
 
 #include "soft_body_registry.hpp"
@@ -14,7 +15,8 @@ using PairRule = std::function<bool(btSoftBody&, btSoftBody&)>;
 
 /// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
 /// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
-/// Topology and bodies are sent to the detector once a step, positions as often as they change.
+/// Topology and bodies are sent to the detector once a step, positions as often as they change. Looks again only at
+/// what bodies that it changed may meet.
 class CrossingPrevention {
  public:
   enum class World : std::uint32_t {
@@ -33,25 +35,24 @@ class CrossingPrevention {
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step);
 
  private:
-  using Node = btSoftBody::Node;
-
   PipelineOptions options(const Settings& settings);
+  BodySettings body_settings(const btSoftBody& body) const;
   void synchronize(Span<btSoftBody* const> bodies);
   std::vector<Impact> find_impacts();
-  void take_velocities(btScalar time_step);
+  void take_up(btSoftBody& body, btScalar time_step);
+  void move_end(btSoftBody& body, btScalar time_step) const;
+  void set_positions(const btSoftBody& body);
+  void look_again(btScalar time_step);
   void give_velocities();
-  void move_ends(btScalar time_step);
-  void set_positions();
-  template <class Visit>
-  void for_each_node(Visit visit);
 
   World world_;
   Settings settings_;
   CollisionPipeline pipeline_;
   SoftBodyRegistry registry_;
   const PairRule* rule_ = nullptr;
-  /// Classic world: what has to be added to the mean velocities of the step to get the nodes' own.
-  std::vector<btVector3> velocity_offsets_;
+  /// The bodies that have met something in this step, and, in the classic world, what has to be added to the mean
+  /// velocities of the step to get their nodes' own.
+  std::unordered_map<btSoftBody*, std::vector<btVector3>> answered_;
 };
 
 }  // namespace softcd::bullet

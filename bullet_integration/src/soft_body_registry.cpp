@@ -38,9 +38,14 @@ void SoftBodyRegistry::update(Member& member, const BodySettings& settings) {
     BodyMesh mesh = read_mesh(*member.body);
     pipeline_.update_body(member.id, {mesh.triangles, mesh.node_count, settings});
     member.mesh = std::move(mesh);
-  } else if (!is_same(member.settings, settings)) {
-    pipeline_.set_settings(member.id, settings);
+    member.settings = settings;
+  } else {
+    set_settings(member, settings);
   }
+}
+
+void SoftBodyRegistry::set_settings(Member& member, const BodySettings& settings) {
+  if (!is_same(member.settings, settings)) pipeline_.set_settings(member.id, settings);
   member.settings = settings;
 }
 

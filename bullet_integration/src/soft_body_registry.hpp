@@ -26,6 +26,7 @@ class SoftBodyRegistry {
 
   /// Makes the pipeline's body agree with Bullet's, adding it where it is new.
   Member& synchronize(btSoftBody& body, const BodySettings& settings);
+  void set_settings(Member& member, const BodySettings& settings);
   /// Removes the bodies that were not synchronized since the last call.
   void remove_absent();
 

@@ -55,6 +55,8 @@ Impact impact_of(const MemberContact& found) {
   const Contact& contact = found.contact;
   const int count_a = contact.kind == ContactKind::vertex_triangle ? 1 : 2;
   Impact impact;
+  impact.bodies[0] = found.a.body;
+  impact.bodies[1] = found.b.body;
   for (int i = 0; i < 4; ++i) {
     btSoftBody& body = i < count_a ? *found.a.body : *found.b.body;
     impact.nodes[i] = &body.m_nodes[static_cast<int>(contact.vertices[i])];

@@ -11,6 +11,7 @@ namespace softcd::bullet {
 
 /// Two points about to meet: sum of weights[i] * x(nodes[i]) is the first minus the second.
 struct Impact {
+  btSoftBody* bodies[2];  ///< whose points these are
   btSoftBody::Node* nodes[4];
   btScalar weights[4];
   btVector3 normal;  ///< from the second point towards the first
