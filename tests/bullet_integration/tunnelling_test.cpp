@@ -98,6 +98,36 @@ TEST_P(Tunnelling, none_in_the_classic_world) {
                       count_crossings(ours, missile(), speed()));
 }
 
+/// Five free sheets lie 10 cm above each other; the uppermost and heaviest is thrown at the others, 19 cm in a step.
+template <class AnySimulation>
+std::size_t count_crossings_in_a_pile(AnySimulation& simulation) {
+  SheetOptions options;
+  options.nodes_per_side = 8;
+  options.margin = btScalar(0.01);
+  std::vector<btSoftBody*> sheets;
+  for (int i = 0; i < 5; ++i) {
+    options.height = btScalar(0.1) * btScalar(i);
+    sheets.push_back(&simulation.add(make_sheet(simulation.world_info(), options)));
+  }
+  sheets.back()->setTotalMass(10);
+  sheets.back()->setVelocity(btVector3(0, btScalar(-0.19) / kStep, 0));
+  CrossingFinder finder(sheets);
+  std::size_t crossings = 0;
+  for (int step = 0; step < 10; ++step) {
+    simulation.step(kStep);
+    crossings += finder.find().size();
+  }
+  return crossings;
+}
+
+// The answer moves the sheet that was met into the next one, which had met nothing yet, and so on.
+TEST(Piles, what_is_pushed_does_not_pass_through_the_next) {
+  Simulation classic(PlugIn::one_line_world, cpu_settings(Detection::ccd));
+  EXPECT_EQ(count_crossings_in_a_pile(classic), 0U);
+  DeformableSimulation deformable(cpu_settings(Detection::ccd), kSoft);
+  EXPECT_EQ(count_crossings_in_a_pile(deformable), 0U);
+}
+
 // From steps in which nothing seems to move to steps in which gravity alone moves a kilometre.
 class TimeSteps : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Seconds, TimeSteps, testing::Values(1e-9, 10.0));
