@@ -16,6 +16,8 @@ template <class Control>
 constexpr int kResidentBlocks<TestPair<Control, true>> = 3;
 template <ContactKind kKind, bool kSwept>
 constexpr int kResidentBlocks<ExpandPair<kKind, kSwept>> = 4;
+template <ContactKind kKind, bool kSwept>
+constexpr int kResidentBlocks<TestNeighbours<kKind, kSwept>> = 4;
 template <ContactKind kKind, class T>
 constexpr int kResidentBlocks<TestMotion<kKind, T>> = 2;
 
