@@ -37,9 +37,9 @@ StageReport explain_subdivision(const PipelineOptions& options, const Statistics
 }
 
 StageReport explain_big(const Statistics& statistics) {
-  if (statistics.big_triangles == 0)
-    return {"tests against all", false, "no triangle is too large or too fast for the grid"};
-  return {"tests against all", true, fmt::format("{} triangles would take too many cells", statistics.big_triangles)};
+  if (statistics.big_triangles == 0) return {"tests against all", false, "every triangle is worth its cells"};
+  return {"tests against all", true,
+          fmt::format("{} triangles would take more cells than they are worth", statistics.big_triangles)};
 }
 
 StageReport explain_kind(const char* stage, bool wanted, std::uint64_t candidates) {

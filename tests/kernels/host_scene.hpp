@@ -138,8 +138,10 @@ class HostScene {
   std::uint32_t pair_words_ = 0;
 };
 
+/// Of a scene of so many triangles that large ones are split.
 inline GridParameters grid_of(float cell_size) {
   GridParameters grid{};
+  grid.active_triangles = 1U << 30;
   grid.cell_size = cell_size;
   grid.inverse_cell_size = 1.0F / cell_size;
   return grid;

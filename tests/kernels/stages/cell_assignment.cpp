@@ -97,6 +97,30 @@ TEST_F(CellAssignment, triangles_too_large_for_the_grid_are_listed) {
   }
 }
 
+TEST_F(CellAssignment, triangles_are_split_where_their_cells_cost_less_than_tests_against_all) {
+  GridParameters parameters = grid_of(0.1F);
+  register_all(parameters, true);
+  const std::size_t most = splits_.items.size();
+  EXPECT_GT(most, 20U);
+  EXPECT_TRUE(bigs_.items.empty());
+  std::size_t before = most;
+  for (const std::uint32_t active : {1U << 14, 1U << 11, 1U << 8, 1U << 5}) {
+    splits_.items.clear();
+    bigs_.items.clear();
+    parameters.active_triangles = active;
+    register_all(parameters, true);
+    EXPECT_EQ(splits_.items.size() + bigs_.items.size(), most);
+    EXPECT_LT(splits_.items.size(), before) << active;
+    before = splits_.items.size();
+    float largest_split = 0.0F;
+    float smallest_big = INFINITY;
+    for (const SplitRoot& split : splits_.items)
+      largest_split = std::max(largest_split, bounds_.shapes[split.root].radius);
+    for (const std::uint32_t t : bigs_.items) smallest_big = std::min(smallest_big, bounds_.shapes[t].radius);
+    EXPECT_LT(largest_split, smallest_big);
+  }
+}
+
 // A split triangle's entries: the union of its children's cells around it, once each, with the mask of that union.
 TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
   const GridParameters parameters = grid_of(0.3F);

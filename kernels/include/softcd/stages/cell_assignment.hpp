@@ -108,6 +108,7 @@ struct RegisterTriangle {
     const float limit = kChildSize * larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
     const int level = subdivision ? subdivision_level(shape.radius, limit) : 0;
     if (level > kMaxLevel || span > kMaxSpan) return work;
+    if (level > 0 && !is_worth_its_cells(shape)) return work;
     work.placement = level > 0 ? Placement::split : Placement::whole;
     work.level = static_cast<std::uint32_t>(level);
     work.body = scene.triangle_body[t];
@@ -129,6 +130,14 @@ struct RegisterTriangle {
   }
 
  private:
+  /// Whether a split triangle's cells cost less than its tests against all others. They are a disc of its size, half
+  /// filled, as thick as its margin on both sides, and cells are met in part.
+  SOFTCD_HD bool is_worth_its_cells(const TriangleShape& shape) const {
+    const float across = 2.0F * grid->inverse_cell_size * (shape.radius + shape.growth);
+    const float cells = 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
+    return kTestsPerCell * cells < static_cast<float>(grid->active_triangles);
+  }
+
   template <class Entries>
   SOFTCD_HD void register_row(const Registration& work, std::uint32_t part, Entries& entries) const {
     const IntegerDop& cells = work.cells;

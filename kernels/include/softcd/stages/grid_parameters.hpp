@@ -24,6 +24,10 @@ constexpr int kMaxLevel = 6;
 /// large triangles rise by 1 to 3 % each time, and the number of children falls to a quarter.
 constexpr float kChildSize = 2.0F;
 
+/// A cell of a split triangle (marked, registered, sorted, gathered) costs about as much as so many tests against other
+/// triangles.
+constexpr float kTestsPerCell = 8.0F;
+
 /// Number of 1-to-4 splits after which a triangle of this radius fits a cell of size `limit`; kMaxLevel + 1 when none
 /// does.
 SOFTCD_HD inline int subdivision_level(float radius, float limit) {
