@@ -124,10 +124,7 @@ class CpuBackend {
   template <class F, class... Targets>
   void for_each_work(const char* /*label*/, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
-    const auto all_units = [&f](std::uint32_t item, std::uint32_t begin, std::uint32_t end, auto&... outputs) {
-      for (std::uint32_t k = begin; k < end; ++k) f(item, k, outputs...);
-    };
-    distribute(items, offsets, total, Share{0, 1}, all_units, lists...);
+    distribute<AllUnits<F>>(items, offsets, total, Share{0, 1}, f, lists...);
   }
 
   /// The same, for a share of the work, with f.test(candidate, lists...) for what f.filter(f.load_item(i), k,
@@ -135,14 +132,7 @@ class CpuBackend {
   template <class F, class... Targets>
   void for_each_work_filtered(const char* /*label*/, Count items, const std::uint64_t* offsets,
                               const std::uint64_t* total, Share share, const F& f, Appender<Targets>... lists) {
-    const auto all_units = [&f](std::uint32_t i, std::uint32_t begin, std::uint32_t end, auto&... outputs) {
-      const typename F::Item item = f.load_item(i);
-      typename F::Candidate candidate;
-      for (std::uint32_t k = begin; k < end; ++k) {
-        if (f.filter(item, k, candidate)) f.test(candidate, outputs...);
-      }
-    };
-    distribute(items, offsets, total, share, all_units, lists...);
+    distribute<FilteredUnits<F>>(items, offsets, total, share, f, lists...);
   }
 
   /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count().
@@ -320,6 +310,70 @@ class CpuBackend {
     std::array<typename Target::Value, kBlock> block_;
   };
 
+  /// Every unit of an item's work.
+  template <class F>
+  struct AllUnits {
+    const F& f;
+
+    template <class... Outputs>
+    void run(std::uint32_t item, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) const {
+      for (std::uint32_t k = begin; k < end; ++k) f(item, k, outputs...);
+    }
+    template <class... Outputs>
+    void finish(Outputs&... /*outputs*/) const {}
+  };
+
+  /// Units of work that pass f's filter, gathered before they are tested: whether one passes is hard to foresee, and
+  /// here decides about no jump.
+  template <class F>
+  class Survivors {
+   public:
+    explicit Survivors(const F& f) : f_(f) {}
+
+    template <class... Outputs>
+    void offer(const typename F::Item& item, std::uint32_t unit, Outputs&... outputs) {
+      // Where it is stored depends on the last unit's outcome, which the filter must not wait for.
+      typename F::Candidate candidate;
+      const bool passes = f_.filter(item, unit, candidate);
+      candidates_[size_] = candidate;
+      size_ += passes ? 1U : 0U;
+      if (size_ == kRoom) test(outputs...);
+    }
+    template <class... Outputs>
+    void test(Outputs&... outputs) {
+      for (std::uint32_t i = 0; i < size_; ++i) f_.test(candidates_[i], outputs...);
+      size_ = 0;
+    }
+
+   private:
+    static constexpr std::uint32_t kRoom = 128;
+
+    const F& f_;
+    std::uint32_t size_ = 0;
+    std::array<typename F::Candidate, kRoom> candidates_;
+  };
+
+  /// The units of an item's work that pass the filter.
+  template <class F>
+  class FilteredUnits {
+   public:
+    explicit FilteredUnits(const F& f) : f_(f), survivors_(f) {}
+
+    template <class... Outputs>
+    void run(std::uint32_t i, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) {
+      const typename F::Item item = f_.load_item(i);
+      for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
+    }
+    template <class... Outputs>
+    void finish(Outputs&... outputs) {
+      survivors_.test(outputs...);
+    }
+
+   private:
+    const F& f_;
+    Survivors<F> survivors_;
+  };
+
   struct BinCounter {
     std::uint32_t* bins;
     int bins_per_histogram;
@@ -328,10 +382,11 @@ class CpuBackend {
     }
   };
 
-  /// run(item, begin, end, outputs...) for shares of items' work that add up to all of it, in parallel.
-  template <class Run, class... Targets>
-  static void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share,
-                         const Run& run, Appender<Targets>... lists) {
+  /// Units::run(item, begin, end, outputs...) for shares of items' work that add up to all of it, in parallel, by
+  /// Units{f} of each task.
+  template <class Units, class F, class... Targets>
+  static void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, const F& f,
+                         Appender<Targets>... lists) {
     const std::uint64_t item_count = items.get();
     const std::uint64_t work = item_count == 0 ? 0 : *total;
     const std::uint64_t first = share.begin(work);
@@ -341,15 +396,17 @@ class CpuBackend {
       std::tuple<Output<Targets>...> outputs(lists...);
       const std::uint64_t* const next = std::upper_bound(offsets, offsets + item_count, begin);
       auto item = static_cast<std::uint64_t>(next - offsets) - 1;
+      Units units{f};
       std::apply(
           [&](auto&... output) {
             for (std::uint64_t at = begin; at < end; ++item) {
               const std::uint64_t item_end = std::min(end, item + 1 < item_count ? offsets[item + 1] : work);
               if (item_end <= at) continue;
-              run(static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(at - offsets[item]),
-                  static_cast<std::uint32_t>(item_end - offsets[item]), output...);
+              units.run(static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(at - offsets[item]),
+                        static_cast<std::uint32_t>(item_end - offsets[item]), output...);
               at = item_end;
             }
+            units.finish(output...);
           },
           outputs);
     });

@@ -114,10 +114,10 @@ TEST_P(CellRanges, without_self_collision_only_other_bodies_are_enumerated) {
 TEST(PrepareEntry, lays_the_triangles_box_beside_its_entry) {
   const Ranges ranges = ranges_of<ExactControl>(scene_of(1, true), random_keys(1, 5, 2));
   for (std::uint32_t j = 0; j < 5; ++j) {
-    EXPECT_EQ(ranges.boxed[j].entry.root, j % 3);
-    EXPECT_EQ(ranges.boxed[j].entry.bits, j);
-    EXPECT_EQ(ranges.boxed[j].box.lo, (Vec3f{static_cast<float>(j % 3), 2.0F, 5.0F}));
-    EXPECT_EQ(ranges.boxed[j].box.hi, ranges.boxed[j].box.lo);
+    EXPECT_EQ(ranges.boxed[j].root, j % 3);
+    EXPECT_EQ(ranges.boxed[j].bits, j);
+    EXPECT_EQ(ranges.boxed[j].lo, (Vec3f{static_cast<float>(j % 3), 2.0F, 5.0F}));
+    EXPECT_EQ(ranges.boxed[j].hi, ranges.boxed[j].lo);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/math/scalar.hpp"
+#include "softcd/math/simd.hpp"
 #include "softcd/math/vec3.hpp"
 
 namespace softcd {
@@ -88,12 +89,28 @@ SOFTCD_HD inline void inflate(Kdop18& dop, float radius) {
   }
 }
 
-SOFTCD_HD inline bool overlap(const Kdop18& a, const Kdop18& b) {
+namespace generic {
+/// By value, so that the device reads them in 16-byte pieces.
+SOFTCD_HD inline bool overlap(const Kdop18 a, const Kdop18 b) {
   bool is_apart = false;
   for (int axis = 0; axis < 3; ++axis) is_apart |= (a.hi[axis] < b.lo[axis]) | (b.hi[axis] < a.lo[axis]);
   if (is_apart) return false;
   for (int axis = 3; axis < kKdopAxes; ++axis) is_apart |= (a.hi[axis] < b.lo[axis]) | (b.hi[axis] < a.lo[axis]);
   return !is_apart;
+}
+}  // namespace generic
+
+SOFTCD_HD inline bool overlap(const Kdop18& a, const Kdop18& b) {
+#ifdef SOFTCD_SSE2
+  const auto gaps = [&](int axis) {
+    const __m128 a_below = _mm_cmplt_ps(_mm_loadu_ps(a.hi + axis), _mm_loadu_ps(b.lo + axis));
+    const __m128 b_below = _mm_cmplt_ps(_mm_loadu_ps(b.hi + axis), _mm_loadu_ps(a.lo + axis));
+    return _mm_or_ps(a_below, b_below);
+  };
+  return _mm_movemask_ps(_mm_or_ps(_mm_or_ps(gaps(0), gaps(4)), gaps(5))) == 0;
+#else
+  return generic::overlap(a, b);
+#endif
 }
 
 /// The volumes of moving points at both ends of a straight-line motion, axis by axis.
@@ -112,9 +129,7 @@ SOFTCD_HD inline EndVolumes end_volumes(const Kdop18& t0, const Kdop18& t1) {
   return ends;
 }
 
-/// Whether, along some axis, one lies beyond the other at both ends. The distance along an axis from the one's highest
-/// to the other's lowest point is concave in time, so what the volumes hold is then apart throughout, however far the
-/// two move together.
+namespace generic {
 SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b) {
   const auto apart_on = [&](int axis) {
     const EndVolumes::Axis on_a = a.axes[axis];
@@ -128,6 +143,33 @@ SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b)
   if (is_apart) return true;
   for (int axis = 3; axis < kKdopAxes; ++axis) is_apart |= apart_on(axis);
   return is_apart;
+}
+}  // namespace generic
+
+/// Whether, along some axis, one lies beyond the other at both ends. The distance along an axis from the one's highest
+/// to the other's lowest point is concave in time, so what the volumes hold is then apart throughout, however far the
+/// two move together.
+SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b) {
+#ifdef SOFTCD_SSE2
+  // Lanes: a's highest point below b's lowest at t0 and at t1, b's below a's.
+  const auto below = [&](int axis) {
+    const __m128 on_a = _mm_load_ps(&a.axes[axis].t0_lo);
+    const __m128 on_b = _mm_load_ps(&b.axes[axis].t0_lo);
+    return _mm_cmplt_ps(_mm_shuffle_ps(on_a, on_b, _MM_SHUFFLE(3, 1, 3, 1)),
+                        _mm_shuffle_ps(on_b, on_a, _MM_SHUFFLE(2, 0, 2, 0)));
+  };
+  const auto apart_on_two = [&](int axis) {
+    const __m128 first = below(axis);
+    const __m128 second = below(axis + 1);
+    return _mm_and_ps(_mm_shuffle_ps(first, second, _MM_SHUFFLE(2, 0, 2, 0)),
+                      _mm_shuffle_ps(first, second, _MM_SHUFFLE(3, 1, 3, 1)));
+  };
+  __m128 is_apart = apart_on_two(0);
+  for (int axis = 2; axis < 8; axis += 2) is_apart = _mm_or_ps(is_apart, apart_on_two(axis));
+  return _mm_movemask_ps(_mm_or_ps(is_apart, apart_on_two(7))) != 0;
+#else
+  return generic::apart_throughout(a, b);
+#endif
 }
 
 /// The projection of p onto one of the nine axes, rounded once.

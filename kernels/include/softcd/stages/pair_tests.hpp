@@ -104,9 +104,7 @@ struct PairTest {
       if (apart_throughout(ends_a, ends_b)) return false;
       return !move_past(ends_a, ends_b) || meet_in_a_slab(a.root, b.root);
     } else {
-      const Kdop18 volume_a = volumes[a.root];
-      const Kdop18 volume_b = volumes[b.root];
-      return overlap(volume_a, volume_b);
+      return overlap(volumes[a.root], volumes[b.root]);
     }
   }
 
@@ -144,20 +142,20 @@ struct TestPair {
 
   SOFTCD_HD Item load_item(std::uint32_t j) const {
     const BoxedEntry boxed = entries[j];
-    return {boxed, entries + partner_begin[j], key_cell(keys[j]), pair_test.touchable_classes(boxed.entry)};
+    return {boxed, entries + partner_begin[j], key_cell(keys[j]), pair_test.touchable_classes(boxed.entry())};
   }
 
   SOFTCD_HD bool filter(const Item& item, std::uint32_t k, PairCandidate& candidate) const {
-    const BoxedEntry boxed_partner = item.partners[k];
-    const Entry entry = item.boxed.entry;
-    const Entry partner = boxed_partner.entry;
-    if (!overlap(item.boxed.box, boxed_partner.box)) return false;
+    const BoxedEntry& boxed_partner = item.partners[k];
+    const Entry entry = item.boxed.entry();
+    const Entry partner = boxed_partner.entry();
+    const bool in_reach = boxes_overlap(item.boxed, boxed_partner);
     const Verdict verdict = Control::judge(item.cell, entry, partner);
     candidate = {entry, partner};
     candidate.a.bits |= verdict == Verdict::execute_and_flag ? kFlaggedPair : 0U;
     const bool may_touch = pair_test.classes_may_touch(item.touchable_classes, partner);
     const bool own_features = pair_test.own_features(entry, partner);
-    return (verdict != Verdict::skip) & (entry.root != partner.root) & may_touch & own_features;
+    return in_reach & (verdict != Verdict::skip) & (entry.root != partner.root) & may_touch & own_features;
   }
 
   template <class Pairs, class Flagged>

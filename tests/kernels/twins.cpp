@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cfloat>
+#include <cstdint>
+#include <limits>
+
+#include "random.hpp"
+#include "softcd/math/kdop.hpp"
+#include "softcd/stages/cell_ranges.hpp"
+
+// What the host computes with SSE2 is what everybody else's code in namespace generic computes, for any input.
+namespace softcd::test {
+namespace {
+
+constexpr int kRounds = 400000;
+/// Of kRounds, how many have to come out either way for the comparison to mean something.
+constexpr int kFew = 4000;
+
+/// Zeros of both signs, what is too small to be normal, what is next to it and to 1, the largest, infinities and NaN.
+float awkward(Random& random) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr std::array<float, 14> kValues = {0.0F,           -0.0F,
+                                             FLT_TRUE_MIN,   -FLT_TRUE_MIN,
+                                             FLT_MIN,        -FLT_MIN,
+                                             0.5F * FLT_MIN, 1.0F + FLT_EPSILON,
+                                             1.0F,           FLT_MAX,
+                                             -FLT_MAX,       kInfinity,
+                                             -kInfinity,     std::numeric_limits<float>::quiet_NaN()};
+  return kValues[random.below(kValues.size())];
+}
+
+/// A small integer, so that bounds touch, or, now and then, something awkward.
+float value(Random& random, int lowest, int highest) {
+  if (random.chance(0.04)) return awkward(random);
+  return static_cast<float>(lowest + static_cast<int>(random.below(static_cast<std::uint32_t>(highest - lowest + 1))));
+}
+
+Vec3f point(Random& random, int lowest, int highest) {
+  return {value(random, lowest, highest), value(random, lowest, highest), value(random, lowest, highest)};
+}
+
+/// Counts how often both said yes, and both no.
+class Outcomes {
+ public:
+  void add(bool first, bool second, int round) {
+    ASSERT_EQ(first, second) << "round " << round;
+    ++(first ? yes_ : no_);
+  }
+  void expect_both() const {
+    EXPECT_GT(yes_, kFew);
+    EXPECT_GT(no_, kFew);
+  }
+
+ private:
+  int yes_ = 0;
+  int no_ = 0;
+};
+
+Kdop18 random_volume(Random& random) {
+  Kdop18 dop{};
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    dop.lo[axis] = value(random, -8, 0);
+    dop.hi[axis] = value(random, -1, 8);
+  }
+  return dop;
+}
+
+TEST(Twins, volumes_overlap) {
+  Random random(1);
+  Outcomes outcomes;
+  for (int round = 0; round < kRounds; ++round) {
+    const Kdop18 a = random_volume(random);
+    const Kdop18 b = random_volume(random);
+    outcomes.add(overlap(a, b), generic::overlap(a, b), round);
+  }
+  outcomes.expect_both();
+}
+
+TEST(Twins, end_volumes_are_apart_throughout) {
+  Random random(2);
+  Outcomes outcomes;
+  for (int round = 0; round < kRounds; ++round) {
+    const EndVolumes a = end_volumes(random_volume(random), random_volume(random));
+    const EndVolumes b = end_volumes(random_volume(random), random_volume(random));
+    outcomes.add(apart_throughout(a, b), generic::apart_throughout(a, b), round);
+  }
+  outcomes.expect_both();
+}
+
+// Every axis, in either direction, at either end alone and at both.
+TEST(Twins, end_volumes_are_apart_on_one_axis) {
+  const auto volume = [](int axis, float at) {
+    Kdop18 dop{};
+    dop.lo[axis] = dop.hi[axis] = at;
+    return dop;
+  };
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    for (const float t0 : {-1.0F, 0.0F, 1.0F}) {
+      for (const float t1 : {-1.0F, 0.0F, 1.0F}) {
+        const EndVolumes a = end_volumes(volume(axis, t0), volume(axis, t1));
+        const EndVolumes b = end_volumes(volume(axis, 0.0F), volume(axis, 0.0F));
+        EXPECT_EQ(apart_throughout(a, b), t0 * t1 == 1.0F) << "axis " << axis << ", " << t0 << " to " << t1;
+        EXPECT_EQ(generic::apart_throughout(a, b), t0 * t1 == 1.0F);
+      }
+      EXPECT_EQ(overlap(volume(axis, t0), volume(axis, 0.0F)), t0 == 0.0F) << "axis " << axis;
+      EXPECT_EQ(generic::overlap(volume(axis, t0), volume(axis, 0.0F)), t0 == 0.0F);
+    }
+  }
+}
+
+/// What is beside the box is any pattern of bits, those of NaN among them.
+BoxedEntry random_entry(Random& random) {
+  const Box box = {point(random, -2, 0), point(random, -1, 2)};
+  const auto bits = [&] { return static_cast<std::uint32_t>(random.bits()); };
+  return boxed(box, {random.chance(0.1) ? 0x7FC00000U : bits(), random.chance(0.1) ? 0xFFFFFFFFU : bits()});
+}
+
+TEST(Twins, boxes_overlap) {
+  Random random(3);
+  Outcomes outcomes;
+  for (int round = 0; round < kRounds; ++round) {
+    const BoxedEntry a = random_entry(random);
+    const BoxedEntry b = random_entry(random);
+    outcomes.add(boxes_overlap(a, b), generic::boxes_overlap(a, b), round);
+  }
+  outcomes.expect_both();
+}
+
+}  // namespace
+}  // namespace softcd::test
