@@ -146,18 +146,23 @@ class CpuBackend {
     for_each_append(label, count, all_parts, lists...);
   }
 
-  /// The same with f.test(candidate, lists...) for what f.filter(item, k, candidate) lets through.
+  /// The same with f.test(candidate, lists...) for what f.filter(item, part, candidate) lets through.
   template <class F, class... Targets>
-  void for_each_part_filtered(const char* label, Count count, const F& f, Appender<Targets>... lists) {
-    const auto all_parts = [&f](std::uint32_t i, auto&... outputs) {
-      const typename F::Item item = f.load_item(i);
-      const std::uint32_t parts = item.part_count();
-      typename F::Candidate candidate;
-      for (std::uint32_t part = 0; part < parts; ++part) {
-        if (f.filter(item, part, candidate)) f.test(candidate, outputs...);
-      }
-    };
-    for_each_append(label, count, all_parts, lists...);
+  void for_each_part_filtered(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
+    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      std::tuple<Output<Targets>...> outputs(lists...);
+      Survivors<F> survivors(f);
+      std::apply(
+          [&](auto&... output) {
+            for (std::uint64_t i = begin; i < end; ++i) {
+              const typename F::Item item = f.load_item(static_cast<std::uint32_t>(i));
+              const std::uint32_t parts = item.part_count();
+              for (std::uint32_t part = 0; part < parts; ++part) survivors.offer(item, part, output...);
+            }
+            survivors.test(output...);
+          },
+          outputs);
+    });
   }
 
   void exclusive_scan(const char* /*label*/, Count count, const std::uint32_t* values, std::uint64_t* sums,
@@ -333,7 +338,7 @@ class CpuBackend {
     template <class... Outputs>
     void offer(const typename F::Item& item, std::uint32_t unit, Outputs&... outputs) {
       // Where it is stored depends on the last unit's outcome, which the filter must not wait for.
-      typename F::Candidate candidate;
+      typename F::Candidate candidate{};
       const bool passes = f_.filter(item, unit, candidate);
       candidates_[size_] = candidate;
       size_ += passes ? 1U : 0U;

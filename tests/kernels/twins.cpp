@@ -127,5 +127,32 @@ TEST(Twins, boxes_overlap) {
   outcomes.expect_both();
 }
 
+template <bool kSwept, int kSplit>
+void compare_points(Random& random, Outcomes& outcomes, int round) {
+  std::array<Vec3f, 4> t0{};
+  std::array<Vec3f, 4> t1{};
+  for (int i = 0; i < 4; ++i) {
+    t0[static_cast<std::size_t>(i)] = point(random, -4, 4);
+    t1[static_cast<std::size_t>(i)] = point(random, -4, 4);
+  }
+  const std::uint32_t v[4] = {2, 0, 3, 1};
+  const float reach = random.chance(0.5) ? 0.0F : straight_reach(random.chance(0.5) ? 1.0F : awkward(random));
+  const Vec3f* start = kSwept ? t0.data() : nullptr;
+  outcomes.add(apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach),
+               generic::apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach), round);
+}
+
+TEST(Twins, points_are_apart_on_straight_axes) {
+  Random random(4);
+  std::array<Outcomes, 4> outcomes;
+  for (int round = 0; round < kRounds / 4; ++round) {
+    compare_points<false, 1>(random, outcomes[0], round);
+    compare_points<false, 2>(random, outcomes[1], round);
+    compare_points<true, 1>(random, outcomes[2], round);
+    compare_points<true, 2>(random, outcomes[3], round);
+  }
+  for (const Outcomes& of_kind : outcomes) of_kind.expect_both();
+}
+
 }  // namespace
 }  // namespace softcd::test

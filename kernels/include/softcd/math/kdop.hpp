@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "softcd/core/host_device.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/math/simd.hpp"
@@ -71,6 +73,10 @@ SOFTCD_HD inline float furthest_coordinate(const Kdop18& dop) {
 struct Reach {
   float straight, diagonal;
 };
+
+SOFTCD_HD constexpr float straight_reach(float distance) {
+  return distance > 0.0F ? distance : 0.0F;
+}
 
 /// For points with coordinates up to `furthest`. A distance of 0 needs no slack, since projections are monotone.
 SOFTCD_HD inline Reach reach_of(float distance, float furthest) {
@@ -229,6 +235,81 @@ SOFTCD_HD bool apart_on_straight_axes(const PointMotion<kCount>& points, Reach r
   const bool y = apart_on_axis<kSwept, 1, kSplit>(points, reach.straight);
   const bool z = apart_on_axis<kSwept, 2, kSplit>(points, reach.straight);
   return x | y | z;
+}
+
+namespace generic {
+template <bool kSwept, int kSplit, int kCount>
+SOFTCD_HD bool apart_on_straight_axes(const Vec3f* x_t0, const Vec3f* x_t1, const std::uint32_t (&v)[kCount],
+                                      float reach) {
+  PointMotion<kCount> points{};
+  for (int i = 0; i < kCount; ++i) {
+    points.t1[i] = x_t1[v[i]];
+    points.t0[i] = kSwept ? x_t0[v[i]] : points.t1[i];
+  }
+  return softcd::apart_on_straight_axes<kSwept, kSplit>(points, {reach, reach});
+}
+}  // namespace generic
+
+#ifdef SOFTCD_SSE2
+namespace detail {
+
+/// x, y, z, 0.
+inline __m128 lanes_of(const Vec3f& p) {
+  const __m128 xy = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&p.x)));
+  return _mm_movelh_ps(xy, _mm_load_ss(&p.z));
+}
+
+inline __m128 outward_up(__m128 x) {
+  const __m128 size = _mm_andnot_ps(_mm_set1_ps(-0.0F), x);
+  return _mm_add_ps(x, _mm_add_ps(_mm_mul_ps(size, _mm_set1_ps(1.1920929e-7F)), _mm_set1_ps(1.1754944e-38F)));
+}
+
+/// A box, its fourth lanes 0.
+struct BoxLanes {
+  __m128 lo, hi;
+};
+
+/// Of the points x[v[kBegin]] to x[v[kEnd - 1]].
+template <int kBegin, int kEnd, int kCount>
+inline BoxLanes box_lanes(const Vec3f* x, const std::uint32_t (&v)[kCount]) {
+  const __m128 first = lanes_of(x[v[kBegin]]);
+  BoxLanes box = {first, first};
+  for (int i = kBegin + 1; i < kEnd; ++i) {
+    const __m128 p = lanes_of(x[v[i]]);
+    box = {_mm_min_ps(box.lo, p), _mm_max_ps(box.hi, p)};
+  }
+  return box;
+}
+
+/// Along which axes a ends more than `reach` before b begins.
+inline __m128 below(const BoxLanes& a, const BoxLanes& b, __m128 reach) {
+  return _mm_cmplt_ps(outward_up(_mm_add_ps(a.hi, reach)), b.lo);
+}
+
+}  // namespace detail
+#endif
+
+/// The same of the points x[v[0]], x[v[1]] ...; `reach` is a straight_reach.
+template <bool kSwept, int kSplit, int kCount>
+SOFTCD_HD bool apart_on_straight_axes(const Vec3f* x_t0, const Vec3f* x_t1, const std::uint32_t (&v)[kCount],
+                                      float reach) {
+#ifdef SOFTCD_SSE2
+  // The fourth lanes' sum must not come near the subnormal numbers, which are slow.
+  const __m128 reaches = _mm_setr_ps(reach, reach, reach, 1.0F);
+  const detail::BoxLanes a_t1 = detail::box_lanes<0, kSplit>(x_t1, v);
+  const detail::BoxLanes b_t1 = detail::box_lanes<kSplit, kCount>(x_t1, v);
+  __m128 is_below = detail::below(a_t1, b_t1, reaches);
+  __m128 is_above = detail::below(b_t1, a_t1, reaches);
+  if constexpr (kSwept) {
+    const detail::BoxLanes a_t0 = detail::box_lanes<0, kSplit>(x_t0, v);
+    const detail::BoxLanes b_t0 = detail::box_lanes<kSplit, kCount>(x_t0, v);
+    is_below = _mm_and_ps(is_below, detail::below(a_t0, b_t0, reaches));
+    is_above = _mm_and_ps(is_above, detail::below(b_t0, a_t0, reaches));
+  }
+  return (_mm_movemask_ps(_mm_or_ps(is_below, is_above)) & 7) != 0;
+#else
+  return generic::apart_on_straight_axes<kSwept, kSplit>(x_t0, x_t1, v, reach);
+#endif
 }
 
 /// The same along the six diagonal axes.

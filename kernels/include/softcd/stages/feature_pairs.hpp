@@ -49,8 +49,8 @@ struct FeatureTest {
 
   /// False where the features are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const FeatureCandidate& candidate) const {
-    const PointMotion<4> points = load(candidate.vertices);
-    return !apart_on_straight_axes<kSwept, kCountA>(points, reach_between(points, margin_of(candidate)));
+    return !apart_on_straight_axes<kSwept, kCountA>(scene.x_t0, scene.x_t1, candidate.vertices.v,
+                                                    straight_reach(margin_of(candidate)));
   }
 
   template <class Candidates>
