@@ -192,13 +192,13 @@ std::string table_of(const Comparison& comparison) {
 }
 
 nlohmann::ordered_json to_json(const BulletStepOptions& options, const Comparison& comparison) {
-  nlohmann::ordered_json json = {{"benchmark", "bullet"},
-                                 {"scene", name_of(kBulletScenes, options.scene)},
-                                 {"world", name_of(demo::kWorlds, options.world)},
-                                 {"size", options.size},
-                                 {"warm_up_steps", options.warm_up_steps},
-                                 {"measured_steps", options.measured_steps},
-                                 {"detection", name_of(demo::kDetections, options.detection)}};
+  nlohmann::ordered_json json = describe_run("bullet", options.machine);
+  json.update({{"scene", name_of(kBulletScenes, options.scene)},
+               {"world", name_of(demo::kWorlds, options.world)},
+               {"size", options.size},
+               {"warm_up_steps", options.warm_up_steps},
+               {"measured_steps", options.measured_steps},
+               {"detection", name_of(demo::kDetections, options.detection)}});
   for (const Variant* variant : comparison.all()) {
     const Heights heights = variant->heights();
     nlohmann::ordered_json row = {
@@ -278,6 +278,8 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
                     "Where softcd computes; with several, all are measured");
   demo::add_choice(*command, "--detection", demo::kDetections, options.detection, "softcd's; dcd is Bullet's rule");
+  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+      ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure as JSON")->option_text("FILE");
   command->callback([&options] { run(options); });

@@ -118,7 +118,10 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
 
 class Benchmark {
  public:
-  explicit Benchmark(const DetectorOptions& options) : options_(options) {}
+  explicit Benchmark(const DetectorOptions& options) : options_(options) {
+    json_["scale"] = options.scale;
+    json_["margin_in_edges"] = kMarginInEdges;
+  }
 
   void run() {
     if (options_.first_frame.empty()) {
@@ -395,8 +398,7 @@ class Benchmark {
   std::string report_;
   std::map<std::string, std::uint64_t> checksums_;  ///< of the contacts, by scene and mode
   std::string error_;                               ///< the first difference between checksums; empty: none
-  nlohmann::ordered_json json_ = {
-      {"benchmark", "detector"}, {"scale", options_.scale}, {"margin_in_edges", kMarginInEdges}};
+  nlohmann::ordered_json json_ = describe_run("detector", options_.machine);
 };
 
 }  // namespace
@@ -438,6 +440,8 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
                    "--sweep subdivision with a grid for the largest triangle")
       ->option_text("N [2e10]")
       ->check(CLI::PositiveNumber);
+  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+      ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes")
       ->option_text("FILE");

@@ -21,6 +21,7 @@ struct DetectorOptions {
   int repetitions = 50;
   double most_triangles = 1e6;
   double most_tests = 2e10;
+  std::string machine;        ///< empty: the processor
   std::string markdown_file;  ///< empty: none
   std::string json_file;      ///< empty: none
   std::string csv_file;       ///< empty: none

@@ -4,8 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <stdexcept>
+#include <thread>
+
+#ifdef SOFTCD_BENCH_HAS_BULLET
+#include "LinearMath/btScalar.h"
+#endif
 
 namespace softcd::benchmarks {
 
@@ -24,7 +30,36 @@ nlohmann::ordered_json flat(const nlohmann::ordered_json& row) {
   return result;
 }
 
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("model name", 0) == 0) {
+      return fmt::format("{}, {} cores", line.substr(line.find(": ") + 2), std::thread::hardware_concurrency());
+    }
+  }
+  return fmt::format("{} cores", std::thread::hardware_concurrency());
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm day{};
+  gmtime_r(&now, &day);
+  return fmt::format("{:04}-{:02}-{:02}", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
+}
+
 }  // namespace
+
+nlohmann::ordered_json describe_run(const std::string& benchmark, const std::string& machine) {
+  nlohmann::ordered_json json = {{"benchmark", benchmark},
+                                 {"machine", machine.empty() ? processor() : machine},
+                                 {"date", today()},
+                                 {"compiler", "g++ " __VERSION__},
+                                 {"softcd", SOFTCD_VERSION}};
+#ifdef SOFTCD_BENCH_HAS_BULLET
+  json["bullet"] = fmt::format("{}.{:02}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100);
+#endif
+  return json;
+}
 
 Table::Table(std::vector<std::string> header, std::size_t text_columns) : text_columns_(text_columns) {
   rows_.push_back(std::move(header));

@@ -6,6 +6,10 @@
 
 namespace softcd::benchmarks {
 
+/// What results begin with: the benchmark, where, when and with what it ran. An empty `machine` is told by its
+/// processor.
+nlohmann::ordered_json describe_run(const std::string& benchmark, const std::string& machine);
+
 /// A Markdown table whose columns are aligned for terminals too: text to the left, numbers to the right.
 class Table {
  public:

@@ -133,6 +133,9 @@ std::string decimals(double value, int digits) {
 class Benchmark {
  public:
   explicit Benchmark(const SimulatedScenesOptions& options) : options_(options) {
+    json_["simulated_steps"] = options.steps;
+    json_["samples"] = options.samples;
+    json_["margin_in_edges"] = kMarginInEdges;
     for (const PapersRow& row : kPapersTable) {
       json_["paper"].push_back({{"scene", row.scene},
                                 {"triangles", 1000 * row.thousand_triangles},
@@ -277,10 +280,7 @@ class Benchmark {
                2};
   Table shares_{{"scene", "backend", "volumes", "subdivision", "assignment", "sort", "tests", "features", "narrow"}, 2};
   Table lambdas_{lambda_header(), 1};
-  nlohmann::ordered_json json_ = {{"benchmark", "scenes"},
-                                  {"simulated_steps", options_.steps},
-                                  {"samples", options_.samples},
-                                  {"margin_in_edges", kMarginInEdges}};
+  nlohmann::ordered_json json_ = describe_run("scenes", options_.machine);
 };
 
 }  // namespace
@@ -315,6 +315,8 @@ void add_simulated_scenes(CLI::App& app, SimulatedScenesOptions& options) {
                    "Do not count the tests of a grid for the largest triangle where they would be more, by an estimate")
       ->option_text("N [2e10]")
       ->check(CLI::PositiveNumber);
+  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+      ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure of every step; milliseconds and bytes")
       ->option_text("FILE");

@@ -17,6 +17,7 @@ struct SimulatedScenesOptions {
   std::vector<Backend> backends = {Backend::automatic};
   int repetitions = 20;
   double most_tests = 2e10;
+  std::string machine;        ///< empty: the processor
   std::string markdown_file;  ///< empty: none
   std::string json_file;      ///< empty: none
   std::string csv_file;       ///< empty: none

@@ -2,19 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
-#ifdef SOFTCD_BENCH_HAS_BULLET
-#include "LinearMath/btScalar.h"
-#endif
 #include "command_line/world_choices.hpp"
 #include "report.hpp"
 #include "trade_queries.hpp"
@@ -37,36 +30,6 @@ constexpr std::array<demo::Choice<TradePart>, 3> kParts = {
 
 constexpr std::array<demo::Choice<ContactKind>, 2> kKindNames = {
     {{"vt", ContactKind::vertex_triangle}, {"ee", ContactKind::edge_edge}}};
-
-std::string processor() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (line.rfind("model name", 0) == 0) {
-      return fmt::format("{}, {} cores", line.substr(line.find(": ") + 2), std::thread::hardware_concurrency());
-    }
-  }
-  return fmt::format("{} cores", std::thread::hardware_concurrency());
-}
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm day{};
-  gmtime_r(&now, &day);
-  return fmt::format("{:04}-{:02}-{:02}", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
-}
-
-ordered_json describe_run(const TradeOptions& options) {
-  ordered_json json = {{"benchmark", "trade"},
-                       {"machine", options.machine.empty() ? processor() : options.machine},
-                       {"date", today()},
-                       {"compiler", "g++ " __VERSION__},
-                       {"softcd", SOFTCD_VERSION}};
-#ifdef SOFTCD_BENCH_HAS_BULLET
-  json["bullet"] = fmt::format("{}.{:02}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100);
-#endif
-  json["repetitions"] = options.repetitions;
-  return json;
-}
 
 std::string scientific(double value) {
   return std::isfinite(value) ? fmt::format("{:.1e}", value) : "";
@@ -152,7 +115,9 @@ ordered_json to_json(const SimulationResult& r) {
 
 class Trade {
  public:
-  explicit Trade(const TradeOptions& options) : options_(options), json_(describe_run(options)) {}
+  explicit Trade(const TradeOptions& options) : options_(options), json_(describe_run("trade", options.machine)) {
+    json_["repetitions"] = options.repetitions;
+  }
 
   void run() {
     for (const TradePart part : options_.parts) {

@@ -61,8 +61,10 @@ std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& world_info, const Cl
   link_neighbours(*cloth, grid, 0, 1, false);
   link_neighbours(*cloth, grid, 1, 1, false);
   link_neighbours(*cloth, grid, -1, 1, false);
-  link_neighbours(*cloth, grid, 2, 0, true);
-  link_neighbours(*cloth, grid, 0, 2, true);
+  if (shape.resists_bending) {
+    link_neighbours(*cloth, grid, 2, 0, true);
+    link_neighbours(*cloth, grid, 0, 2, true);
+  }
   add_faces(*cloth, grid);
   cloth->setTotalMass(mass);
   if (shape.is_fixed) {

@@ -13,11 +13,12 @@ struct ClothShape {
   int columns = 2;
   int rows = 2;
   bool is_closed = false;  ///< the last column is joined to the first, as in a tube; their number is then even
+  bool resists_bending = true;
   std::function<btVector3(int column, int row)> position;
   std::function<bool(int column, int row)> is_fixed;  ///< empty: no node is
 };
 
-/// Links along the edges and across the diagonals, and bending links over two cells each way. Vertex-face
+/// Links along the edges and across the diagonals, and where it resists bending over two cells each way. Vertex-face
 /// collisions (VF_SS) and rigid ones (SDF_RS) on; kilograms in all.
 std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& world_info, const ClothShape& shape, btScalar mass);
 

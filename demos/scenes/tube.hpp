@@ -4,8 +4,8 @@
 
 namespace softcd::demo {
 
-/// An elastic tube stands on the floor between two rings of held nodes. The upper ring sinks and turns; the wall
-/// buckles and lies in folds on itself.
+/// A soft tube, held at its foot, cannot bear its own weight: its wall gives way from below and lies in folds on
+/// itself.
 class Tube : public Scene {
  public:
   explicit Tube(const SceneOptions& options);
@@ -16,13 +16,10 @@ class Tube : public Scene {
   btSoftBody& tube() { return *tube_; }
 
  protected:
-  void animate() override;
   void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const override;
 
  private:
   btSoftBody* tube_;
-  int columns_;
-  int rows_;
 };
 
 }  // namespace softcd::demo

@@ -24,13 +24,13 @@ using demo::SceneOptions;
 using demo::World;
 
 constexpr int kSteps = 60;
-constexpr btScalar kFastest = 20;  // gravity gives 5 in that time, the tube's springs 13
+constexpr btScalar kFastest = 20;  // gravity gives 5 in that time
 
 const std::map<std::string, int> kSmallSizes = {
     {"n-body", 8}, {"mixed-sizes-balls", 2}, {"mixed-sizes-cloth", 16}, {"flamenco", 12}, {"folding-cloth", 12}};
 
-/// Loose, or apart, at the start; their own tests see them tight.
-const std::set<std::string> kTouchLater = {"reef-knot", "tube"};
+/// Loose at the start; its own test sees it tight.
+const std::set<std::string> kTouchLater = {"reef-knot"};
 
 SceneOptions small(const SceneInfo& info, World world) {
   const auto size = kSmallSizes.find(info.name);

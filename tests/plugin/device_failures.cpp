@@ -77,7 +77,7 @@ class DeviceFailures : public testing::Test {
 
   static Mesh sheet() {
     SoupOptions options;
-    options.triangle_count = 1200;
+    options.triangle_count = 400;
     options.half_extent = 2.0;
     options.joined_share = 0.5;
     return triangle_soup(options);

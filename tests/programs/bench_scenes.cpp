@@ -13,6 +13,7 @@ namespace softcd::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::MatchesRegex;
 using testing::StartsWith;
 
 class BenchScenes : public testing::Test {
@@ -37,6 +38,8 @@ TEST_F(BenchScenes, StepsOfASimulationAreMeasured) {
   }
   EXPECT_EQ(measured.size(), 2U * 3U * 2U);
   EXPECT_EQ(json.at("paper").size(), 6U);
+  EXPECT_FALSE(json.at("machine").get<std::string>().empty());
+  EXPECT_THAT(json.at("date").get<std::string>(), MatchesRegex("20[0-9][0-9]-[01][0-9]-[0-3][0-9]"));
   const std::string csv = folder_.read("rows.csv");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 12);
   EXPECT_THAT(csv, StartsWith("scene,sample,backend,"));
