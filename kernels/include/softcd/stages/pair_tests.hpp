@@ -35,9 +35,7 @@ SOFTCD_HD inline bool move_past(const EndVolumes& a, const EndVolumes& b) {
 
 SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
   bool is_shared = false;
-  for (int corner = 0; corner < 3; ++corner) {
-    is_shared |= (a.v[corner] == b.v[0]) | (a.v[corner] == b.v[1]) | (a.v[corner] == b.v[2]);
-  }
+  for (const std::uint32_t v : a.v) is_shared |= (v == b.v[0]) | (v == b.v[1]) | (v == b.v[2]);
   return is_shared;
 }
 
