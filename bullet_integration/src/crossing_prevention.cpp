@@ -48,6 +48,7 @@ BodySettings CrossingPrevention::body_settings(const btSoftBody& body) const {
 
 void CrossingPrevention::synchronize(Span<btSoftBody* const> bodies) {
   const int flag = world_ == World::classic ? btSoftBody::fCollision::VF_SS : btSoftBody::fCollision::VF_DD;
+  registry_.compare(bodies);
   for (btSoftBody* body : bodies) {
     if ((body->m_cfg.collisions & flag) == 0 || body->m_nodes.size() == 0) continue;
     registry_.synchronize(*body, body_settings(*body));

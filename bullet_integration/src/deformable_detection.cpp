@@ -67,6 +67,7 @@ void DeformableDetection::synchronize(btSoftBody& body) {
 
 void DeformableDetection::find_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
   BT_PROFILE("softcd contacts");
+  registry_.compare(bodies);
   for (btSoftBody* body : bodies) {
     const bool takes_part = (body->m_cfg.collisions & btSoftBody::fCollision::VF_DD) != 0 && body->m_nodes.size() > 0;
     if (takes_part) synchronize(*body);

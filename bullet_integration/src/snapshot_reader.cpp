@@ -1,7 +1,11 @@
 #include "snapshot_reader.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -9,6 +13,8 @@
 
 namespace softcd::bullet {
 namespace {
+
+constexpr std::size_t kFacesAtOnce = 8192;
 
 Triangle triangle_of(const btSoftBody::Face& face, const btSoftBody::Node* first_node) {
   Triangle triangle{};
@@ -53,12 +59,18 @@ bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body) {
       mesh.face_count != static_cast<std::uint32_t>(body.m_faces.size())) {
     return false;
   }
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    const Triangle now = triangle_of(body.m_faces[i], &body.m_nodes[0]);
-    const Triangle& then = mesh.triangles[static_cast<std::size_t>(i)];
-    if (!std::equal(now.v, now.v + 3, then.v)) return false;
-  }
-  return true;
+  const auto is_same = [&](const tbb::blocked_range<int>& faces) {
+    for (int i = faces.begin(); i < faces.end(); ++i) {
+      const Triangle now = triangle_of(body.m_faces[i], &body.m_nodes[0]);
+      const Triangle& then = mesh.triangles[static_cast<std::size_t>(i)];
+      if (!std::equal(now.v, now.v + 3, then.v)) return false;
+    }
+    return true;
+  };
+  return tbb::parallel_reduce(
+      tbb::blocked_range<int>(0, body.m_faces.size(), kFacesAtOnce), true,
+      [&](const tbb::blocked_range<int>& faces, bool is_same_so_far) { return is_same_so_far && is_same(faces); },
+      std::logical_and<>());
 }
 
 BodyMesh read_mesh(const btSoftBody& body) {

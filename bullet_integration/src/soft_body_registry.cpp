@@ -1,5 +1,7 @@
 #include "soft_body_registry.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <utility>
 
 namespace softcd::bullet {
@@ -11,6 +13,19 @@ bool is_same(const BodySettings& a, const BodySettings& b) {
 }
 
 }  // namespace
+
+void SoftBodyRegistry::compare(Span<btSoftBody* const> bodies) {
+  tbb::parallel_for(std::size_t{0}, bodies.size(), [&](std::size_t i) {
+    const auto known = members_.find(bodies[i]);
+    if (known != members_.end()) compare(known->second);
+  });
+}
+
+void SoftBodyRegistry::compare(Member& member) const {
+  if (member.last_compared == round_) return;
+  member.topology_changed = !is_up_to_date(member.mesh, *member.body);
+  member.last_compared = round_;
+}
 
 SoftBodyRegistry::Member& SoftBodyRegistry::synchronize(btSoftBody& body, const BodySettings& settings) {
   const auto known = members_.find(&body);
@@ -33,7 +48,7 @@ SoftBodyRegistry::Member& SoftBodyRegistry::add(btSoftBody& body, const BodySett
 }
 
 void SoftBodyRegistry::update(Member& member, const BodySettings& settings) {
-  member.topology_changed = !is_up_to_date(member.mesh, *member.body);
+  compare(member);
   if (member.topology_changed) {
     BodyMesh mesh = read_mesh(*member.body);
     pipeline_.update_body(member.id, {mesh.triangles, mesh.node_count, settings});

@@ -17,13 +17,16 @@ class SoftBodyRegistry {
     BodyMesh mesh;
     BodySettings settings;
     FaceTreeWatch face_tree;
-    bool topology_changed = false;  ///< since the detection before
+    bool topology_changed = false;    ///< since the detection before
+    std::uint64_t last_compared = 0;  ///< round
     std::uint64_t last_round = 0;
   };
 
   /// `pipeline` outlives the registry.
   explicit SoftBodyRegistry(CollisionPipeline& pipeline) : pipeline_(pipeline) {}
 
+  /// What takes longest in synchronize(), for all of them in parallel: to compare topologies.
+  void compare(Span<btSoftBody* const> bodies);
   /// Makes the pipeline's body agree with Bullet's, adding it where it is new.
   Member& synchronize(btSoftBody& body, const BodySettings& settings);
   void set_settings(Member& member, const BodySettings& settings);
@@ -44,6 +47,7 @@ class SoftBodyRegistry {
 
  private:
   Member& add(btSoftBody& body, const BodySettings& settings);
+  void compare(Member& member) const;
   void update(Member& member, const BodySettings& settings);
 
   CollisionPipeline& pipeline_;

@@ -34,6 +34,7 @@ void SoftSoftDetection::set_settings(const Settings& settings) {
 
 void SoftSoftDetection::start(Span<btSoftBody* const> bodies, const PairGate& gate) {
   BT_PROFILE("softcd contacts");
+  registry_.compare(bodies);
   for (btSoftBody* body : bodies) {
     const bool takes_part = (body->m_cfg.collisions & btSoftBody::fCollision::VF_SS) != 0 && body->m_nodes.size() > 0;
     if (takes_part) synchronize(*body);

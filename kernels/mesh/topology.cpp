@@ -1,5 +1,7 @@
 #include "softcd/mesh/topology.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -13,19 +15,29 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
 
 /// Corners around a triangle, 18 in a regular mesh, that a mesh may have on average for its neighbours to be listed.
 constexpr std::uint64_t kMostCornersAround = 64;
+constexpr std::uint32_t kTrianglesAtOnce = 4096;
+
+/// Calls visit(v) for the triangle's vertices, each once.
+template <class Visit>
+void for_each_vertex(const Triangle& triangle, Visit visit) {
+  for (int corner = 0; corner < 3; ++corner) {
+    const std::uint32_t v = triangle.v[corner];
+    if (std::find(triangle.v, triangle.v + corner, v) == triangle.v + corner) visit(v);
+  }
+}
 
 /// The triangles of each vertex, in ascending order.
 class VertexTriangles {
  public:
   explicit VertexTriangles(const Topology& topology) : first_(topology.vertex_count + 1, 0) {
     for (const Triangle& triangle : topology.triangles) {
-      for (const std::uint32_t v : triangle.v) ++first_[v + 1];
+      for_each_vertex(triangle, [&](std::uint32_t v) { ++first_[v + 1]; });
     }
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
     triangles_.resize(first_.back());
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
     for (std::uint32_t t = 0; t < topology.triangles.size(); ++t) {
-      for (const std::uint32_t v : topology.triangles[t].v) triangles_[next[v]++] = t;
+      for_each_vertex(topology.triangles[t], [&](std::uint32_t v) { triangles_[next[v]++] = t; });
     }
   }
 
@@ -41,12 +53,31 @@ bool has(const Triangle& triangle, std::uint32_t vertex) {
   return std::find(triangle.v, triangle.v + 3, vertex) != triangle.v + 3;
 }
 
+/// Calls visit(n) for every triangle n other than t that shares a vertex with it, once.
+template <class Visit>
+void for_each_neighbour(const Topology& topology, const VertexTriangles& triangles_of, std::uint32_t t, Visit visit) {
+  const auto& v = topology.triangles[t].v;
+  for (int corner = 0; corner < 3; ++corner) {
+    for (const std::uint32_t other : triangles_of.of(v[corner])) {
+      const Triangle& triangle = topology.triangles[other];
+      const bool was_visited = std::any_of(v, v + corner, [&](std::uint32_t before) { return has(triangle, before); });
+      if (other != t && !was_visited) visit(other);
+    }
+  }
+}
+
 /// The features that one pair of neighbours after the other adds.
 class NeighbourLister {
  public:
   NeighbourLister(const Topology& topology, Span<const Ownership> ownership, NeighbourFeatures& out)
       : topology_(topology), ownership_(ownership), out_(out) {}
 
+  void add(std::uint32_t t, std::uint32_t neighbour) {
+    add_vertices(neighbour, t);
+    if (neighbour > t) add_edges(t, neighbour);
+  }
+
+ private:
   void add_vertices(std::uint32_t owner, std::uint32_t t) {
     for (int corner = 0; corner < 3; ++corner) {
       const std::uint32_t v = topology_.triangles[owner].v[corner];
@@ -67,7 +98,6 @@ class NeighbourLister {
     }
   }
 
- private:
   void add_edge_pair(std::uint32_t e, std::uint32_t g) {
     const auto [p, q] = topology_.edges[e].v;
     const auto [r, s] = topology_.edges[g].v;
@@ -147,22 +177,20 @@ NeighbourFeatures neighbour_features(const Topology& topology, Span<const Owners
   out.are_listed = corners_around <= kMostCornersAround * topology.triangles.size();
   if (!out.are_listed) return out;
 
-  NeighbourLister lister(topology, ownership, out);
-  std::vector<std::uint32_t> neighbours;
-  for (std::uint32_t t = 0; t < topology.triangles.size(); ++t) {
-    if ((ownership[t] & kLeftOut) != 0) continue;
-    neighbours.clear();
-    for (const std::uint32_t v : topology.triangles[t].v) {
-      const Span<const std::uint32_t> around = triangles_of.of(v);
-      neighbours.insert(neighbours.end(), around.begin(), around.end());
+  const auto triangle_count = static_cast<std::uint32_t>(topology.triangles.size());
+  std::vector<NeighbourFeatures> parts((triangle_count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+    NeighbourLister lister(topology, ownership, parts[part]);
+    const auto begin = static_cast<std::uint32_t>(part) * kTrianglesAtOnce;
+    const std::uint32_t end = std::min(begin + kTrianglesAtOnce, triangle_count);
+    for (std::uint32_t t = begin; t < end; ++t) {
+      if ((ownership[t] & kLeftOut) == 0)
+        for_each_neighbour(topology, triangles_of, t, [&](auto n) { lister.add(t, n); });
     }
-    std::sort(neighbours.begin(), neighbours.end());
-    neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
-    for (const std::uint32_t other : neighbours) {
-      if (other == t) continue;
-      lister.add_vertices(other, t);
-      if (other > t) lister.add_edges(t, other);
-    }
+  });
+  for (const NeighbourFeatures& part : parts) {
+    out.vertex_triangle.insert(out.vertex_triangle.end(), part.vertex_triangle.begin(), part.vertex_triangle.end());
+    out.edge_edge.insert(out.edge_edge.end(), part.edge_edge.begin(), part.edge_edge.end());
   }
   return out;
 }

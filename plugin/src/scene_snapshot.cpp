@@ -118,13 +118,14 @@ void append(std::vector<std::uint64_t>& out, const std::vector<std::uint64_t>& p
 }  // namespace
 
 bool list_neighbours(std::vector<Body>& bodies) {
-  bool has_listed = false;
+  std::vector<Body*> unlisted;
   for (Body& body : bodies) {
-    if (!body.settings.self_collision || body.neighbours) continue;
-    body.neighbours = neighbour_features(body.topology, body.ownership);
-    has_listed = true;
+    if (body.settings.self_collision && !body.neighbours) unlisted.push_back(&body);
   }
-  return has_listed;
+  tbb::parallel_for(std::size_t{0}, unlisted.size(), [&](std::size_t i) {
+    unlisted[i]->neighbours = neighbour_features(unlisted[i]->topology, unlisted[i]->ownership);
+  });
+  return !unlisted.empty();
 }
 
 SceneArrays concatenate(const std::vector<Body>& bodies) {
