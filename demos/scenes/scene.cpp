@@ -118,7 +118,7 @@ const std::vector<SceneInfo>& scenes() {
       {"tube", "A soft tube collapses under its own weight and lies in folds on itself", "nodes around it", 16, 36, 0,
        true, make<Tube>},
       {"mixed-sizes-cloth", "A cloth falls onto another one; triangles from 1 to 10,000 in area", "segments", 16, 48, 0,
-       true, make<MixedSizesCloth>},
+       false, make<MixedSizesCloth>},
       {"mixed-sizes-balls", "Small soft balls fall between boulders; triangles from 1 to 10,000 in area", "small balls",
        1, 10, 0, false, make<MixedSizesBalls>},
       {"two-cloths", "A cloth falls onto another one that is held along its border", "nodes a side", 8, 60, 0, true,
