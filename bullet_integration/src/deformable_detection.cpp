@@ -8,16 +8,12 @@
 namespace softcd::bullet {
 namespace {
 
-bool share_node(const Triangle& a, const Triangle& b) {
-  return std::any_of(a.v, a.v + 3, [&](std::uint32_t node) { return std::find(b.v, b.v + 3, node) != b.v + 3; });
-}
-
 /// Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node shares no node
 /// with it. Nodes that no face has do not touch their own body's faces.
 bool is_away_from(const BodyMesh& mesh, std::uint32_t node, std::uint32_t face) {
   const auto first = mesh.faces_of_nodes.begin();
   return std::any_of(first + mesh.first_face_of_node[node], first + mesh.first_face_of_node[node + 1],
-                     [&](std::uint32_t other) { return !share_node(mesh.triangles[other], mesh.triangles[face]); });
+                     [&](std::uint32_t other) { return !share_vertex(mesh.triangles[other], mesh.triangles[face]); });
 }
 
 /// Whether Bullet has such a contact.

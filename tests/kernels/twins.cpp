@@ -66,26 +66,29 @@ Kdop18 random_volume(Random& random) {
   return dop;
 }
 
-TEST(Twins, volumes_overlap) {
-  Random random(1);
+/// Two predicates of two things that `make` makes.
+template <class Make, class First, class Second>
+void expect_the_same(std::uint64_t seed, Make make, First first, Second second) {
+  Random random(seed);
   Outcomes outcomes;
   for (int round = 0; round < kRounds; ++round) {
-    const Kdop18 a = random_volume(random);
-    const Kdop18 b = random_volume(random);
-    outcomes.add(overlap(a, b), generic::overlap(a, b), round);
+    const auto a = make(random);
+    const auto b = make(random);
+    outcomes.add(first(a, b), second(a, b), round);
   }
   outcomes.expect_both();
 }
 
+TEST(Twins, volumes_overlap) {
+  expect_the_same(
+      1, random_volume, [](const Kdop18& a, const Kdop18& b) { return overlap(a, b); },
+      [](const Kdop18& a, const Kdop18& b) { return generic::overlap(a, b); });
+}
+
 TEST(Twins, end_volumes_are_apart_throughout) {
-  Random random(2);
-  Outcomes outcomes;
-  for (int round = 0; round < kRounds; ++round) {
-    const EndVolumes a = end_volumes(random_volume(random), random_volume(random));
-    const EndVolumes b = end_volumes(random_volume(random), random_volume(random));
-    outcomes.add(apart_throughout(a, b), generic::apart_throughout(a, b), round);
-  }
-  outcomes.expect_both();
+  expect_the_same(
+      2, [](Random& random) { return end_volumes(random_volume(random), random_volume(random)); }, apart_throughout,
+      generic::apart_throughout);
 }
 
 // Every axis, in either direction, at either end alone and at both.
@@ -117,14 +120,7 @@ BoxedEntry random_entry(Random& random) {
 }
 
 TEST(Twins, boxes_overlap) {
-  Random random(3);
-  Outcomes outcomes;
-  for (int round = 0; round < kRounds; ++round) {
-    const BoxedEntry a = random_entry(random);
-    const BoxedEntry b = random_entry(random);
-    outcomes.add(boxes_overlap(a, b), generic::boxes_overlap(a, b), round);
-  }
-  outcomes.expect_both();
+  expect_the_same(3, random_entry, boxes_overlap, generic::boxes_overlap);
 }
 
 template <bool kSwept, int kSplit>

@@ -28,11 +28,8 @@ bool are_neighbours(const std::vector<Triangle>& triangles, const Contact& conta
   const auto touches = [&](const Triangle& triangle) {
     return std::find(triangle.v, triangle.v + 3, contact.vertices[0]) != triangle.v + 3;
   };
-  const auto& face = triangles[contact.feature_b].v;
   return std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& triangle) {
-    return touches(triangle) && std::any_of(face, face + 3, [&](std::uint32_t v) {
-             return std::find(triangle.v, triangle.v + 3, v) != triangle.v + 3;
-           });
+    return touches(triangle) && share_vertex(triangle, triangles[contact.feature_b]);
   });
 }
 

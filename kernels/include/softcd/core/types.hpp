@@ -14,6 +14,12 @@ struct Triangle {
   std::uint32_t v[3];
 };
 
+SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
+  bool is_shared = false;
+  for (const std::uint32_t v : a.v) is_shared |= (v == b.v[0]) | (v == b.v[1]) | (v == b.v[2]);
+  return is_shared;
+}
+
 /// Two vertex indices, v[0] < v[1].
 struct Edge {
   std::uint32_t v[2];

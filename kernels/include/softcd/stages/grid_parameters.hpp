@@ -24,8 +24,8 @@ constexpr int kMaxLevel = 6;
 /// large triangles rise by 1 to 3 % each time, and the number of children falls to a quarter.
 constexpr float kChildSize = 2.0F;
 
-/// A cell of a split triangle (marked, registered, sorted, gathered) costs about as much as so many tests against other
-/// triangles.
+/// How many tests against other triangles a cell of a split one may cost. On one core a cell took 82 ns (marked,
+/// registered, sorted) and a test 5 ns: half of that, so that what is in doubt is split.
 constexpr float kTestsPerCell = 8.0F;
 
 /// Number of 1-to-4 splits after which a triangle of this radius fits a cell of size `limit`; kMaxLevel + 1 when none

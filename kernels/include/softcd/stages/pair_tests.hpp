@@ -33,12 +33,6 @@ SOFTCD_HD inline bool move_past(const EndVolumes& a, const EndVolumes& b) {
   return motion > width;
 }
 
-SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
-  bool is_shared = false;
-  for (const std::uint32_t v : a.v) is_shared |= (v == b.v[0]) | (v == b.v[1]) | (v == b.v[2]);
-  return is_shared;
-}
-
 SOFTCD_HD inline Box box_at(const TriangleMotion& motion, float t) {
   Box box = box_of(lerp(motion.t0[0], motion.t1[0], t));
   for (int corner = 1; corner < 3; ++corner) box = merged(box, box_of(lerp(motion.t0[corner], motion.t1[corner], t)));
