@@ -138,7 +138,7 @@ struct TestPair {
   }
 
   SOFTCD_HD bool filter(const Item& item, std::uint32_t k, PairCandidate& candidate) const {
-    const BoxedEntry& boxed_partner = item.partners[k];
+    const BoxedEntry boxed_partner = item.partners[k];  // by value: the device reads it in 16-byte pieces
     const Entry entry = item.boxed.entry();
     const Entry partner = boxed_partner.entry();
     const bool in_reach = boxes_overlap(item.boxed, boxed_partner);
