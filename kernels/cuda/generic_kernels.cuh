@@ -119,9 +119,9 @@ struct TileStorage {
 };
 
 /// The paper's workload distribution (section 3.4, Fig. 10): one unit of work per thread. Each warp takes a run of
-/// tiles; the item of its first unit is found by search in the prefix sums. From there on no search is needed: every
-/// item marks the unit that it begins with in shared memory, and each unit finds the last mark up to it among its
-/// warp's votes. Calls body(is_inside, item, part) for all threads of the warp together.
+/// units, tile by tile; the item of its first unit is found by search in the prefix sums. From there on no search is
+/// needed: every item marks the unit that it begins with in shared memory, and each unit finds the last mark up to it
+/// among its warp's votes. Calls body(is_inside, item, part) for all threads of the warp together.
 template <class Body>
 __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint64_t* offsets,
                               const std::uint64_t* total, Share share, const Body& body) {
@@ -132,19 +132,19 @@ __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint
   const std::uint64_t work = item_count == 0 ? 0 : *total;
   const std::uint64_t share_begin = share.begin(work);
   const std::uint64_t share_end = share.end(work);
-  const std::uint64_t tiles = (share_end - share_begin + kTileSize - 1) / kTileSize;
+  const std::uint64_t steps = (share_end - share_begin + kWarpSize - 1) / kWarpSize;
   const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + threadIdx.x / kWarpSize;
   const std::uint64_t warps = static_cast<std::uint64_t>(gridDim.x) * kWarps;
-  const std::uint64_t begin = share_begin + tiles * warp / warps * kTileSize;
-  const std::uint64_t tiles_end = share_begin + tiles * (warp + 1) / warps * kTileSize;
-  const std::uint64_t end = tiles_end < share_end ? tiles_end : share_end;
+  const std::uint64_t begin = share_begin + steps * warp / warps * kWarpSize;
+  const std::uint64_t steps_end = share_begin + steps * (warp + 1) / warps * kWarpSize;
+  const std::uint64_t end = steps_end < share_end ? steps_end : share_end;
   if (begin >= end) return;
 
   std::uint32_t first = item_of(offsets, item_count, begin);
   for (std::uint64_t tile = begin; tile < end; tile += kTileSize) {
     const auto unit_count = static_cast<std::uint32_t>(end - tile < kTileSize ? end - tile : kTileSize);
     const auto done_of_first = static_cast<std::uint32_t>(tile - offsets[first]);
-    for (std::uint32_t unit = lane; unit < kTileSize; unit += kWarpSize) places[unit] = 0;
+    for (std::uint32_t base = 0; base < unit_count; base += kWarpSize) places[base + lane] = 0;
     __syncwarp();
     bool may_follow = true;
     for (std::uint32_t place = 1 + lane; __all_sync(kWholeWarp, may_follow); place += kWarpSize) {
