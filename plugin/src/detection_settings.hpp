@@ -26,12 +26,11 @@ inline bool some_body_moves(const std::vector<BodySurvey>& surveys) {
 }
 
 inline DetectionSettings detection_settings(const PipelineOptions& options, const PairSelection& pairs, bool moves) {
-  const float default_lambda = options.broad_phase == BroadPhase::paper ? 1.2F : 1.8F;
   return {options.detection,
           options.accuracy,
           options.broad_phase,
           options.subdivision,
-          options.lambda > 0.0F ? options.lambda : default_lambda,
+          options.lambda,
           pairs.pair_count > 0 ? options.motion_margin : 0.0F,
           options.contact_rule,
           options.memory_limit,

@@ -161,7 +161,7 @@ TEST(AutomaticChoices, triangles_of_one_size_are_not_split) {
   const Scene even{still(icosphere(3, 1.0), everything(0.01F)),
                    still(moved(icosphere(3, 1.0), {1.5, 0.25, 0.125}), everything(0.01F))};
   Scene uneven = even;
-  uneven.push_back(still(Mesh{{{{0, 1, 2}}}, {{0, 0, 0.75}, {1, 0, 0.75}, {0, 1, 0.75}}}, everything(0.01F)));
+  uneven.push_back(still(Mesh{{{{0, 1, 2}}}, {{0, 0, 0.75}, {1.4, 0, 0.75}, {0, 1.4, 0.75}}}, everything(0.01F)));
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
     for (const Scene& scene : {even, uneven}) {
       PipelineOptions options = test_options(detection);
@@ -177,7 +177,7 @@ TEST(AutomaticChoices, triangles_of_one_size_are_not_split) {
 
 TEST(AutomaticChoices, a_triangle_is_not_split_where_tests_against_all_cost_less) {
   Scene scene{still(icosphere(3, 1.0), everything(0.01F))};
-  for (const double side : {1.0, 8.0}) {
+  for (const double side : {1.4, 8.0}) {
     const Mesh triangle{{{{0, 1, 2}}}, {{0, 0, 0.75}, {side, 0, 0.75}, {0, side, 0.75}}};
     scene.push_back(still(triangle, everything(0.01F)));
     for (const Detection detection : {Detection::dcd, Detection::ccd}) {

@@ -206,6 +206,48 @@ TEST_P(Extremes, come_near_without_a_miss_in_conservative) {
             << outcome.statistics.tests << " tests, " << outcome.statistics.peak_bytes / 1000 << " kB\n";
 }
 
+/// A fine sheet without a margin under a coarse one whose margin is `margin` edges of the fine one.
+Scene margins_that_differ(std::uint32_t columns, float margin) {
+  const double edge = 1.0 / columns;
+  const Mesh fine = grid_cloth(columns, columns, edge);
+  const Mesh coarse = moved(grid_cloth(columns / 3, columns / 3, 3 * edge), {0.0, 0.0, 2 * edge});
+  BodySettings settings;
+  settings.features = {true, true};
+  Scene scene = {still(fine, settings)};
+  settings.margin = margin * static_cast<float>(edge);
+  scene.push_back(still(coarse, settings));
+  return scene;
+}
+
+TEST(ExtremeMargins, take_entries_in_proportion_to_triangles) {
+  const Scene scene = margins_that_differ(60, 20.0F);
+  const Outcome exact = outcome_of(scene, test_options(Detection::dcd));
+  const Outcome uniform = outcome_of(scene, test_options(Detection::dcd, BroadPhase::uniform));
+  ASSERT_GT(exact.contacts.size(), 100'000U);
+  EXPECT_TRUE(identical(exact.contacts, uniform.contacts));
+  EXPECT_LE(exact.statistics.entries, 12 * exact.statistics.triangles);
+}
+
+TEST(ExtremeMargins, do_not_fill_the_cells_of_a_lambda_that_was_asked_for) {
+  const Scene scene = margins_that_differ(24, 4.0F);
+  const std::vector<Contact> expected = detect_once(scene, test_options(Detection::dcd));
+  ASSERT_GT(expected.size(), 500U);
+  PipelineOptions options = test_options(Detection::dcd);
+  options.lambda = 0.1F;
+  const Outcome outcome = outcome_of(scene, options);
+  EXPECT_TRUE(identical(expected, outcome.contacts));
+  EXPECT_LE(outcome.statistics.entries, 500 * outcome.statistics.triangles);
+}
+
+TEST(ExtremeMargins, do_not_multiply_the_work_of_the_printed_scheme) {
+  for (const std::uint32_t columns : {8U, 24U}) {
+    const Scene scene = margins_that_differ(columns, 40.0F);
+    const Statistics s = outcome_of(scene, test_options(Detection::dcd, BroadPhase::paper)).statistics;
+    EXPECT_LE(s.entries, 256 * s.triangles + 65536);
+    EXPECT_EQ(s.children, 0U);
+  }
+}
+
 /// Coarse enough that a move of the origin and powers of two as scales leave positions exact.
 Scene coarse(float margin) {
   SoupOptions options = soup_of(250, 70);

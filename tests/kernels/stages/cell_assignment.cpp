@@ -104,7 +104,7 @@ TEST_F(CellAssignment, triangles_are_split_where_their_cells_cost_less_than_test
   EXPECT_GT(most, 20U);
   EXPECT_TRUE(bigs_.items.empty());
   std::size_t before = most;
-  for (const std::uint32_t active : {1U << 14, 1U << 11, 1U << 8, 1U << 5}) {
+  for (const std::uint32_t active : {1U << 14, 1U << 11, 1U << 9}) {
     splits_.items.clear();
     bigs_.items.clear();
     parameters.active_triangles = active;
@@ -119,6 +119,18 @@ TEST_F(CellAssignment, triangles_are_split_where_their_cells_cost_less_than_test
     for (const std::uint32_t t : bigs_.items) smallest_big = std::min(smallest_big, bounds_.shapes[t].radius);
     EXPECT_LT(largest_split, smallest_big);
   }
+}
+
+TEST_F(CellAssignment, whole_triangles_stay_in_the_grid_where_their_cells_cost_less_than_tests_against_all) {
+  GridParameters parameters = grid_of(0.1F);
+  parameters.active_triangles = 256;
+  register_all(parameters, false);
+  EXPECT_FALSE(bigs_.items.empty());
+  std::map<std::uint32_t, std::size_t> cells_of;
+  for (const KeyedEntry& entry : entries_.items) ++cells_of[entry.entry.root];
+  EXPECT_EQ(cells_of.size() + bigs_.items.size(), scene_.triangle_count);
+  const std::size_t bound = 3 * 256 / static_cast<std::size_t>(kTestsPerCell);
+  for (const auto& [t, cells] : cells_of) EXPECT_LE(cells, bound) << t;
 }
 
 // A split triangle's entries: the union of its children's cells around it, once each, with the mask of that union.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -14,21 +15,22 @@ namespace {
 struct Sizes {
   std::vector<std::uint32_t> radius = std::vector<std::uint32_t>(kSizeBins, 0);
   std::vector<std::uint32_t> swept = std::vector<std::uint32_t>(kSizeBins, 0);
-  std::vector<std::uint32_t> fast = std::vector<std::uint32_t>(kSizeBins, 0);
+  std::vector<std::uint32_t> extent = std::vector<std::uint32_t>(kSizeBins, 0);
   std::vector<std::uint32_t> distance = std::vector<std::uint32_t>(kSizeBins, 0);
 
-  void add(double r, double s, double d) {
-    ++radius[size_bin(static_cast<float>(r))];
-    ++swept[size_bin(static_cast<float>(s))];
-    if (s > 2.0 * r) ++fast[size_bin(static_cast<float>(s))];
+  /// A triangle of radius r, whose way has radius s, at distance d, with a margin.
+  void add(double r, double s, double d, double margin = 0.0) {
+    ++radius[size_bin(static_cast<float>(r + margin))];
+    ++swept[size_bin(static_cast<float>(s + margin))];
+    ++extent[size_bin(cell_extent(static_cast<float>(s), static_cast<float>(margin)))];
     ++distance[size_bin(static_cast<float>(d))];
   }
 
-  GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float lambda = 1.8F) const {
+  GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float lambda = 0.0F) const {
     GridParameters grid{};
     SerialTeam team;
     ChooseGrid{
-        radius.data(), swept.data(), fast.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
+        radius.data(), swept.data(), extent.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
     return grid;
   }
 };
@@ -53,6 +55,8 @@ TEST(ChooseGrid, cell_is_lambda_means) {
   }
   const GridParameters paper = sizes.choose(BroadPhase::paper, true, 1.2F);
   EXPECT_FLOAT_EQ(paper.cell_size, 3.6F * paper.mean_radius);
+  EXPECT_EQ(sizes.choose(BroadPhase::exact).cell_size, sizes.choose(BroadPhase::exact, true, 1.8F).cell_size);
+  EXPECT_EQ(sizes.choose(BroadPhase::paper).cell_size, paper.cell_size);
 }
 
 TEST(ChooseGrid, uniform_fits_the_largest) {
@@ -75,19 +79,41 @@ TEST(ChooseGrid, children_stay_within_their_budget) {
   Sizes sizes;
   for (int i = 0; i < 20000; ++i) sizes.add(i % 2 == 0 ? 0.01 : 0.6, 0.01, 1.0);
   const GridParameters grid = sizes.choose(BroadPhase::exact);
-  const double children = 10000.0 * std::pow(4.0, subdivision_level(0.75F, kChildSize * grid.cell_size));
+  const double children = 10000.0 * std::pow(4.0, split_level(0.75F, grid.cell_size));
   EXPECT_LE(children, 8.0 * 20000.0 + 65536.0);
+}
+
+TEST(ChooseGrid, cells_grow_with_what_most_triangles_sweep) {
+  Sizes sizes;
+  for (int i = 0; i < 20000; ++i) sizes.add(0.5, 5.0, 1.0);
+  const float chosen = sizes.choose(BroadPhase::exact).cell_size;
+  EXPECT_GT(chosen, 2.0F * 1.8F * 0.5F);
+  EXPECT_LT(chosen, 5.0F);
+  EXPECT_NEAR(sizes.choose(BroadPhase::exact, true, 1.8F).cell_size, 1.8F * 0.5F, 0.15F);
+}
+
+TEST(ChooseGrid, cells_grow_with_large_margins) {
+  Sizes sizes;
+  for (int i = 0; i < 20000; ++i) sizes.add(0.5, 0.5, 1.0, i % 10 == 0 ? 25.0 : 0.0);
+  const float size = sizes.choose(BroadPhase::exact).cell_size;
+  EXPECT_LE(2000.0 * 0.5 * std::pow(50.0 / double(size), 3), 10.0 * 20000.0);
+  EXPECT_LT(size, 25.0F);
 }
 
 TEST(ChooseGrid, entries_of_fast_triangles_stay_within_their_budget) {
   Sizes sizes;
   for (int i = 0; i < 20000; ++i) sizes.add(0.5, i % 10 == 0 ? 50.0 : 0.5, 1.0);
-  const float size = sizes.choose(BroadPhase::exact).cell_size;
-  EXPECT_GT(size, 1.5F * 1.8F * 0.5F);
-  EXPECT_LE(2000.0 / 8 * std::pow(2 / std::sqrt(3.0) * 50.0 / double(size), 3), 256.0 * 20000.0 + 65536.0);
+  const double most = 20000.0 / double(kTestsPerCell);  // what takes more is tested against all
+  for (const float lambda : {0.0F, 0.2F, 0.8F, 1.8F}) {
+    const double size = double(sizes.choose(BroadPhase::exact, true, lambda).cell_size);
+    const double cells = std::pow(2 / std::sqrt(3.0) * 50.0 / size, 3) / 8;
+    EXPECT_LE(2000.0 * std::min(cells, most), 256.0 * 20000.0 + 65536.0) << lambda;
+  }
+}
 
+TEST(ChooseGrid, a_few_fast_triangles_change_little) {
   Sizes few;
-  for (int i = 0; i < 20000; ++i) few.add(0.5, i % 1000 == 0 ? 50.0 : 0.5, 1.0);
+  for (int i = 0; i < 20000; ++i) few.add(0.5, i % 1000 == 0 ? 5.0 : 0.5, 1.0);
   Sizes none;
   for (int i = 0; i < 20000; ++i) none.add(0.5, 0.5, 1.0);
   EXPECT_LT(few.choose(BroadPhase::exact).cell_size, 1.1F * none.choose(BroadPhase::exact).cell_size);
@@ -112,6 +138,12 @@ TEST(ChooseGrid, is_finite_whatever_comes) {
       EXPECT_TRUE(std::isfinite(grid.inverse_cell_size) && grid.inverse_cell_size > 0.0F);
     }
   }
+}
+
+TEST(SplitLevel, leaves_whole_what_is_not_much_larger_than_a_cell) {
+  EXPECT_EQ(split_level(kWholeSize, 1.0F), 0);
+  EXPECT_EQ(split_level(1.001F * kWholeSize, 1.0F), subdivision_level(1.001F * kWholeSize, kChildSize));
+  EXPECT_EQ(split_level(INFINITY, 1.0F), kMaxLevel + 1);
 }
 
 TEST(SubdivisionLevel, halves_until_it_fits) {

@@ -86,8 +86,8 @@ class BroadPhaseStages {
                        MeasureTriangle{w_.volumes.data(), w_.shapes.data()});
     backend_.run_once(
         "choose_grid",
-        ChooseGrid{bins + MeasureTriangle::radius * kSizeBins, bins + MeasureTriangle::swept_radius * kSizeBins,
-                   bins + MeasureTriangle::fast_radius * kSizeBins, bins + MeasureTriangle::distance * kSizeBins,
+        ChooseGrid{bins + MeasureTriangle::at_rest * kSizeBins, bins + MeasureTriangle::swept * kSizeBins,
+                   bins + MeasureTriangle::extent * kSizeBins, bins + MeasureTriangle::distance * kSizeBins,
                    settings_.broad_phase, settings_.subdivision, settings_.lambda, &counters_->grid});
   }
 

@@ -38,7 +38,7 @@ struct DetectionSettings {
   Accuracy accuracy;
   BroadPhase broad_phase;
   bool subdivision;
-  float lambda;
+  float lambda;  ///< 0: see ChooseGrid
   float motion_margin;
   ContactRule contact_rule;
   std::uint64_t memory_limit;  ///< bytes; 0 for none

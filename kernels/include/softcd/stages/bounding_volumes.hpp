@@ -4,6 +4,7 @@
 #include "softcd/math/kdop.hpp"
 #include "softcd/math/sphere.hpp"
 #include "softcd/mesh/scene_view.hpp"
+#include "softcd/stages/grid_parameters.hpp"
 
 namespace softcd {
 
@@ -75,9 +76,22 @@ struct BoundTriangle {
   }
 };
 
+/// The half diagonal of a volume's box.
+SOFTCD_HD inline float half_diagonal(const Kdop18& volume) {
+  const Vec3f lo = {volume.lo[0], volume.lo[1], volume.lo[2]};
+  const Vec3f hi = {volume.hi[0], volume.hi[1], volume.hi[2]};
+  return 0.5F * sqrtf(squared_norm(hi - lo));
+}
+
+/// See cell_extent of radius and growth, of a volume that was grown by `growth`.
+SOFTCD_HD inline float cell_extent(const Kdop18& volume, float growth) {
+  constexpr float kBoxCorner = 1.73205081F;
+  return cell_extent(larger(half_diagonal(volume) - kBoxCorner * growth, 0.0F), growth);
+}
+
 /// Histograms of the active triangles' sizes, for ChooseGrid; `counter.count(histogram, value)` counts.
 struct MeasureTriangle {
-  enum Histogram : int { radius, swept_radius, fast_radius, distance };
+  enum Histogram : int { at_rest, swept, extent, distance };
   static constexpr int kHistograms = 4;
 
   const Kdop18* volumes;
@@ -87,14 +101,10 @@ struct MeasureTriangle {
   SOFTCD_HD void operator()(std::uint32_t t, Counter& counter) const {
     const Kdop18& volume = volumes[t];
     if (is_empty(volume)) return;
-    const Vec3f lo = {volume.lo[0], volume.lo[1], volume.lo[2]};
-    const Vec3f hi = {volume.hi[0], volume.hi[1], volume.hi[2]};
-    const float at_rest = shapes[t].radius + shapes[t].growth;
-    const float swept = 0.5F * sqrtf(squared_norm(hi - lo));
-    counter.count(radius, size_bin(at_rest));
-    counter.count(swept_radius, size_bin(swept));
-    if (swept > 2.0F * at_rest) counter.count(fast_radius, size_bin(swept));
-    counter.count(distance, size_bin(larger(max_norm(lo), max_norm(hi))));
+    counter.count(at_rest, size_bin(shapes[t].radius + shapes[t].growth));
+    counter.count(swept, size_bin(half_diagonal(volume)));
+    counter.count(extent, size_bin(cell_extent(volume, shapes[t].growth)));
+    counter.count(distance, size_bin(furthest_coordinate(volume)));
   }
 };
 

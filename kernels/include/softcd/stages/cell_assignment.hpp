@@ -105,10 +105,11 @@ struct RegisterTriangle {
     work.cells = integer_dop(volume, inverse_size);
     const int span = work.cells.span();
     const TriangleShape shape = shapes[t];
-    const float limit = kChildSize * larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
-    const int level = subdivision ? subdivision_level(shape.radius, limit) : 0;
+    const float limit = larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
+    const int level = subdivision ? split_level(shape.radius, limit) : 0;
     if (level > kMaxLevel || span > kMaxSpan) return work;
-    if (level > 0 && !is_worth_its_cells(shape)) return work;
+    if (level > 0 && !pay_off(split_cells(shape))) return work;
+    if (level == 0 && span > kFewCellsAcross && !pay_off(whole_cells(volume, shape))) return work;
     work.placement = level > 0 ? Placement::split : Placement::whole;
     work.level = static_cast<std::uint32_t>(level);
     work.body = scene.triangle_body[t];
@@ -130,12 +131,20 @@ struct RegisterTriangle {
   }
 
  private:
-  /// Whether a split triangle's cells cost less than its tests against all others. They are a disc of its size, half
-  /// filled, as thick as its margin on both sides, and cells are met in part.
-  SOFTCD_HD bool is_worth_its_cells(const TriangleShape& shape) const {
-    const float across = 2.0F * grid->inverse_cell_size * (shape.radius + shape.growth);
-    const float cells = 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
+  /// Whether so many cells cost less than tests against all other triangles.
+  SOFTCD_HD bool pay_off(float cells) const {
     return kTestsPerCell * cells < static_cast<float>(grid->active_triangles);
+  }
+
+  SOFTCD_HD float whole_cells(const Kdop18& volume, const TriangleShape& shape) const {
+    return estimated_cells(cell_extent(volume, shape.growth), grid->inverse_cell_size);
+  }
+
+  /// Of a split triangle: a disc of its size, half filled, as thick as its margin on both sides, and cells are met in
+  /// part.
+  SOFTCD_HD float split_cells(const TriangleShape& shape) const {
+    const float across = 2.0F * grid->inverse_cell_size * (shape.radius + shape.growth);
+    return 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
   }
 
   template <class Entries>

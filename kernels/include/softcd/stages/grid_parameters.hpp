@@ -20,13 +20,19 @@ struct GridParameters {
 /// Loop levels beyond which a triangle is tested against all others instead.
 constexpr int kMaxLevel = 6;
 
-/// `exact` splits triangles until their radius is at most this many cells. From 1 to 2 and to 4, tests of scenes with
-/// large triangles rise by 1 to 3 % each time, and the number of children falls to a quarter.
+/// `exact` leaves triangles whole whose radius is at most this many cells. From 2 to 4, tests of scenes with large
+/// triangles rise by less than 1 %; a recorded cloth on a ball has 584 triangles between, whose splitting took 0.18 of
+/// 1.13 ms on an H200.
+constexpr float kWholeSize = 4.0F;
+/// Larger ones are split until their children's radius is at most this many cells.
 constexpr float kChildSize = 2.0F;
 
-/// How many tests against other triangles a cell of a split one may cost. On one core a cell took 82 ns (marked,
+/// How many tests against other triangles a cell may cost. On one core a cell took 82 ns (marked,
 /// registered, sorted) and a test 5 ns: half of that, so that what is in doubt is split.
 constexpr float kTestsPerCell = 8.0F;
+
+/// Whole triangles of so few cells across are registered however small the scene is.
+constexpr int kFewCellsAcross = 4;
 
 /// Number of 1-to-4 splits after which a triangle of this radius fits a cell of size `limit`; kMaxLevel + 1 when none
 /// does.
@@ -39,24 +45,52 @@ SOFTCD_HD inline int subdivision_level(float radius, float limit) {
   return level;
 }
 
+/// `exact`: the level that a triangle of this radius is split to, 0 where it stays whole, by the size of a cell less
+/// its margin.
+SOFTCD_HD inline int split_level(float radius, float limit) {
+  return radius <= kWholeSize * limit ? 0 : subdivision_level(radius, kChildSize * limit);
+}
+
+/// About how many cells the volume of a triangle takes whose half diagonal, before it was grown by `growth`, is
+/// `radius`: what a triangle sweeps fills about an eighth of its box (measured with random directions: 0.08 to 0.13),
+/// and the box of radius R is about that of a cube of side 2 R / sqrt(3); a ball's 18-DOP on the grid fills about half
+/// of its box.
+SOFTCD_HD inline float cell_extent(float radius, float growth) {
+  return 0.577F * radius + 1.64F * growth;
+}
+SOFTCD_HD inline float estimated_cells(float extent, float inverse_cell_size) {
+  const float side = extent * inverse_cell_size + 1.0F;
+  return side * side * side;
+}
+
+/// Values of lambda that stand for 0.
+constexpr float kExactLambda = 1.8F;
+constexpr float kPaperLambda = 1.2F;
+
 /// Chooses the cell size from the histograms of the active triangles.
 ///
-/// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum 1.8, flat from 1.2 to 2.4);
-/// `paper`: 3 lambda times that of the swept radii (equation 1); `uniform`, and `paper` without subdivision: 3 largest
-/// swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per triangle, where the
-/// mean triangle moves many cells or some move so many that entries would outnumber kEntryBudget per triangle, and
-/// where the grid would not reach the furthest of all but stray triangles.
+/// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum of what is at rest 1.8, flat
+/// from 1.2 to 2.4); `paper`: 3 lambda times that of the swept radii (equation 1); `uniform`, and `paper` without
+/// subdivision: 3 largest swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per
+/// triangle, where the entries of triangles that move far or have large margins would outnumber a budget per triangle,
+/// where the mean triangle moves many cells, and where the grid would not reach the furthest of all but stray
+/// triangles.
 struct ChooseGrid {
   static constexpr int kChildBudget = 8;
-  static constexpr int kEntryBudget = 256;
+  /// The mean number of entries beyond which larger cells pay: an entry costs as much as 6 (H200) to 11 (16 cores)
+  /// tests, and what is in many cells meets the same partners in larger ones. A recorded step of balls has 4.5M entries
+  /// and 45M tests at lambda 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
+  static constexpr std::uint64_t kEntryTarget = 5;
+  /// With a lambda that was asked for: a bound for memory's sake.
+  static constexpr std::uint64_t kEntryBudget = 256;
 
   const std::uint32_t* radius_bins;
   const std::uint32_t* swept_radius_bins;
-  const std::uint32_t* fast_radius_bins;  ///< swept radii of triangles that move further than they are wide
-  const std::uint32_t* distance_bins;     ///< of the largest coordinate magnitude
+  const std::uint32_t* cell_extent_bins;
+  const std::uint32_t* distance_bins;  ///< of the largest coordinate magnitude
   BroadPhase broad_phase;
   bool subdivision;
-  float lambda;
+  float lambda;  ///< 0: chosen here
   GridParameters* grid;
 
   template <class Team>
@@ -66,13 +100,13 @@ struct ChooseGrid {
     const float mean = clipped_mean(team, broad_phase == BroadPhase::paper ? swept_radius_bins : radius_bins);
     const bool fit_largest = broad_phase == BroadPhase::uniform || (broad_phase == BroadPhase::paper && !subdivision);
     float size = fit_largest                        ? 3.0F * largest_size(team, swept_radius_bins)
-                 : broad_phase == BroadPhase::paper ? 3.0F * lambda * mean
-                                                    : lambda * mean;
+                 : broad_phase == BroadPhase::paper ? 3.0F * (lambda > 0.0F ? lambda : kPaperLambda) * mean
+                                                    : (lambda > 0.0F ? lambda : kExactLambda) * mean;
     size = larger(size, 8.0F * clipped_mean(team, distance_bins) / kGridReach);
     if (!fit_largest) {
       size = larger(size, clipped_mean(team, swept_radius_bins) / 8.0F);
       if (subdivision) size = within_child_budget(team, size, active);
-      if (broad_phase == BroadPhase::exact) size = within_entry_budget(team, size, active);
+      size = within_entry_budget(team, size, active);
     }
     if (!(size > 1.0e-30F)) size = 1.0F;
     if (!(size < 1.0e30F)) size = 1.0e30F;
@@ -82,12 +116,12 @@ struct ChooseGrid {
  private:
   template <class Team>
   SOFTCD_HD float within_child_budget(Team& team, float size, std::uint64_t triangles) const {
-    const float limit_per_size = broad_phase == BroadPhase::paper ? 1.0F / 3.0F : kChildSize;
     for (int enlargement = 0; enlargement < 32; ++enlargement) {
       const std::uint64_t children = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
         const float radius = size_bin_edge(static_cast<std::uint32_t>(bin) + 1U);
         if (radius_bins[bin] == 0) return 0;
-        const int level = subdivision_level(radius, limit_per_size * size);
+        const int level =
+            broad_phase == BroadPhase::paper ? subdivision_level(radius, size / 3.0F) : split_level(radius, size);
         return level > 0 && level <= kMaxLevel ? static_cast<std::uint64_t>(radius_bins[bin]) << (2 * level) : 0;
       });
       if (children <= kChildBudget * triangles + 65536) break;
@@ -96,18 +130,19 @@ struct ChooseGrid {
     return size;
   }
 
-  /// A fast triangle's 18-DOP, a prism along its way, fills about an eighth of its box (measured with random
-  /// directions: 0.08 to 0.13), and the box of radius R is about that of a cube of side 2 R / sqrt(3).
+  /// `exact` tests against all what takes more cells than it is worth: see RegisterTriangle.
   template <class Team>
   SOFTCD_HD float within_entry_budget(Team& team, float size, std::uint64_t triangles) const {
+    const bool is_chosen = broad_phase == BroadPhase::exact && !(lambda > 0.0F);
+    const std::uint64_t budget = is_chosen ? kEntryTarget * triangles + 4096 : kEntryBudget * triangles + 65536;
+    const float most = broad_phase == BroadPhase::exact ? static_cast<float>(triangles) / kTestsPerCell : 1.0e9F;
     for (int enlargement = 0; enlargement < 32; ++enlargement) {
       const std::uint64_t entries = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
-        if (fast_radius_bins[bin] == 0) return 0;
-        const float side = 1.1547F * size_bin_edge(static_cast<std::uint32_t>(bin)) / size + 1.0F;
-        if (!(side <= static_cast<float>(kMaxSpan))) return 0;
-        return fast_radius_bins[bin] * static_cast<std::uint64_t>(0.125F * side * side * side);
+        if (cell_extent_bins[bin] == 0) return 0;
+        const float cells = estimated_cells(size_bin_edge(static_cast<std::uint32_t>(bin)), 1.0F / size);
+        return cell_extent_bins[bin] * static_cast<std::uint64_t>(smaller(cells, most));
       });
-      if (entries <= kEntryBudget * triangles + 65536) break;
+      if (entries <= budget) break;
       size *= 1.26F;
     }
     return size;

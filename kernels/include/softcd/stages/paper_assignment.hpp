@@ -79,7 +79,7 @@ SOFTCD_HD inline Sphere child_sphere(const SceneView& scene, SplitRoot root, std
   return {sphere.centre, outward_up(sphere.radius + growth)};
 }
 
-/// `paper`: registers a triangle whose sphere fits, lists the others.
+/// `paper`: registers a triangle whose sphere fits, lists the others; one whose margin alone does not fit stays whole.
 struct RegisterTriangleByPaper {
   SceneView scene;
   const Kdop18* volumes;
@@ -97,8 +97,8 @@ struct RegisterTriangleByPaper {
     const TriangleShape shape = shapes[t];
     SplitRoot split = {t, 0, 0};
     const Sphere sphere = child_sphere(scene, split, 0, shape.growth);
-    if (subdivision) {
-      const float third = grid->cell_size / 3.0F;
+    const float third = grid->cell_size / 3.0F;
+    if (subdivision && shape.growth <= third) {
       const float limit = larger(third - shape.growth, 0.5F * third);
       float radius = shape.radius;
       float sweep = larger(sphere.radius - shape.growth - radius, 0.0F);

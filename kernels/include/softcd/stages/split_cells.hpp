@@ -66,6 +66,14 @@ SOFTCD_HD inline void mark_bits(std::uint32_t* word, std::uint32_t bits) {
 #endif
 }
 
+SOFTCD_HD inline std::uint32_t count_bits(std::uint32_t word) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popc(word));
+#else
+  return static_cast<std::uint32_t>(__builtin_popcount(word));
+#endif
+}
+
 /// Marks the cells of one child. Cells outside the triangle's own box are roundings: no point of it lies there.
 struct MarkChild {
   SceneView scene;
@@ -127,14 +135,15 @@ struct RegisterMarkedCells {
     const std::uint32_t root = splits[split].root;
     const std::uint32_t body = scene.triangle_body[root];
     const std::uint32_t features = wanted_features(shapes[root].flags);
+    auto room = entries.allocate(count_bits(marked));
     for (int bit = 0; bit < 32; ++bit) {
       if (((marked >> bit) & 1U) == 0U) continue;
       std::uint32_t mask = static_cast<std::uint32_t>((own >> bit) & 1U) << 12;
       for (int r = 0; r < 4; ++r) mask |= static_cast<std::uint32_t>((rows[r] >> bit) & 7U) << (3 * r);
       const std::uint32_t rank = entry_rank(scene, body, missing_face_neighbours(mask));
       const Cell cell = {box.x + 32 * word + bit, box.y + y, box.z + z};
-      entries.push(KeyedEntry{entry_key(cell_index(cell), rank),
-                              {root, entry_bits(ExactControl::pack(mask, true, false), body, features)}});
+      room.put(KeyedEntry{entry_key(cell_index(cell), rank),
+                          {root, entry_bits(ExactControl::pack(mask, true, false), body, features)}});
     }
   }
 
