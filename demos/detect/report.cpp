@@ -70,7 +70,8 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
                                  {"peak_bytes", statistics.peak_bytes},
                                  {"reruns", statistics.reruns}};
   for (const StageTime& stage : kStageTimes) json["ms"][stage.name] = statistics.ms.*stage.ms;
-  write_file(command.json_file, json.dump(2) + "\n");
+  // Files' names may hold any bytes.
+  write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 void print_summary(const DetectCommand& command, const Statistics& s) {

@@ -258,3 +258,21 @@ TEST_F(Detect, FindsEveryTrueCollisionOfTheClothBallStep) {
 
 }  // namespace
 }  // namespace softcd::test
+TEST_F(Detect, ASummaryThatCannotBeWrittenIsAnError) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  for (const std::string& arguments : {frames, std::string("--help")}) {
+    for (const char* output : {" >/dev/full", " >&-"}) {
+      const Result result = run_shell("('" SOFTCD_DETECT "' " + arguments + output + ")", folder_);
+      EXPECT_EQ(result.exit_code, 1) << arguments << output;
+      EXPECT_THAT(result.errors, HasSubstr("softcd-detect: standard output cannot be written"));
+    }
+  }
+}
+
+TEST_F(Detect, NamesThatAreNotUtf8AreReplacedInJson) {
+  const std::string name = "t1-\xFF.obj";
+  const nlohmann::json json = figures("--detection dcd '" + folder_.write(name, kBelow) + "'");
+  EXPECT_THAT(json["t0"].get<std::string>(), testing::EndsWith("/t1-\xEF\xBF\xBD.obj"));
+  EXPECT_EQ(json["triangles"], 2);
+}
+
