@@ -136,7 +136,7 @@ class Benchmark {
       }
     }
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report_);
-    if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+    if (!options_.json_file.empty()) write_json(options_.json_file, json_);
     if (!options_.csv_file.empty()) write_file(options_.csv_file, csv_of(json_["rows"]));
     if (!error_.empty()) throw std::runtime_error(error_);
   }

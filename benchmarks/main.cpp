@@ -6,6 +6,7 @@
 #include "bullet_step.hpp"
 #include "simulated_scenes.hpp"
 #endif
+#include "command_line/standard_output.hpp"
 #include "detector.hpp"
 #include "mesh_io/mesh_io.hpp"
 #include "trade.hpp"
@@ -44,8 +45,9 @@ int main(int argc, char** argv) {
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? 0 : kExitWrongInput;
+      if (app.exit(error) != 0) return kExitWrongInput;
     }
+    softcd::demo::finish_standard_output();
     return 0;
   } catch (const softcd::demo::MeshError& error) {
     return fail(kExitWrongInput, error);

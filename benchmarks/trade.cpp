@@ -134,7 +134,7 @@ class Trade {
       }
     }
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report_);
-    if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+    if (!options_.json_file.empty()) write_json(options_.json_file, json_);
     if (!options_.csv_folder.empty()) write_csvs();
   }
 

@@ -119,6 +119,22 @@ TEST_F(Bench, MeshesFromFilesAreMeasured) {
   EXPECT_EQ(measured[1]["vt_contacts"], 1);
 }
 
+TEST_F(Bench, NamesThatAreNotUtf8AreReplacedInJson) {
+  run("detector --backend cpu --scene funnel --scale 0.05 --repeat 1 --machine 'a\xFF' --json " + folder_.file("json"));
+  EXPECT_EQ(nlohmann::json::parse(folder_.read("json")).at("machine"), "a\xEF\xBF\xBD");
+}
+
+TEST_F(Bench, OutputThatCannotBeWrittenIsAnError) {
+  for (const char* output : {" >/dev/full", " >&-"}) {
+    const Result result =
+        run_shell("('" SOFTCD_BENCH "' detector --backend cpu --scene funnel --scale 0.05 --repeat 1" +
+                      (output + std::string(")")),
+                  folder_);
+    EXPECT_EQ(result.exit_code, 1) << output;
+    EXPECT_THAT(result.errors, HasSubstr("softcd-bench: standard output cannot be written"));
+  }
+}
+
 TEST_F(Bench, RefusesCommandLines) {
   expect_refused("", "A subcommand is required");
   expect_refused("detector --scene bunny", "'bunny' is not one of funnel, cloth-on-ball, n-body");
