@@ -8,10 +8,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "command_line/world_choices.hpp"
+#include "command_line/choices.hpp"
 #include "report.hpp"
 #include "trade_queries.hpp"
 #ifdef SOFTCD_BENCH_HAS_BULLET
+#include "command_line/world_choices.hpp"
 #include "trade_simulation.hpp"
 #endif
 #include "trade_steps.hpp"
