@@ -196,9 +196,9 @@ void add_compare(CLI::App& app, CompareOptions& options) {
       "compare",
       "Whether the detector has become slower or needs more memory: two files of `detector --json`, or two builds\n"
       "that measure in turn, row by row. A row is slower when its median time has grown by more than --tolerance\n"
-      "and by more than that time varies in itself: between the quartiles of its repetitions, with --builds\n"
-      "between the least and the greatest of the rounds. Exit code 3 when a row is slower, needs more memory or is\n"
-      "not measured any more. Other contacts and counts are told");
+      "and by more than that time varies in itself: between the quartiles of its repetitions, with --builds of the\n"
+      "rounds. Exit code 3 when a row is slower, needs more memory or is not measured any more. Other contacts and\n"
+      "counts are told");
   command
       ->add_option("arguments", options.arguments,
                    "Two files of results, old and new; with --builds what to measure, after --: arguments of\n"
@@ -211,7 +211,7 @@ void add_compare(CLI::App& app, CompareOptions& options) {
           "use too")
       ->option_text("OLD NEW")
       ->check(CLI::ExistingFile);
-  command->add_option("--rounds", options.rounds, "With --builds: runs of each build")
+  command->add_option("--rounds", options.rounds, "With --builds: runs of each build; more on a busy machine")
       ->option_text("N [7]")
       ->check(CLI::Range(2, 1000));
   command->add_option("--tolerance", options.tolerance, "How much slower, or more memory, is no loss, in per cent")

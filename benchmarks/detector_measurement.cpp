@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "command_line/stage_times.hpp"
+#include "quartiles.hpp"
 
 namespace softcd::benchmarks {
 namespace {
@@ -53,11 +54,10 @@ float largest_radius(const DetectorScene& scene) {
 void set_times(Measurement& measurement, const std::vector<StageTimes>& times) {
   std::vector<double> totals;
   for (const StageTimes& time : times) totals.push_back(time.total);
-  std::sort(totals.begin(), totals.end());
-  const std::size_t quarter = (totals.size() - 1) / 4;
+  const Quartiles quartiles = quartiles_of(totals);
   measurement.statistics.ms = demo::median(times);
-  measurement.first_quartile_ms = totals[quarter];
-  measurement.third_quartile_ms = totals[totals.size() - 1 - quarter];
+  measurement.first_quartile_ms = quartiles.first;
+  measurement.third_quartile_ms = quartiles.third;
   measurement.repetitions = static_cast<int>(times.size());
 }
 

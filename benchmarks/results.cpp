@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "command_line/stage_times.hpp"
+#include "quartiles.hpp"
 
 namespace softcd::benchmarks {
 namespace {
@@ -61,6 +62,7 @@ void require_distinct(const std::vector<ResultRow>& rows) {
 ResultRow merge_rows(const std::vector<Results>& runs, std::size_t index) {
   ResultRow result = runs.front().rows[index];
   std::vector<StageTimes> times;
+  std::vector<double> totals;
   for (const Results& run : runs) {
     const ResultRow& row = run.rows.at(index);
     if (row.settings != result.settings || row.left_out != result.left_out || row.checksum != result.checksum) {
@@ -68,12 +70,12 @@ ResultRow merge_rows(const std::vector<Results>& runs, std::size_t index) {
           fmt::format("{}: two runs of one build did not measure or find the same", fmt::join(result.settings, " ")));
     }
     times.push_back(row.ms);
+    totals.push_back(row.ms.total);
     result.peak_bytes = std::max(result.peak_bytes, row.peak_bytes);
   }
-  const auto [low, high] = std::minmax_element(
-      times.begin(), times.end(), [](const StageTimes& a, const StageTimes& b) { return a.total < b.total; });
-  result.low_ms = low->total;
-  result.high_ms = high->total;
+  const Quartiles quartiles = quartiles_of(totals);
+  result.low_ms = quartiles.first;
+  result.high_ms = quartiles.third;
   result.ms = demo::median(times);
   return result;
 }

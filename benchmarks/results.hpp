@@ -33,8 +33,8 @@ struct Results {
 /// Throws std::runtime_error, naming the file, when it is something else.
 Results read_results(const std::string& file);
 
-/// Medians over several runs of one build; a row varies between the least and the greatest. Throws std::runtime_error
-/// when they did not measure or did not find the same.
+/// Medians over several runs of one build; a row varies between their quartiles. Throws std::runtime_error when they
+/// did not measure or did not find the same.
 Results merge(const std::vector<Results>& runs);
 
 }  // namespace softcd::benchmarks

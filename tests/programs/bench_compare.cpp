@@ -224,6 +224,15 @@ TEST_F(BenchCompare, LossesSmallerThanWhatRoundsVaryByAreNoLosses) {
   EXPECT_THAT(result.output, AllOf(HasSubstr(" 1.217 "), HasSubstr(" 26.1 % ")));
 }
 
+TEST_F(BenchCompare, ARoundThatWasDisturbedHidesNoLoss) {
+  std::vector<Rows> old_rounds(7, {row("funnel", 10)}), new_rounds(7, {row("funnel", 11)});
+  old_rounds[2] = {row("funnel", 30)};
+  new_rounds[5] = {row("funnel", 5)};
+  const Result result = run("--builds " + write_build("old", old_rounds) + " " + write_build("new", new_rounds));
+  EXPECT_EQ(result.exit_code, kLoss) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr(" 1.100 "), HasSubstr(" 5.0 % ")));
+}
+
 TEST_F(BenchCompare, BuildsThatFailOrContradictThemselvesAreAnError) {
   const std::string good = write_build("good", {3, {row("funnel", 10)}});
   const std::string failing = folder_.write("failing", "#!/bin/sh\nexit 1\n");
