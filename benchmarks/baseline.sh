@@ -15,6 +15,8 @@ Measures the generated scenes, and the recorded steps where they are given, in e
   STEPS    a folder of the recorded steps of Scalable CCD's sample data: armadillo-rollers, cloth-ball, cloth-funnel,
            n-body-simulation and rod-twist, each with its two meshes in frames/. What is missing is left out
   MACHINE  what the result calls the machine; left out: its processor. A GPU has to be named
+
+  SOFTCD_REPEAT=N  measured detections; default 30
 TEXT
 }
 
@@ -27,7 +29,7 @@ if [ $# -lt 3 ] || [ $# -gt 5 ]; then
 fi
 
 bench=$1 backend=$2 output=$3 steps=${4:-} machine=${5:-}
-arguments=(--backend "$backend" --mode dcd-fast ccd-precise ccd-conservative --repeat 30 --json "$output")
+arguments=(--backend "$backend" --repeat "${SOFTCD_REPEAT:-30}" --mode dcd-fast ccd-precise ccd-conservative --json "$output")
 if [ -n "$machine" ]; then arguments+=(--machine "$machine"); fi
 for step in armadillo-rollers cloth-ball cloth-funnel n-body-simulation rod-twist; do
   if [ -n "$steps" ] && [ -d "$steps/$step" ]; then arguments+=(--step "$steps/$step"); fi
