@@ -237,7 +237,7 @@ void run(BulletStepOptions options) {
   if (!options.markdown_file.empty()) {
     write_file(options.markdown_file, fmt::format("### Bullet: {}\n\n{}\n", title, tables));
   }
-  if (!options.json_file.empty()) write_file(options.json_file, to_json(options, comparison).dump(2) + "\n");
+  if (!options.json_file.empty()) write_json(options.json_file, to_json(options, comparison));
 }
 
 }  // namespace

@@ -27,12 +27,9 @@ constexpr std::array<demo::Choice<Sweep>, 5> kSweeps = {{{"stages", Sweep::stage
                                                          {"scaling", Sweep::scaling},
                                                          {"threads", Sweep::threads}}};
 
-/// The two columns of the paper's Table 1.
-struct Mode {
-  Detection detection;
-  Accuracy accuracy;
-};
-constexpr Mode kModes[] = {{Detection::dcd, Accuracy::fast}, {Detection::ccd, Accuracy::precise}};
+constexpr std::array<demo::Choice<Mode>, 3> kModes = {{{"dcd-fast", kDiscreteFast},
+                                                       {"ccd-precise", kContinuousPrecise},
+                                                       {"ccd-conservative", {Detection::ccd, Accuracy::conservative}}}};
 
 // Values of lambda, in tenths.
 constexpr int kLeastLambda = 8;
@@ -85,13 +82,13 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                                  {"subdivision", m.options.subdivision},
                                  {"lambda", m.options.lambda},
                                  {"threads", m.threads},
-                                 {"repetitions", m.repetitions}};
+                                 {"repetitions", m.repetitions},
+                                 {"triangles", s.triangles}};
   if (!m.left_out.empty()) {
     json["left_out"] = m.left_out;
     return json;
   }
   json.update({{"bodies", s.bodies},
-               {"triangles", s.triangles},
                {"vertices", s.vertices},
                {"edges", s.edges},
                {"active_triangles", s.active_triangles},
@@ -113,6 +110,7 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                {"earliest_toi", s.earliest_toi},
                {"peak_bytes", s.peak_bytes}});
   for (const demo::StageTime& stage : demo::kStageTimes) json["ms"][stage.name] = s.ms.*stage.ms;
+  json["total_ms_quartiles"] = {{"first", m.first_quartile_ms}, {"third", m.third_quartile_ms}};
   return json;
 }
 
@@ -129,6 +127,7 @@ class Benchmark {
     } else {
       scenes_.push_back(read_scene(options_.first_frame, options_.second_frame));
     }
+    for (const std::string& folder : options_.step_folders) scenes_.push_back(read_recorded_step(folder));
     for (const Backend backend : options_.backends) {
       for (const Sweep sweep : options_.sweeps) {
         sweep_ = sweep;
@@ -136,7 +135,7 @@ class Benchmark {
       }
     }
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report_);
-    if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+    if (!options_.json_file.empty()) write_json(options_.json_file, json_);
     if (!options_.csv_file.empty()) write_file(options_.csv_file, csv_of(json_["rows"]));
     if (!error_.empty()) throw std::runtime_error(error_);
   }
@@ -183,9 +182,9 @@ class Benchmark {
     return all;
   }
 
-  static std::vector<PipelineOptions> modes(Backend backend) {
+  std::vector<PipelineOptions> modes(Backend backend) const {
     std::vector<PipelineOptions> all;
-    for (const Mode& mode : kModes) {
+    for (const Mode& mode : options_.modes) {
       PipelineOptions options;
       options.backend = backend;
       options.detection = mode.detection;
@@ -197,7 +196,7 @@ class Benchmark {
 
   Measurement measure_one(const DetectorScene& scene, const PipelineOptions& options) const {
     const Measurement result = measure(scene, options, options_.repetitions);
-    if (options_.first_frame.empty() && result.left_out.empty() && contact_count(result) == 0) {
+    if (!scene.is_from_files && result.left_out.empty() && contact_count(result) == 0) {
       throw std::runtime_error(
           fmt::format("the scene {} of {} triangles has no {} contacts, so there is nothing to measure", scene.name,
                       scene.triangle_count(), detection_of(result)));
@@ -407,8 +406,8 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
   CLI::App* command = app.add_subcommand(
       "detector",
       "The detector alone: discrete detection in float32 (dcd fast; contacts within a tenth of an edge) and\n"
-      "continuous detection in float64 (ccd precise; collisions), vertex-triangle and edge-edge, on one step of\n"
-      "generated scenes or of a mesh from files. Median times in milliseconds");
+      "continuous detection in float64 (ccd precise; collisions), vertex-triangle and edge-edge, on one step each of\n"
+      "generated scenes and of meshes from files. Median times in milliseconds");
   demo::add_choices(*command, "--scene", kScenes, options.scenes,
                     "A cloth in a funnel (18K triangles), a cloth on a ball (92K), 450 balls and 4 cones (144K)");
   CLI::Option* t0 =
@@ -417,6 +416,13 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
   CLI::Option* t1 = command->add_option("--t1", options.second_frame, "Its triangles at the end")->option_text("FILE");
   t0->needs(t1);
   t1->needs(t0);
+  command
+      ->add_option(
+          "--step", options.step_folders,
+          "Also recorded steps: folders with a folder frames of two meshes, as the sample data of Scalable CCD")
+      ->option_text("DIR...")
+      ->check(CLI::ExistingDirectory);
+  demo::add_choices(*command, "--mode", kModes, options.modes, "What to look for, and the narrow phase's arithmetic");
   command->add_option("--scale", options.scale, "Multiplies the generated scenes' triangle counts, roughly")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));

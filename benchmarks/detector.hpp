@@ -10,11 +10,23 @@
 
 namespace softcd::benchmarks {
 
+struct Mode {
+  Detection detection;
+  Accuracy accuracy;
+
+  friend bool operator==(const Mode&, const Mode&) = default;
+};
+/// The two columns of the paper's Table 1.
+constexpr Mode kDiscreteFast = {Detection::dcd, Accuracy::fast};
+constexpr Mode kContinuousPrecise = {Detection::ccd, Accuracy::precise};
+
 enum class Sweep { stages, subdivision, lambda, scaling, threads };
 
 struct DetectorOptions {
   std::vector<MakeScene> scenes = {make_funnel, make_cloth_on_ball, make_n_body};
   std::string first_frame, second_frame;  ///< empty: the generated scenes
+  std::vector<std::string> step_folders;  ///< measured too
+  std::vector<Mode> modes = {kDiscreteFast, kContinuousPrecise};
   double scale = 1;
   std::vector<Sweep> sweeps = {Sweep::stages};
   std::vector<Backend> backends = {Backend::automatic};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "command_line/stage_times.hpp"
+#include "quartiles.hpp"
 
 namespace softcd::benchmarks {
 namespace {
@@ -50,6 +51,16 @@ float largest_radius(const DetectorScene& scene) {
   return std::sqrt(squared);
 }
 
+void set_times(Measurement& measurement, const std::vector<StageTimes>& times) {
+  std::vector<double> totals;
+  for (const StageTimes& time : times) totals.push_back(time.total);
+  const Quartiles quartiles = quartiles_of(totals);
+  measurement.statistics.ms = demo::median(times);
+  measurement.first_quartile_ms = quartiles.first;
+  measurement.third_quartile_ms = quartiles.third;
+  measurement.repetitions = static_cast<int>(times.size());
+}
+
 Measurement measure_all(const DetectorScene& scene, const PipelineOptions& options, int repetitions) {
   CollisionPipeline pipeline(options);
   std::vector<BodyId> ids;
@@ -79,8 +90,7 @@ Measurement measure_all(const DetectorScene& scene, const PipelineOptions& optio
   result.scene = scene.name;
   result.options = options;
   result.statistics = pipeline.statistics();
-  result.statistics.ms = demo::median(times);
-  result.repetitions = static_cast<int>(times.size());
+  set_times(result, times);
   result.checksum = checksum_of(contacts);
   result.options.backend = pipeline.backend();
   result.threads = static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));

@@ -11,12 +11,13 @@ namespace softcd::benchmarks {
 /// What one detector costs on one scene.
 struct Measurement {
   std::string scene;
-  PipelineOptions options;     ///< with the backend that was used, never `automatic`
-  Statistics statistics;       ///< of the last repetition, with median times
-  int repetitions = 0;         ///< that were measured
-  int threads = 0;             ///< that the CPU was allowed
-  std::uint64_t checksum = 0;  ///< of the contacts: equal for equal contacts
-  std::string left_out;        ///< why nothing was measured and all figures are 0; empty: it was
+  PipelineOptions options;                              ///< with the backend that was used, never `automatic`
+  Statistics statistics;                                ///< of the last repetition, with median times
+  double first_quartile_ms = 0, third_quartile_ms = 0;  ///< of `ms.total` of the repetitions
+  int repetitions = 0;                                  ///< that were measured
+  int threads = 0;                                      ///< that the CPU was allowed
+  std::uint64_t checksum = 0;                           ///< of the contacts: equal for equal contacts
+  std::string left_out;  ///< why nothing was measured and all figures are 0; empty: it was
 };
 
 /// Seconds after which a measurement ends, however many repetitions are left.

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "ground_truth.hpp"
 #include "mesh_io/mesh_io.hpp"
 
 // The scenes are formulas, not simulations: everybody gets the same ones at any size, without files and without Bullet.
@@ -388,7 +389,15 @@ DetectorScene read_scene(const std::filesystem::path& t0, const std::filesystem:
   demo::require_same_topology(first, t0, second, t1);
   return {t0.stem().string(),
           mean_edge_length({first.positions, first.triangles}),
-          {{first.triangles, to_floats(first.positions), to_floats(second.positions), self_colliding()}}};
+          {{first.triangles, to_floats(first.positions), to_floats(second.positions), self_colliding()}},
+          /*is_from_files=*/true};
+}
+
+DetectorScene read_recorded_step(const std::filesystem::path& step) {
+  const auto [t0, t1] = test::frames_of(step);
+  DetectorScene scene = read_scene(t0, t1);
+  scene.name = std::filesystem::canonical(step).filename().string();
+  return scene;
 }
 
 }  // namespace softcd::benchmarks

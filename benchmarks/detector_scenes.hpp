@@ -21,6 +21,7 @@ struct DetectorScene {
   std::string name;
   double edge_length = 0;  ///< of its finer meshes; motions and distances are chosen in units of it
   std::vector<SceneBody> bodies;
+  bool is_from_files = false;  ///< and may be without contacts, which others are not
 
   std::size_t triangle_count() const;
 };
@@ -38,6 +39,9 @@ DetectorScene make_n_body(double scale);
 
 /// Two frames of one mesh, as one body that collides with itself. Throws demo::MeshError.
 DetectorScene read_scene(const std::filesystem::path& t0, const std::filesystem::path& t1);
+
+/// The same of the two meshes in frames/ of `step`, by whose name it is called. Throws demo::MeshError.
+DetectorScene read_recorded_step(const std::filesystem::path& step);
 
 using MakeScene = DetectorScene (*)(double scale);
 

@@ -6,6 +6,8 @@
 #include "bullet_step.hpp"
 #include "simulated_scenes.hpp"
 #endif
+#include "command_line/standard_output.hpp"
+#include "compare.hpp"
 #include "detector.hpp"
 #include "mesh_io/mesh_io.hpp"
 #include "trade.hpp"
@@ -14,6 +16,7 @@ namespace {
 
 constexpr int kExitFailure = 1;     // a measurement failed or its results could not be written
 constexpr int kExitWrongInput = 2;  // the command line or a mesh cannot be used
+constexpr int kExitLoss = 3;        // compare: something is slower, needs more memory or is not measured any more
 
 int fail(int exit_code, const std::exception& error) {
   std::fprintf(stderr, "softcd-bench: %s\n", error.what());
@@ -30,7 +33,7 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 done; 1 a measurement failed or its results could not be written; 2 the command line or a\n"
-        "mesh cannot be used.");
+        "mesh cannot be used; 3 `compare` found a loss.");
     DetectorOptions detector;
     add_detector(app, detector);
 #ifdef SOFTCD_BENCH_HAS_BULLET
@@ -41,12 +44,15 @@ int main(int argc, char** argv) {
 #endif
     TradeOptions trade;
     add_trade(app, trade);
+    CompareOptions compare;
+    add_compare(app, compare);
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? 0 : kExitWrongInput;
+      if (app.exit(error) != 0) return kExitWrongInput;
     }
-    return 0;
+    softcd::demo::finish_standard_output();
+    return compare.found_loss ? kExitLoss : 0;
   } catch (const softcd::demo::MeshError& error) {
     return fail(kExitWrongInput, error);
   } catch (const softcd::InvalidInput& error) {

@@ -120,4 +120,8 @@ void write_file(const std::string& file, const std::string& content) {
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
 }
 
+void write_json(const std::string& file, const nlohmann::ordered_json& json) {
+  write_file(file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
 }  // namespace softcd::benchmarks

@@ -31,4 +31,7 @@ std::string csv_of(const nlohmann::ordered_json& rows);
 /// Throws std::runtime_error when that fails.
 void write_file(const std::string& file, const std::string& content);
 
+/// The same. Names of files and machines may hold any bytes: those that are not UTF-8 are replaced.
+void write_json(const std::string& file, const nlohmann::ordered_json& json);
+
 }  // namespace softcd::benchmarks

@@ -158,7 +158,7 @@ class Benchmark {
         options_.samples, options_.steps, table_.text(), shares_.text(), lambdas_.text());
     fmt::print("\n{}", report);
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report);
-    if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+    if (!options_.json_file.empty()) write_json(options_.json_file, json_);
     if (!options_.csv_file.empty()) write_file(options_.csv_file, csv_of(json_["simulated_scenes"]));
   }
 

@@ -8,10 +8,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "command_line/world_choices.hpp"
+#include "command_line/choices.hpp"
 #include "report.hpp"
 #include "trade_queries.hpp"
 #ifdef SOFTCD_BENCH_HAS_BULLET
+#include "command_line/world_choices.hpp"
 #include "trade_simulation.hpp"
 #endif
 #include "trade_steps.hpp"
@@ -134,7 +135,7 @@ class Trade {
       }
     }
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report_);
-    if (!options_.json_file.empty()) write_file(options_.json_file, json_.dump(2) + "\n");
+    if (!options_.json_file.empty()) write_json(options_.json_file, json_);
     if (!options_.csv_folder.empty()) write_csvs();
   }
 

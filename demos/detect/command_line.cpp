@@ -23,13 +23,22 @@ void choose_features(std::string_view words, Features& features) {
   }
 }
 
+std::string refuse_sign(std::string& number) {
+  return number.starts_with('-') ? "must not be negative" : "";
+}
+
+/// Not empty: here that would mean none.
+CLI::Option* add_file(CLI::App& app, const std::string& name, std::string& file, const std::string& description) {
+  const auto problem = [](const std::string& word) { return std::string(word.empty() ? "is empty" : ""); };
+  return app.add_option(name, file, description)->option_text("FILE")->check(problem);
+}
+
 void add_frames(CLI::App& app, DetectCommand& command) {
-  app.add_option("t0", command.first_frame,
-                 "The mesh at the start of the step, PLY or OBJ. Alone, with --detection dcd: the one\n"
-                 "frame to look at")
-      ->required()
-      ->option_text("FILE");
-  app.add_option("t1", command.second_frame, "The same triangles at the end of the step")->option_text("FILE");
+  add_file(app, "t0", command.first_frame,
+           "The mesh at the start of the step, PLY or OBJ. Alone, with --detection dcd: the one\n"
+           "frame to look at")
+      ->required();
+  add_file(app, "t1", command.second_frame, "The same triangles at the end of the step");
 }
 
 void add_detection_options(CLI::App& app, DetectCommand& command) {
@@ -55,16 +64,20 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
              "Virtual subdivision of triangles that are larger than a cell");
   add_choice(app, "--broad-phase", kBroadPhases, options.broad_phase,
              "How candidate pairs are found. paper is there to compare: it loses some true pairs");
+  app.add_option("--memory-limit", options.memory_limit,
+                 "Most bytes that the detection may use, or with K, M, G (1000) or KiB, MiB, GiB (1024);\n"
+                 "0 for no limit. Less memory takes more time; too little is an error")
+      ->option_text("BYTES [0]")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/true))
+      ->transform(CLI::Validator(refuse_sign, ""));  // before the units, which read -1 as 2^64 - 1
 }
 
 void add_output_options(CLI::App& app, DetectCommand& command) {
-  app.add_option("--contacts", command.contacts_file,
-                 "Write the contacts as CSV with the columns kind,a0,a1,b0,b1,b2,toi,distance: a vertex\n"
-                 "and a triangle are vt,v,,f0,f1,f2, two edges are ee,e0,e1,g0,g1,. Vertices count from\n"
-                 "0; toi is the fraction of the step, distance in the positions' unit")
-      ->option_text("FILE");
-  app.add_option("--json", command.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes")
-      ->option_text("FILE");
+  add_file(app, "--contacts", command.contacts_file,
+           "Write the contacts as CSV with the columns kind,a0,a1,b0,b1,b2,toi,distance: a vertex\n"
+           "and a triangle are vt,v,,f0,f1,f2, two edges are ee,e0,e1,g0,g1,. Vertices count from\n"
+           "0; toi is the fraction of the step, distance in the positions' unit");
+  add_file(app, "--json", command.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes");
   app.add_option("--repeat", command.repetitions,
                  "Detect N times after one warm-up and report median times. Left out: one run, not\n"
                  "warmed up")

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "command_line.hpp"
+#include "command_line/standard_output.hpp"
 #include "measurement.hpp"
 #include "mesh_io/mesh_io.hpp"
 #include "report.hpp"
@@ -94,6 +95,7 @@ int main(int argc, char** argv) {
   try {
     const ParsedCommandLine parsed = parse_command_line(argc, argv);
     if (parsed.command) run(*parsed.command);
+    finish_standard_output();
     return parsed.exit_code;
   } catch (const MeshError& error) {
     return fail(kExitWrongInput, error);

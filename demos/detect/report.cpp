@@ -51,6 +51,7 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
                                  {"margin", command.settings.margin},
                                  {"subdivision", command.options.subdivision},
                                  {"lambda", command.options.lambda},
+                                 {"memory_limit", command.options.memory_limit},
                                  {"mean_radius", statistics.mean_radius},
                                  {"cell_size", statistics.cell_size},
                                  {"split_triangles", statistics.split_triangles},
@@ -68,9 +69,11 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
                                  {"unsettled_contacts", statistics.unsettled_contacts},
                                  {"earliest_toi", statistics.earliest_toi},
                                  {"peak_bytes", statistics.peak_bytes},
-                                 {"reruns", statistics.reruns}};
+                                 {"reruns", statistics.reruns},
+                                 {"chunks", statistics.chunks}};
   for (const StageTime& stage : kStageTimes) json["ms"][stage.name] = statistics.ms.*stage.ms;
-  write_file(command.json_file, json.dump(2) + "\n");
+  // Files' names may hold any bytes.
+  write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 void print_summary(const DetectCommand& command, const Statistics& s) {

@@ -20,8 +20,8 @@ class MeshError : public std::runtime_error {
 };
 
 /// Reads PLY (ascii, binary of either endianness, any property types) or OBJ; which, the file's first line and
-/// then its name say. Polygons become triangle fans. Indices are checked; positions may be NaN or infinite.
-/// Throws MeshError.
+/// then its name say. Polygons become triangle fans. Indices are checked; positions may be NaN or infinite. Files and
+/// pipes of up to 16 GiB are read. Throws MeshError.
 Mesh read_mesh(const std::filesystem::path& path);
 
 /// Writes binary PLY (little endian, single precision). Throws MeshError.

@@ -3,25 +3,47 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <iterator>
+#include <string>
+#include <system_error>
 
 #include "mesh_io/parsing.hpp"
 
 namespace softcd::demo {
 namespace {
 
-std::string read_file(const std::filesystem::path& path) {
+namespace fs = std::filesystem;
+
+// A guard against what has no end, far above the meshes that a detection could hold.
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 34;
+constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
+
+std::string read_file(const fs::path& path) {
+  const auto require = [&](bool condition, const char* problem) {
+    if (!condition) throw MeshError(fmt::format("{}: {}", path.string(), problem));
+  };
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) throw MeshError(fmt::format("{}: is a folder", path.string()));
+  const fs::file_status status = fs::status(path, ignored);
+  require(!fs::is_directory(status), "is a folder");
+  require(fs::is_regular_file(status) || fs::is_fifo(status) || !fs::exists(status), "is neither a file nor a pipe");
   std::ifstream stream(path, std::ios::binary);
-  if (!stream)
-    throw MeshError(fmt::format("{}: cannot be opened (does it exist, and may you read it?)", path.string()));
-  std::string content(std::istreambuf_iterator<char>(stream), {});
-  if (stream.bad()) throw MeshError(fmt::format("{}: reading failed", path.string()));
+  require(stream.good(), "cannot be opened (does it exist, and may you read it?)");
+
+  // A pipe tells its size by its end.
+  bool is_too_large = fs::is_regular_file(status) && fs::file_size(path, ignored) > kMostBytes;
+  std::string content;
+  while (!is_too_large && stream) {
+    const std::size_t offset = content.size();
+    content.resize(offset + kBlockBytes);
+    stream.read(content.data() + offset, kBlockBytes);
+    content.resize(offset + static_cast<std::size_t>(stream.gcount()));
+    is_too_large = content.size() > kMostBytes;
+  }
+  require(!is_too_large, "is larger than 16 GiB");
+  require(!stream.bad(), "cannot be read");
   return content;
 }
 
-bool has_obj_extension(const std::filesystem::path& path) {
+bool has_obj_extension(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -34,7 +56,7 @@ bool same_triangle(const Triangle& a, const Triangle& b) {
 
 }  // namespace
 
-Mesh read_mesh(const std::filesystem::path& path) {
+Mesh read_mesh(const fs::path& path) {
   const std::string content = read_file(path);
   std::string_view rest = content;
   if (take_line(rest) == "ply") return read_ply(path.string(), content);
@@ -42,8 +64,7 @@ Mesh read_mesh(const std::filesystem::path& path) {
   throw MeshError(fmt::format("{}: is neither PLY (first line 'ply') nor OBJ (name ending in .obj)", path.string()));
 }
 
-void require_same_topology(const Mesh& a, const std::filesystem::path& path_a, const Mesh& b,
-                           const std::filesystem::path& path_b) {
+void require_same_topology(const Mesh& a, const fs::path& path_a, const Mesh& b, const fs::path& path_b) {
   const auto require = [&](bool same, const std::string& difference) {
     if (!same) {
       throw MeshError(

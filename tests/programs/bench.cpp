@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -17,6 +18,9 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+// The vertices of the second triangle follow.
+const std::string kTwoTriangles = "f 1 2 3\nf 4 5 6\nv 0 0 0\nv 4 0 0\nv 0 4 0\n";
 
 class Bench : public testing::Test {
  protected:
@@ -108,15 +112,61 @@ TEST_F(Bench, MarkdownIsWhatIsPrinted) {
 }
 
 TEST_F(Bench, MeshesFromFilesAreMeasured) {
-  const std::string frames =
-      "--t0 " +
-      folder_.write("t0.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n") +
-      " --t1 " +
-      folder_.write("t1.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 -1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n");
+  const std::string frames = "--t0 " + folder_.write("t0.obj", kTwoTriangles + "v 1 1 1\nv 1 1.5 8\nv 1.5 1 8\n") +
+                             " --t1 " + folder_.write("t1.obj", kTwoTriangles + "v 1 1 -1\nv 1 1.5 8\nv 1.5 1 8\n");
   const nlohmann::json measured = rows(frames);
   ASSERT_EQ(measured.size(), 2u);
   EXPECT_EQ(measured[0]["vt_contacts"], 0);
   EXPECT_EQ(measured[1]["vt_contacts"], 1);
+}
+
+TEST_F(Bench, RecordedStepsAreMeasuredBesideGeneratedScenes) {
+  for (const char* name : {"one", "other"}) {
+    const std::string frames = std::string(name) + "/frames/";
+    std::filesystem::create_directories(folder_.file(frames));
+    // By their numbers, 9 is before 10.
+    folder_.write(frames + "9.obj", kTwoTriangles + "v 1 1 1\nv 1 1.5 8\nv 1.5 1 8\n");
+    folder_.write(frames + "10.obj", kTwoTriangles + "v 1 1 -1\nv 1 1.5 8\nv 1.5 1 8\n");
+  }
+  const nlohmann::json measured = rows("--scene funnel --scale 0.05 --step " + folder_.file("one") + " " +
+                                       folder_.file("other/") + " --mode ccd-precise,ccd-conservative");
+  std::vector<std::string> found;
+  for (const auto& row : measured) {
+    const auto text = [&row](const char* key) { return row[key].get<std::string>(); };
+    found.push_back(text("scene") + " " + text("detection") + " " + text("accuracy"));
+    if (row["scene"] == "funnel") continue;
+    EXPECT_EQ(row["vt_contacts"], 1) << row;
+    EXPECT_NEAR(row["earliest_toi"].get<double>(), 0.5, 1e-6) << row;
+  }
+  EXPECT_THAT(found, testing::ElementsAre("funnel ccd precise", "funnel ccd conservative", "one ccd precise",
+                                          "one ccd conservative", "other ccd precise", "other ccd conservative"));
+}
+
+TEST_F(Bench, QuartilesAreAroundTheMedian) {
+  Result result = run("detector --backend cpu --scene funnel --scale 0.05 --repeat 6 --json " + folder_.file("json"));
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json json = nlohmann::json::parse(folder_.read("json"));
+  for (const auto& row : json.at("rows")) {
+    EXPECT_GT(row["total_ms_quartiles"]["first"], 0) << row;
+    EXPECT_LE(row["total_ms_quartiles"]["first"], row["ms"]["total"]) << row;
+    EXPECT_GE(row["total_ms_quartiles"]["third"], row["ms"]["total"]) << row;
+  }
+}
+
+TEST_F(Bench, NamesThatAreNotUtf8AreReplacedInJson) {
+  run("detector --backend cpu --scene funnel --scale 0.05 --repeat 1 --machine 'a\xFF' --json " + folder_.file("json"));
+  EXPECT_EQ(nlohmann::json::parse(folder_.read("json")).at("machine"), "a\xEF\xBF\xBD");
+}
+
+TEST_F(Bench, OutputThatCannotBeWrittenIsAnError) {
+  for (const char* output : {" >/dev/full", " >&-"}) {
+    const Result result =
+        run_shell("('" SOFTCD_BENCH "' detector --backend cpu --scene funnel --scale 0.05 --repeat 1" +
+                      (output + std::string(")")),
+                  folder_);
+    EXPECT_EQ(result.exit_code, 1) << output;
+    EXPECT_THAT(result.errors, HasSubstr("softcd-bench: standard output cannot be written"));
+  }
 }
 
 TEST_F(Bench, RefusesCommandLines) {
@@ -129,6 +179,10 @@ TEST_F(Bench, RefusesCommandLines) {
   expect_refused("detector --scale 0", "--scale");
   expect_refused("detector --t0 t0.obj", "--t0 requires --t1");
   expect_refused("detector --t0 absent.obj --t1 absent.obj", "absent.obj: cannot be opened");
+  expect_refused("detector --mode dcd", "'dcd' is not one of dcd-fast, ccd-precise, ccd-conservative");
+  expect_refused("detector --step " + folder_.file("absent"), "--step");
+  expect_refused("detector --step " + std::filesystem::path(folder_.file("json")).parent_path().string(),
+                 "frames: is not a folder of two meshes");
 }
 
 TEST_F(Bench, ResultsThatCannotBeWrittenAreAnError) {

@@ -91,7 +91,7 @@ TEST_F(Detect, HelpNamesEveryOption) {
   const Result result = run("--help");
   EXPECT_EQ(result.exit_code, 0);
   for (const char* option : {"--backend", "--detection", "--features", "--accuracy", "--margin", "--lambda",
-                             "--subdivision", "--broad-phase", "--contacts", "--json", "--repeat"}) {
+                             "--subdivision", "--broad-phase", "--memory-limit", "--contacts", "--json", "--repeat"}) {
     EXPECT_THAT(result.output, HasSubstr(option));
   }
 }
@@ -205,6 +205,48 @@ TEST_F(Detect, RefusesCommandLines) {
   expect_refused(frames + " --lambda -1", "lambda");
   expect_refused(frames + " --repeat 0", "--repeat");
   expect_refused(frames + " --speed 9", "--speed");
+  expect_refused(frames + " --memory-limit lots", "--memory-limit");
+  expect_refused(frames + " --memory-limit -1", "--memory-limit");
+}
+
+TEST_F(Detect, RefusesEmptyFileNames) {
+  const std::string frame = folder_.write("t1.obj", kBelow);
+  expect_refused(frame + " " + frame + " --contacts ''", "--contacts: is empty");
+  expect_refused(frame + " " + frame + " --json ''", "--json: is empty");
+  expect_refused("'' " + frame, "t0: is empty");
+  expect_refused("--detection dcd " + frame + " ''", "t1: is empty");
+}
+
+TEST_F(Detect, RefusesDevicesAndNamesFilesThatCannotBeRead) {
+  const std::string good = folder_.write("good.obj", kAbove);
+  expect_refused("/dev/zero " + good, "/dev/zero: is neither a file nor a pipe");
+  expect_refused("/proc/self/mem " + good, "/proc/self/mem: cannot be read");
+}
+
+TEST_F(Detect, ReadsFramesFromPipes) {
+  const std::string frame = folder_.write("t1.obj", kBelow);
+  const std::string pipe = folder_.file("pipe.obj");
+  const Result result = run_shell(
+      "mkfifo " + pipe + "; cat " + frame + " >" + pipe + " & '" SOFTCD_DETECT "' --detection dcd " + pipe, folder_);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("2 triangles"));
+}
+
+TEST_F(Detect, MemoryLimitHasUnits) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  EXPECT_EQ(figures(frames)["memory_limit"], 0);
+  EXPECT_EQ(figures(frames + " --memory-limit 30000000")["memory_limit"], 30000000);
+  EXPECT_EQ(figures(frames + " --memory-limit 30M")["memory_limit"], 30000000);
+  EXPECT_EQ(figures(frames + " --memory-limit 1GiB")["memory_limit"], 1 << 30);
+  EXPECT_EQ(contacts(frames + " --memory-limit 30M"), contacts(frames));
+}
+
+TEST_F(Detect, FailsWhereTheMemoryLimitDoesNotSuffice) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  const Result result = run(frames + " --memory-limit 1k");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("memory"));
+  EXPECT_THAT(result.output, IsEmpty());
 }
 
 TEST_F(Detect, ResultsThatCannotBeWrittenAreAnError) {
@@ -214,6 +256,24 @@ TEST_F(Detect, ResultsThatCannotBeWrittenAreAnError) {
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_THAT(result.errors, HasSubstr("cannot be written"));
   }
+}
+
+TEST_F(Detect, ASummaryThatCannotBeWrittenIsAnError) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  for (const std::string& arguments : {frames, std::string("--help")}) {
+    for (const char* output : {" >/dev/full", " >&-"}) {
+      const Result result = run_shell("('" SOFTCD_DETECT "' " + arguments + output + ")", folder_);
+      EXPECT_EQ(result.exit_code, 1) << arguments << output;
+      EXPECT_THAT(result.errors, HasSubstr("softcd-detect: standard output cannot be written"));
+    }
+  }
+}
+
+TEST_F(Detect, NamesThatAreNotUtf8AreReplacedInJson) {
+  const std::string name = "t1-\xFF.obj";
+  const nlohmann::json json = figures("--detection dcd '" + folder_.write(name, kBelow) + "'");
+  EXPECT_THAT(json["t0"].get<std::string>(), testing::EndsWith("/t1-\xEF\xBF\xBD.obj"));
+  EXPECT_EQ(json["triangles"], 2);
 }
 
 // A mesh's edges in the order that Contact documents.

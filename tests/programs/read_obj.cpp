@@ -53,6 +53,24 @@ TEST_F(Obj, NamesLineAndProblem) {
   for (const auto& [content, problem] : cases) EXPECT_THAT(error_of("bad.obj", content), HasSubstr(problem));
 }
 
+TEST_F(Obj, LargeFilesAreReadWhole) {
+  std::string content = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  constexpr std::size_t kFaces = 300000;  // of 8 bytes: several blocks
+  for (std::size_t i = 0; i < kFaces; ++i) content += "f 1 2 3\n";
+  EXPECT_EQ(read("large.obj", content).triangles.size(), kFaces);
+}
+
+TEST_F(Obj, FilesBeyondAllMeshesAreRefusedUnread) {
+  const std::string file = folder_.write("huge.obj", "");
+  std::filesystem::resize_file(file, (std::uintmax_t{1} << 34) + 1);
+  try {
+    demo::read_mesh(file);
+    FAIL() << "this was read";
+  } catch (const demo::MeshError& error) {
+    EXPECT_EQ(error.what(), file + ": is larger than 16 GiB");
+  }
+}
+
 TEST_F(Obj, IsKnownByItsNameOnly) {
   EXPECT_THAT(error_of("mesh.txt", "v 0 0 0\n"), HasSubstr("is neither PLY"));
 }

@@ -13,26 +13,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Frames and the number that the verdicts' files carry.
-struct StepFiles {
-  fs::path frame_t0;
-  fs::path frame_t1;
-  std::string number;
-};
-
-/// The two files in frames/, in the order of their numbers, and N of boxes/Nvf.json.
-StepFiles files_of(const fs::path& folder) {
-  std::vector<fs::path> frames;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "frames")) frames.push_back(entry.path());
-  if (frames.size() != 2) throw std::runtime_error("not two frames in " + (folder / "frames").string());
-  std::sort(frames.begin(), frames.end(), [](const fs::path& a, const fs::path& b) {
-    const std::string p = a.filename().string(), q = b.filename().string();
-    return std::pair(p.size(), p) < std::pair(q.size(), q);
-  });
+/// N of boxes/Nvf.json.
+std::string number_of(const fs::path& folder) {
   const std::string ending = "vf.json";
   for (const fs::directory_entry& entry : fs::directory_iterator(folder / "boxes")) {
     const std::string name = entry.path().filename().string();
-    if (name.ends_with(ending)) return {frames[0], frames[1], name.substr(0, name.size() - ending.size())};
+    if (name.ends_with(ending)) return name.substr(0, name.size() - ending.size());
   }
   throw std::runtime_error("no " + ending + " in " + (folder / "boxes").string());
 }
@@ -60,6 +46,20 @@ fs::path data_folder(const std::string& dataset) {
   return fs::is_directory(folder) ? folder : fs::path();
 }
 
+std::array<fs::path, 2> frames_of(const fs::path& step) {
+  const fs::path folder = step / "frames";
+  std::vector<fs::path> frames;
+  if (fs::is_directory(folder)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) frames.push_back(entry.path());
+  }
+  if (frames.size() != 2) throw demo::MeshError(folder.string() + ": is not a folder of two meshes");
+  std::sort(frames.begin(), frames.end(), [](const fs::path& a, const fs::path& b) {
+    const std::string p = a.filename().string(), q = b.filename().string();
+    return std::pair(p.size(), p) < std::pair(q.size(), q);
+  });
+  return {frames[0], frames[1]};
+}
+
 std::vector<FeaturePair> GroundTruth::colliding() const {
   std::vector<FeaturePair> pairs;
   for (std::size_t i = 0; i < listed.size(); ++i) {
@@ -71,9 +71,10 @@ std::vector<FeaturePair> GroundTruth::colliding() const {
 
 GroundTruth read_ground_truth(const fs::path& ccd_steps, const std::string& step) {
   const fs::path folder = ccd_steps / step;
-  const StepFiles files = files_of(folder);
-  const demo::Mesh start = demo::read_mesh(files.frame_t0);
-  const demo::Mesh end = demo::read_mesh(files.frame_t1);
+  const auto [frame_t0, frame_t1] = frames_of(folder);
+  const std::string number = number_of(folder);
+  const demo::Mesh start = demo::read_mesh(frame_t0);
+  const demo::Mesh end = demo::read_mesh(frame_t1);
   GroundTruth truth;
   truth.scene.push_back({start.triangles, start.positions, end.positions, everything()});
 
@@ -82,7 +83,7 @@ GroundTruth read_ground_truth(const fs::path& ccd_steps, const std::string& step
   const std::vector<std::uint32_t> ours = edge_numbers(edges);
   const auto first_face = static_cast<std::uint32_t>(vertex_count + edges.size());
   for (const bool is_vf : {true, false}) {
-    const std::string name = files.number + (is_vf ? "vf" : "ee");
+    const std::string name = number + (is_vf ? "vf" : "ee");
     const nlohmann::json pairs = read_json(folder / "boxes" / (name + ".json"));
     const nlohmann::json verdicts = read_json(folder / "mma_bool" / (name + "_mma_bool.json"));
     if (pairs.size() != verdicts.size()) throw std::runtime_error("lists of unequal length for " + name);

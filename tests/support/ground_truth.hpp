@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -19,6 +20,10 @@ struct GroundTruth {
 
   std::vector<FeaturePair> colliding() const;  ///< sorted
 };
+
+/// The two meshes in frames/ of the folder of a recorded step, by their numbers. Throws demo::MeshError when there are
+/// not two.
+std::array<std::filesystem::path, 2> frames_of(const std::filesystem::path& step);
 
 /// `step` is the name of a folder with two frames, as cloth-ball and armadillo-rollers. Throws std::runtime_error when
 /// a file is not as expected.

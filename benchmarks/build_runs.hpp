@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "results.hpp"
+
+namespace softcd::benchmarks {
+
+/// Runs `detector` with `arguments` of two programs softcd-bench in turn, `rounds` times each: old, new, old, new ...
+/// What they print is dropped. Throws std::runtime_error when one fails.
+std::pair<Results, Results> run_builds(const std::string& old_build, const std::string& new_build,
+                                       const std::vector<std::string>& arguments, int rounds);
+
+}  // namespace softcd::benchmarks
