@@ -162,8 +162,9 @@ class Trade {
     }
     add_section("Single queries",
                 "Against exact arithmetic. `early` and `late`: found, at a time before or after that of the first "
-                "contact, in steps. `dcd-N`: distances at the ends of N substeps, within a tenth of the set's median "
-                "edge.",
+                "contact, in steps. `fast`, `precise` and `conservative`: what CollisionPipeline answers for positions "
+                "in double; ns are those of the test alone. `dcd-N`: distances at the ends of N substeps, within a "
+                "tenth of the set's median edge.",
                 table);
   }
 

@@ -13,6 +13,7 @@
 #ifdef SOFTCD_BENCH_HAS_BULLET
 #include "native_queries.hpp"
 #endif
+#include "query_detector.hpp"
 #include "random.hpp"
 #include "recorded_queries.hpp"
 #include "scene_geometry.hpp"
@@ -42,15 +43,38 @@ using DecideAll = std::function<void(std::vector<Answer>&)>;
 struct Mode {
   std::string name;
   double margin;
-  DecideAll decide_all;
+  DecideAll decide_all;  ///< what is timed
+  DecideAll answer_all;  ///< what is judged
 };
 
-/// A mode from a function that decides one query.
+/// A function that decides all queries of a set from one that decides one of them.
+template <class Decide>
+DecideAll for_all(const QuerySet& set, Decide decide) {
+  return [&set, decide](std::vector<Answer>& answers) {
+    for (std::size_t i = 0; i < set.queries.size(); ++i) answers[i] = decide(set.queries[i], i);
+  };
+}
+
 template <class Decide>
 Mode make_mode(std::string name, double margin, const QuerySet& set, Decide decide) {
-  return {std::move(name), margin, [&set, decide](std::vector<Answer>& answers) {
-            for (std::size_t i = 0; i < set.queries.size(); ++i) answers[i] = decide(set.queries[i], i);
-          }};
+  const DecideAll decide_all = for_all(set, decide);
+  return {std::move(name), margin, decide_all, decide_all};
+}
+
+/// Continuous detection, judged by what the public interface answers for positions in double, and timed by the test
+/// that it makes: most of a detection of two features is something else.
+template <class Decide>
+Mode make_continuous_mode(std::string name, Accuracy accuracy, const QuerySet& set, Decide decide) {
+  PipelineOptions options;
+  options.backend = Backend::cpu;
+  options.detection = Detection::ccd;
+  options.accuracy = accuracy;
+  const auto detector = std::make_shared<test::QueryDetector>(set.kind, options);
+  const auto answer = [detector](const Query& query, std::size_t) {
+    const std::optional<Contact> contact = detector->detect(query);
+    return Answer{contact.has_value(), contact ? static_cast<double>(contact->time_of_impact) : 1.0};
+  };
+  return {std::move(name), 0, for_all(set, decide), for_all(set, answer)};
 }
 
 template <class T>
@@ -58,19 +82,19 @@ Answer to_answer(const Impact<T>& impact) {
   return {impact.state != ImpactState::separated, static_cast<double>(impact.time)};
 }
 
-float squared_distance_at(const Query& query, double t) {
+bool are_within(const Query& query, double t, float margin) {
   std::array<Vec3f, 4> p;
   for (std::size_t i = 0; i < 4; ++i) p[i] = vec3_cast<float>(lerp(query.rows[i], query.rows[i + 4], t));
   return query.kind == ContactKind::vertex_triangle
-             ? closest_points_vertex_triangle(p[0], p[1], p[2], p[3]).squared_distance
-             : closest_points_edge_edge(p[0], p[1], p[2], p[3]).squared_distance;
+             ? closest_points_vertex_triangle(p[0], p[1], p[2], p[3]).are_within(margin)
+             : closest_points_edge_edge(p[0], p[1], p[2], p[3]).are_within(margin);
 }
 
 /// Discrete detection in float at the end of each substep.
 Answer nearest_at_substeps(const Query& query, int substeps, float margin) {
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;
-    if (squared_distance_at(query, t) <= margin * margin) return {true, t};
+    if (are_within(query, t, margin)) return {true, t};
   }
   return {false, 1.0};
 }
@@ -101,12 +125,14 @@ double median_edge_length(const QuerySet& set) {
 
 std::vector<Mode> modes_for(const QuerySet& set) {
   std::vector<Mode> modes = {
-      make_mode("fast", 0, set,
-                [](const Query& query, std::size_t) { return to_answer(test::impact_of<float>(query, 0.0F)); }),
-      make_mode("precise", 0, set,
-                [](const Query& query, std::size_t) { return to_answer(test::impact_of<double>(query, 0.0)); }),
-      make_mode("conservative", 0, set,
-                [](const Query& query, std::size_t) { return to_answer(test::approach_of(query, 0.0)); })};
+      make_continuous_mode(
+          "fast", Accuracy::fast, set,
+          [](const Query& query, std::size_t) { return to_answer(test::impact_of<float>(query, 0.0F)); }),
+      make_continuous_mode(
+          "precise", Accuracy::precise, set,
+          [](const Query& query, std::size_t) { return to_answer(test::impact_of<double>(query, 0.0)); }),
+      make_continuous_mode("conservative", Accuracy::conservative, set,
+                           [](const Query& query, std::size_t) { return to_answer(test::approach_of(query, 0.0)); })};
 #ifdef SOFTCD_BENCH_HAS_BULLET
   if (set.kind == ContactKind::vertex_triangle) {
     const auto native = std::make_shared<const NativeQueries>(set.queries);
@@ -144,20 +170,22 @@ struct Measured {
   double nanoseconds = 0;
 };
 
-/// One round of each mode in turn, so that what else the machine does falls on all of them. A round decides small sets
-/// several times.
+/// The answers that are judged, then the times: one round of each mode in turn, so that what else the machine does
+/// falls on all of them. A round decides small sets several times.
 std::vector<Measured> measure(const std::vector<Mode>& modes, std::size_t queries, int repetitions) {
   std::vector<Measured> measured(modes.size());
+  std::vector<Answer> timed(queries);
   std::vector<int> counts;
   std::vector<std::vector<double>> seconds(modes.size());
   for (std::size_t m = 0; m < modes.size(); ++m) {
     measured[m].answers.resize(queries);
-    const double once = std::max(seconds_of(modes[m], measured[m].answers, 1), 1e-9);
+    modes[m].answer_all(measured[m].answers);
+    const double once = std::max(seconds_of(modes[m], timed, 1), 1e-9);
     counts.push_back(static_cast<int>(std::ceil(kLeastRoundSeconds / once)));
   }
   for (int round = 0; round < repetitions; ++round) {
     for (std::size_t m = 0; m < modes.size(); ++m) {
-      seconds[m].push_back(seconds_of(modes[m], measured[m].answers, counts[m]) / counts[m]);
+      seconds[m].push_back(seconds_of(modes[m], timed, counts[m]) / counts[m]);
     }
   }
   for (std::size_t m = 0; m < modes.size(); ++m) {

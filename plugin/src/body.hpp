@@ -26,6 +26,7 @@ struct Body {
   Positions x_t0, x_t1;
   Vec3d offset{0, 0, 0};
   std::vector<Vec3f> kept_t0, kept_t1;
+  double rounding = 0;  ///< most that a kept vertex is from where the caller had it
 };
 
 }  // namespace softcd

@@ -112,6 +112,7 @@ class CollisionPipeline::Implementation {
     body.x_t1 = x_t1;
     body.moves = x_t0.data() != x_t1.data();
     body.offset = {0, 0, 0};
+    body.rounding = 0;
     body.has_positions = true;
   }
 
@@ -143,22 +144,22 @@ class CollisionPipeline::Implementation {
     if (list_neighbours(bodies_)) topology_changed_ = true;
     start_statistics();
     const Vec3d origin = scene_origin(surveys);
-    pairs_ = select_pairs(bodies_, surveys, origin, margin_growth(options_), options_.pair_filter);
     const bool moves = some_body_moves(surveys);
-    const DetectionSettings settings = detection_settings(options_, pairs_, moves);
-    decisions_ = {bodies_.size(),         pairs_.pair_count, pairs_.self_count,
-                  pairs_.vertex_triangle, pairs_.edge_edge,  moves};
     guard_memory([&] {
       if (std::exchange(topology_changed_, false)) {
         scene_ = concatenate(bodies_);
         detector_->set_topology(scene_.topology());
       }
-      write_positions(bodies_, origin, settings.both_ends, detector_->position_arrays());
-      if (pairs_.pair_count + pairs_.self_count > 0) {
-        detector_->start(pairs_.view(), settings);
-        is_running_ = true;
-      }
+      write_positions(bodies_, origin, moves || measures_moves(options_), detector_->position_arrays());
     });
+    pairs_ = select_pairs(bodies_, surveys, origin, margin_growth(options_), options_.pair_filter);
+    const DetectionSettings settings = detection_settings(options_, pairs_, moves);
+    decisions_ = {bodies_.size(),         pairs_.pair_count, pairs_.self_count,
+                  pairs_.vertex_triangle, pairs_.edge_edge,  moves};
+    if (pairs_.pair_count + pairs_.self_count > 0) {
+      guard_memory([&] { detector_->start(pairs_.view(), settings); });
+      is_running_ = true;
+    }
     is_pending_ = true;
     preparation_ms_ = milliseconds_since(begin);
   }

@@ -17,7 +17,8 @@ inline bool measures_moves(const PipelineOptions& options) {
 
 inline MarginGrowth margin_growth(const PipelineOptions& options) {
   const bool is_slab = options.detection == Detection::dcd && options.contact_rule == ContactRule::slab;
-  return {measures_moves(options) ? options.motion_margin : 0.0F, is_slab ? kSlabReach : 1.0F};
+  return {measures_moves(options) ? options.motion_margin : 0.0F, is_slab ? kSlabReach : 1.0F,
+          options.accuracy == Accuracy::conservative};
 }
 
 /// Whether some vertex moves in a continuous detection.

@@ -11,6 +11,15 @@ namespace {
 constexpr float kLargest = std::numeric_limits<float>::max();
 constexpr Box kNowhere = {{kLargest, kLargest, kLargest}, {-kLargest, -kLargest, -kLargest}};
 
+/// What the detector takes for the body's margin: the margin as it is, where nothing was rounded. Both ends of a motion
+/// may be, which is why a margin that grows with it is twice that off.
+float detected_margin(const Body& body, const MarginGrowth& growth) {
+  const double rounding = growth.covers_rounding ? body.rounding : 0.0;
+  if (!(rounding > 0.0)) return body.settings.margin;
+  const double growth_per_rounding = 1.0 + 2.0 * static_cast<double>(growth.motion);
+  return outward_up(body.settings.margin + outward_up(static_cast<float>(growth_per_rounding * rounding)));
+}
+
 /// The box of everything that the body's features may touch, rounded as its positions are, then outward.
 Box grown_box(const BodyExtent& extent, Vec3d origin, float margin, const MarginGrowth& growth) {
   if (extent.is_empty) return kNowhere;
@@ -84,13 +93,14 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
     const BodySettings& settings = body.settings;
-    out.bodies.push_back({body.id.value, first_vertex, first_triangle, first_edge, settings.margin,
+    const float margin = detected_margin(body, growth);
+    out.bodies.push_back({body.id.value, first_vertex, first_triangle, first_edge, margin,
                           settings.features.vertex_triangle, settings.features.edge_edge, /*lists_neighbours=*/false,
                           kNowhere});
     first_vertex += body.topology.vertex_count;
     first_triangle += static_cast<std::uint32_t>(body.topology.triangles.size());
     first_edge += static_cast<std::uint32_t>(body.topology.edges.size());
-    boxes.push_back(grown_box(surveys[b].extent, origin, settings.margin, growth));
+    boxes.push_back(grown_box(surveys[b].extent, origin, margin, growth));
   }
 
   Selection selection(out);

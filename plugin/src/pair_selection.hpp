@@ -23,10 +23,13 @@ struct PairSelection {
 struct MarginGrowth {
   float motion = 0.0F;  ///< times the furthest move is added to the margin
   float reach = 1.0F;   ///< times all of that
+  /// The margin takes up what rounding has moved positions by, so that nothing that is within it where the caller has
+  /// the positions is beyond it where the detector has them.
+  bool covers_rounding = false;
 };
 
 /// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are
-/// relative to `origin`.
+/// relative to `origin`, as positions are, which write_positions has rounded.
 PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<BodySurvey>& surveys, Vec3d origin,
                            const MarginGrowth& growth, const PairFilter& filter);
 

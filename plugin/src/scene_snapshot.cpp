@@ -78,21 +78,35 @@ BodySurvey survey_block(const Body& body, const Block& block, bool both_ends, bo
 
 constexpr Vec3f kStray = {NAN, NAN, NAN};
 
-/// Keeps a block's positions relative to `origin`; what is not usable stays recognisable.
-template <class T>
-void keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin, std::vector<Vec3f>& kept) {
+double rounding_of(double x) {
+  // g++ 12 forgets to round where it vectorises the conversion to and fro.
+  const volatile float rounded = static_cast<float>(x);
+  return x - static_cast<double>(rounded);
+}
+
+/// Keeps a block's positions relative to `origin`; what is not usable stays recognisable. Returns the most that
+/// rounding has moved one of them by, where kMayRound.
+template <class T, bool kMayRound>
+double keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin,
+                  std::vector<Vec3f>& kept) {
+  double most = 0;
   for (std::size_t i = block.begin; i < block.end; ++i) {
     const Vec3d x = read<T>(positions, offset, i);
     kept[i] = is_usable(x) ? vec3_cast<float>(x - origin) : kStray;
+    if (!kMayRound || !is_usable(x)) continue;
+    const Vec3d exact = x - origin;
+    most = std::max(most, squared_norm(Vec3d{rounding_of(exact.x), rounding_of(exact.y), rounding_of(exact.z)}));
   }
+  return std::sqrt(most);
 }
 
-void keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin, std::vector<Vec3f>& kept) {
-  if (positions.is_double()) {
-    keep_block<double>(positions, offset, block, origin, kept);
-  } else {
-    keep_block<float>(positions, offset, block, origin, kept);
-  }
+double keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin,
+                  std::vector<Vec3f>& kept) {
+  if (positions.is_double()) return keep_block<double, true>(positions, offset, block, origin, kept);
+  // What was kept before may be rounded once more.
+  const bool is_exact = offset == Vec3d{0, 0, 0};
+  return is_exact ? keep_block<float, false>(positions, offset, block, origin, kept)
+                  : keep_block<float, true>(positions, offset, block, origin, kept);
 }
 
 void write_block(const std::vector<Vec3f>& kept, const Block& block, Vec3f* out) {
@@ -102,9 +116,9 @@ void write_block(const std::vector<Vec3f>& kept, const Block& block, Vec3f* out)
 }
 
 double origin_of(double lo, double hi) {
-  const double centre = 0.5 * (lo + hi);
-  const double half = 0.5 * (hi - lo);
-  return std::abs(centre) >= 2 * half ? static_cast<double>(static_cast<float>(centre)) : 0.0;
+  const auto centre = static_cast<double>(static_cast<float>(0.5 * (lo + hi)));
+  const bool is_far = centre > 0 ? lo >= 0.5 * centre && hi <= 2 * centre : hi <= 0.5 * centre && lo >= 2 * centre;
+  return is_far ? centre : 0.0;
 }
 
 /// Appends pairs of features, each index moved on by how many the bodies before have.
@@ -195,17 +209,26 @@ void write_positions(std::vector<Body>& bodies, Vec3d origin, bool write_t0, Pos
     if (body.moves) body.kept_t0.resize(body.topology.vertex_count, kStray);
   }
   const std::vector<Block> blocks = split_into_blocks(bodies);
+  std::vector<double> roundings(blocks.size(), 0);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
     const Block& block = blocks[i];
     Body& body = bodies[block.body];
     if (body.has_positions) {
-      if (body.moves) keep_block(body.x_t0, body.offset, block, origin, body.kept_t0);
-      keep_block(body.x_t1, body.offset, block, origin, body.kept_t1);
+      roundings[i] = keep_block(body.x_t1, body.offset, block, origin, body.kept_t1);
+      if (body.moves) {
+        roundings[i] = std::max(roundings[i], keep_block(body.x_t0, body.offset, block, origin, body.kept_t0));
+      }
     }
     write_block(body.kept_t1, block, out.x_t1);
     if (write_t0) write_block(body.moves ? body.kept_t0 : body.kept_t1, block, out.x_t0);
   });
-  for (Body& body : bodies) {
+  std::vector<double> largest(bodies.size(), 0);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    largest[blocks[i].body] = std::max(largest[blocks[i].body], roundings[i]);
+  }
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    Body& body = bodies[b];
+    body.rounding += largest[b];
     body.x_t1 = Span<const Vec3f>(body.kept_t1);
     body.x_t0 = body.moves ? Positions(Span<const Vec3f>(body.kept_t0)) : body.x_t1;
     body.offset = origin;

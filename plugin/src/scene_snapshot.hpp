@@ -48,11 +48,13 @@ struct BodySurvey {
 std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both_ends, bool measure_moves);
 
 /// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only
-/// where the scene is at least as far from the origin as it is wide: float32 positions then stay exact, shifted or not.
+/// where the scene is at least as far from the origin as it is wide: the difference of two numbers within a factor of
+/// two of each other is exact (Sterbenz 1974), so that float32 positions stay as they are, shifted or not.
 Vec3d scene_origin(const std::vector<BodySurvey>& surveys);
 
 /// Writes all positions relative to `origin`, t0 only where `write_t0`. Bodies without positions and stray vertices
-/// become 0. Keeps a copy in the bodies, which no longer refer to the caller's memory afterwards.
+/// become 0. Keeps a copy in the bodies, which no longer refer to the caller's memory afterwards, and how far rounding
+/// has moved a body's vertices.
 void write_positions(std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out);
 
 }  // namespace softcd

@@ -9,14 +9,13 @@
 
 #include "BulletSoftBody/btSoftBodyInternals.h"
 #include "exact_ccd.hpp"
+#include "queries.hpp"
 #include "softcd/math/time_of_impact.hpp"
 
 namespace softcd::test {
 namespace {
 
-/// Rows v, f0, f1, f2 at t0, then at t1; every coordinate is a float.
-using Rows = std::array<Vec3d, 8>;
-
+/// Every coordinate is a float.
 Rows rounded(Rows rows) {
   for (Vec3d& row : rows) row = vec3_cast<double>(vec3_cast<float>(row));
   return rows;
@@ -74,7 +73,7 @@ bool bullet_hits(const Rows& rows) {
 }
 
 bool softcd_hits(const Rows& r) {
-  return vertex_triangle_impact(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], 0.0).state == ImpactState::hit;
+  return impact_of<double>({ContactKind::vertex_triangle, r}, 0.0).state == ImpactState::hit;
 }
 
 struct Counts {

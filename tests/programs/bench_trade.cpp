@@ -64,7 +64,7 @@ TEST_F(BenchTrade, QueriesAreJudgedInEveryMode) {
     EXPECT_LE(count_of(row, "touching") + count_of(row, "false_alarms"), count_of(row, "queries"));
     EXPECT_EQ(row["late_max"].is_null(), count_of(row, "late") == 0) << row;
     EXPECT_GT(row["ns_per_query"], 0);
-    if (row["mode"] == "conservative") {
+    if (row["mode"] == "conservative" || row["mode"] == "precise") {
       EXPECT_EQ(count_of(row, "late"), 0U) << row;
     }
   }

@@ -48,22 +48,29 @@ bool collides(const Query& query);
 /// When the features first touch, exactly, as a bracket; none when they do not.
 std::optional<TimeBracket> first_contact(const Query& query);
 
+/// The corners at both ends, rounded to T.
+template <class T>
+struct Corners {
+  Vec3<T> t0[4], t1[4];
+
+  explicit Corners(const Query& query) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      t0[i] = vec3_cast<T>(query.rows[i]);
+      t1[i] = vec3_cast<T>(query.rows[i + 4]);
+    }
+  }
+};
+
 template <class T>
 Impact<T> impact_of(const Query& query, T margin) {
-  std::array<Vec3<T>, 8> p;
-  for (std::size_t i = 0; i < 8; ++i) p[i] = vec3_cast<T>(query.rows[i]);
+  const auto [t0, t1] = Corners<T>(query);
   return query.kind == ContactKind::vertex_triangle
-             ? vertex_triangle_impact(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], margin)
-             : edge_edge_impact(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], margin);
+             ? first_coplanar_impact<ContactKind::vertex_triangle>(t0, t1, margin)
+             : first_coplanar_impact<ContactKind::edge_edge>(t0, t1, margin);
 }
 
 inline Impact<double> approach_of(const Query& query, double margin) {
-  Vec3d t0[4];
-  Vec3d t1[4];
-  for (std::size_t i = 0; i < 4; ++i) {
-    t0[i] = query.rows[i];
-    t1[i] = query.rows[i + 4];
-  }
+  const auto [t0, t1] = Corners<double>(query);
   return query.kind == ContactKind::vertex_triangle ? first_approach<ContactKind::vertex_triangle>(t0, t1, margin)
                                                     : first_approach<ContactKind::edge_edge>(t0, t1, margin);
 }

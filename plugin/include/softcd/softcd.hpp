@@ -80,8 +80,10 @@ struct BodyDesc {
 };
 
 /// Positions become float32 relative to the scene's origin, which moves along only where the whole scene is far away:
-/// double positions keep about 7 digits of the scene's extent, stray vertices included. A vertex with a coordinate
-/// beyond 1e37 counts as not finite.
+/// float positions stay as they are, double positions keep about 7 digits of the scene's extent, stray vertices
+/// included. With Accuracy::conservative a body's margin grows by the most that this moves one of its vertices by, so
+/// that no contact of the double positions is lost: by at most 6e-8 of its furthest vertex's distance from the scene's
+/// origin, and by nothing where all of them are floats. A vertex with a coordinate beyond 1e37 counts as not finite.
 ///
 /// `count` positions of three consecutive floats or doubles, `stride` bytes apart. The memory is read by
 /// the next detect() or detect_async(), before that call returns, and never afterwards: a body whose positions are not

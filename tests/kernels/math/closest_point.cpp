@@ -26,7 +26,7 @@ ClosestPoints<T> closest_points(ContactKind kind, const Points& points) {
 /// How far a distance is from the exact one, in epsilons of the points' extent.
 template <class T>
 double error_of(ContactKind kind, const Points& points) {
-  const double distance = std::sqrt(static_cast<double>(closest_points<T>(kind, points).squared_distance));
+  const double distance = static_cast<double>(closest_points<T>(kind, points).distance());
   double extent = 0.0;
   for (const Vec3d& p : points) extent = std::max(extent, max_norm(p - points[3]));
   const double error = std::abs(distance - std::sqrt(squared_distance(kind, points)));
@@ -146,7 +146,8 @@ TEST(ClosestPoints, PowersOfTwoScaleTheResultExactly) {
         for (Vec3d& point : q) point = static_cast<double>(factor) * point;
         const ClosestPoints<float> large = closest_points<float>(kind, q);
         for (int k = 0; k < 4; ++k) ASSERT_EQ(plain.weights[k], large.weights[k]) << factor;
-        ASSERT_EQ(factor * plain.offset, large.offset) << factor;
+        ASSERT_EQ((factor * large.scale / plain.scale) * plain.offset, large.offset) << factor;
+        ASSERT_EQ(factor * plain.distance(), large.distance()) << factor;
       }
     }
   }

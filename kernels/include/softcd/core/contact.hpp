@@ -18,8 +18,12 @@ struct BodyId {
 /// Two features in contact. Indices count within their own body. Aligned so that it moves in 8-byte pieces.
 struct alignas(8) Contact {
   ContactKind kind;
-  BodyId body_a;  ///< the vertex's body, or the first edge's
-  BodyId body_b;  ///< the triangle's body, or the second edge's
+  /// Continuous `conservative` detection reports it because it could not tell within its bound on work; the features
+  /// may stay farther apart than their margin.
+  bool is_unsettled;
+  std::uint16_t unused;  ///< 0, so that no byte is undefined
+  BodyId body_a;         ///< the vertex's body, or the first edge's
+  BodyId body_b;         ///< the triangle's body, or the second edge's
   /// Vertex and triangle index, or the two edges' indices. A body's edges are numbered in the order of
   /// their sorted vertex pairs (lower vertex first, then the higher one).
   std::uint32_t feature_a;

@@ -25,7 +25,7 @@ struct Edge {
   std::uint32_t v[2];
 };
 
-enum class ContactKind : std::uint32_t {
+enum class ContactKind : std::uint8_t {
   vertex_triangle = 0,
   edge_edge = 1,
 };
@@ -50,19 +50,24 @@ enum class BroadPhase : std::uint32_t {
   uniform,  ///< one grid sized by the largest triangle, no subdivision: loses no pair, many more tests
 };
 
-/// The narrow phase's arithmetic, and what it promises for the positions as the detector has them (see Positions).
-/// docs/accuracy.md has the reasons and measurements.
+/// The narrow phase's arithmetic, and what it promises: `fast` and `precise` for the positions as the detector has them
+/// (see Positions), `conservative` for those that it was given. S is the sum of the largest components of three of the
+/// features' edges and distances. docs/accuracy.md has the reasons and measurements.
 enum class Accuracy : std::uint32_t {
-  /// Coplanarity cubic and proximity in float32. What touches during a step is found; so is what passes by within some
-  /// 1e-5 of the features' extent.
+  /// Coplanarity cubic and proximity in float32. What touches during a step is found, as a rule early; so is what
+  /// passes
+  /// by within 4e-6 S, or all but touches for longer than a bound on work allows to follow.
   fast,
-  /// The same in float64, 1e-14 of the extent. In a continuous detection a positive margin is looked for at the step's
-  /// ends and where the features are coplanar, not in between.
+  /// The same in float64, 8e-15 S; times of impact are not late. In a continuous detection a positive margin is looked
+  /// for
+  /// at the step's ends and where the features are coplanar, not in between.
   precise,
-  /// In float64, with roundings bounded against "no contact". Continuous: whatever comes within the margin during the
-  /// step is found, at a time of impact that is not late. What is found comes within the margin, a
-  /// millionth of it and 1e-14 of the extent, but for the unsettled contacts, which statistics() counts: the bound on
-  /// work was reached first. Discrete: whatever is within the margin is found.
+  /// In float64, with roundings bounded against "no contact", those of positions in double too. Continuous: whatever
+  /// comes
+  /// within the margin during the step is found, at a time of impact that is not late. What is found comes within the
+  /// margin, a millionth of it, 2e-14 S and what positions were rounded by, but for the unsettled contacts, which are
+  /// marked (Contact::is_unsettled): the bound on work was reached first. Discrete: whatever is within the margin is
+  /// found; with ContactRule::slab, for positions as the detector has them.
   conservative,
 };
 

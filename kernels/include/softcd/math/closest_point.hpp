@@ -14,8 +14,12 @@ namespace softcd {
 template <class T>
 struct ClosestPoints {
   T weights[4];    ///< vertex-triangle {1, w0, w1, w2}, edge-edge {u0, u1, w0, w1}; in [0, 1], each side sums to 1
+  T scale;         ///< safe_scale of the features: lengths below are in units of 1 / scale
   Vec3<T> offset;  ///< point on side a minus point on side b
   T squared_distance;
+
+  SOFTCD_HD T distance() const { return length(offset) / scale; }
+  SOFTCD_HD bool are_within(T margin) const { return squared_distance <= (scale * margin) * (scale * margin); }
 };
 
 namespace detail {
@@ -148,18 +152,17 @@ template <ContactKind kKind, class T>
 SOFTCD_HD ClosestPoints<T> closest_points(const RelativePair<T>& pair) {
   const T scale = safe_scale(extent(pair));
   const Nearest<T> result = nearest<kKind>(scale == T(1) ? pair : scaled(scale, pair));
-  const T unscale = T(1) / scale;
   ClosestPoints<T> points;
   write_weights<kKind>(result.x, result.y, points.weights);
-  points.offset = unscale * result.offset;
-  points.squared_distance = result.squared_distance * unscale * unscale;
+  points.scale = scale;
+  points.offset = result.offset;
+  points.squared_distance = result.squared_distance;
   return points;
 }
 
 }  // namespace detail
 
-/// The point of triangle f0 f1 f2 that is nearest to v. Differences of the coordinates must be finite; a squared
-/// distance beyond T's range becomes 0 or infinity, the weights stay right.
+/// The point of triangle f0 f1 f2 that is nearest to v. Differences of the coordinates must be finite.
 template <class T>
 SOFTCD_HD ClosestPoints<T> closest_points_vertex_triangle(Vec3<T> v, Vec3<T> f0, Vec3<T> f1, Vec3<T> f2) {
   return detail::closest_points<ContactKind::vertex_triangle>(detail::relative_vertex_triangle(v, f0, f1, f2));

@@ -2,6 +2,8 @@
 
 #include <cfloat>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 #include "softcd/core/host_device.hpp"
@@ -90,6 +92,29 @@ SOFTCD_HD T safe_scale(T extent) {
     }
   }
   return scale;
+}
+
+/// The length of a, whose squares may be beyond T's range.
+template <class T>
+SOFTCD_HD T length(Vec3<T> a) {
+  const T scale = safe_scale(max_norm(a));
+  return scale == T(1) ? norm(a) : norm(scale * a) / scale;
+}
+
+/// The largest float that does not exceed x, for x from 0 to the largest float.
+SOFTCD_HD inline float rounded_down(double x) {
+  auto nearest = static_cast<float>(x);
+  if (static_cast<double>(nearest) > x) {
+    // Positive floats and their bits have the same order.
+    std::uint32_t bits = 0;
+    memcpy(&bits, &nearest, sizeof(bits));
+    --bits;
+    memcpy(&nearest, &bits, sizeof(bits));
+  }
+  return nearest;
+}
+SOFTCD_HD inline float rounded_down(float x) {
+  return x;
 }
 
 }  // namespace softcd

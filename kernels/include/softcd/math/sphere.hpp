@@ -1,9 +1,8 @@
 #pragma once
 
-#include <cmath>
-
 #include "softcd/core/host_device.hpp"
 #include "softcd/math/kdop.hpp"
+#include "softcd/math/scalar.hpp"
 
 namespace softcd {
 
@@ -17,7 +16,7 @@ struct Sphere {
 SOFTCD_HD inline Sphere bounding_sphere(Vec3f a, Vec3f b, Vec3f c) {
   const Box box = merged(merged(box_of(a), box_of(b)), box_of(c));
   const Vec3f diagonal = box.hi - box.lo;
-  return {box.lo + 0.5F * diagonal, outward_up(0.5F * sqrtf(squared_norm(diagonal)))};
+  return {box.lo + 0.5F * diagonal, outward_up(0.5F * length(diagonal))};
 }
 
 }  // namespace softcd

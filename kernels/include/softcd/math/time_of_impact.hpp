@@ -22,15 +22,15 @@
 /// (e0 - g0, e1 - e0, g1 - g0) at both times. `time` is not later than the first contact at distance 0.
 ///
 /// **Guarantee.** Whatever touches for the given coordinates in exact arithmetic is hit, with any margin >= 0:
-/// roundings are bounded (see `impact` below) and counted against the answer "separated". A hit that is none has a
+/// roundings are bounded (see `make_query` below) and counted against the answer "separated". A hit that is none has a
 /// distance of at most reach at `time`, with one exception, also on the side of "hit": within a coplanar stretch (a
 /// planar motion, a degenerate triangle, the neighbourhood of a root) the distance is followed by advancement, and when
 /// kMaxAdvances steps do not settle the question, or steps become smaller than t resolves, the answer is a hit with the
 /// distance at that time.
 ///
-/// **Margins.** The functions `..._impact` look for distances within the margin at these times only: they miss features
+/// **Margins.** `first_coplanar_impact` looks for distances within the margin at these times only: it misses features
 /// that come within a positive margin and leave it again without being coplanar, at the edge of a triangle, say, and
-/// report the contact when they are coplanar, not when they come within the margin. `first_approach` follows the
+/// reports the contact when they are coplanar, not when they come within the margin. `first_approach` follows the
 /// distance over the whole step instead: whatever comes within the margin is hit, `time` is not later than that,
 /// and at `time` the distance is at most reach, with twice the tolerance and a millionth of the margin, or, where
 /// kMostApproachSteps do not settle the question, somewhat more. docs/accuracy.md has the proof.
@@ -370,9 +370,11 @@ SOFTCD_HD bool may_reach(T height, Vec3<T> plane, T reach) {
   return !(height > T(0) && height * height > reach * reach * squared_norm(plane));
 }
 
+/// What A B C and B C must be at least: squares of what else is compared then lose less to underflow than is kept for
+/// roundings. Bounds A, B, C and volumes are those of make_query.
 template <class T>
-SOFTCD_HD constexpr T smallest_volume() {
-  return std::is_same_v<T, float> ? T(0x1p-100) : T(0x1p-900);
+SOFTCD_HD constexpr T smallest_product() {
+  return std::is_same_v<T, float> ? T(0x1p-50) : T(0x1p-480);
 }
 
 /// Bounds of roundings: see make_query.
@@ -385,7 +387,8 @@ SOFTCD_HD bool lies_apart(const RelativePair<T>& pair, T margin) {
   const Vec3<T> plane = cross(pair.b, pair.c);
   const T height = magnitude(dot(pair.a, plane)) - T(40) * epsilon<T>() * volume;
   const T reach = margin + T(32) * epsilon<T>() * (size_a + size_b + size_c);
-  return volume >= smallest_volume<T>() && !may_reach(height, plane, reach);
+  const bool has_volume = smaller(volume, size_b * size_c) >= smallest_product<T>();
+  return has_volume && !may_reach(height, plane, reach);
 }
 
 /// A motion with the cubic of its coplanar times, and what is certain about it.
@@ -406,7 +409,7 @@ struct Query {
 /// With `volume` = A B C, no product of three components exceeds it, and the six terms of a determinant are at most
 /// 6 volume. Coefficients (b1 and b2 taken by thirds) are off by at most 12 roundings of that, 36 epsilon volume. A
 /// value of the cubic adds 10 roundings, and the splits shift it by less than 25: in all below 192 epsilon volume.
-/// A volume so small that underflow might add to this counts as 0, coplanar all along.
+/// Products so small that underflow might add to this count as 0: coplanar all along.
 template <class T>
 SOFTCD_HD Query<T> make_query(Motion<T> motion) {
   T size_a = larger(max_norm(motion.t0.a), max_norm(motion.t1.a));
@@ -421,7 +424,7 @@ SOFTCD_HD Query<T> make_query(Motion<T> motion) {
   }
   motion.tolerance = T(32) * epsilon<T>() * (size_a + size_b + size_c);
   const T volume = size_a * size_b * size_c;
-  const bool has_volume = volume >= smallest_volume<T>();
+  const bool has_volume = smaller(volume, size_b * size_c) >= smallest_product<T>();
   const T error = T(40) * epsilon<T>() * volume;
 
   const Vec3<T> plane_t0 = cross(motion.t0.b, motion.t0.c);
@@ -442,8 +445,8 @@ SOFTCD_HD Query<T> make_query(Motion<T> motion) {
           has_volume ? volume : T(0),
           has_volume && magnitude(cubic.b0) > error ? cubic.b0 : T(0),
           has_volume && (lowest > error || highest < -error),
-          may_reach(magnitude(cubic.b0) - error, plane_t0, motion.reach()),
-          may_reach(magnitude(cubic.b3) - error, plane_t1, motion.reach()),
+          !has_volume || may_reach(magnitude(cubic.b0) - error, plane_t0, motion.reach()),
+          !has_volume || may_reach(magnitude(cubic.b3) - error, plane_t1, motion.reach()),
           has_volume && (lowest > threshold || highest < -threshold)};
 }
 
@@ -465,15 +468,6 @@ SOFTCD_HD Impact<T> coplanar_impact(const Motion<T>& input) {
     touch = touch_at<kKind>(motion, motion.t1, T(1));
   }
   return touch.is_hit ? to_impact<kKind>(motion, touch, query.side, query.scale) : separated<T>();
-}
-
-template <ContactKind kKind, class T>
-SOFTCD_HD Impact<T> impact(const Motion<T>& input) {
-  Impact<T> result = coplanar_impact<kKind>(input);
-  if (result.state == ImpactState::unsettled) {
-    result.state = ImpactState::hit;
-  }
-  return result;
 }
 
 template <ContactKind kKind, class T>
@@ -501,34 +495,25 @@ SOFTCD_HD T distance_tolerance(const Vec3<T> (&x)[4]) {
   return T(32) * epsilon<T>() * (max_norm(pair.a) + max_norm(pair.b) + max_norm(pair.c));
 }
 
+/// The hit at the earliest of the times above. Corners at both ends: v (side a), f0, f1, f2 (side b), or e0, e1
+/// (side a), g0, g1 (side b).
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> first_coplanar_impact(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  Impact<T> impact = detail::coplanar_impact<kKind>(detail::motion_of<kKind>(t0, t1, margin));
+  if (impact.state == ImpactState::unsettled) impact.state = ImpactState::hit;
+  return impact;
+}
+
 /// When the features first come within the margin; without one, when they first touch, which they do when coplanar.
-/// Corners in the order of the functions below, at both ends.
+/// Corners as above.
 template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
   const detail::Motion<T> motion = detail::motion_of<kKind>(t0, t1, margin);
   return margin > T(0) ? detail::approach<kKind>(motion) : detail::coplanar_impact<kKind>(motion);
 }
 
-/// Vertex v (side a) against triangle f0 f1 f2 (side b).
-template <class T>
-SOFTCD_HD Impact<T> vertex_triangle_impact(Vec3<T> v_t0, Vec3<T> f0_t0, Vec3<T> f1_t0, Vec3<T> f2_t0, Vec3<T> v_t1,
-                                           Vec3<T> f0_t1, Vec3<T> f1_t1, Vec3<T> f2_t1, T margin) {
-  return detail::impact<ContactKind::vertex_triangle>(
-      detail::Motion<T>{detail::relative_vertex_triangle(v_t0, f0_t0, f1_t0, f2_t0),
-                        detail::relative_vertex_triangle(v_t1, f0_t1, f1_t1, f2_t1), margin, T(0)});
-}
-
-/// Edge e0 e1 (side a) against edge g0 g1 (side b).
-template <class T>
-SOFTCD_HD Impact<T> edge_edge_impact(Vec3<T> e0_t0, Vec3<T> e1_t0, Vec3<T> g0_t0, Vec3<T> g1_t0, Vec3<T> e0_t1,
-                                     Vec3<T> e1_t1, Vec3<T> g0_t1, Vec3<T> g1_t1, T margin) {
-  return detail::impact<ContactKind::edge_edge>(
-      detail::Motion<T>{detail::relative_edge_edge(e0_t0, e1_t0, g0_t0, g1_t0),
-                        detail::relative_edge_edge(e0_t1, e1_t1, g0_t1, g1_t1), margin, T(0)});
-}
-
-/// Cheap and certain: true only where the impact of the same features would be `separated`, and in most such cases.
-/// Corners in the order of the functions above, at both ends.
+/// Cheap and certain: true only where first_coplanar_impact of the same features would be `separated`, and in most such
+/// cases.
 template <ContactKind kKind, class T>
 SOFTCD_HD bool keep_apart(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
   return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).keeps_apart();

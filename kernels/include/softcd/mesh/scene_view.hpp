@@ -1,12 +1,13 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/grid/control_bits.hpp"
 #include "softcd/math/kdop.hpp"
+#include "softcd/math/scalar.hpp"
 
 namespace softcd {
 
@@ -79,11 +80,15 @@ struct SceneView {
     return contact_rule == ContactRule::slab ? outward_up(kSlabReach * margin) : margin;
   }
 
-  /// The vertex's margin, grown by its motion.
-  SOFTCD_HD float vertex_margin(std::uint32_t v) const {
-    const float margin = bodies[vertex_body[v]].margin;
+  /// The vertex's margin, grown by its motion, computed in T. In float the growth is a millionth too large, so that the
+  /// roundings of all but the sum cannot make it too small.
+  template <class T>
+  SOFTCD_HD T vertex_margin(std::uint32_t v) const {
+    const auto margin = static_cast<T>(bodies[vertex_body[v]].margin);
     if (!(motion_margin > 0.0F)) return margin;
-    return margin + motion_margin * sqrtf(squared_norm(x_t1[v] - x_t0[v]));
+    constexpr T kExcess = std::is_same_v<T, float> ? T(1.000001) : T(1);
+    const T moved = kExcess * length(vec3_cast<T>(x_t1[v]) - vec3_cast<T>(x_t0[v]));
+    return margin + static_cast<T>(motion_margin) * moved;
   }
 };
 

@@ -57,7 +57,7 @@ struct BoundTriangle {
       if (scene.is_swept) {
         extend(at_t0, motion.t0[corner]);
       } else if (scene.motion_margin > 0.0F) {
-        growth = larger(growth, scene.vertex_margin(scene.triangles[t].v[corner]));
+        growth = larger(growth, outward_up(scene.vertex_margin<float>(scene.triangles[t].v[corner])));
       }
     }
     growth = scene.contact_reach(growth);
@@ -80,7 +80,7 @@ struct BoundTriangle {
 SOFTCD_HD inline float half_diagonal(const Kdop18& volume) {
   const Vec3f lo = {volume.lo[0], volume.lo[1], volume.lo[2]};
   const Vec3f hi = {volume.hi[0], volume.hi[1], volume.hi[2]};
-  return 0.5F * sqrtf(squared_norm(hi - lo));
+  return 0.5F * length(hi - lo);
 }
 
 /// See cell_extent of radius and growth, of a volume that was grown by `growth`.

@@ -45,6 +45,8 @@ struct WriteContact {
 
     Contact contact;
     contact.kind = kind_of(found.features);
+    contact.is_unsettled = found.is_unsettled != 0U;
+    contact.unused = 0;
     contact.body_a = BodyId{a.id};
     contact.body_b = BodyId{b.id};
     contact.feature_a = first_feature(found.features) - (is_vertex ? a.first_vertex : a.first_edge);

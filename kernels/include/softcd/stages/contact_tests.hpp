@@ -52,14 +52,16 @@ SOFTCD_HD FeatureVertices feature_vertices(const SceneView& scene, std::uint64_t
   }
 }
 
-/// The distance up to which the candidate's features are in contact.
-template <ContactKind kKind>
-SOFTCD_HD float contact_margin(const SceneView& scene, const FeatureVertices& vertices) {
+/// The distance up to which the candidate's features are in contact: the sum of both sides' margins. In float it is
+/// rounded once; outward_up of it is no less than in exact arithmetic.
+template <ContactKind kKind, class T>
+SOFTCD_HD T contact_margin(const SceneView& scene, const FeatureVertices& vertices) {
   const std::uint32_t body_a = scene.vertex_body[vertices.v[0]];
   const std::uint32_t body_b = scene.vertex_body[vertices.v[kKind == ContactKind::vertex_triangle ? 1 : 2]];
   const bool counts_motion = kKind == ContactKind::vertex_triangle && body_a != body_b;
-  const float margin_a = counts_motion ? scene.vertex_margin(vertices.v[0]) : scene.bodies[body_a].margin;
-  return margin_a + scene.bodies[body_b].margin;
+  const T margin_a =
+      counts_motion ? scene.vertex_margin<T>(vertices.v[0]) : static_cast<T>(scene.bodies[body_a].margin);
+  return margin_a + static_cast<T>(scene.bodies[body_b].margin);
 }
 
 /// Keeps the candidates that are within their margin at t1 (the paper's narrow phase for DCD), computed in T.
@@ -73,15 +75,15 @@ struct TestProximity {
     const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
     Vec3<T> x[4];
     for (int corner = 0; corner < 4; ++corner) x[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
-    T margin = static_cast<T>(contact_margin<kKind>(scene, vertices));
+    T margin = contact_margin<kKind, T>(scene, vertices);
     if (scene.is_conservative) margin += distance_tolerance<kKind>(x);
     const ClosestPoints<T> closest = closest_points(x);
-    if (!(closest.squared_distance <= margin * margin)) return;
+    if (!closest.are_within(margin)) return;
 
-    const T distance = square_root(closest.squared_distance);
-    const Vec3<T> normal = distance > T(0) ? (T(1) / distance) * closest.offset : touching_normal(x);
-    FeatureContact contact{with_kind(kKind, candidates[i]), {},   vec3_cast<float>(normal),
-                           static_cast<float>(distance),    1.0F, 0U};
+    const bool is_apart = max_norm(closest.offset) > T(0);
+    const Vec3<T> normal = is_apart ? unit_vector(closest.offset) : touching_normal(x, closest.scale);
+    FeatureContact contact{with_kind(kKind, candidates[i]),        {},   vec3_cast<float>(normal),
+                           static_cast<float>(closest.distance()), 1.0F, 0U};
     for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(closest.weights[corner]);
     contacts.push(contact);
   }
@@ -96,33 +98,36 @@ struct TestProximity {
   }
 
   /// Unit normal of the plane of features at distance 0; its side is arbitrary.
-  static SOFTCD_HD Vec3<T> touching_normal(const Vec3<T> (&x)[4]) {
-    const Vec3<T> plane =
-        kKind == ContactKind::vertex_triangle ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
-    const T length = norm(plane);
-    return length > T(0) ? (T(1) / length) * plane : Vec3<T>{T(0), T(0), T(1)};
+  static SOFTCD_HD Vec3<T> touching_normal(const Vec3<T> (&x)[4], T scale) {
+    const detail::RelativePair<T> pair = detail::scaled(scale, detail::relative_pair<kKind>(x));
+    const Vec3<T> plane = cross(pair.b, pair.c);
+    return max_norm(plane) > T(0) ? unit_vector(plane) : Vec3<T>{T(0), T(0), T(1)};
   }
 };
 
-/// Cheap and certain: true only where x[0] is in no contact with the triangle of the others by ContactRule::slab,
+/// Cheap and certain: true only where the vertex of `input` is in no contact with its triangle by ContactRule::slab,
 /// because it is out of the slab's box. The slab reaches d times the triangle's own extent beyond it along every axis,
 /// and the margin along the normal.
-SOFTCD_HD inline bool outside_slab(const Vec3f (&x)[4], float margin) {
-  const Vec3f b = x[2] - x[1];
-  const Vec3f c = x[3] - x[1];
-  const Vec3f normal = cross(b, c);
+SOFTCD_HD inline bool outside_slab(const detail::RelativePair<float>& input, float input_margin) {
+  const float extent = detail::extent(input);
+  const float scale = safe_scale(extent);
+  const detail::RelativePair<float> pair = detail::scaled(scale, input);
+  const float margin = scale * input_margin;
+  const Vec3f normal = cross(pair.b, pair.c);
+  const float product = max_norm(pair.b) * max_norm(pair.c);
   // Roundings of the components of a cross product, and far more of what follows.
-  const float error = 32.0F * 1.1920929e-7F * max_norm(b) * max_norm(c);
-  const float twice_area = sqrtf(squared_norm(normal)) - error;
-  if (!(twice_area > 0.0F)) return false;
+  const float error = 32.0F * epsilon<float>() * product;
+  const float twice_area = norm(normal) - error;
+  if (!(twice_area > 0.0F && product >= detail::smallest_product<float>())) return false;
   const float slack = margin * sqrtf(2.0F / twice_area);
+  const float rounding = 4.0F * epsilon<float>() * (scale * extent);
   bool is_outside = false;
   for (int axis = 0; axis < 3; ++axis) {
-    const float low = smaller(smaller(x[1][axis], x[2][axis]), x[3][axis]);
-    const float high = larger(larger(x[1][axis], x[2][axis]), x[3][axis]);
+    const float low = smaller(0.0F, smaller(pair.b[axis], pair.c[axis]));
+    const float high = larger(0.0F, larger(pair.b[axis], pair.c[axis]));
     const float along_normal = margin * ((magnitude(normal[axis]) + error) / twice_area);
-    const float reach = 1.0001F * (slack * (high - low) + along_normal);
-    is_outside |= x[0][axis] - high > reach || low - x[0][axis] > reach;
+    const float reach = 1.0001F * (slack * (high - low) + along_normal) + rounding;
+    is_outside |= pair.a[axis] - high > reach || low - pair.a[axis] > reach;
   }
   return is_outside;
 }
@@ -143,10 +148,10 @@ struct TestSlab {
     detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
     const T scale = safe_scale(detail::extent(pair));
     pair = detail::scaled(scale, pair);
-    const T margin = scale * static_cast<T>(contact_margin<kKind>(scene, vertices));
+    const T margin = scale * contact_margin<kKind, T>(scene, vertices);
 
     const Vec3<T> across = cross(pair.b, pair.c);
-    const T twice_area = norm(across);
+    const T twice_area = length(across);
     if (!(twice_area > T(0))) {
       TestProximity<kKind, T>{scene, candidates}(i, contacts);
       return;
@@ -173,33 +178,9 @@ struct TestSlab {
   }
 };
 
-/// A candidate's corners at both ends.
-template <class T>
-struct CandidateMotion {
-  Vec3<T> t0[4], t1[4];
-
-  SOFTCD_HD CandidateMotion(const SceneView& scene, const FeatureVertices& vertices) {
-    for (int corner = 0; corner < 4; ++corner) {
-      t0[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
-      t1[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
-    }
-  }
-};
-
-template <class T>
-SOFTCD_HD FeatureContact to_contact(std::uint64_t features, const Impact<T>& impact, float time) {
-  FeatureContact contact{features,
-                         {},
-                         vec3_cast<float>(impact.normal),
-                         static_cast<float>(impact.distance),
-                         time,
-                         impact.state == ImpactState::unsettled ? 1U : 0U};
-  for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(impact.weights[corner]);
-  return contact;
-}
-
-/// Keeps the candidates that come into contact between t0 and t1: see time_of_impact.hpp for what is guaranteed.
-template <ContactKind kKind, class T>
+/// Keeps the candidates that come into contact between t0 and t1: by first_approach where kWholeWay, else by
+/// first_coplanar_impact. Times are rounded towards t0.
+template <ContactKind kKind, class T, bool kWholeWay>
 struct TestMotion {
   SceneView scene;
   const std::uint64_t* candidates;
@@ -207,39 +188,28 @@ struct TestMotion {
   template <class Contacts>
   SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
     const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
-    const CandidateMotion<T> motion(scene, vertices);
-    const Impact<T> impact = impact_of(motion.t0, motion.t1, static_cast<T>(contact_margin<kKind>(scene, vertices)));
+    Vec3<T> t0[4];
+    Vec3<T> t1[4];
+    for (int corner = 0; corner < 4; ++corner) {
+      t0[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
+      t1[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    }
+    const Impact<T> impact = first_impact(t0, t1, contact_margin<kKind, T>(scene, vertices));
     if (impact.state == ImpactState::separated) return;
-    contacts.push(to_contact(with_kind(kKind, candidates[i]), impact, static_cast<float>(impact.time)));
+    FeatureContact contact{with_kind(kKind, candidates[i]), {},
+                           vec3_cast<float>(impact.normal), static_cast<float>(impact.distance),
+                           rounded_down(impact.time),       impact.state == ImpactState::unsettled ? 1U : 0U};
+    for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(impact.weights[corner]);
+    contacts.push(contact);
   }
 
  private:
-  static SOFTCD_HD Impact<T> impact_of(const Vec3<T> (&x)[4], const Vec3<T> (&y)[4], T margin) {
-    if constexpr (kKind == ContactKind::vertex_triangle) {
-      return vertex_triangle_impact(x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3], margin);
+  static SOFTCD_HD Impact<T> first_impact(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+    if constexpr (kWholeWay) {
+      return first_approach<kKind>(t0, t1, margin);
     } else {
-      return edge_edge_impact(x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3], margin);
+      return first_coplanar_impact<kKind>(t0, t1, margin);
     }
-  }
-};
-
-/// Keeps the candidates that come within their margin between t0 and t1, by first_approach. Times are not late.
-template <ContactKind kKind>
-struct TestApproach {
-  SceneView scene;
-  const std::uint64_t* candidates;
-
-  template <class Contacts>
-  SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
-    const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
-    const CandidateMotion<double> motion(scene, vertices);
-    const auto margin = static_cast<double>(contact_margin<kKind>(scene, vertices));
-    const Impact<double> impact = first_approach<kKind>(motion.t0, motion.t1, margin);
-    if (impact.state == ImpactState::separated) return;
-    // Towards the start of the step: never late.
-    const auto nearest = static_cast<float>(impact.time);
-    const float time = static_cast<double>(nearest) > impact.time ? larger(outward_down(nearest), 0.0F) : nearest;
-    contacts.push(to_contact(with_kind(kKind, candidates[i]), impact, time));
   }
 };
 

@@ -77,7 +77,7 @@ struct FeatureTest {
   static constexpr int kCountA = kKind == ContactKind::vertex_triangle ? 1 : 2;
 
   SOFTCD_HD float margin_of(const FeatureCandidate& candidate) const {
-    const float margin = outward_up(contact_margin<kKind>(scene, candidate.vertices));
+    const float margin = outward_up(contact_margin<kKind, float>(scene, candidate.vertices));
     return kKind == ContactKind::vertex_triangle ? scene.contact_reach(margin) : margin;
   }
 
@@ -101,7 +101,8 @@ struct FeatureTest {
 
   SOFTCD_HD_SELDOM bool lies_beside_slab(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return outside_slab(points.t1, outward_up(contact_margin<kKind>(scene, candidate.vertices)));
+    return outside_slab(detail::relative_pair<kKind>(points.t1),
+                        outward_up(contact_margin<kKind, float>(scene, candidate.vertices)));
   }
 
   SOFTCD_HD_SELDOM bool stay_apart_diagonally(FeatureCandidate candidate) const {

@@ -108,8 +108,9 @@ struct ChooseGrid {
       if (subdivision) size = within_child_budget(team, size, active);
       size = within_entry_budget(team, size, active);
     }
-    if (!(size > 1.0e-30F)) size = 1.0F;
-    if (!(size < 1.0e30F)) size = 1.0e30F;
+    // The inverse must be no subnormal number.
+    if (!(size > 1.0e-37F)) size = 1.0F;
+    if (!(size < 1.0e37F)) size = 1.0e37F;
     if (team.is_leader()) *grid = {size, 1.0F / size, mean, static_cast<std::uint32_t>(active)};
   }
 
