@@ -21,19 +21,14 @@ void forget_motion(btSoftBody& body) {
 }  // namespace
 
 CrossingPrevention::CrossingPrevention(World world, const Settings& settings)
-    : world_(world), settings_(settings), pipeline_(options(settings)), registry_(pipeline_) {}
-
-PipelineOptions CrossingPrevention::options(const Settings& settings) {
-  PipelineOptions options = pipeline_options(settings);
-  options.detection = Detection::ccd;
-  options.pair_filter = [this](BodyId a, BodyId b) {
-    return (*rule_)(*registry_.member(a).body, *registry_.member(b).body);
-  };
-  return options;
+    : world_(world), settings_(settings), pipeline_(continuous_options(settings), settings.log), registry_(pipeline_) {
+  pipeline_.set_pair_filter(
+      [this](BodyId a, BodyId b) { return (*rule_)(*registry_.member(a).body, *registry_.member(b).body); });
 }
 
 void CrossingPrevention::set_settings(const Settings& settings) {
-  pipeline_.set_options(options(settings));
+  pipeline_.set_options(continuous_options(settings));
+  pipeline_.set_log(settings.log);
   settings_ = settings;
 }
 

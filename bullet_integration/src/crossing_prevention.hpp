@@ -35,7 +35,6 @@ class CrossingPrevention {
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step);
 
  private:
-  PipelineOptions options(const Settings& settings);
   BodySettings body_settings(const btSoftBody& body) const;
   void synchronize(Span<btSoftBody* const> bodies);
   std::vector<Impact> find_impacts();

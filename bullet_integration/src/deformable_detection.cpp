@@ -22,25 +22,26 @@ bool is_deformable_contact(const MemberContact& found) {
   return &found.a != &found.b || is_away_from(found.b.mesh, found.contact.feature_a, found.contact.feature_b);
 }
 
+PipelineOptions discrete_options(const Settings& settings) {
+  PipelineOptions options = pipeline_options(settings);
+  options.contact_rule = ContactRule::slab;
+  return options;
+}
+
 }  // namespace
 
 DeformableDetection::DeformableDetection(const Settings& settings)
     : settings_(settings),
-      discrete_(discrete_options(settings)),
+      discrete_(discrete_options(settings), settings.log),
       registry_(discrete_),
-      prevention_(CrossingPrevention::World::deformable, settings) {}
-
-PipelineOptions DeformableDetection::discrete_options(const Settings& settings) {
-  PipelineOptions options = pipeline_options(settings);
-  options.contact_rule = ContactRule::slab;
-  options.pair_filter = [this](BodyId a, BodyId b) {
-    return (*rule_)(*registry_.member(a).body, *registry_.member(b).body);
-  };
-  return options;
+      prevention_(CrossingPrevention::World::deformable, settings) {
+  discrete_.set_pair_filter(
+      [this](BodyId a, BodyId b) { return (*rule_)(*registry_.member(a).body, *registry_.member(b).body); });
 }
 
 void DeformableDetection::set_settings(const Settings& settings) {
   discrete_.set_options(discrete_options(settings));
+  discrete_.set_log(settings.log);
   prevention_.set_settings(settings);
   settings_ = settings;
 }

@@ -28,7 +28,6 @@ class DeformableDetection {
   void prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step);
 
  private:
-  PipelineOptions discrete_options(const Settings& settings);
   PairRule pair_rule(const PairGate& gate) const;
   void synchronize(btSoftBody& body);
   void write(const MemberContact& found);

@@ -11,7 +11,13 @@ inline PipelineOptions pipeline_options(const Settings& settings) {
   options.accuracy = settings.accuracy;
   options.broad_phase = settings.broad_phase;
   options.lambda = settings.lambda;
-  options.log = settings.log;
+  return options;
+}
+
+/// For detectors that look at the way of a step, whatever Settings::detection is.
+inline PipelineOptions continuous_options(const Settings& settings) {
+  PipelineOptions options = pipeline_options(settings);
+  options.detection = Detection::ccd;
   return options;
 }
 

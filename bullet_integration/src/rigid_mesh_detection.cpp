@@ -87,20 +87,16 @@ class NodeTouches {
 }  // namespace
 
 RigidMeshDetection::RigidMeshDetection(const Settings& settings)
-    : takes_over_(settings.rigid_meshes), pipeline_(options(settings)), registry_(pipeline_) {}
-
-PipelineOptions RigidMeshDetection::options(const Settings& settings) {
-  PipelineOptions options = pipeline_options(settings);
-  options.detection = Detection::ccd;
-  options.pair_filter = [this](BodyId a, BodyId b) {
+    : takes_over_(settings.rigid_meshes), pipeline_(continuous_options(settings), settings.log), registry_(pipeline_) {
+  pipeline_.set_pair_filter([this](BodyId a, BodyId b) {
     const auto pair = std::minmax(a.value, b.value);
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair<std::uint32_t, std::uint32_t>(pair));
-  };
-  return options;
+  });
 }
 
 void RigidMeshDetection::set_settings(const Settings& settings) {
-  pipeline_.set_options(options(settings));
+  pipeline_.set_options(continuous_options(settings));
+  pipeline_.set_log(settings.log);
   takes_over_ = settings.rigid_meshes;
 }
 

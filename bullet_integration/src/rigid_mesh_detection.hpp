@@ -49,7 +49,6 @@ class RigidMeshDetection {
   };
   using MeshKey = std::tuple<const btCollisionObject*, const btConcaveShape*, int>;
 
-  PipelineOptions options(const Settings& settings);
   void synchronize_soft(const std::vector<MeshPair>& pairs);
   void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
   void remove_absent_meshes();

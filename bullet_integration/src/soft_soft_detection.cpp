@@ -12,23 +12,25 @@ namespace {
 // Bullet's rule in CollideVF_SS: a node's margin grows by twice the distance that it moves.
 constexpr float kBulletMotionMargin = 2.0F;
 
-}  // namespace
-
-SoftSoftDetection::SoftSoftDetection(const Settings& settings)
-    : settings_(settings), pipeline_(options(settings)), registry_(pipeline_) {}
-
-PipelineOptions SoftSoftDetection::options(const Settings& settings) {
+PipelineOptions soft_soft_options(const Settings& settings) {
   PipelineOptions options = pipeline_options(settings);
   options.detection = settings.detection;
   options.motion_margin = settings.detection == Detection::dcd ? kBulletMotionMargin : 0.0F;
-  options.pair_filter = [this](BodyId a, BodyId b) {
-    return gate_->admits_vertex_face_pair(*registry_.member(a).body, *registry_.member(b).body);
-  };
   return options;
 }
 
+}  // namespace
+
+SoftSoftDetection::SoftSoftDetection(const Settings& settings)
+    : settings_(settings), pipeline_(soft_soft_options(settings), settings.log), registry_(pipeline_) {
+  pipeline_.set_pair_filter([this](BodyId a, BodyId b) {
+    return gate_->admits_vertex_face_pair(*registry_.member(a).body, *registry_.member(b).body);
+  });
+}
+
 void SoftSoftDetection::set_settings(const Settings& settings) {
-  pipeline_.set_options(options(settings));
+  pipeline_.set_options(soft_soft_options(settings));
+  pipeline_.set_log(settings.log);
   settings_ = settings;
 }
 

@@ -30,7 +30,6 @@ class SoftSoftDetection {
   void drop_unread_face_trees();
 
  private:
-  PipelineOptions options(const Settings& settings);
   void synchronize(btSoftBody& body);
   void write(const MemberContact& found);
 

@@ -57,13 +57,13 @@ void run(DetectCommand command) {
   const Frames frames = read_frames(command, progress);
 
   std::set<std::string, std::less<>> warned;  // repetitions repeat their warnings
-  command.options.log = [&](LogLevel level, std::string_view text) {
+  const auto log = [&](LogLevel level, std::string_view text) {
     if (level != LogLevel::warning || !warned.emplace(text).second) return;
     progress.clear();
     fmt::print(stderr, "softcd-detect: warning: {}\n", text);
   };
 
-  CollisionPipeline pipeline(command.options);
+  CollisionPipeline pipeline(command.options, log);
   const auto vertex_count = static_cast<std::uint32_t>(frames.first.positions.size());
   const BodyId body = pipeline.add_body({frames.first.triangles, vertex_count, command.settings});
   const auto start_run = [&](std::uint32_t run, std::uint32_t count) {

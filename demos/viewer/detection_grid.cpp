@@ -15,16 +15,8 @@ namespace {
 std::vector<Body> make_bodies(const std::vector<GridBody>& grid_bodies) {
   std::vector<Body> bodies;
   for (const GridBody& from : grid_bodies) {
-    Body body;
-    body.id = BodyId{static_cast<std::uint32_t>(bodies.size())};
-    body.topology = build_topology(from.desc.triangles, from.desc.vertex_count);
-    body.ownership = body.topology.ownership;
-    body.settings = from.desc.settings;
-    body.has_positions = true;
-    body.moves = true;
-    body.x_t0 = from.x_t0;
-    body.x_t1 = from.x_t1;
-    bodies.push_back(std::move(body));
+    bodies.push_back(make_body(BodyId{static_cast<std::uint32_t>(bodies.size())}, from.desc));
+    bodies.back().positions.set(from.x_t0, from.x_t1);
   }
   return bodies;
 }
@@ -84,19 +76,19 @@ Cell unwrapped(std::uint32_t index, const IntegerDop& cells) {
 
 DetectionGrid::DetectionGrid(const std::vector<GridBody>& grid_bodies, const PipelineOptions& options) {
   std::vector<Body> bodies = make_bodies(grid_bodies);
-  const std::vector<BodySurvey> surveys =
-      survey_bodies(bodies, options.detection == Detection::ccd, measures_moves(options));
+  std::vector<BodySurvey> surveys = survey_bodies(bodies, options.detection == Detection::ccd, measures_moves(options));
   origin_ = scene_origin(surveys);
   list_neighbours(bodies);
-  const PairSelection pairs = select_pairs(bodies, surveys, origin_, margin_growth(options), options.pair_filter);
-  const DetectionSettings settings = detection_settings(options, pairs, some_body_moves(surveys));
   SceneArrays arrays = concatenate(bodies);
 
   GridRecord record;
   DetectorOn<RecordingBackend> detector(&record);
   detector.set_topology(arrays.topology());
   const PositionArrays positions = detector.position_arrays();
-  write_positions(bodies, origin_, settings.both_ends, positions);
+  const bool moves = some_body_moves(surveys);
+  write_positions(bodies, origin_, moves || measures_moves(options), positions, surveys);
+  const PairSelection pairs = select_pairs(bodies, surveys, origin_, margin_growth(options), {});
+  const DetectionSettings settings = detection_settings(options, pairs, moves);
   if (pairs.pair_count + pairs.self_count > 0) {
     detector.start(pairs.view(), settings);
     detector.finish(counts_);

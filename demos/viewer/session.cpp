@@ -56,9 +56,7 @@ std::unique_ptr<DetectionGrid> Session::make_grid() const {
          bullet::positions_q(*body),
          bullet::positions_x(*body)});
   }
-  PipelineOptions options = pipeline->options();
-  options.pair_filter = nullptr;  // asks the world's dispatcher, which has time for that in a step only
-  return std::make_unique<DetectionGrid>(grid_bodies, options);
+  return std::make_unique<DetectionGrid>(grid_bodies, pipeline->options());
 }
 
 }  // namespace softcd::demo

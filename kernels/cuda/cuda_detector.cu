@@ -1,3 +1,4 @@
+#include <memory>
 #include <string>
 
 #include "cuda_backend.cuh"
@@ -16,10 +17,72 @@ std::string find_problem() {
   return {};
 }
 
+int current_device() {
+  int device = 0;
+  check_cuda(cudaGetDevice(&device), "cudaGetDevice");
+  return device;
+}
+
+/// Makes a device the calling thread's current one for as long as it lives.
+class DeviceGuard {
+ public:
+  explicit DeviceGuard(int device) : before_(current_device()) {
+    if (device != before_) check_cuda(cudaSetDevice(device), "cudaSetDevice");
+  }
+  DeviceGuard(const DeviceGuard&) = delete;
+  DeviceGuard& operator=(const DeviceGuard&) = delete;
+  ~DeviceGuard() { cudaSetDevice(before_); }
+
+ private:
+  int before_;
+};
+
+/// A detector on one device, whichever is the calling thread's current one.
+class DetectorOnDevice final : public Detector {
+ public:
+  DetectorOnDevice(int device, cudaStream_t stream) : device_(device) {
+    const DeviceGuard guard(device_);
+    detector_ = std::make_unique<DetectorOn<CudaBackend>>(stream);
+  }
+  DetectorOnDevice(const DetectorOnDevice&) = delete;
+  DetectorOnDevice& operator=(const DetectorOnDevice&) = delete;
+  /// Where the device cannot be made current any more there is nothing left to free on it.
+  ~DetectorOnDevice() noexcept override {
+    try {
+      const DeviceGuard guard(device_);
+      detector_.reset();
+    } catch (...) {  // NOLINT(bugprone-empty-catch)
+    }
+  }
+
+  void set_topology(const SceneTopology& topology) override {
+    const DeviceGuard guard(device_);
+    detector_->set_topology(topology);
+  }
+  PositionArrays position_arrays() override {
+    const DeviceGuard guard(device_);
+    return detector_->position_arrays();
+  }
+  void start(const SceneBodies& bodies, const DetectionSettings& settings) override {
+    const DeviceGuard guard(device_);
+    detector_->start(bodies, settings);
+  }
+  Span<const Contact> finish(Statistics& statistics) override {
+    const DeviceGuard guard(device_);
+    return detector_->finish(statistics);
+  }
+
+ private:
+  int device_;
+  std::unique_ptr<Detector> detector_;
+};
+
 }  // namespace
 
-std::unique_ptr<Detector> make_cuda_detector(void* stream) {
-  return std::make_unique<DetectorOn<CudaBackend>>(static_cast<cudaStream_t>(stream));
+DetectorFactory cuda_detector_factory(void* stream) {
+  return [device = current_device(), stream] {
+    return std::make_unique<DetectorOnDevice>(device, static_cast<cudaStream_t>(stream));
+  };
 }
 
 const char* cuda_problem() {

@@ -2,8 +2,8 @@
 
 namespace softcd {
 
-std::unique_ptr<Detector> make_cuda_detector(void* /*stream*/) {
-  return nullptr;
+DetectorFactory cuda_detector_factory(void* /*stream*/) {
+  return {};
 }
 
 const char* cuda_problem() {

@@ -3,30 +3,33 @@
 #include <optional>
 #include <vector>
 
+#include "body_positions.hpp"
 #include "softcd/mesh/topology.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd {
+
+/// What of a body takes part in a detection: all of it, but for the triangles with a vertex that is not finite.
+struct Participation {
+  std::vector<Ownership> ownership;
+  std::vector<std::uint32_t> stray_vertices;  ///< those that are not finite, ascending
+  std::uint64_t left_out_triangles = 0;
+  /// By this ownership; made when the body first has to be tested with itself.
+  std::optional<NeighbourFeatures> neighbours;
+};
 
 /// A body as the pipeline keeps it.
 struct Body {
   BodyId id;
   Topology topology;
   BodySettings settings;
-  /// Ownership in force: topology.ownership, or, while vertices are not finite, one that leaves their triangles out.
-  std::vector<Ownership> ownership;
-  std::vector<std::uint32_t> stray_vertices;  ///< those that are not finite, ascending
-  std::uint64_t left_out_triangles = 0;
-  /// By the ownership in force; made when the body first has to be tested with itself.
-  std::optional<NeighbourFeatures> neighbours;
-
-  /// The caller's positions until a detection has read them, then `kept`; what is read is relative to `offset`.
-  bool has_positions = false;
-  bool moves = false;  ///< x_t0 is not x_t1
-  Positions x_t0, x_t1;
-  Vec3d offset{0, 0, 0};
-  std::vector<Vec3f> kept_t0, kept_t1;
-  double rounding = 0;  ///< most that a kept vertex is from where the caller had it
+  Participation participation;
+  BodyPositions positions;
 };
+
+Body make_body(BodyId id, const BodyDesc& desc);
+
+/// Triangles with a stray vertex own nothing and take no part; their other vertices and edges pass to neighbours.
+Participation participation_without(const std::vector<std::uint32_t>& stray_vertices, const Topology& topology);
 
 }  // namespace softcd

@@ -14,7 +14,8 @@ struct Decisions {
   std::uint64_t self_count = 0;
   bool vertex_triangle = false;
   bool edge_edge = false;
-  bool moves = false;  ///< in a continuous detection: some vertex
+  bool moves = false;                   ///< in a continuous detection: some vertex
+  std::uint64_t without_positions = 0;  ///< bodies
 };
 
 std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,

@@ -13,11 +13,10 @@ constexpr Box kNowhere = {{kLargest, kLargest, kLargest}, {-kLargest, -kLargest,
 
 /// What the detector takes for the body's margin: the margin as it is, where nothing was rounded. Both ends of a motion
 /// may be, which is why a margin that grows with it is twice that off.
-float detected_margin(const Body& body, const MarginGrowth& growth) {
-  const double rounding = growth.covers_rounding ? body.rounding : 0.0;
-  if (!(rounding > 0.0)) return body.settings.margin;
+float detected_margin(float margin, double rounding, const MarginGrowth& growth) {
+  if (!growth.covers_rounding || !(rounding > 0.0)) return margin;
   const double growth_per_rounding = 1.0 + 2.0 * static_cast<double>(growth.motion);
-  return outward_up(body.settings.margin + outward_up(static_cast<float>(growth_per_rounding * rounding)));
+  return outward_up(margin + outward_up(static_cast<float>(growth_per_rounding * rounding)));
 }
 
 /// The box of everything that the body's features may touch, rounded as its positions are, then outward.
@@ -93,7 +92,7 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
     const BodySettings& settings = body.settings;
-    const float margin = detected_margin(body, growth);
+    const float margin = detected_margin(settings.margin, surveys[b].rounding, growth);
     out.bodies.push_back({body.id.value, first_vertex, first_triangle, first_edge, margin,
                           settings.features.vertex_triangle, settings.features.edge_edge, /*lists_neighbours=*/false,
                           kNowhere});
@@ -108,10 +107,13 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
     const BodySettings& settings = bodies[b].settings;
     if (settings.self_collision && !surveys[b].extent.is_empty && is_wanted(settings, settings)) {
       selection.allow(b, b, settings, settings, boxes[b], boxes[b]);
-      out.bodies[b].lists_neighbours = bodies[b].neighbours && bodies[b].neighbours->are_listed;
+      const std::optional<NeighbourFeatures>& neighbours = bodies[b].participation.neighbours;
+      out.bodies[b].lists_neighbours = neighbours && neighbours->are_listed;
     }
   }
   for (const auto& [a, b] : overlapping_pairs(boxes)) {
+    // Infinite boxes reach those that are nowhere, too.
+    if (surveys[a].extent.is_empty || surveys[b].extent.is_empty) continue;
     if (!groups_allow(bodies[a].settings, bodies[b].settings) || !is_wanted(bodies[a].settings, bodies[b].settings))
       continue;
     if (filter && !filter(bodies[a].id, bodies[b].id)) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 namespace softcd {
 namespace {
@@ -33,12 +34,6 @@ std::vector<Block> split_into_blocks(const std::vector<Body>& bodies) {
   return blocks;
 }
 
-template <class T>
-Vec3d read(const Positions& positions, Vec3d offset, std::size_t i) {
-  const T* x = reinterpret_cast<const T*>(static_cast<const std::byte*>(positions.data()) + i * positions.stride());
-  return Vec3d{static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])} + offset;
-}
-
 bool is_usable(Vec3d p) {
   return std::abs(p.x) <= kLargestCoordinate && std::abs(p.y) <= kLargestCoordinate &&
          std::abs(p.z) <= kLargestCoordinate;
@@ -55,11 +50,11 @@ void extend(BodyExtent& extent, Vec3d p) {
 }
 
 template <class T>
-BodySurvey survey_block(const Body& body, const Block& block, bool both_ends, bool measure_moves) {
+BodySurvey survey_block(const BodyPositions& positions, const Block& block, bool both_ends, bool measure_moves) {
   BodySurvey survey;
   for (std::size_t i = block.begin; i < block.end; ++i) {
-    const Vec3d x_t1 = read<T>(body.x_t1, body.offset, i);
-    const Vec3d x_t0 = both_ends || measure_moves ? read<T>(body.x_t0, body.offset, i) : x_t1;
+    const Vec3d x_t1 = positions.t1<T>(i);
+    const Vec3d x_t0 = both_ends || measure_moves ? positions.t0<T>(i) : x_t1;
     if (!is_usable(x_t1) || !is_usable(x_t0)) {
       survey.stray_vertices.push_back(static_cast<std::uint32_t>(i));
       continue;
@@ -76,7 +71,10 @@ BodySurvey survey_block(const Body& body, const Block& block, bool both_ends, bo
   return survey;
 }
 
-constexpr Vec3f kStray = {NAN, NAN, NAN};
+/// In float32, relative to the scene's origin.
+Vec3f placed(Vec3d x, Vec3d origin) {
+  return is_usable(x) ? vec3_cast<float>(x - origin) : Vec3f{0, 0, 0};
+}
 
 double rounding_of(double x) {
   // g++ 12 forgets to round where it vectorises the conversion to and fro.
@@ -84,35 +82,37 @@ double rounding_of(double x) {
   return x - static_cast<double>(rounded);
 }
 
-/// Keeps a block's positions relative to `origin`; what is not usable stays recognisable. Returns the most that
-/// rounding has moved one of them by, where kMayRound.
-template <class T, bool kMayRound>
-double keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin,
-                  std::vector<Vec3f>& kept) {
+/// How far it moves a vertex, squared, that it becomes float32 relative to the scene's origin.
+double squared_rounding(Vec3d x, Vec3d origin) {
+  if (!is_usable(x)) return 0;
+  const Vec3d exact = x - origin;
+  return squared_norm(Vec3d{rounding_of(exact.x), rounding_of(exact.y), rounding_of(exact.z)});
+}
+
+/// Returns how far rounding has moved a vertex at most, squared: floats, see scene_origin, not at all.
+template <class T>
+double write_block(const BodyPositions& positions, const Block& block, Vec3d origin, bool write_t0,
+                   PositionArrays out) {
+  constexpr bool kMayRound = std::is_same_v<T, double>;
+  Vec3f* const out_t0 = out.x_t0 + block.first_vertex;
+  Vec3f* const out_t1 = out.x_t1 + block.first_vertex;
   double most = 0;
   for (std::size_t i = block.begin; i < block.end; ++i) {
-    const Vec3d x = read<T>(positions, offset, i);
-    kept[i] = is_usable(x) ? vec3_cast<float>(x - origin) : kStray;
-    if (!kMayRound || !is_usable(x)) continue;
-    const Vec3d exact = x - origin;
-    most = std::max(most, squared_norm(Vec3d{rounding_of(exact.x), rounding_of(exact.y), rounding_of(exact.z)}));
+    const Vec3d x_t1 = positions.t1<T>(i);
+    out_t1[i] = placed(x_t1, origin);
+    if (kMayRound) most = std::max(most, squared_rounding(x_t1, origin));
+    if (!write_t0) continue;
+    const Vec3d x_t0 = positions.t0<T>(i);
+    out_t0[i] = placed(x_t0, origin);
+    if (kMayRound) most = std::max(most, squared_rounding(x_t0, origin));
   }
-  return std::sqrt(most);
+  return most;
 }
 
-double keep_block(const Positions& positions, Vec3d offset, const Block& block, Vec3d origin,
-                  std::vector<Vec3f>& kept) {
-  if (positions.is_double()) return keep_block<double, true>(positions, offset, block, origin, kept);
-  // What was kept before may be rounded once more.
-  const bool is_exact = offset == Vec3d{0, 0, 0};
-  return is_exact ? keep_block<float, false>(positions, offset, block, origin, kept)
-                  : keep_block<float, true>(positions, offset, block, origin, kept);
-}
-
-void write_block(const std::vector<Vec3f>& kept, const Block& block, Vec3f* out) {
-  for (std::size_t i = block.begin; i < block.end; ++i) {
-    out[block.first_vertex + i] = kept[i].x == kept[i].x ? kept[i] : Vec3f{0, 0, 0};
-  }
+void write_nothing(const Block& block, bool write_t0, PositionArrays out) {
+  const std::size_t first = block.first_vertex + block.begin;
+  std::fill_n(out.x_t1 + first, block.end - block.begin, Vec3f{0, 0, 0});
+  if (write_t0) std::fill_n(out.x_t0 + first, block.end - block.begin, Vec3f{0, 0, 0});
 }
 
 double origin_of(double lo, double hi) {
@@ -129,57 +129,37 @@ void append(std::vector<std::uint64_t>& out, const std::vector<std::uint64_t>& p
                  [&](std::uint64_t pair) { return pair + offset; });
 }
 
-}  // namespace
+bool is_without_neighbours(const Body& body) {
+  return body.settings.self_collision && !body.participation.neighbours;
+}
 
-bool list_neighbours(std::vector<Body>& bodies) {
-  std::vector<Body*> unlisted;
+/// Serially and without allocating anything, so that it cannot fail.
+void read_positions(std::vector<Body>& bodies) {
   for (Body& body : bodies) {
-    if (body.settings.self_collision && !body.neighbours) unlisted.push_back(&body);
+    if (body.positions.are_set()) body.positions.read(0, body.topology.vertex_count);
+    body.positions.finish_reading();
   }
-  tbb::parallel_for(std::size_t{0}, unlisted.size(), [&](std::size_t i) {
-    unlisted[i]->neighbours = neighbour_features(unlisted[i]->topology, unlisted[i]->ownership);
-  });
-  return !unlisted.empty();
 }
 
-SceneArrays concatenate(const std::vector<Body>& bodies) {
-  SceneArrays scene;
-  std::uint32_t first_vertex = 0;
-  for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-    const Topology& mesh = bodies[b].topology;
-    const auto first_edge = static_cast<std::uint32_t>(scene.edges.size());
-    if (bodies[b].neighbours) {
-      append(scene.vertex_triangle_neighbours, bodies[b].neighbours->vertex_triangle, first_vertex,
-             scene.triangles.size());
-      append(scene.edge_edge_neighbours, bodies[b].neighbours->edge_edge, first_edge, first_edge);
-    }
-    for (const Triangle& t : mesh.triangles) {
-      scene.triangles.push_back({{t.v[0] + first_vertex, t.v[1] + first_vertex, t.v[2] + first_vertex}});
-    }
-    for (Triangle edges : mesh.triangle_edges) {
-      for (std::uint32_t& edge : edges.v) edge = edge == kNoIndex ? kNoIndex : edge + first_edge;
-      scene.triangle_edges.push_back(edges);
-    }
-    for (const Edge& e : mesh.edges) scene.edges.push_back({{e.v[0] + first_vertex, e.v[1] + first_vertex}});
-    scene.ownership.insert(scene.ownership.end(), bodies[b].ownership.begin(), bodies[b].ownership.end());
-    scene.triangle_body.insert(scene.triangle_body.end(), mesh.triangles.size(), b);
-    scene.vertex_body.insert(scene.vertex_body.end(), mesh.vertex_count, b);
-    first_vertex += mesh.vertex_count;
-  }
-  return scene;
-}
-
-std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both_ends, bool measure_moves) {
-  const std::vector<Block> blocks = split_into_blocks(bodies);
+/// One survey for each block.
+std::vector<BodySurvey> survey_blocks(std::vector<Body>& bodies, const std::vector<Block>& blocks, bool both_ends,
+                                      bool measure_moves) {
   std::vector<BodySurvey> parts(blocks.size());
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-    const Body& body = bodies[blocks[i].body];
-    if (!body.has_positions) return;
-    parts[i] = body.x_t1.is_double() ? survey_block<double>(body, blocks[i], both_ends, measure_moves)
-                                     : survey_block<float>(body, blocks[i], both_ends, measure_moves);
+    const Block& block = blocks[i];
+    BodyPositions& positions = bodies[block.body].positions;
+    if (!positions.are_set()) return;
+    positions.read(block.begin, block.end);
+    parts[i] = positions.are_double() ? survey_block<double>(positions, block, both_ends, measure_moves)
+                                      : survey_block<float>(positions, block, both_ends, measure_moves);
   });
+  return parts;
+}
 
-  std::vector<BodySurvey> surveys(bodies.size());
+/// Of the surveys of its blocks each body's.
+std::vector<BodySurvey> merged(const std::vector<BodySurvey>& parts, const std::vector<Block>& blocks,
+                               std::size_t body_count) {
+  std::vector<BodySurvey> surveys(body_count);
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     BodySurvey& survey = surveys[blocks[i].body];
     const BodySurvey& part = parts[i];
@@ -193,6 +173,65 @@ std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both
   return surveys;
 }
 
+}  // namespace
+
+bool lacks_neighbours(const std::vector<Body>& bodies) {
+  return std::any_of(bodies.begin(), bodies.end(), is_without_neighbours);
+}
+
+void list_neighbours(std::vector<Body>& bodies) {
+  std::vector<Body*> unlisted;
+  for (Body& body : bodies) {
+    if (is_without_neighbours(body)) unlisted.push_back(&body);
+  }
+  // When one body's list fails, oneTBB cuts short the loops of the others without a word.
+  std::vector<NeighbourFeatures> listed(unlisted.size());
+  tbb::parallel_for(std::size_t{0}, unlisted.size(), [&](std::size_t i) {
+    listed[i] = neighbour_features(unlisted[i]->topology, unlisted[i]->participation.ownership);
+  });
+  for (std::size_t i = 0; i < unlisted.size(); ++i) unlisted[i]->participation.neighbours = std::move(listed[i]);
+}
+
+SceneArrays concatenate(const std::vector<Body>& bodies) {
+  SceneArrays scene;
+  std::uint32_t first_vertex = 0;
+  for (std::uint32_t b = 0; b < bodies.size(); ++b) {
+    const Topology& mesh = bodies[b].topology;
+    const auto first_edge = static_cast<std::uint32_t>(scene.edges.size());
+    if (bodies[b].participation.neighbours) {
+      append(scene.vertex_triangle_neighbours, bodies[b].participation.neighbours->vertex_triangle, first_vertex,
+             scene.triangles.size());
+      append(scene.edge_edge_neighbours, bodies[b].participation.neighbours->edge_edge, first_edge, first_edge);
+    }
+    for (const Triangle& t : mesh.triangles) {
+      scene.triangles.push_back({{t.v[0] + first_vertex, t.v[1] + first_vertex, t.v[2] + first_vertex}});
+    }
+    for (Triangle edges : mesh.triangle_edges) {
+      for (std::uint32_t& edge : edges.v) edge = edge == kNoIndex ? kNoIndex : edge + first_edge;
+      scene.triangle_edges.push_back(edges);
+    }
+    for (const Edge& e : mesh.edges) scene.edges.push_back({{e.v[0] + first_vertex, e.v[1] + first_vertex}});
+    scene.ownership.insert(scene.ownership.end(), bodies[b].participation.ownership.begin(),
+                           bodies[b].participation.ownership.end());
+    scene.triangle_body.insert(scene.triangle_body.end(), mesh.triangles.size(), b);
+    scene.vertex_body.insert(scene.vertex_body.end(), mesh.vertex_count, b);
+    first_vertex += mesh.vertex_count;
+  }
+  return scene;
+}
+
+std::vector<BodySurvey> survey_bodies(std::vector<Body>& bodies, bool both_ends, bool measure_moves) {
+  try {
+    const std::vector<Block> blocks = split_into_blocks(bodies);
+    const std::vector<BodySurvey> parts = survey_blocks(bodies, blocks, both_ends, measure_moves);
+    for (Body& body : bodies) body.positions.finish_reading();
+    return merged(parts, blocks, bodies.size());
+  } catch (...) {
+    read_positions(bodies);
+    throw;
+  }
+}
+
 Vec3d scene_origin(const std::vector<BodySurvey>& surveys) {
   BodyExtent scene;
   for (const BodySurvey& survey : surveys) {
@@ -203,35 +242,23 @@ Vec3d scene_origin(const std::vector<BodySurvey>& surveys) {
   return {origin_of(scene.lo.x, scene.hi.x), origin_of(scene.lo.y, scene.hi.y), origin_of(scene.lo.z, scene.hi.z)};
 }
 
-void write_positions(std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out) {
-  for (Body& body : bodies) {
-    body.kept_t1.resize(body.topology.vertex_count, kStray);
-    if (body.moves) body.kept_t0.resize(body.topology.vertex_count, kStray);
-  }
+void write_positions(const std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out,
+                     std::vector<BodySurvey>& surveys) {
   const std::vector<Block> blocks = split_into_blocks(bodies);
-  std::vector<double> roundings(blocks.size(), 0);
+  std::vector<double> squared_roundings(blocks.size(), 0);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-    const Block& block = blocks[i];
-    Body& body = bodies[block.body];
-    if (body.has_positions) {
-      roundings[i] = keep_block(body.x_t1, body.offset, block, origin, body.kept_t1);
-      if (body.moves) {
-        roundings[i] = std::max(roundings[i], keep_block(body.x_t0, body.offset, block, origin, body.kept_t0));
-      }
+    const BodyPositions& positions = bodies[blocks[i].body].positions;
+    if (!positions.are_set()) {
+      write_nothing(blocks[i], write_t0, out);
+    } else if (positions.are_double()) {
+      squared_roundings[i] = write_block<double>(positions, blocks[i], origin, write_t0, out);
+    } else {
+      squared_roundings[i] = write_block<float>(positions, blocks[i], origin, write_t0, out);
     }
-    write_block(body.kept_t1, block, out.x_t1);
-    if (write_t0) write_block(body.moves ? body.kept_t0 : body.kept_t1, block, out.x_t0);
   });
-  std::vector<double> largest(bodies.size(), 0);
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    largest[blocks[i].body] = std::max(largest[blocks[i].body], roundings[i]);
-  }
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    Body& body = bodies[b];
-    body.rounding += largest[b];
-    body.x_t1 = Span<const Vec3f>(body.kept_t1);
-    body.x_t0 = body.moves ? Positions(Span<const Vec3f>(body.kept_t0)) : body.x_t1;
-    body.offset = origin;
+    double& rounding = surveys[blocks[i].body].rounding;
+    rounding = std::max(rounding, std::sqrt(squared_roundings[i]));
   }
 }
 

@@ -23,9 +23,10 @@ struct SceneArrays {
   }
 };
 
-/// Lists the neighbours of the bodies that are to be tested with themselves and have none listed. True when there were
-/// any: the scene has to be concatenated anew.
-bool list_neighbours(std::vector<Body>& bodies);
+/// Whether a body is to be tested with itself and has no neighbours listed.
+bool lacks_neighbours(const std::vector<Body>& bodies);
+/// Lists the neighbours of those bodies. The scene has to be concatenated anew then.
+void list_neighbours(std::vector<Body>& bodies);
 
 SceneArrays concatenate(const std::vector<Body>& bodies);
 
@@ -41,11 +42,12 @@ struct BodySurvey {
   BodyExtent extent;
   bool moves = false;  ///< some vertex is not at t1 where it was at t0; false where t0 does not count
   std::vector<std::uint32_t> stray_vertices;
+  double rounding = 0;  ///< furthest that write_positions has moved a vertex
 };
 
-/// Reads all positions once. `both_ends` takes t0 into the extents and fills `moves` (CCD), `measure_moves` fills
-/// furthest_move.
-std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both_ends, bool measure_moves);
+/// Reads what positions were set since the last time; the bodies do not refer to the caller's memory afterwards, even
+/// when it throws. `both_ends` takes t0 into the extents and fills `moves` (CCD), `measure_moves` fills furthest_move.
+std::vector<BodySurvey> survey_bodies(std::vector<Body>& bodies, bool both_ends, bool measure_moves);
 
 /// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only
 /// where the scene is at least as far from the origin as it is wide: the difference of two numbers within a factor of
@@ -53,8 +55,8 @@ std::vector<BodySurvey> survey_bodies(const std::vector<Body>& bodies, bool both
 Vec3d scene_origin(const std::vector<BodySurvey>& surveys);
 
 /// Writes all positions relative to `origin`, t0 only where `write_t0`. Bodies without positions and stray vertices
-/// become 0. Keeps a copy in the bodies, which no longer refer to the caller's memory afterwards, and how far rounding
-/// has moved a body's vertices.
-void write_positions(std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out);
+/// become 0. Fills the surveys' `rounding`.
+void write_positions(const std::vector<Body>& bodies, Vec3d origin, bool write_t0, PositionArrays out,
+                     std::vector<BodySurvey>& surveys);
 
 }  // namespace softcd

@@ -8,7 +8,7 @@
 
 namespace softcd {
 
-SelectedDetector::SelectedDetector(Backend wanted, LogCallback log, DeviceFactory make_device,
+SelectedDetector::SelectedDetector(Backend wanted, LogCallback log, DetectorFactory make_device,
                                    const std::string& device_problem)
     : wanted_(wanted), log_(std::move(log)), make_device_(std::move(make_device)) {
   if (wanted == Backend::cpu) {
@@ -43,7 +43,8 @@ Detector& SelectedDetector::prepared() {
   return *slot.detector;
 }
 
-/// Whether the device is in use and f(its detector) succeeds. When it fails the CPU is in use, with the same positions.
+/// Whether the device is in use and f(its detector) succeeds. When it fails the CPU is in use, with the same positions,
+/// unless the device was asked for.
 template <class F>
 bool SelectedDetector::succeeds_on_device(const F& f) {
   if (backend_ == Backend::cpu) return false;
@@ -51,9 +52,17 @@ bool SelectedDetector::succeeds_on_device(const F& f) {
     f(prepared());
     return true;
   } catch (const DeviceError& error) {
+    if (wanted_ == Backend::cuda) {
+      device_ = {};
+      throw BackendError(fmt::format("{}. Backend::automatic would go on with the CPU.", error.what()));
+    }
     make_device_ = {};
     take_over(error.what());
   } catch (const std::bad_alloc&) {
+    if (wanted_ == Backend::cuda) {
+      device_ = {};
+      throw;
+    }
     take_over("the device's memory does not suffice");
   }
   return false;
@@ -61,18 +70,19 @@ bool SelectedDetector::succeeds_on_device(const F& f) {
 
 void SelectedDetector::take_over(const std::string& problem) {
   use_cpu(problem);
-  if (log_ && !std::exchange(has_warned_, true)) {
-    log_(LogLevel::warning, fmt::format("{}: the CPU takes over{}", problem, make_device_ ? " where it must" : ""));
-  }
   has_to_choose_ = true;
   const Slot failed = std::move(device_);  // the positions are in its memory
   device_ = {};
-  if (positions_.x_t1 == nullptr) return;
-  const PositionArrays copy = prepared().position_arrays();
-  const std::size_t count = topology_.vertex_body.size();
-  std::copy_n(positions_.x_t1, count, copy.x_t1);
-  if (settings_.both_ends) std::copy_n(positions_.x_t0, count, copy.x_t0);
-  positions_ = copy;
+  if (positions_.x_t1 != nullptr) {
+    const PositionArrays copy = prepared().position_arrays();
+    const std::size_t count = topology_.vertex_body.size();
+    std::copy_n(positions_.x_t1, count, copy.x_t1);
+    if (settings_.both_ends) std::copy_n(positions_.x_t0, count, copy.x_t0);
+    positions_ = copy;
+  }
+  if (log_ && !std::exchange(has_warned_, true)) {
+    log_(LogLevel::warning, fmt::format("{}: the CPU takes over{}", problem, make_device_ ? " where it must" : ""));
+  }
 }
 
 void SelectedDetector::set_topology(const SceneTopology& topology) {
@@ -121,14 +131,15 @@ Span<const Contact> SelectedDetector::finish(Statistics& statistics) {
   return contacts;
 }
 
-std::unique_ptr<SelectedDetector> select_detector(const PipelineOptions& options) {
-  const bool may_use_device = options.backend != Backend::cpu;
-  const std::string problem = may_use_device ? cuda_problem() : "";
-  DeviceFactory make_device;
-  if (may_use_device && problem.empty()) {
-    make_device = [stream = options.cuda_stream] { return make_cuda_detector(stream); };
+std::unique_ptr<SelectedDetector> select_detector(const PipelineOptions& options, LogCallback log) {
+  DetectorFactory make_device;
+  std::string problem = options.backend != Backend::cpu ? cuda_problem() : "";
+  try {
+    if (options.backend != Backend::cpu && problem.empty()) make_device = cuda_detector_factory(options.cuda_stream);
+  } catch (const DeviceError& error) {
+    problem = error.what();
   }
-  return std::make_unique<SelectedDetector>(options.backend, options.log, std::move(make_device), problem);
+  return std::make_unique<SelectedDetector>(options.backend, std::move(log), std::move(make_device), problem);
 }
 
 }  // namespace softcd

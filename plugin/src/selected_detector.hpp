@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -13,23 +12,21 @@ namespace softcd {
 /// crumpled sheets on an H200 and 4 to 16 cores of its host break even between 100 and 240 triangles.
 constexpr std::size_t kSmallScene = 150;
 
-/// Makes a detector on the device, or throws. Empty where there is no usable device.
-using DeviceFactory = std::function<std::unique_ptr<Detector>()>;
-
-/// The detector behind a pipeline: on the GPU where there is one and it pays, else on the CPU. When the device runs out
-/// of memory in a detection the CPU repeats it in the same call; when the device fails, all further ones too. Either is
-/// warned about once.
+/// The detector behind a pipeline: on the GPU where there is one and it pays, else on the CPU. With `automatic`, when
+/// the device runs out of memory in a detection the CPU repeats it in the same call; when the device fails, all further
+/// ones too. Either is warned about once. With `cuda` a device that fails is a BackendError, and std::bad_alloc remains
+/// one; the next detection tries again.
 class SelectedDetector final : public Detector {
  public:
-  /// `device_problem` says why there is no `make_device`. Throws BackendError when `wanted` cannot be had.
-  SelectedDetector(Backend wanted, LogCallback log, DeviceFactory make_device, const std::string& device_problem);
+  /// `make_device` makes a detector on the device, or throws; where it is empty, `device_problem` says why there is no
+  /// device. Throws BackendError when `wanted` cannot be had.
+  SelectedDetector(Backend wanted, LogCallback log, DetectorFactory make_device, const std::string& device_problem);
 
   void set_topology(const SceneTopology& topology) override;
   PositionArrays position_arrays() override;
   void start(const SceneBodies& bodies, const DetectionSettings& settings) override;
   Span<const Contact> finish(Statistics& statistics) override;
 
-  void set_log(LogCallback log) { log_ = std::move(log); }
   /// Where the last detection ran, or the next one is expected to.
   Backend backend() const { return backend_; }
   /// Why there, for explain().
@@ -52,7 +49,7 @@ class SelectedDetector final : public Detector {
 
   Backend wanted_;
   LogCallback log_;
-  DeviceFactory make_device_;
+  DetectorFactory make_device_;
   Slot cpu_, device_;
   Backend backend_ = Backend::cpu;
   std::string reason_;
@@ -65,6 +62,6 @@ class SelectedDetector final : public Detector {
 };
 
 /// The one that the options ask for, with this machine's devices. Throws BackendError when it cannot be had.
-std::unique_ptr<SelectedDetector> select_detector(const PipelineOptions& options);
+std::unique_ptr<SelectedDetector> select_detector(const PipelineOptions& options, LogCallback log);
 
 }  // namespace softcd

@@ -147,13 +147,13 @@ TEST(AutomaticChoices, static_bodies_are_never_compared) {
 
   const SceneBody dynamic = still(soup(3), everything(0.02F));
   const Outcome with_dynamic = outcome_of({scene[0], scene[1], dynamic}, test_options(Detection::dcd));
-  PipelineOptions options = test_options(Detection::dcd);
-  options.pair_filter = [](BodyId a, BodyId b) { return !(a == BodyId{0} && b == BodyId{1}); };
+  const auto pair_filter = [](BodyId a, BodyId b) { return !(a == BodyId{0} && b == BodyId{1}); };
   for (SceneBody& body : scene) {
     body.settings.kinematic = false;
     body.settings.self_collision = false;
   }
-  EXPECT_TRUE(identical(with_dynamic.contacts, detect_once({scene[0], scene[1], dynamic}, options)));
+  EXPECT_TRUE(identical(with_dynamic.contacts,
+                        detect_once({scene[0], scene[1], dynamic}, test_options(Detection::dcd), pair_filter)));
   EXPECT_FALSE(with_dynamic.contacts.empty());
 }
 

@@ -29,7 +29,6 @@ Scene soups(std::uint32_t body_count) {
 
 void expect_both_kinds(const Scene& scene, const PairFilter& pair_filter = {}) {
   PipelineOptions options = test_options(Detection::dcd);
-  options.pair_filter = pair_filter;
   DiscreteRules rules;
   rules.pair_filter = pair_filter;
   expect_discrete_contacts(scene, options, rules);
@@ -106,12 +105,11 @@ TEST(Filters, pair_filter_is_asked_in_ascending_order) {
   Scene scene = soups(4);
   scene[2].settings.filter_mask = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> asked;
-  PipelineOptions options = test_options(Detection::dcd);
-  options.pair_filter = [&](BodyId a, BodyId b) {
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
+  loaded.pipeline.set_pair_filter([&](BodyId a, BodyId b) {
     asked.emplace_back(a.value, b.value);
     return false;
-  };
-  LoadedScene loaded = load(scene, options);
+  });
   loaded.pipeline.detect();
   EXPECT_TRUE(std::is_sorted(asked.begin(), asked.end()));
   for (const auto& [a, b] : asked) EXPECT_LT(a, b);

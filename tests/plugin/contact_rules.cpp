@@ -150,6 +150,21 @@ TEST(SlabRule, leaves_edges_and_continuous_detection_alone) {
   EXPECT_EQ(features_of(detect_once(scene, continuous)), features_of(detect_once(scene, test_options(Detection::ccd))));
 }
 
+// The reach of such a margin is infinite in float32.
+TEST(SlabRule, never_has_contacts_with_a_body_that_is_nowhere) {
+  Scene scene = two_soups(5, 0.0);
+  for (SceneBody& body : scene) {
+    body.settings.margin = 2.0e38F;
+    body.settings.self_collision = false;
+  }
+  LoadedScene loaded = load({scene[0]}, slab_options());
+  const auto vertex_count = static_cast<std::uint32_t>(scene[1].x_t1.size());
+  const BodyId nowhere = loaded.pipeline.add_body({scene[1].triangles, vertex_count, scene[1].settings});
+  EXPECT_TRUE(loaded.pipeline.detect().empty());
+  loaded.pipeline.set_positions(nowhere, scene[1].x_t0, scene[1].x_t1);
+  EXPECT_FALSE(loaded.pipeline.detect().empty());
+}
+
 TEST(SlabRule, takes_a_triangle_without_area_for_the_segment_or_point_that_it_is) {
   Scene scene;
   scene.push_back(still({{{{0, 1, 1}}, {{2, 2, 2}}}, {{0, 0, 0}, {1, 0, 0}, {3, 0, 0}}}, everything(0.05F)));

@@ -65,13 +65,9 @@ class FaultyDevice final : public Detector {
 class DeviceFailures : public testing::Test {
  protected:
   DeviceFailures() : body_(moving(sheet(), scattered(sheet(), 0.4, 3), everything(0.05F))) {
-    Body body;
-    body.id = BodyId{0};
-    body.topology = build_topology(body_.triangles, static_cast<std::uint32_t>(body_.x_t0.size()));
-    body.settings = body_.settings;
-    body.ownership = body.topology.ownership;
-    body.moves = body.has_positions = true;
-    bodies_.push_back(std::move(body));
+    const auto vertex_count = static_cast<std::uint32_t>(body_.x_t0.size());
+    bodies_.push_back(make_body(BodyId{0}, {body_.triangles, vertex_count, body_.settings}));
+    bodies_[0].positions.set(body_.x_t0, body_.x_t1);
     scene_ = concatenate(bodies_);
   }
 
@@ -83,7 +79,7 @@ class DeviceFailures : public testing::Test {
     return triangle_soup(options);
   }
 
-  std::unique_ptr<SelectedDetector> detector(Backend wanted = Backend::cuda) {
+  std::unique_ptr<SelectedDetector> detector(Backend wanted = Backend::automatic) {
     const auto log = [this](LogLevel level, std::string_view message) {
       if (level == LogLevel::warning) warnings_.emplace_back(message);
     };
@@ -92,14 +88,11 @@ class DeviceFailures : public testing::Test {
   }
 
   std::vector<Contact> detect(SelectedDetector& detector, Detection detection = Detection::ccd) {
-    bodies_[0].x_t0 = body_.x_t0;
-    bodies_[0].x_t1 = body_.x_t1;
-    bodies_[0].offset = {0, 0, 0};
     const bool continuous = detection == Detection::ccd;
-    const std::vector<BodySurvey> surveys = survey_bodies(bodies_, continuous, false);
+    std::vector<BodySurvey> surveys = survey_bodies(bodies_, continuous, false);
     const PairSelection pairs = select_pairs(bodies_, surveys, {0, 0, 0}, {}, {});
     detector.set_topology(scene_.topology());
-    write_positions(bodies_, {0, 0, 0}, continuous, detector.position_arrays());
+    write_positions(bodies_, {0, 0, 0}, continuous, detector.position_arrays(), surveys);
     detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F,
                                   ContactRule::distance, 0, true, true, continuous});
     const Span<const Contact> contacts = detector.finish(statistics_);
@@ -139,6 +132,29 @@ TEST_F(DeviceFailures, the_cpu_repeats_the_detection_with_the_same_contacts) {
       }
     }
   }
+}
+
+TEST_F(DeviceFailures, nobody_takes_over_where_cuda_was_asked_for) {
+  const std::vector<Contact> contacts = expected(Detection::ccd);
+  for (const Failing where :
+       {Failing::construction, Failing::topology, Failing::positions, Failing::start, Failing::finish}) {
+    const auto failing = detector(Backend::cuda);
+    fault_ = {where, false};
+    try {
+      detect(*failing);
+      ADD_FAILURE() << "no exception";
+    } catch (const BackendError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("fell off the bus"));
+      EXPECT_THAT(error.what(), testing::HasSubstr("Backend::automatic"));
+    }
+    fault_ = {where, true};
+    EXPECT_THROW(detect(*failing), std::bad_alloc);
+    fault_ = {};
+    EXPECT_TRUE(identical(contacts, detect(*failing))) << "the device is tried again";
+    EXPECT_EQ(statistics_.backend, Backend::cuda);
+    EXPECT_EQ(failing->backend(), Backend::cuda);
+  }
+  EXPECT_TRUE(warnings_.empty());
 }
 
 TEST_F(DeviceFailures, a_failed_device_is_not_tried_again) {

@@ -59,7 +59,7 @@ inline double point_tolerance(const Scene& scene) {
 /// The detector's contacts at t1 are those of brute force. Returns how many.
 inline std::size_t expect_discrete_contacts(const Scene& scene, const PipelineOptions& options,
                                             const DiscreteRules& rules = {}) {
-  const std::vector<Contact> contacts = detect_once(scene, options);
+  const std::vector<Contact> contacts = detect_once(scene, options, rules.pair_filter);
   const Difference difference = compare(discrete_verdicts(scene, rules), features_of(contacts));
   EXPECT_TRUE(agrees(difference)) << describe(difference);
   expect_sorted(contacts);
@@ -70,7 +70,7 @@ inline std::size_t expect_discrete_contacts(const Scene& scene, const PipelineOp
 /// Every pair that touches during the step is reported; what else is reported passes within `touching`.
 inline std::size_t expect_continuous_contacts(const Scene& scene, const PipelineOptions& options,
                                               const PairFilter& pair_filter = {}) {
-  const std::vector<Contact> contacts = detect_once(scene, options);
+  const std::vector<Contact> contacts = detect_once(scene, options, pair_filter);
   Difference difference = compare(continuous_verdicts(scene, pair_filter), features_of(contacts));
   const SceneGeometry geometry(scene);
   const double touching = 1e-9 * half_extent_of(scene);

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -119,6 +121,18 @@ TEST_F(InputErrors, stride_shorter_than_a_position) {
               AllOf(HasSubstr("body " + name_of(body(0))), HasSubstr("stride")));
 }
 
+TEST_F(InputErrors, misaligned_positions) {
+  alignas(8) std::byte memory[1024] = {};
+  const auto* const floats = reinterpret_cast<const float*>(memory);
+  const auto* const doubles = reinterpret_cast<const double*>(memory);
+  const auto names_body = AllOf(HasSubstr("body " + name_of(body(0))), HasSubstr("multiples"));
+  for (const Positions& wrong : {Positions(floats, 36, 13), Positions(doubles, 36, 28),
+                                 Positions(reinterpret_cast<const float*>(memory + 2), 36, 16),
+                                 Positions(reinterpret_cast<const double*>(memory + 4), 36, 24)}) {
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(0), wrong); }), names_body);
+  }
+}
+
 TEST_F(InputErrors, unknown_body) {
   const Positions3 x(36);
   const std::vector<Triangle> triangles{{{0, 1, 2}}};
@@ -174,6 +188,21 @@ TEST_F(InputErrors, motion_margin) {
   }
 }
 
+TEST_F(InputErrors, values_that_no_option_has) {
+  const auto expect_refused = [&](const char* name, const auto& set) {
+    PipelineOptions options = test_options(Detection::dcd);
+    set(options);
+    EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr(name));
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_options(options); }),
+                AllOf(HasSubstr(name), HasSubstr("77")));
+  };
+  expect_refused("backend", [](PipelineOptions& options) { options.backend = Backend(77); });
+  expect_refused("detection", [](PipelineOptions& options) { options.detection = Detection(77); });
+  expect_refused("accuracy", [](PipelineOptions& options) { options.accuracy = Accuracy(77); });
+  expect_refused("broad_phase", [](PipelineOptions& options) { options.broad_phase = BroadPhase(77); });
+  expect_refused("contact_rule", [](PipelineOptions& options) { options.contact_rule = ContactRule(77); });
+}
+
 TEST_F(InputErrors, wait_without_start) {
   EXPECT_FALSE(message_of<Error>([&] { pipeline().wait(); }).empty());
 }
@@ -183,13 +212,30 @@ TEST_F(InputErrors, every_error_is_an_error) {
   EXPECT_THROW(pipeline().remove_body({}), std::runtime_error);
 }
 
-// A filter that throws ends the detection; the pipeline can be used again.
+// A filter that throws ends the detection; the positions of that detection count all the same, though their memory may
+// be gone.
 TEST_F(InputErrors, exception_in_the_pair_filter) {
-  PipelineOptions options = test_options(Detection::dcd);
-  options.pair_filter = [](BodyId, BodyId) -> bool { throw std::domain_error("from the filter"); };
-  pipeline().set_options(options);
-  EXPECT_THROW(pipeline().detect(), std::domain_error);
-  pipeline().set_options(test_options(Detection::dcd));
+  auto frame = std::make_unique<Positions3>(loaded_.scene[1].x_t1);
+  pipeline().set_positions(body(1), *frame);
+  pipeline().set_pair_filter([](BodyId, BodyId) -> bool { throw std::domain_error("from the filter"); });
+  EXPECT_EQ(message_of<std::domain_error>([&] { pipeline().detect(); }), "from the filter");
+  frame.reset();
+  // What softcd itself might throw is the caller's all the same.
+  pipeline().set_pair_filter([](BodyId, BodyId) -> bool { throw std::bad_alloc(); });
+  EXPECT_THROW(pipeline().detect_async(), std::bad_alloc);
+  EXPECT_THROW(pipeline().wait(), Error);
+  pipeline().set_pair_filter({});
+}
+
+TEST_F(InputErrors, exception_in_the_log) {
+  const float strays[3] = {kNaN, 0.0F, 0.0F};
+  const std::vector<Triangle> triangles{{{0, 0, 0}}};
+  const BodyId spoilt = pipeline().add_body({triangles, 1, {}});
+  pipeline().set_positions(spoilt, Positions(strays, 1, sizeof(strays)));
+  pipeline().set_log([](LogLevel, std::string_view) { throw std::domain_error("from the log"); });
+  EXPECT_EQ(message_of<std::domain_error>([&] { pipeline().detect(); }), "from the log");
+  EXPECT_TRUE(identical(expected_, pipeline().detect())) << "said once";
+  pipeline().remove_body(spoilt);
 }
 
 }  // namespace

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 #include "expectations.hpp"
@@ -37,6 +40,23 @@ Scene transformed(Scene scene, double scale, Vec3d offset) {
   }
   return scene;
 }
+
+template <class X>
+constexpr bool kMayBeSet =
+    std::is_invocable_v<void (CollisionPipeline::*)(BodyId, Positions), CollisionPipeline&, BodyId, X>&&
+        std::is_constructible_v<Positions, X>;
+
+// What is read later must outlive the call.
+static_assert(kMayBeSet<std::vector<Vec3f>&> && kMayBeSet<const std::vector<Vec3d>&>);
+static_assert(!kMayBeSet<std::vector<Vec3f>> && !kMayBeSet<std::vector<Vec3d>> && !kMayBeSet<const std::vector<Vec3d>>);
+static_assert(kMayBeSet<Span<const Vec3f>> && kMayBeSet<Span<const Vec3d>> && kMayBeSet<Span<const Vec3d>&>);
+static_assert(kMayBeSet<Positions> && kMayBeSet<const Positions&>);
+static_assert(std::is_constructible_v<Positions, Span<Vec3f>> && std::is_constructible_v<Positions, std::span<Vec3d>> &&
+              std::is_constructible_v<Positions, std::span<const Vec3d>>);
+static_assert(std::is_constructible_v<Positions, std::array<Vec3f, 3>&> &&
+              !std::is_constructible_v<Positions, std::array<Vec3f, 3>>);
+static_assert(std::is_constructible_v<Positions, const float*, std::size_t, std::size_t> &&
+              std::is_constructible_v<Positions, double*, std::size_t, std::size_t>);
 
 class PositionKinds : public testing::TestWithParam<Detection> {};
 
@@ -114,6 +134,50 @@ TEST_P(PositionKinds, are_not_read_again) {
   x->assign(x->size(), Vec3d{NAN, NAN, NAN});
   EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.detect()));
   EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles, 0U);
+}
+
+TEST_P(PositionKinds, one_address_with_two_strides_is_two_ends) {
+  const Scene scene = coarse_scene(GetParam());
+  LoadedScene loaded = load(scene, test_options(GetParam()));
+  // The second end's nodes lie between the first one's.
+  const std::size_t count = scene[0].x_t1.size();
+  Positions3 nodes = jittered(Positions3(3 * count, scene[0].x_t1[0]), 0.5, 3);
+  snap_to_grid(nodes, 12);
+  Scene expected = scene;
+  for (std::size_t v = 0; v < count; ++v) {
+    expected[0].x_t0[v] = nodes[2 * v];
+    expected[0].x_t1[v] = nodes[3 * v];
+  }
+  loaded.pipeline.set_positions(loaded.ids[0], Positions(&nodes[0].x, count, 2 * sizeof(Vec3d)),
+                                Positions(&nodes[0].x, count, 3 * sizeof(Vec3d)));
+  EXPECT_TRUE(identical(detect_once(expected, test_options(GetParam())), loaded.pipeline.detect()));
+}
+
+// Far from the origin doubles are rounded relative to the scene's; so they are when they are detected again, whichever
+// bodies were set in between.
+TEST_P(PositionKinds, a_second_detection_of_the_same_positions_has_the_same_bytes) {
+  PipelineOptions options = test_options(GetParam());
+  options.accuracy = Accuracy::conservative;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Scene scene;
+    for (std::uint64_t i = 0; i < 2; ++i) {
+      const Mesh sheet = moved(crumpled_cloth(4, 4, 0.37, 0.031, 2 * seed + i), {11.3, -23.7, 0.01 * double(i)});
+      scene.push_back(moving(sheet, jittered(sheet.positions, 0.013, seed), everything(0.0173F)));
+    }
+    LoadedScene loaded = load(scene, options);
+    const Span<const Contact> contacts = loaded.pipeline.detect();
+    const std::vector<Contact> first(contacts.begin(), contacts.end());
+    ASSERT_FALSE(first.empty());
+    EXPECT_TRUE(identical(first, loaded.pipeline.detect())) << "scene " << seed;
+    loaded.pipeline.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
+    EXPECT_TRUE(identical(first, loaded.pipeline.detect())) << "scene " << seed << ", one body set again";
+
+    const Positions3 elsewhere = translated(scene[1].x_t0, {900, 0, 0});
+    loaded.pipeline.set_positions(loaded.ids[1], elsewhere);
+    loaded.pipeline.detect();
+    loaded.pipeline.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
+    EXPECT_TRUE(identical(first, loaded.pipeline.detect())) << "scene " << seed << ", with another origin in between";
+  }
 }
 
 TEST_P(PositionKinds, one_end_means_at_rest) {

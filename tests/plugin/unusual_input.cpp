@@ -65,23 +65,21 @@ TEST_P(NonFinite, only_its_triangles_are_left_out) {
     std::vector<std::uint32_t> all_in_cloth = in_cloth;
     if (detection == Detection::ccd) all_in_cloth.push_back(300);
 
-    std::vector<std::string> warnings;
-    PipelineOptions options = test_options(detection);
-    options.log = [&](LogLevel level, std::string_view text) {
-      if (level == LogLevel::warning) warnings.emplace_back(text);
-    };
+    const PipelineOptions options = test_options(detection);
     if (detection == Detection::dcd) {
       EXPECT_GT(expect_discrete_contacts(scene, options), 100U);
     } else {
       EXPECT_GT(expect_continuous_contacts(scene, options), 100U);
     }
+
+    std::vector<std::string> warnings;
+    LoadedScene loaded = load(scene, options, [&](LogLevel level, std::string_view text) {
+      if (level == LogLevel::warning) warnings.emplace_back(text);
+    });
+    loaded.pipeline.detect();
     ASSERT_EQ(warnings.size(), 2U) << "one for each of the bodies";
     EXPECT_THAT(warnings[0], AllOf(HasSubstr("body 0"), HasSubstr("vertex 3")));
     EXPECT_THAT(warnings[1], AllOf(HasSubstr("body 1"), HasSubstr("vertex 0")));
-
-    warnings.clear();
-    LoadedScene loaded = load(scene, options);
-    loaded.pipeline.detect();
     loaded.pipeline.detect();
     EXPECT_EQ(warnings.size(), 2U) << "said once, not in every detection";
     EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles,
@@ -174,6 +172,10 @@ TEST(SmallInput, body_without_positions_is_left_out) {
   loaded.pipeline.add_body(
       {waiting.triangles, static_cast<std::uint32_t>(waiting.positions.size()), everything(0.02F)});
   EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
+  const std::vector<StageReport> report = loaded.pipeline.explain();
+  EXPECT_TRUE(std::any_of(report.begin(), report.end(), [](const StageReport& line) {
+    return line.stage == "bodies without positions" && !line.ran && line.reason.rfind("1 ", 0) == 0;
+  }));
 }
 
 TEST(SmallInput, vertices_in_no_triangle_do_not_collide) {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <ostream>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
@@ -48,8 +49,8 @@ std::vector<Edge> edges_of(const std::vector<Triangle>& triangles) {
   return edges;
 }
 
-LoadedScene load(Scene scene, PipelineOptions options) {
-  LoadedScene loaded{std::move(scene), CollisionPipeline(std::move(options)), {}};
+LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log) {
+  LoadedScene loaded{std::move(scene), CollisionPipeline(options, std::move(log)), {}};
   for (const SceneBody& body : loaded.scene) {
     const auto vertex_count = static_cast<std::uint32_t>(body.x_t1.size());
     const BodyId id = loaded.pipeline.add_body({body.triangles, vertex_count, body.settings});
@@ -72,25 +73,19 @@ PipelineOptions test_options(Detection detection, BroadPhase broad_phase) {
   return options;
 }
 
-Outcome outcome_of(const Scene& scene, const PipelineOptions& options) {
+Outcome outcome_of(const Scene& scene, const PipelineOptions& options, const PairFilter& pair_filter) {
   LoadedScene loaded = load(scene, options);
+  loaded.pipeline.set_pair_filter(pair_filter);
   const Span<const Contact> contacts = loaded.pipeline.detect();
-  return {{contacts.begin(), contacts.end()}, loaded.pipeline.statistics(), loaded.pipeline.explain()};
+  const Statistics& statistics = loaded.pipeline.statistics();
+  if (options.backend != Backend::automatic && statistics.backend != options.backend) {
+    throw std::logic_error("another backend than the one under test has detected");
+  }
+  return {{contacts.begin(), contacts.end()}, statistics, loaded.pipeline.explain()};
 }
 
-std::vector<Contact> detect_once(const Scene& scene, PipelineOptions options) {
-  LoadedScene loaded = load(scene, std::move(options));
-  const Span<const Contact> contacts = loaded.pipeline.detect();
-  std::vector<Contact> copies(contacts.begin(), contacts.end());
-  const auto place_of = [&](BodyId id) {
-    const auto found = std::find(loaded.ids.begin(), loaded.ids.end(), id);
-    return BodyId{static_cast<std::uint32_t>(found - loaded.ids.begin())};
-  };
-  for (Contact& contact : copies) {
-    contact.body_a = place_of(contact.body_a);
-    contact.body_b = place_of(contact.body_b);
-  }
-  return copies;
+std::vector<Contact> detect_once(const Scene& scene, const PipelineOptions& options, const PairFilter& pair_filter) {
+  return outcome_of(scene, options, pair_filter).contacts;
 }
 
 FeaturePair features_of(const Contact& c) {

@@ -47,7 +47,7 @@ struct LoadedScene {
   CollisionPipeline pipeline;
   std::vector<BodyId> ids;
 };
-LoadedScene load(Scene scene, PipelineOptions options);
+LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log = {});
 
 /// The CPU, or, where the environment has SOFTCD_TEST_BACKEND=cuda, the GPU: every test of the detector runs on both.
 Backend backend_under_test();
@@ -55,16 +55,17 @@ Backend backend_under_test();
 /// The options of one detection on the backend under test.
 PipelineOptions test_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);
 
-/// What a fresh pipeline's first detection leaves.
+/// What a fresh pipeline's first detection leaves. Throws where another backend than the one asked for has answered.
 struct Outcome {
   std::vector<Contact> contacts;
   Statistics statistics;
   std::vector<StageReport> report;
 };
-Outcome outcome_of(const Scene& scene, const PipelineOptions& options);
+Outcome outcome_of(const Scene& scene, const PipelineOptions& options, const PairFilter& pair_filter = {});
 
-/// Loads, detects once and copies the contacts. Ids are the places in the scene.
-std::vector<Contact> detect_once(const Scene& scene, PipelineOptions options);
+/// Its contacts.
+std::vector<Contact> detect_once(const Scene& scene, const PipelineOptions& options,
+                                 const PairFilter& pair_filter = {});
 
 FeaturePair features_of(const Contact& contact);
 std::vector<FeaturePair> features_of(Span<const Contact> contacts);

@@ -17,6 +17,9 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "softcd/core/contact.hpp"
@@ -25,26 +28,27 @@
 
 namespace softcd {
 
-/// Every exception that softcd throws. The text names the problem, its cause and the remedy.
+/// Every exception that softcd throws; those of a pair filter or a log callback pass through as they are. The text
+/// names the problem, its cause and the remedy. A call that throws leaves the pipeline as it was, and usable.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
 /// The caller's data cannot be used: an index out of range, arrays of unequal length, an option out
-/// of its range. The pipeline is unchanged.
+/// of its range.
 class InvalidInput : public Error {
  public:
   using Error::Error;
 };
 
-/// The requested backend cannot be had: not built in, no device, or the device failed.
+/// Backend::cuda was asked for and cannot be had: not built in, no device, or the device failed.
 class BackendError : public Error {
  public:
   using Error::Error;
 };
 
-/// A detection would need more memory than there is.
+/// A mesh, its positions or a detection would need more memory than there is.
 class OutOfMemory : public Error {
  public:
   using Error::Error;
@@ -85,9 +89,9 @@ struct BodyDesc {
 /// that no contact of the double positions is lost: by at most 6e-8 of its furthest vertex's distance from the scene's
 /// origin, and by nothing where all of them are floats. A vertex with a coordinate beyond 1e37 counts as not finite.
 ///
-/// `count` positions of three consecutive floats or doubles, `stride` bytes apart. The memory is read by
-/// the next detect() or detect_async(), before that call returns, and never afterwards: a body whose positions are not
-/// set again stays where it was.
+/// `count` positions of three consecutive floats or doubles, `stride` bytes apart, aligned as their coordinates are.
+/// The memory is read by the next detect() or detect_async(), before that call returns or throws, and never afterwards:
+/// a body whose positions are not set again stays where it was, to the last digit of what was given.
 class Positions {
  public:
   Positions() = default;
@@ -103,6 +107,12 @@ class Positions {
       : data_(first_x), count_(count), stride_(stride), is_double_(false) {}
   Positions(const double* first_x, std::size_t count, std::size_t stride)
       : data_(first_x), count_(count), stride_(stride), is_double_(true) {}
+  /// A temporary container would be gone before it is read. Containers hand on their constness to their elements,
+  /// views do not.
+  template <class Container,
+            class = std::enable_if_t<!std::is_same_v<decltype(std::declval<Container&>().data()),
+                                                     decltype(std::declval<const Container&>().data())>>>
+  Positions(const Container&& positions) = delete;
 
   const void* data() const { return data_; }
   std::size_t count() const { return count_; }
@@ -124,10 +134,11 @@ struct StageReport {
 };
 
 enum class LogLevel : std::uint32_t { information, warning };
+/// Called on the thread that calls the pipeline, by any function that is not const.
 using LogCallback = std::function<void(LogLevel, std::string_view)>;
 
 /// Called for pairs of bodies that pass groups, masks and bounding boxes; false leaves the pair out of this
-/// detection. Called on the thread that calls detect(), in ascending order of ids, a < b.
+/// detection. Called by detect() and detect_async() on the calling thread, in ascending order of ids, a < b.
 using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 
 struct PipelineOptions {
@@ -153,16 +164,27 @@ struct PipelineOptions {
   /// A cudaStream_t that the GPU's work is enqueued on, which must live as long as the pipeline; null for a stream of
   /// the pipeline's own. No other work may be captured on it.
   void* cuda_stream = nullptr;
-  PairFilter pair_filter;
-  LogCallback log;
+
+  friend bool operator==(const PipelineOptions& a, const PipelineOptions& b) {
+    const auto values = [](const PipelineOptions& o) {
+      return std::tie(o.backend, o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin,
+                      o.contact_rule, o.memory_limit, o.cuda_stream);
+    };
+    return values(a) == values(b);
+  }
+  friend bool operator!=(const PipelineOptions& a, const PipelineOptions& b) { return !(a == b); }
 };
 
 /// Detects contacts between the bodies that it holds. One thread at a time per object; several objects may be
-/// used from several threads. The same input gives the same bytes, whatever the number of threads or backend.
+/// used from several threads. The same input gives the same bytes, whatever the number of threads or backend, and
+/// however often it is detected. A pipeline that was moved from throws Error from every function until another one is
+/// assigned to it.
 class CollisionPipeline {
  public:
-  /// Throws BackendError when options.backend cannot be had, InvalidInput when an option is out of range.
-  explicit CollisionPipeline(PipelineOptions options = {});
+  /// `log` as set_log(). The GPU's work is done on the CUDA device that is current now. Throws BackendError when
+  /// options.backend cannot be had, InvalidInput when an option is out of range.
+  explicit CollisionPipeline(const PipelineOptions& options = {}, LogCallback log = {});
+  /// A detection that still runs is ended. So it is in a pipeline that another one is assigned to.
   ~CollisionPipeline();
   CollisionPipeline(CollisionPipeline&&) noexcept;
   CollisionPipeline& operator=(CollisionPipeline&&) noexcept;
@@ -181,28 +203,40 @@ class CollisionPipeline {
   /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
   void set_positions(BodyId body, Positions x_t0, Positions x_t1);
 
+  /// A detection that runs is ended, and its contacts are lost. With another backend or stream a GPU's work is done on
+  /// the CUDA device that is current now. Throws as the constructor does.
   void set_options(const PipelineOptions& options);
   const PipelineOptions& options() const;
 
-  /// All contacts, sorted by (kind, body_a, feature_a, body_b, feature_b), each once. Valid until the next call
-  /// that is not const. Bodies whose positions were never set are left out. A triangle with a vertex that is
-  /// not finite is left out, counted in statistics() and named in a warning.
+  /// Asked by every detection from the next one on; none lets all pairs through. It must not call the pipeline.
+  void set_pair_filter(PairFilter filter);
+  /// Told warnings and what else may be of interest from now on; none is told nothing. It must not call the pipeline.
+  void set_log(LogCallback log);
+
+  /// All contacts, sorted by (kind, body_a, feature_a, body_b, feature_b), each once. Valid until the next detect(),
+  /// detect_async() or set_options(). Bodies whose positions were never set are left out, as explain() says. A triangle
+  /// with a vertex that is not finite is left out, counted in statistics() and named in a warning.
   Span<const Contact> detect();
 
-  /// The same in two halves: positions are read and the work is started, then waited for.
+  /// The same in two halves: positions are read and the work is started, then waited for. All other functions may be
+  /// called in between and concern the next detection, but for these: detect_async() and detect() wait for the
+  /// detection that runs and drop its contacts first, set_options() ends it. wait() throws Error when none runs.
   void detect_async();
   Span<const Contact> wait();
 
   /// The backend of the last detection, before the first one the expected: never `automatic`. With `automatic` small
-  /// scenes go to the CPU even where there is a GPU. A GPU that fails, or whose memory does not suffice, is replaced by
-  /// the CPU in the same call, with one warning.
+  /// scenes go to the CPU even where there is a GPU, and a GPU that fails, or whose memory does not suffice, is
+  /// replaced by the CPU in the same call, with one warning. With `cuda` that is a BackendError, or OutOfMemory.
   Backend backend() const;
+  /// Of the last detection whose contacts were returned.
   const Statistics& statistics() const;
-  /// Which stages the last detection ran or left out, and why.
+  /// Which stages that detection ran or left out, and why.
   std::vector<StageReport> explain() const;
 
  private:
   class Implementation;
+  Implementation& implementation() const;
+
   std::unique_ptr<Implementation> implementation_;
 };
 

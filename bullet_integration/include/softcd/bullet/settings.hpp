@@ -34,6 +34,7 @@ inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet 
 
 /// How softcd replaces Bullet's vertex-face detection between soft bodies and within them (fCollision::VF_SS in the
 /// classic worlds, VF_DD in the deformable one). All other kinds of collision, clusters among them, stay Bullet's.
+/// Where softcd throws an Error (memory runs out, say) it leaves the world's step in the middle.
 struct Settings {
   Backend backend = Backend::automatic;
   /// dcd: Bullet's own rules. Classic worlds: a node touches a face when their distance at the end of the step is less
@@ -55,6 +56,7 @@ struct Settings {
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
   bool filter_deformables = false;
+  /// As CollisionPipeline::set_log().
   LogCallback log;
 };
 

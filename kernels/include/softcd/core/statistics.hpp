@@ -7,9 +7,9 @@
 namespace softcd {
 
 enum class Backend : std::uint32_t {
-  automatic,  ///< CUDA where there is a usable device, else the CPU
+  automatic,  ///< CUDA where there is a usable device, else the CPU, also when the device fails
   cpu,        ///< oneTBB
-  cuda,       ///< an NVIDIA GPU; an error where there is none
+  cuda,       ///< an NVIDIA GPU; an error where there is none, or when it fails
 };
 
 /// Milliseconds spent per stage of the last detection.

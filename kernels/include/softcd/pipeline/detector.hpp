@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <stdexcept>
 
@@ -69,8 +70,13 @@ class Detector {
 
 std::unique_ptr<Detector> make_cpu_detector();
 
-/// `stream` is a cudaStream_t to enqueue on, null for one of its own. Null when the library was built without CUDA.
-std::unique_ptr<Detector> make_cuda_detector(void* stream);
+/// Makes a detector, or throws as one does.
+using DetectorFactory = std::function<std::unique_ptr<Detector>()>;
+
+/// For detectors on the CUDA device that is current during this call, whichever is current when they are made and used.
+/// `stream` is a cudaStream_t of that device to enqueue on, null for one of their own. Empty when the library was built
+/// without CUDA. Throws DeviceError.
+DetectorFactory cuda_detector_factory(void* stream);
 
 /// Why no CUDA device can be used; empty when one can.
 const char* cuda_problem();

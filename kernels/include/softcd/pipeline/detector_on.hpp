@@ -53,8 +53,10 @@ class DetectorOn final : public Detector {
     upload(w_.may_touch, bodies.may_touch);
     view_scene(bodies);
     backend_.upload_positions(w_.x_t0, w_.x_t1, scene_.vertex_count, settings.both_ends);
-    reserve_lists();
-    split_until([this] { launch(); });
+    split_until([this] {
+      reserve_lists();
+      launch();
+    });
   }
 
   Span<const Contact> finish(Statistics& statistics) override {
@@ -245,7 +247,6 @@ class DetectorOn final : public Detector {
     statistics.ms = backend_.times();
   }
 
-  Backend backend_;
   Workspace<Backend> w_;
   SceneView scene_;
   SceneCounts counts_{};
@@ -253,6 +254,7 @@ class DetectorOn final : public Detector {
   std::uint64_t guessed_for_ = 0;  ///< triangles that reserve_lists guessed for
   std::uint32_t chunks_ = 1;       ///< parts that the pair tests are made in
   ChunkCounts total_{};            ///< of the last detection
+  Backend backend_;                ///< the last, so that it goes first: it waits for work that uses all the others
 };
 
 }  // namespace softcd

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <new>
+#include <stdexcept>
+
+#include "softcd/softcd.hpp"
+
+namespace softcd {
+
+/// Carries what a function of the caller's has thrown through guarded().
+struct CallbackException {
+  std::exception_ptr thrown;
+};
+
+/// Calls a function of the caller's.
+template <class Function, class... Arguments>
+decltype(auto) call_back(const Function& function, const Arguments&... arguments) {
+  try {
+    return function(arguments...);
+  } catch (...) {
+    throw CallbackException{std::current_exception()};
+  }
+}
+
+/// Calls f. What leaves it is an Error, or an exception of the caller's own. `memory_problem()` is the text where
+/// memory ran out.
+template <class MemoryProblem, class F>
+decltype(auto) guarded(const MemoryProblem& memory_problem, const F& f) {
+  try {
+    return f();
+  } catch (const CallbackException& exception) {
+    std::rethrow_exception(exception.thrown);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw OutOfMemory(memory_problem());
+  } catch (const std::exception& error) {
+    // oneTBB's, where it cannot start its threads.
+    throw Error(fmt::format("oneTBB failed: {}. Where threads cannot be started, raise the limit on them (ulimit -u).",
+                            error.what()));
+  }
+}
+
+}  // namespace softcd

@@ -1,0 +1,99 @@
+#include "validation.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "body_positions.hpp"
+
+namespace softcd {
+namespace {
+
+constexpr float kSmallestLambda = 0.1F;
+constexpr float kLargestLambda = 100.0F;
+
+/// Enumerators count from 0 to `last`.
+template <class Enum>
+void validate_choice(const char* option, Enum value, Enum last) {
+  if (value <= last) return;
+  throw InvalidInput(fmt::format("{} is {}, which is none of its values; they count from 0 to {}.", option,
+                                 static_cast<std::uint32_t>(value), static_cast<std::uint32_t>(last)));
+}
+
+void validate_end(BodyId id, std::uint32_t vertex_count, const Positions& positions, const char* when) {
+  const std::size_t size = position_size(positions);
+  const std::size_t alignment = size / 3;
+  if (positions.count() != vertex_count) {
+    throw InvalidInput(fmt::format("body {}: {} positions were given for {}, but the body has {} vertices.", id.value,
+                                   positions.count(), when, vertex_count));
+  }
+  if (positions.count() > 0 && positions.data() == nullptr) {
+    throw InvalidInput(fmt::format("body {}: the pointer to its positions for {} is null.", id.value, when));
+  }
+  if (positions.count() > 1 && positions.stride() < size) {
+    throw InvalidInput(
+        fmt::format("body {}: the stride of its positions for {} is {} bytes, but a position is {} bytes long.",
+                    id.value, when, positions.stride(), size));
+  }
+  const bool is_misplaced = reinterpret_cast<std::uintptr_t>(positions.data()) % alignment != 0;
+  if (is_misplaced || (positions.count() > 1 && positions.stride() % alignment != 0)) {
+    throw InvalidInput(fmt::format(
+        "body {}: its positions for {} are misaligned; their address and their stride, {} bytes, must be multiples "
+        "of the {} bytes of a coordinate.",
+        id.value, when, positions.stride(), alignment));
+  }
+}
+
+}  // namespace
+
+void validate_options(const PipelineOptions& options) {
+  validate_choice("backend", options.backend, Backend::cuda);
+  validate_choice("detection", options.detection, Detection::ccd);
+  validate_choice("accuracy", options.accuracy, Accuracy::conservative);
+  validate_choice("broad_phase", options.broad_phase, BroadPhase::uniform);
+  validate_choice("contact_rule", options.contact_rule, ContactRule::slab);
+  if (options.lambda != 0.0F && !(options.lambda >= kSmallestLambda && options.lambda <= kLargestLambda)) {
+    throw InvalidInput(
+        fmt::format("lambda is {}, but a cell size is {} to {} mean radii; use 0 for the measured optimum.",
+                    options.lambda, kSmallestLambda, kLargestLambda));
+  }
+  if (!(options.motion_margin >= 0.0F && std::isfinite(options.motion_margin))) {
+    throw InvalidInput(
+        fmt::format("motion_margin is {}, but it must be finite and at least 0.", options.motion_margin));
+  }
+}
+
+void validate_settings(BodyId id, const BodySettings& settings) {
+  if (!(settings.margin >= 0.0F && std::isfinite(settings.margin))) {
+    throw InvalidInput(fmt::format("body {}: its margin is {}, but a margin must be finite and at least 0.", id.value,
+                                   settings.margin));
+  }
+}
+
+void validate_mesh(BodyId id, const BodyDesc& desc) {
+  for (std::size_t t = 0; t < desc.triangles.size(); ++t) {
+    for (const std::uint32_t v : desc.triangles[t].v) {
+      if (v < desc.vertex_count) continue;
+      throw InvalidInput(
+          fmt::format("body {}: triangle {} has vertex index {}, but the body has {} vertices; indices count from 0.",
+                      id.value, t, v, desc.vertex_count));
+    }
+  }
+  if (desc.triangles.size() >= kMostElements || desc.vertex_count >= kMostElements) {
+    throw InvalidInput(
+        fmt::format("body {}: {} triangles and {} vertices are more than 2^31; split the scene over several pipelines.",
+                    id.value, desc.triangles.size(), desc.vertex_count));
+  }
+  validate_settings(id, desc.settings);
+}
+
+void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& x_t0, const Positions& x_t1) {
+  validate_end(id, vertex_count, x_t0, "t0");
+  validate_end(id, vertex_count, x_t1, "t1");
+  if (x_t0.is_double() != x_t1.is_double()) {
+    throw InvalidInput(fmt::format(
+        "body {}: its positions at t0 and t1 are of different types; give both as float or both as double.", id.value));
+  }
+}
+
+}  // namespace softcd

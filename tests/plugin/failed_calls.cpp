@@ -1,0 +1,191 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "expectations.hpp"
+#include "failing_allocations.hpp"
+#include "mesh_generators.hpp"
+
+// Whichever allocation fails in a call, the pipeline is as it was before.
+namespace softcd::test {
+namespace {
+
+/// Three small bodies that touch each other and themselves.
+Scene small_scene(bool has_strays) {
+  Scene scene{still(crumpled_cloth(6, 5, 0.25, 0.05, 1), everything(0.04F)),
+              moving(moved(grid_cloth(4, 4, 0.25), {0.1, 0.1, 0.06}),
+                     translated(grid_cloth(4, 4, 0.25).positions, {0.15, 0.1, 0.02}), everything(0.05F)),
+              still(moved(icosphere(0, 0.3), {0.4, 0.4, 0.1}), everything(0.03F))};
+  if (has_strays) {
+    for (const std::size_t v : {0U, 7U, 13U}) scene[0].x_t1[v].y = std::numeric_limits<double>::quiet_NaN();
+    scene[2].x_t1[3].x = std::numeric_limits<double>::infinity();
+  }
+  return scene;
+}
+
+BodyDesc desc_of(const SceneBody& body) {
+  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings};
+}
+
+std::vector<Contact> contacts_of(CollisionPipeline& pipeline) {
+  const Span<const Contact> contacts = pipeline.detect();
+  return {contacts.begin(), contacts.end()};
+}
+
+struct Case {
+  Detection detection;
+  bool has_strays;
+};
+
+class FailedCalls : public testing::TestWithParam<Case> {
+ protected:
+  static Scene scene() { return small_scene(GetParam().has_strays); }
+  static LoadedScene fresh() { return load(scene(), test_options(GetParam().detection)); }
+
+  static std::vector<Contact> expected() {
+    LoadedScene loaded = fresh();
+    return contacts_of(loaded.pipeline);
+  }
+
+  /// `change` fails at each of its allocations: nothing has changed then, and the next attempt succeeds. `complete`
+  /// follows a change that has succeeded.
+  template <class Change, class Complete>
+  static void expect_all_or_nothing(const Change& change, const Complete& complete) {
+    const std::vector<Contact> before = expected();
+    std::vector<Contact> after;
+    for_every_allocation([&](std::uint64_t n) {
+      SCOPED_TRACE(testing::Message() << "allocation " << n);
+      LoadedScene loaded = fresh();
+      loaded.pipeline.detect();
+      const bool has_succeeded = succeeds_although(n, [&] { change(loaded); });
+      if (!has_succeeded) {
+        EXPECT_TRUE(identical(before, loaded.pipeline.detect()));
+        change(loaded);
+      }
+      complete(loaded);
+      const std::vector<Contact> found = contacts_of(loaded.pipeline);
+      EXPECT_FALSE(found.empty());
+      EXPECT_TRUE(n == 1 || identical(after, found));
+      after = found;
+      return !has_succeeded && !HasFailure();
+    });
+  }
+
+  /// Whether the call has fewer than n allocations. When it has not, it throws OutOfMemory.
+  template <class Call>
+  static bool succeeds_although(std::uint64_t n, const Call& call) {
+    const FailingAllocation failing(n);
+    try {
+      call();
+    } catch (const OutOfMemory&) {
+      return false;
+    }
+    EXPECT_FALSE(failing.has_failed()) << "survived without a word";
+    return true;
+  }
+
+  /// Whether a detection has fewer than n allocations. When it has not, it throws OutOfMemory or does without.
+  static bool detects_although(std::uint64_t n, CollisionPipeline& pipeline, bool is_asynchronous,
+                               const std::vector<Contact>& wanted) {
+    const FailingAllocation failing(n);
+    try {
+      if (is_asynchronous) pipeline.detect_async();
+      const Span<const Contact> found = is_asynchronous ? pipeline.wait() : pipeline.detect();
+      EXPECT_TRUE(identical(wanted, found));
+    } catch (const OutOfMemory&) {
+      return false;
+    }
+    return !failing.has_failed();
+  }
+};
+
+constexpr auto kNothing = [](LoadedScene& /*loaded*/) {};
+
+TEST_P(FailedCalls, add_body) {
+  const SceneBody more = still(moved(icosphere(0, 0.4), {0.7, 0.4, 0.1}), everything(0.03F));
+  BodyId id;
+  expect_all_or_nothing([&](LoadedScene& loaded) { id = loaded.pipeline.add_body(desc_of(more)); },
+                        [&](LoadedScene& loaded) { loaded.pipeline.set_positions(id, more.x_t1); });
+}
+
+TEST_P(FailedCalls, update_body) {
+  const SceneBody other = still(moved(icosphere(0, 0.4), {0.7, 0.4, 0.1}), everything(0.03F));
+  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.update_body(loaded.ids[0], desc_of(other)); },
+                        [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], other.x_t1); });
+}
+
+TEST_P(FailedCalls, remove_body) {
+  expect_all_or_nothing([](LoadedScene& loaded) { loaded.pipeline.remove_body(loaded.ids[1]); }, kNothing);
+}
+
+TEST_P(FailedCalls, set_settings) {
+  expect_all_or_nothing([](LoadedScene& loaded) { loaded.pipeline.set_settings(loaded.ids[1], everything(0.06F)); },
+                        kNothing);
+}
+
+// Two ends in double after one in float: more to keep.
+TEST_P(FailedCalls, set_positions) {
+  const Scene bodies = scene();
+  std::vector<Vec3f> floats;
+  for (const Vec3d& p : bodies[0].x_t1) floats.push_back(vec3_cast<float>(p));
+  const Positions3 x_t0 = translated(bodies[0].x_t0, {0.0, 0.0, 0.07});
+  std::vector<Contact> after;
+  const std::uint64_t failures = for_every_allocation([&](std::uint64_t n) {
+    SCOPED_TRACE(testing::Message() << "allocation " << n);
+    CollisionPipeline pipeline(test_options(GetParam().detection));
+    const BodyId id = pipeline.add_body(desc_of(bodies[0]));
+    pipeline.set_positions(id, floats);
+    const std::vector<Contact> before = contacts_of(pipeline);
+    const auto change = [&] { pipeline.set_positions(id, x_t0, bodies[0].x_t1); };
+    const bool has_succeeded = succeeds_although(n, change);
+    if (!has_succeeded) {
+      EXPECT_TRUE(identical(before, pipeline.detect()));
+      change();
+    }
+    const std::vector<Contact> found = contacts_of(pipeline);
+    EXPECT_FALSE(found.empty());
+    EXPECT_TRUE(n == 1 || identical(after, found));
+    after = found;
+    return !has_succeeded && !HasFailure();
+  });
+  EXPECT_GE(failures, 2U);
+}
+
+// The positions are those of a frame that is gone when the detection has failed.
+TEST_P(FailedCalls, detect) {
+  const std::vector<Contact> wanted = expected();
+  for (const bool is_first : {true, false}) {
+    const std::uint64_t failures = for_every_allocation([&](std::uint64_t n) {
+      SCOPED_TRACE(testing::Message() << "allocation " << n << (is_first ? " of the first" : " of the second"));
+      LoadedScene loaded = fresh();
+      if (!is_first) {
+        loaded.pipeline.detect();
+        // The topology has to be uploaded again.
+        loaded.pipeline.remove_body(loaded.pipeline.add_body(desc_of(loaded.scene[2])));
+      }
+      auto frame = std::make_unique<Scene>(std::move(loaded.scene));
+      for (std::size_t b = 0; b < frame->size(); ++b)
+        loaded.pipeline.set_positions(loaded.ids[b], (*frame)[b].x_t0, (*frame)[b].x_t1);
+      const bool has_succeeded = detects_although(n, loaded.pipeline, n % 2 == 0, wanted);
+      frame.reset();
+      EXPECT_TRUE(identical(wanted, loaded.pipeline.detect()));
+      return !has_succeeded && !HasFailure();
+    });
+    EXPECT_GT(failures, is_first ? 50U : 10U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, FailedCalls,
+                         testing::Values(Case{Detection::dcd, false}, Case{Detection::ccd, false},
+                                         Case{Detection::dcd, true}, Case{Detection::ccd, true}),
+                         [](const auto& test) {
+                           return std::string(test.param.detection == Detection::dcd ? "dcd" : "ccd") +
+                                  (test.param.has_strays ? "_with_strays" : "");
+                         });
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,51 @@
+#include "failing_allocations.hpp"
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+namespace softcd::test {
+namespace {
+
+/// Calls until one fails; 0 and below: none will.
+std::atomic<std::int64_t> calls_left{0};
+
+void* allocate(std::size_t size) {
+  if (calls_left.load(std::memory_order_relaxed) > 0 && calls_left.fetch_sub(1) == 1) throw std::bad_alloc();
+  void* const memory = std::malloc(size > 0 ? size : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+FailingAllocation::FailingAllocation(std::uint64_t n) {
+  calls_left = static_cast<std::int64_t>(n);
+}
+FailingAllocation::~FailingAllocation() {
+  calls_left = 0;
+}
+bool FailingAllocation::has_failed() const {
+  return calls_left <= 0;
+}
+
+}  // namespace softcd::test
+
+void* operator new(std::size_t size) {
+  return softcd::test::allocate(size);
+}
+void* operator new[](std::size_t size) {
+  return softcd::test::allocate(size);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
