@@ -408,8 +408,10 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
       "The detector alone: discrete detection in float32 (dcd fast; contacts within a tenth of an edge) and\n"
       "continuous detection in float64 (ccd precise; collisions), vertex-triangle and edge-edge, on one step each of\n"
       "generated scenes and of meshes from files. Median times in milliseconds");
-  demo::add_choices(*command, "--scene", kScenes, options.scenes,
-                    "A cloth in a funnel (18K triangles), a cloth on a ball (92K), 450 balls and 4 cones (144K)");
+  demo::add_choices(
+      *command, "--scene", kScenes, options.scenes,
+      "A cloth in a funnel (18K triangles), a cloth on a ball (92K), 450 balls and 4 cones (144K), 1,000\n"
+      "boxes of 12 triangles. Left out: the first three");
   CLI::Option* t0 =
       command->add_option("--t0", options.first_frame, "Instead: a mesh at the start of a step, PLY or OBJ")
           ->option_text("FILE");

@@ -383,6 +383,24 @@ DetectorScene make_n_body(double scale) {
   return scene;
 }
 
+DetectorScene make_many_bodies(double scale) {
+  const std::vector<Triangle> triangles = {{{0, 1, 3}}, {{0, 3, 2}}, {{4, 7, 5}}, {{4, 6, 7}},
+                                           {{0, 5, 1}}, {{0, 4, 5}}, {{2, 3, 7}}, {{2, 7, 6}},
+                                           {{0, 2, 6}}, {{0, 6, 4}}, {{1, 5, 7}}, {{1, 7, 3}}};
+  const auto count = std::max<std::uint64_t>(8, static_cast<std::uint64_t>(std::llround(1000 * scale)));
+  const double half_room = 1.25 * std::cbrt(static_cast<double>(count));  // 16 boxes' volume for each
+  DetectorScene scene{"many-bodies", 1.0, {}};
+  for (std::uint64_t i = 0; i < count; ++i) {
+    std::vector<Vec3d> corners;
+    for (int c = 0; c < 8; ++c) {
+      corners.push_back(half_room * noise_vector(2 * i) + Vec3d{double(c & 1), double(c >> 1 & 1), double(c >> 2)});
+    }
+    const std::vector<Vec3f> x_t0 = to_floats(corners);
+    scene.bodies.push_back({triangles, x_t0, moved(x_t0, 0.1 * noise_vector(2 * i + 1)), BodySettings{}});
+  }
+  return scene;
+}
+
 DetectorScene read_scene(const std::filesystem::path& t0, const std::filesystem::path& t1) {
   const demo::Mesh first = demo::read_mesh(t0);
   const demo::Mesh second = demo::read_mesh(t1);

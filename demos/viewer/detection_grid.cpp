@@ -40,7 +40,7 @@ std::vector<T> copy_of(const T* values, std::uint64_t count) {
 /// The CPU backend, which in passing writes down what it sees.
 class RecordingBackend : public CpuBackend {
  public:
-  explicit RecordingBackend(GridRecord* record) : record_(*record) {}
+  RecordingBackend(MemoryAccount& account, GridRecord* record) : CpuBackend(account), record_(*record) {}
 
   using CpuBackend::for_each;
   using CpuBackend::for_each_append;

@@ -18,6 +18,7 @@
 #include "radix_sort.hpp"
 #include "softcd/core/team.hpp"
 #include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/output.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
 #include "softcd/pipeline/workspace.hpp"
@@ -37,21 +38,15 @@ class CpuBackend {
     static_assert(std::is_trivially_copyable_v<T>);
 
    public:
+    /// Keeps the first `kept` values. Where there are none, what was held is given back first.
     void reserve(CpuBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       if (capacity <= capacity_) return;
-      const std::uint64_t more = (capacity - capacity_) * sizeof(T);
-      backend.check_limit(more);
-      std::unique_ptr<std::byte[]> grown(new std::byte[capacity * sizeof(T)]);
+      if (kept == 0) *this = {};
+      const std::uint64_t bytes = capacity * sizeof(T);
+      Memory grown(backend.account_, bytes, [&] { return std::unique_ptr<std::byte[]>(new std::byte[bytes]); });
       if (kept > 0) std::memcpy(grown.get(), memory_.get(), std::min(kept, capacity_) * sizeof(T));
-      backend.bytes_ += more;
-      backend.peak_bytes_ = std::max(backend.peak_bytes_, backend.bytes_);
       memory_ = std::move(grown);
       capacity_ = capacity;
-    }
-    void release(CpuBackend& backend) {
-      backend.bytes_ -= capacity_ * sizeof(T);
-      memory_.reset();
-      capacity_ = 0;
     }
     T* data() { return reinterpret_cast<T*>(memory_.get()); }
     const T* data() const { return reinterpret_cast<const T*>(memory_.get()); }
@@ -59,7 +54,9 @@ class CpuBackend {
     void rewind() {}
 
    private:
-    std::unique_ptr<std::byte[]> memory_;
+    using Memory = AccountedMemory<std::unique_ptr<std::byte[]>>;
+
+    Memory memory_;
     std::uint64_t capacity_ = 0;
   };
 
@@ -68,6 +65,7 @@ class CpuBackend {
   class SortBuffer {
    public:
     void reserve(CpuBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
+      if (capacity > scratch_.capacity()) scratch_ = {};
       current_.reserve(backend, capacity, kept);
       scratch_.reserve(backend, capacity, 0);
     }
@@ -81,7 +79,7 @@ class CpuBackend {
     Buffer<T> scratch_;
   };
 
-  CpuBackend() = default;
+  explicit CpuBackend(MemoryAccount& account) : account_(account) {}
   CpuBackend(const CpuBackend&) = delete;
   CpuBackend& operator=(const CpuBackend&) = delete;
   /// A detection that nobody waited for is waited for; its result, or its failure, interests nobody.
@@ -263,10 +261,7 @@ class CpuBackend {
   }
 
   void count_rerun() { ++reruns_; }
-  void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
-  std::uint64_t memory_limit() const { return memory_limit_; }
-  std::uint64_t bytes() const { return bytes_; }
-  std::uint64_t peak_bytes() const { return peak_bytes_; }
+  void give_scratch_back() {}
   std::uint64_t reruns() const { return reruns_; }
   const StageTimes& times() const { return times_; }
 
@@ -428,11 +423,6 @@ class CpuBackend {
                       [&](const tbb::blocked_range<std::uint64_t>& range) { f(range.begin(), range.end()); });
   }
 
-  /// Throws when `more` bytes would exceed the limit.
-  void check_limit(std::uint64_t more) const {
-    if (memory_limit_ > 0 && bytes_ + more > memory_limit_) throw std::bad_alloc();
-  }
-
   static double milliseconds(Clock::time_point begin, Clock::time_point end) {
     return std::chrono::duration<double, std::milli>(end - begin).count();
   }
@@ -443,6 +433,7 @@ class CpuBackend {
     part_start_ = now;
   }
 
+  MemoryAccount& account_;
   tbb::task_group task_;
   const Counters* counters_ = nullptr;
   const Contact* contacts_ = nullptr;
@@ -450,9 +441,6 @@ class CpuBackend {
   Clock::time_point part_start_{};
   Stage stage_ = Stage::transfer;
   StageTimes times_;
-  std::uint64_t bytes_ = 0;
-  std::uint64_t peak_bytes_ = 0;
-  std::uint64_t memory_limit_ = 0;
   std::uint64_t reruns_ = 0;
 };
 

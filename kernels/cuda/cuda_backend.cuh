@@ -13,6 +13,7 @@
 #include "device_memory.hpp"
 #include "generic_kernels.cuh"
 #include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/output.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
 #include "softcd/pipeline/workspace.hpp"
@@ -52,7 +53,8 @@ class CudaBackend {
   static constexpr bool kKnowsCounts = false;
 
   /// Enqueues on the caller's stream, or, when that is null, on one of its own.
-  explicit CudaBackend(cudaStream_t stream) : stream_(stream), owns_stream_(stream == nullptr) {
+  CudaBackend(MemoryAccount& account, cudaStream_t stream)
+      : account_(account), stream_(stream), owns_stream_(stream == nullptr) {
     if (owns_stream_) check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
     int device = 0;
     check_cuda(cudaGetDevice(&device), "cudaGetDevice");
@@ -71,28 +73,27 @@ class CudaBackend {
   template <class T>
   class Buffer {
    public:
+    /// Keeps the first `kept` values. Where there are none, what was held is given back first.
     void reserve(CudaBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       if (capacity <= capacity_) return;
-      const std::uint64_t more = (capacity - capacity_) * sizeof(T);
-      if (backend.memory_limit_ > 0 && backend.bytes_ + more > backend.memory_limit_) throw std::bad_alloc();
-      DeviceMemory<T> grown(capacity);
+      if (kept == 0) release(backend);
+      const std::uint64_t bytes = capacity * sizeof(T);
+      Memory grown(backend.account_, bytes, [&] { return DeviceMemory<T>(capacity); });
       // Sorts move what lies behind the last value, 16-byte copies what lies between: nothing of it is ever undefined.
-      check_cuda(cudaMemsetAsync(grown.get(), 0, capacity * sizeof(T), backend.stream_), "growing a buffer");
+      check_cuda(cudaMemsetAsync(grown.get(), 0, bytes, backend.stream_), "growing a buffer");
       if (kept > 0) {
         check_cuda(cudaMemcpyAsync(grown.get(), memory_.get(), std::min(kept, capacity_) * sizeof(T),
                                    cudaMemcpyDeviceToDevice, backend.stream_),
                    "growing a buffer");
       }
       check_cuda(cudaStreamSynchronize(backend.stream_), "growing a buffer");
-      backend.bytes_ += more;
-      backend.peak_bytes_ = std::max(backend.peak_bytes_, backend.bytes_);
       ++backend.allocations_;
       memory_ = std::move(grown);
       capacity_ = capacity;
     }
     void release(CudaBackend& backend) {
+      if (capacity_ == 0) return;
       check_cuda(cudaStreamSynchronize(backend.stream_), "giving memory back");
-      backend.bytes_ -= capacity_ * sizeof(T);
       ++backend.allocations_;
       memory_ = {};
       capacity_ = 0;
@@ -102,7 +103,9 @@ class CudaBackend {
     void rewind() {}
 
    private:
-    DeviceMemory<T> memory_;
+    using Memory = AccountedMemory<DeviceMemory<T>>;
+
+    Memory memory_;
     std::uint64_t capacity_ = 0;
   };
 
@@ -111,6 +114,7 @@ class CudaBackend {
    public:
     void reserve(CudaBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       rewind();
+      if (capacity > scratch_.capacity()) scratch_.release(backend);
       current_.reserve(backend, capacity, kept);
       scratch_.reserve(backend, capacity, 0);
     }
@@ -321,10 +325,11 @@ class CudaBackend {
   }
 
   void count_rerun() { ++reruns_; }
-  void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
-  std::uint64_t memory_limit() const { return memory_limit_; }
-  std::uint64_t bytes() const { return bytes_; }
-  std::uint64_t peak_bytes() const { return peak_bytes_; }
+  /// Once nothing runs that uses it, or what the caller is about to give back.
+  void give_scratch_back() {
+    check_cuda(cudaStreamSynchronize(stream_), "giving memory back");
+    scratch_.release(*this);
+  }
   std::uint64_t reruns() const { return reruns_; }
   const StageTimes& times() const { return times_; }
 
@@ -388,6 +393,7 @@ class CudaBackend {
     }
   }
 
+  MemoryAccount& account_;
   cudaStream_t stream_ = nullptr;
   bool owns_stream_ = false;
   int processors_ = 0;
@@ -399,9 +405,6 @@ class CudaBackend {
   std::array<Stage, kMostParts> parts_{};
   std::size_t part_count_ = 0;
   StageTimes times_;
-  std::uint64_t bytes_ = 0;
-  std::uint64_t peak_bytes_ = 0;
-  std::uint64_t memory_limit_ = 0;
   std::uint64_t reruns_ = 0;
 
   std::uint64_t allocations_ = 0;         ///< changes when any buffer moves

@@ -55,6 +55,10 @@ class DetectorOnDevice final : public Detector {
     }
   }
 
+  bool set_memory_limit(std::uint64_t bytes) override {
+    const DeviceGuard guard(device_);
+    return detector_->set_memory_limit(bytes);
+  }
   void set_topology(const SceneTopology& topology) override {
     const DeviceGuard guard(device_);
     detector_->set_topology(topology);
@@ -71,6 +75,7 @@ class DetectorOnDevice final : public Detector {
     const DeviceGuard guard(device_);
     return detector_->finish(statistics);
   }
+  void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
 
  private:
   int device_;

@@ -21,6 +21,7 @@ struct Participation {
 /// A body as the pipeline keeps it.
 struct Body {
   BodyId id;
+  bool is_removed = false;  ///< only its place is left
   Topology topology;
   BodySettings settings;
   Participation participation;

@@ -59,9 +59,12 @@ class CollisionPipeline::Implementation {
   }
 
   void remove_body(BodyId id) {
-    const Body& body = find(id);
-    bodies_.erase(bodies_.begin() + (&body - bodies_.data()));
+    Body& body = find(id);
+    body = {};
+    body.id = id;
+    body.is_removed = true;
     topology_changed_ = true;
+    if (++removed_count_ > bodies_.size() / 2) sweep_out_removed();
   }
 
   void set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1) {
@@ -100,9 +103,10 @@ class CollisionPipeline::Implementation {
     drop_running();
     Running running;
     const Clock::time_point begin = Clock::now();
-    guarded([&] { return preparation_problem(); }, [&] { running = prepare(); });
+    guarded_in_memory([&] { return preparation_problem(); }, [&] { running = prepare(); });
     if (running.has_work) {
-      guarded([&] { return detection_problem(); }, [&] { detector_->start(pairs_.view(), running.settings); });
+      guarded_in_memory([&] { return detection_problem(); },
+                        [&] { detector_->start(pairs_.view(), running.settings); });
     }
     running.statistics.backend = detector_->backend();
     running.preparation_ms = milliseconds_since(begin);
@@ -115,7 +119,7 @@ class CollisionPipeline::Implementation {
     Running running = *std::exchange(running_, std::nullopt);
     Span<const Contact> contacts;
     if (running.has_work) {
-      guarded([&] { return detection_problem(); }, [&] { contacts = detector_->finish(running.statistics); });
+      guarded_in_memory([&] { return detection_problem(); }, [&] { contacts = detector_->finish(running.statistics); });
     }
     running.statistics.ms.transfer += running.preparation_ms;
     running.statistics.ms.total += running.preparation_ms;
@@ -138,17 +142,37 @@ class CollisionPipeline::Implementation {
     return select_detector(options, [this](LogLevel level, std::string_view message) { log(level, message); });
   }
 
+  /// guarded(), with statistics() of how much memory there was where it ran out.
+  template <class MemoryProblem, class F>
+  void guarded_in_memory(const MemoryProblem& memory_problem, const F& f) {
+    guarded(
+        [&] {
+          detector_->report_memory(statistics_);
+          return memory_problem();
+        },
+        f);
+  }
+
   Body& find(BodyId id) {
     const auto found = std::lower_bound(bodies_.begin(), bodies_.end(), id,
                                         [](const Body& body, BodyId wanted) { return body.id < wanted; });
-    if (found == bodies_.end() || found->id != id) {
+    if (found == bodies_.end() || found->id != id || found->is_removed) {
       throw InvalidInput(fmt::format("body {} is not in the pipeline; it was removed, or never added.", id.value));
     }
     return *found;
   }
 
+  /// Removed bodies leave their places only all at once: one at a time would be quadratic.
+  void sweep_out_removed() {
+    if (std::exchange(removed_count_, 0) == 0) return;
+    const auto kept_end =
+        std::remove_if(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.is_removed; });
+    bodies_.erase(kept_end, bodies_.end());
+  }
+
   /// Everything that a detection needs, but for the detector's start.
   Running prepare() {
+    sweep_out_removed();
     std::vector<BodySurvey> surveys =
         survey_bodies(bodies_, options_.detection == Detection::ccd, measures_moves(options_));
     leave_out_strays(surveys);
@@ -160,6 +184,7 @@ class CollisionPipeline::Implementation {
     running.statistics = scene_statistics();
     const Vec3d origin = scene_origin(surveys);
     const bool moves = some_body_moves(surveys);
+    detector_->set_memory_limit(options_.memory_limit);
     upload_topology();
     write_positions(bodies_, origin, moves || measures_moves(options_), detector_->position_arrays(), surveys);
     pairs_ = select_pairs(bodies_, surveys, origin, margin_growth(options_), guarded_filter());
@@ -276,7 +301,8 @@ class CollisionPipeline::Implementation {
   PipelineOptions options_;
   PairFilter pair_filter_;
   LogCallback log_;
-  std::vector<Body> bodies_;  ///< ascending ids
+  std::vector<Body> bodies_;       ///< ascending ids
+  std::size_t removed_count_ = 0;  ///< of bodies_
   std::uint32_t next_id_ = 0;
   bool topology_changed_ = true;
   SceneArrays scene_;    ///< what the detector has of the bodies

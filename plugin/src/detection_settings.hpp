@@ -27,17 +27,11 @@ inline bool some_body_moves(const std::vector<BodySurvey>& surveys) {
 }
 
 inline DetectionSettings detection_settings(const PipelineOptions& options, const PairSelection& pairs, bool moves) {
-  return {options.detection,
-          options.accuracy,
-          options.broad_phase,
-          options.subdivision,
-          options.lambda,
-          pairs.pair_count > 0 ? options.motion_margin : 0.0F,
-          options.contact_rule,
-          options.memory_limit,
-          pairs.vertex_triangle,
-          pairs.edge_edge,
-          moves || (measures_moves(options) && pairs.pair_count > 0)};
+  return {options.detection,    options.accuracy,
+          options.broad_phase,  options.subdivision,
+          options.lambda,       pairs.pair_count > 0 ? options.motion_margin : 0.0F,
+          options.contact_rule, pairs.vertex_triangle,
+          pairs.edge_edge,      moves || (measures_moves(options) && pairs.pair_count > 0)};
 }
 
 }  // namespace softcd

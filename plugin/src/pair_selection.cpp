@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <utility>
+
+#include "box_pairs.hpp"
 
 namespace softcd {
 namespace {
@@ -38,44 +39,46 @@ bool is_wanted(const BodySettings& a, const BodySettings& b) {
   return (vertex_triangle || edge_edge) && !(a.kinematic && b.kinematic);
 }
 
-/// Pairs (i < j) of overlapping boxes, ascending: sweep along x.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> overlapping_pairs(const std::vector<Box>& boxes) {
-  std::vector<std::uint32_t> order(boxes.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return boxes[a].lo.x < boxes[b].lo.x; });
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const Box& box = boxes[order[i]];
-    for (std::size_t j = i + 1; j < order.size() && boxes[order[j]].lo.x <= box.hi.x; ++j) {
-      if (overlap(box, boxes[order[j]])) pairs.emplace_back(std::min(order[i], order[j]), std::max(order[i], order[j]));
-    }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
-}
-
+/// Takes pairs that may touch.
 class Selection {
  public:
-  explicit Selection(PairSelection& out) : out_(out) {}
+  Selection(const std::vector<Body>& bodies, const std::vector<Box>& boxes, PairSelection& out)
+      : bodies_(bodies), boxes_(boxes), out_(out) {}
 
-  void allow(std::uint32_t a, std::uint32_t b, const BodySettings& settings_a, const BodySettings& settings_b,
-             const Box& box_a, const Box& box_b) {
-    set(a, b);
-    set(b, a);
-    out_.bodies[a].reach = merged(out_.bodies[a].reach, box_b);
-    out_.bodies[b].reach = merged(out_.bodies[b].reach, box_a);
-    out_.vertex_triangle |= settings_a.features.vertex_triangle && settings_b.features.vertex_triangle;
-    out_.edge_edge |= settings_a.features.edge_edge && settings_b.features.edge_edge;
+  void allow(std::uint32_t a, std::uint32_t b) {
+    const Features& features_a = bodies_[a].settings.features;
+    const Features& features_b = bodies_[b].settings.features;
+    pairs_.emplace_back(a, b);
+    out_.bodies[a].reach = merged(out_.bodies[a].reach, boxes_[b]);
+    out_.bodies[b].reach = merged(out_.bodies[b].reach, boxes_[a]);
+    out_.vertex_triangle |= features_a.vertex_triangle && features_b.vertex_triangle;
+    out_.edge_edge |= features_a.edge_edge && features_b.edge_edge;
     ++(a == b ? out_.self_count : out_.pair_count);
   }
 
- private:
-  void set(std::uint32_t row, std::uint32_t column) {
-    out_.may_touch[static_cast<std::size_t>(row) * out_.pair_words + (column >> 5)] |= 1U << (column & 31U);
+  /// Enters every pair in both rows. In ascending order of pairs, rows become ascending.
+  void write_rows() {
+    std::sort(pairs_.begin(), pairs_.end());
+    std::vector<std::uint64_t>& begin = out_.partner_begin;
+    begin.assign(out_.bodies.size() + 1, 0);
+    for (const auto& [a, b] : pairs_) {
+      ++begin[a + 1];
+      if (a != b) ++begin[b + 1];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint64_t> next = begin;
+    out_.partners.resize(begin.back());
+    for (const auto& [a, b] : pairs_) {
+      out_.partners[next[a]++] = b;
+      if (a != b) out_.partners[next[b]++] = a;
+    }
   }
 
+ private:
+  const std::vector<Body>& bodies_;
+  const std::vector<Box>& boxes_;
   PairSelection& out_;
+  std::vector<IndexPair> pairs_;
 };
 
 }  // namespace
@@ -83,8 +86,6 @@ class Selection {
 PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<BodySurvey>& surveys, Vec3d origin,
                            const MarginGrowth& growth, const PairFilter& filter) {
   PairSelection out;
-  out.pair_words = static_cast<std::uint32_t>((bodies.size() + 31) / 32);
-  out.may_touch.assign(bodies.size() * out.pair_words, 0U);
   std::vector<Box> boxes;
   std::uint32_t first_vertex = 0;
   std::uint32_t first_triangle = 0;
@@ -102,11 +103,11 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
     boxes.push_back(grown_box(surveys[b].extent, origin, margin, growth));
   }
 
-  Selection selection(out);
+  Selection selection(bodies, boxes, out);
   for (std::uint32_t b = 0; b < bodies.size(); ++b) {
     const BodySettings& settings = bodies[b].settings;
     if (settings.self_collision && !surveys[b].extent.is_empty && is_wanted(settings, settings)) {
-      selection.allow(b, b, settings, settings, boxes[b], boxes[b]);
+      selection.allow(b, b);
       const std::optional<NeighbourFeatures>& neighbours = bodies[b].participation.neighbours;
       out.bodies[b].lists_neighbours = neighbours && neighbours->are_listed;
     }
@@ -116,9 +117,9 @@ PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<Bo
     if (surveys[a].extent.is_empty || surveys[b].extent.is_empty) continue;
     if (!groups_allow(bodies[a].settings, bodies[b].settings) || !is_wanted(bodies[a].settings, bodies[b].settings))
       continue;
-    if (filter && !filter(bodies[a].id, bodies[b].id)) continue;
-    selection.allow(a, b, bodies[a].settings, bodies[b].settings, boxes[a], boxes[b]);
+    if (!filter || filter(bodies[a].id, bodies[b].id)) selection.allow(a, b);
   }
+  selection.write_rows();
   return out;
 }
 

@@ -9,14 +9,14 @@ namespace softcd {
 /// Which bodies may touch in this detection, and where.
 struct PairSelection {
   std::vector<SceneBody> bodies;
-  std::vector<std::uint32_t> may_touch;  ///< see SceneView
-  std::uint32_t pair_words = 0;
+  std::vector<std::uint64_t> partner_begin;  ///< these two: see SceneView
+  std::vector<std::uint32_t> partners;
   std::uint64_t pair_count = 0;  ///< of different bodies
   std::uint64_t self_count = 0;
   bool vertex_triangle = false;  ///< some pair wants these features
   bool edge_edge = false;
 
-  SceneBodies view() const { return {bodies, may_touch, pair_words}; }
+  SceneBodies view() const { return {bodies, partner_begin, partners}; }
 };
 
 /// How far beyond its margin a body's features can be in contact.

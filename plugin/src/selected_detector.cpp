@@ -34,10 +34,11 @@ void SelectedDetector::use_device() {
   reason_ = wanted_ == Backend::cuda ? "CUDA was asked for" : "a CUDA device is usable";
 }
 
-/// The detector in use, made where it was not yet, with the topology.
+/// The detector in use, made where it was not yet, with the memory limit and the topology.
 Detector& SelectedDetector::prepared() {
   Slot& slot = backend_ == Backend::cpu ? cpu_ : device_;
   if (slot.detector == nullptr) slot = {backend_ == Backend::cpu ? make_cpu_detector() : make_device_(), false};
+  if (!slot.detector->set_memory_limit(memory_limit_)) slot.is_current = false;
   if (!slot.is_current) slot.detector->set_topology(topology_);
   slot.is_current = true;
   return *slot.detector;
@@ -59,10 +60,7 @@ bool SelectedDetector::succeeds_on_device(const F& f) {
     make_device_ = {};
     take_over(error.what());
   } catch (const std::bad_alloc&) {
-    if (wanted_ == Backend::cuda) {
-      device_ = {};
-      throw;
-    }
+    if (wanted_ == Backend::cuda) throw;
     take_over("the device's memory does not suffice");
   }
   return false;
@@ -83,6 +81,11 @@ void SelectedDetector::take_over(const std::string& problem) {
   if (log_ && !std::exchange(has_warned_, true)) {
     log_(LogLevel::warning, fmt::format("{}: the CPU takes over{}", problem, make_device_ ? " where it must" : ""));
   }
+}
+
+bool SelectedDetector::set_memory_limit(std::uint64_t bytes) {
+  memory_limit_ = bytes;
+  return true;
 }
 
 void SelectedDetector::set_topology(const SceneTopology& topology) {
@@ -129,6 +132,11 @@ Span<const Contact> SelectedDetector::finish(Statistics& statistics) {
   }
   statistics.backend = backend_;
   return contacts;
+}
+
+void SelectedDetector::report_memory(Statistics& statistics) const {
+  const Slot& slot = backend_ == Backend::cpu ? cpu_ : device_;
+  if (slot.detector != nullptr) slot.detector->report_memory(statistics);
 }
 
 std::unique_ptr<SelectedDetector> select_detector(const PipelineOptions& options, LogCallback log) {

@@ -22,10 +22,12 @@ class SelectedDetector final : public Detector {
   /// device. Throws BackendError when `wanted` cannot be had.
   SelectedDetector(Backend wanted, LogCallback log, DetectorFactory make_device, const std::string& device_problem);
 
+  bool set_memory_limit(std::uint64_t bytes) override;
   void set_topology(const SceneTopology& topology) override;
   PositionArrays position_arrays() override;
   void start(const SceneBodies& bodies, const DetectionSettings& settings) override;
   Span<const Contact> finish(Statistics& statistics) override;
+  void report_memory(Statistics& statistics) const override;
 
   /// Where the last detection ran, or the next one is expected to.
   Backend backend() const { return backend_; }
@@ -55,6 +57,7 @@ class SelectedDetector final : public Detector {
   std::string reason_;
   bool has_to_choose_ = false;  ///< the scene is another one, or the device has just failed
   bool has_warned_ = false;
+  std::uint64_t memory_limit_ = 0;
   SceneTopology topology_;
   PositionArrays positions_{};  ///< of the detector in use, written for the next detection
   SceneBodies bodies_{};        ///< of the detection that runs

@@ -56,13 +56,13 @@ class HostScene {
  public:
   HostScene(std::vector<HostBody> bodies, bool continuous) : bodies_(std::move(bodies)), continuous_(continuous) {
     for (const HostBody& body : bodies_) append(body);
-    pair_words_ = (static_cast<std::uint32_t>(bodies_.size()) + 31) / 32;
-    may_touch_.resize(bodies_.size() * pair_words_);
     for (std::uint32_t a = 0; a < bodies_.size(); ++a) {
+      partner_begin_.push_back(partners_.size());
       for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
-        if (a != b || bodies_[a].self_collision) may_touch_[a * pair_words_ + b / 32] |= 1U << (b % 32);
+        if (a != b || bodies_[a].self_collision) partners_.push_back(b);
       }
     }
+    partner_begin_.push_back(partners_.size());
   }
 
   SceneView view() const {
@@ -76,14 +76,14 @@ class HostScene {
     view.triangle_body = triangle_body_.data();
     view.vertex_body = vertex_body_.data();
     view.bodies = scene_bodies_.data();
-    view.may_touch = may_touch_.data();
-    view.pair_words = pair_words_;
+    view.partner_begin = partner_begin_.data();
+    view.partners = partners_.data();
     view.vertex_count = static_cast<std::uint32_t>(x_t1_.size());
     view.triangle_count = static_cast<std::uint32_t>(triangles_.size());
     view.edge_count = static_cast<std::uint32_t>(edges_.size());
     view.body_count = static_cast<std::uint32_t>(bodies_.size());
     view.is_swept = continuous_;
-    view.summarize_pairs(may_touch_);
+    view.summarize_pairs(partner_begin_, partners_);
     return view;
   }
 
@@ -133,9 +133,9 @@ class HostScene {
   std::vector<Triangle> triangles_, triangle_edges_;
   std::vector<Edge> edges_;
   std::vector<Ownership> ownership_;
-  std::vector<std::uint32_t> triangle_body_, vertex_body_, may_touch_;
+  std::vector<std::uint32_t> triangle_body_, vertex_body_, partners_;
+  std::vector<std::uint64_t> partner_begin_;
   std::vector<softcd::SceneBody> scene_bodies_;
-  std::uint32_t pair_words_ = 0;
 };
 
 /// Of a scene of so many triangles that large ones are split.

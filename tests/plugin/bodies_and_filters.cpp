@@ -237,5 +237,47 @@ TEST(Bodies, many_small_ones) {
   EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 100U);
 }
 
+/// A square of `side`^2 single triangles, each of which touches those before and behind it.
+Scene triangles_in_rows(std::uint32_t side) {
+  Scene scene;
+  for (std::uint32_t i = 0; i < side * side; ++i) {
+    Mesh triangle;
+    triangle.triangles = {{{0, 1, 2}}};
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+    scene.push_back(still(moved(triangle, {2.0 * (i / side), 0.0, 0.9 * (i % side)}), BodySettings{}));
+    scene.back().settings.margin = 0.001F;
+  }
+  return scene;
+}
+
+TEST(Bodies, cost_memory_in_proportion_to_their_number) {
+  const Outcome few = outcome_of(triangles_in_rows(10), test_options(Detection::dcd));
+  const Outcome many = outcome_of(triangles_in_rows(80), test_options(Detection::dcd));
+  ASSERT_GT(few.contacts.size(), 90U);
+  EXPECT_EQ(many.contacts.size() * 90, few.contacts.size() * 80 * 79);
+  EXPECT_LT(many.statistics.peak_bytes, 64 * few.statistics.peak_bytes);
+}
+
+TEST(Bodies, removed_many_at_a_time) {
+  const Scene scene = triangles_in_rows(30);
+  LoadedScene loaded = load(scene, test_options(Detection::dcd));
+  Scene left;
+  for (std::size_t i = 0; i < loaded.ids.size(); ++i) {
+    if (i % 5 == 0) {
+      left.push_back(scene[i]);
+      continue;
+    }
+    loaded.pipeline.remove_body(loaded.ids[i]);
+    EXPECT_THROW(loaded.pipeline.remove_body(loaded.ids[i]), InvalidInput);
+    EXPECT_THROW(loaded.pipeline.set_settings(loaded.ids[i], {}), InvalidInput);
+  }
+  const BodyId last =
+      loaded.pipeline.add_body({scene[1].triangles, static_cast<std::uint32_t>(scene[1].x_t1.size()), {}});
+  EXPECT_EQ(last.value, scene.size());
+  loaded.pipeline.remove_body(last);
+  EXPECT_EQ(loaded.pipeline.detect().size(), detect_once(left, test_options(Detection::dcd)).size());
+  EXPECT_EQ(loaded.pipeline.statistics().bodies, left.size());
+}
+
 }  // namespace
 }  // namespace softcd::test

@@ -38,6 +38,7 @@ class FaultyDevice final : public Detector {
     fault_.at(Failing::construction);
   }
 
+  bool set_memory_limit(std::uint64_t bytes) override { return detector_->set_memory_limit(bytes); }
   void set_topology(const SceneTopology& topology) override {
     fault_.at(Failing::topology);
     detector_->set_topology(topology);
@@ -55,6 +56,7 @@ class FaultyDevice final : public Detector {
     fault_.at(Failing::finish);
     return contacts;
   }
+  void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
 
  private:
   Fault& fault_;
@@ -94,7 +96,7 @@ class DeviceFailures : public testing::Test {
     detector.set_topology(scene_.topology());
     write_positions(bodies_, {0, 0, 0}, continuous, detector.position_arrays(), surveys);
     detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F,
-                                  ContactRule::distance, 0, true, true, continuous});
+                                  ContactRule::distance, true, true, continuous});
     const Span<const Contact> contacts = detector.finish(statistics_);
     return {contacts.begin(), contacts.end()};
   }

@@ -74,6 +74,74 @@ TEST(MemoryLimitErrors, a_limit_that_no_parts_can_meet_is_an_error_that_names_it
   EXPECT_TRUE(identical(detect_within(0, Detection::dcd).contacts, loaded.pipeline.detect()));
 }
 
+TEST(MemoryLimitErrors, the_limit_of_the_detection_that_starts_holds_for_its_topology) {
+  PipelineOptions options = test_options(Detection::dcd);
+  options.memory_limit = 100'000;
+  LoadedScene loaded = load({still(icosphere(1, 0.1), everything(0.001F))}, options);
+  loaded.pipeline.detect();
+  const Scene more = crowd();
+  const BodyId added =
+      loaded.pipeline.add_body({more[0].triangles, static_cast<std::uint32_t>(more[0].x_t1.size()), more[0].settings});
+  loaded.pipeline.set_positions(added, more[0].x_t1);
+  EXPECT_THROW(loaded.pipeline.detect(), OutOfMemory);
+  for (const std::uint64_t limit : {std::uint64_t{0}, kPlenty}) {
+    LoadedScene raised = load({still(icosphere(1, 0.1), everything(0.001F))}, options);
+    raised.pipeline.detect();
+    const BodyId crowded = raised.pipeline.add_body(
+        {more[0].triangles, static_cast<std::uint32_t>(more[0].x_t1.size()), more[0].settings});
+    raised.pipeline.set_positions(crowded, more[0].x_t1);
+    options.memory_limit = limit;
+    raised.pipeline.set_options(options);
+    options.memory_limit = 100'000;
+    EXPECT_GT(raised.pipeline.detect().size(), 50U);
+  }
+}
+
+TEST(MemoryLimitErrors, a_lowered_limit_holds_at_once) {
+  PipelineOptions options = test_options(Detection::dcd);
+  LoadedScene loaded = load(crowd(), options);
+  const Span<const Contact> found = loaded.pipeline.detect();
+  const std::vector<Contact> contacts(found.begin(), found.end());
+  options.memory_limit = detect_within(kPlenty, Detection::dcd).statistics.peak_bytes / 10 * 6;
+  ASSERT_LT(options.memory_limit, loaded.pipeline.statistics().peak_bytes);
+  loaded.pipeline.set_options(options);
+  EXPECT_TRUE(identical(contacts, loaded.pipeline.detect()));
+  EXPECT_LE(loaded.pipeline.statistics().peak_bytes, options.memory_limit);
+  for (const std::uint64_t limit : {1U, 1000U, 100'000U}) {
+    options.memory_limit = limit;
+    loaded.pipeline.set_options(options);
+    EXPECT_THROW(loaded.pipeline.detect(), OutOfMemory) << limit;
+    EXPECT_LE(loaded.pipeline.statistics().peak_bytes, limit);
+  }
+  options.memory_limit = 0;
+  loaded.pipeline.set_options(options);
+  EXPECT_TRUE(identical(contacts, loaded.pipeline.detect()));
+}
+
+/// Triangles that lie on each other, none with a vertex of another: everything touches everything.
+Scene heap_of_copies(std::uint32_t count) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    mesh.triangles.push_back({{3 * i, 3 * i + 1, 3 * i + 2}});
+    mesh.positions.insert(mesh.positions.end(), {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+  }
+  return {still(mesh, everything(0.01F))};
+}
+
+// Contacts cannot be found in parts. What they need is known long before all pairs are tested.
+TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
+  PipelineOptions options = test_options(Detection::dcd);
+  options.memory_limit = 8'000'000;
+  LoadedScene loaded = load(heap_of_copies(700), options);
+  EXPECT_THROW(loaded.pipeline.detect(), OutOfMemory);
+  const Statistics& statistics = loaded.pipeline.statistics();
+  EXPECT_GT(statistics.peak_bytes, options.memory_limit / 4);
+  EXPECT_LE(statistics.peak_bytes, options.memory_limit);
+  EXPECT_GT(statistics.chunks, 1U) << "parts were tried";
+  EXPECT_LT(statistics.chunks, 32U);
+  EXPECT_LT(statistics.reruns, 10U);
+}
+
 TEST(MemoryLimitErrors, a_pipeline_goes_on_when_its_limit_changes) {
   PipelineOptions options = test_options(Detection::ccd);
   const Outcome plenty = detect_within(kPlenty, Detection::ccd);

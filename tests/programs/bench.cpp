@@ -77,6 +77,14 @@ TEST_F(Bench, LargeTrianglesAreSplitAmongBalls) {
   for (const auto& row : rows("--scene n-body --scale 0.05")) EXPECT_GT(row["children"], 0) << row;
 }
 
+TEST_F(Bench, ManyBodiesMeetSeldom) {
+  for (const auto& row : rows("--scene many-bodies --scale 0.1")) {
+    EXPECT_EQ(row["triangles"], 1200) << row;
+    EXPECT_GT(row["vt_contacts"], 0) << row;
+    EXPECT_LT(row["vt_contacts"], 1200) << row;
+  }
+}
+
 TEST_F(Bench, HopelessMeasurementsAreLeftOutAndSaid) {
   std::size_t left_out = 0;
   for (const auto& row : rows("--scene funnel --scale 0.05 --sweep subdivision --most-tests 1000")) {
@@ -171,7 +179,7 @@ TEST_F(Bench, OutputThatCannotBeWrittenIsAnError) {
 
 TEST_F(Bench, RefusesCommandLines) {
   expect_refused("", "A subcommand is required");
-  expect_refused("detector --scene bunny", "'bunny' is not one of funnel, cloth-on-ball, n-body");
+  expect_refused("detector --scene bunny", "'bunny' is not one of funnel, cloth-on-ball, n-body, many-bodies");
   expect_refused("detector --sweep everything",
                  "'everything' is not one of stages, subdivision, lambda, scaling, threads");
   expect_refused("detector --backend gpu", "'gpu' is not one of auto, cpu, cuda");

@@ -157,9 +157,11 @@ struct PipelineOptions {
   /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
   float motion_margin = 0.0F;
   ContactRule contact_rule = ContactRule::distance;
-  /// Most bytes of the backend's memory that the detection may use, statistics().peak_bytes; 0 for no limit. Where they
-  /// do not suffice for all pairs of triangles at once the pairs are tested in parts, with the same contacts; where
-  /// they do not suffice for the triangles, their grid entries or the contacts, detect() throws OutOfMemory.
+  /// Most bytes of the backend's memory that the pipeline may hold at once, lists that grow counted twice while they
+  /// are copied; 0 for no limit. From the next detection on: what an earlier one holds beyond a lower limit is given
+  /// back. Where the bytes do not suffice for all pairs of triangles at once the pairs are tested in parts, with the
+  /// same contacts; where they do not suffice for the triangles, their grid entries or the contacts, detect() throws
+  /// OutOfMemory. Not counted: the bodies' meshes and last positions, which are kept on the host.
   std::uint64_t memory_limit = 0;
   /// A cudaStream_t that the GPU's work is enqueued on, which must live as long as the pipeline; null for a stream of
   /// the pipeline's own. No other work may be captured on it.

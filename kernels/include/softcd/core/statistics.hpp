@@ -43,10 +43,12 @@ struct Statistics {
   std::uint64_t ee_contacts = 0;
   /// Of the contacts, those that `conservative` reports because it could not tell within its bound on work.
   std::uint64_t unsettled_contacts = 0;
-  double earliest_toi = 1;       ///< 1 when nothing hits
-  std::uint64_t peak_bytes = 0;  ///< the workspace's, over the pipeline's life
-  std::uint64_t reruns = 0;      ///< stages repeated because a buffer had to grow
-  std::uint64_t chunks = 1;      ///< parts that the pairs were tested in, so that memory suffices
+  double earliest_toi = 1;  ///< 1 when nothing hits
+  /// These three are also there after OutOfMemory. The most of the backend's memory that was held at once since
+  /// memory_limit was last changed; never more than the limit.
+  std::uint64_t peak_bytes = 0;
+  std::uint64_t reruns = 0;  ///< stages, or detections, repeated because a buffer had to grow or memory did not suffice
+  std::uint64_t chunks = 1;  ///< parts that the pairs were tested in: so that memory suffices, or as they are many
   StageTimes ms;
 };
 

@@ -39,10 +39,10 @@ struct SceneView {
   const std::uint32_t* triangle_body = nullptr;
   const std::uint32_t* vertex_body = nullptr;
   const SceneBody* bodies = nullptr;
-  /// Symmetric bit matrix: bit b of row a says that a feature of body a may touch one of body b; a row is
-  /// `pair_words` words long. The diagonal is self-collision.
-  const std::uint32_t* may_touch = nullptr;
-  std::uint32_t pair_words = 0;
+  /// Pairs of bodies whose features may touch, each in both bodies' rows; a body that may touch itself is in its own
+  /// row. Row a is partners[partner_begin[a]] to, without it, partners[partner_begin[a + 1]], ascending.
+  const std::uint64_t* partner_begin = nullptr;
+  const std::uint32_t* partners = nullptr;
   /// The same by body classes, body modulo kBodyClasses: bit b of word a says that some bodies of these classes may
   /// touch.
   std::uint32_t class_may_touch[kBodyClasses] = {};
@@ -58,19 +58,33 @@ struct SceneView {
   /// Of a discrete detection.
   ContactRule contact_rule = ContactRule::distance;
 
+  /// Looked up in the shorter of the two rows.
   SOFTCD_HD bool bodies_may_touch(std::uint32_t a, std::uint32_t b) const {
-    return ((may_touch[static_cast<std::size_t>(a) * pair_words + (b >> 5)] >> (b & 31U)) & 1U) != 0U;
+    const bool swap = partner_begin[b + 1] - partner_begin[b] < partner_begin[a + 1] - partner_begin[a];
+    const std::uint32_t row = swap ? b : a;
+    const std::uint32_t wanted = swap ? a : b;
+    const std::uint64_t end = partner_begin[row + 1];
+    std::uint64_t first = partner_begin[row];
+    std::uint64_t last = end;
+    while (first < last) {
+      const std::uint64_t middle = first + (last - first) / 2;
+      if (partners[middle] < wanted) {
+        first = middle + 1;
+      } else {
+        last = middle;
+      }
+    }
+    return first < end && partners[first] == wanted;
   }
 
-  /// Fills class_may_touch and self_collision from a host copy of the matrix; pair_words and body_count must be set.
-  void summarize_pairs(Span<const std::uint32_t> host_may_touch) {
+  /// Fills class_may_touch and self_collision from a host copy of the rows; body_count must be set.
+  void summarize_pairs(Span<const std::uint64_t> host_partner_begin, Span<const std::uint32_t> host_partners) {
     for (std::uint32_t& word : class_may_touch) word = 0;
     self_collision = false;
     for (std::uint32_t body = 0; body < body_count; ++body) {
-      const std::uint32_t diagonal = host_may_touch[static_cast<std::size_t>(body) * pair_words + (body >> 5)];
-      self_collision |= ((diagonal >> (body & 31U)) & 1U) != 0U;
-      for (std::uint32_t word = 0; word < pair_words; ++word) {
-        class_may_touch[body % kBodyClasses] |= host_may_touch[static_cast<std::size_t>(body) * pair_words + word];
+      for (std::uint64_t i = host_partner_begin[body]; i < host_partner_begin[body + 1]; ++i) {
+        class_may_touch[body % kBodyClasses] |= 1U << (host_partners[i] % kBodyClasses);
+        self_collision |= host_partners[i] == body;
       }
     }
   }

@@ -28,10 +28,11 @@ struct SceneTopology {
   Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
 };
 
+/// The bodies and their pairs; see SceneView.
 struct SceneBodies {
   Span<const SceneBody> bodies;
-  Span<const std::uint32_t> may_touch;
-  std::uint32_t pair_words;
+  Span<const std::uint64_t> partner_begin;
+  Span<const std::uint32_t> partners;
 };
 
 struct DetectionSettings {
@@ -42,8 +43,7 @@ struct DetectionSettings {
   float lambda;  ///< 0: see ChooseGrid
   float motion_margin;
   ContactRule contact_rule;
-  std::uint64_t memory_limit;  ///< bytes; 0 for none
-  bool vertex_triangle;        ///< some pair of bodies wants these candidates
+  bool vertex_triangle;  ///< some pair of bodies wants these candidates
   bool edge_edge;
   bool both_ends;  ///< x_t0 counts; else it was not written and nothing moves
 };
@@ -60,12 +60,17 @@ class Detector {
  public:
   virtual ~Detector() = default;
 
+  /// Most bytes of the backend's memory to hold from now on; 0 for no limit. Gives back what is more than that. False
+  /// when that was the topology too, which has to be set again.
+  virtual bool set_memory_limit(std::uint64_t bytes) = 0;
   virtual void set_topology(const SceneTopology& topology) = 0;
   virtual PositionArrays position_arrays() = 0;
   /// Returns once everything in host memory has been read.
   virtual void start(const SceneBodies& bodies, const DetectionSettings& settings) = 0;
   /// Contacts stay valid until the next start(). Fills all of `statistics` that the detection determines.
   virtual Span<const Contact> finish(Statistics& statistics) = 0;
+  /// Fills peak_bytes, reruns and chunks, also of a detection that failed.
+  virtual void report_memory(Statistics& statistics) const = 0;
 };
 
 std::unique_ptr<Detector> make_cpu_detector();

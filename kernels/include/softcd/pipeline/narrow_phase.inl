@@ -11,9 +11,10 @@ namespace softcd {
 template <class Backend>
 class NarrowPhaseStages {
  public:
-  NarrowPhaseStages(Backend& backend, Workspace<Backend>& workspace, const SceneView& scene,
-                    const DetectionSettings& settings, const SceneCounts& counts)
+  NarrowPhaseStages(Backend& backend, const SceneMemory<Backend>& scene_memory, Workspace<Backend>& workspace,
+                    const SceneView& scene, const DetectionSettings& settings, const SceneCounts& counts)
       : backend_(backend),
+        scene_memory_(scene_memory),
         w_(workspace),
         counters_(workspace.counters.data()),
         scene_(scene),
@@ -48,9 +49,7 @@ class NarrowPhaseStages {
   /// Of all chunks.
   void sort_contacts() {
     backend_.begin(Stage::sort);
-    w_.contacts.reserve(backend_, w_.found.capacity(), 0);
-    w_.contact_keys.reserve(backend_, w_.found.capacity(), 0);
-    w_.contact_order.reserve(backend_, w_.found.capacity(), 0);
+    w_.reserve_sorted_contacts(backend_, w_.found.capacity());
     const Count count = w_.found.count(counters_);
     const FeatureContact* found = w_.found.template column<0>().data();
     const int first_bits = bits_for(std::max(scene_.vertex_count, scene_.edge_count));
@@ -77,12 +76,12 @@ class NarrowPhaseStages {
     backend_.begin(Stage::features);
     if (settings_.vertex_triangle) {
       test_neighbours<ContactKind::vertex_triangle, kSwept>(
-          "test_vertex_triangle_neighbours", w_.vertex_triangle_neighbours.data(),
+          "test_vertex_triangle_neighbours", scene_memory_.vertex_triangle_neighbours.data(),
           {&counters_->scene.vertex_triangle_neighbours, counts_.vertex_triangle_neighbours}, w_.vt_candidates);
     }
     if (settings_.edge_edge) {
       test_neighbours<ContactKind::edge_edge, kSwept>(
-          "test_edge_edge_neighbours", w_.edge_edge_neighbours.data(),
+          "test_edge_edge_neighbours", scene_memory_.edge_edge_neighbours.data(),
           {&counters_->scene.edge_edge_neighbours, counts_.edge_edge_neighbours}, w_.ee_candidates);
     }
   }
@@ -148,6 +147,7 @@ class NarrowPhaseStages {
   }
 
   Backend& backend_;
+  const SceneMemory<Backend>& scene_memory_;
   Workspace<Backend>& w_;
   Counters* counters_;
   const SceneView& scene_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <exception>
 #include <new>
 #include <tuple>
 
@@ -56,12 +55,6 @@ struct NextChunk {
   }
 };
 
-/// A list of one chunk's does not fit into memory: more, smaller chunks might.
-class ChunkTooLarge : public std::exception {};
-
-/// Whether a list may be made shorter by more chunks.
-enum class ListKind { whole, chunked };
-
 struct ClearCounters {
   Counters* counters;
   SceneCounts scene;
@@ -81,7 +74,7 @@ class List {
  public:
   using Counter = std::uint64_t Counters::*;
 
-  explicit List(Counter counter, ListKind kind = ListKind::whole) : counter_(counter), kind_(kind) {}
+  explicit List(Counter counter) : counter_(counter) {}
 
   Counter counter() const { return counter_; }
 
@@ -89,33 +82,27 @@ class List {
   std::uint64_t capacity() const { return bound_; }
 
   /// Keeps the first `kept` values. There will be room for a quarter more than asked for, so that slowly growing scenes
-  /// seldom grow a list.
+  /// seldom grow a list; for no more than that where memory does not suffice.
   void reserve(Backend& backend, std::uint64_t wanted, std::uint64_t kept) {
     if (wanted <= bound_) return;
-    const std::uint64_t bound = roomy(wanted);
-    if (bound > allocated_) {
-      if (kind_ == ListKind::chunked) {
-        reserve_chunked(backend, bound, kept);
-      } else {
-        reserve_columns(backend, bound, kept);
-      }
-      allocated_ = bound;
+    if (roomy(wanted) <= allocated_) {
+      bound_ = roomy(wanted);
+      return;
     }
-    bound_ = bound;
+    bound_ = allocated_ = 0;  // until all columns have grown
+    try {
+      reserve_columns(backend, roomy(wanted), kept);
+      allocated_ = roomy(wanted);
+    } catch (const std::bad_alloc&) {
+      reserve_columns(backend, wanted, kept);
+      allocated_ = wanted;
+    }
+    bound_ = allocated_;
   }
 
   /// Uses no more of the list than a detection that counted `count` values would have room for. Work whose size the
   /// host does not know is sized by the capacity.
   void fit(std::uint64_t count) { bound_ = std::min(bound_, roomy(count)); }
-
-  /// Of the values that it has room for.
-  std::uint64_t bytes() const { return allocated_ * sizeof(typename Target::Value); }
-
-  /// Gives its memory back.
-  void release(Backend& backend) {
-    std::apply([&](auto&... column) { (column.release(backend), ...); }, columns_);
-    allocated_ = bound_ = 0;
-  }
 
   /// Undoes what sorting did to the addresses; the values are lost.
   void rewind() {
@@ -138,19 +125,6 @@ class List {
     std::apply([&](auto&... column) { (column.reserve(backend, bound, kept), ...); }, columns_);
   }
 
-  /// Leaves room for the contacts.
-  void reserve_chunked(Backend& backend, std::uint64_t bound, std::uint64_t kept) {
-    const std::uint64_t more = bound * sizeof(typename Target::Value) - bytes();
-    if (backend.memory_limit() > 0 && backend.bytes() + more > backend.memory_limit() / 4 * 3) {
-      throw ChunkTooLarge();
-    }
-    try {
-      reserve_columns(backend, bound, kept);
-    } catch (const std::bad_alloc&) {
-      throw ChunkTooLarge();
-    }
-  }
-
   /// A quarter more, rounded up to an eighth of an octave, so that it stays the same while counts change little.
   static std::uint64_t roomy(std::uint64_t count) {
     const std::uint64_t wanted = count == 0 ? 0 : count + count / 4 + 256;
@@ -160,12 +134,29 @@ class List {
   }
 
   Counter counter_;
-  ListKind kind_;
   std::uint64_t allocated_ = 0;
   std::uint64_t bound_ = 0;
   std::tuple<Columns...> columns_;
 };
 
+/// The scene that the lists of a Workspace are about. Vertices, triangles and bodies as SceneView describes them.
+template <class Backend>
+struct SceneMemory {
+  template <class T>
+  using Buffer = typename Backend::template Buffer<T>;
+
+  Buffer<Vec3f> x_t0, x_t1;
+  Buffer<Triangle> triangles, triangle_edges;
+  Buffer<Edge> edges;
+  Buffer<Ownership> ownership;
+  Buffer<std::uint32_t> triangle_body, vertex_body;
+  Buffer<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
+  Buffer<SceneBody> bodies;
+  Buffer<std::uint64_t> partner_begin;
+  Buffer<std::uint32_t> partners;
+};
+
+/// What a detection makes of it.
 template <class Backend>
 struct Workspace {
   template <class T>
@@ -174,16 +165,6 @@ struct Workspace {
   using SortBuffer = typename Backend::template SortBuffer<T>;
   template <class T>
   using ArrayList = List<Backend, ArrayTarget<T>, Buffer<T>>;
-
-  // The scene. Vertices, triangles and bodies as SceneView describes them.
-  Buffer<Vec3f> x_t0, x_t1;
-  Buffer<Triangle> triangles, triangle_edges;
-  Buffer<Edge> edges;
-  Buffer<Ownership> ownership;
-  Buffer<std::uint32_t> triangle_body, vertex_body;
-  Buffer<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
-  Buffer<SceneBody> bodies;
-  Buffer<std::uint32_t> may_touch;
 
   Buffer<Counters> counters;
   Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kHistograms histograms of kSizeBins
@@ -212,15 +193,21 @@ struct Workspace {
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
   List<Backend, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged{&Counters::flagged};
-  ArrayList<std::uint64_t> pairs{&Counters::pairs, ListKind::chunked};
+  ArrayList<std::uint64_t> pairs{&Counters::pairs};
 
   // Narrow phase.
-  ArrayList<std::uint64_t> vt_candidates{&Counters::vt_candidates, ListKind::chunked};
-  ArrayList<std::uint64_t> ee_candidates{&Counters::ee_candidates, ListKind::chunked};
+  ArrayList<std::uint64_t> vt_candidates{&Counters::vt_candidates};
+  ArrayList<std::uint64_t> ee_candidates{&Counters::ee_candidates};
   ArrayList<FeatureContact> found{&Counters::contacts};
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
   Buffer<Contact> contacts;
+
+  void reserve_sorted_contacts(Backend& backend, std::uint64_t count) {
+    contacts.reserve(backend, count, 0);
+    contact_keys.reserve(backend, count, 0);
+    contact_order.reserve(backend, count, 0);
+  }
 };
 
 }  // namespace softcd
