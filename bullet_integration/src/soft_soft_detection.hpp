@@ -5,6 +5,7 @@
 #include "contact_writer.hpp"
 #include "pair_gate.hpp"
 #include "softcd/bullet/settings.hpp"
+#include "tangles.hpp"
 
 namespace softcd::bullet {
 
@@ -32,6 +33,7 @@ class SoftSoftDetection {
  private:
   PipelineOptions options(const Settings& settings);
   void synchronize(btSoftBody& body);
+  void find_tangles(Span<const Contact> contacts);
   void write(const MemberContact& found);
 
   Settings settings_;
@@ -39,6 +41,7 @@ class SoftSoftDetection {
   SoftBodyRegistry registry_;
   const PairGate* gate_ = nullptr;
   std::vector<EdgeContact> edge_contacts_;
+  TangledNodes tangled_;
 };
 
 }  // namespace softcd::bullet
