@@ -5,6 +5,7 @@
 #include "LinearMath/btQuickprof.h"
 #include "pair_gate.hpp"
 #include "pipeline_options.hpp"
+#include "tangles.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -46,7 +47,8 @@ void CrossingPrevention::synchronize(Span<btSoftBody* const> bodies) {
   registry_.compare(bodies);
   for (btSoftBody* body : bodies) {
     if ((body->m_cfg.collisions & flag) == 0 || body->m_nodes.size() == 0) continue;
-    registry_.synchronize(*body, body_settings(*body));
+    SoftBodyRegistry::Member& member = registry_.synchronize(*body, body_settings(*body));
+    if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
     if (world_ == World::classic && !body->isActive()) forget_motion(*body);
   }
   registry_.remove_absent();
@@ -58,16 +60,19 @@ void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
   if (!is_new || world_ == World::deformable) return;
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     btSoftBody::Node& node = body.m_nodes[i];
-    const btVector3 mean = (node.m_x - node.m_q) / time_step;
-    entry->second.push_back(node.m_v - mean);
-    node.m_v = mean;
+    entry->second.push_back(node.m_v);
+    node.m_v = (node.m_x - node.m_q) / time_step;
   }
 }
 
-void CrossingPrevention::give_velocities() {
-  for (const auto& [body, offsets] : answered_) {
-    for (std::size_t i = 0; i < offsets.size(); ++i) body->m_nodes[static_cast<int>(i)].m_v += offsets[i];
+/// The nodes' own velocities need not be the mean ones: Bullet moves a body's nodes, for the contacts of the bodies
+/// after it, when it has its velocities already. Changed by what the mean ones were changed by, they could gain energy.
+void CrossingPrevention::answer_own_velocities(const std::vector<Impact>& impacts, ImpactZones& zones) {
+  for (const auto& [body, velocities] : answered_) {
+    for (std::size_t i = 0; i < velocities.size(); ++i) body->m_nodes[static_cast<int>(i)].m_v = velocities[i];
   }
+  apply_inelastic_impulses(impacts);
+  zones.move_as_one();
 }
 
 void CrossingPrevention::move_end(btSoftBody& body, btScalar time_step) const {
@@ -104,10 +109,18 @@ void CrossingPrevention::look_again(btScalar time_step) {
   });
 }
 
+/// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
+/// Where edges do, tangles come and go, and vertices still must not pass through faces.
+bool CrossingPrevention::is_let_go(const MemberContact& found) const {
+  if (settings_.edge_contacts != EdgeContacts::respond) return false;
+  return is_tangled(found, world_ == World::classic ? StepStart::in_q : StepStart::in_x);
+}
+
 std::vector<Impact> CrossingPrevention::find_impacts() {
   std::vector<Impact> impacts;
   registry_.for_each_contact(pipeline_.detect(), [&](const MemberContact& found) {
-    if (found.contact.kind == ContactKind::edge_edge || is_with_face(found)) impacts.push_back(impact_of(found));
+    const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
+    if (has_faces && !is_let_go(found)) impacts.push_back(impact_of(found));
   });
   return impacts;
 }
@@ -142,7 +155,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     look_again(time_step);
     impacts = find_impacts();
   }
-  if (world_ == World::classic) give_velocities();
+  if (world_ == World::classic) answer_own_velocities(answered, zones);
   if (!impacts.empty() && settings_.log) {
     settings_.log(LogLevel::warning, "continuous detection: " + std::to_string(impacts.size()) +
                                          " impacts remain that no change of velocities prevents; nodes without mass "

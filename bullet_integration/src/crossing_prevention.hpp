@@ -37,20 +37,20 @@ class CrossingPrevention {
  private:
   BodySettings body_settings(const btSoftBody& body) const;
   void synchronize(Span<btSoftBody* const> bodies);
+  bool is_let_go(const MemberContact& found) const;
   std::vector<Impact> find_impacts();
   void take_up(btSoftBody& body, btScalar time_step);
   void move_end(btSoftBody& body, btScalar time_step) const;
   void set_positions(const btSoftBody& body);
   void look_again(btScalar time_step);
-  void give_velocities();
+  void answer_own_velocities(const std::vector<Impact>& impacts, ImpactZones& zones);
 
   World world_;
   Settings settings_;
   CollisionPipeline pipeline_;
   SoftBodyRegistry registry_;
   const PairRule* rule_ = nullptr;
-  /// The bodies that have met something in this step, and, in the classic world, what has to be added to the mean
-  /// velocities of the step to get their nodes' own.
+  /// The bodies that have met something in this step, and, in the classic world, their nodes' own velocities.
   std::unordered_map<btSoftBody*, std::vector<btVector3>> answered_;
 };
 

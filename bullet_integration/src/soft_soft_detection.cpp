@@ -12,6 +12,10 @@ namespace {
 // Bullet's rule in CollideVF_SS: a node's margin grows by twice the distance that it moves.
 constexpr float kBulletMotionMargin = 2.0F;
 
+bool has_begun_before(const Contact& contact) {
+  return contact.time_of_impact <= 0;
+}
+
 PipelineOptions soft_soft_options(const Settings& settings) {
   PipelineOptions options = pipeline_options(settings);
   options.detection = settings.detection;
@@ -49,6 +53,8 @@ void SoftSoftDetection::start(Span<btSoftBody* const> bodies, const PairGate& ga
 
 void SoftSoftDetection::synchronize(btSoftBody& body) {
   SoftBodyRegistry::Member& member = registry_.synchronize(body, read_settings(body, settings_));
+  const bool is_continuous = settings_.detection == Detection::ccd;
+  if (is_continuous && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
   if (settings_.edge_contacts != EdgeContacts::off && member.mesh.face_of_edge.empty()) add_faces_of_edges(member.mesh);
   // A body that sleeps was not predicted: where it was at the start of its last step means nothing now.
   if (body.isActive()) {
@@ -67,14 +73,27 @@ void SoftSoftDetection::drop_unread_face_trees() {
 void SoftSoftDetection::finish() {
   BT_PROFILE("softcd contacts");
   edge_contacts_.clear();
-  registry_.for_each_contact(pipeline_.wait(), [&](const MemberContact& found) { write(found); });
+  const Span<const Contact> contacts = pipeline_.wait();
+  find_tangles(contacts);
+  registry_.for_each_contact(contacts, [&](const MemberContact& found) { write(found); });
+}
+
+/// Bullet's own rule in a discrete detection looks at the end of the step alone, and holds nothing on a side.
+void SoftSoftDetection::find_tangles(Span<const Contact> contacts) {
+  tangled_.clear();
+  if (settings_.detection == Detection::dcd) return;
+  registry_.for_each_contact(contacts, [&](const MemberContact& found) {
+    const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
+    if (has_faces && has_begun_before(found.contact)) tangled_.add(found);
+  });
 }
 
 void SoftSoftDetection::write(const MemberContact& found) {
+  const bool is_let_go = has_begun_before(found.contact) && tangled_.has_one_of(found);
   if (found.contact.kind == ContactKind::edge_edge) {
     edge_contacts_.push_back(edge_contact_of(found));
-    if (settings_.edge_contacts == EdgeContacts::respond) write_soft_edge_contact(found);
-  } else if (is_with_face(found)) {
+    if (settings_.edge_contacts == EdgeContacts::respond && !is_let_go) write_soft_edge_contact(found);
+  } else if (is_with_face(found) && !is_let_go) {
     write_soft_contact(found, settings_.detection);
   }
 }

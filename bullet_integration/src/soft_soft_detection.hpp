@@ -5,6 +5,7 @@
 #include "contact_writer.hpp"
 #include "pair_gate.hpp"
 #include "softcd/bullet/settings.hpp"
+#include "tangles.hpp"
 
 namespace softcd::bullet {
 
@@ -31,6 +32,7 @@ class SoftSoftDetection {
 
  private:
   void synchronize(btSoftBody& body);
+  void find_tangles(Span<const Contact> contacts);
   void write(const MemberContact& found);
 
   Settings settings_;
@@ -38,6 +40,7 @@ class SoftSoftDetection {
   SoftBodyRegistry registry_;
   const PairGate* gate_ = nullptr;
   std::vector<EdgeContact> edge_contacts_;
+  TangledNodes tangled_;
 };
 
 }  // namespace softcd::bullet

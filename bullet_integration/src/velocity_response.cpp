@@ -101,6 +101,11 @@ bool ImpactZones::join(const std::vector<Impact>& impacts) {
 }
 
 void ImpactZones::move_as_one() {
+  average(&Node::m_v);
+  average(&Node::m_splitv);
+}
+
+void ImpactZones::average(btVector3 Node::*velocity) {
   struct Motion {
     btVector3 momentum{0, 0, 0}, constrained{0, 0, 0}, fixed{0, 0, 0};
     btScalar mass = 0;
@@ -114,22 +119,19 @@ void ImpactZones::move_as_one() {
   std::unordered_map<const Node*, Motion> motions;
   for (Node* node : nodes_) {
     Motion& motion = motions[root_of(node)];
-    const btVector3 velocity = node->m_v + node->m_splitv;
     if (!(node->m_im > 0)) {
-      motion.fixed += velocity;
+      motion.fixed += node->*velocity;
       ++motion.fixed_count;
     } else if (node->m_constrained != 0) {
-      motion.constrained += velocity;
+      motion.constrained += node->*velocity;
       ++motion.constrained_count;
     } else {
-      motion.momentum += velocity / node->m_im;
+      motion.momentum += node->*velocity / node->m_im;
       motion.mass += 1 / node->m_im;
     }
   }
   for (Node* node : nodes_) {
-    if (!(node->m_im > 0)) continue;
-    node->m_v = motions.at(root_of(node)).velocity();
-    node->m_splitv.setZero();
+    if (node->m_im > 0) node->*velocity = motions.at(root_of(node)).velocity();
   }
 }
 

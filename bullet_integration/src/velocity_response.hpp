@@ -31,12 +31,14 @@ class ImpactZones {
  public:
   /// Joins each impact's nodes into one zone. False when all were in one zone already.
   bool join(const std::vector<Impact>& impacts);
+  /// In the deformable world split velocities are averaged apart: they end with the step.
   void move_as_one();
 
  private:
   using Node = btSoftBody::Node;
 
   Node* root_of(Node* node);
+  void average(btVector3 Node::*velocity);
 
   std::unordered_map<Node*, Node*> parents_;
   std::vector<Node*> nodes_;  ///< the keys in the order in which they came

@@ -98,6 +98,16 @@ TEST_P(Tunnelling, none_in_the_classic_world) {
                       count_crossings(ours, missile(), speed()));
 }
 
+// With answers to edges, what is tangled is let go: nothing may become so.
+TEST_P(Tunnelling, none_where_edges_are_answered) {
+  bullet::Settings answered = settings();
+  answered.edge_contacts = bullet::EdgeContacts::respond;
+  Simulation classic(PlugIn::one_line_world, answered);
+  EXPECT_EQ(count_crossings(classic, missile(), speed()), 0U);
+  DeformableSimulation deformable(answered, kSoft);
+  EXPECT_EQ(count_crossings(deformable, missile(), speed()), 0U);
+}
+
 /// Five free sheets lie 10 cm above each other; the uppermost and heaviest is thrown at the others, 19 cm in a step.
 template <class AnySimulation>
 std::size_t count_crossings_in_a_pile(AnySimulation& simulation) {

@@ -43,6 +43,8 @@ struct Settings {
   /// ccd: the motion of the whole step is tested, so that nothing passes through however fast it is. In the classic
   /// worlds instead of the rule above: the margin does not grow with speed. In the deformable world after it: before
   /// the nodes move, their velocities are changed until none is on its way through a face.
+  /// What is through each other already when a step begins cannot be told to belong on either side: in the classic
+  /// worlds such features get no contacts, and with EdgeContacts::respond nothing keeps them from coming apart.
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;
   BroadPhase broad_phase = BroadPhase::exact;

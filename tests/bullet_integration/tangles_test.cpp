@@ -1,0 +1,193 @@
+// Bodies that are through each other already when a step begins.
+
+#include "tangles.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+#include "random.hpp"
+#include "scenes/exact_intersection.hpp"
+#include "scenes/penetration.hpp"
+#include "soft_body_steps.hpp"
+#include "soft_body_support.hpp"
+
+namespace softcd::test {
+namespace {
+
+using bullet::EdgeContacts;
+using bullet::MemberContact;
+using bullet::SoftBodyRegistry;
+using bullet::StepStart;
+using demo::PlugIn;
+using demo::Simulation;
+
+SoftBodyRegistry::Member member_of(btSoftBody& body) {
+  SoftBodyRegistry::Member member;
+  member.body = &body;
+  member.mesh = bullet::read_mesh(body);
+  add_faces_of_nodes(member.mesh);
+  return member;
+}
+
+std::array<Vec3d, 3> corners_of(const Positions3& x, const Triangle& triangle) {
+  return {x[triangle.v[0]], x[triangle.v[1]], x[triangle.v[2]]};
+}
+
+/// Exact; what touches counts too.
+bool intersect(const std::array<Vec3d, 3>& a, const std::array<Vec3d, 3>& b) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (demo::intersects(a[i], a[(i + 1) % 3], b) || demo::intersects(b[i], b[(i + 1) % 3], a)) return true;
+  }
+  return false;
+}
+
+bool has(const Triangle& triangle, std::uint32_t a, std::uint32_t b) {
+  const auto has_one = [&](std::uint32_t v) { return triangle.v[0] == v || triangle.v[1] == v || triangle.v[2] == v; };
+  return has_one(a) && has_one(b);
+}
+
+/// Every vertex against every triangle, and every edge of a triangle against every edge of another, of two meshes or
+/// of one with itself.
+class AllPairs {
+ public:
+  AllPairs(btSoftBody& a, btSoftBody& b) : a_(member_of(a)), b_(member_of(b)) {}
+
+  /// How many are tangled, of which brute force knows whether they are.
+  std::size_t count() {
+    std::size_t count = 0;
+    for (const Triangle& triangle : a_.mesh.triangles) {
+      for (std::uint32_t f = 0; f < b_.mesh.face_count; ++f) {
+        const Triangle& other = b_.mesh.triangles[f];
+        count +=
+            expect_exact(make(ContactKind::vertex_triangle, f, {triangle.v[0], other.v[0], other.v[1], other.v[2]}));
+        count += expect_exact(make(ContactKind::edge_edge, 0, {triangle.v[0], triangle.v[1], other.v[1], other.v[2]}));
+      }
+    }
+    return count;
+  }
+
+ private:
+  static Contact make(ContactKind kind, std::uint32_t feature_b, const std::array<std::uint32_t, 4>& vertices) {
+    Contact contact{};
+    contact.kind = kind;
+    contact.feature_b = feature_b;
+    std::copy(vertices.begin(), vertices.end(), contact.vertices);
+    return contact;
+  }
+
+  bool expect_exact(const Contact& contact) {
+    const bool is_same_body = a_.body == b_.body;
+    const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
+    bool expected = false;
+    for (const Triangle& s : a_.mesh.triangles) {
+      if (!has(s, contact.vertices[0], contact.vertices[is_vertex ? 0 : 1])) continue;
+      for (const Triangle& t : b_.mesh.triangles) {
+        const bool is_of_b = has(t, contact.vertices[2], contact.vertices[3]) &&
+                             (!is_vertex || has(t, contact.vertices[1], contact.vertices[1]));
+        if (!is_of_b || (is_same_body && share_vertex(s, t))) continue;
+        expected |= intersect(corners_of(x_of_a_, s), corners_of(x_of_b_, t));
+      }
+    }
+    const SoftBodyRegistry::Member& b = is_same_body ? a_ : b_;
+    const bool found = is_tangled(MemberContact{contact, a_, b}, StepStart::in_x);
+    EXPECT_EQ(found, expected);
+    return found;
+  }
+
+  SoftBodyRegistry::Member a_, b_;
+  Positions3 x_of_a_ = positions_of(*a_.body);
+  Positions3 x_of_b_ = positions_of(*b_.body);
+};
+
+std::unique_ptr<btSoftBody> make_crumpled_sheet(btSoftBodyWorldInfo& world_info, Random& random) {
+  SheetOptions options;
+  options.nodes_per_side = 5;
+  auto sheet = make_sheet(world_info, options);
+  for (int n = 0; n < sheet->m_nodes.size(); ++n) {
+    const Vec3d shift = random.in_box(0.3);
+    sheet->m_nodes[n].m_x += btVector3(btScalar(shift.x), btScalar(shift.y), btScalar(shift.z));
+  }
+  return sheet;
+}
+
+TEST(Tangles, are_those_of_exact_arithmetic) {
+  Random random(1);
+  btSoftBodyWorldInfo world_info;
+  const auto a = make_crumpled_sheet(world_info, random);
+  const auto b = make_crumpled_sheet(world_info, random);
+  EXPECT_GT(AllPairs(*a, *b).count(), 100U);
+  EXPECT_GT(AllPairs(*a, *a).count(), 0U);
+}
+
+TEST(Tangles, what_only_touches_is_none) {
+  btSoftBodyWorldInfo world_info;
+  SheetOptions options;
+  options.nodes_per_side = 4;
+  auto a = make_sheet(world_info, options);
+  options.nodes_per_side = 3;
+  auto b = make_sheet(world_info, options);  // in the same plane
+  const SoftBodyRegistry::Member side_a = member_of(*a);
+  const SoftBodyRegistry::Member side_b = member_of(*b);
+  for (std::uint32_t n = 0; n < side_a.mesh.node_count; ++n) {
+    for (std::uint32_t f = 0; f < side_b.mesh.face_count; ++f) {
+      Contact contact{};
+      contact.feature_b = f;
+      contact.vertices[0] = n;
+      EXPECT_FALSE(is_tangled(MemberContact{contact, side_a, side_b}, StepStart::in_x));
+    }
+  }
+}
+
+btScalar kinetic_energy(const std::vector<const btSoftBody*>& bodies) {
+  btScalar energy = 0;
+  for (const btSoftBody* body : bodies) {
+    for (int n = 0; n < body->m_nodes.size(); ++n) energy += body->m_nodes[n].m_v.length2() / body->m_nodes[n].m_im / 2;
+  }
+  return energy;
+}
+
+class TangledCloths : public testing::TestWithParam<std::tuple<PlugIn, EdgeContacts>> {};
+INSTANTIATE_TEST_SUITE_P(PlugIns, TangledCloths,
+                         testing::Combine(testing::Values(PlugIn::one_line_world, PlugIn::dispatcher),
+                                          testing::Values(EdgeContacts::off, EdgeContacts::respond)),
+                         [](const auto& parameter) {
+                           const bool are_edges_off = std::get<1>(parameter.param) == EdgeContacts::off;
+                           return name_of(std::get<0>(parameter.param)) + (are_edges_off ? "" : "_with_edges");
+                         });
+
+// Two free patches at rest cross along a line. What pushes them to their margins moves them at first; nothing does
+// later on.
+TEST_P(TangledCloths, are_not_driven_by_their_contacts) {
+  bullet::Settings settings = cpu_settings(Detection::ccd);
+  settings.edge_contacts = std::get<1>(GetParam());
+  Simulation simulation(std::get<0>(GetParam()), settings);
+  simulation.world_info().m_gravity.setZero();
+  std::vector<const btSoftBody*> bodies;
+  for (const btScalar slope : {btScalar(0), btScalar(0.1)}) {
+    demo::ClothShape shape = demo::horizontal_cloth(12, 1, 0);
+    shape.position = [flat = shape.position, slope](int column, int row) {
+      const btVector3 x = flat(column, row);
+      return x + slope * btVector3(btScalar(0.13), x.x() + btScalar(0.2), btScalar(0.17));
+    };
+    auto cloth = demo::make_cloth(simulation.world_info(), shape, 1);
+    cloth->getCollisionShape()->setMargin(btScalar(0.05));
+    bodies.push_back(&simulation.add(std::move(cloth)));
+  }
+  EXPECT_GT(demo::find_intersections(bodies).edge_count, 40U);
+  btScalar most_at_first = 0;
+  for (int step = 0; step < 10; ++step) {
+    simulation.step(kStep);
+    most_at_first = btMax(most_at_first, kinetic_energy(bodies));
+  }
+  EXPECT_LT(most_at_first, 1);
+  for (int step = 0; step < 50; ++step) {
+    simulation.step(kStep);
+    EXPECT_LT(kinetic_energy(bodies), most_at_first) << "step " << step;
+  }
+  EXPECT_LT(kinetic_energy(bodies), most_at_first / 2);
+}
+
+}  // namespace
+}  // namespace softcd::test
