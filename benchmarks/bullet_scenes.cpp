@@ -14,7 +14,7 @@
 namespace softcd::benchmarks {
 namespace {
 
-constexpr btScalar kCell = btScalar(0.1);  // of the draped and the crumpling cloth
+constexpr btScalar kCell = btScalar(0.1);  // of the cloths on a floor
 constexpr btScalar kClothMargin = kCell / 4;
 constexpr btScalar kNodeMass = btScalar(0.01);
 
@@ -97,6 +97,17 @@ void fill_crumpling(SoftWorld& world, int nodes_per_side) {
   world.add(std::move(cloth));
 }
 
+void fill_stacked(SoftWorld& world, int nodes_per_side) {
+  const btScalar side = kCell * btScalar(nodes_per_side - 1);
+  add_floor(world, side);
+  for (const int layer : {1, 2}) {
+    const btScalar height = 3 * kClothMargin * btScalar(layer);
+    auto cloth = make_configured_cloth(world, demo::horizontal_cloth(nodes_per_side, side, height));
+    cloth->setSelfCollision(true);
+    world.add(std::move(cloth));
+  }
+}
+
 void fill_balls(SoftWorld& world, int count) {
   add_floor(world, 20);
   const int per_side = std::max(1, static_cast<int>(std::lround(std::cbrt(1.25 * count))));
@@ -124,6 +135,8 @@ void fill(SoftWorld& world, BulletScene scene, int size) {
       return fill_draped(world, size);
     case BulletScene::crumpling:
       return fill_crumpling(world, size);
+    case BulletScene::stacked:
+      return fill_stacked(world, size);
   }
 }
 
@@ -136,6 +149,7 @@ int default_warm_up(BulletScene scene, World world) {
       return is_classic ? 20 : 80;
     case BulletScene::draped:
     case BulletScene::crumpling:
+    case BulletScene::stacked:
       return is_classic ? 60 : 120;
   }
   return 0;

@@ -14,10 +14,11 @@ enum class BulletScene : std::uint32_t {
   balls,       ///< `size` balls of 1280 triangles that drop onto a floor and each other
   draped,      ///< a cloth falls over rigid balls on a floor
   crumpling,   ///< a cloth that stands in folds sinks into a heap on a floor
+  stacked,     ///< two cloths that touch themselves lie flat on a floor, one on the other
 };
 
-/// Adds the scene's bodies to an empty world. `size` is the nodes a side of each cloth; the cells of `draped` and
-/// `crumpling` are always as large, so that all sizes behave alike.
+/// Adds the scene's bodies to an empty world. `size` is the nodes a side of each cloth; the cells of all but
+/// `two_cloths` are always as large, so that all sizes behave alike.
 void fill(SoftWorld& world, BulletScene scene, int size);
 
 /// Steps after which the scene is what it is named for.

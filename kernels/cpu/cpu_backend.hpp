@@ -4,6 +4,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
 #include <algorithm>
@@ -191,13 +192,18 @@ class CpuBackend {
   void histogram(const char* /*label*/, Count count, std::uint32_t* bins, int histograms, int bins_per_histogram,
                  const F& f) {
     const std::size_t size = static_cast<std::size_t>(histograms) * static_cast<std::size_t>(bins_per_histogram);
+    std::fill(bins, bins + size, 0U);
+    if (is_one_range(count.get(), kGrain)) {
+      BinCounter counter{bins, bins_per_histogram};
+      for (std::uint64_t i = 0; i < count.get(); ++i) f(static_cast<std::uint32_t>(i), counter);
+      return;
+    }
     tbb::enumerable_thread_specific<std::vector<std::uint32_t>> local(
         [&] { return std::vector<std::uint32_t>(size, 0); });
     parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       BinCounter counter{local.local().data(), bins_per_histogram};
       for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i), counter);
     });
-    std::fill(bins, bins + size, 0U);
     for (const std::vector<std::uint32_t>& counts : local) {
       for (std::size_t bin = 0; bin < size; ++bin) bins[bin] += counts[bin];
     }
@@ -412,10 +418,15 @@ class CpuBackend {
     });
   }
 
+  /// Whether so much work is done best by the calling thread alone.
+  static bool is_one_range(std::uint64_t count, std::uint64_t grain) {
+    return count <= grain || tbb::this_task_arena::max_concurrency() == 1;
+  }
+
   template <class F>
   static void parallel_ranges(std::uint64_t count, std::uint64_t grain, const F& f) {
     if (count == 0) return;
-    if (count <= grain) {
+    if (is_one_range(count, grain)) {
       f(0, count);
       return;
     }

@@ -14,14 +14,16 @@
 namespace softcd {
 namespace radix {
 
-constexpr int kDigitBits = 11;
-constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
-using Histogram = std::array<std::uint64_t, kDigits>;
+/// Fewer, larger digits pay once there are more keys than digits.
+constexpr int kLargeDigitBits = 11;
+constexpr int kSmallDigitBits = 8;
+constexpr std::uint64_t kManyKeys = 4096;
+using Histogram = std::array<std::uint64_t, std::size_t{1} << kLargeDigitBits>;
 
 /// Turns the blocks' counts into where each block's first key of each digit goes. False when one digit has all keys.
-inline bool scan_counts(std::vector<Histogram>& blocks, std::uint64_t count) {
+inline bool scan_counts(std::vector<Histogram>& blocks, std::size_t digits, std::uint64_t count) {
   std::uint64_t at = 0;
-  for (std::size_t digit = 0; digit < kDigits; ++digit) {
+  for (std::size_t digit = 0; digit < digits; ++digit) {
     const std::uint64_t before = at;
     for (Histogram& block : blocks) {
       const std::uint64_t size = block[digit];
@@ -44,18 +46,27 @@ bool sort(Key* keys, Key* scratch, std::uint64_t count, int bits, const Move& mo
   std::vector<Histogram> blocks(block_count);
   const auto begin_of = [&](std::uint64_t block) { return count * block / block_count; };
 
+  const auto for_each_block = [&](const auto& f) {
+    if (block_count == 1) {
+      f(std::uint64_t{0});
+    } else {
+      tbb::parallel_for(std::uint64_t{0}, block_count, f);
+    }
+  };
+
+  const int digit_bits = count < kManyKeys ? kSmallDigitBits : kLargeDigitBits;
+  const std::size_t digits = std::size_t{1} << digit_bits;
   bool is_flipped = false;
-  for (int shift = 0; shift < bits; shift += kDigitBits) {
-    const auto digit_of = [shift](Key key) { return static_cast<std::size_t>(key >> shift) & (kDigits - 1); };
-    const auto for_each_block = [&](const auto& f) { tbb::parallel_for(std::uint64_t{0}, block_count, f); };
+  for (int shift = 0; shift < bits; shift += digit_bits) {
+    const auto digit_of = [=](Key key) { return static_cast<std::size_t>(key >> shift) & (digits - 1); };
     const Key* from = is_flipped ? scratch : keys;
     Key* to = is_flipped ? keys : scratch;
     for_each_block([&](std::uint64_t block) {
       Histogram& histogram = blocks[block];
-      histogram.fill(0);
+      std::fill_n(histogram.begin(), digits, 0U);
       for (std::uint64_t i = begin_of(block); i < begin_of(block + 1); ++i) ++histogram[digit_of(from[i])];
     });
-    if (!scan_counts(blocks, count)) continue;
+    if (!scan_counts(blocks, digits, count)) continue;
     for_each_block([&](std::uint64_t block) {
       Histogram& next = blocks[block];
       for (std::uint64_t i = begin_of(block); i < begin_of(block + 1); ++i) {

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cfloat>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
 #include "random.hpp"
+#include "softcd/grid/uniform_grid.hpp"
 #include "softcd/math/kdop.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 
@@ -108,6 +110,61 @@ TEST(Twins, end_volumes_are_apart_on_one_axis) {
       }
       EXPECT_EQ(overlap(volume(axis, t0), volume(axis, 0.0F)), t0 == 0.0F) << "axis " << axis;
       EXPECT_EQ(generic::overlap(volume(axis, t0), volume(axis, 0.0F)), t0 == 0.0F);
+    }
+  }
+}
+
+/// The same numbers, zeros of either sign told apart; NaN is NaN.
+void expect_same_bounds(const Kdop18& a, const Kdop18& b, int round) {
+  const auto is_same = [](float x, float y) {
+    return (std::isnan(x) && std::isnan(y)) || (x == y && std::signbit(x) == std::signbit(y));
+  };
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    ASSERT_TRUE(is_same(a.lo[axis], b.lo[axis]))
+        << a.lo[axis] << " is not " << b.lo[axis] << ", round " << round << ", axis " << axis;
+    ASSERT_TRUE(is_same(a.hi[axis], b.hi[axis]))
+        << a.hi[axis] << " is not " << b.hi[axis] << ", round " << round << ", axis " << axis;
+  }
+}
+
+TEST(Twins, grown_volumes) {
+  Random random(5);
+  for (int round = 0; round < kRounds / 4; ++round) {
+    const Vec3f points[3] = {point(random, -4, 4), point(random, -4, 4), point(random, -4, 4)};
+    const float radius = random.chance(0.1) ? awkward(random) : 0.3F * static_cast<float>(random.below(4));
+    expect_same_bounds(grown_volume(points, radius), generic::grown_volume(points, radius), round);
+  }
+}
+
+TEST(Twins, merged_volumes) {
+  Random random(6);
+  for (int round = 0; round < kRounds / 4; ++round) {
+    const Kdop18 a = random_volume(random);
+    const Kdop18 b = random_volume(random);
+    expect_same_bounds(merged(a, b), generic::merged(a, b), round);
+  }
+}
+
+TEST(Twins, integer_volumes) {
+  Random random(7);
+  for (int round = 0; round < kRounds / 4; ++round) {
+    // As far from the origin as a grid reaches, or on the borders of its cells.
+    const float scale = random.chance(0.5) ? 1.0F : 130000.0F;
+    const auto coordinate = [&] {
+      const auto steps = static_cast<int>(random.below(65)) - 32;
+      return scale * 0.25F * static_cast<float>(steps);
+    };
+    const Vec3f points[3] = {{coordinate(), coordinate(), coordinate()},
+                             {coordinate(), coordinate(), coordinate()},
+                             {coordinate(), coordinate(), coordinate()}};
+    const float inverse_size = random.chance(0.5) ? 1.0F : 0.7F;
+    const Kdop18 volume = grown_volume(points, random.chance(0.5) ? 0.0F : 0.1F);
+    if (!within_reach(volume, inverse_size)) continue;
+    const IntegerDop cells = integer_dop(volume, inverse_size);
+    const IntegerDop expected = generic::integer_dop(volume, inverse_size);
+    for (int axis = 0; axis < kKdopAxes; ++axis) {
+      ASSERT_EQ(cells.lo[axis], expected.lo[axis]) << "round " << round << ", axis " << axis;
+      ASSERT_EQ(cells.hi[axis], expected.hi[axis]) << "round " << round << ", axis " << axis;
     }
   }
 }

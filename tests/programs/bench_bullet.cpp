@@ -69,6 +69,17 @@ TEST_F(BenchBullet, AClothThatCrumplesCollidesWithItself) {
   EXPECT_GT(deformable.at(kOurs)["median_soft_contacts"], 100);
 }
 
+TEST_F(BenchBullet, ClothsThatTouchThemselvesLieOnEachOther) {
+  const Variants classic = measure("--scene stacked --size 12", 0);
+  const Variants deformable = measure("--scene stacked --size 12 --world deformable", 0);
+  for (const Variants& variants : {classic, deformable}) {
+    for (const char* name : {kNative, kOurs}) {
+      EXPECT_GT(variants.at(name)["median_soft_contacts"], 100) << variants.at(name);
+      EXPECT_LT(variants.at(name)["highest_node"], 0.15) << variants.at(name);
+    }
+  }
+}
+
 TEST_F(BenchBullet, BallsDropOntoEachOther) {
   for (const char* world : {"soft --warm-up 25", "deformable --warm-up 50"}) {
     const Variants variants = measure("--scene balls --size 8 --world " + std::string(world), 0);
@@ -105,7 +116,7 @@ TEST_F(BenchBullet, RefusesCommandLines) {
   const auto expect_refused = [this](const std::string& arguments, const std::string& problem) {
     test::expect_refused(SOFTCD_BENCH, "bullet " + arguments, folder_, problem);
   };
-  expect_refused("--scene rope", "'rope' is not one of two-cloths, balls, draped, crumpling");
+  expect_refused("--scene rope", "'rope' is not one of two-cloths, balls, draped, crumpling, stacked");
   expect_refused("--world rigid", "'rigid' is not one of soft, deformable");
   expect_refused("--size 7", "--size");
   expect_refused("--most-native-faces -1", "--most-native-faces");

@@ -75,14 +75,31 @@ SOFTCD_HD inline bool within_reach(const Kdop18& dop, float inverse_size) {
   return furthest * inverse_size <= kGridReach;
 }
 
-/// The cells of an 18-DOP that is within_reach.
-///
-/// With u = p / s and i = floor(u): x, y and z are scaled and floored monotonely, so touching volumes share a cell
-/// without padding. For a sum, u_x + u_y - 2 < i + j <= u_x + u_y; for a difference,
-/// u_x - u_y - 1 < i - j < u_x - u_y + 1. `slack` covers the roundings of the projection and of the scaling.
+namespace detail {
+
+/// Covers the roundings of a projection onto a diagonal and of its scaling, in cells.
+SOFTCD_HD inline float projection_slack(const Kdop18& dop, float inverse_size) {
+  return 8.0F * 1.1920929e-7F * furthest_coordinate(dop) * inverse_size;
+}
+
+#ifdef SOFTCD_SSE2
+/// Of numbers that an int holds.
+inline __m128i floor_of(__m128 x) {
+  const __m128i truncated = _mm_cvttps_epi32(x);
+  // All bits set, -1, where truncation went up.
+  return _mm_add_epi32(truncated, _mm_castps_si128(_mm_cmplt_ps(x, _mm_cvtepi32_ps(truncated))));
+}
+
+inline void store(int* out, __m128i x) {
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(out), x);
+}
+#endif
+
+}  // namespace detail
+
+namespace generic {
 SOFTCD_HD inline IntegerDop integer_dop(const Kdop18& dop, float inverse_size) {
-  const float furthest = furthest_coordinate(dop);
-  const float slack = 8.0F * 1.1920929e-7F * furthest * inverse_size;
+  const float slack = detail::projection_slack(dop, inverse_size);
   IntegerDop cells{};
   for (int axis = 0; axis < kKdopAxes; ++axis) {
     const float pad = axis < 3 ? 0.0F : slack;
@@ -90,6 +107,34 @@ SOFTCD_HD inline IntegerDop integer_dop(const Kdop18& dop, float inverse_size) {
     cells.hi[axis] = static_cast<int>(floorf(dop.hi[axis] * inverse_size + pad)) + (axis >= 6 ? 1 : 0);
   }
   return cells;
+}
+}  // namespace generic
+
+/// The cells of an 18-DOP that is within_reach.
+///
+/// With u = p / s and i = floor(u): x, y and z are scaled and floored monotonely, so touching volumes share a cell
+/// without padding. For a sum, u_x + u_y - 2 < i + j <= u_x + u_y; for a difference,
+/// u_x - u_y - 1 < i - j < u_x - u_y + 1.
+SOFTCD_HD inline IntegerDop integer_dop(const Kdop18& dop, float inverse_size) {
+#ifdef SOFTCD_SSE2
+  const float slack = detail::projection_slack(dop, inverse_size);
+  const __m128 scale = _mm_set1_ps(inverse_size);
+  IntegerDop cells;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  // The axes from 5 on, read and written last, overlap those from 4 on.
+  const auto round = [&](int axis, __m128 pads, __m128i below, __m128i above) {
+    const __m128 lo = _mm_sub_ps(_mm_mul_ps(_mm_loadu_ps(dop.lo + axis), scale), pads);
+    const __m128 hi = _mm_add_ps(_mm_mul_ps(_mm_loadu_ps(dop.hi + axis), scale), pads);
+    detail::store(cells.lo + axis, _mm_sub_epi32(detail::floor_of(lo), below));
+    detail::store(cells.hi + axis, _mm_add_epi32(detail::floor_of(hi), above));
+  };
+  const __m128 slacks = _mm_set1_ps(slack);
+  round(0, _mm_setr_ps(0.0F, 0.0F, 0.0F, slack), _mm_setr_epi32(0, 0, 0, 1), _mm_setzero_si128());
+  round(4, slacks, _mm_setr_epi32(1, 1, 0, 0), _mm_setr_epi32(0, 0, 1, 1));
+  round(5, slacks, _mm_setr_epi32(1, 0, 0, 0), _mm_setr_epi32(0, 1, 1, 1));
+  return cells;
+#else
+  return generic::integer_dop(dop, inverse_size);
+#endif
 }
 
 }  // namespace softcd

@@ -50,7 +50,7 @@ SOFTCD_HD inline void extend(Kdop18& dop, Vec3f p) {
   }
 }
 
-/// The volume that holds both.
+namespace generic {
 SOFTCD_HD inline Kdop18 merged(const Kdop18& a, const Kdop18& b) {
   Kdop18 both{};
   for (int axis = 0; axis < kKdopAxes; ++axis) {
@@ -58,6 +58,24 @@ SOFTCD_HD inline Kdop18 merged(const Kdop18& a, const Kdop18& b) {
     both.hi[axis] = larger(a.hi[axis], b.hi[axis]);
   }
   return both;
+}
+}  // namespace generic
+
+/// The volume that holds both.
+SOFTCD_HD inline Kdop18 merged(const Kdop18& a, const Kdop18& b) {
+#ifdef SOFTCD_SSE2
+  Kdop18 both;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  const auto merge_four = [&](int axis) {
+    _mm_storeu_ps(both.lo + axis, _mm_min_ps(_mm_loadu_ps(a.lo + axis), _mm_loadu_ps(b.lo + axis)));
+    _mm_storeu_ps(both.hi + axis, _mm_max_ps(_mm_loadu_ps(a.hi + axis), _mm_loadu_ps(b.hi + axis)));
+  };
+  merge_four(0);
+  merge_four(4);
+  merge_four(5);
+  return both;
+#else
+  return generic::merged(a, b);
+#endif
 }
 
 SOFTCD_HD inline float furthest_coordinate(const Kdop18& dop) {
@@ -93,6 +111,98 @@ SOFTCD_HD inline void inflate(Kdop18& dop, float radius) {
     dop.lo[axis] = outward_down(dop.lo[axis] - growth);
     dop.hi[axis] = outward_up(dop.hi[axis] + growth);
   }
+}
+
+namespace generic {
+SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
+  Kdop18 dop = empty_kdop();
+  for (const Vec3f& point : points) extend(dop, point);
+  inflate(dop, radius);
+  return dop;
+}
+}  // namespace generic
+
+#ifdef SOFTCD_SSE2
+namespace detail {
+
+/// x, y, z, 0.
+inline __m128 lanes_of(const Vec3f& p) {
+  const __m128 xy = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&p.x)));
+  return _mm_movelh_ps(xy, _mm_load_ss(&p.z));
+}
+
+inline void store_three(float* out, __m128 x) {
+  _mm_storel_pi(reinterpret_cast<__m64*>(out), x);
+  _mm_store_ss(out + 2, _mm_movehl_ps(x, x));
+}
+
+inline __m128 magnitudes(__m128 x) {
+  return _mm_andnot_ps(_mm_set1_ps(-0.0F), x);
+}
+inline __m128 outward_by(__m128 x) {
+  return _mm_add_ps(_mm_mul_ps(magnitudes(x), _mm_set1_ps(1.1920929e-7F)), _mm_set1_ps(1.1754944e-38F));
+}
+inline __m128 outward_down(__m128 x) {
+  return _mm_sub_ps(x, outward_by(x));
+}
+inline __m128 outward_up(__m128 x) {
+  return _mm_add_ps(x, outward_by(x));
+}
+
+/// Intervals along three axes.
+struct ThreeAxes {
+  __m128 lo = _mm_set1_ps(3.402823466e+38F);
+  __m128 hi = _mm_set1_ps(-3.402823466e+38F);
+
+  void extend(__m128 projections) {
+    lo = _mm_min_ps(lo, projections);
+    hi = _mm_max_ps(hi, projections);
+  }
+  void inflate(float growth) {
+    lo = outward_down(_mm_sub_ps(lo, _mm_set1_ps(growth)));
+    hi = outward_up(_mm_add_ps(hi, _mm_set1_ps(growth)));
+  }
+  float furthest() const {
+    const __m128 size = _mm_max_ps(magnitudes(lo), magnitudes(hi));
+    const __m128 x = _mm_max_ss(_mm_setzero_ps(), size);
+    const __m128 xy = _mm_max_ss(x, _mm_shuffle_ps(size, size, _MM_SHUFFLE(1, 1, 1, 1)));
+    return _mm_cvtss_f32(_mm_max_ss(xy, _mm_movehl_ps(size, size)));
+  }
+};
+
+}  // namespace detail
+#endif
+
+/// The volume of a triangle's corners, grown by a ball of this radius.
+SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
+#ifdef SOFTCD_SSE2
+  detail::ThreeAxes straight, sums, differences;
+  for (const Vec3f& point : points) {
+    const __m128 p = detail::lanes_of(point);
+    const __m128 first = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 1, 0, 0));
+    const __m128 second = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 2, 2, 1));
+    straight.extend(p);
+    sums.extend(_mm_add_ps(first, second));
+    differences.extend(_mm_sub_ps(first, second));
+  }
+  const bool is_empty = _mm_cvtss_f32(straight.hi) < _mm_cvtss_f32(straight.lo);
+  if (radius > 0.0F && !is_empty) {
+    const Reach reach = reach_of(radius, straight.furthest());
+    straight.inflate(reach.straight);
+    sums.inflate(reach.diagonal);
+    differences.inflate(reach.diagonal);
+  }
+  Kdop18 dop;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  detail::store_three(dop.lo, straight.lo);
+  detail::store_three(dop.lo + 3, sums.lo);
+  detail::store_three(dop.lo + 6, differences.lo);
+  detail::store_three(dop.hi, straight.hi);
+  detail::store_three(dop.hi + 3, sums.hi);
+  detail::store_three(dop.hi + 6, differences.hi);
+  return dop;
+#else
+  return generic::grown_volume(points, radius);
+#endif
 }
 
 namespace generic {
@@ -252,17 +362,6 @@ SOFTCD_HD bool apart_on_straight_axes(const Vec3f* x_t0, const Vec3f* x_t1, cons
 
 #ifdef SOFTCD_SSE2
 namespace detail {
-
-/// x, y, z, 0.
-inline __m128 lanes_of(const Vec3f& p) {
-  const __m128 xy = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&p.x)));
-  return _mm_movelh_ps(xy, _mm_load_ss(&p.z));
-}
-
-inline __m128 outward_up(__m128 x) {
-  const __m128 size = _mm_andnot_ps(_mm_set1_ps(-0.0F), x);
-  return _mm_add_ps(x, _mm_add_ps(_mm_mul_ps(size, _mm_set1_ps(1.1920929e-7F)), _mm_set1_ps(1.1754944e-38F)));
-}
 
 /// A box, its fourth lanes 0.
 struct BoxLanes {

@@ -49,21 +49,15 @@ struct BoundTriangle {
   SOFTCD_HD void bound(std::uint32_t t, Kdop18& out, TriangleShape& shape) const {
     const TriangleMotion motion = load_triangle(scene, t);
     const SceneBody& body = scene.bodies[scene.triangle_body[t]];
-    Kdop18 at_t0 = empty_kdop();
-    Kdop18 at_t1 = empty_kdop();
     float growth = body.margin;
-    for (int corner = 0; corner < 3; ++corner) {
-      extend(at_t1, motion.t1[corner]);
-      if (scene.is_swept) {
-        extend(at_t0, motion.t0[corner]);
-      } else if (scene.motion_margin > 0.0F) {
-        growth = larger(growth, outward_up(scene.vertex_margin<float>(scene.triangles[t].v[corner])));
-      }
+    if (!scene.is_swept && scene.motion_margin > 0.0F) {
+      for (const std::uint32_t v : scene.triangles[t].v)
+        growth = larger(growth, outward_up(scene.vertex_margin<float>(v)));
     }
     growth = scene.contact_reach(growth);
-    inflate(at_t1, growth);
-    inflate(at_t0, growth);
-    const Kdop18 volume = merged(at_t0, at_t1);
+    const Kdop18 at_t1 = grown_volume(motion.t1, growth);
+    const Kdop18 at_t0 = scene.is_swept ? grown_volume(motion.t0, growth) : at_t1;
+    const Kdop18 volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
     if (!overlap(body.reach, volume)) return;
     if (scene.is_swept) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
 
