@@ -55,19 +55,16 @@ enum class BroadPhase : std::uint32_t {
 /// features' edges and distances. docs/accuracy.md has the reasons and measurements.
 enum class Accuracy : std::uint32_t {
   /// Coplanarity cubic and proximity in float32. What touches during a step is found, as a rule early; so is what
-  /// passes
-  /// by within 4e-6 S, or all but touches for longer than a bound on work allows to follow.
+  /// passes by within 4e-6 S, or all but touches for longer than a bound on work allows to follow.
   fast,
   /// The same in float64, 8e-15 S; times of impact are not late. In a continuous detection a positive margin is looked
-  /// for
-  /// at the step's ends and where the features are coplanar, not in between.
+  /// for at the step's ends and where the features are coplanar, not in between.
   precise,
   /// In float64, with roundings bounded against "no contact", those of positions in double too. Continuous: whatever
-  /// comes
-  /// within the margin during the step is found, at a time of impact that is not late. What is found comes within the
-  /// margin, a millionth of it, 2e-14 S and what positions were rounded by, but for the unsettled contacts, which are
-  /// marked (Contact::is_unsettled): the bound on work was reached first. Discrete: whatever is within the margin is
-  /// found; with ContactRule::slab, for positions as the detector has them.
+  /// comes within the margin during the step is found, at a time of impact that is not late. What is found comes within
+  /// the margin, a millionth of it, 2e-14 S and what positions were rounded by, but for the unsettled contacts, which
+  /// are marked (Contact::is_unsettled): the bound on work was reached first. Discrete: whatever is within the margin
+  /// is found; with ContactRule::slab, for positions as the detector has them.
   conservative,
 };
 
