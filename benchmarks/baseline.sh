@@ -7,11 +7,11 @@ usage() {
 usage: benchmarks/baseline.sh BENCH BACKEND FILE [STEPS [MACHINE]]
 
 Measures the generated scenes, and the recorded steps where they are given, in every mode, and writes the result of
-`softcd-bench detector --json` to FILE, for `softcd-bench compare`. A minute on a GPU, five on two cores.
+`softcd-bench detector --json` to FILE, for `softcd-bench compare`. Under a minute on a GPU, about two minutes on two cores.
 
   BENCH    the program softcd-bench, e.g. build/release/benchmarks/softcd-bench
   BACKEND  cpu or cuda
-  FILE     e.g. benchmarks/baseline/amd-epyc-2-cores.json
+  FILE     e.g. benchmarks/baseline/intel-xeon-2-cores.json
   STEPS    a folder of the recorded steps of Scalable CCD's sample data: armadillo-rollers, cloth-ball, cloth-funnel,
            n-body-simulation and rod-twist, each with its two meshes in frames/. What is missing is left out
   MACHINE  what the result calls the machine; left out: its processor. A GPU has to be named
