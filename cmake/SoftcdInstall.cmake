@@ -9,7 +9,8 @@ include(CMakePackageConfigHelpers)
 
 set(softcd_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/softcd")
 
-function(softcd_install_library target export_name include_dir)
+# `pattern`: of which of its headers a user's program includes, some by way of others.
+function(softcd_install_library target export_name include_dir pattern)
   if(NOT TARGET ${target})
     return()
   endif()
@@ -18,13 +19,13 @@ function(softcd_install_library target export_name include_dir)
           ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
           LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
-  install(DIRECTORY "${include_dir}/softcd" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING PATTERN "*.hpp")
+  install(DIRECTORY "${include_dir}/softcd" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING REGEX "${pattern}")
 endfunction()
 
-softcd_install_library(softcd_kernels kernels "${PROJECT_SOURCE_DIR}/kernels/include")
-softcd_install_library(softcd softcd "${PROJECT_SOURCE_DIR}/plugin/include")
-softcd_install_library(softcd_bullet bullet "${PROJECT_SOURCE_DIR}/bullet_integration/include")
-softcd_install_library(softcd_bullet-float64 bullet-float64 "${PROJECT_SOURCE_DIR}/bullet_integration/include")
+softcd_install_library(softcd_kernels kernels "${PROJECT_SOURCE_DIR}/kernels/include" "${SOFTCD_PUBLIC_KERNEL_HEADERS}")
+softcd_install_library(softcd softcd "${PROJECT_SOURCE_DIR}/plugin/include" "\\.hpp$")
+softcd_install_library(softcd_bullet bullet "${PROJECT_SOURCE_DIR}/bullet_integration/include" "\\.hpp$")
+softcd_install_library(softcd_bullet-float64 bullet-float64 "${PROJECT_SOURCE_DIR}/bullet_integration/include" "\\.hpp$")
 
 if(TARGET softcd)
   install(EXPORT softcd_targets NAMESPACE softcd:: DESTINATION "${softcd_package_dir}")

@@ -1,25 +1,14 @@
 #include "viewer/detection_grid.hpp"
 
 #include <algorithm>
-#include <utility>
+#include <memory>
 
 #include "cpu_backend.hpp"
-#include "detection_settings.hpp"
-#include "pair_selection.hpp"
-#include "scene_snapshot.hpp"
+#include "scene_core.hpp"
 #include "softcd/pipeline/detector_on.hpp"
 
 namespace softcd::demo {
 namespace {
-
-std::vector<Body> make_bodies(const std::vector<GridBody>& grid_bodies) {
-  std::vector<Body> bodies;
-  for (const GridBody& from : grid_bodies) {
-    bodies.push_back(make_body(BodyId{static_cast<std::uint32_t>(bodies.size())}, from.desc));
-    bodies.back().positions.set(from.x_t0, from.x_t1);
-  }
-  return bodies;
-}
 
 static_assert(GridEntry::kMaskBits == kMaskBits);
 
@@ -74,28 +63,24 @@ Cell unwrapped(std::uint32_t index, const IntegerDop& cells) {
 
 }  // namespace
 
-DetectionGrid::DetectionGrid(const std::vector<GridBody>& grid_bodies, const PipelineOptions& options) {
-  std::vector<Body> bodies = make_bodies(grid_bodies);
-  std::vector<BodySurvey> surveys = survey_bodies(bodies, options.detection == Detection::ccd, measures_moves(options));
-  origin_ = scene_origin(surveys);
-  list_neighbours(bodies);
-  SceneArrays arrays = concatenate(bodies);
-
+DetectionGrid::DetectionGrid(const std::vector<GridBody>& bodies, const PipelineOptions& options) {
   GridRecord record;
-  DetectorOn<RecordingBackend> detector(&record);
-  detector.set_topology(arrays.topology());
-  const PositionArrays positions = detector.position_arrays();
-  const bool moves = some_body_moves(surveys);
-  write_positions(bodies, origin_, moves || measures_moves(options), positions, surveys);
-  const PairSelection pairs = select_pairs(bodies, surveys, origin_, margin_growth(options), {});
-  const DetectionSettings settings = detection_settings(options, pairs, moves);
-  if (pairs.pair_count + pairs.self_count > 0) {
-    detector.start(pairs.view(), settings);
-    detector.finish(counts_);
-  }
-  x_t1_ = copy_of(positions.x_t1, arrays.vertex_body.size());
-  for (const SceneBody& body : pairs.bodies) first_triangles_.push_back(body.first_triangle);
-  triangles_ = std::move(arrays.triangles);
+  const auto make_detector = [&record] { return std::make_unique<DetectorOn<RecordingBackend>>(&record); };
+  SceneOptions on_cpu = options;
+  on_cpu.backend = Backend::cpu;
+  const auto scene =
+      std::make_shared<detail::SceneCore>(on_cpu, LogCallback(), DetectorFactories{make_detector, {}, {}});
+  detail::QueryCore query(scene, options);
+  for (const GridBody& body : bodies) scene->set_positions(scene->add_body(body.desc), body.x_t0, body.x_t1);
+  query.wait(query.start(Pairs::all));
+  counts_ = query.statistics();
+
+  const SceneStore& store = scene->store();
+  const SceneArrays arrays = store.arrays();
+  origin_ = store.origin();
+  x_t1_.assign(arrays.x_t1.begin(), arrays.x_t1.end());
+  triangles_.assign(arrays.triangles.begin(), arrays.triangles.end());
+  for (const Body& body : store.bodies()) first_triangles_.push_back(body.triangles.first);
   for (const SplitRoot& split : record.splits) splits_.push_back({split.root, split.level});
   inverse_cell_size_ = 1.0F / static_cast<float>(counts_.cell_size);
   for (std::size_t i = 0; i < record.entries.size(); ++i) {

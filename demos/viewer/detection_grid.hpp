@@ -39,7 +39,6 @@ class DetectionGrid {
   DetectionGrid(const std::vector<GridBody>& bodies, const PipelineOptions& options);
 
   double cell_size() const { return counts_.cell_size; }
-  /// Without those that a pipeline counts itself: bodies, vertices and what was left out.
   const Statistics& counts() const { return counts_; }
 
   /// In ascending order of index.

@@ -33,6 +33,20 @@ class CpuBackend {
   /// Counts are in host memory: a list that overflowed can grow at once.
   static constexpr bool kKnowsCounts = true;
 
+  /// What it keeps of one query.
+  struct Session {};
+
+  /// An array of the host, where it is.
+  template <class T>
+  class Mirror {
+   public:
+    void follow(CpuBackend& /*backend*/, Span<const T> values, Span<const Range> /*changes*/) { data_ = values.data(); }
+    const T* data() const { return data_; }
+
+   private:
+    const T* data_ = nullptr;
+  };
+
   /// Uninitialised memory that only grows.
   template <class T>
   class Buffer {
@@ -227,16 +241,8 @@ class CpuBackend {
     if (!values.empty()) std::memcpy(buffer.data(), values.data(), values.size() * sizeof(T));
   }
 
-  void reserve_positions(Buffer<Vec3f>& x_t0, Buffer<Vec3f>& x_t1, std::uint64_t count) {
-    x_t0.reserve(*this, count, 0);
-    x_t1.reserve(*this, count, 0);
-  }
-  PositionArrays position_arrays(Buffer<Vec3f>& x_t0, Buffer<Vec3f>& x_t1) { return {x_t0.data(), x_t1.data()}; }
-  void upload_positions(Buffer<Vec3f>& /*x_t0*/, Buffer<Vec3f>& /*x_t1*/, std::uint64_t /*count*/, bool /*both_ends*/) {
-  }
-
   template <class F>
-  void launch(const std::vector<std::uint64_t>& /*signature*/, F f) {
+  void launch(const Signature& /*signature*/, F f) {
     task_.run(std::move(f));
   }
 
@@ -256,7 +262,7 @@ class CpuBackend {
     return {contacts_, count};
   }
 
-  void start_clock() {
+  void begin_detection(Session& /*session*/) {
     times_ = {};
     reruns_ = 0;
     start_ = part_start_ = Clock::now();

@@ -5,7 +5,7 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
-#include <array>
+#include <optional>
 #include <vector>
 
 #include "block_team.cuh"
@@ -46,6 +46,32 @@ class ExecutableGraph {
   cudaGraphExec_t executable_ = nullptr;
 };
 
+/// Ends a capture that has begun, whatever becomes of it: the caller's stream must not be left capturing.
+class StreamCapture {
+ public:
+  explicit StreamCapture(cudaStream_t stream) : stream_(stream) {
+    check_cuda(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "capturing a graph");
+  }
+  StreamCapture(const StreamCapture&) = delete;
+  StreamCapture& operator=(const StreamCapture&) = delete;
+  ~StreamCapture() {
+    if (stream_ == nullptr) return;
+    cudaGraph_t graph = nullptr;
+    cudaStreamEndCapture(stream_, &graph);
+    if (graph != nullptr) cudaGraphDestroy(graph);
+    cudaGetLastError();
+  }
+
+  ExecutableGraph finish() {
+    cudaGraph_t graph = nullptr;
+    check_cuda(cudaStreamEndCapture(std::exchange(stream_, nullptr), &graph), "capturing a graph");
+    return ExecutableGraph(graph);
+  }
+
+ private:
+  cudaStream_t stream_;
+};
+
 /// The stages' primitives on one CUDA stream. Counts stay on the device: the host enqueues a whole detection and
 /// synchronises once, in finish.
 class CudaBackend {
@@ -59,7 +85,6 @@ class CudaBackend {
     int device = 0;
     check_cuda(cudaGetDevice(&device), "cudaGetDevice");
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device), "cudaDeviceGetAttribute");
-    for (cudaEvent_t& event : events_) check_cuda(cudaEventCreate(&event), "cudaEventCreate");
     host_counters_.reserve(1);
   }
   CudaBackend(const CudaBackend&) = delete;
@@ -69,6 +94,22 @@ class CudaBackend {
     for (cudaEvent_t event : events_) cudaEventDestroy(event);
     if (owns_stream_) cudaStreamDestroy(stream_);
   }
+
+  /// What it keeps of one query: its graph, and contacts on the host.
+  struct Session {
+    struct Key {
+      Signature signature;
+      std::uint64_t allocations;
+
+      friend bool operator==(const Key&, const Key&) = default;
+    };
+
+    std::optional<Key> last_key;   ///< of the last detection that was not replayed
+    std::optional<Key> graph_key;  ///< of the captured one
+    ExecutableGraph graph;
+    std::size_t graph_parts = 0;
+    PinnedBuffer<Contact> contacts;
+  };
 
   template <class T>
   class Buffer {
@@ -107,6 +148,27 @@ class CudaBackend {
 
     Memory memory_;
     std::uint64_t capacity_ = 0;
+  };
+
+  /// A copy of an array of the host.
+  template <class T>
+  class Mirror {
+   public:
+    void follow(CudaBackend& backend, Span<const T> values, Span<const Range> changes) {
+      const std::uint64_t size = values.size();
+      // A quarter more than there is the second time, so that slowly growing arrays seldom move.
+      if (size > copy_.capacity()) copy_.reserve(backend, copy_.capacity() == 0 ? size : size + size / 4, size);
+      for (const Range& range : changes) {
+        if (range.begin == range.end) continue;
+        check_cuda(cudaMemcpyAsync(copy_.data() + range.begin, values.data() + range.begin,
+                                   (range.end - range.begin) * sizeof(T), cudaMemcpyHostToDevice, backend.stream_),
+                   "copying the scene");
+      }
+    }
+    const T* data() const { return copy_.data(); }
+
+   private:
+    Buffer<T> copy_;
   };
 
   template <class T>
@@ -261,49 +323,34 @@ class CudaBackend {
         "upload");
   }
 
-  void reserve_positions(Buffer<Vec3f>& x_t0, Buffer<Vec3f>& x_t1, std::uint64_t count) {
-    x_t0.reserve(*this, count, 0);
-    x_t1.reserve(*this, count, 0);
-    host_x_t0_.reserve(count);
-    host_x_t1_.reserve(count);
-  }
-  PositionArrays position_arrays(Buffer<Vec3f>& /*x_t0*/, Buffer<Vec3f>& /*x_t1*/) {
-    return {host_x_t0_.data(), host_x_t1_.data()};
-  }
-  void upload_positions(Buffer<Vec3f>& x_t0, Buffer<Vec3f>& x_t1, std::uint64_t count, bool both_ends) {
-    upload(x_t1, Span<const Vec3f>(host_x_t1_.data(), count));
-    if (both_ends) upload(x_t0, Span<const Vec3f>(host_x_t0_.data(), count));
-  }
-
   /// Enqueues a detection. The second of equal detections in a row is captured as a graph, and all further ones replay
   /// it: host time and gaps between kernels shrink to those of one launch. Memory is allocated in the first only. The
   /// legacy default stream cannot be captured.
   template <class F>
-  void launch(const std::vector<std::uint64_t>& signature, const F& f) {
-    std::vector<std::uint64_t> key = signature;
-    key.push_back(allocations_);
-    if (graph_ && key == graph_key_) {
-      part_count_ = graph_parts_;
-    } else if (key == last_key_ && stream_ != cudaStreamLegacy) {
+  void launch(const Signature& signature, const F& f) {
+    Session& session = *session_;
+    const typename Session::Key key = {signature, allocations_};
+    if (session.graph && key == session.graph_key) {
+      part_count_ = session.graph_parts;
+    } else if (key == session.last_key && stream_ != cudaStreamLegacy) {
       capture(f);
-      graph_key_ = key;
-      graph_parts_ = part_count_;
+      session.graph_key = key;
+      session.graph_parts = part_count_;
     } else {
       run(f);
-      key.back() = allocations_;
-      last_key_ = std::move(key);
+      session.last_key = {signature, allocations_};
       return;
     }
-    check_cuda(cudaGraphLaunch(graph_.get(), stream_), "launching a graph");
+    check_cuda(cudaGraphLaunch(session.graph.get(), stream_), "launching a graph");
   }
 
   void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count count) {
-    host_contacts_.reserve(count.capacity);
+    session_->contacts.reserve(count.capacity);
     check_cuda(
         cudaMemcpyAsync(host_counters_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
         "reading counters");
     cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(count, contacts.data(),
-                                                                                             host_contacts_.data());
+                                                                                             session_->contacts.data());
     check_cuda(cudaGetLastError(), "reading contacts");
   }
 
@@ -314,14 +361,16 @@ class CudaBackend {
 
   Span<const Contact> contacts(std::uint64_t count) {
     read_clock();
-    return {host_contacts_.data(), count};
+    return {session_->contacts.data(), count};
   }
 
-  void start_clock() { reruns_ = 0; }
+  void begin_detection(Session& session) {
+    session_ = &session;
+    reruns_ = 0;
+  }
   void begin(Stage stage) {
-    if (part_count_ == kMostParts) return;
-    parts_[part_count_] = stage;
-    record(events_[part_count_++]);
+    record(part_count_);
+    parts_[part_count_++] = stage;
   }
 
   void count_rerun() { ++reruns_; }
@@ -334,8 +383,6 @@ class CudaBackend {
   const StageTimes& times() const { return times_; }
 
  private:
-  static constexpr std::size_t kMostParts = 63;
-
   unsigned blocks_for(std::uint64_t items, std::uint64_t items_per_block = cuda::kBlockSize) const {
     const std::uint64_t blocks = (items + items_per_block - 1) / items_per_block;
     return static_cast<unsigned>(std::min<std::uint64_t>(blocks, static_cast<std::uint64_t>(processors_) * 64));
@@ -358,29 +405,40 @@ class CudaBackend {
     check_cuda(f(scratch_.data(), bytes), label);
   }
 
-  void record(cudaEvent_t event) {
-    check_cuda(
-        cudaEventRecordWithFlags(event, stream_, is_capturing_ ? cudaEventRecordExternal : cudaEventRecordDefault),
-        "recording time");
+  /// When part `part` begins. There are as many events as any detection had parts.
+  void record(std::size_t part) {
+    while (events_.size() <= part) {
+      cudaEvent_t event = nullptr;
+      events_.reserve(events_.size() + 1);
+      parts_.resize(events_.size() + 1);
+      check_cuda(cudaEventCreate(&event), "cudaEventCreate");
+      events_.push_back(event);
+    }
+    check_cuda(cudaEventRecordWithFlags(events_[part], stream_,
+                                        is_capturing_ ? cudaEventRecordExternal : cudaEventRecordDefault),
+               "recording time");
   }
 
   template <class F>
   void run(const F& f) {
     part_count_ = 0;
     f();
-    record(events_[part_count_]);
+    record(part_count_);
   }
 
   template <class F>
   void capture(const F& f) {
-    graph_ = {};
-    check_cuda(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeThreadLocal), "capturing a graph");
+    session_->graph = {};
+    StreamCapture capture(stream_);
     is_capturing_ = true;
-    run(f);
+    try {
+      run(f);
+    } catch (...) {
+      is_capturing_ = false;
+      throw;
+    }
     is_capturing_ = false;
-    cudaGraph_t graph = nullptr;
-    check_cuda(cudaStreamEndCapture(stream_, &graph), "capturing a graph");
-    graph_ = ExecutableGraph(graph);
+    session_->graph = capture.finish();
   }
 
   void read_clock() {
@@ -398,20 +456,15 @@ class CudaBackend {
   bool owns_stream_ = false;
   int processors_ = 0;
   Buffer<std::byte> scratch_;
-  PinnedBuffer<Vec3f> host_x_t0_, host_x_t1_;
   PinnedBuffer<Counters> host_counters_;
-  PinnedBuffer<Contact> host_contacts_;
-  std::array<cudaEvent_t, kMostParts + 1> events_{};
-  std::array<Stage, kMostParts> parts_{};
+  std::vector<cudaEvent_t> events_;
+  std::vector<Stage> parts_;
   std::size_t part_count_ = 0;
   StageTimes times_;
   std::uint64_t reruns_ = 0;
 
-  std::uint64_t allocations_ = 0;         ///< changes when any buffer moves
-  std::vector<std::uint64_t> last_key_;   ///< signature and allocations of the last detection that was not replayed
-  std::vector<std::uint64_t> graph_key_;  ///< those of the captured one
-  ExecutableGraph graph_;
-  std::size_t graph_parts_ = 0;
+  std::uint64_t allocations_ = 0;  ///< changes when any buffer moves
+  Session* session_ = nullptr;     ///< of the detection that was begun last
   bool is_capturing_ = false;
 };
 

@@ -37,6 +37,34 @@ class DeviceGuard {
   int before_;
 };
 
+/// Runs f on the device. What it does is to free: where the device cannot be made current any more there is nothing
+/// left to be freed on it.
+template <class F>
+void free_on(int device, const F& f) noexcept {
+  try {
+    const DeviceGuard guard(device);
+    f();
+  } catch (...) {  // NOLINT(bugprone-empty-catch)
+  }
+}
+
+/// A query's memory on one device, whichever is the calling thread's current one.
+class QueryOnDevice final : public QueryMemory {
+ public:
+  QueryOnDevice(int device, std::unique_ptr<QueryMemory> query) : device_(device), query_(std::move(query)) {}
+  QueryOnDevice(const QueryOnDevice&) = delete;
+  QueryOnDevice& operator=(const QueryOnDevice&) = delete;
+  ~QueryOnDevice() noexcept override {
+    free_on(device_, [&] { query_.reset(); });
+  }
+
+  QueryMemory& query() { return *query_; }
+
+ private:
+  int device_;
+  std::unique_ptr<QueryMemory> query_;
+};
+
 /// A detector on one device, whichever is the calling thread's current one.
 class DetectorOnDevice final : public Detector {
  public:
@@ -46,30 +74,25 @@ class DetectorOnDevice final : public Detector {
   }
   DetectorOnDevice(const DetectorOnDevice&) = delete;
   DetectorOnDevice& operator=(const DetectorOnDevice&) = delete;
-  /// Where the device cannot be made current any more there is nothing left to free on it.
   ~DetectorOnDevice() noexcept override {
-    try {
-      const DeviceGuard guard(device_);
-      detector_.reset();
-    } catch (...) {  // NOLINT(bugprone-empty-catch)
-    }
+    free_on(device_, [&] { detector_.reset(); });
   }
 
-  bool set_memory_limit(std::uint64_t bytes) override {
+  bool set_memory_limit(std::uint64_t bytes, QueryMemory& query) override {
     const DeviceGuard guard(device_);
-    return detector_->set_memory_limit(bytes);
+    return detector_->set_memory_limit(bytes, static_cast<QueryOnDevice&>(query).query());
   }
-  void set_topology(const SceneTopology& topology) override {
+  void set_scene(const SceneArrays& scene, const SceneChanges& changes) override {
     const DeviceGuard guard(device_);
-    detector_->set_topology(topology);
+    detector_->set_scene(scene, changes);
   }
-  PositionArrays position_arrays() override {
+  std::unique_ptr<QueryMemory> make_query() override {
     const DeviceGuard guard(device_);
-    return detector_->position_arrays();
+    return std::make_unique<QueryOnDevice>(device_, detector_->make_query());
   }
-  void start(const SceneBodies& bodies, const DetectionSettings& settings) override {
+  void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) override {
     const DeviceGuard guard(device_);
-    detector_->start(bodies, settings);
+    detector_->start(static_cast<QueryOnDevice&>(query).query(), bodies, settings);
   }
   Span<const Contact> finish(Statistics& statistics) override {
     const DeviceGuard guard(device_);
@@ -84,10 +107,21 @@ class DetectorOnDevice final : public Detector {
 
 }  // namespace
 
-DetectorFactory cuda_detector_factory(void* stream) {
-  return [device = current_device(), stream] {
-    return std::make_unique<DetectorOnDevice>(device, static_cast<cudaStream_t>(stream));
-  };
+DetectorFactory cuda_detector_factory(int device, void* stream) {
+  if (device < 0) device = current_device();
+  return [device, stream] { return std::make_unique<DetectorOnDevice>(device, static_cast<cudaStream_t>(stream)); };
+}
+
+void* allocate_shared_memory(std::uint64_t bytes) {
+  void* memory = nullptr;
+  const cudaError_t status = cudaHostAlloc(&memory, bytes, cudaHostAllocPortable);
+  if (status == cudaSuccess) return memory;
+  cudaGetLastError();
+  return nullptr;
+}
+
+void free_shared_memory(void* memory) {
+  cudaFreeHost(memory);
 }
 
 const char* cuda_problem() {

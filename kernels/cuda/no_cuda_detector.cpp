@@ -2,9 +2,15 @@
 
 namespace softcd {
 
-DetectorFactory cuda_detector_factory(void* /*stream*/) {
+DetectorFactory cuda_detector_factory(int /*device*/, void* /*stream*/) {
   return {};
 }
+
+void* allocate_shared_memory(std::uint64_t /*bytes*/) {
+  return nullptr;
+}
+
+void free_shared_memory(void* /*memory*/) {}
 
 const char* cuda_problem() {
   return "this build of softcd has no CUDA backend (no nvcc was found when it was configured); rebuild with "

@@ -29,23 +29,26 @@ void for_each_vertex(const Triangle& triangle, Visit visit) {
 /// The triangles of each vertex, in ascending order.
 class VertexTriangles {
  public:
-  explicit VertexTriangles(const Topology& topology) : first_(topology.vertex_count + 1, 0) {
-    for (const Triangle& triangle : topology.triangles) {
-      for_each_vertex(triangle, [&](std::uint32_t v) { ++first_[v + 1]; });
+  explicit VertexTriangles(const MeshView& mesh) : first_vertex_(mesh.first_vertex), first_(mesh.vertex_count + 1, 0) {
+    for (const Triangle& triangle : mesh.triangles) {
+      for_each_vertex(triangle, [&](std::uint32_t v) { ++first_[v - first_vertex_ + 1]; });
     }
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
     triangles_.resize(first_.back());
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-    for (std::uint32_t t = 0; t < topology.triangles.size(); ++t) {
-      for_each_vertex(topology.triangles[t], [&](std::uint32_t v) { triangles_[next[v]++] = t; });
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      for_each_vertex(mesh.triangles[t], [&](std::uint32_t v) { triangles_[next[v - first_vertex_]++] = t; });
     }
   }
 
+  /// Places of triangles in the mesh.
   Span<const std::uint32_t> of(std::uint32_t v) const {
-    return {triangles_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
+    const std::uint32_t* const first = first_.data() + (v - first_vertex_);
+    return {triangles_.data() + first[0], static_cast<std::size_t>(first[1] - first[0])};
   }
 
  private:
+  std::uint32_t first_vertex_;
   std::vector<std::uint32_t> first_, triangles_;
 };
 
@@ -55,11 +58,11 @@ bool has(const Triangle& triangle, std::uint32_t vertex) {
 
 /// Calls visit(n) for every triangle n other than t that shares a vertex with it, once.
 template <class Visit>
-void for_each_neighbour(const Topology& topology, const VertexTriangles& triangles_of, std::uint32_t t, Visit visit) {
-  const auto& v = topology.triangles[t].v;
+void for_each_neighbour(const MeshView& mesh, const VertexTriangles& triangles_of, std::uint32_t t, Visit visit) {
+  const auto& v = mesh.triangles[t].v;
   for (int corner = 0; corner < 3; ++corner) {
     for (const std::uint32_t other : triangles_of.of(v[corner])) {
-      const Triangle& triangle = topology.triangles[other];
+      const Triangle& triangle = mesh.triangles[other];
       const bool was_visited = std::any_of(v, v + corner, [&](std::uint32_t before) { return has(triangle, before); });
       if (other != t && !was_visited) visit(other);
     }
@@ -69,8 +72,8 @@ void for_each_neighbour(const Topology& topology, const VertexTriangles& triangl
 /// The features that one pair of neighbours after the other adds.
 class NeighbourLister {
  public:
-  NeighbourLister(const Topology& topology, Span<const Ownership> ownership, NeighbourFeatures& out)
-      : topology_(topology), ownership_(ownership), out_(out) {}
+  NeighbourLister(const MeshView& mesh, Span<const Ownership> ownership, NeighbourFeatures& out)
+      : mesh_(mesh), ownership_(ownership), out_(out) {}
 
   void add(std::uint32_t t, std::uint32_t neighbour) {
     add_vertices(neighbour, t);
@@ -80,10 +83,10 @@ class NeighbourLister {
  private:
   void add_vertices(std::uint32_t owner, std::uint32_t t) {
     for (int corner = 0; corner < 3; ++corner) {
-      const std::uint32_t v = topology_.triangles[owner].v[corner];
+      const std::uint32_t v = mesh_.triangles[owner].v[corner];
       const bool is_owned = (ownership_[owner] & (1U << corner)) != 0;
-      if (is_owned && !has(topology_.triangles[t], v)) {
-        out_.vertex_triangle.push_back((static_cast<std::uint64_t>(v) << 32) | t);
+      if (is_owned && !has(mesh_.triangles[t], v)) {
+        out_.vertex_triangle.push_back((static_cast<std::uint64_t>(v) << 32) | (mesh_.first_triangle + t));
       }
     }
   }
@@ -93,18 +96,18 @@ class NeighbourLister {
       if ((ownership_[a] & (8U << side_a)) == 0) continue;
       for (int side_b = 0; side_b < 3; ++side_b) {
         if ((ownership_[b] & (8U << side_b)) == 0) continue;
-        add_edge_pair(topology_.triangle_edges[a].v[side_a], topology_.triangle_edges[b].v[side_b]);
+        add_edge_pair(mesh_.triangle_edges[a].v[side_a], mesh_.triangle_edges[b].v[side_b]);
       }
     }
   }
 
   void add_edge_pair(std::uint32_t e, std::uint32_t g) {
-    const auto [p, q] = topology_.edges[e].v;
-    const auto [r, s] = topology_.edges[g].v;
+    const auto [p, q] = mesh_.edges[e - mesh_.first_edge].v;
+    const auto [r, s] = mesh_.edges[g - mesh_.first_edge].v;
     if (p != r && p != s && q != r && q != s) out_.edge_edge.push_back(edge_key(e, g));
   }
 
-  const Topology& topology_;
+  const MeshView& mesh_;
   Span<const Ownership> ownership_;
   NeighbourFeatures& out_;
 };
@@ -143,22 +146,23 @@ Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_cou
     }
     topology.triangle_edges.push_back(edges);
   }
-  topology.ownership = assign_ownership(topology, std::vector<std::uint8_t>(triangles.size(), 0));
+  topology.ownership = assign_ownership(view_of(topology), std::vector<std::uint8_t>(triangles.size(), 0));
   return topology;
 }
 
-std::vector<Ownership> assign_ownership(const Topology& topology, Span<const std::uint8_t> left_out) {
-  std::vector<Ownership> ownership(topology.triangles.size(), 0);
-  std::vector<bool> vertex_owned(topology.vertex_count, false);
-  std::vector<bool> edge_owned(topology.edges.size(), false);
-  for (std::size_t t = 0; t < topology.triangles.size(); ++t) {
+std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::uint8_t> left_out) {
+  std::vector<Ownership> ownership(mesh.triangles.size(), 0);
+  std::vector<bool> vertex_owned(mesh.vertex_count, false);
+  std::vector<bool> edge_owned(mesh.edges.size(), false);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (left_out[t] != 0) continue;
     for (int corner = 0; corner < 3; ++corner) {
-      const std::uint32_t vertex = topology.triangles[t].v[corner];
+      const std::uint32_t vertex = mesh.triangles[t].v[corner] - mesh.first_vertex;
       if (!vertex_owned[vertex]) ownership[t] |= static_cast<Ownership>(1U << corner);
       vertex_owned[vertex] = true;
-      const std::uint32_t edge = topology.triangle_edges[t].v[corner];
-      if (edge == kNoIndex) continue;
+      const std::uint32_t side = mesh.triangle_edges[t].v[corner];
+      if (side == kNoIndex) continue;
+      const std::uint32_t edge = side - mesh.first_edge;
       if (!edge_owned[edge]) ownership[t] |= static_cast<Ownership>(8U << corner);
       edge_owned[edge] = true;
     }
@@ -166,26 +170,25 @@ std::vector<Ownership> assign_ownership(const Topology& topology, Span<const std
   return ownership;
 }
 
-NeighbourFeatures neighbour_features(const Topology& topology, Span<const Ownership> ownership) {
+NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership) {
   NeighbourFeatures out;
-  const VertexTriangles triangles_of(topology);
+  const VertexTriangles triangles_of(mesh);
   std::uint64_t corners_around = 0;
-  for (std::uint32_t v = 0; v < topology.vertex_count; ++v) {
-    const std::uint64_t count = triangles_of.of(v).size();
+  for (std::uint32_t v = 0; v < mesh.vertex_count; ++v) {
+    const std::uint64_t count = triangles_of.of(mesh.first_vertex + v).size();
     corners_around += count * count;
   }
-  out.are_listed = corners_around <= kMostCornersAround * topology.triangles.size();
+  out.are_listed = corners_around <= kMostCornersAround * mesh.triangles.size();
   if (!out.are_listed) return out;
 
-  const auto triangle_count = static_cast<std::uint32_t>(topology.triangles.size());
+  const auto triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
   std::vector<NeighbourFeatures> parts((triangle_count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
-    NeighbourLister lister(topology, ownership, parts[part]);
+    NeighbourLister lister(mesh, ownership, parts[part]);
     const auto begin = static_cast<std::uint32_t>(part) * kTrianglesAtOnce;
     const std::uint32_t end = std::min(begin + kTrianglesAtOnce, triangle_count);
     for (std::uint32_t t = begin; t < end; ++t) {
-      if ((ownership[t] & kLeftOut) == 0)
-        for_each_neighbour(topology, triangles_of, t, [&](auto n) { lister.add(t, n); });
+      if ((ownership[t] & kLeftOut) == 0) for_each_neighbour(mesh, triangles_of, t, [&](auto n) { lister.add(t, n); });
     }
   });
   for (const NeighbourFeatures& part : parts) {

@@ -5,32 +5,51 @@
 
 #include "body_positions.hpp"
 #include "softcd/mesh/topology.hpp"
-#include "softcd/softcd.hpp"
+#include "softcd/pipeline/detector.hpp"
+#include "softcd/scene.hpp"
 
 namespace softcd {
 
-/// What of a body takes part in a detection: all of it, but for the triangles with a vertex that is not finite.
-struct Participation {
-  std::vector<Ownership> ownership;
-  std::vector<std::uint32_t> stray_vertices;  ///< those that are not finite, ascending
-  std::uint64_t left_out_triangles = 0;
-  /// By this ownership; made when the body first has to be tested with itself.
-  std::optional<NeighbourFeatures> neighbours;
+/// Where a body's vertices, triangles or edges are in the scene's arrays, and where they will be.
+struct Place {
+  std::uint32_t first = 0, count = 0;
+  std::uint32_t capacity = 0;  ///< behind the first `count` there is nothing
+  std::uint32_t next_first = 0, next_capacity = 0;
 };
 
-/// A body as the pipeline keeps it.
+/// What of a body's part of the scene's arrays a detector elsewhere does not know.
+struct Unsent {
+  bool mesh = false;
+  bool ownership = false;
+  bool x_t0 = false;
+  bool x_t1 = false;
+};
+
+/// A body as the scene keeps it; its mesh and positions are in the scene's arrays.
 struct Body {
   BodyId id;
   bool is_removed = false;  ///< only its place is left
-  Topology topology;
+  bool is_placed = false;   ///< in the scene's arrays; bodies that are not come after all that are
   BodySettings settings;
-  Participation participation;
+  std::optional<Topology> new_mesh;  ///< to be put into the scene's arrays
+  Place vertices, triangles, edges;
   BodyPositions positions;
+
+  std::vector<std::uint32_t> stray_vertices;  ///< that are not finite, ascending; their triangles are left out
+  std::uint64_t left_out_triangles = 0;
+
+  /// The features of triangles that share a vertex are on the scene's lists, or are too many for that; by this
+  /// ownership.
+  bool has_neighbours = false;
+  bool lists_neighbours = false;
+  Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
+
+  Unsent unsent;
+  std::uint64_t last_change = 0;  ///< of the scene's changes, in which somebody changed the body
+
+  std::uint32_t vertex_count() const { return new_mesh ? new_mesh->vertex_count : vertices.count; }
+  std::uint64_t triangle_count() const { return new_mesh ? new_mesh->triangles.size() : triangles.count; }
+  std::uint64_t edge_count() const { return new_mesh ? new_mesh->edges.size() : edges.count; }
 };
-
-Body make_body(BodyId id, const BodyDesc& desc);
-
-/// Triangles with a stray vertex own nothing and take no part; their other vertices and edges pass to neighbours.
-Participation participation_without(const std::vector<std::uint32_t>& stray_vertices, const Topology& topology);
 
 }  // namespace softcd

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cstddef>
-#include <cstring>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
-#include "softcd/softcd.hpp"
+#include "softcd/positions.hpp"
 
 namespace softcd {
 
@@ -13,81 +13,90 @@ inline std::size_t position_size(const Positions& positions) {
   return positions.is_double() ? sizeof(Vec3d) : sizeof(Vec3f);
 }
 
-/// A body's positions at both ends of a step: the caller's memory until they are read, then a copy of them, bit for
-/// bit, so that every detection starts from what the caller gave.
+/// Extent of points.
+struct Extent {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  Vec3d lo{kInfinity, kInfinity, kInfinity}, hi{-kInfinity, -kInfinity, -kInfinity};
+
+  bool is_empty() const { return lo.x > hi.x; }
+  void extend(const Vec3d& low, const Vec3d& high);
+  void extend(const Vec3d& p) { extend(p, p); }
+  void extend(const Extent& other) { extend(other.lo, other.hi); }
+};
+
+/// What is known of one end of a body's step.
+struct EndSurvey {
+  Extent extent;                  ///< of the vertices that are finite
+  std::uint32_t stray_count = 0;  ///< of the others
+  double squared_rounding = 0;    ///< furthest that becoming float32 has moved a vertex
+
+  void merge(const EndSurvey& other);
+};
+
+/// What is known of both.
+struct StepSurvey {
+  EndSurvey t0, t1;
+  double squared_move = 0;  ///< largest distance between a vertex's two ends
+  bool moves = false;       ///< some vertex is not at t1 where it was at t0
+
+  void merge(const StepSurvey& other);
+};
+
+/// Where the scene's arrays have a body's positions: relative to the scene's origin, NaN where not finite.
+struct PositionArrays {
+  Vec3f* x_t0;
+  Vec3f* x_t1;
+};
+
+/// A body's positions at both ends of a step: the caller's memory until they are read, then the scene's arrays, and,
+/// where they are double, what they are in full. As long as nobody looks at t0 it is kept as it was given.
 class BodyPositions {
  public:
-  bool are_set() const { return are_set_; }
-  bool are_double() const { return are_double_; }
+  bool are_set() const { return are_set_ || are_new(); }
+  bool are_new() const { return new_t1_.data() != nullptr; }
   /// False where both ends are one and the same array.
   bool have_two_ends() const { return have_two_ends_; }
+  bool is_t0_placed() const { return is_t0_placed_; }
+  /// Of what was read last.
+  const StepSurvey& survey() const { return survey_; }
 
   /// Takes ends of one type and length. Changes nothing when it throws std::bad_alloc.
-  void set(const Positions& x_t0, const Positions& x_t1) {
-    const bool is_one = x_t0.data() == x_t1.data() && (x_t0.stride() == x_t1.stride() || x_t1.count() < 2);
-    const std::size_t bytes = x_t1.count() * position_size(x_t1);
-    copy_t1_.reserve(bytes);
-    if (!is_one) copy_t0_.reserve(bytes);
-    copy_t1_.resize(bytes);
-    if (!is_one) copy_t0_.resize(bytes);
-    t0_ = x_t0;
-    t1_ = x_t1;
-    have_two_ends_ = !is_one;
-    are_double_ = x_t1.is_double();
-    are_set_ = true;
-    are_read_ = false;
-  }
+  void set(const Positions& x_t0, const Positions& x_t1);
+  /// As if they had never been set.
+  void forget() { *this = {}; }
 
-  /// Copies the vertices [begin, end), unless all are read already.
-  void read(std::size_t begin, std::size_t end) {
-    if (are_read_) return;
-    copy(t1_, begin, end, copy_t1_);
-    if (have_two_ends_) copy(t0_, begin, end, copy_t0_);
-  }
-  /// Every vertex was read: the caller's memory is not looked at any more.
-  void finish_reading() {
-    are_read_ = true;
-    t0_ = t1_ = Positions();
-  }
-
-  /// Of a vertex that was read; T is double where are_double(), else float.
-  template <class T>
-  Vec3d t0(std::size_t vertex) const {
-    return load<T>(have_two_ends_ ? copy_t0_ : copy_t1_, vertex);
-  }
-  template <class T>
-  Vec3d t1(std::size_t vertex) const {
-    return load<T>(copy_t1_, vertex);
-  }
+  /// Before what was set is read, once nothing else needs what was read before. Allocates nothing.
+  void prepare_reading();
+  /// Reads the vertices [begin, end) of what was set.
+  StepSurvey read(std::size_t begin, std::size_t end, Vec3d origin, bool needs_t0, PositionArrays out);
+  /// What was seen of all of them.
+  void set_survey(const StepSurvey& survey) { survey_ = survey; }
+  /// The caller's memory is not looked at any more.
+  void finish_reading(bool needs_t0);
+  /// Moves all that were read before from one origin to another.
+  void move_origin(Vec3d from, Vec3d to, std::size_t count, PositionArrays out);
+  /// Two steps where t0 was not needed before.
+  void survey_t0(Vec3d origin, std::size_t count, PositionArrays arrays);
+  void place_t0(Vec3d origin, std::size_t count, PositionArrays out);
 
  private:
-  static void copy(const Positions& from, std::size_t begin, std::size_t end, std::vector<std::byte>& to) {
-    if (from.is_double()) {
-      copy<sizeof(Vec3d)>(from, begin, end, to);
-    } else {
-      copy<sizeof(Vec3f)>(from, begin, end, to);
-    }
-  }
+  template <class T, bool kNeedsT0>
+  StepSurvey read_as(std::size_t begin, std::size_t end, Vec3d origin, PositionArrays out);
+  Vec3d unplaced_t0(std::size_t vertex, PositionArrays arrays) const;
 
-  template <std::size_t kSize>
-  static void copy(const Positions& from, std::size_t begin, std::size_t end, std::vector<std::byte>& to) {
-    const auto* const data = static_cast<const std::byte*>(from.data());
-    for (std::size_t i = begin; i < end; ++i) std::memcpy(to.data() + i * kSize, data + i * from.stride(), kSize);
-  }
-
-  template <class T>
-  static Vec3d load(const std::vector<std::byte>& copies, std::size_t vertex) {
-    T x[3];
-    std::memcpy(x, copies.data() + vertex * sizeof(x), sizeof(x));
-    return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-  }
-
-  Positions t0_, t1_;
-  std::vector<std::byte> copy_t0_, copy_t1_;
+  Positions new_t0_, new_t1_;
+  std::vector<Vec3d> full_t0_, full_t1_;  ///< empty where positions are floats
+  StepSurvey survey_;
   bool are_set_ = false;
-  bool are_read_ = false;
-  bool are_double_ = false;
   bool have_two_ends_ = false;
+  bool is_t0_placed_ = false;
 };
+
+/// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only
+/// where the scene is at least as far from the origin as it is wide: the difference of two numbers within a factor of
+/// two of each other is exact (Sterbenz 1974), so that float32 positions stay as they are, shifted or not, and can be
+/// told from what they were shifted to.
+Vec3d origin_of(const Extent& scene);
 
 }  // namespace softcd

@@ -5,33 +5,63 @@
 
 #include "pair_selection.hpp"
 #include "softcd/pipeline/detector.hpp"
-#include "softcd/softcd.hpp"
+#include "softcd/query.hpp"
 
-/// What a pipeline's options mean for one detection.
+/// What a query's options mean for one detection.
 namespace softcd {
 
 /// Whether positions at t0 count only for how far they move a vertex's margin.
-inline bool measures_moves(const PipelineOptions& options) {
+inline bool measures_moves(const QueryOptions& options) {
   return options.detection == Detection::dcd && options.motion_margin > 0.0F;
 }
 
-inline MarginGrowth margin_growth(const PipelineOptions& options) {
-  const bool is_slab = options.detection == Detection::dcd && options.contact_rule == ContactRule::slab;
-  return {measures_moves(options) ? options.motion_margin : 0.0F, is_slab ? kSlabReach : 1.0F,
-          options.accuracy == Accuracy::conservative};
+/// Whether it looks for contacts at t0, or on the way from there.
+inline bool looks_at_t0(const QueryOptions& options) {
+  return options.detection == Detection::ccd || options.step_end == StepEnd::t0;
+}
+
+inline bool looks_at_t1(const QueryOptions& options) {
+  return options.detection == Detection::ccd || options.step_end == StepEnd::t1;
 }
 
 /// Whether some vertex moves in a continuous detection.
-inline bool some_body_moves(const std::vector<BodySurvey>& surveys) {
-  return std::any_of(surveys.begin(), surveys.end(), [](const BodySurvey& survey) { return survey.moves; });
+inline bool something_moves(const QueryOptions& options, const std::vector<Body>& bodies) {
+  return options.detection == Detection::ccd && std::any_of(bodies.begin(), bodies.end(), [](const Body& body) {
+           return body.positions.are_set() && body.positions.survey().moves;
+         });
 }
 
-inline DetectionSettings detection_settings(const PipelineOptions& options, const PairSelection& pairs, bool moves) {
-  return {options.detection,    options.accuracy,
-          options.broad_phase,  options.subdivision,
-          options.lambda,       pairs.pair_count > 0 ? options.motion_margin : 0.0F,
-          options.contact_rule, pairs.vertex_triangle,
-          pairs.edge_edge,      moves || (measures_moves(options) && pairs.pair_count > 0)};
+inline Selecting selecting(const QueryOptions& options, bool moves, std::uint64_t changed_since) {
+  const bool is_slab = options.detection == Detection::dcd && options.contact_rule == ContactRule::slab;
+  const bool covers_rounding = options.accuracy == Accuracy::conservative;
+  const bool is_continuous = options.detection == Detection::ccd;
+  Selecting result;
+  result.t0 = looks_at_t0(options);
+  result.t1 = looks_at_t1(options);
+  result.covers_rounding_t0 =
+      covers_rounding && (is_continuous ? moves : looks_at_t0(options) || measures_moves(options));
+  result.covers_rounding_t1 = covers_rounding && result.t1;
+  result.margins = options.margins;
+  result.motion_margin = measures_moves(options) ? options.motion_margin : 0.0F;
+  result.reach = is_slab ? kSlabReach : 1.0F;
+  result.features = options.features;
+  result.changed_since = changed_since;
+  return result;
+}
+
+inline DetectionSettings detection_settings(const QueryOptions& options, const PairSelection& pairs, bool moves) {
+  const bool has_pairs = pairs.pair_count > 0;
+  return {.detection = options.detection,
+          .accuracy = options.accuracy,
+          .broad_phase = options.broad_phase,
+          .subdivision = options.subdivision,
+          .lambda = options.lambda,
+          .motion_margin = has_pairs ? options.motion_margin : 0.0F,
+          .contact_rule = options.contact_rule,
+          .vertex_triangle = pairs.vertex_triangle,
+          .edge_edge = pairs.edge_edge,
+          .both_ends = moves || (measures_moves(options) && has_pairs),
+          .at_t0 = options.detection == Detection::dcd && options.step_end == StepEnd::t0};
 }
 
 }  // namespace softcd

@@ -5,7 +5,7 @@
 namespace softcd {
 namespace {
 
-StageReport explain_grid(const PipelineOptions& options, const Statistics& statistics) {
+StageReport explain_grid(const QueryOptions& options, const Statistics& statistics) {
   switch (options.broad_phase) {
     case BroadPhase::exact:
       return {"broad phase: exact", true,
@@ -20,14 +20,14 @@ StageReport explain_grid(const PipelineOptions& options, const Statistics& stati
           fmt::format("asked for; cells of {:.4g} fit the largest triangle", statistics.cell_size)};
 }
 
-StageReport explain_sweep(const PipelineOptions& options, const Decisions& decisions) {
+StageReport explain_sweep(const QueryOptions& options, const Decisions& decisions) {
   const char* const stage = "swept volumes";
   if (options.detection == Detection::dcd) return {stage, false, "discrete detection was asked for"};
   if (!decisions.moves) return {stage, false, "nothing moves in this step"};
   return {stage, true, "vertices move in this step; time slabs for pairs that move further than they are wide"};
 }
 
-StageReport explain_subdivision(const PipelineOptions& options, const Statistics& statistics) {
+StageReport explain_subdivision(const QueryOptions& options, const Statistics& statistics) {
   const char* const stage = "virtual subdivision";
   if (!options.subdivision) return {stage, false, "switched off"};
   if (options.broad_phase == BroadPhase::uniform)
@@ -49,7 +49,7 @@ StageReport explain_kind(const char* stage, bool wanted, std::uint64_t candidate
 
 }  // namespace
 
-std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,
+std::vector<StageReport> explain_stages(const QueryOptions& options, const Decisions& decisions,
                                         const std::string& backend_reason, const Statistics& statistics) {
   std::vector<StageReport> report;
   const char* const backend = statistics.backend == Backend::cuda ? "backend: cuda" : "backend: cpu";

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "pair_selection.hpp"
-#include "softcd/softcd.hpp"
+#include "softcd/query.hpp"
 
 namespace softcd {
 
@@ -18,7 +18,7 @@ struct Decisions {
   std::uint64_t without_positions = 0;  ///< bodies
 };
 
-std::vector<StageReport> explain_stages(const PipelineOptions& options, const Decisions& decisions,
+std::vector<StageReport> explain_stages(const QueryOptions& options, const Decisions& decisions,
                                         const std::string& backend_reason, const Statistics& statistics);
 
 }  // namespace softcd

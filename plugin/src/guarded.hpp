@@ -6,7 +6,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "softcd/softcd.hpp"
+#include "softcd/error.hpp"
 
 namespace softcd {
 

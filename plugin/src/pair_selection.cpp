@@ -1,6 +1,7 @@
 #include "pair_selection.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -14,46 +15,68 @@ constexpr Box kNowhere = {{kLargest, kLargest, kLargest}, {-kLargest, -kLargest,
 
 /// What the detector takes for the body's margin: the margin as it is, where nothing was rounded. Both ends of a motion
 /// may be, which is why a margin that grows with it is twice that off.
-float detected_margin(float margin, double rounding, const MarginGrowth& growth) {
-  if (!growth.covers_rounding || !(rounding > 0.0)) return margin;
-  const double growth_per_rounding = 1.0 + 2.0 * static_cast<double>(growth.motion);
-  return outward_up(margin + outward_up(static_cast<float>(growth_per_rounding * rounding)));
+float detected_margin(const Body& body, const Selecting& selecting) {
+  const float margin = selecting.margins ? body.settings.margin : 0.0F;
+  const StepSurvey& survey = body.positions.survey();
+  double squared_rounding = 0;
+  if (selecting.covers_rounding_t0) squared_rounding = survey.t0.squared_rounding;
+  if (selecting.covers_rounding_t1) squared_rounding = std::max(squared_rounding, survey.t1.squared_rounding);
+  if (!(squared_rounding > 0.0)) return margin;
+  const double growth_per_rounding = 1.0 + 2.0 * static_cast<double>(selecting.motion_margin);
+  return outward_up(margin + outward_up(static_cast<float>(growth_per_rounding * std::sqrt(squared_rounding))));
+}
+
+Extent extent_of(const Body& body, const Selecting& selecting) {
+  Extent extent;
+  if (!body.positions.are_set()) return extent;
+  if (selecting.t0) extent.extend(body.positions.survey().t0.extent);
+  if (selecting.t1) extent.extend(body.positions.survey().t1.extent);
+  return extent;
 }
 
 /// The box of everything that the body's features may touch, rounded as its positions are, then outward.
-Box grown_box(const BodyExtent& extent, Vec3d origin, float margin, const MarginGrowth& growth) {
-  if (extent.is_empty) return kNowhere;
+Box grown_box(const Body& body, Vec3d origin, float margin, const Selecting& selecting) {
+  const Extent extent = extent_of(body, selecting);
+  if (extent.is_empty()) return kNowhere;
   const Box box = {vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
-  const float motion = outward_up(outward_up(static_cast<float>(extent.furthest_move)) * growth.motion);
-  return inflated(box, outward_up(outward_up(margin + motion) * growth.reach));
+  const auto furthest_move = static_cast<float>(std::sqrt(body.positions.survey().squared_move));
+  const float motion = outward_up(outward_up(furthest_move) * selecting.motion_margin);
+  return inflated(box, outward_up(outward_up(margin + motion) * selecting.reach));
 }
 
 bool groups_allow(const BodySettings& a, const BodySettings& b) {
   return (a.filter_group & b.filter_mask) != 0 && (b.filter_group & a.filter_mask) != 0;
 }
 
-/// Whether somebody wants contacts between the two, which may be one and the same.
-bool is_wanted(const BodySettings& a, const BodySettings& b) {
-  const bool vertex_triangle = a.features.vertex_triangle && b.features.vertex_triangle;
-  const bool edge_edge = a.features.edge_edge && b.features.edge_edge;
-  return (vertex_triangle || edge_edge) && !(a.kinematic && b.kinematic);
+/// The kinds of contacts that both want, who may be one and the same.
+Features wanted_features(const BodySettings& a, const BodySettings& b, const Features& features) {
+  if (a.kinematic && b.kinematic) return {false, false};
+  return {a.features.vertex_triangle && b.features.vertex_triangle && features.vertex_triangle,
+          a.features.edge_edge && b.features.edge_edge && features.edge_edge};
 }
 
 /// Takes pairs that may touch.
 class Selection {
  public:
-  Selection(const std::vector<Body>& bodies, const std::vector<Box>& boxes, PairSelection& out)
-      : bodies_(bodies), boxes_(boxes), out_(out) {}
+  Selection(const std::vector<Body>& bodies, const std::vector<Box>& boxes, const Selecting& selecting,
+            const PairFilter& filter, PairSelection& out)
+      : bodies_(bodies), boxes_(boxes), selecting_(selecting), filter_(filter), out_(out) {}
 
-  void allow(std::uint32_t a, std::uint32_t b) {
-    const Features& features_a = bodies_[a].settings.features;
-    const Features& features_b = bodies_[b].settings.features;
+  /// Two bodies, a <= b, whose boxes overlap. Returns whether they may touch.
+  bool offer(std::uint32_t a, std::uint32_t b) {
+    const Body& body_a = bodies_[a];
+    const Body& body_b = bodies_[b];
+    const Features features = wanted_features(body_a.settings, body_b.settings, selecting_.features);
+    if (!features.vertex_triangle && !features.edge_edge) return false;
+    if (std::max(body_a.last_change, body_b.last_change) <= selecting_.changed_since) return false;
+    if (filter_ && !filter_(body_a.id, body_b.id)) return false;
     pairs_.emplace_back(a, b);
     out_.bodies[a].reach = merged(out_.bodies[a].reach, boxes_[b]);
     out_.bodies[b].reach = merged(out_.bodies[b].reach, boxes_[a]);
-    out_.vertex_triangle |= features_a.vertex_triangle && features_b.vertex_triangle;
-    out_.edge_edge |= features_a.edge_edge && features_b.edge_edge;
+    out_.vertex_triangle |= features.vertex_triangle;
+    out_.edge_edge |= features.edge_edge;
     ++(a == b ? out_.self_count : out_.pair_count);
+    return true;
   }
 
   /// Enters every pair in both rows. In ascending order of pairs, rows become ascending.
@@ -77,47 +100,37 @@ class Selection {
  private:
   const std::vector<Body>& bodies_;
   const std::vector<Box>& boxes_;
+  const Selecting& selecting_;
+  const PairFilter& filter_;
   PairSelection& out_;
   std::vector<IndexPair> pairs_;
 };
 
 }  // namespace
 
-PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<BodySurvey>& surveys, Vec3d origin,
-                           const MarginGrowth& growth, const PairFilter& filter) {
+PairSelection select_pairs(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
+                           const PairFilter& filter) {
   PairSelection out;
   std::vector<Box> boxes;
-  std::uint32_t first_vertex = 0;
-  std::uint32_t first_triangle = 0;
-  std::uint32_t first_edge = 0;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const Body& body = bodies[b];
-    const BodySettings& settings = body.settings;
-    const float margin = detected_margin(settings.margin, surveys[b].rounding, growth);
-    out.bodies.push_back({body.id.value, first_vertex, first_triangle, first_edge, margin,
-                          settings.features.vertex_triangle, settings.features.edge_edge, /*lists_neighbours=*/false,
-                          kNowhere});
-    first_vertex += body.topology.vertex_count;
-    first_triangle += static_cast<std::uint32_t>(body.topology.triangles.size());
-    first_edge += static_cast<std::uint32_t>(body.topology.edges.size());
-    boxes.push_back(grown_box(surveys[b].extent, origin, margin, growth));
+  for (const Body& body : bodies) {
+    const Features& features = body.settings.features;
+    const float margin = detected_margin(body, selecting);
+    out.bodies.push_back({body.id.value, body.vertices.first, body.triangles.first, body.edges.first, margin,
+                          features.vertex_triangle && selecting.features.vertex_triangle,
+                          features.edge_edge && selecting.features.edge_edge, /*lists_neighbours=*/false, kNowhere});
+    boxes.push_back(grown_box(body, origin, margin, selecting));
   }
 
-  Selection selection(bodies, boxes, out);
+  const auto is_nowhere = [&](std::uint32_t b) { return extent_of(bodies[b], selecting).is_empty(); };
+  Selection selection(bodies, boxes, selecting, filter, out);
   for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-    const BodySettings& settings = bodies[b].settings;
-    if (settings.self_collision && !surveys[b].extent.is_empty && is_wanted(settings, settings)) {
-      selection.allow(b, b);
-      const std::optional<NeighbourFeatures>& neighbours = bodies[b].participation.neighbours;
-      out.bodies[b].lists_neighbours = neighbours && neighbours->are_listed;
-    }
+    if (!bodies[b].settings.self_collision || is_nowhere(b)) continue;
+    if (selection.offer(b, b)) out.bodies[b].lists_neighbours = bodies[b].lists_neighbours;
   }
   for (const auto& [a, b] : overlapping_pairs(boxes)) {
     // Infinite boxes reach those that are nowhere, too.
-    if (surveys[a].extent.is_empty || surveys[b].extent.is_empty) continue;
-    if (!groups_allow(bodies[a].settings, bodies[b].settings) || !is_wanted(bodies[a].settings, bodies[b].settings))
-      continue;
-    if (!filter || filter(bodies[a].id, bodies[b].id)) selection.allow(a, b);
+    if (is_nowhere(a) || is_nowhere(b)) continue;
+    if (groups_allow(bodies[a].settings, bodies[b].settings)) selection.offer(a, b);
   }
   selection.write_rows();
   return out;

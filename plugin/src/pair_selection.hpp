@@ -2,7 +2,8 @@
 
 #include <vector>
 
-#include "scene_snapshot.hpp"
+#include "body.hpp"
+#include "softcd/query.hpp"
 
 namespace softcd {
 
@@ -19,18 +20,22 @@ struct PairSelection {
   SceneBodies view() const { return {bodies, partner_begin, partners}; }
 };
 
-/// How far beyond its margin a body's features can be in contact.
-struct MarginGrowth {
-  float motion = 0.0F;  ///< times the furthest move is added to the margin
-  float reach = 1.0F;   ///< times all of that
-  /// The margin takes up what rounding has moved positions by, so that nothing that is within it where the caller has
-  /// the positions is beyond it where the detector has them.
-  bool covers_rounding = false;
+/// What a detection takes of bodies.
+struct Selecting {
+  bool t0 = false, t1 = false;  ///< these ends' extents
+  /// The ends of which positions are computed with: the margin takes up what rounding has moved them by, so that
+  /// nothing that is within it where the caller has the positions is beyond it where the detector has them.
+  bool covers_rounding_t0 = false, covers_rounding_t1 = false;
+  bool margins = true;
+  float motion_margin = 0.0F;  ///< times the furthest move is added to the margin
+  float reach = 1.0F;          ///< times all of that
+  Features features;
+  std::uint64_t changed_since = 0;  ///< a body of each pair, see Body::last_change
 };
 
 /// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are
-/// relative to `origin`, as positions are, which write_positions has rounded.
-PairSelection select_pairs(const std::vector<Body>& bodies, const std::vector<BodySurvey>& surveys, Vec3d origin,
-                           const MarginGrowth& growth, const PairFilter& filter);
+/// relative to `origin`, as positions are.
+PairSelection select_pairs(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
+                           const PairFilter& filter);
 
 }  // namespace softcd

@@ -3,8 +3,9 @@
 #include <memory>
 #include <string>
 
+#include "scene_store.hpp"
 #include "softcd/pipeline/detector.hpp"
-#include "softcd/softcd.hpp"
+#include "softcd/scene.hpp"
 
 namespace softcd {
 
@@ -12,59 +13,88 @@ namespace softcd {
 /// crumpled sheets on an H200 and 4 to 16 cores of its host break even between 100 and 240 triangles.
 constexpr std::size_t kSmallScene = 150;
 
-/// The detector behind a pipeline: on the GPU where there is one and it pays, else on the CPU. With `automatic`, when
+/// Who makes detectors, and, where there is no device, why.
+struct DetectorFactories {
+  DetectorFactory make_cpu;
+  DetectorFactory make_device;  ///< makes a detector, or throws; empty where there is no device
+  std::string device_problem;
+};
+
+/// This machine's.
+DetectorFactories machine_factories(const SceneOptions& options);
+
+/// A query's memory, made for a detector, which is known by a number.
+struct NumberedMemory {
+  std::unique_ptr<QueryMemory> memory;
+  std::uint64_t detector = 0;
+};
+
+/// A query's memory on both backends. What it found stays until the next detection is started.
+struct QueryMemories {
+  NumberedMemory cpu, device;
+};
+
+/// One detection as detectors are told.
+struct DetectionInput {
+  SceneBodies bodies;
+  DetectionSettings settings;
+  bool reads_t0 = false;
+};
+
+/// The detectors behind a scene: on the GPU where there is one and it pays, else on the CPU. With `automatic`, when
 /// the device runs out of memory in a detection the CPU repeats it in the same call; when the device fails, all further
 /// ones too. Either is warned about once. With `cuda` a device that fails is a BackendError, and std::bad_alloc remains
 /// one; the next detection tries again.
-class SelectedDetector final : public Detector {
+class SelectedDetector {
  public:
-  /// `make_device` makes a detector on the device, or throws; where it is empty, `device_problem` says why there is no
-  /// device. Throws BackendError when `wanted` cannot be had.
-  SelectedDetector(Backend wanted, LogCallback log, DetectorFactory make_device, const std::string& device_problem);
+  /// Throws BackendError when `wanted` cannot be had.
+  SelectedDetector(Backend wanted, LogCallback log, DetectorFactories factories);
 
-  bool set_memory_limit(std::uint64_t bytes) override;
-  void set_topology(const SceneTopology& topology) override;
-  PositionArrays position_arrays() override;
-  void start(const SceneBodies& bodies, const DetectionSettings& settings) override;
-  Span<const Contact> finish(Statistics& statistics) override;
-  void report_memory(Statistics& statistics) const override;
+  /// Most bytes of either backend's memory.
+  void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
+  /// `scene` is settled, and stays so until finish().
+  void start(SceneStore& scene, QueryMemories& query, const DetectionInput& input);
+  /// Contacts stay valid until the next detection of the query, however long the detector lives.
+  Span<const Contact> finish(Statistics& statistics);
+  void report_memory(Statistics& statistics) const;
 
   /// Where the last detection ran, or the next one is expected to.
   Backend backend() const { return backend_; }
   /// Why there, for explain().
   const std::string& reason() const { return reason_; }
+  bool may_use_device() const { return static_cast<bool>(factories_.make_device); }
 
  private:
-  /// One of the two detectors and whether it knows the topology.
+  /// One of the two detectors.
   struct Slot {
     std::unique_ptr<Detector> detector;
-    bool is_current = false;
+    std::uint64_t number = 0;
+    bool knows_scene = false;
   };
 
   void use_cpu(const std::string& reason);
   void use_device();
-  void choose();
+  void choose(std::uint64_t triangles);
   void take_over(const std::string& problem);
-  Detector& prepared();
+  Slot& slot_in_use() { return backend_ == Backend::cpu ? cpu_ : device_; }
+  void start_in(Slot& slot);
+  void tell_scene(Slot& slot);
   template <class F>
   bool succeeds_on_device(const F& f);
 
   Backend wanted_;
   LogCallback log_;
-  DetectorFactory make_device_;
+  DetectorFactories factories_;
   Slot cpu_, device_;
+  std::uint64_t last_number_ = 0;
   Backend backend_ = Backend::cpu;
   std::string reason_;
-  bool has_to_choose_ = false;  ///< the scene is another one, or the device has just failed
   bool has_warned_ = false;
   std::uint64_t memory_limit_ = 0;
-  SceneTopology topology_;
-  PositionArrays positions_{};  ///< of the detector in use, written for the next detection
-  SceneBodies bodies_{};        ///< of the detection that runs
-  DetectionSettings settings_{};
+  // Of the detection that runs:
+  SceneStore* scene_ = nullptr;
+  QueryMemories* query_ = nullptr;
+  DetectionInput input_;
 };
-
-/// The one that the options ask for, with this machine's devices. Throws BackendError when it cannot be had.
-std::unique_ptr<SelectedDetector> select_detector(const PipelineOptions& options, LogCallback log);
 
 }  // namespace softcd

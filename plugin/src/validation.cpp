@@ -46,8 +46,15 @@ void validate_end(BodyId id, std::uint32_t vertex_count, const Positions& positi
 
 }  // namespace
 
-void validate_options(const PipelineOptions& options) {
+void validate_options(const SceneOptions& options) {
   validate_choice("backend", options.backend, Backend::cuda);
+  if (options.cuda_device < -1) {
+    throw InvalidInput(
+        fmt::format("cuda_device is {}; devices count from 0, and -1 is the current one.", options.cuda_device));
+  }
+}
+
+void validate_options(const QueryOptions& options) {
   validate_choice("detection", options.detection, Detection::ccd);
   validate_choice("accuracy", options.accuracy, Accuracy::conservative);
   validate_choice("broad_phase", options.broad_phase, BroadPhase::uniform);
@@ -60,6 +67,10 @@ void validate_options(const PipelineOptions& options) {
   if (!(options.motion_margin >= 0.0F && std::isfinite(options.motion_margin))) {
     throw InvalidInput(
         fmt::format("motion_margin is {}, but it must be finite and at least 0.", options.motion_margin));
+  }
+  validate_choice("step_end", options.step_end, StepEnd::t0);
+  if (options.motion_margin > 0.0F && options.detection == Detection::dcd && options.step_end == StepEnd::t0) {
+    throw InvalidInput("motion_margin is for the end of a step; set it to 0, or step_end to t1.");
   }
 }
 

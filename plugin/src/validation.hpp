@@ -1,13 +1,15 @@
 #pragma once
 
-#include "softcd/softcd.hpp"
+#include "softcd/error.hpp"
+#include "softcd/query.hpp"
 
 /// Checks of what the caller gives. Each throws InvalidInput that names what is wrong and what would be right.
 namespace softcd {
 
 constexpr std::uint64_t kMostElements = 1ULL << 31;  ///< triangles, vertices or edges in one pipeline
 
-void validate_options(const PipelineOptions& options);
+void validate_options(const SceneOptions& options);
+void validate_options(const QueryOptions& options);
 void validate_settings(BodyId id, const BodySettings& settings);
 /// And the settings.
 void validate_mesh(BodyId id, const BodyDesc& desc);

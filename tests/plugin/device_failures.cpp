@@ -1,22 +1,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <new>
 #include <string>
 #include <vector>
 
-#include "body.hpp"
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
-#include "pair_selection.hpp"
 #include "scene.hpp"
-#include "scene_snapshot.hpp"
+#include "scene_core.hpp"
 #include "selected_detector.hpp"
 
 namespace softcd::test {
 namespace {
 
-enum class Failing { nothing, construction, topology, positions, start, finish };
+enum class Failing { nothing, construction, query, scene, start, finish };
 
 struct Fault {
   Failing where = Failing::nothing;
@@ -38,18 +37,20 @@ class FaultyDevice final : public Detector {
     fault_.at(Failing::construction);
   }
 
-  bool set_memory_limit(std::uint64_t bytes) override { return detector_->set_memory_limit(bytes); }
-  void set_topology(const SceneTopology& topology) override {
-    fault_.at(Failing::topology);
-    detector_->set_topology(topology);
+  bool set_memory_limit(std::uint64_t bytes, QueryMemory& query) override {
+    return detector_->set_memory_limit(bytes, query);
   }
-  PositionArrays position_arrays() override {
-    fault_.at(Failing::positions);
-    return detector_->position_arrays();
+  void set_scene(const SceneArrays& scene, const SceneChanges& changes) override {
+    fault_.at(Failing::scene);
+    detector_->set_scene(scene, changes);
   }
-  void start(const SceneBodies& bodies, const DetectionSettings& settings) override {
+  std::unique_ptr<QueryMemory> make_query() override {
+    fault_.at(Failing::query);
+    return detector_->make_query();
+  }
+  void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) override {
     fault_.at(Failing::start);
-    detector_->start(bodies, settings);
+    detector_->start(query, bodies, settings);
   }
   Span<const Contact> finish(Statistics& statistics) override {
     const Span<const Contact> contacts = detector_->finish(statistics);
@@ -63,54 +64,69 @@ class FaultyDevice final : public Detector {
   std::unique_ptr<Detector> detector_;
 };
 
-/// What a pipeline does around its detector, for one body.
-class DeviceFailures : public testing::Test {
- protected:
-  DeviceFailures() : body_(moving(sheet(), scattered(sheet(), 0.4, 3), everything(0.05F))) {
-    const auto vertex_count = static_cast<std::uint32_t>(body_.x_t0.size());
-    bodies_.push_back(make_body(BodyId{0}, {body_.triangles, vertex_count, body_.settings}));
-    bodies_[0].positions.set(body_.x_t0, body_.x_t1);
-    scene_ = concatenate(bodies_);
+/// A scene with one query and a device that fails.
+class FailingScene {
+ public:
+  FailingScene(Backend wanted, Fault& fault, const SceneBody& body, std::vector<std::string>& warnings)
+      : scene_(std::make_shared<detail::SceneCore>(
+            options(wanted),
+            [&warnings](LogLevel level, std::string_view message) {
+              if (level == LogLevel::warning) warnings.emplace_back(message);
+            },
+            DetectorFactories{make_cpu_detector, [&fault] { return std::make_unique<FaultyDevice>(fault); }, ""})),
+        query_(scene_, {}) {
+    const auto vertex_count = static_cast<std::uint32_t>(body.x_t0.size());
+    const BodyId id = scene_->add_body({body.triangles, vertex_count, body.settings});
+    scene_->set_positions(id, body.x_t0, body.x_t1);
   }
 
-  static Mesh sheet() {
-    SoupOptions options;
-    options.triangle_count = 400;
-    options.half_extent = 2.0;
-    options.joined_share = 0.5;
-    return triangle_soup(options);
-  }
+  Backend backend() const { return scene_->backend(); }
+  std::string reason() const { return scene_->backend_reason(); }
+  const Statistics& statistics() const { return query_.statistics(); }
 
-  std::unique_ptr<SelectedDetector> detector(Backend wanted = Backend::automatic) {
-    const auto log = [this](LogLevel level, std::string_view message) {
-      if (level == LogLevel::warning) warnings_.emplace_back(message);
-    };
-    return std::make_unique<SelectedDetector>(
-        wanted, log, [this] { return std::make_unique<FaultyDevice>(fault_); }, "");
-  }
-
-  std::vector<Contact> detect(SelectedDetector& detector, Detection detection = Detection::ccd) {
-    const bool continuous = detection == Detection::ccd;
-    std::vector<BodySurvey> surveys = survey_bodies(bodies_, continuous, false);
-    const PairSelection pairs = select_pairs(bodies_, surveys, {0, 0, 0}, {}, {});
-    detector.set_topology(scene_.topology());
-    write_positions(bodies_, {0, 0, 0}, continuous, detector.position_arrays(), surveys);
-    detector.start(pairs.view(), {detection, Accuracy::precise, BroadPhase::exact, true, 1.8F, 0.0F,
-                                  ContactRule::distance, true, true, continuous});
-    const Span<const Contact> contacts = detector.finish(statistics_);
+  std::vector<Contact> detect(Detection detection = Detection::ccd) {
+    QueryOptions options;
+    options.detection = detection;
+    query_.set_options(options);
+    const Span<const Contact> contacts = query_.wait(query_.start(Pairs::all));
     return {contacts.begin(), contacts.end()};
   }
 
-  std::vector<Contact> expected(Detection detection) {
-    SelectedDetector cpu(Backend::cpu, {}, {}, "");
-    return detect(cpu, detection);
+ private:
+  static SceneOptions options(Backend wanted) {
+    SceneOptions result;
+    result.backend = wanted;
+    return result;
   }
 
-  SceneBody body_;
-  std::vector<Body> bodies_;
-  SceneArrays scene_;
+  std::shared_ptr<detail::SceneCore> scene_;
+  detail::QueryCore query_;
+};
+
+class DeviceFailures : public testing::Test {
+ protected:
+  static SceneBody soup(std::uint32_t triangle_count) {
+    SoupOptions options;
+    options.triangle_count = triangle_count;
+    options.half_extent = 2.0;
+    options.joined_share = 0.5;
+    const Mesh mesh = triangle_soup(options);
+    return moving(mesh, scattered(mesh, 0.4, 3), everything(0.05F));
+  }
+
+  FailingScene scene(Backend wanted = Backend::automatic) { return {wanted, fault_, body_, warnings_}; }
+
+  std::vector<Contact> expected(Detection detection) { return detect_once({body_}, cpu_options(detection)); }
+
+  static PipelineOptions cpu_options(Detection detection) {
+    PipelineOptions options;
+    options.backend = Backend::cpu;
+    options.detection = detection;
+    return options;
+  }
+
+  SceneBody body_ = soup(400);
   Fault fault_;
-  Statistics statistics_;
   std::vector<std::string> warnings_;
 };
 
@@ -119,16 +135,16 @@ TEST_F(DeviceFailures, the_cpu_repeats_the_detection_with_the_same_contacts) {
     const std::vector<Contact> contacts = expected(detection);
     ASSERT_GT(contacts.size(), 100U);
     for (const Failing where :
-         {Failing::construction, Failing::topology, Failing::positions, Failing::start, Failing::finish}) {
+         {Failing::construction, Failing::query, Failing::scene, Failing::start, Failing::finish}) {
       for (const bool is_memory : {false, true}) {
         fault_ = {where, is_memory};
         warnings_.clear();
-        const auto failing = detector();
-        EXPECT_EQ(failing->backend(), Backend::cuda);
-        EXPECT_TRUE(identical(contacts, detect(*failing, detection)));
-        EXPECT_EQ(statistics_.backend, Backend::cpu);
-        EXPECT_EQ(failing->backend(), Backend::cpu);
-        EXPECT_TRUE(identical(contacts, detect(*failing, detection)));
+        FailingScene failing = scene();
+        EXPECT_EQ(failing.backend(), Backend::cuda);
+        EXPECT_TRUE(identical(contacts, failing.detect(detection)));
+        EXPECT_EQ(failing.statistics().backend, Backend::cpu);
+        EXPECT_EQ(failing.backend(), Backend::cpu);
+        EXPECT_TRUE(identical(contacts, failing.detect(detection)));
         ASSERT_EQ(warnings_.size(), 1U) << "one warning, however many detections";
         EXPECT_THAT(warnings_[0], testing::HasSubstr(is_memory ? "memory" : "fell off the bus"));
       }
@@ -138,67 +154,66 @@ TEST_F(DeviceFailures, the_cpu_repeats_the_detection_with_the_same_contacts) {
 
 TEST_F(DeviceFailures, nobody_takes_over_where_cuda_was_asked_for) {
   const std::vector<Contact> contacts = expected(Detection::ccd);
-  for (const Failing where :
-       {Failing::construction, Failing::topology, Failing::positions, Failing::start, Failing::finish}) {
-    const auto failing = detector(Backend::cuda);
+  for (const Failing where : {Failing::construction, Failing::query, Failing::scene, Failing::start, Failing::finish}) {
+    FailingScene failing = scene(Backend::cuda);
     fault_ = {where, false};
     try {
-      detect(*failing);
+      failing.detect();
       ADD_FAILURE() << "no exception";
     } catch (const BackendError& error) {
       EXPECT_THAT(error.what(), testing::HasSubstr("fell off the bus"));
       EXPECT_THAT(error.what(), testing::HasSubstr("Backend::automatic"));
     }
     fault_ = {where, true};
-    EXPECT_THROW(detect(*failing), std::bad_alloc);
+    EXPECT_THROW(failing.detect(), OutOfMemory);
     fault_ = {};
-    EXPECT_TRUE(identical(contacts, detect(*failing))) << "the device is tried again";
-    EXPECT_EQ(statistics_.backend, Backend::cuda);
-    EXPECT_EQ(failing->backend(), Backend::cuda);
+    EXPECT_TRUE(identical(contacts, failing.detect())) << "the device is tried again";
+    EXPECT_EQ(failing.statistics().backend, Backend::cuda);
+    EXPECT_EQ(failing.backend(), Backend::cuda);
   }
   EXPECT_TRUE(warnings_.empty());
 }
 
 TEST_F(DeviceFailures, a_failed_device_is_not_tried_again) {
   fault_ = {Failing::finish, false};
-  const auto failing = detector();
-  detect(*failing);
+  FailingScene failing = scene();
+  failing.detect();
   fault_.where = Failing::nothing;
-  detect(*failing);
-  EXPECT_EQ(failing->backend(), Backend::cpu);
+  failing.detect();
+  EXPECT_EQ(failing.backend(), Backend::cpu);
   EXPECT_EQ(fault_.devices_made, 1);
 }
 
 TEST_F(DeviceFailures, a_device_whose_memory_ran_out_is_tried_again) {
   fault_ = {Failing::finish, true};
-  const auto failing = detector();
-  detect(*failing);
+  FailingScene failing = scene();
+  failing.detect();
   fault_.where = Failing::nothing;
   const std::vector<Contact> contacts = expected(Detection::ccd);
-  EXPECT_TRUE(identical(contacts, detect(*failing)));
-  EXPECT_EQ(failing->backend(), Backend::cuda);
-  EXPECT_EQ(statistics_.backend, Backend::cuda);
+  EXPECT_TRUE(identical(contacts, failing.detect()));
+  EXPECT_EQ(failing.backend(), Backend::cuda);
+  EXPECT_EQ(failing.statistics().backend, Backend::cuda);
   EXPECT_EQ(fault_.devices_made, 2);
 }
 
 TEST_F(DeviceFailures, small_scenes_stay_on_the_cpu_unless_cuda_was_asked_for) {
-  const auto automatic = detector(Backend::automatic);
-  detect(*automatic);
-  EXPECT_EQ(automatic->backend(), Backend::cuda);
-  const auto cuda = detector(Backend::cuda);
-  scene_.triangles.resize(kSmallScene - 1);
-  automatic->set_topology(scene_.topology());
-  cuda->set_topology(scene_.topology());
-  automatic->position_arrays();
-  cuda->position_arrays();
-  EXPECT_EQ(automatic->backend(), Backend::cpu);
-  EXPECT_THAT(automatic->reason(), testing::HasSubstr(std::to_string(kSmallScene - 1)));
-  EXPECT_EQ(cuda->backend(), Backend::cuda);
+  FailingScene large = scene();
+  large.detect();
+  EXPECT_EQ(large.backend(), Backend::cuda);
+  body_ = soup(kSmallScene - 1);
+  FailingScene small = scene();
+  small.detect();
+  EXPECT_EQ(small.backend(), Backend::cpu);
+  EXPECT_THAT(small.reason(), testing::HasSubstr(std::to_string(kSmallScene - 1)));
+  FailingScene wanted = scene(Backend::cuda);
+  wanted.detect();
+  EXPECT_EQ(wanted.backend(), Backend::cuda);
 }
 
 TEST_F(DeviceFailures, no_device_is_an_error_only_when_one_was_asked_for) {
-  EXPECT_THROW(SelectedDetector(Backend::cuda, {}, {}, "it is a toaster"), BackendError);
-  const SelectedDetector automatic(Backend::automatic, {}, {}, "it is a toaster");
+  const DetectorFactories without_device = {make_cpu_detector, {}, "it is a toaster"};
+  EXPECT_THROW(SelectedDetector(Backend::cuda, {}, without_device), BackendError);
+  const SelectedDetector automatic(Backend::automatic, {}, without_device);
   EXPECT_EQ(automatic.backend(), Backend::cpu);
   EXPECT_THAT(automatic.reason(), testing::HasSubstr("it is a toaster"));
 }

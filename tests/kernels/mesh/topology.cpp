@@ -134,7 +134,7 @@ TEST(Ownership, passes_on_from_triangles_that_are_left_out) {
     for (const double share : {0.05, 0.5, 1.0}) {
       std::vector<std::uint8_t> left_out;
       for (std::size_t t = 0; t < mesh.triangles.size(); ++t) left_out.push_back(random.chance(share) ? 1 : 0);
-      expect_each_feature_owned_once(topology, assign_ownership(topology, left_out), left_out);
+      expect_each_feature_owned_once(topology, assign_ownership(view_of(topology), left_out), left_out);
     }
   }
 }
@@ -189,11 +189,11 @@ TEST(Neighbours, everything_at_triangles_that_share_a_vertex_is_listed_once) {
     for (const double share : {0.0, 0.1}) {
       std::vector<std::uint8_t> left_out;
       for (std::size_t t = 0; t < mesh.triangles.size(); ++t) left_out.push_back(random.chance(share) ? 1 : 0);
-      std::vector<Ownership> ownership = assign_ownership(topology, left_out);
+      std::vector<Ownership> ownership = assign_ownership(view_of(topology), left_out);
       for (std::size_t t = 0; t < left_out.size(); ++t) {
         if (left_out[t] != 0) ownership[t] = static_cast<Ownership>(kLeftOut);
       }
-      NeighbourFeatures features = neighbour_features(topology, ownership);
+      NeighbourFeatures features = neighbour_features(view_of(topology), ownership);
       if (!features.are_listed) continue;  // of the tangles, whose triangles meet in few vertices
       std::sort(features.vertex_triangle.begin(), features.vertex_triangle.end());
       std::sort(features.edge_edge.begin(), features.edge_edge.end());
@@ -210,7 +210,7 @@ TEST(Neighbours, are_not_listed_where_there_are_too_many) {
   Mesh fan{{}, Positions3(202)};
   for (std::uint32_t i = 1; i <= 200; ++i) fan.triangles.push_back({{0, i, i + 1}});
   const Topology topology = topology_of(fan);
-  const NeighbourFeatures features = neighbour_features(topology, topology.ownership);
+  const NeighbourFeatures features = neighbour_features(view_of(topology), topology.ownership);
   EXPECT_FALSE(features.are_listed);
   EXPECT_TRUE(features.vertex_triangle.empty());
   EXPECT_TRUE(features.edge_edge.empty());

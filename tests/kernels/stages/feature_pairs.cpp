@@ -277,7 +277,7 @@ TEST_P(FeaturePairs, listed_neighbours_stand_for_their_pairs) {
   for (std::uint32_t b = 0; b < scene.body_count; ++b) host.body(b).lists_neighbours = scene.bodies_may_touch(b, b);
   const HostVolumes bounds(scene);
   const Topology topology = build_topology({scene.triangles, scene.triangle_count}, scene.vertex_count);
-  const NeighbourFeatures neighbours = neighbour_features(topology, topology.ownership);
+  const NeighbourFeatures neighbours = neighbour_features(view_of(topology), topology.ownership);
   expect_neighbours_to_stand_for_their_pairs<ContactKind::vertex_triangle>(scene, bounds, neighbours.vertex_triangle);
   expect_neighbours_to_stand_for_their_pairs<ContactKind::edge_edge>(scene, bounds, neighbours.edge_edge);
 }

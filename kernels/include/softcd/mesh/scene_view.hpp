@@ -58,6 +58,8 @@ struct SceneView {
   /// Of a discrete detection.
   ContactRule contact_rule = ContactRule::distance;
 
+  friend bool operator==(const SceneView&, const SceneView&) = default;
+
   /// Looked up in the shorter of the two rows.
   SOFTCD_HD bool bodies_may_touch(std::uint32_t a, std::uint32_t b) const {
     const bool swap = partner_begin[b + 1] - partner_begin[b] < partner_begin[a + 1] - partner_begin[a];

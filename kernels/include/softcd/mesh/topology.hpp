@@ -22,8 +22,23 @@ struct Topology {
 /// Indices must be below vertex_count.
 Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_count);
 
+/// A mesh's connectivity where it lies among other meshes: the fields of a Topology, in which vertices, triangles and
+/// edges are numbered from the mesh's first ones on.
+struct MeshView {
+  Span<const Triangle> triangles;
+  Span<const Edge> edges;
+  Span<const Triangle> triangle_edges;
+  std::uint32_t vertex_count = 0;
+  std::uint32_t first_vertex = 0, first_triangle = 0, first_edge = 0;
+};
+
+/// Of a mesh on its own.
+inline MeshView view_of(const Topology& topology) {
+  return {topology.triangles, topology.edges, topology.triangle_edges, topology.vertex_count};
+}
+
 /// Ownership among the triangles whose `left_out` flag is 0; the others own nothing. Flags: one per triangle.
-std::vector<Ownership> assign_ownership(const Topology& topology, Span<const std::uint8_t> left_out);
+std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::uint8_t> left_out);
 
 /// What a mesh's triangles that share a vertex have to be tested for. Their volumes always overlap, so that every
 /// detection would find the same pairs again: most of what a mesh finds with itself.
@@ -35,7 +50,7 @@ struct NeighbourFeatures {
 };
 
 /// Every vertex with every triangle, and every two edges, whose owner (`ownership`; of a triangle itself) shares a
-/// vertex with the other's while they do not, each once.
-NeighbourFeatures neighbour_features(const Topology& topology, Span<const Ownership> ownership);
+/// vertex with the other's while they do not, each once. Numbered as in the mesh.
+NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership);
 
 }  // namespace softcd

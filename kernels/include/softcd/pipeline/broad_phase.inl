@@ -28,7 +28,12 @@ class BroadPhaseStages {
  public:
   BroadPhaseStages(Backend& backend, Workspace<Backend>& workspace, const SceneView& scene,
                    const DetectionSettings& settings)
-      : backend_(backend), w_(workspace), counters_(workspace.counters.data()), scene_(scene), settings_(settings) {}
+      : backend_(backend),
+        w_(workspace),
+        lists_(workspace.lists),
+        counters_(workspace.counters.data()),
+        scene_(scene),
+        settings_(settings) {}
 
   /// Everything before the pair tests.
   void prepare() {
@@ -52,15 +57,16 @@ class BroadPhaseStages {
 
   /// Once all shares are tested: the pairs that had to be made unique, and those with the BIG list.
   void add_remaining_pairs() {
-    if (w_.flagged.capacity() > 0) {
-      auto& flagged = w_.flagged.template column<0>();
-      backend_.sort_keys("sort_flagged", w_.flagged.count(counters_), flagged, 32 + bits_for(scene_.triangle_count));
+    if (lists_.flagged.capacity() > 0) {
+      auto& flagged = lists_.flagged.template column<0>();
+      backend_.sort_keys("sort_flagged", lists_.flagged.count(counters_), flagged,
+                         32 + bits_for(scene_.triangle_count));
       append_pairs([&] {
-        backend_.for_each_append("keep_first", w_.flagged.count(counters_), KeepFirst{flagged.data()},
-                                 w_.pairs.appender(counters_));
+        backend_.for_each_append("keep_first", lists_.flagged.count(counters_), KeepFirst{flagged.data()},
+                                 lists_.pairs.appender(counters_));
       });
     }
-    if (w_.bigs.capacity() == 0) return;
+    if (lists_.bigs.capacity() == 0) return;
     if (scene_.is_swept) {
       test_against_big<true>();
     } else {
@@ -110,42 +116,42 @@ class BroadPhaseStages {
                                      lists.appender(counters_)...);
             }
           };
-          register_all(w_.entries, w_.splits, w_.bigs);
+          register_all(lists_.entries, lists_.splits, lists_.bigs);
         },
-        w_.entries, w_.splits, w_.bigs);
-    if (split && w_.splits.capacity() > 0) {
+        lists_.entries, lists_.splits, lists_.bigs);
+    if (split && lists_.splits.capacity() > 0) {
       backend_.begin(Stage::subdivision);
       subdivide<kByPaper>();
     }
 
     backend_.begin(Stage::sort);
-    backend_.sort_pairs("sort_entries", w_.entries.count(counters_), w_.entries.template column<0>(),
-                        w_.entries.template column<1>(), kEntryKeyBits);
-    w_.boxed_entries.reserve(backend_, w_.entries.capacity(), 0);
-    w_.partner_begin.reserve(backend_, w_.entries.capacity(), 0);
-    w_.partner_count.reserve(backend_, w_.entries.capacity(), 0);
-    w_.test_offsets.reserve(backend_, w_.entries.capacity(), 0);
+    backend_.sort_pairs("sort_entries", lists_.entries.count(counters_), lists_.entries.template column<0>(),
+                        lists_.entries.template column<1>(), kEntryKeyBits);
+    w_.boxed_entries.reserve(backend_, lists_.entries.capacity(), 0);
+    w_.partner_begin.reserve(backend_, lists_.entries.capacity(), 0);
+    w_.partner_count.reserve(backend_, lists_.entries.capacity(), 0);
+    w_.test_offsets.reserve(backend_, lists_.entries.capacity(), 0);
     const PrepareEntry<Control> prepare_entry{scene_,
                                               w_.volumes.data(),
-                                              w_.entries.template column<0>().data(),
-                                              w_.entries.template column<1>().data(),
+                                              lists_.entries.template column<0>().data(),
+                                              lists_.entries.template column<1>().data(),
                                               w_.boxed_entries.data(),
                                               w_.partner_begin.data(),
                                               w_.partner_count.data()};
-    backend_.for_each_append("prepare_entries", w_.entries.count(counters_), prepare_entry,
+    backend_.for_each_append("prepare_entries", lists_.entries.count(counters_), prepare_entry,
                              Appender<CountTarget>{{}, &counters_->cells, 0});
-    backend_.exclusive_scan("scan_tests", w_.entries.count(counters_), w_.partner_count.data(), w_.test_offsets.data(),
-                            &counters_->tests);
+    backend_.exclusive_scan("scan_tests", lists_.entries.count(counters_), w_.partner_count.data(),
+                            w_.test_offsets.data(), &counters_->tests);
   }
 
   /// Children of the split triangles, their cells, and one entry per (cell, root).
   template <bool kByPaper>
   void subdivide() {
-    const Count splits = w_.splits.count(counters_);
-    w_.child_counts.reserve(backend_, w_.splits.capacity(), 0);
-    w_.child_offsets.reserve(backend_, w_.splits.capacity(), 0);
+    const Count splits = lists_.splits.count(counters_);
+    w_.child_counts.reserve(backend_, lists_.splits.capacity(), 0);
+    w_.child_offsets.reserve(backend_, lists_.splits.capacity(), 0);
     backend_.for_each("count_children", splits,
-                      CountChildren{w_.splits.template column<0>().data(), w_.child_counts.data()});
+                      CountChildren{lists_.splits.template column<0>().data(), w_.child_counts.data()});
     backend_.exclusive_scan("scan_children", splits, w_.child_counts.data(), w_.child_offsets.data(),
                             &counters_->children);
     if constexpr (kByPaper) {
@@ -156,10 +162,10 @@ class BroadPhaseStages {
   }
 
   void mark_children(Count splits) {
-    const SplitRoot* roots = w_.splits.template column<0>().data();
-    w_.split_boxes.reserve(backend_, w_.splits.capacity(), 0);
-    w_.word_counts.reserve(backend_, w_.splits.capacity(), 0);
-    w_.word_offsets.reserve(backend_, w_.splits.capacity(), 0);
+    const SplitRoot* roots = lists_.splits.template column<0>().data();
+    w_.split_boxes.reserve(backend_, lists_.splits.capacity(), 0);
+    w_.word_counts.reserve(backend_, lists_.splits.capacity(), 0);
+    w_.word_offsets.reserve(backend_, lists_.splits.capacity(), 0);
     backend_.for_each(
         "bound_splits", splits,
         BoundSplit{w_.volumes.data(), roots, &counters_->grid, w_.split_boxes.data(), w_.word_counts.data()});
@@ -169,10 +175,10 @@ class BroadPhaseStages {
           backend_.exclusive_scan("scan_split_words", splits, w_.word_counts.data(), w_.word_offsets.data(),
                                   &counters_->split_words);
         },
-        w_.split_words);
-    const SplitBits bits{w_.split_boxes.data(), w_.word_offsets.data(), w_.split_words.template column<0>().data(),
-                         w_.split_words.capacity()};
-    backend_.for_each("clear_split_words", w_.split_words.count(counters_), ClearWord{bits.words});
+        lists_.split_words);
+    const SplitBits bits{w_.split_boxes.data(), w_.word_offsets.data(), lists_.split_words.template column<0>().data(),
+                         lists_.split_words.capacity()};
+    backend_.for_each("clear_split_words", lists_.split_words.count(counters_), ClearWord{bits.words});
     backend_.for_each_work("mark_children", splits, w_.child_offsets.data(), &counters_->children,
                            MarkChild{scene_, w_.shapes.data(), roots, &counters_->grid, bits});
     produce(
@@ -180,24 +186,24 @@ class BroadPhaseStages {
         [&] {
           backend_.for_each_work("register_marked_cells", splits, w_.word_offsets.data(), &counters_->split_words,
                                  RegisterMarkedCells{scene_, w_.shapes.data(), roots, bits},
-                                 w_.entries.appender(counters_));
+                                 lists_.entries.appender(counters_));
         },
-        w_.entries);
+        lists_.entries);
   }
 
   void register_children_by_paper(Count splits) {
-    const SplitRoot* roots = w_.splits.template column<0>().data();
+    const SplitRoot* roots = lists_.splits.template column<0>().data();
     const RegisterChildByPaper register_child{scene_, w_.shapes.data(), roots, &counters_->grid};
     produce(
         backend_, counters_,
         [&] {
           backend_.for_each_work("register_children", splits, w_.child_offsets.data(), &counters_->children,
-                                 register_child, w_.split_cells.appender(counters_));
+                                 register_child, lists_.split_cells.appender(counters_));
         },
-        w_.split_cells);
-    const Count cells = w_.split_cells.count(counters_);
-    auto& keys = w_.split_cells.template column<0>();
-    auto& children = w_.split_cells.template column<1>();
+        lists_.split_cells);
+    const Count cells = lists_.split_cells.count(counters_);
+    auto& keys = lists_.split_cells.template column<0>();
+    auto& children = lists_.split_cells.template column<1>();
     backend_.sort_pairs("sort_split_cells", cells, keys, children, 3 * kCellBits + bits_for(scene_.triangle_count));
     w_.split_of_triangle.reserve(backend_, scene_.triangle_count, 0);
     backend_.for_each("index_splits", splits, IndexSplit{roots, w_.split_of_triangle.data()});
@@ -206,18 +212,20 @@ class BroadPhaseStages {
         cells};
     produce(
         backend_, counters_,
-        [&] { backend_.for_each_append("register_split_cells", cells, register_cell, w_.entries.appender(counters_)); },
-        w_.entries);
+        [&] {
+          backend_.for_each_append("register_split_cells", cells, register_cell, lists_.entries.appender(counters_));
+        },
+        lists_.entries);
   }
 
   template <class Control>
   void test_pairs(Share share) {
     backend_.begin(Stage::tests);
     if (scene_.is_swept) {
-      test_share(share, TestPair<Control, true>{pair_test<true>(), w_.entries.template column<0>().data(),
+      test_share(share, TestPair<Control, true>{pair_test<true>(), lists_.entries.template column<0>().data(),
                                                 w_.boxed_entries.data(), w_.partner_begin.data()});
     } else {
-      test_share(share, TestPair<Control, false>{pair_test<false>(), w_.entries.template column<0>().data(),
+      test_share(share, TestPair<Control, false>{pair_test<false>(), lists_.entries.template column<0>().data(),
                                                  w_.boxed_entries.data(), w_.partner_begin.data()});
     }
   }
@@ -227,11 +235,11 @@ class BroadPhaseStages {
     produce(
         backend_, counters_,
         [&] {
-          backend_.for_each_work_filtered("test_pairs", w_.entries.count(counters_), w_.test_offsets.data(),
-                                          &counters_->tests, share, test_pair, w_.pairs.appender(counters_),
-                                          w_.flagged.appender(counters_));
+          backend_.for_each_work_filtered("test_pairs", lists_.entries.count(counters_), w_.test_offsets.data(),
+                                          &counters_->tests, share, test_pair, lists_.pairs.appender(counters_),
+                                          lists_.flagged.appender(counters_));
         },
-        w_.pairs, w_.flagged);
+        lists_.pairs, lists_.flagged);
   }
 
   template <bool kSwept>
@@ -241,21 +249,22 @@ class BroadPhaseStages {
 
   template <bool kSwept>
   void test_against_big() {
-    const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), w_.bigs.template column<0>().data(),
-                                          w_.bigs.count(counters_)};
+    const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), lists_.bigs.template column<0>().data(),
+                                          lists_.bigs.count(counters_)};
     append_pairs(
-        [&] { backend_.for_each_append("test_against_big", triangles(), test_big, w_.pairs.appender(counters_)); });
+        [&] { backend_.for_each_append("test_against_big", triangles(), test_big, lists_.pairs.appender(counters_)); });
   }
 
   template <class Work>
   void append_pairs(const Work& stage) {
-    produce(backend_, counters_, stage, w_.pairs);
+    produce(backend_, counters_, stage, lists_.pairs);
   }
 
   Count triangles() const { return {&counters_->scene.triangles, scene_.triangle_count}; }
 
   Backend& backend_;
   Workspace<Backend>& w_;
+  Lists<Backend>& lists_;
   Counters* counters_;
   const SceneView& scene_;
   const DetectionSettings& settings_;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <vector>
 
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
@@ -16,19 +17,33 @@ class DeviceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Connectivity of all bodies, concatenated; host memory. See SceneView for the fields.
-struct SceneTopology {
-  Span<const Triangle> triangles;
-  Span<const Triangle> triangle_edges;
-  Span<const Edge> edges;
-  Span<const Ownership> ownership;
-  Span<const std::uint32_t> triangle_body;
-  Span<const std::uint32_t> vertex_body;
-  /// Of all bodies that list them, as NeighbourFeatures.
-  Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
+/// Elements begin <= i < end of an array.
+struct Range {
+  std::uint64_t begin, end;
 };
 
-/// The bodies and their pairs; see SceneView.
+/// All bodies' meshes and positions, one body behind the other in ascending order of ids; host memory. See SceneView
+/// for the fields. Between bodies there may be triangles that are kLeftOut, and vertices and edges that none has.
+struct SceneArrays {
+  Span<const Vec3f> x_t0, x_t1;
+  Span<const Triangle> triangles, triangle_edges;
+  Span<const Edge> edges;
+  Span<const Ownership> ownership;
+  Span<const std::uint32_t> triangle_body, vertex_body;
+  /// Of all bodies that list them, in any order, as NeighbourFeatures.
+  Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
+  std::uint64_t revision;  ///< another one where meshes have changed
+};
+
+/// What of SceneArrays is not as it was.
+struct SceneChanges {
+  std::vector<Range> vertices, triangles, edges;  ///< of the meshes
+  std::vector<Range> ownership;                   ///< of triangles that are not in `triangles`
+  std::vector<Range> x_t0, x_t1;
+  Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
+};
+
+/// The bodies and their pairs in one detection; see SceneView.
 struct SceneBodies {
   Span<const SceneBody> bodies;
   Span<const std::uint64_t> partner_begin;
@@ -45,45 +60,58 @@ struct DetectionSettings {
   ContactRule contact_rule;
   bool vertex_triangle;  ///< some pair of bodies wants these candidates
   bool edge_edge;
-  bool both_ends;  ///< x_t0 counts; else it was not written and nothing moves
+  bool both_ends;  ///< t0 and t1 count, and something moves
+  bool at_t0;      ///< where not both count: t0 does
+
+  friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
 
-/// Where the host writes the positions of the next detection. x_t0 may stay unwritten when only t1 counts.
-struct PositionArrays {
-  Vec3f* x_t0;
-  Vec3f* x_t1;
+/// What one query keeps on a backend from one detection to the next: its last contacts, and what it has learnt of the
+/// sizes of lists. May outlive the detector.
+class QueryMemory {
+ public:
+  virtual ~QueryMemory() = default;
 };
 
-/// One detection after another on one backend. Throws std::bad_alloc when memory runs out, DeviceError when
-/// the device fails.
+/// The detections on one backend's copy of a scene, one after another. Throws std::bad_alloc when memory runs out,
+/// DeviceError when the device fails.
 class Detector {
  public:
   virtual ~Detector() = default;
 
-  /// Most bytes of the backend's memory to hold from now on; 0 for no limit. Gives back what is more than that. False
-  /// when that was the topology too, which has to be set again.
-  virtual bool set_memory_limit(std::uint64_t bytes) = 0;
-  virtual void set_topology(const SceneTopology& topology) = 0;
-  virtual PositionArrays position_arrays() = 0;
-  /// Returns once everything in host memory has been read.
-  virtual void start(const SceneBodies& bodies, const DetectionSettings& settings) = 0;
-  /// Contacts stay valid until the next start(). Fills all of `statistics` that the detection determines.
+  /// Most bytes of the backend's memory to hold from now on; 0 for no limit. Gives back what is more than that,
+  /// `query`'s included, which starts next. False when that was the scene too, all of which has changed then.
+  virtual bool set_memory_limit(std::uint64_t bytes, QueryMemory& query) = 0;
+  /// The scene of the next detections, which stays where it is, unchanged, until the last of them is finished. Where
+  /// this throws, all of the scene has changed.
+  virtual void set_scene(const SceneArrays& scene, const SceneChanges& changes) = 0;
+  virtual std::unique_ptr<QueryMemory> make_query() = 0;
+  /// The detection before was finished, or failed. Reads `bodies` before it returns. Contacts of the query's last
+  /// detection are gone.
+  virtual void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) = 0;
+  /// Of the detection that was started last. Contacts stay valid until the query's next start(). Fills all of
+  /// `statistics` that the detection determines.
   virtual Span<const Contact> finish(Statistics& statistics) = 0;
   /// Fills peak_bytes, reruns and chunks, also of a detection that failed.
   virtual void report_memory(Statistics& statistics) const = 0;
 };
 
-std::unique_ptr<Detector> make_cpu_detector();
-
 /// Makes a detector, or throws as one does.
 using DetectorFactory = std::function<std::unique_ptr<Detector>()>;
 
-/// For detectors on the CUDA device that is current during this call, whichever is current when they are made and used.
-/// `stream` is a cudaStream_t of that device to enqueue on, null for one of their own. Empty when the library was built
-/// without CUDA. Throws DeviceError.
-DetectorFactory cuda_detector_factory(void* stream);
+std::unique_ptr<Detector> make_cpu_detector();
+
+/// For detectors on a CUDA device, whichever is current when they are made and used; -1 for the one that is current
+/// during this call. `stream` is a cudaStream_t of that device to enqueue on, null for one of their own. Empty when the
+/// library was built without CUDA. Throws DeviceError.
+DetectorFactory cuda_detector_factory(int device, void* stream);
 
 /// Why no CUDA device can be used; empty when one can.
 const char* cuda_problem();
+
+/// Memory for arrays that CUDA devices read, page-locked, so that they do at full speed; null where there is none.
+/// Given back by free_shared_memory.
+void* allocate_shared_memory(std::uint64_t bytes);
+void free_shared_memory(void* memory);
 
 }  // namespace softcd

@@ -11,7 +11,7 @@ namespace softcd {
 /// The bytes that a detector holds in its backend's memory, the most that it held at once, and a bound on them.
 class MemoryAccount {
  public:
-  /// 0 for none. What is held must not exceed it. The most held is counted anew.
+  /// 0 for none. Nothing can be taken while more is held. The most held is counted anew.
   void set_limit(std::uint64_t bytes) {
     limit_ = bytes == 0 ? kNone : bytes;
     peak_bytes_ = bytes_;
@@ -31,7 +31,7 @@ class MemoryAccount {
   /// Returns allocate(), which is called where the limit allows `bytes` more. Throws std::bad_alloc.
   template <class Allocate>
   auto take(std::uint64_t bytes, const Allocate& allocate) {
-    if (bytes > limit_ - bytes_) throw std::bad_alloc();
+    if (bytes_ > limit_ || bytes > limit_ - bytes_) throw std::bad_alloc();
     try {
       auto memory = allocate();
       bytes_ += bytes;

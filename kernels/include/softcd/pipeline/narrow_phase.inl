@@ -11,11 +11,12 @@ namespace softcd {
 template <class Backend>
 class NarrowPhaseStages {
  public:
-  NarrowPhaseStages(Backend& backend, const SceneMemory<Backend>& scene_memory, Workspace<Backend>& workspace,
+  NarrowPhaseStages(Backend& backend, const SceneMirror<Backend>& mirror, Workspace<Backend>& workspace,
                     const SceneView& scene, const DetectionSettings& settings, const SceneCounts& counts)
       : backend_(backend),
-        scene_memory_(scene_memory),
+        mirror_(mirror),
         w_(workspace),
+        lists_(workspace.lists),
         counters_(workspace.counters.data()),
         scene_(scene),
         settings_(settings),
@@ -46,12 +47,11 @@ class NarrowPhaseStages {
     }
   }
 
-  /// Of all chunks.
-  void sort_contacts() {
+  /// Of all chunks, into `contacts`, which has room for as many as were found.
+  void sort_contacts(Contact* contacts) {
     backend_.begin(Stage::sort);
-    w_.reserve_sorted_contacts(backend_, w_.found.capacity());
-    const Count count = w_.found.count(counters_);
-    const FeatureContact* found = w_.found.template column<0>().data();
+    const Count count = lists_.found.count(counters_);
+    const FeatureContact* found = lists_.found.template column<0>().data();
     const int first_bits = bits_for(std::max(scene_.vertex_count, scene_.edge_count));
     const int second_bits = bits_for(std::max(scene_.triangle_count, scene_.edge_count));
     backend_.for_each(
@@ -59,8 +59,7 @@ class NarrowPhaseStages {
         MakeContactKey{found, static_cast<std::uint32_t>(first_bits), static_cast<std::uint32_t>(second_bits),
                        w_.contact_keys.data(), w_.contact_order.data()});
     backend_.sort_pairs("sort_contacts", count, w_.contact_keys, w_.contact_order, 1 + first_bits + second_bits);
-    backend_.for_each("write_contacts", count,
-                      WriteContact{scene_, found, w_.contact_order.data(), w_.contacts.data()});
+    backend_.for_each("write_contacts", count, WriteContact{scene_, found, w_.contact_order.data(), contacts});
     backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
     if (is_continuous() && scene_.is_conservative) {
       backend_.for_each_append("count_unsettled", count, CountUnsettled{found},
@@ -76,13 +75,13 @@ class NarrowPhaseStages {
     backend_.begin(Stage::features);
     if (settings_.vertex_triangle) {
       test_neighbours<ContactKind::vertex_triangle, kSwept>(
-          "test_vertex_triangle_neighbours", scene_memory_.vertex_triangle_neighbours.data(),
-          {&counters_->scene.vertex_triangle_neighbours, counts_.vertex_triangle_neighbours}, w_.vt_candidates);
+          "test_vertex_triangle_neighbours", mirror_.vertex_triangle_neighbours.data(),
+          {&counters_->scene.vertex_triangle_neighbours, counts_.vertex_triangle_neighbours}, lists_.vt_candidates);
     }
     if (settings_.edge_edge) {
       test_neighbours<ContactKind::edge_edge, kSwept>(
-          "test_edge_edge_neighbours", scene_memory_.edge_edge_neighbours.data(),
-          {&counters_->scene.edge_edge_neighbours, counts_.edge_edge_neighbours}, w_.ee_candidates);
+          "test_edge_edge_neighbours", mirror_.edge_edge_neighbours.data(),
+          {&counters_->scene.edge_edge_neighbours, counts_.edge_edge_neighbours}, lists_.ee_candidates);
     }
   }
 
@@ -98,18 +97,18 @@ class NarrowPhaseStages {
   void find_candidates() {
     backend_.begin(Stage::features);
     if (settings_.vertex_triangle) {
-      expand_pairs<ContactKind::vertex_triangle, kSwept>("expand_to_vertex_triangle", w_.vt_candidates);
+      expand_pairs<ContactKind::vertex_triangle, kSwept>("expand_to_vertex_triangle", lists_.vt_candidates);
     }
-    if (settings_.edge_edge) expand_pairs<ContactKind::edge_edge, kSwept>("expand_to_edge_edge", w_.ee_candidates);
+    if (settings_.edge_edge) expand_pairs<ContactKind::edge_edge, kSwept>("expand_to_edge_edge", lists_.ee_candidates);
   }
 
   template <ContactKind kKind, bool kSwept, class Candidates>
   void expand_pairs(const char* label, Candidates& candidates) {
-    const ExpandPair<kKind, kSwept> expand_pair{{scene_}, w_.shapes.data(), w_.pairs.template column<0>().data()};
+    const ExpandPair<kKind, kSwept> expand_pair{{scene_}, w_.shapes.data(), lists_.pairs.template column<0>().data()};
     produce(
         backend_, counters_,
         [&] {
-          backend_.for_each_part_filtered(label, w_.pairs.count(counters_), expand_pair,
+          backend_.for_each_part_filtered(label, lists_.pairs.count(counters_), expand_pair,
                                           candidates.appender(counters_));
         },
         candidates);
@@ -118,9 +117,9 @@ class NarrowPhaseStages {
   template <class T>
   void find_contacts() {
     if (settings_.vertex_triangle) {
-      test_candidates<ContactKind::vertex_triangle, T>("test_vertex_triangle", w_.vt_candidates);
+      test_candidates<ContactKind::vertex_triangle, T>("test_vertex_triangle", lists_.vt_candidates);
     }
-    if (settings_.edge_edge) test_candidates<ContactKind::edge_edge, T>("test_edge_edge", w_.ee_candidates);
+    if (settings_.edge_edge) test_candidates<ContactKind::edge_edge, T>("test_edge_edge", lists_.ee_candidates);
   }
 
   template <ContactKind kKind, class T, class Candidates>
@@ -132,23 +131,24 @@ class NarrowPhaseStages {
           const Count count = candidates.count(counters_);
           if (is_continuous() && scene_.is_conservative) {
             backend_.for_each_append(label, count, TestMotion<kKind, double, true>{scene_, features},
-                                     w_.found.appender(counters_));
+                                     lists_.found.appender(counters_));
           } else if (is_continuous()) {
             backend_.for_each_append(label, count, TestMotion<kKind, T, false>{scene_, features},
-                                     w_.found.appender(counters_));
+                                     lists_.found.appender(counters_));
           } else if (kKind == ContactKind::vertex_triangle && scene_.contact_rule == ContactRule::slab) {
-            backend_.for_each_append(label, count, TestSlab<T>{scene_, features}, w_.found.appender(counters_));
+            backend_.for_each_append(label, count, TestSlab<T>{scene_, features}, lists_.found.appender(counters_));
           } else {
             backend_.for_each_append(label, count, TestProximity<kKind, T>{scene_, features},
-                                     w_.found.appender(counters_));
+                                     lists_.found.appender(counters_));
           }
         },
-        w_.found);
+        lists_.found);
   }
 
   Backend& backend_;
-  const SceneMemory<Backend>& scene_memory_;
+  const SceneMirror<Backend>& mirror_;
   Workspace<Backend>& w_;
+  Lists<Backend>& lists_;
   Counters* counters_;
   const SceneView& scene_;
   const DetectionSettings& settings_;

@@ -13,13 +13,13 @@ namespace softcd {
 template <class Backend, class Work, class... Lists>
 void produce(Backend& backend, Counters* counters, const Work& stage, Lists&... lists) {
   if constexpr (Backend::kKnowsCounts) {
-    const std::array<std::uint64_t, sizeof...(Lists)> kept = {counters->*lists.counter()...};
+    const std::array<std::uint64_t, sizeof...(Lists)> kept = {lists.counted(*counters)...};
     stage();
-    if (((counters->*lists.counter() <= lists.capacity()) && ...)) return;
+    if (((lists.counted(*counters) <= lists.capacity()) && ...)) return;
     std::size_t i = 0;
-    (lists.reserve(backend, counters->*lists.counter(), kept[i++]), ...);
+    (lists.reserve(backend, lists.counted(*counters), kept[i++]), ...);
     i = 0;
-    ((counters->*lists.counter() = kept[i++]), ...);
+    ((lists.counted(*counters) = kept[i++]), ...);
     backend.count_rerun();
     stage();
   } else {
@@ -30,15 +30,15 @@ void produce(Backend& backend, Counters* counters, const Work& stage, Lists&... 
 /// After a detection: sizes every list for one like it.
 template <class... Lists>
 void fit_lists(const Counters& counters, Lists&... lists) {
-  (lists.fit(counters.*lists.counter()), ...);
+  (lists.fit(lists.counted(counters)), ...);
 }
 
 /// After a detection: grows every list that was asked for more than it holds. True when one did, so that the detection
 /// has to be repeated.
 template <class Backend, class... Lists>
 bool grow_lists(Backend& backend, const Counters& counters, Lists&... lists) {
-  const bool overflowed = ((counters.*lists.counter() > lists.capacity()) || ...);
-  (lists.reserve(backend, counters.*lists.counter(), 0), ...);
+  const bool overflowed = ((lists.counted(counters) > lists.capacity()) || ...);
+  (lists.reserve(backend, lists.counted(counters), 0), ...);
   return overflowed;
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <new>
 #include <tuple>
 
+#include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/output.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"
@@ -19,18 +22,30 @@ struct ChunkCounts {
   std::uint64_t pairs, vt_candidates, ee_candidates;
 };
 
+/// Calls f with the same count of each of `counts`, for one count after the other.
+template <class F, class... Counts>
+SOFTCD_HD void for_each_count(const F& f, Counts&... counts) {
+  // A count that is not named here does not compile.
+  [[maybe_unused]] const auto& [pairs, vt_candidates, ee_candidates] = ChunkCounts{};
+  f(counts.pairs...);
+  f(counts.vt_candidates...);
+  f(counts.ee_candidates...);
+}
+
 /// Counts that a detection begins with.
 struct SceneCounts {
   std::uint64_t triangles, vertex_triangle_neighbours, edge_edge_neighbours;
+
+  friend bool operator==(const SceneCounts&, const SceneCounts&) = default;
 };
 
 /// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
   SceneCounts scene;
   std::uint64_t splits, bigs, children, split_words, split_cells, entries, cells, tests;
-  std::uint64_t flagged, pairs;
-  std::uint64_t vt_candidates, ee_candidates, contacts, unsettled;
-  ChunkCounts done, most;  ///< of the chunks before the current one: together, and in one
+  std::uint64_t flagged, contacts, unsettled;
+  ChunkCounts chunk;       ///< of the current one
+  ChunkCounts done, most;  ///< of the chunks before: together, and in one
   float earliest_toi;
   GridParameters grid;
 };
@@ -41,18 +56,17 @@ struct NextChunk {
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
-    if (!team.is_leader()) return;
-    next(counters->pairs, counters->done.pairs, counters->most.pairs);
-    next(counters->vt_candidates, counters->done.vt_candidates, counters->most.vt_candidates);
-    next(counters->ee_candidates, counters->done.ee_candidates, counters->most.ee_candidates);
+    if (team.is_leader()) for_each_count(Next{}, counters->chunk, counters->done, counters->most);
   }
 
  private:
-  static SOFTCD_HD void next(std::uint64_t& count, std::uint64_t& done, std::uint64_t& most) {
-    done += count;
-    most = larger(most, count);
-    count = 0;
-  }
+  struct Next {
+    SOFTCD_HD void operator()(std::uint64_t& count, std::uint64_t& done, std::uint64_t& most) const {
+      done += count;
+      most = larger(most, count);
+      count = 0;
+    }
+  };
 };
 
 struct ClearCounters {
@@ -68,18 +82,39 @@ struct ClearCounters {
   }
 };
 
+/// The counter of a list of the whole detection, and of one chunk.
+template <std::uint64_t Counters::*kMember>
+struct DetectionCounter {
+  static constexpr bool kIsOfChunk = false;
+  template <class Values>
+  static SOFTCD_HD auto& in(Values& counters) {
+    return counters.*kMember;
+  }
+};
+template <std::uint64_t ChunkCounts::*kMember>
+struct ChunkCounter {
+  static constexpr bool kIsOfChunk = true;
+  template <class Values>
+  static SOFTCD_HD auto& in(Values& counters) {
+    return counters.chunk.*kMember;
+  }
+};
+
 /// A growing list and its counter. `Columns` are the buffers behind it, all of one capacity.
-template <class Backend, class Target, class... Columns>
+template <class Backend, class Counter, class Target, class... Columns>
 class List {
  public:
-  using Counter = std::uint64_t Counters::*;
+  /// It holds what comes between one chunk's tests and its contacts.
+  static constexpr bool kIsOfChunk = Counter::kIsOfChunk;
 
-  explicit List(Counter counter) : counter_(counter) {}
-
-  Counter counter() const { return counter_; }
+  /// How many values were asked for.
+  static std::uint64_t& counted(Counters& counters) { return Counter::in(counters); }
+  static std::uint64_t counted(const Counters& counters) { return Counter::in(counters); }
 
   /// How many values the next stage may store.
   std::uint64_t capacity() const { return bound_; }
+  /// As it was after another detection, as far as there is memory for it.
+  void restore_capacity(std::uint64_t capacity) { bound_ = std::min(capacity, allocated_); }
 
   /// Keeps the first `kept` values. There will be room for a quarter more than asked for, so that slowly growing scenes
   /// seldom grow a list; for no more than that where memory does not suffice.
@@ -115,10 +150,10 @@ class List {
   }
 
   Appender<Target> appender(Counters* counters) {
-    return {std::apply([](auto&... column) { return Target{column.data()...}; }, columns_), &(counters->*counter_),
+    return {std::apply([](auto&... column) { return Target{column.data()...}; }, columns_), &Counter::in(*counters),
             bound_};
   }
-  Count count(const Counters* counters) const { return {&(counters->*counter_), bound_}; }
+  Count count(const Counters* counters) const { return {&Counter::in(*counters), bound_}; }
 
  private:
   void reserve_columns(Backend& backend, std::uint64_t bound, std::uint64_t kept) {
@@ -133,48 +168,91 @@ class List {
     return (wanted + step - 1) / step * step;
   }
 
-  Counter counter_;
   std::uint64_t allocated_ = 0;
   std::uint64_t bound_ = 0;
   std::tuple<Columns...> columns_;
 };
 
-/// The scene that the lists of a Workspace are about. Vertices, triangles and bodies as SceneView describes them.
+/// The backend's copy of a scene, or, where the backend reads host memory, where it is; see SceneArrays.
 template <class Backend>
-struct SceneMemory {
+struct SceneMirror {
   template <class T>
-  using Buffer = typename Backend::template Buffer<T>;
+  using Mirror = typename Backend::template Mirror<T>;
 
-  Buffer<Vec3f> x_t0, x_t1;
-  Buffer<Triangle> triangles, triangle_edges;
-  Buffer<Edge> edges;
-  Buffer<Ownership> ownership;
-  Buffer<std::uint32_t> triangle_body, vertex_body;
-  Buffer<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
-  Buffer<SceneBody> bodies;
-  Buffer<std::uint64_t> partner_begin;
-  Buffer<std::uint32_t> partners;
+  Mirror<Vec3f> x_t0, x_t1;
+  Mirror<Triangle> triangles, triangle_edges;
+  Mirror<Edge> edges;
+  Mirror<Ownership> ownership;
+  Mirror<std::uint32_t> triangle_body, vertex_body;
+  Mirror<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
 };
 
-/// What a detection makes of it.
+constexpr std::size_t kListCount = 10;
+
+/// The lists that stages append to.
+template <class Backend>
+struct Lists {
+  template <class T>
+  using Buffer = typename Backend::template Buffer<T>;
+  template <class T>
+  using SortBuffer = typename Backend::template SortBuffer<T>;
+  template <class Counter, class T>
+  using ArrayList = List<Backend, Counter, ArrayTarget<T>, Buffer<T>>;
+
+  // Of the whole detection. In the order in which they grow: where memory is short, what no parts can make smaller
+  // first.
+  ArrayList<DetectionCounter<&Counters::bigs>, std::uint32_t> bigs;
+  ArrayList<DetectionCounter<&Counters::splits>, SplitRoot> splits;
+  ArrayList<DetectionCounter<&Counters::split_words>, std::uint32_t> split_words;  ///< `exact` only
+  List<Backend, DetectionCounter<&Counters::split_cells>, SplitCellTarget, SortBuffer<std::uint64_t>,
+       SortBuffer<std::uint32_t>>
+      split_cells;  ///< `paper` only
+  List<Backend, DetectionCounter<&Counters::entries>, EntryTarget, SortBuffer<std::uint32_t>, SortBuffer<Entry>>
+      entries;
+  List<Backend, DetectionCounter<&Counters::flagged>, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged;
+  ArrayList<DetectionCounter<&Counters::contacts>, FeatureContact> found;
+  // Of one chunk.
+  ArrayList<ChunkCounter<&ChunkCounts::pairs>, std::uint64_t> pairs;
+  ArrayList<ChunkCounter<&ChunkCounts::vt_candidates>, std::uint64_t> vt_candidates;
+  ArrayList<ChunkCounter<&ChunkCounts::ee_candidates>, std::uint64_t> ee_candidates;
+
+  /// Calls f with every list.
+  template <class F>
+  decltype(auto) with_all(const F& f) {
+    // A list that is not named here does not compile: it would never grow.
+    auto& [l0, l1, l2, l3, l4, l5, l6, l7, l8, l9] = *this;
+    return f(l0, l1, l2, l3, l4, l5, l6, l7, l8, l9);
+  }
+};
+
+/// Everything that decides which work a detection enqueues, and with which arguments: of two detections with equal ones
+/// the second enqueues the same work on the same memory.
+struct Signature {
+  DetectionSettings settings;
+  SceneView scene;
+  SceneCounts counts;
+  std::uint64_t chunks;
+  std::array<std::uint64_t, kListCount> capacities;
+
+  friend bool operator==(const Signature&, const Signature&) = default;
+};
+
+/// What a detection makes of a scene.
 template <class Backend>
 struct Workspace {
   template <class T>
   using Buffer = typename Backend::template Buffer<T>;
   template <class T>
   using SortBuffer = typename Backend::template SortBuffer<T>;
-  template <class T>
-  using ArrayList = List<Backend, ArrayTarget<T>, Buffer<T>>;
 
+  Lists<Backend> lists;
   Buffer<Counters> counters;
   Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kHistograms histograms of kSizeBins
 
-  // Broad phase. Per triangle:
+  // Per triangle:
   Buffer<Kdop18> volumes;
   Buffer<EndVolumes> end_volumes;
   Buffer<TriangleShape> shapes;
-  ArrayList<std::uint32_t> bigs{&Counters::bigs};
-  ArrayList<SplitRoot> splits{&Counters::splits};
   Buffer<std::uint32_t> split_of_triangle;  ///< `paper` only
   // Per split triangle:
   Buffer<std::uint32_t> child_counts;
@@ -183,31 +261,13 @@ struct Workspace {
   Buffer<SplitBox> split_boxes;
   Buffer<std::uint32_t> word_counts;
   Buffer<std::uint64_t> word_offsets;
-  ArrayList<std::uint32_t> split_words{&Counters::split_words};
-  // or in `paper`:
-  List<Backend, SplitCellTarget, SortBuffer<std::uint64_t>, SortBuffer<std::uint32_t>> split_cells{
-      &Counters::split_cells};
   // Per entry:
-  List<Backend, EntryTarget, SortBuffer<std::uint32_t>, SortBuffer<Entry>> entries{&Counters::entries};
   Buffer<BoxedEntry> boxed_entries;
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
-  List<Backend, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged{&Counters::flagged};
-  ArrayList<std::uint64_t> pairs{&Counters::pairs};
-
-  // Narrow phase.
-  ArrayList<std::uint64_t> vt_candidates{&Counters::vt_candidates};
-  ArrayList<std::uint64_t> ee_candidates{&Counters::ee_candidates};
-  ArrayList<FeatureContact> found{&Counters::contacts};
+  // Per contact:
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
-  Buffer<Contact> contacts;
-
-  void reserve_sorted_contacts(Backend& backend, std::uint64_t count) {
-    contacts.reserve(backend, count, 0);
-    contact_keys.reserve(backend, count, 0);
-    contact_order.reserve(backend, count, 0);
-  }
 };
 
 }  // namespace softcd

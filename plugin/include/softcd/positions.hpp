@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "softcd/core/types.hpp"
+
+namespace softcd {
+
+/// Positions become float32 relative to the scene's origin, which moves along only where the whole scene is far away:
+/// float positions stay as they are, double positions keep about 7 digits of the scene's extent, stray vertices
+/// included. With Accuracy::conservative a body's margin grows by the most that this moves one of its vertices by, so
+/// that no contact of the double positions is lost: by at most 6e-8 of its furthest vertex's distance from the scene's
+/// origin, and by nothing where all of them are floats. A vertex with a coordinate beyond 1e37 counts as not finite.
+///
+/// `count` positions of three consecutive floats or doubles, `stride` bytes apart, aligned as their coordinates are.
+/// The memory is read by the scene's next detection that is started, before that call returns or throws, and never
+/// after: a body whose positions are not set again stays where it was, to the last digit of what was given.
+class Positions {
+ public:
+  Positions() = default;
+  Positions(Span<const Vec3f> positions)  // NOLINT(google-explicit-constructor)
+      : Positions(positions.data() == nullptr ? nullptr : &positions.data()->x, positions.size(), sizeof(Vec3f)) {}
+  Positions(Span<const Vec3d> positions)  // NOLINT(google-explicit-constructor)
+      : Positions(positions.data() == nullptr ? nullptr : &positions.data()->x, positions.size(), sizeof(Vec3d)) {}
+  Positions(const std::vector<Vec3f>& positions)  // NOLINT(google-explicit-constructor)
+      : Positions(Span<const Vec3f>(positions)) {}
+  Positions(const std::vector<Vec3d>& positions)  // NOLINT(google-explicit-constructor)
+      : Positions(Span<const Vec3d>(positions)) {}
+  Positions(const float* first_x, std::size_t count, std::size_t stride)
+      : data_(first_x), count_(count), stride_(stride), is_double_(false) {}
+  Positions(const double* first_x, std::size_t count, std::size_t stride)
+      : data_(first_x), count_(count), stride_(stride), is_double_(true) {}
+  /// A temporary container would be gone before it is read. Containers hand on their constness to their elements,
+  /// views do not.
+  template <class Container,
+            class = std::enable_if_t<!std::is_same_v<decltype(std::declval<Container&>().data()),
+                                                     decltype(std::declval<const Container&>().data())>>>
+  Positions(const Container&& positions) = delete;
+
+  const void* data() const { return data_; }
+  std::size_t count() const { return count_; }
+  std::size_t stride() const { return stride_; }
+  bool is_double() const { return is_double_; }
+
+ private:
+  const void* data_ = nullptr;
+  std::size_t count_ = 0;
+  std::size_t stride_ = 0;
+  bool is_double_ = false;
+};
+
+}  // namespace softcd

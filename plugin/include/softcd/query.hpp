@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "softcd/core/contact.hpp"
+#include "softcd/core/statistics.hpp"
+#include "softcd/scene.hpp"
+
+namespace softcd {
+
+/// One line of explain().
+struct StageReport {
+  std::string stage;
+  bool ran = false;
+  std::string reason;
+};
+
+/// Which end of the step a discrete detection looks at.
+enum class StepEnd : std::uint32_t { t1, t0 };
+
+/// What is looked for.
+struct QueryOptions {
+  Detection detection = Detection::dcd;
+  Accuracy accuracy = Accuracy::precise;
+  BroadPhase broad_phase = BroadPhase::exact;
+  /// Off: no triangle is split. `exact` then registers large triangles in every cell of their own volume, `paper`
+  /// makes its cells fit the largest triangle. Changes the number of tests only, not the contacts of `exact`.
+  bool subdivision = true;
+  /// Cell size in units of the triangles' clipped mean bounding radius: cell = lambda * mean for `exact`
+  /// (useful 1.2 to 2.4; allowed 0.1 to 100), cell = 3 * lambda * mean for `paper` (equation 1; 1.1 to 1.3). 0 chooses
+  /// 1.8, and more where triangles move many cells or have large margins, and 1.2.
+  float lambda = 0.0F;
+  /// Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
+  /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
+  float motion_margin = 0.0F;
+  ContactRule contact_rule = ContactRule::distance;
+  /// Discrete detection only.
+  StepEnd step_end = StepEnd::t1;
+  /// Off: every body's margin counts as 0.
+  bool margins = true;
+  /// A kind of feature pairs is tested between two bodies that both want it, where the query does too.
+  Features features = {true, true};
+
+  friend bool operator==(const QueryOptions& a, const QueryOptions& b) {
+    const auto values = [](const QueryOptions& o) {
+      return std::tie(o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin, o.contact_rule,
+                      o.step_end, o.margins, o.features.vertex_triangle, o.features.edge_edge);
+    };
+    return values(a) == values(b);
+  }
+  friend bool operator!=(const QueryOptions& a, const QueryOptions& b) { return !(a == b); }
+};
+
+/// Which pairs of bodies a detection compares, of those that groups, masks, boxes and the filter leave.
+enum class Pairs : std::uint32_t {
+  all,
+  /// Those of which a body was added or updated, or given positions or settings, since the query's last detection.
+  changed,
+};
+
+/// Called for pairs of bodies that pass groups, masks and bounding boxes, and, with a == b, for bodies that collide
+/// with themselves; false leaves the pair out of this detection. Called on the thread that starts the detection, a <=
+/// b.
+using PairFilter = std::function<bool(BodyId a, BodyId b)>;
+
+namespace detail {
+class QueryCore;
+}
+
+/// A detection that was started.
+class Ticket {
+ public:
+  Ticket(Ticket&&) noexcept;
+  Ticket& operator=(Ticket&&) noexcept;
+  ~Ticket();
+
+  /// All contacts, sorted by (kind, body_a, feature_a, body_b, feature_b), each once, once. Valid until the query's
+  /// next detection is started, or its options are set, or it is destroyed. Throws Error when it was called before,
+  /// when the query has started another detection or is gone, or when the scene's options were set; else what has gone
+  /// wrong in the detection.
+  Span<const Contact> wait();
+
+ private:
+  friend class Query;
+  Ticket(std::shared_ptr<detail::QueryCore> query, std::uint64_t number);
+
+  std::shared_ptr<detail::QueryCore> query_;
+  std::uint64_t number_;
+};
+
+/// Finds contacts between the bodies of a scene. The same input gives the same bytes, whatever the number of threads or
+/// backend, and however often it is detected. The detections of one scene run one after another. A query that was moved
+/// from throws Error from every function until another one is assigned to it.
+class Query {
+ public:
+  /// Throws InvalidInput when an option is out of range.
+  explicit Query(Scene& scene, const QueryOptions& options = {});
+  /// A detection that still runs is ended.
+  ~Query();
+  Query(Query&&) noexcept;
+  Query& operator=(Query&&) noexcept;
+
+  /// Reads positions that were set and starts a detection. Bodies whose positions were never set are left out, as
+  /// explain() says. A triangle with a vertex that is not finite is left out, counted in statistics() and named in a
+  /// warning. Contacts of the query's detection before are gone. Throws Error when the scene is gone.
+  [[nodiscard]] Ticket start(Pairs pairs = Pairs::all);
+  /// start() and Ticket::wait() in one.
+  Span<const Contact> detect(Pairs pairs = Pairs::all);
+
+  /// A detection of the query that runs is ended, and its contacts are lost. Throws as the constructor does.
+  void set_options(const QueryOptions& options);
+  const QueryOptions& options() const;
+  /// Asked by every detection from the next one on; none lets all pairs through. It must not call the scene or its
+  /// queries.
+  void set_pair_filter(PairFilter filter);
+
+  /// Of the last detection that was waited for.
+  const Statistics& statistics() const;
+  /// Which stages that detection ran or left out, and why.
+  std::vector<StageReport> explain() const;
+
+ private:
+  detail::QueryCore& core() const;
+
+  std::shared_ptr<detail::QueryCore> core_;
+};
+
+}  // namespace softcd

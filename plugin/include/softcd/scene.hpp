@@ -1,0 +1,129 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string_view>
+
+#include "softcd/core/contact.hpp"
+#include "softcd/core/statistics.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/positions.hpp"
+
+namespace softcd {
+
+/// Which feature pairs a body takes part in. A kind is tested between two bodies when both want it.
+struct Features {
+  bool vertex_triangle = true;
+  bool edge_edge = false;
+};
+
+/// What may change from one detection to the next without a change of topology.
+struct BodySettings {
+  /// Two features are in contact when their distance is at most the sum of their bodies' margins.
+  /// Unit: the positions'. Finite, at least 0.
+  float margin = 0.0F;
+  /// Bodies a and b are compared when (a.filter_group & b.filter_mask) and (b.filter_group & a.filter_mask).
+  std::uint32_t filter_group = 1;
+  std::uint32_t filter_mask = 0xFFFFFFFFu;
+  /// Also find contacts between features of this body that share no vertex, whatever its group and mask.
+  bool self_collision = false;
+  /// Moved by somebody else (static or animated): two such bodies are never compared, nor is one with itself.
+  bool kinematic = false;
+  Features features;
+};
+
+/// A mesh: triangles over vertices 0 .. vertex_count - 1. A vertex in no triangle does not collide;
+/// give it a triangle {v, v, v} when it should.
+struct BodyDesc {
+  Span<const Triangle> triangles;  ///< read during the call
+  std::uint32_t vertex_count = 0;
+  BodySettings settings;
+};
+
+enum class LogLevel : std::uint32_t { information, warning };
+/// Called on the thread that calls a scene or its queries, by any function that is not const.
+using LogCallback = std::function<void(LogLevel, std::string_view)>;
+
+/// Where the detections on a scene run, and with how much memory.
+struct SceneOptions {
+  Backend backend = Backend::automatic;
+  /// Most bytes of the backend's memory that the scene may hold at once, lists that grow counted twice while they
+  /// are copied; 0 for no limit. From the next detection on: what an earlier one holds beyond a lower limit is given
+  /// back. Where the bytes do not suffice for all pairs of triangles at once the pairs are tested in parts, with the
+  /// same contacts; where they do not suffice for the triangles, their grid entries or the contacts, starting a
+  /// detection or waiting for it throws OutOfMemory. Not counted: the bodies' meshes and positions on the host.
+  std::uint64_t memory_limit = 0;
+  /// Most threads that work on detections on the CPU, the calling one included; 0 for as many as there are processors.
+  std::uint32_t max_threads = 0;
+  /// The CUDA device, as cudaGetDeviceCount counts them; -1 for the calling thread's current one at construction.
+  std::int32_t cuda_device = -1;
+  /// A cudaStream_t that the GPU's work is enqueued on, which must live as long as the scene; null for a stream of
+  /// the scene's own. No other work may be captured on it.
+  void* cuda_stream = nullptr;
+
+  friend bool operator==(const SceneOptions& a, const SceneOptions& b) {
+    return a.backend == b.backend && a.memory_limit == b.memory_limit && a.max_threads == b.max_threads &&
+           a.cuda_device == b.cuda_device && a.cuda_stream == b.cuda_stream;
+  }
+  friend bool operator!=(const SceneOptions& a, const SceneOptions& b) { return !(a == b); }
+};
+
+namespace detail {
+class SceneCore;
+}
+
+/// Bodies, of which queries find the contacts. One thread at a time for a scene and its queries together; several
+/// scenes may be used from several threads. A scene that was moved from throws Error from every function until another
+/// one is assigned to it.
+///
+/// Everything may be called while a detection runs, and concerns the next one that is started.
+class Scene {
+ public:
+  /// `log` as set_log(). Throws BackendError when options.backend cannot be had, InvalidInput when an option is out of
+  /// range.
+  explicit Scene(const SceneOptions& options = {}, LogCallback log = {});
+  /// Detections that run are ended; the scene's queries can only be destroyed, moved or assigned to afterwards, and
+  /// read for what their last detections found.
+  ~Scene();
+  Scene(Scene&&) noexcept;
+  Scene& operator=(Scene&&) noexcept;
+
+  /// Throws InvalidInput naming the triangle and the index when one is out of range; nothing is added then.
+  BodyId add_body(const BodyDesc& desc);
+  /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
+  /// body is unchanged then.
+  void update_body(BodyId body, const BodyDesc& desc);
+  void set_settings(BodyId body, const BodySettings& settings);
+  void remove_body(BodyId body);
+  /// Whether the body was added and not removed.
+  bool has_body(BodyId body) const;
+
+  /// Where the body's vertices are, at t1 only: it does not move during the step.
+  void set_positions(BodyId body, Positions x);
+  /// Where the body's vertices are at both ends of the step. Throws InvalidInput when a count is not the
+  /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
+  void set_positions(BodyId body, Positions x_t0, Positions x_t1);
+
+  /// A detection that runs is ended, and its contacts are lost; with another backend, device or stream all queries'
+  /// contacts are. Throws as the constructor does.
+  void set_options(const SceneOptions& options);
+  const SceneOptions& options() const;
+  /// Told warnings and what else may be of interest from now on; none is told nothing. It must not call the scene.
+  void set_log(LogCallback log);
+
+  /// The backend of the last detection, before the first one the expected: never `automatic`. With `automatic` small
+  /// scenes go to the CPU even where there is a GPU, and a GPU that fails, or whose memory does not suffice, is
+  /// replaced by the CPU in the same call, with one warning. With `cuda` that is a BackendError, or OutOfMemory.
+  Backend backend() const;
+
+ private:
+  friend class Query;
+  detail::SceneCore& core() const;
+  /// Throws Error where the scene was moved from.
+  std::shared_ptr<detail::SceneCore> shared_core() const;
+
+  std::shared_ptr<detail::SceneCore> core_;
+};
+
+}  // namespace softcd

@@ -1,0 +1,319 @@
+#include "scene_core.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "detection_settings.hpp"
+#include "validation.hpp"
+
+namespace softcd::detail {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+int concurrency(const SceneOptions& options) {
+  return options.max_threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.max_threads);
+}
+
+std::string topology_problem(BodyId id, const BodyDesc& desc) {
+  return fmt::format(
+      "body {}: memory ran out for the edges of its {} triangles, or for where all bodies' lie together. Free memory, "
+      "or "
+      "give fewer triangles.",
+      id.value, desc.triangles.size());
+}
+
+std::string positions_problem(BodyId id, const Positions& positions) {
+  return fmt::format("body {}: memory ran out for a copy of its positions, {} bytes for each end. Free memory.",
+                     id.value, positions.count() * position_size(positions));
+}
+
+}  // namespace
+
+SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories)
+    : options_(options), log_(std::move(log)), arena_(concurrency(options)) {
+  validate_options(options);
+  use(detector_for(options, std::move(factories)));
+}
+
+BodyId SceneCore::add_body(const BodyDesc& desc) {
+  const BodyId id = store_.next_id();
+  validate_mesh(id, desc);
+  return guarded([&] { return topology_problem(id, desc); }, [&] { return store_.add_body(desc); });
+}
+
+void SceneCore::update_body(BodyId id, const BodyDesc& desc) {
+  Body& body = find(id);
+  validate_mesh(id, desc);
+  guarded([&] { return topology_problem(id, desc); }, [&] { store_.update_body(body, desc); });
+}
+
+void SceneCore::set_settings(BodyId id, const BodySettings& settings) {
+  Body& body = find(id);
+  validate_settings(id, settings);
+  store_.set_settings(body, settings);
+}
+
+void SceneCore::remove_body(BodyId id) {
+  store_.remove_body(find(id));
+}
+
+void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1) {
+  Body& body = find(id);
+  validate_positions(id, body.vertex_count(), x_t0, x_t1);
+  guarded([&] { return positions_problem(id, x_t1); }, [&] { store_.set_positions(body, x_t0, x_t1); });
+}
+
+void SceneCore::set_options(const SceneOptions& options) {
+  validate_options(options);
+  const SceneOptions before = options_;
+  const bool is_elsewhere = options.backend != before.backend || options.cuda_device != before.cuda_device ||
+                            options.cuda_stream != before.cuda_stream;
+  std::unique_ptr<SelectedDetector> detector;
+  if (is_elsewhere) {
+    guarded([] { return kNoMemoryAtAll; }, [&] { detector = detector_for(options, machine_factories(options)); });
+  }
+  QueryCore* const running = running_;
+  finish_running();
+  if (running != nullptr) running->detection_.reset();
+  if (is_elsewhere) {
+    for (QueryCore* query : queries_) {
+      query->detection_.reset();
+      query->memories_ = {};
+    }
+    use(std::move(detector));
+  }
+  if (options.max_threads != before.max_threads) {
+    arena_.terminate();
+    arena_.initialize(concurrency(options));
+  }
+  options_ = options;
+}
+
+std::unique_ptr<SelectedDetector> SceneCore::detector_for(const SceneOptions& options, DetectorFactories factories) {
+  return std::make_unique<SelectedDetector>(
+      options.backend, [this](LogLevel level, std::string_view message) { log(level, message); }, std::move(factories));
+}
+
+void SceneCore::use(std::unique_ptr<SelectedDetector> detector) {
+  detector_ = std::move(detector);
+  if (detector_->may_use_device()) store_.share_positions();
+}
+
+Body& SceneCore::find(BodyId id) {
+  Body* const body = store_.find(id);
+  if (body == nullptr) {
+    throw InvalidInput(fmt::format("body {} is not in the scene; it was removed, or never added.", id.value));
+  }
+  return *body;
+}
+
+/// guarded(), with statistics of how much memory there was where it ran out.
+template <class MemoryProblem, class F>
+void SceneCore::guarded_in_memory(Statistics& statistics, const MemoryProblem& memory_problem, const F& f) {
+  guarded(
+      [&] {
+        detector_->report_memory(statistics);
+        return memory_problem();
+      },
+      [&] { arena_.execute(f); });
+}
+
+void SceneCore::start(QueryCore& query, Pairs pairs) {
+  finish_running();
+  query.detection_.reset();
+  const Clock::time_point begin = Clock::now();
+  QueryCore::Detection& detection = query.detection_.emplace();
+  try {
+    guarded_in_memory(
+        query.statistics_, [&] { return preparation_problem(); }, [&] { prepare(query, detection, pairs); });
+    if (detection.has_work) {
+      guarded_in_memory(
+          query.statistics_, [&] { return detection_problem(); },
+          [&] { detector_->start(store_, query.memories_, detection.input); });
+    }
+  } catch (...) {
+    query.detection_.reset();
+    throw;
+  }
+  if (detection.has_work) running_ = &query;
+  detection.statistics.backend = detector_->backend();
+  detection.statistics.ms.transfer = detection.statistics.ms.total = milliseconds_since(begin);
+  query.last_change_ = store_.last_change();
+}
+
+/// Everything that a detection needs, but for the detector's start.
+void SceneCore::prepare(QueryCore& query, QueryCore::Detection& detection, Pairs pairs) {
+  const QueryOptions& options = query.options_;
+  store_.settle(looked_at());
+  warn_of_strays();
+  const std::vector<Body>& bodies = store_.bodies();
+  const SceneSize size = count_elements(detection.statistics);
+  const bool moves = something_moves(options, bodies);
+  const std::uint64_t changed_since = pairs == Pairs::changed ? query.last_change_ : 0;
+  PairFilter filter;
+  if (query.filter_) filter = [&](BodyId a, BodyId b) { return call_back(query.filter_, a, b); };
+  detection.pairs = select_pairs(bodies, store_.origin(), selecting(options, moves, changed_since), filter);
+  const PairSelection& selected = detection.pairs;
+  detection.decisions = {
+      size.bodies, selected.pair_count,          selected.self_count, selected.vertex_triangle, selected.edge_edge,
+      moves,       size.bodies_without_positions};
+  const DetectionSettings settings = detection_settings(options, selected, moves);
+  detection.input = {selected.view(), settings, settings.both_ends || settings.at_t0};
+  detection.has_work = selected.pair_count + selected.self_count > 0;
+  detector_->set_memory_limit(options_.memory_limit);
+}
+
+/// By any of the scene's queries.
+LookedAt SceneCore::looked_at() const {
+  LookedAt result;
+  for (const QueryCore* query : queries_) {
+    result.t0 |= looks_at_t0(query->options_);
+    result.moves |= measures_moves(query->options_);
+  }
+  return result;
+}
+
+SceneSize SceneCore::count_elements(Statistics& statistics) const {
+  const SceneSize size = store_.size();
+  statistics.bodies = size.bodies;
+  statistics.triangles = size.triangles;
+  statistics.vertices = size.vertices;
+  statistics.edges = size.edges;
+  statistics.left_out_triangles = size.left_out_triangles;
+  if (std::max({size.triangles, size.vertices, size.edges}) >= kMostElements) {
+    throw InvalidInput(
+        fmt::format("{} triangles, {} vertices and {} edges in one scene are more than 2^31; split it over several.",
+                    size.triangles, size.vertices, size.edges));
+  }
+  return size;
+}
+
+void SceneCore::warn_of_strays() const {
+  for (const Body* body : store_.newly_left_out()) {
+    log(LogLevel::warning,
+        fmt::format("body {}: vertex {} is not finite or beyond 1e37 ({} such vertices); its {} triangles are left "
+                    "out until it is",
+                    body->id.value, body->stray_vertices.front(), body->stray_vertices.size(),
+                    body->left_out_triangles));
+  }
+}
+
+void SceneCore::finish_running() noexcept {
+  if (running_ == nullptr) return;
+  QueryCore& query = *std::exchange(running_, nullptr);
+  QueryCore::Detection& detection = *query.detection_;
+  try {
+    Statistics found = detection.statistics;
+    guarded_in_memory(
+        query.statistics_, [&] { return detection_problem(); }, [&] { detection.contacts = detector_->finish(found); });
+    found.ms.transfer += detection.statistics.ms.transfer;
+    found.ms.total += detection.statistics.ms.total;
+    detection.statistics = found;
+  } catch (...) {
+    detection.problem = std::current_exception();
+  }
+}
+
+void SceneCore::close() noexcept {
+  QueryCore* const running = running_;
+  finish_running();
+  if (running != nullptr) running->detection_.reset();
+  is_closed_ = true;
+  detector_.reset();
+  store_ = {};
+}
+
+std::string SceneCore::preparation_problem() const {
+  return fmt::format(
+      "memory ran out for the meshes and positions of {} bodies {}. Free memory{}, or split the scene over several.",
+      store_.size().bodies, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
+}
+
+std::string SceneCore::detection_problem() const {
+  return fmt::format(
+      "memory ran out while detecting contacts of {} triangles {}: too many triangles lie within their margins of "
+      "each other. Reduce the margins, or detect fewer bodies at a time{}.",
+      store_.size().triangles, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
+}
+
+/// Whose memory it is.
+std::string SceneCore::where() const {
+  const char* const backend = detector_->backend() == Backend::cuda ? "on the GPU" : "on the CPU";
+  if (options_.memory_limit == 0) return backend;
+  return fmt::format("{} with a memory_limit of {} bytes", backend, options_.memory_limit);
+}
+
+void SceneCore::log(LogLevel level, std::string_view message) const {
+  if (log_) call_back(log_, level, message);
+}
+
+QueryCore::QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options)
+    : scene_(std::move(scene)), options_(options) {
+  validate_options(options);
+  scene_->enter(*this);
+}
+
+QueryCore::~QueryCore() {
+  close();
+}
+
+void QueryCore::close() noexcept {
+  if (std::exchange(is_closed_, true)) return;
+  end();
+  scene_->leave(*this);
+}
+
+/// Nobody is interested in the query's detection, or its failure, any more.
+void QueryCore::end() noexcept {
+  if (scene_->is_running(*this)) scene_->finish_running();
+  detection_.reset();
+}
+
+std::uint64_t QueryCore::start(Pairs pairs) {
+  if (scene_->is_closed()) throw Error("the Scene of this Query is gone; make a Query of a Scene that lives as long.");
+  if (pairs > Pairs::changed) {
+    throw InvalidInput(fmt::format("pairs is {}, which is none of its values; they count from 0 to 1.",
+                                   static_cast<std::uint32_t>(pairs)));
+  }
+  scene_->start(*this, pairs);
+  detection_->number = ++last_number_;
+  return last_number_;
+}
+
+Span<const Contact> QueryCore::wait(std::uint64_t number) {
+  if (is_closed_) throw Error("a Ticket was waited for, but its Query is gone.");
+  if (number != last_number_) {
+    throw Error("a Ticket was waited for, but its Query has started another detection since; wait for each before.");
+  }
+  if (!detection_ && scene_->is_closed()) throw Error("a Ticket was waited for, but its Scene is gone.");
+  if (!detection_) {
+    throw Error("a Ticket was waited for, but was before, or options were set that have ended its detection.");
+  }
+  if (scene_->is_running(*this)) scene_->finish_running();
+  const Detection detection = *std::exchange(detection_, std::nullopt);
+  if (detection.problem) std::rethrow_exception(detection.problem);
+  statistics_ = detection.statistics;
+  decisions_ = detection.decisions;
+  return detection.contacts;
+}
+
+void QueryCore::set_options(const QueryOptions& options) {
+  validate_options(options);
+  end();
+  options_ = options;
+}
+
+std::vector<StageReport> QueryCore::explain() const {
+  return guarded([] { return kNoMemoryAtAll; },
+                 [&] { return explain_stages(options_, decisions_, scene_->backend_reason(), statistics_); });
+}
+
+}  // namespace softcd::detail

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <tbb/task_arena.h>
+
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "explain.hpp"
+#include "guarded.hpp"
+#include "pair_selection.hpp"
+#include "scene_store.hpp"
+#include "selected_detector.hpp"
+#include "softcd/error.hpp"
+#include "softcd/query.hpp"
+
+namespace softcd::detail {
+
+class SceneCore;
+
+constexpr const char* kNoMemoryAtAll = "memory ran out where hardly any is needed; free memory.";
+
+/// What is behind a Query. It has at most one detection, which runs, is finished, or was waited for.
+class QueryCore {
+ public:
+  QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options);
+  QueryCore(const QueryCore&) = delete;
+  QueryCore& operator=(const QueryCore&) = delete;
+  ~QueryCore();
+
+  /// The number of the detection.
+  std::uint64_t start(Pairs pairs);
+  Span<const Contact> wait(std::uint64_t number);
+  /// Its query is gone.
+  void close() noexcept;
+
+  void set_options(const QueryOptions& options);
+  const QueryOptions& options() const { return options_; }
+  void set_pair_filter(PairFilter filter) { filter_ = std::move(filter); }
+  const Statistics& statistics() const { return statistics_; }
+  std::vector<StageReport> explain() const;
+
+ private:
+  friend class SceneCore;
+
+  /// A detection that nobody has waited for.
+  struct Detection {
+    std::uint64_t number = 0;
+    PairSelection pairs;
+    DetectionInput input;
+    Statistics statistics;
+    Decisions decisions;
+    bool has_work = false;  ///< of the detector's
+    Span<const Contact> contacts;
+    std::exception_ptr problem;
+  };
+
+  void end() noexcept;
+
+  std::shared_ptr<SceneCore> scene_;
+  QueryOptions options_;
+  PairFilter filter_;
+  QueryMemories memories_;
+  std::uint64_t last_number_ = 0;
+  std::uint64_t last_change_ = 0;  ///< of the scene, when the last detection was started
+  std::optional<Detection> detection_;
+  Statistics statistics_;  ///< of the last detection that was waited for
+  Decisions decisions_;
+  bool is_closed_ = false;
+};
+
+/// What is behind a Scene.
+class SceneCore {
+ public:
+  SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories);
+
+  BodyId add_body(const BodyDesc& desc);
+  void update_body(BodyId id, const BodyDesc& desc);
+  void set_settings(BodyId id, const BodySettings& settings);
+  void remove_body(BodyId id);
+  bool has_body(BodyId id) { return store_.find(id) != nullptr; }
+  void set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1);
+  void set_options(const SceneOptions& options);
+  void set_log(LogCallback log) { log_ = std::move(log); }
+  const SceneOptions& options() const { return options_; }
+  Backend backend() const { return detector_->backend(); }
+  /// Why there.
+  std::string backend_reason() const { return is_closed_ ? "the scene is gone" : detector_->reason(); }
+  const SceneStore& store() const { return store_; }
+
+  void start(QueryCore& query, Pairs pairs);
+  bool is_running(const QueryCore& query) const { return running_ == &query; }
+  /// Waits for the detection that runs, if any; its query has its contacts, or what went wrong, then.
+  void finish_running() noexcept;
+  /// Ends what runs; there are no further detections.
+  void close() noexcept;
+  bool is_closed() const { return is_closed_; }
+
+  void enter(QueryCore& query) { queries_.push_back(&query); }
+  void leave(const QueryCore& query) { std::erase(queries_, &query); }
+
+ private:
+  Body& find(BodyId id);
+  std::unique_ptr<SelectedDetector> detector_for(const SceneOptions& options, DetectorFactories factories);
+  void use(std::unique_ptr<SelectedDetector> detector);
+  void prepare(QueryCore& query, QueryCore::Detection& detection, Pairs pairs);
+  LookedAt looked_at() const;
+  SceneSize count_elements(Statistics& statistics) const;
+  void warn_of_strays() const;
+  void log(LogLevel level, std::string_view message) const;
+  template <class MemoryProblem, class F>
+  void guarded_in_memory(Statistics& statistics, const MemoryProblem& memory_problem, const F& f);
+  std::string preparation_problem() const;
+  std::string detection_problem() const;
+  std::string where() const;
+
+  SceneOptions options_;
+  LogCallback log_;
+  tbb::task_arena arena_;  ///< of our own, so that whoever waits works on nothing but this scene
+  SceneStore store_;
+  std::unique_ptr<SelectedDetector> detector_;
+  std::vector<QueryCore*> queries_;
+  QueryCore* running_ = nullptr;
+  bool is_closed_ = false;
+};
+
+}  // namespace softcd::detail

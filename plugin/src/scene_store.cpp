@@ -1,0 +1,565 @@
+#include "scene_store.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace softcd {
+namespace {
+
+constexpr std::size_t kBlockSize = 2048;
+
+/// Room for `count` elements: a quarter more than that where the body has outgrown its place.
+std::uint32_t capacity_for(std::size_t count, const Place& place, bool is_placed) {
+  const auto wanted = static_cast<std::uint32_t>(count);
+  if (!is_placed) return wanted;
+  return wanted <= place.capacity ? place.capacity : wanted + wanted / 4;
+}
+
+/// The place as long as nothing is put into it.
+void keep_place(Place& place, std::uint64_t& planned) {
+  planned -= place.next_capacity - place.capacity;
+  place.next_capacity = place.capacity;
+}
+
+bool is_finite(Vec3f x) {
+  return std::isfinite(x.x);
+}
+
+/// Elements [begin, end) follow on those before where there are some, and where these do.
+void append(std::vector<Range>& ranges, std::uint64_t begin, std::uint64_t end) {
+  if (begin == end) return;
+  if (!ranges.empty() && ranges.back().end == begin) {
+    ranges.back().end = end;
+  } else {
+    ranges.push_back({begin, end});
+  }
+}
+void append(std::vector<Range>& ranges, const Place& place) {
+  append(ranges, place.first, std::uint64_t{place.first} + place.capacity);
+}
+
+std::uint64_t end_of(const Place& place) {
+  return std::uint64_t{place.next_first} + place.next_capacity;
+}
+
+}  // namespace
+
+BodyId SceneStore::add_body(const BodyDesc& desc) {
+  Body body;
+  body.id = next_id();
+  body.settings = desc.settings;
+  Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count));
+  body.vertices.next_capacity = mesh.vertex_count;
+  body.triangles.next_capacity = static_cast<std::uint32_t>(mesh.triangles.size());
+  body.edges.next_capacity = static_cast<std::uint32_t>(mesh.edges.size());
+  const Sizes sizes = {planned_.vertices + body.vertices.next_capacity,
+                       planned_.triangles + body.triangles.next_capacity, planned_.edges + body.edges.next_capacity};
+  reserve(sizes);
+  bodies_.push_back(std::move(body));
+  planned_ = sizes;
+  change(bodies_.back());
+  has_new_layout_ = true;
+  return BodyId{next_id_++};
+}
+
+void SceneStore::update_body(Body& body, const BodyDesc& desc) {
+  Topology mesh = build_topology(desc.triangles, desc.vertex_count);
+  const std::uint32_t vertices = capacity_for(mesh.vertex_count, body.vertices, body.is_placed);
+  const std::uint32_t triangles = capacity_for(mesh.triangles.size(), body.triangles, body.is_placed);
+  const std::uint32_t edges = capacity_for(mesh.edges.size(), body.edges, body.is_placed);
+  const Sizes sizes = {planned_.vertices - body.vertices.next_capacity + vertices,
+                       planned_.triangles - body.triangles.next_capacity + triangles,
+                       planned_.edges - body.edges.next_capacity + edges};
+  reserve(sizes);
+  planned_ = sizes;
+  body.vertices.next_capacity = vertices;
+  body.triangles.next_capacity = triangles;
+  body.edges.next_capacity = edges;
+  body.new_mesh = std::move(mesh);
+  body.settings = desc.settings;
+  body.positions.forget();
+  change(body);
+  has_new_layout_ = true;
+}
+
+void SceneStore::set_settings(Body& body, const BodySettings& settings) {
+  body.settings = settings;
+  change(body);
+}
+
+void SceneStore::remove_body(Body& body) {
+  body.is_removed = true;
+  body.new_mesh.reset();
+  keep_place(body.vertices, planned_.vertices);
+  keep_place(body.triangles, planned_.triangles);
+  keep_place(body.edges, planned_.edges);
+  body.positions.forget();
+  change(body);
+  has_new_layout_ = true;
+}
+
+void SceneStore::set_positions(Body& body, const Positions& x_t0, const Positions& x_t1) {
+  body.positions.set(x_t0, x_t1);
+  change(body);
+}
+
+Body* SceneStore::find(BodyId id) {
+  const auto found = std::lower_bound(bodies_.begin(), bodies_.end(), id,
+                                      [](const Body& body, BodyId wanted) { return body.id < wanted; });
+  return found == bodies_.end() || found->id != id || found->is_removed ? nullptr : &*found;
+}
+
+void SceneStore::reserve(const Sizes& sizes) {
+  x_t0_.reserve(sizes.vertices, position_use_);
+  x_t1_.reserve(sizes.vertices, position_use_);
+  vertex_body_.reserve(sizes.vertices);
+  triangles_.reserve(sizes.triangles);
+  triangle_edges_.reserve(sizes.triangles);
+  ownership_.reserve(sizes.triangles);
+  triangle_body_.reserve(sizes.triangles);
+  edges_.reserve(sizes.edges);
+}
+
+void SceneStore::settle(const LookedAt& looked_at) {
+  newly_left_out_.clear();
+  lay_out();
+  read_positions(looked_at);
+  leave_out_strays(looked_at.needs_t0());
+  list_neighbours();
+}
+
+/// Gives every body its place, and every new mesh. Allocates nothing.
+void SceneStore::lay_out() {
+  if (!std::exchange(has_new_layout_, false)) return;
+  ++mesh_revision_;
+  const bool moves = has_to_move();
+  if (moves) sweep_out_removed();
+  const auto resize = [this](const Sizes& sizes) {
+    x_t0_.resize(sizes.vertices);
+    x_t1_.resize(sizes.vertices);
+    vertex_body_.resize(sizes.vertices);
+    triangles_.resize(sizes.triangles);
+    triangle_edges_.resize(sizes.triangles);
+    ownership_.resize(sizes.triangles);
+    triangle_body_.resize(sizes.triangles);
+    edges_.resize(sizes.edges);
+  };
+  choose_places(moves);
+  resize({std::max<std::uint64_t>(planned_.vertices, vertex_body_.size()),
+          std::max<std::uint64_t>(planned_.triangles, triangles_.size()),
+          std::max<std::uint64_t>(planned_.edges, edges_.size())});
+  if (moves) {
+    move_elements(x_t0_, &Body::vertices);
+    move_elements(x_t1_, &Body::vertices);
+    move_elements(triangles_, &Body::triangles);
+    move_elements(triangle_edges_, &Body::triangles);
+    move_elements(ownership_, &Body::triangles);
+    move_elements(edges_, &Body::edges);
+  }
+  for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
+    Body& body = bodies_[b];
+    if (body.is_removed) {
+      std::fill_n(ownership_.data() + body.triangles.first, body.triangles.count, static_cast<Ownership>(kLeftOut));
+      body.unsent.ownership |= std::exchange(body.triangles.count, 0U) > 0;
+    } else if (body.new_mesh) {
+      place_mesh(b);
+    } else if (moves) {
+      renumber(b);
+    }
+  }
+  resize(planned_);
+}
+
+/// Where a body has outgrown its place, and where more is left of bodies that are gone than there is of others.
+bool SceneStore::has_to_move() const {
+  std::uint64_t gone = 0;
+  bool is_outgrown = false;
+  for (const Body& body : bodies_) {
+    if (body.is_removed) {
+      gone += body.triangles.capacity;
+      continue;
+    }
+    const auto outgrows = [](const Place& place) { return place.next_capacity > place.capacity; };
+    is_outgrown |= body.is_placed && (outgrows(body.vertices) || outgrows(body.triangles) || outgrows(body.edges));
+  }
+  return is_outgrown || 2 * gone > planned_.triangles;
+}
+
+void SceneStore::sweep_out_removed() {
+  for (Body& body : bodies_) {
+    if (!body.is_removed) continue;
+    drop_neighbours(body);
+    planned_.vertices -= body.vertices.next_capacity;
+    planned_.triangles -= body.triangles.next_capacity;
+    planned_.edges -= body.edges.next_capacity;
+  }
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.is_removed; }),
+                bodies_.end());
+}
+
+/// One body behind the other: all of them anew, or only those that have no place.
+void SceneStore::choose_places(bool moves) {
+  Sizes next{0, 0, 0};
+  for (Body& body : bodies_) {
+    const auto choose = [&](Place& place, std::uint64_t& first) {
+      place.next_first = moves || !body.is_placed ? static_cast<std::uint32_t>(first) : place.first;
+      first = end_of(place);
+    };
+    choose(body.vertices, next.vertices);
+    choose(body.triangles, next.triangles);
+    choose(body.edges, next.edges);
+  }
+  planned_ = next;
+}
+
+/// Moves those that stay what they are. In their order bodies that move down do not run into others that have not moved
+/// yet, nor do, in the opposite order, those that move up.
+template <class T>
+void SceneStore::move_elements(HostArray<T>& elements, Place Body::*kind) {
+  const auto move = [&](const Body& body) {
+    const Place& place = body.*kind;
+    std::memmove(elements.data() + place.next_first, elements.data() + place.first, place.count * sizeof(T));
+  };
+  const auto stays_itself = [](const Body& body) { return !body.is_removed && !body.new_mesh; };
+  for (auto body = bodies_.begin(); body != bodies_.end(); ++body) {
+    if (stays_itself(*body) && ((*body).*kind).next_first < ((*body).*kind).first) move(*body);
+  }
+  for (auto body = bodies_.rbegin(); body != bodies_.rend(); ++body) {
+    if (stays_itself(*body) && ((*body).*kind).next_first > ((*body).*kind).first) move(*body);
+  }
+}
+
+/// After a body was moved: indices into the scene's arrays.
+void SceneStore::renumber(std::uint32_t index) {
+  Body& body = bodies_[index];
+  const std::uint32_t by_vertex = body.vertices.next_first - body.vertices.first;
+  const std::uint32_t by_triangle = body.triangles.next_first - body.triangles.first;
+  const std::uint32_t by_edge = body.edges.next_first - body.edges.first;
+  for (Place* place : {&body.vertices, &body.triangles, &body.edges}) {
+    place->first = place->next_first;
+    place->capacity = place->next_capacity;
+  }
+  for (std::uint32_t t = body.triangles.first; t < body.triangles.first + body.triangles.count; ++t) {
+    for (std::uint32_t& v : triangles_.data()[t].v) v += by_vertex;
+    for (std::uint32_t& e : triangle_edges_.data()[t].v) e = e == kNoIndex ? kNoIndex : e + by_edge;
+  }
+  for (std::uint32_t e = body.edges.first; e < body.edges.first + body.edges.count; ++e) {
+    for (std::uint32_t& v : edges_.data()[e].v) v += by_vertex;
+  }
+  const auto shift = [](std::vector<std::uint64_t>& features, const Range& range, std::uint32_t first,
+                        std::uint32_t second) {
+    for (std::uint64_t i = range.begin; i < range.end; ++i) {
+      const std::uint32_t high = static_cast<std::uint32_t>(features[i] >> 32) + first;
+      const std::uint32_t low = static_cast<std::uint32_t>(features[i]) + second;
+      features[i] = (std::uint64_t{high} << 32) | low;
+    }
+  };
+  shift(vertex_triangle_neighbours_, body.vertex_triangle_neighbours, by_vertex, by_triangle);
+  shift(edge_edge_neighbours_, body.edge_edge_neighbours, by_edge, by_edge);
+  unsent_vertex_triangle_neighbours_ = unsent_edge_edge_neighbours_ = 0;
+  fill_rest(index);
+}
+
+/// The triangles behind the body's, and whose all of them are.
+void SceneStore::fill_rest(std::uint32_t index) {
+  Body& body = bodies_[index];
+  const std::uint32_t triangles = body.triangles.first + body.triangles.count;
+  const std::uint32_t rest = body.triangles.capacity - body.triangles.count;
+  const std::uint32_t v = body.vertices.first;
+  std::fill_n(triangles_.data() + triangles, rest, Triangle{{v, v, v}});
+  std::fill_n(triangle_edges_.data() + triangles, rest, Triangle{{kNoIndex, kNoIndex, kNoIndex}});
+  std::fill_n(ownership_.data() + triangles, rest, static_cast<Ownership>(kLeftOut));
+  std::fill_n(triangle_body_.data() + body.triangles.first, body.triangles.capacity, index);
+  std::fill_n(vertex_body_.data() + body.vertices.first, body.vertices.capacity, index);
+  std::fill_n(edges_.data() + body.edges.first + body.edges.count, body.edges.capacity - body.edges.count,
+              Edge{{v, v}});
+  body.unsent = {/*mesh=*/true, /*ownership=*/false, /*x_t0=*/true, /*x_t1=*/true};
+}
+
+void SceneStore::place_mesh(std::uint32_t index) {
+  Body& body = bodies_[index];
+  const Topology& mesh = *body.new_mesh;
+  const auto place = [](Place& where, std::size_t count) {
+    where = {where.next_first, static_cast<std::uint32_t>(count), where.next_capacity, 0, where.next_capacity};
+  };
+  place(body.vertices, mesh.vertex_count);
+  place(body.triangles, mesh.triangles.size());
+  place(body.edges, mesh.edges.size());
+  const std::uint32_t v = body.vertices.first;
+  const std::uint32_t e = body.edges.first;
+  const auto in_scene = [](std::uint32_t i, std::uint32_t first) { return i == kNoIndex ? kNoIndex : i + first; };
+  std::transform(mesh.triangles.begin(), mesh.triangles.end(), triangles_.data() + body.triangles.first,
+                 [&](const Triangle& t) {
+                   return Triangle{{t.v[0] + v, t.v[1] + v, t.v[2] + v}};
+                 });
+  std::transform(mesh.triangle_edges.begin(), mesh.triangle_edges.end(), triangle_edges_.data() + body.triangles.first,
+                 [&](const Triangle& t) {
+                   return Triangle{{in_scene(t.v[0], e), in_scene(t.v[1], e), in_scene(t.v[2], e)}};
+                 });
+  std::transform(mesh.edges.begin(), mesh.edges.end(), edges_.data() + e, [&](const Edge& edge) {
+    return Edge{{edge.v[0] + v, edge.v[1] + v}};
+  });
+  std::copy(mesh.ownership.begin(), mesh.ownership.end(), ownership_.data() + body.triangles.first);
+  std::fill_n(x_t0_.data() + v, body.vertices.capacity, Vec3f{0, 0, 0});
+  std::fill_n(x_t1_.data() + v, body.vertices.capacity, Vec3f{0, 0, 0});
+  body.new_mesh.reset();
+  body.is_placed = true;
+  body.stray_vertices.clear();
+  body.left_out_triangles = 0;
+  drop_neighbours(body);
+  fill_rest(index);
+}
+
+MeshView SceneStore::mesh_of(const Body& body) const {
+  return {{triangles_.data() + body.triangles.first, body.triangles.count},
+          {edges_.data() + body.edges.first, body.edges.count},
+          {triangle_edges_.data() + body.triangles.first, body.triangles.count},
+          body.vertices.count,
+          body.vertices.first,
+          body.triangles.first,
+          body.edges.first};
+}
+
+PositionArrays SceneStore::positions_of(const Body& body) {
+  return {x_t0_.data() + body.vertices.first, x_t1_.data() + body.vertices.first};
+}
+
+/// Of all positions at t1, and at t0.
+Extent SceneStore::extent(bool t0) const {
+  Extent extent;
+  for (const Body& body : bodies_) {
+    if (!body.positions.are_set()) continue;
+    extent.extend(body.positions.survey().t1.extent);
+    if (t0) extent.extend(body.positions.survey().t0.extent);
+  }
+  return extent;
+}
+
+/// Reads what was set, once, unless the scene's origin moves. Cannot fail.
+void SceneStore::read_positions(const LookedAt& looked_at) {
+  const bool needs_t0 = looked_at.needs_t0();
+  const auto lacks_t0 = [&](const Body& body) {
+    return needs_t0 && body.positions.are_set() && !body.positions.is_t0_placed();
+  };
+  for (Body& body : bodies_) {
+    if (body.positions.are_new()) {
+      body.positions.prepare_reading();
+    } else if (lacks_t0(body)) {
+      body.positions.survey_t0(origin_, body.vertices.count, positions_of(body));
+    }
+  }
+  read_new_positions(origin_, needs_t0);
+  const Vec3d origin = origin_of(extent(looked_at.t0));
+  const bool has_moved = !(origin == origin_);
+  if (has_moved) read_new_positions(origin, needs_t0);
+  for (Body& body : bodies_) {
+    if (!body.positions.are_set()) continue;
+    const bool are_new = body.positions.are_new();
+    if (are_new) {
+      body.positions.finish_reading(needs_t0);
+    } else if (has_moved) {
+      body.positions.move_origin(origin_, origin, body.vertices.count, positions_of(body));
+    }
+    const bool gets_t0 = lacks_t0(body);
+    if (gets_t0) body.positions.place_t0(origin, body.vertices.count, positions_of(body));
+    body.unsent.x_t0 |= are_new || has_moved || gets_t0;
+    body.unsent.x_t1 |= are_new || has_moved;
+  }
+  origin_ = origin;
+}
+
+void SceneStore::read_new_positions(Vec3d origin, bool needs_t0) {
+  try {
+    read_in_parallel(origin, needs_t0);
+  } catch (...) {
+    // Without memory, or threads.
+    for (Body& body : bodies_) {
+      if (!body.positions.are_new()) continue;
+      body.positions.set_survey(body.positions.read(0, body.vertices.count, origin, needs_t0, positions_of(body)));
+    }
+  }
+}
+
+void SceneStore::read_in_parallel(Vec3d origin, bool needs_t0) {
+  std::vector<Block> blocks;
+  for (Body& body : bodies_) {
+    if (!body.positions.are_new()) continue;
+    for (std::size_t begin = 0; begin < body.vertices.count; begin += kBlockSize) {
+      blocks.push_back({&body, begin, std::min<std::size_t>(begin + kBlockSize, body.vertices.count)});
+    }
+  }
+  std::vector<StepSurvey> surveys(blocks.size());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
+    const Block& block = blocks[i];
+    surveys[i] = block.body->positions.read(block.begin, block.end, origin, needs_t0, positions_of(*block.body));
+  });
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    StepSurvey survey = blocks[i].begin == 0 ? StepSurvey() : blocks[i].body->positions.survey();
+    survey.merge(surveys[i]);
+    blocks[i].body->positions.set_survey(survey);
+  }
+}
+
+std::vector<std::uint32_t> SceneStore::strays_of(const Body& body, bool t0) const {
+  std::vector<std::uint32_t> strays;
+  const StepSurvey& survey = body.positions.survey();
+  const bool has_strays = survey.t1.stray_count > 0 || (t0 && survey.t0.stray_count > 0);
+  if (!body.positions.are_set() || !has_strays) return strays;
+  for (std::uint32_t i = 0; i < body.vertices.count; ++i) {
+    const std::uint32_t v = body.vertices.first + i;
+    if (!is_finite(x_t1_.data()[v]) || (t0 && !is_finite(x_t0_.data()[v]))) strays.push_back(i);
+  }
+  return strays;
+}
+
+void SceneStore::leave_out_strays(bool t0) {
+  for (Body& body : bodies_) {
+    if (body.is_removed) continue;
+    std::vector<std::uint32_t> strays = strays_of(body, t0);
+    if (strays == body.stray_vertices) continue;
+    if (!strays.empty()) newly_left_out_.push_back(&body);
+    leave_out(body, std::move(strays));
+  }
+}
+
+/// Triangles with a stray vertex own nothing and take no part; their other vertices and edges pass to neighbours.
+void SceneStore::leave_out(Body& body, std::vector<std::uint32_t> strays) {
+  const MeshView mesh = mesh_of(body);
+  std::vector<std::uint8_t> left_out(mesh.triangles.size(), 0);
+  std::uint64_t left_out_count = 0;
+  for (std::size_t t = 0; t < left_out.size(); ++t) {
+    const auto& v = mesh.triangles[t].v;
+    left_out[t] = std::any_of(v, v + 3, [&](std::uint32_t i) {
+      return std::binary_search(strays.begin(), strays.end(), i - mesh.first_vertex);
+    });
+    left_out_count += left_out[t];
+  }
+  const std::vector<Ownership> ownership = assign_ownership(mesh, left_out);
+  for (std::size_t t = 0; t < left_out.size(); ++t) {
+    ownership_.data()[mesh.first_triangle + t] = left_out[t] != 0 ? static_cast<Ownership>(kLeftOut) : ownership[t];
+  }
+  body.stray_vertices = std::move(strays);
+  body.left_out_triangles = left_out_count;
+  body.unsent.ownership = true;
+  drop_neighbours(body);
+}
+
+void SceneStore::drop_neighbours(Body& body) {
+  has_dropped_neighbours_ |= body.lists_neighbours;
+  body.has_neighbours = body.lists_neighbours = false;
+  body.vertex_triangle_neighbours = body.edge_edge_neighbours = {0, 0};
+}
+
+/// Closes the gaps that dropped ones have left.
+void SceneStore::forget_dropped_neighbours() {
+  if (!has_dropped_neighbours_) return;
+  std::vector<Range*> kept;
+  const auto close_gaps = [&](std::vector<std::uint64_t>& features, Range Body::*kind, std::uint64_t& unsent) {
+    kept.clear();
+    for (Body& body : bodies_) {
+      if (body.lists_neighbours) kept.push_back(&(body.*kind));
+    }
+    std::sort(kept.begin(), kept.end(), [](const Range* a, const Range* b) { return a->begin < b->begin; });
+    std::uint64_t end = 0;
+    for (Range* const range : kept) {
+      const std::uint64_t size = range->end - range->begin;
+      if (range->begin != end) unsent = std::min(unsent, end);
+      std::memmove(features.data() + end, features.data() + range->begin, size * sizeof(std::uint64_t));
+      *range = {end, end + size};
+      end += size;
+    }
+    features.resize(end);
+    unsent = std::min(unsent, end);
+  };
+  kept.reserve(bodies_.size());
+  close_gaps(vertex_triangle_neighbours_, &Body::vertex_triangle_neighbours, unsent_vertex_triangle_neighbours_);
+  close_gaps(edge_edge_neighbours_, &Body::edge_edge_neighbours, unsent_edge_edge_neighbours_);
+  has_dropped_neighbours_ = false;
+}
+
+void SceneStore::list_neighbours() {
+  forget_dropped_neighbours();
+  std::vector<Body*> unlisted;
+  for (Body& body : bodies_) {
+    if (!body.is_removed && body.settings.self_collision && !body.has_neighbours) unlisted.push_back(&body);
+  }
+  if (unlisted.empty()) return;
+  // When one body's list fails, oneTBB cuts short the loops of the others without a word.
+  std::vector<NeighbourFeatures> listed(unlisted.size());
+  tbb::parallel_for(std::size_t{0}, unlisted.size(), [&](std::size_t i) {
+    const Body& body = *unlisted[i];
+    listed[i] = neighbour_features(mesh_of(body), {ownership_.data() + body.triangles.first, body.triangles.count});
+  });
+  std::size_t vertex_triangle = vertex_triangle_neighbours_.size();
+  std::size_t edge_edge = edge_edge_neighbours_.size();
+  for (const NeighbourFeatures& features : listed) {
+    vertex_triangle += features.vertex_triangle.size();
+    edge_edge += features.edge_edge.size();
+  }
+  vertex_triangle_neighbours_.reserve(vertex_triangle);
+  edge_edge_neighbours_.reserve(edge_edge);
+  const auto append_all = [](std::vector<std::uint64_t>& to, const std::vector<std::uint64_t>& features) {
+    const std::uint64_t begin = to.size();
+    to.insert(to.end(), features.begin(), features.end());
+    return Range{begin, to.size()};
+  };
+  for (std::size_t i = 0; i < unlisted.size(); ++i) {
+    Body& body = *unlisted[i];
+    body.has_neighbours = true;
+    body.lists_neighbours = listed[i].are_listed;
+    body.vertex_triangle_neighbours = append_all(vertex_triangle_neighbours_, listed[i].vertex_triangle);
+    body.edge_edge_neighbours = append_all(edge_edge_neighbours_, listed[i].edge_edge);
+  }
+}
+
+SceneArrays SceneStore::arrays() const {
+  return {x_t0_.view(),           x_t1_.view(),        triangles_.view(),
+          triangle_edges_.view(), edges_.view(),       ownership_.view(),
+          triangle_body_.view(),  vertex_body_.view(), vertex_triangle_neighbours_,
+          edge_edge_neighbours_,  mesh_revision_};
+}
+
+SceneSize SceneStore::size() const {
+  SceneSize size;
+  for (const Body& body : bodies_) {
+    if (body.is_removed) continue;
+    ++size.bodies;
+    size.triangles += body.triangle_count();
+    size.vertices += body.vertex_count();
+    size.edges += body.edge_count();
+    size.left_out_triangles += body.left_out_triangles;
+    size.bodies_without_positions += body.positions.are_set() ? 0 : 1;
+  }
+  return size;
+}
+
+SceneChanges SceneStore::changes(bool all, bool with_t0) const {
+  SceneChanges changes;
+  for (const Body& body : bodies_) {
+    if (all || body.unsent.mesh) {
+      append(changes.vertices, body.vertices);
+      append(changes.triangles, body.triangles);
+      append(changes.edges, body.edges);
+    } else if (body.unsent.ownership) {
+      append(changes.ownership, body.triangles);
+    }
+    if (with_t0 && (all || body.unsent.x_t0)) append(changes.x_t0, body.vertices);
+    if (all || body.unsent.x_t1) append(changes.x_t1, body.vertices);
+  }
+  changes.vertex_triangle_neighbours = {all ? 0 : unsent_vertex_triangle_neighbours_,
+                                        vertex_triangle_neighbours_.size()};
+  changes.edge_edge_neighbours = {all ? 0 : unsent_edge_edge_neighbours_, edge_edge_neighbours_.size()};
+  return changes;
+}
+
+void SceneStore::forget_changes(bool with_t0) {
+  for (Body& body : bodies_) body.unsent = {false, false, body.unsent.x_t0 && !with_t0, false};
+  unsent_vertex_triangle_neighbours_ = vertex_triangle_neighbours_.size();
+  unsent_edge_edge_neighbours_ = edge_edge_neighbours_.size();
+}
+
+}  // namespace softcd

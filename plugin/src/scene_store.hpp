@@ -1,0 +1,118 @@
+#pragma once
+
+#include <vector>
+
+#include "body.hpp"
+#include "host_array.hpp"
+#include "softcd/pipeline/detector.hpp"
+
+namespace softcd {
+
+/// What a scene's queries look at, beside t1.
+struct LookedAt {
+  bool t0 = false;     ///< contacts there, or on the way from there
+  bool moves = false;  ///< how far vertices have moved from there
+
+  bool needs_t0() const { return t0 || moves; }
+};
+
+/// How many bodies, and elements of theirs.
+struct SceneSize {
+  std::uint64_t bodies = 0, triangles = 0, vertices = 0, edges = 0, left_out_triangles = 0;
+  std::uint64_t bodies_without_positions = 0;
+};
+
+/// The bodies of a scene, and all their meshes and positions, once, in arrays that detectors read. Mutators note what
+/// is to change, and take the memory that it needs; settle() changes the arrays.
+class SceneStore {
+ public:
+  BodyId add_body(const BodyDesc& desc);
+  void update_body(Body& body, const BodyDesc& desc);
+  void set_settings(Body& body, const BodySettings& settings);
+  void remove_body(Body& body);
+  void set_positions(Body& body, const Positions& x_t0, const Positions& x_t1);
+  /// Null where there is none, or was removed.
+  Body* find(BodyId id);
+  /// The id of the next body that is added.
+  BodyId next_id() const { return BodyId{next_id_}; }
+  /// From now on memory for positions is a CUDA device's, too.
+  void share_positions() { position_use_ = ArrayUse::shared; }
+
+  /// Brings the arrays up to date; nothing reads them meanwhile. Where vertices are not finite, and how far away the
+  /// scene is, counts where it is looked at. Whatever is thrown, the caller's memory is not needed afterwards, and the
+  /// next call goes on.
+  void settle(const LookedAt& looked_at);
+  /// The bodies with vertices that are not finite, others than before the last settle().
+  const std::vector<const Body*>& newly_left_out() const { return newly_left_out_; }
+
+  /// Ascending ids, removed ones included: their places here are their numbers in triangle_body and vertex_body.
+  const std::vector<Body>& bodies() const { return bodies_; }
+  SceneArrays arrays() const;
+  SceneSize size() const;
+  Vec3d origin() const { return origin_; }
+  /// Changes of bodies are counted, see Body::last_change.
+  std::uint64_t last_change() const { return last_change_; }
+
+  /// What was changed since a detector was told, x_t0 where `with_t0`; everything, where `all`.
+  SceneChanges changes(bool all, bool with_t0) const;
+  /// It was told changes().
+  void forget_changes(bool with_t0);
+
+ private:
+  struct Sizes {
+    std::uint64_t vertices, triangles, edges;
+  };
+  /// A run of one body's vertices, the unit of parallel work.
+  struct Block {
+    Body* body;
+    std::size_t begin, end;
+  };
+
+  void reserve(const Sizes& sizes);
+  void change(Body& body) { body.last_change = ++last_change_; }
+
+  void lay_out();
+  bool has_to_move() const;
+  void sweep_out_removed();
+  void choose_places(bool moves);
+  template <class T>
+  void move_elements(HostArray<T>& elements, Place Body::*place);
+  void renumber(std::uint32_t index);
+  void fill_rest(std::uint32_t index);
+  void place_mesh(std::uint32_t index);
+
+  MeshView mesh_of(const Body& body) const;
+  PositionArrays positions_of(const Body& body);
+  Extent extent(bool t0) const;
+  void read_positions(const LookedAt& looked_at);
+  void read_new_positions(Vec3d origin, bool needs_t0);
+  void read_in_parallel(Vec3d origin, bool needs_t0);
+
+  std::vector<std::uint32_t> strays_of(const Body& body, bool t0) const;
+  void leave_out_strays(bool t0);
+  void leave_out(Body& body, std::vector<std::uint32_t> strays);
+  void drop_neighbours(Body& body);
+  void forget_dropped_neighbours();
+  void list_neighbours();
+
+  std::vector<Body> bodies_;
+  std::uint32_t next_id_ = 0;
+  std::uint64_t last_change_ = 0;
+  std::uint64_t mesh_revision_ = 0;
+  Sizes planned_{0, 0, 0};  ///< of the arrays, once everything has its place
+  bool has_new_layout_ = false;
+  Vec3d origin_{0, 0, 0};
+  ArrayUse position_use_ = ArrayUse::host;
+  HostArray<Vec3f> x_t0_, x_t1_;
+  HostArray<Triangle> triangles_, triangle_edges_;
+  HostArray<Edge> edges_;
+  HostArray<Ownership> ownership_;
+  HostArray<std::uint32_t> triangle_body_, vertex_body_;
+  std::vector<std::uint64_t> vertex_triangle_neighbours_, edge_edge_neighbours_;
+  bool has_dropped_neighbours_ = false;
+  /// A detector was told those before.
+  std::uint64_t unsent_vertex_triangle_neighbours_ = 0, unsent_edge_edge_neighbours_ = 0;
+  std::vector<const Body*> newly_left_out_;
+};
+
+}  // namespace softcd
