@@ -1,13 +1,10 @@
 #include "contact_writer.hpp"
 
+#include "inverse_mass.hpp"
 #include "vectors.hpp"
 
 namespace softcd::bullet {
 namespace {
-
-/// Of the inverse mass at an edge contact, in that of its lightest node: where only nodes with small weights can move,
-/// they are not thrown.
-constexpr btScalar kLeastInverseMass = btScalar(0.1);
 
 btSoftBody::Node& node_of(const btSoftBody& body, std::uint32_t index) {
   return const_cast<btSoftBody&>(body).m_nodes[static_cast<int>(index)];
@@ -17,13 +14,13 @@ btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
   return a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
 }
 
-// Bullet's margin for a contact of `node`: both bodies' margins, plus twice the node's motion in a discrete
+// Bullet's margin for a contact of `node`: both bodies' margins, plus a multiple of the node's motion in a discrete
 // detection. Not so within a body, where it is motion relative to the face that counts, and Bullet has no rule.
 btScalar contact_margin(const btSoftBody& node_body, const btSoftBody& face_body, const btSoftBody::Node& node,
                         Detection detection) {
   const btScalar margins = margin_sum(node_body, face_body);
   if (detection == Detection::ccd || &node_body == &face_body) return margins;
-  return margins + (node.m_x - node.m_q).length() * 2;
+  return margins + (node.m_x - node.m_q).length() * btScalar(kBulletMotionMargin);
 }
 
 // As the solver sees the face at the contact: immovable as soon as one of its nodes is.
@@ -170,17 +167,12 @@ void write_soft_edge_contact(const MemberContact& found) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   const btScalar face_inverse_mass = inverse_mass_of_edge(edge);
-  btScalar sum = 0;
-  btScalar least = 0;
-  const auto add = [&](btScalar weight, btScalar inverse_mass) {
-    sum += weight * weight * inverse_mass;
-    least = btMax(least, kLeastInverseMass * inverse_mass);
-  };
-  for (int side = 0; side < 2; ++side) add(edge.node_weights[side], edge.nodes[side]->m_im);
+  ContactInverseMass inverse_mass;
+  for (int side = 0; side < 2; ++side) inverse_mass.add(edge.node_weights[side], edge.nodes[side]->m_im);
   for (int corner = 0; corner < 3 && face_inverse_mass > 0; ++corner) {
-    if (edge.weights[corner] > 0) add(edge.weights[corner], edge.face->m_n[corner]->m_im);
+    if (edge.weights[corner] > 0) inverse_mass.add(edge.weights[corner], edge.face->m_n[corner]->m_im);
   }
-  sum = btMax(sum, least);
+  const btScalar sum = inverse_mass.value();
   if (!(sum > 0)) return;
 
   for (int side = 0; side < 2; ++side) {

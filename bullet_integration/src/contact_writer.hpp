@@ -8,6 +8,9 @@
 /// up.
 namespace softcd::bullet {
 
+/// CollideVF_SS lets a node's margin grow by this many times the distance that it moves.
+inline constexpr float kBulletMotionMargin = 2.0F;
+
 EdgeContact edge_contact_of(const MemberContact& found);
 
 /// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body with the formulas of Bullet's

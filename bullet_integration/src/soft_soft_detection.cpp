@@ -9,9 +9,6 @@ extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_flo
 namespace softcd::bullet {
 namespace {
 
-// Bullet's rule in CollideVF_SS: a node's margin grows by twice the distance that it moves.
-constexpr float kBulletMotionMargin = 2.0F;
-
 bool has_begun_before(const Contact& contact) {
   return contact.time_of_impact <= 0;
 }
