@@ -1,5 +1,7 @@
 #include "contact_writer.hpp"
 
+#include <algorithm>
+
 #include "inverse_mass.hpp"
 #include "vectors.hpp"
 
@@ -119,6 +121,14 @@ btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& 
   return !bounds_volume && face.m_normal.dot(node.m_x - face.m_n[2]->m_x) < 0 ? -face.m_normal : face.m_normal;
 }
 
+/// Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node shares no node
+/// with it. Nodes that no face has do not touch their own body's faces.
+bool is_away_from(const BodyMesh& mesh, std::uint32_t node, std::uint32_t face) {
+  const auto first = mesh.faces_of_nodes.begin();
+  return std::any_of(first + mesh.first_face_of_node[node], first + mesh.first_face_of_node[node + 1],
+                     [&](std::uint32_t other) { return !share_vertex(mesh.triangles[other], mesh.triangles[face]); });
+}
+
 }  // namespace
 
 EdgeContact edge_contact_of(const MemberContact& found) {
@@ -192,6 +202,8 @@ void write_soft_edge_contact(const MemberContact& found) {
 void write_deformable_contact(const MemberContact& found) {
   const Contact& contact = found.contact;
   if (!found.a.body->isActive()) return;
+  const bool is_within = &found.a == &found.b;
+  if (is_within && !is_away_from(found.a.mesh, contact.feature_a, contact.feature_b)) return;
   btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
   btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
   const btVector3 weights = triangle_weights(contact.weights);

@@ -1,7 +1,8 @@
 #include "softcd/bullet/deformable_world.hpp"
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
-#include "deformable_detection.hpp"
+#include "contact_detection.hpp"
+#include "crossing_prevention.hpp"
 #include "native_trees.hpp"
 #include "rigid_mesh_detection.hpp"
 
@@ -11,8 +12,10 @@ DeformableWorld::DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface
                                  btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                                  btDeformableBodySolver* deformable_solver, const Settings& settings)
     : btDeformableMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, deformable_solver),
-      detection_(std::make_unique<DeformableDetection>(settings)),
-      mesh_detection_(std::make_unique<RigidMeshDetection>(settings)) {
+      settings_(settings),
+      detection_(std::make_unique<ContactDetection>(kDeformableWorld, settings)),
+      prevention_(std::make_unique<CrossingPrevention>(kDeformableWorld, settings)),
+      mesh_detection_(std::make_unique<RigidMeshDetection>(kDeformableWorld, settings)) {
   if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
 }
 
@@ -52,9 +55,11 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
 
   const Span<btSoftBody* const> bodies = span_of(getSoftBodyArray());
   const PairGate gate(*getDispatcher(), *getPairCache(), getDispatchInfo());
-  detection_->find_contacts(bodies, gate);
+  const PairRule rule = pair_rule(kDeformableWorld, gate, settings_);
+  detection_->start(bodies, rule);
+  detection_->finish();
   applyRepulsionForce(time_step);
-  if (settings().detection == Detection::ccd) detection_->prevent_crossings(bodies, gate, time_step);
+  if (settings_.detection == Detection::ccd) prevention_->run(bodies, rule, time_step);
 
   integrateTransforms(time_step);
   refit_face_trees(getSoftBodyArray());
@@ -63,20 +68,22 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
 }
 
 const Settings& DeformableWorld::settings() const {
-  return detection_->settings();
+  return settings_;
 }
 
 void DeformableWorld::set_settings(const Settings& settings) {
   detection_->set_settings(settings);
+  prevention_->set_settings(settings);
   mesh_detection_->set_settings(settings);
+  settings_ = settings;
 }
 
 const CollisionPipeline& DeformableWorld::pipeline() const {
-  return detection_->discrete_pipeline();
+  return detection_->pipeline();
 }
 
 const CollisionPipeline& DeformableWorld::continuous_pipeline() const {
-  return detection_->continuous_pipeline();
+  return prevention_->pipeline();
 }
 
 const std::vector<EdgeContact>& DeformableWorld::edge_contacts() const {

@@ -1,7 +1,7 @@
 #include "softcd/bullet/dispatcher.hpp"
 
+#include "contact_detection.hpp"
 #include "rigid_mesh_detection.hpp"
-#include "soft_soft_detection.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -14,7 +14,7 @@ class NativePairs : public btOverlapCallback {
   bool processOverlap(btBroadphasePair& pair) override {
     const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject));
     const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject));
-    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(*a, *b);
+    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(kClassicWorld, *a, *b);
     if (!ours) dispatcher_.getNearCallback()(pair, dispatcher_, info_);
     return false;
   }
@@ -29,8 +29,9 @@ class NativePairs : public btOverlapCallback {
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings)
     : btCollisionDispatcher(configuration),
       broadphase_(broadphase),
-      detection_(std::make_unique<SoftSoftDetection>(settings)),
-      mesh_detection_(std::make_unique<RigidMeshDetection>(settings)) {
+      settings_(settings),
+      detection_(std::make_unique<ContactDetection>(kClassicWorld, settings)),
+      mesh_detection_(std::make_unique<RigidMeshDetection>(kClassicWorld, settings)) {
   install_pair_recorder(*this);
   broadphase_.hide_vertex_face_flags();
   broadphase_.sweep_boxes(settings.rigid_meshes);
@@ -46,7 +47,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   }
   broadphase_.restore_vertex_face_flags();
   const PairGate gate(*this, *pair_cache, info);
-  detection_->start(broadphase_.soft_bodies(), gate);
+  detection_->start(broadphase_.soft_bodies(), pair_rule(kClassicWorld, gate, settings_));
   NativePairs native_pairs(*this, info);
   mesh_detection_->around(*this, info,
                           [&] { pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info); });
@@ -55,13 +56,14 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
 }
 
 const Settings& Dispatcher::settings() const {
-  return detection_->settings();
+  return settings_;
 }
 
 void Dispatcher::set_settings(const Settings& settings) {
   detection_->set_settings(settings);
   mesh_detection_->set_settings(settings);
   broadphase_.sweep_boxes(settings.rigid_meshes);
+  settings_ = settings;
 }
 
 const CollisionPipeline& Dispatcher::pipeline() const {

@@ -7,8 +7,7 @@
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "rigid_mesh.hpp"
-#include "soft_body_registry.hpp"
-#include "softcd/bullet/settings.hpp"
+#include "world_kind.hpp"
 
 namespace softcd::bullet {
 
@@ -16,7 +15,8 @@ namespace softcd::bullet {
 /// a surface has no inside, and what has passed through one cannot be told from what was always there.
 class RigidMeshDetection {
  public:
-  explicit RigidMeshDetection(const Settings& settings);
+  /// `kind` outlives it.
+  RigidMeshDetection(const WorldKind& kind, const Settings& settings);
   RigidMeshDetection(const RigidMeshDetection&) = delete;
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
 
@@ -55,6 +55,7 @@ class RigidMeshDetection {
   void write_contacts();
   void write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal);
 
+  const WorldKind& kind_;
   bool takes_over_;  ///< Settings::rigid_meshes
   MeshPairs found_;
   CollisionPipeline pipeline_;

@@ -5,10 +5,10 @@
 namespace softcd::bullet {
 
 SoftWorldHooks::SoftWorldHooks(btDispatcher* dispatcher, const Settings& settings)
-    : dispatcher_(dynamic_cast<Dispatcher*>(dispatcher)), prevention_(CrossingPrevention::World::classic, settings) {
+    : dispatcher_(dynamic_cast<Dispatcher*>(dispatcher)), settings_(settings), prevention_(kClassicWorld, settings) {
   if (dispatcher_ != nullptr) return;
-  detection_ = std::make_unique<SoftSoftDetection>(settings);
-  mesh_detection_ = std::make_unique<RigidMeshDetection>(settings);
+  detection_ = std::make_unique<ContactDetection>(kClassicWorld, settings);
+  mesh_detection_ = std::make_unique<RigidMeshDetection>(kClassicWorld, settings);
   if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
 }
 
@@ -29,7 +29,7 @@ void SoftWorldHooks::detect(btCollisionWorld& world, const btAlignedObjectArray<
     return;
   }
   const PairGate gate(*dispatcher, pair_cache, info);
-  detection_->start(span_of(bodies), gate);
+  detection_->start(span_of(bodies), pair_rule(kClassicWorld, gate, settings_));
   {
     const TreesOutOfSight out_of_sight(bodies, &btSoftBody::m_fdbvt);
     mesh_detection_->around(*dispatcher, info,
@@ -43,15 +43,11 @@ void SoftWorldHooks::prevent_crossings(btCollisionWorld& world, const btAlignedO
   if (settings().detection != Detection::ccd) return;
   if (dispatcher_ != nullptr) prevention_.set_settings(settings());
   const PairGate gate(*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo());
-  const PairRule rule = [&](btSoftBody& a, btSoftBody& b) { return gate.admits_vertex_face_pair(a, b); };
-  if (!prevention_.run(span_of(bodies), rule, time_step)) return;
-  for (int i = 0; i < bodies.size(); ++i) {
-    if (bodies[i]->isActive()) bodies[i]->updateNormals();
-  }
+  prevention_.run(span_of(bodies), pair_rule(kClassicWorld, gate, settings()), time_step);
 }
 
 const Settings& SoftWorldHooks::settings() const {
-  return dispatcher_ != nullptr ? dispatcher_->settings() : detection_->settings();
+  return dispatcher_ != nullptr ? dispatcher_->settings() : settings_;
 }
 
 void SoftWorldHooks::set_settings(const Settings& settings) {
@@ -62,6 +58,7 @@ void SoftWorldHooks::set_settings(const Settings& settings) {
     mesh_detection_->set_settings(settings);
   }
   prevention_.set_settings(settings);
+  settings_ = settings;
 }
 
 const CollisionPipeline& SoftWorldHooks::pipeline() const {

@@ -2,10 +2,10 @@
 
 #include <memory>
 
+#include "contact_detection.hpp"
 #include "crossing_prevention.hpp"
 #include "native_trees.hpp"
 #include "rigid_mesh_detection.hpp"
-#include "soft_soft_detection.hpp"
 #include "softcd/bullet/dispatcher.hpp"
 
 class btCollisionWorld;
@@ -42,8 +42,9 @@ class SoftWorldHooks {
 
  private:
   Dispatcher* dispatcher_;  ///< null for any other dispatcher
+  Settings settings_;
   /// Null when dispatcher_ detects.
-  std::unique_ptr<SoftSoftDetection> detection_;
+  std::unique_ptr<ContactDetection> detection_;
   std::unique_ptr<RigidMeshDetection> mesh_detection_;
   CrossingPrevention prevention_;
 };

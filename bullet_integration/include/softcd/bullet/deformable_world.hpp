@@ -9,7 +9,8 @@
 
 namespace softcd::bullet {
 
-class DeformableDetection;
+class ContactDetection;
+class CrossingPrevention;
 class RigidMeshDetection;
 
 /// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
@@ -51,7 +52,9 @@ class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
   void predict(btScalar time_step);
   void detect_rigid_contacts();
 
-  std::unique_ptr<DeformableDetection> detection_;
+  Settings settings_;
+  std::unique_ptr<ContactDetection> detection_;
+  std::unique_ptr<CrossingPrevention> prevention_;
   std::unique_ptr<RigidMeshDetection> mesh_detection_;
 };
 

@@ -10,8 +10,8 @@
 
 namespace softcd::bullet {
 
+class ContactDetection;
 class RigidMeshDetection;
-class SoftSoftDetection;
 
 /// Bullet's dispatcher, with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd, for
 /// all bodies of a classic soft world in one batch. Rigid, soft-rigid and cluster pairs are Bullet's as before and
@@ -42,7 +42,8 @@ class Dispatcher : public btCollisionDispatcher {
 
  private:
   Broadphase& broadphase_;
-  std::unique_ptr<SoftSoftDetection> detection_;
+  Settings settings_;
+  std::unique_ptr<ContactDetection> detection_;
   std::unique_ptr<RigidMeshDetection> mesh_detection_;
 };
 
