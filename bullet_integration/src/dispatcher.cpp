@@ -1,7 +1,6 @@
 #include "softcd/bullet/dispatcher.hpp"
 
-#include "contact_detection.hpp"
-#include "rigid_mesh_detection.hpp"
+#include "world_queries.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -27,14 +26,9 @@ class NativePairs : public btOverlapCallback {
 }  // namespace
 
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings)
-    : btCollisionDispatcher(configuration),
-      broadphase_(broadphase),
-      settings_(settings),
-      detection_(std::make_unique<ContactDetection>(kClassicWorld, settings)),
-      mesh_detection_(std::make_unique<RigidMeshDetection>(kClassicWorld, settings)) {
+    : btCollisionDispatcher(configuration), broadphase_(broadphase), detection_(kClassicWorld, settings) {
   install_pair_recorder(*this);
-  broadphase_.hide_vertex_face_flags();
-  broadphase_.sweep_boxes(settings.rigid_meshes);
+  broadphase_.attach(detection_.settings());
 }
 
 Dispatcher::~Dispatcher() = default;
@@ -46,32 +40,16 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
     return;
   }
   broadphase_.restore_vertex_face_flags();
-  const PairGate gate(*this, *pair_cache, info);
-  detection_->start(broadphase_.soft_bodies(), pair_rule(kClassicWorld, gate, settings_));
   NativePairs native_pairs(*this, info);
-  mesh_detection_->around(*this, info,
-                          [&] { pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info); });
-  detection_->drop_unread_face_trees();
-  detection_->finish();
+  WorldQueries& queries = *detection_.queries_;
+  queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info), [&] {
+    pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
+    queries.contacts.drop_unread_face_trees();
+  });
 }
 
-const Settings& Dispatcher::settings() const {
-  return settings_;
-}
-
-void Dispatcher::set_settings(const Settings& settings) {
-  detection_->set_settings(settings);
-  mesh_detection_->set_settings(settings);
-  broadphase_.sweep_boxes(settings.rigid_meshes);
-  settings_ = settings;
-}
-
-const CollisionPipeline& Dispatcher::pipeline() const {
-  return detection_->pipeline();
-}
-
-const std::vector<EdgeContact>& Dispatcher::edge_contacts() const {
-  return detection_->edge_contacts();
+bool Dispatcher::serves(const btBroadphaseInterface& broadphase) const {
+  return &broadphase == &broadphase_;
 }
 
 }  // namespace softcd::bullet

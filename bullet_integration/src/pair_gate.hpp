@@ -20,6 +20,9 @@ class PairGate {
 
   bool admits(btSoftBody& a, btSoftBody& b) const;
 
+  btDispatcher& dispatcher() const { return dispatcher_; }
+  const btDispatcherInfo& info() const { return info_; }
+
  private:
   btDispatcher& dispatcher_;
   btOverlappingPairCache& pair_cache_;

@@ -21,6 +21,7 @@ class RigidMeshDetection {
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
 
   void set_settings(const Settings& settings);
+  const CollisionPipeline& pipeline() const { return pipeline_; }
   /// Calls `dispatch`, which makes `dispatcher` process pairs, and takes over what it finds of soft bodies and meshes.
   template <class Dispatch>
   void around(btDispatcher& dispatcher, const btDispatcherInfo& info, Dispatch dispatch) {
