@@ -21,6 +21,11 @@ void Broadphase::attach(const Settings& settings) {
   for (btSoftBody* body : soft_bodies_) hide_vertex_face_flag(*body);
 }
 
+void Broadphase::detach() {
+  settings_ = nullptr;
+  restore_vertex_face_flags();
+}
+
 void Broadphase::restore_vertex_face_flags() {
   for (btSoftBody* body : soft_bodies_) restore_vertex_face_flag(*body);
 }

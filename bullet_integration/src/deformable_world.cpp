@@ -10,11 +10,16 @@ DeformableWorld::DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface
                                  btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                                  btDeformableBodySolver* deformable_solver, const Settings& settings)
     : btDeformableMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, deformable_solver),
-      detection_(kDeformableWorld, settings) {
-  if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
+      detection_(kDeformableWorld, settings) {}
+
+DeformableWorld::~DeformableWorld() {
+  for (btSoftBody* body : span_of(getSoftBodyArray())) give_face_tree(*body);
 }
 
-DeformableWorld::~DeformableWorld() = default;
+void DeformableWorld::performDiscreteCollisionDetection() {
+  btDeformableMultiBodyDynamicsWorld::performDiscreteCollisionDetection();
+  detection_.queries_->forget_algorithms();
+}
 
 void DeformableWorld::predict(btScalar time_step) {
   const TreesOutOfSight out_of_sight(getSoftBodyArray(), &btSoftBody::m_ndbvt);
@@ -23,8 +28,6 @@ void DeformableWorld::predict(btScalar time_step) {
 }
 
 void DeformableWorld::detect_rigid_contacts(const PairGate& gate) {
-  // Bullet's own vertex-face test must not run beside ours; clusters go on.
-  for (int i = 0; i < getSoftBodyArray().size(); ++i) getSoftBodyArray()[i]->m_softSoftCollision = false;
   updateAabbs();
   if (detection_.settings().rigid_meshes) {
     for (btSoftBody* body : span_of(getSoftBodyArray())) sweep_box(*body, *getBroadphase(), getDispatcher());

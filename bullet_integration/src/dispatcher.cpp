@@ -26,12 +26,16 @@ class NativePairs : public btOverlapCallback {
 }  // namespace
 
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings)
-    : btCollisionDispatcher(configuration), broadphase_(broadphase), detection_(kClassicWorld, settings) {
-  install_pair_recorder(*this);
+    : btCollisionDispatcher(configuration),
+      broadphase_(broadphase),
+      living_broadphase_(broadphase.self_),
+      detection_(kClassicWorld, settings) {
   broadphase_.attach(detection_.settings());
 }
 
-Dispatcher::~Dispatcher() = default;
+Dispatcher::~Dispatcher() {
+  if (const std::shared_ptr<Broadphase> broadphase = living_broadphase_.lock()) broadphase->detach();
+}
 
 void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
                                            btDispatcher* dispatcher) {

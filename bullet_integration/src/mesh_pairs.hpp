@@ -1,13 +1,19 @@
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "BulletCollision/CollisionDispatch/btCollisionCreateFunc.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "registered_algorithm.hpp"
 
-class btCollisionDispatcher;
 class btConcaveShape;
+class btOverlappingPairCache;
 
 namespace softcd::bullet {
 
@@ -23,6 +29,8 @@ struct MeshPair {
 /// The pairs that come up while Bullet dispatches. Thread-safe: some dispatchers call from several threads.
 class MeshPairs {
  public:
+  bool is_collecting() const { return is_collecting_; }
+  void set_collecting(bool is_collecting) { is_collecting_ = is_collecting; }
   void add(const MeshPair& pair) {
     const std::lock_guard lock(mutex_);
     pairs_.push_back(pair);
@@ -31,22 +39,45 @@ class MeshPairs {
 
  private:
   std::mutex mutex_;
+  std::atomic<bool> is_collecting_ = false;
   std::vector<MeshPair> pairs_;
+};
+
+/// Makes algorithms that hand pairs to MeshPairs while these collect, and else, and what is not softcd's anyway, to the
+/// algorithm that would have stood there without us. Bullet keeps an algorithm as long as its pair.
+class MeshPairCreateFunc : public btCollisionAlgorithmCreateFunc {
+ public:
+  MeshPairCreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, std::shared_ptr<MeshPairs> pairs);
+
+  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                 const btCollisionObjectWrapper* body0,
+                                                 const btCollisionObjectWrapper* body1) override;
+
+ private:
+  std::shared_ptr<MeshPairs> pairs_;
+  bool is_swapped_;
+  RegisteredAlgorithm registered_;
 };
 
 /// Between construction and destruction, what `dispatcher` finds of pairs of soft bodies (with SDF_RS or SDF_RD) and
 /// triangle meshes (btBvhTriangleMeshShape, its scaled and multi-material forms, GImpact, btHeightfieldTerrainShape) of
-/// rigid bodies goes to `pairs` and is not processed by Bullet. Meshes of multibody links stay Bullet's. Outside of it
-/// Bullet processes all of them. An app's own algorithm for such pairs is replaced, once, for good.
+/// rigid bodies goes to `pairs` and is not processed by Bullet, in pairs whose algorithm is made now or was made in
+/// such a time before. Meshes of multibody links stay Bullet's.
 class CollectingMeshPairs {
  public:
-  CollectingMeshPairs(btCollisionDispatcher& dispatcher, MeshPairs& pairs);
+  CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs);
   ~CollectingMeshPairs();
   CollectingMeshPairs(const CollectingMeshPairs&) = delete;
   CollectingMeshPairs& operator=(const CollectingMeshPairs&) = delete;
 
  private:
-  const btDispatcher* dispatcher_;
+  static constexpr std::size_t kMeshTypeCount = 5;
+
+  MeshPairs& pairs_;
+  std::array<std::optional<MeshPairCreateFunc>, 2 * kMeshTypeCount> creators_;
 };
+
+/// Frees the algorithms of pairs of soft bodies and others: the next dispatch makes new ones.
+void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher);
 
 }  // namespace softcd::bullet

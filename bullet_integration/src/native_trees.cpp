@@ -1,21 +1,49 @@
 #include "native_trees.hpp"
 
+#include <utility>
+
+#include "softcd/bullet/world_detection.hpp"
+
 namespace softcd::bullet {
 namespace {
 
+using Flags = btSoftBody::fCollision;
+
 // Bullet's own flags end at bit 10.
 constexpr int kHiddenVertexFace = 1 << 30;
+constexpr int kHiddenRigidDeformable = 1 << 29;
+constexpr int kHiddenSoftSoftCollision = 1 << 28;
+
+void replace_bits(int& flags, int bits, int by) {
+  if ((flags & bits) != 0) flags = (flags & ~bits) | by;
+}
+
+void insert_faces(btSoftBody& body) {
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    btSoftBody::Face& face = body.m_faces[i];
+    const btVector3* const points[] = {&face.m_n[0]->m_x, &face.m_n[1]->m_x, &face.m_n[2]->m_x};
+    face.m_leaf = body.m_fdbvt.insert(btDbvtVolume::FromPoints(const_cast<const btVector3**>(points), 3), &face);
+  }
+}
+
+/// The twin of a face tree that has room for normals, as Bullet makes it.
+btDbvntNode* copy_with_normals(const btDbvtNode* node) {
+  if (node == nullptr) return nullptr;
+  auto* copy = new btDbvntNode(node);
+  if (node->isinternal()) {
+    for (int i = 0; i < 2; ++i) copy->childs[i] = copy_with_normals(node->childs[i]);
+  }
+  return copy;
+}
 
 }  // namespace
 
 void hide_vertex_face_flag(btSoftBody& body) {
-  int& flags = body.m_cfg.collisions;
-  if (flags & btSoftBody::fCollision::VF_SS) flags = (flags & ~btSoftBody::fCollision::VF_SS) | kHiddenVertexFace;
+  replace_bits(body.m_cfg.collisions, Flags::VF_SS, kHiddenVertexFace);
 }
 
 void restore_vertex_face_flag(btSoftBody& body) {
-  int& flags = body.m_cfg.collisions;
-  if (flags & kHiddenVertexFace) flags = (flags & ~kHiddenVertexFace) | btSoftBody::fCollision::VF_SS;
+  replace_bits(body.m_cfg.collisions, kHiddenVertexFace, Flags::VF_SS);
 }
 
 NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies)
@@ -61,32 +89,53 @@ TreesOutOfSight::~TreesOutOfSight() {
   for (const Kept& kept : kept_) kept.tree->m_root = kept.root;
 }
 
-FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  for (int i = 0; i < bodies.size(); ++i) {
-    int& flags = bodies[i]->m_cfg.collisions;
-    if (!bodies[i]->m_bUpdateRtCst || (flags & btSoftBody::fCollision::SDF_RD) == 0) continue;
-    flags &= ~btSoftBody::fCollision::SDF_RD;
-    bodies_.push_back(bodies[i]);
+FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i]->m_bUpdateRtCst) replace_bits(bodies_[i]->m_cfg.collisions, Flags::SDF_RD, kHiddenRigidDeformable);
   }
 }
 
 FaceTreesUnbuilt::~FaceTreesUnbuilt() {
-  for (btSoftBody* body : bodies_) body->m_cfg.collisions |= btSoftBody::fCollision::SDF_RD;
+  for (int i = 0; i < bodies_.size(); ++i) {
+    replace_bits(bodies_[i]->m_cfg.collisions, kHiddenRigidDeformable, Flags::SDF_RD);
+  }
+}
+
+VertexFaceTestsOff::VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    if (std::exchange(bodies_[i]->m_softSoftCollision, false)) {
+      bodies_[i]->m_cfg.collisions |= kHiddenSoftSoftCollision;
+    }
+  }
+}
+
+VertexFaceTestsOff::~VertexFaceTestsOff() {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    int& flags = bodies_[i]->m_cfg.collisions;
+    if ((flags & kHiddenSoftSoftCollision) == 0) continue;
+    bodies_[i]->m_softSoftCollision = true;
+    replace_bits(flags, kHiddenSoftSoftCollision, 0);
+  }
 }
 
 void refit_deformable_trees(btSoftBody& body) {
   body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
-  const int with_faces = btSoftBody::fCollision::SDF_RDF | btSoftBody::fCollision::SDF_MDF;
+  const int with_faces = Flags::SDF_RDF | Flags::SDF_MDF;
   if ((body.m_cfg.collisions & with_faces) == 0 || !body.m_fdbvt.empty()) return;
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    btSoftBody::Face& face = body.m_faces[i];
-    const btVector3* const points[] = {&face.m_n[0]->m_x, &face.m_n[1]->m_x, &face.m_n[2]->m_x};
-    face.m_leaf = body.m_fdbvt.insert(btDbvtVolume::FromPoints(const_cast<const btVector3**>(points), 3), &face);
-  }
+  insert_faces(body);
   // Its twin with normals serves only Bullet's self-collision, and is of faces that may be gone.
   delete body.m_fdbvnt;
   body.m_fdbvnt = nullptr;
   body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
+}
+
+// Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
+void give_face_tree(btSoftBody& body) {
+  const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
+  if (!is_wanted || body.m_bUpdateRtCst || !body.m_fdbvt.empty()) return;
+  insert_faces(body);
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
 }
 
 void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies) {

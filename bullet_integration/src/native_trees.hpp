@@ -50,15 +50,31 @@ class TreesOutOfSight {
 };
 
 /// The deformable world's prediction builds no face tree, quadratic in the faces, between construction and destruction.
+/// As with hide_vertex_face_flag, a bit of ours stands for SDF_RD meanwhile.
 class FaceTreesUnbuilt {
  public:
+  /// The array stays as it is.
   explicit FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies);
   ~FaceTreesUnbuilt();
   FaceTreesUnbuilt(const FaceTreesUnbuilt&) = delete;
   FaceTreesUnbuilt& operator=(const FaceTreesUnbuilt&) = delete;
 
  private:
-  std::vector<btSoftBody*> bodies_;  ///< those that had the flag
+  const btAlignedObjectArray<btSoftBody*>& bodies_;
+};
+
+/// Bullet's dispatch finds no vertex-face contacts (VF_DD) in the deformable world between construction and
+/// destruction: a bit of ours stands for btSoftBody::m_softSoftCollision.
+class VertexFaceTestsOff {
+ public:
+  /// The array stays as it is.
+  explicit VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies);
+  ~VertexFaceTestsOff();
+  VertexFaceTestsOff(const VertexFaceTestsOff&) = delete;
+  VertexFaceTestsOff& operator=(const VertexFaceTestsOff&) = delete;
+
+ private:
+  const btAlignedObjectArray<btSoftBody*>& bodies_;
 };
 
 /// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid

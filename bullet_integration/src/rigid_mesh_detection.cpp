@@ -88,10 +88,7 @@ class NodeTouches {
 }  // namespace
 
 RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, const Settings& settings)
-    : kind_(kind),
-      takes_over_(settings.rigid_meshes),
-      pipeline_(continuous_options(settings), settings.log),
-      registry_(pipeline_) {
+    : kind_(kind), pipeline_(continuous_options(settings), settings.log), registry_(pipeline_) {
   pipeline_.set_pair_filter([this](BodyId a, BodyId b) {
     const auto pair = std::minmax(a.value, b.value);
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair<std::uint32_t, std::uint32_t>(pair));
@@ -101,7 +98,6 @@ RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, const Settings& se
 void RigidMeshDetection::set_settings(const Settings& settings) {
   pipeline_.set_options(continuous_options(settings));
   pipeline_.set_log(settings.log);
-  takes_over_ = settings.rigid_meshes;
 }
 
 void RigidMeshDetection::synchronize_soft(const std::vector<MeshPair>& pairs) {
@@ -161,7 +157,7 @@ void RigidMeshDetection::remove_absent_meshes() {
   }
 }
 
-void RigidMeshDetection::run(std::vector<MeshPair> pairs, btScalar time_step) {
+void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar time_step) {
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
   synchronize_soft(pairs);

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "rigid_mesh.hpp"
 #include "world_kind.hpp"
 
@@ -22,26 +21,11 @@ class RigidMeshDetection {
 
   void set_settings(const Settings& settings);
   const CollisionPipeline& pipeline() const { return pipeline_; }
-  /// Calls `dispatch`, which makes `dispatcher` process pairs, and takes over what it finds of soft bodies and meshes.
-  template <class Dispatch>
-  void around(btDispatcher& dispatcher, const btDispatcherInfo& info, Dispatch dispatch) {
-    auto* bullets = takes_over_ ? dynamic_cast<btCollisionDispatcher*>(&dispatcher) : nullptr;
-    if (bullets == nullptr) {
-      dispatch();
-      return;
-    }
-    {
-      const CollectingMeshPairs collecting(*bullets, found_);
-      dispatch();
-    }
-    run(found_.take(), info.m_timeStep);
-  }
-
- private:
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
-  void run(std::vector<MeshPair> pairs, btScalar time_step);
+  void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
 
+ private:
   struct Mesh {
     BodyId id;
     RigidMesh mesh;
@@ -57,8 +41,6 @@ class RigidMeshDetection {
   void write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal);
 
   const WorldKind& kind_;
-  bool takes_over_;  ///< Settings::rigid_meshes
-  MeshPairs found_;
   CollisionPipeline pipeline_;
   SoftBodyRegistry registry_;
   std::map<MeshKey, Mesh> meshes_;

@@ -62,11 +62,12 @@ SoftWorld<BulletWorld>::SoftWorld(btDispatcher* dispatcher, btBroadphaseInterfac
   if (detection_ != nullptr) return;
   own_detection_ = std::make_unique<WorldDetection>(kClassicWorld, settings);
   detection_ = own_detection_.get();
-  if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
 }
 
 template <class BulletWorld>
-SoftWorld<BulletWorld>::~SoftWorld() = default;
+SoftWorld<BulletWorld>::~SoftWorld() {
+  for (btSoftBody* body : span_of(this->getSoftBodyArray())) give_face_tree(*body);
+}
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::predictUnconstraintMotion(btScalar time_step) {

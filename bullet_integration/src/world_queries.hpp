@@ -1,5 +1,9 @@
 #pragma once
 
+#include <memory>
+#include <utility>
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "contact_detection.hpp"
 #include "crossing_prevention.hpp"
 #include "rigid_mesh_detection.hpp"
@@ -22,6 +26,7 @@ class WorldQueries {
     contacts.set_settings(settings);
     crossings.set_settings(settings);
     rigid_meshes.set_settings(settings);
+    if (settings.rigid_meshes && !settings_.rigid_meshes) forget_algorithms();
     settings_ = settings;
   }
 
@@ -36,8 +41,20 @@ class WorldQueries {
   /// The part of it that is about rigid bodies.
   template <class Native>
   void process_rigid_pairs(const PairGate& gate, Native process_natively) {
-    rigid_meshes.around(gate.dispatcher(), gate.info(), process_natively);
+    auto* dispatcher = settings_.rigid_meshes ? dynamic_cast<btCollisionDispatcher*>(&gate.dispatcher()) : nullptr;
+    if (dispatcher == nullptr) {
+      process_natively();
+      return;
+    }
+    if (std::exchange(may_have_foreign_algorithms_, false)) forget_rigid_algorithms(gate.pair_cache(), *dispatcher);
+    {
+      const CollectingMeshPairs collecting(*dispatcher, mesh_pairs_);
+      process_natively();
+    }
+    rigid_meshes.find_contacts(mesh_pairs_->take(), gate.info().m_timeStep);
   }
+  /// Bullet has processed pairs, and keeps the algorithms that it made for them, while nothing was collected.
+  void forget_algorithms() { may_have_foreign_algorithms_ = true; }
   /// The other part, after the solver.
   void find_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
     contacts.start(bodies, pair_rule(kind_, gate, settings_));
@@ -55,6 +72,8 @@ class WorldQueries {
  private:
   const WorldKind& kind_;
   Settings settings_;
+  std::shared_ptr<MeshPairs> mesh_pairs_ = std::make_shared<MeshPairs>();
+  bool may_have_foreign_algorithms_ = true;
 };
 
 }  // namespace softcd::bullet

@@ -53,9 +53,12 @@ class Broadphase : public btBroadphaseInterface {
 
   /// The settings of the Dispatcher that detects these bodies' contacts, as long as there is one.
   void attach(const Settings& settings);
+  /// Hides no flag any more.
+  void detach();
   /// Gives all hidden flags back.
   void restore_vertex_face_flags();
 
+  std::shared_ptr<Broadphase> self_{this, [](Broadphase*) {}};  ///< tells a Dispatcher whether it still lives
   std::unique_ptr<btBroadphaseInterface> owned_;
   btBroadphaseInterface& original_;
   std::vector<btSoftBody*> soft_bodies_;

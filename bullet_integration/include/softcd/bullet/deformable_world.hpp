@@ -32,6 +32,9 @@ class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
   WorldDetection& detection() { return detection_; }
   const WorldDetection& detection() const { return detection_; }
 
+  /// Between steps: Bullet's own.
+  void performDiscreteCollisionDetection() override;
+
  protected:
   void internalSingleStepSimulation(btScalar time_step) override;
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "softcd/bullet/broadphase.hpp"
 #include "softcd/bullet/world_detection.hpp"
@@ -32,6 +34,7 @@ class Dispatcher : public btCollisionDispatcher {
 
  private:
   Broadphase& broadphase_;
+  std::weak_ptr<Broadphase> living_broadphase_;  ///< apps delete the two in either order
   WorldDetection detection_;
 };
 

@@ -62,4 +62,10 @@ class WorldDetection {
   std::unique_ptr<WorldQueries> queries_;
 };
 
+/// For a body that was in a world of softcd's, or under its Dispatcher, and goes into one of Bullet's: builds its face
+/// tree, in time n log n. Bullet finds vertex-face contacts by that tree, builds it but once, in time quadratic in the
+/// faces, and would have built it in the world before. A body that is still in one of softcd's worlds when that world
+/// goes is given one then.
+void give_face_tree(btSoftBody& body);
+
 }  // namespace softcd::bullet
