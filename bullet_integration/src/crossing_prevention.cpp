@@ -47,8 +47,24 @@ void CrossingPrevention::synchronize(Span<btSoftBody* const> bodies) {
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
   const auto [entry, is_new] = answered_.try_emplace(&body);
   if (!is_new) return;
-  for (int i = 0; i < body.m_nodes.size(); ++i) entry->second.push_back(body.m_nodes[i].m_v);
+  NodeStates& before = entry->second;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    before.velocities.push_back(body.m_nodes[i].m_v);
+    before.split_velocities.push_back(body.m_nodes[i].m_splitv);
+    before.ends.push_back(body.m_nodes[i].*kind_.end);
+  }
   kind_.take_up(body, time_step);
+}
+
+void CrossingPrevention::take_back() {
+  for (const auto& [body, before] : answered_) {
+    for (std::size_t i = 0; i < before.ends.size(); ++i) {
+      btSoftBody::Node& node = body->m_nodes[static_cast<int>(i)];
+      node.m_v = before.velocities[i];
+      node.m_splitv = before.split_velocities[i];
+      node.*kind_.end = before.ends[i];
+    }
+  }
 }
 
 void CrossingPrevention::set_positions(const btSoftBody& body) {
@@ -91,10 +107,19 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     kind_.set_out(*member.body, time_step);
     set_positions(*member.body);
   });
-  std::vector<Impact> impacts = find_impacts();
-  if (impacts.empty()) return false;
-
   answered_.clear();
+  const std::vector<Impact> impacts = find_impacts();
+  if (impacts.empty()) return false;
+  try {
+    answer(impacts, time_step);
+  } catch (...) {
+    take_back();
+    throw;
+  }
+  return true;
+}
+
+void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
   std::vector<Impact> answered;
   ImpactZones zones;
   for (int round = 0; !impacts.empty(); ++round) {
@@ -113,13 +138,12 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     look_again(time_step);
     impacts = find_impacts();
   }
-  kind_.settle(answered_, answered, zones);
   if (!impacts.empty() && settings_.log) {
     settings_.log(LogLevel::warning, "continuous detection: " + std::to_string(impacts.size()) +
                                          " impacts remain that no change of velocities prevents; nodes without mass "
                                          "or in rigid contact may be moving through each other");
   }
-  return true;
+  kind_.settle(answered_, answered, zones);
 }
 
 }  // namespace softcd::bullet

@@ -20,7 +20,8 @@ class CrossingPrevention {
   void set_settings(const Settings& settings);
   const CollisionPipeline& pipeline() const { return pipeline_; }
 
-  /// Changes m_v and WorldKind::end. True when anything was changed.
+  /// Changes m_v and WorldKind::end. True when anything was changed. When it throws, the nodes
+  /// go on as they were about to.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step);
 
  private:
@@ -28,7 +29,9 @@ class CrossingPrevention {
   void synchronize(Span<btSoftBody* const> bodies);
   bool is_let_go(const MemberContact& found) const;
   std::vector<Impact> find_impacts();
+  void answer(std::vector<Impact> impacts, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);
+  void take_back();
   void set_positions(const btSoftBody& body);
   void look_again(btScalar time_step);
 

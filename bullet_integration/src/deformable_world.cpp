@@ -34,8 +34,11 @@ void DeformableWorld::detect_rigid_contacts(const PairGate& gate) {
   }
   computeOverlappingPairs();
   for_each_near_rigid(*getPairCache(), refit_deformable_trees);
-  detection_.queries_->process_rigid_pairs(
-      gate, [this] { getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher()); });
+  detection_.queries_->process_rigid_pairs(gate, [this] {
+    // Clusters go on.
+    const VertexFaceTestsOff off(getSoftBodyArray());
+    getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher());
+  });
 }
 
 // The steps of Bullet's internalSingleStepSimulation.

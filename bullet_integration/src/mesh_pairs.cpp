@@ -1,5 +1,7 @@
 #include "mesh_pairs.hpp"
 
+#include <new>
+
 #include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
@@ -37,13 +39,12 @@ class MeshPairAlgorithm : public btCollisionAlgorithm {
     const btCollisionObjectWrapper& soft = is_swapped_ ? *body1 : *body0;
     const btCollisionObjectWrapper& mesh = is_swapped_ ? *body0 : *body1;
     auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(soft.getCollisionObject()));
-    if (!pairs_->is_collecting() || !is_taken(*body, *mesh.getCollisionObject())) {
-      original_->processCollision(body0, body1, info, result);
-      return;
-    }
     const btTransform& object = mesh.getCollisionObject()->getWorldTransform();
-    pairs_->add({body, mesh.getCollisionObject(), static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
-                 object.inverseTimes(mesh.getWorldTransform()), mesh.m_index});
+    const bool is_ours =
+        pairs_->is_collecting() && is_taken(*body, *mesh.getCollisionObject()) &&
+        pairs_->add({body, mesh.getCollisionObject(), static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
+                     object.inverseTimes(mesh.getWorldTransform()), mesh.m_index});
+    if (!is_ours) original_->processCollision(body0, body1, info, result);
   }
   btScalar calculateTimeOfImpact(btCollisionObject* body0, btCollisionObject* body1, const btDispatcherInfo& info,
                                  btManifoldResult* result) override {
@@ -58,6 +59,17 @@ class MeshPairAlgorithm : public btCollisionAlgorithm {
 };
 
 }  // namespace
+
+bool MeshPairs::add(const MeshPair& pair) noexcept {
+  const std::lock_guard lock(mutex_);
+  try {
+    collected_.pairs.push_back(pair);
+    return true;
+  } catch (const std::bad_alloc&) {
+    collected_.is_complete = false;
+    return false;
+  }
+}
 
 MeshPairCreateFunc::MeshPairCreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
                                        std::shared_ptr<MeshPairs> pairs)
@@ -87,6 +99,19 @@ CollectingMeshPairs::CollectingMeshPairs(btCollisionDispatcher& dispatcher, cons
 
 CollectingMeshPairs::~CollectingMeshPairs() {
   pairs_.set_collecting(false);
+}
+
+void process_natively(const MeshPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  const btTransform& object = pair.object->getWorldTransform();
+  const btTransform place = pair.child < 0 ? object : object * pair.shape_in_object;
+  const btCollisionObjectWrapper soft(nullptr, pair.soft->getCollisionShape(), pair.soft,
+                                      pair.soft->getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper mesh(nullptr, pair.shape, pair.object, place, -1, pair.child);
+  btCollisionAlgorithm* algorithm = dispatcher.findAlgorithm(&soft, &mesh, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  btManifoldResult result(&soft, &mesh);
+  algorithm->processCollision(&soft, &mesh, info, &result);
+  algorithm->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(algorithm);
 }
 
 void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher) {

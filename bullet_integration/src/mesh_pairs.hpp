@@ -13,6 +13,7 @@
 #include "registered_algorithm.hpp"
 
 class btConcaveShape;
+struct btDispatcherInfo;
 class btOverlappingPairCache;
 
 namespace softcd::bullet {
@@ -31,16 +32,20 @@ class MeshPairs {
  public:
   bool is_collecting() const { return is_collecting_; }
   void set_collecting(bool is_collecting) { is_collecting_ = is_collecting; }
-  void add(const MeshPair& pair) {
-    const std::lock_guard lock(mutex_);
-    pairs_.push_back(pair);
-  }
-  std::vector<MeshPair> take() { return std::exchange(pairs_, {}); }
+  /// False where memory does not suffice: the pair is not among those collected, which are not complete then.
+  bool add(const MeshPair& pair) noexcept;
+
+  struct Collected {
+    std::vector<MeshPair> pairs;
+    bool is_complete = true;
+  };
+  /// Those since the last call.
+  Collected take() { return std::exchange(collected_, {}); }
 
  private:
   std::mutex mutex_;
   std::atomic<bool> is_collecting_ = false;
-  std::vector<MeshPair> pairs_;
+  Collected collected_;
 };
 
 /// Makes algorithms that hand pairs to MeshPairs while these collect, and else, and what is not softcd's anyway, to the
@@ -76,6 +81,10 @@ class CollectingMeshPairs {
   MeshPairs& pairs_;
   std::array<std::optional<MeshPairCreateFunc>, 2 * kMeshTypeCount> creators_;
 };
+
+/// Bullet's own processing of a collected pair, or the app's where that has registered an algorithm. Not while others
+/// are collected.
+void process_natively(const MeshPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
 
 /// Frees the algorithms of pairs of soft bodies and others: the next dispatch makes new ones.
 void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher);

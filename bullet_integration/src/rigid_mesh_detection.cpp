@@ -174,28 +174,25 @@ void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar tim
   remove_absent_meshes();
   if (pairs.empty()) return;
   std::sort(wanted_.begin(), wanted_.end());
+  find_touches();
   write_contacts();
 }
 
-void RigidMeshDetection::write_contacts() {
+void RigidMeshDetection::find_touches() {
+  node_touches_.clear();
+  face_touches_.clear();
   NodeTouches touches;
   btSoftBody* body = nullptr;
   btSoftBody::Node* node = nullptr;
   const auto flush = [&] {
-    touches.flush([&](const RigidTouch& touch) {
-      if (has_deformable_contacts(*body)) {
-        write_deformable_rigid_contact(*body, *node, touch);
-      } else {
-        write_rigid_contact(*body, *node, touch);
-      }
-    });
+    touches.flush([&](const RigidTouch& touch) { node_touches_.push_back({body, node, touch}); });
   };
   BodyId last_mesh;
   for (const Contact& contact : pipeline_.detect()) {
     const btVector3 normal = to_bullet(contact.normal);
     const auto a = meshes_by_id_.find(contact.body_a.value);
     if (a != meshes_by_id_.end()) {
-      write_face(contact, *a->second, -normal);
+      find_face_touch(contact, *a->second, -normal);
       continue;
     }
     btSoftBody& soft = *registry_.member(contact.body_a).body;
@@ -219,7 +216,7 @@ void RigidMeshDetection::write_contacts() {
   flush();
 }
 
-void RigidMeshDetection::write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
+void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
   const SoftBodyRegistry::Member& member = registry_.member(contact.body_b);
   btSoftBody& soft = *member.body;
   const bool is_wanted = has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDF) != 0 &&
@@ -232,7 +229,21 @@ void RigidMeshDetection::write_face(const Contact& contact, const Mesh& mesh, co
       to_bullet(mesh.mesh.x_t0()[contact.feature_a]), to_bullet(mesh.mesh.x_t1()[contact.feature_a])};
   btVector3 end(0, 0, 0);
   for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.end);
-  if (depth(touch, end, touch.object_point_t1) < 0) write_deformable_rigid_contact(soft, face, weights, touch);
+  if (depth(touch, end, touch.object_point_t1) < 0) face_touches_.push_back({&soft, &face, weights, touch});
+}
+
+/// Nothing throws here: Bullet's arrays get all contacts or none.
+void RigidMeshDetection::write_contacts() const {
+  for (const auto& [body, node, touch] : node_touches_) {
+    if (has_deformable_contacts(*body)) {
+      write_deformable_rigid_contact(*body, *node, touch);
+    } else {
+      write_rigid_contact(*body, *node, touch);
+    }
+  }
+  for (const auto& [body, face, weights, touch] : face_touches_) {
+    write_deformable_rigid_contact(*body, *face, weights, touch);
+  }
 }
 
 }  // namespace softcd::bullet

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "rigid_contact_writer.hpp"
 #include "rigid_mesh.hpp"
 #include "world_kind.hpp"
 
@@ -37,8 +38,20 @@ class RigidMeshDetection {
   void synchronize_soft(const std::vector<MeshPair>& pairs);
   void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
   void remove_absent_meshes();
-  void write_contacts();
-  void write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal);
+  struct NodeTouch {
+    btSoftBody* body;
+    btSoftBody::Node* node;
+    RigidTouch touch;
+  };
+  struct FaceTouch {
+    btSoftBody* body;
+    btSoftBody::Face* face;
+    btVector3 weights;
+    RigidTouch touch;
+  };
+  void find_touches();
+  void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
+  void write_contacts() const;
 
   const WorldKind& kind_;
   CollisionPipeline pipeline_;
@@ -46,6 +59,8 @@ class RigidMeshDetection {
   std::map<MeshKey, Mesh> meshes_;
   std::map<std::uint32_t, const Mesh*> meshes_by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
+  std::vector<NodeTouch> node_touches_;
+  std::vector<FaceTouch> face_touches_;
 };
 
 }  // namespace softcd::bullet

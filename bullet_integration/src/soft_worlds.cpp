@@ -47,6 +47,10 @@ void process_pairs(btCollisionWorld& world, const SoftBodies& bodies, WorldQueri
   const PairGate gate(*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo());
   queries.process_pairs(span_of(bodies), gate, [&] {
     const TreesOutOfSight out_of_sight(bodies, &btSoftBody::m_fdbvt);
+    if (!out_of_sight.succeeded()) {
+      // Those that there are belong to ray tests, which build new ones.
+      for (btSoftBody* body : span_of(bodies)) body->m_fdbvt.clear();
+    }
     process_pairs_natively(world);
   });
 }

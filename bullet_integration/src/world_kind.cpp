@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "native_detection.hpp"
 #include "pipeline_options.hpp"
 
 namespace softcd::bullet {
@@ -48,12 +49,13 @@ void move_end(btSoftBody& body, btScalar time_step) {
 /// the bodies after it, when it has its velocities already. Changed by what the mean ones were changed by, they could
 /// gain energy.
 void settle(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
-  for (const auto& [body, velocities] : answered) {
-    for (std::size_t i = 0; i < velocities.size(); ++i) body->m_nodes[static_cast<int>(i)].m_v = velocities[i];
+  for (const auto& [body, before] : answered) {
+    int node = 0;
+    for (const btVector3& velocity : before.velocities) body->m_nodes[node++].m_v = velocity;
   }
   apply_inelastic_impulses(impacts);
   zones.move_as_one();
-  for (const auto& [body, velocities] : answered) {
+  for (const auto& [body, before] : answered) {
     if (body->isActive()) body->updateNormals();
   }
 }
@@ -116,6 +118,7 @@ const WorldKind kClassicWorld = {
     .asks_gate = classic::asks_gate,
     .write_contact = write_soft_contact,
     .write_edge_contact = write_soft_edge_contact,
+    .detect_natively = detect_classic_contacts,
     .set_out = classic::set_out,
     .take_up = classic::take_up,
     .move_end = classic::move_end,
@@ -130,6 +133,7 @@ const WorldKind kDeformableWorld = {
     .asks_gate = deformable::asks_gate,
     .write_contact = deformable::write_contact,
     .write_edge_contact = write_deformable_edge_contact,
+    .detect_natively = detect_deformable_contacts,
     .set_out = deformable::move_end,
     .take_up = deformable::take_up,
     .move_end = deformable::move_end,

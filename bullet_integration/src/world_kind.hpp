@@ -12,9 +12,12 @@ namespace softcd::bullet {
 
 using NodePosition = btVector3 btSoftBody::Node::*;
 
-/// The bodies whose nodes' velocities were changed so that they do not pass through each other, with the velocities
-/// that the nodes had before.
-using AnsweredBodies = std::unordered_map<btSoftBody*, std::vector<btVector3>>;
+/// The bodies whose nodes' velocities were changed so that they do not pass through each other, with what their nodes
+/// had before.
+struct NodeStates {
+  std::vector<btVector3> velocities, split_velocities, ends;
+};
+using AnsweredBodies = std::unordered_map<btSoftBody*, NodeStates>;
 
 /// All that differs between the kinds of world. Nobody asks in another way which kind a world is.
 struct WorldKind {
@@ -30,6 +33,8 @@ struct WorldKind {
   /// Put a contact into Bullet's arrays: see contact_writer.hpp.
   void (*write_contact)(const MemberContact&, Detection);
   void (*write_edge_contact)(const MemberContact&);
+  /// Bullet's own detection, for a step in which softcd's has failed.
+  void (*detect_natively)(Span<btSoftBody* const>, const PairGate&, const Settings&);
 
   /// What CrossingPrevention does to a body: before it looks for the first time; before it answers an impact of the
   /// body for the first time; and after each change of velocities, to bring the nodes' `end` to where these lead.
@@ -58,11 +63,14 @@ inline bool is_vertex_face_pair(const WorldKind& kind, const btSoftBody& a, cons
 /// Whether softcd looks after the contacts of two soft bodies.
 using PairRule = std::function<bool(btSoftBody&, btSoftBody&)>;
 
+inline bool is_looked_after(const WorldKind& kind, const PairGate& gate, const Settings& settings, btSoftBody& a,
+                            btSoftBody& b) {
+  return is_vertex_face_pair(kind, a, b) && (!kind.asks_gate(settings) || gate.admits(a, b));
+}
+
 /// `kind`, `gate` and `settings` outlive the rule.
 inline PairRule pair_rule(const WorldKind& kind, const PairGate& gate, const Settings& settings) {
-  return [&, asks_gate = kind.asks_gate(settings)](btSoftBody& a, btSoftBody& b) {
-    return is_vertex_face_pair(kind, a, b) && (!asks_gate || gate.admits(a, b));
-  };
+  return [&](btSoftBody& a, btSoftBody& b) { return is_looked_after(kind, gate, settings, a, b); };
 }
 
 inline bool has_vertex_face_contacts(const WorldKind& kind, const btSoftBody& body) {

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h"
-#include "BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h"
+#include "BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h"
 #include "deformable_app_support.hpp"
 #include "softcd/bullet/dispatcher.hpp"
 #include "softcd/bullet/soft_worlds.hpp"
@@ -145,7 +147,7 @@ struct Sheets {
 class GivenBack : public testing::Test {
  protected:
   btSoftBodyRigidBodyCollisionConfiguration configuration;
-  btMultiBodyConstraintSolver solver;
+  btSequentialImpulseConstraintSolver solver;
   btCollisionDispatcher plain_dispatcher{&configuration};
   btDbvtBroadphase plain_broadphase;
   Sheets sheets;
@@ -232,29 +234,44 @@ TEST_F(GivenBack, a_broadphase_may_go_before_its_dispatcher) {
 
 TEST(GivingBack, bodies_of_a_deformable_world_keep_what_says_whether_bullet_tests_them) {
   TwoHeldSheets sheets(cpu_settings());
-  sheets.lower.m_softSoftCollision = true;
+  sheets.step();
+  const int once = count_contacts(sheets.bodies());
   const int flags = sheets.lower.m_cfg.collisions;
-  EXPECT_FALSE(sheets.step().empty());
-  EXPECT_TRUE(sheets.lower.m_softSoftCollision);
-  EXPECT_FALSE(sheets.upper.m_softSoftCollision);
-  EXPECT_EQ(sheets.lower.m_cfg.collisions, flags);
+  for (btSoftBody* body : {&sheets.lower, &sheets.upper}) {
+    body->m_softSoftCollision = true;
+    bullet::give_face_tree(*body);  // with which Bullet would find them as well
+  }
+  sheets.upper.m_softSoftCollision = false;
+  for (int i = 0; i < 2; ++i) {
+    sheets.step();
+    EXPECT_EQ(count_contacts(sheets.bodies()), once);
+    EXPECT_TRUE(sheets.lower.m_softSoftCollision);
+    EXPECT_EQ(sheets.upper.m_softSoftCollision, i > 0);
+    EXPECT_EQ(sheets.lower.m_cfg.collisions, flags);
+    sheets.upper.m_softSoftCollision = true;
+  }
 }
 
 /// Bullet's own contacts of two sheets that were in a world with these settings, which is gone.
 int contacts_in_bullets_world_after(const MaybeSettings& settings) {
-  auto first = std::make_unique<OwnWorld>();
-  first->make(settings);
-  for (const btScalar height : {btScalar(0), btScalar(0.03)}) {
-    first->add(make_small_sheet(first->world->getWorldInfo(), height));
-  }
+  btSoftBodyWorldInfo info;  // outlives both worlds
+  info.m_gravity.setZero();
+  const auto make_world = [&](const MaybeSettings& made_with) {
+    auto world = std::make_unique<OwnWorld>();
+    world->make(made_with);
+    info.m_broadphase = world->broadphase.get();
+    info.m_dispatcher = world->dispatcher.get();
+    return world;
+  };
+  auto first = make_world(settings);
+  for (const btScalar height : {btScalar(0), btScalar(0.03)}) first->add(make_small_sheet(info, height));
   first->world->stepSimulation(kShortStep, 0);
   std::vector<std::unique_ptr<btSoftBody>> bodies = std::exchange(first->bodies, {});
   first.reset();
-  OwnWorld second;
-  second.make(std::nullopt);
-  for (auto& body : bodies) second.add(std::move(body));
-  second.world->stepSimulation(kShortStep, 0);
-  return count_contacts(second.world->getSoftBodyArray());
+  const auto second = make_world(std::nullopt);
+  for (auto& body : bodies) second->add(std::move(body));
+  second->world->stepSimulation(kShortStep, 0);
+  return count_contacts(second->world->getSoftBodyArray());
 }
 
 TEST(GivingBack, bodies_of_a_deformable_world_that_goes_collide_in_bullets_world) {
@@ -263,27 +280,37 @@ TEST(GivingBack, bodies_of_a_deformable_world_that_goes_collide_in_bullets_world
   EXPECT_EQ(contacts_in_bullets_world_after(cpu_settings()), expected);
 }
 
-TEST(GivingBack, rigid_meshes_are_bullets_when_turned_off_and_softcds_when_turned_on_again) {
-  bullet::Settings settings = cpu_settings();
-  settings.rigid_meshes = false;
-  demo::DeformableSimulation simulation(settings);
+/// A sheet comes upon a mesh while `between` is called, after a step of softcd's, and has another step there. Returns
+/// how many contacts softcd finds then.
+std::uint64_t contacts_with_mesh_after(const std::function<void(demo::DeformableSimulation&)>& between) {
+  demo::DeformableSimulation simulation(cpu_settings());
   const SheetOnMesh scene(simulation);
-  const auto contacts_of_softcd = [&] {
-    simulation.step(kStep / 4);
-    return simulation.detection()->rigid_meshes().statistics().vt_contacts;
+  scene.sheet->translate(btVector3(0, 5, 0));
+  simulation.step(kShortStep);
+  scene.sheet->translate(btVector3(0, -5, 0));
+  between(simulation);
+  simulation.step(kShortStep);
+  return simulation.detection()->rigid_meshes().statistics().vt_contacts;
+}
+
+TEST(GivingBack, rigid_meshes_are_bullets_when_turned_off_and_softcds_when_turned_on_again) {
+  const auto turn_off_and_on = [](demo::DeformableSimulation& simulation) {
+    bullet::Settings settings = cpu_settings();
+    for (const bool rigid_meshes : {false, true}) {
+      settings.rigid_meshes = rigid_meshes;
+      simulation.detection()->set_settings(settings);
+      if (!rigid_meshes) simulation.step(kShortStep);
+    }
+    EXPECT_EQ(simulation.detection()->rigid_meshes().statistics().vt_contacts, 0U);
   };
-  EXPECT_EQ(contacts_of_softcd(), 0U);
-  settings.rigid_meshes = true;
-  simulation.detection()->set_settings(settings);
-  EXPECT_GT(contacts_of_softcd(), 0U);
+  EXPECT_GT(contacts_with_mesh_after(turn_off_and_on), 0U);
 }
 
 TEST(GivingBack, pairs_that_an_app_has_bullet_process_between_steps_stay_softcds) {
-  demo::DeformableSimulation simulation(cpu_settings());
-  const SheetOnMesh scene(simulation);
-  simulation.world().performDiscreteCollisionDetection();
-  simulation.step(kStep / 4);
-  EXPECT_GT(simulation.detection()->rigid_meshes().statistics().vt_contacts, 0U);
+  const auto process = [](demo::DeformableSimulation& simulation) {
+    simulation.world().performDiscreteCollisionDetection();
+  };
+  EXPECT_GT(contacts_with_mesh_after(process), 0U);
 }
 
 }  // namespace

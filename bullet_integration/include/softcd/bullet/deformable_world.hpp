@@ -22,6 +22,8 @@ class PairGate;
 /// a soft body; only those are refitted. Node trees are for bodies whose boxes overlap a rigid one's. The trees have
 /// other shapes than Bullet's, and so contacts with rigid bodies, the same ones, come in another order, which Bullet's
 /// solver is sensitive to.
+///
+/// A body that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
 class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
   DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,

@@ -19,7 +19,8 @@ class Dispatcher;
 /// where a node would pass through a face.
 ///
 /// Bullet's face trees are neither built nor refitted, and a body's node tree is refitted only in steps in which
-/// the body's box overlaps a rigid one's; debug drawings of these trees show the last state that was needed.
+/// the body's box overlaps a rigid one's; debug drawings of these trees show the last state that was needed. A body
+/// that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
 template <class BulletWorld>
 class SoftWorld : public BulletWorld {
  public:

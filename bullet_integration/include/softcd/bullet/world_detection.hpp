@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -8,23 +9,27 @@
 
 namespace softcd::bullet {
 
+class DetectorRecord;
 class WorldQueries;
 struct WorldKind;
 
 /// What one of a world's detectors did in the last step in which it ran. Valid as long as the world.
 class DetectorReport {
  public:
-  explicit DetectorReport(const CollisionPipeline& pipeline) : pipeline_(&pipeline) {}
+  explicit DetectorReport(const DetectorRecord& record) : record_(&record) {}
 
-  /// All zeros before the first step.
-  const Statistics& statistics() const { return pipeline_->statistics(); }
-  /// Which stages ran or were left out, and why. Before the first step: of a scene without bodies.
-  std::vector<StageReport> explain() const { return pipeline_->explain(); }
+  /// All zeros before the first step. After a step in which it failed, of the last one before.
+  const Statistics& statistics() const;
+  /// Which stages ran or were left out, and why. Before the first step: of a scene without bodies. Empty after a step
+  /// in which it failed.
+  std::vector<StageReport> explain() const;
   /// Where it computed: never `automatic`. Before the first step where it is expected to.
-  Backend backend() const { return pipeline_->backend(); }
+  Backend backend() const;
+  /// In how many steps it has failed: see OnError.
+  std::uint64_t failed_steps() const;
 
  private:
-  const CollisionPipeline* pipeline_;
+  const DetectorRecord* record_;
 };
 
 /// softcd in a world: its settings, and what it found in the last step. Lives as long as the world, or as the
@@ -50,7 +55,8 @@ class WorldDetection {
   /// such a pair overlap.
   DetectorReport rigid_meshes() const;
 
-  /// Of the last step. Empty before the first one, and unless Settings::edge_contacts asks for them.
+  /// Of the last step. Empty before the first one, after one in which the detector failed, and unless
+  /// Settings::edge_contacts asks for them.
   const std::vector<EdgeContact>& edge_contacts() const;
 
  private:
