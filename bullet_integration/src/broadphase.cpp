@@ -16,9 +16,14 @@ Broadphase::Broadphase(btBroadphaseInterface& original) : original_(original) {}
 
 Broadphase::~Broadphase() = default;
 
-void Broadphase::hide_vertex_face_flags() {
-  hides_flags_ = true;
+void Broadphase::attach(const Settings& settings) {
+  settings_ = &settings;
   for (btSoftBody* body : soft_bodies_) hide_vertex_face_flag(*body);
+}
+
+void Broadphase::detach() {
+  settings_ = nullptr;
+  restore_vertex_face_flags();
 }
 
 void Broadphase::restore_vertex_face_flags() {
@@ -30,7 +35,7 @@ btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabb_min, const btVe
   if (shape_type == SOFTBODY_SHAPE_PROXYTYPE) {
     if (btSoftBody* body = btSoftBody::upcast(static_cast<btCollisionObject*>(user))) {
       soft_bodies_.push_back(body);
-      if (hides_flags_) hide_vertex_face_flag(*body);
+      if (settings_ != nullptr) hide_vertex_face_flag(*body);
     }
   }
   return original_.createProxy(aabb_min, aabb_max, shape_type, user, filter_group, filter_mask, dispatcher);
@@ -63,12 +68,8 @@ void Broadphase::aabbTest(const btVector3& aabb_min, const btVector3& aabb_max, 
   original_.aabbTest(aabb_min, aabb_max, callback);
 }
 
-void Broadphase::sweep_boxes(bool sweeps) {
-  sweeps_boxes_ = sweeps;
-}
-
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
-  if (sweeps_boxes_) {
+  if (settings_ != nullptr && settings_->rigid_meshes) {
     for (btSoftBody* body : soft_bodies_) sweep_box(*body, original_, dispatcher);
   }
   original_.calculateOverlappingPairs(dispatcher);

@@ -1,13 +1,12 @@
 #include "contact_writer.hpp"
 
+#include <algorithm>
+
+#include "inverse_mass.hpp"
 #include "vectors.hpp"
 
 namespace softcd::bullet {
 namespace {
-
-/// Of the inverse mass at an edge contact, in that of its lightest node: where only nodes with small weights can move,
-/// they are not thrown.
-constexpr btScalar kLeastInverseMass = btScalar(0.1);
 
 btSoftBody::Node& node_of(const btSoftBody& body, std::uint32_t index) {
   return const_cast<btSoftBody&>(body).m_nodes[static_cast<int>(index)];
@@ -17,13 +16,13 @@ btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
   return a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
 }
 
-// Bullet's margin for a contact of `node`: both bodies' margins, plus twice the node's motion in a discrete
+// Bullet's margin for a contact of `node`: both bodies' margins, plus a multiple of the node's motion in a discrete
 // detection. Not so within a body, where it is motion relative to the face that counts, and Bullet has no rule.
 btScalar contact_margin(const btSoftBody& node_body, const btSoftBody& face_body, const btSoftBody::Node& node,
                         Detection detection) {
   const btScalar margins = margin_sum(node_body, face_body);
   if (detection == Detection::ccd || &node_body == &face_body) return margins;
-  return margins + (node.m_x - node.m_q).length() * 2;
+  return margins + (node.m_x - node.m_q).length() * btScalar(kBulletMotionMargin);
 }
 
 // As the solver sees the face at the contact: immovable as soon as one of its nodes is.
@@ -122,6 +121,14 @@ btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& 
   return !bounds_volume && face.m_normal.dot(node.m_x - face.m_n[2]->m_x) < 0 ? -face.m_normal : face.m_normal;
 }
 
+/// Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node shares no node
+/// with it. Nodes that no face has do not touch their own body's faces.
+bool is_away_from(const BodyMesh& mesh, std::uint32_t node, std::uint32_t face) {
+  const auto first = mesh.faces_of_nodes.begin();
+  return std::any_of(first + mesh.first_face_of_node[node], first + mesh.first_face_of_node[node + 1],
+                     [&](std::uint32_t other) { return !share_vertex(mesh.triangles[other], mesh.triangles[face]); });
+}
+
 }  // namespace
 
 EdgeContact edge_contact_of(const MemberContact& found) {
@@ -170,17 +177,12 @@ void write_soft_edge_contact(const MemberContact& found) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   const btScalar face_inverse_mass = inverse_mass_of_edge(edge);
-  btScalar sum = 0;
-  btScalar least = 0;
-  const auto add = [&](btScalar weight, btScalar inverse_mass) {
-    sum += weight * weight * inverse_mass;
-    least = btMax(least, kLeastInverseMass * inverse_mass);
-  };
-  for (int side = 0; side < 2; ++side) add(edge.node_weights[side], edge.nodes[side]->m_im);
+  ContactInverseMass inverse_mass;
+  for (int side = 0; side < 2; ++side) inverse_mass.add(edge.node_weights[side], edge.nodes[side]->m_im);
   for (int corner = 0; corner < 3 && face_inverse_mass > 0; ++corner) {
-    if (edge.weights[corner] > 0) add(edge.weights[corner], edge.face->m_n[corner]->m_im);
+    if (edge.weights[corner] > 0) inverse_mass.add(edge.weights[corner], edge.face->m_n[corner]->m_im);
   }
-  sum = btMax(sum, least);
+  const btScalar sum = inverse_mass.value();
   if (!(sum > 0)) return;
 
   for (int side = 0; side < 2; ++side) {
@@ -200,6 +202,8 @@ void write_soft_edge_contact(const MemberContact& found) {
 void write_deformable_contact(const MemberContact& found) {
   const Contact& contact = found.contact;
   if (!found.a.body->isActive()) return;
+  const bool is_within = &found.a == &found.b;
+  if (is_within && !is_away_from(found.a.mesh, contact.feature_a, contact.feature_b)) return;
   btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
   btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
   const btVector3 weights = triangle_weights(contact.weights);

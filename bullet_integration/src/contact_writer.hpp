@@ -8,6 +8,9 @@
 /// up.
 namespace softcd::bullet {
 
+/// CollideVF_SS lets a node's margin grow by this many times the distance that it moves.
+inline constexpr float kBulletMotionMargin = 2.0F;
+
 EdgeContact edge_contact_of(const MemberContact& found);
 
 /// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body with the formulas of Bullet's
@@ -19,7 +22,8 @@ void write_soft_contact(const MemberContact& found, Detection detection);
 void write_soft_edge_contact(const MemberContact& found);
 
 /// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body with the
-/// formulas of Bullet's CollideVF_DD.
+/// formulas of Bullet's CollideVF_DD, where Bullet's rule within a body (CollideFF_DD) has such contacts. A body that
+/// touches itself has faces_of_nodes.
 void write_deformable_contact(const MemberContact& found);
 
 /// Deformable world: an edge-edge contact becomes two DeformableFaceNodeContacts, as above.

@@ -1,9 +1,8 @@
 #include "softcd/bullet/deformable_world.hpp"
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
-#include "deformable_detection.hpp"
 #include "native_trees.hpp"
-#include "rigid_mesh_detection.hpp"
+#include "world_queries.hpp"
 
 namespace softcd::bullet {
 
@@ -11,12 +10,16 @@ DeformableWorld::DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface
                                  btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                                  btDeformableBodySolver* deformable_solver, const Settings& settings)
     : btDeformableMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, deformable_solver),
-      detection_(std::make_unique<DeformableDetection>(settings)),
-      mesh_detection_(std::make_unique<RigidMeshDetection>(settings)) {
-  if (auto* bullets = dynamic_cast<btCollisionDispatcher*>(dispatcher)) install_pair_recorder(*bullets);
+      detection_(kDeformableWorld, settings) {}
+
+DeformableWorld::~DeformableWorld() {
+  for (btSoftBody* body : span_of(getSoftBodyArray())) give_face_tree(*body);
 }
 
-DeformableWorld::~DeformableWorld() = default;
+void DeformableWorld::performDiscreteCollisionDetection() {
+  btDeformableMultiBodyDynamicsWorld::performDiscreteCollisionDetection();
+  detection_.queries_->forget_algorithms();
+}
 
 void DeformableWorld::predict(btScalar time_step) {
   const TreesOutOfSight out_of_sight(getSoftBodyArray(), &btSoftBody::m_ndbvt);
@@ -24,16 +27,16 @@ void DeformableWorld::predict(btScalar time_step) {
   predictUnconstraintMotion(time_step);
 }
 
-void DeformableWorld::detect_rigid_contacts() {
-  // Bullet's own vertex-face test must not run beside ours; clusters go on.
-  for (int i = 0; i < getSoftBodyArray().size(); ++i) getSoftBodyArray()[i]->m_softSoftCollision = false;
+void DeformableWorld::detect_rigid_contacts(const PairGate& gate) {
   updateAabbs();
-  if (settings().rigid_meshes) {
+  if (detection_.settings().rigid_meshes) {
     for (btSoftBody* body : span_of(getSoftBodyArray())) sweep_box(*body, *getBroadphase(), getDispatcher());
   }
   computeOverlappingPairs();
   for_each_near_rigid(*getPairCache(), refit_deformable_trees);
-  mesh_detection_->around(*getDispatcher(), getDispatchInfo(), [this] {
+  detection_.queries_->process_rigid_pairs(gate, [this] {
+    // Clusters go on.
+    const VertexFaceTestsOff off(getSoftBodyArray());
     getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher());
   });
 }
@@ -44,43 +47,22 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   reinitialize(time_step);
   applyRigidBodyGravity(time_step);
   predict(time_step);
-  detect_rigid_contacts();
+  const PairGate gate(*getDispatcher(), *getPairCache(), getDispatchInfo());
+  detect_rigid_contacts(gate);
   calculateSimulationIslands();
   beforeSolverCallbacks(time_step);
   solveConstraints(time_step);
   afterSolverCallbacks(time_step);
 
   const Span<btSoftBody* const> bodies = span_of(getSoftBodyArray());
-  const PairGate gate(*getDispatcher(), *getPairCache(), getDispatchInfo());
-  detection_->find_contacts(bodies, gate);
+  detection_.queries_->find_contacts(bodies, gate);
   applyRepulsionForce(time_step);
-  if (settings().detection == Detection::ccd) detection_->prevent_crossings(bodies, gate, time_step);
+  detection_.queries_->prevent_crossings(bodies, gate, time_step);
 
   integrateTransforms(time_step);
   refit_face_trees(getSoftBodyArray());
   updateActions(time_step);
   updateActivationState(time_step);
-}
-
-const Settings& DeformableWorld::settings() const {
-  return detection_->settings();
-}
-
-void DeformableWorld::set_settings(const Settings& settings) {
-  detection_->set_settings(settings);
-  mesh_detection_->set_settings(settings);
-}
-
-const CollisionPipeline& DeformableWorld::pipeline() const {
-  return detection_->discrete_pipeline();
-}
-
-const CollisionPipeline& DeformableWorld::continuous_pipeline() const {
-  return detection_->continuous_pipeline();
-}
-
-const std::vector<EdgeContact>& DeformableWorld::edge_contacts() const {
-  return detection_->edge_contacts();
 }
 
 }  // namespace softcd::bullet

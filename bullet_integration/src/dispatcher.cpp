@@ -1,7 +1,6 @@
 #include "softcd/bullet/dispatcher.hpp"
 
-#include "rigid_mesh_detection.hpp"
-#include "soft_soft_detection.hpp"
+#include "world_queries.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -14,7 +13,7 @@ class NativePairs : public btOverlapCallback {
   bool processOverlap(btBroadphasePair& pair) override {
     const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject));
     const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject));
-    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(*a, *b);
+    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(kClassicWorld, *a, *b);
     if (!ours) dispatcher_.getNearCallback()(pair, dispatcher_, info_);
     return false;
   }
@@ -29,14 +28,14 @@ class NativePairs : public btOverlapCallback {
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings)
     : btCollisionDispatcher(configuration),
       broadphase_(broadphase),
-      detection_(std::make_unique<SoftSoftDetection>(settings)),
-      mesh_detection_(std::make_unique<RigidMeshDetection>(settings)) {
-  install_pair_recorder(*this);
-  broadphase_.hide_vertex_face_flags();
-  broadphase_.sweep_boxes(settings.rigid_meshes);
+      living_broadphase_(broadphase.self_),
+      detection_(kClassicWorld, settings) {
+  broadphase_.attach(detection_.settings());
 }
 
-Dispatcher::~Dispatcher() = default;
+Dispatcher::~Dispatcher() {
+  if (const std::shared_ptr<Broadphase> broadphase = living_broadphase_.lock()) broadphase->detach();
+}
 
 void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
                                            btDispatcher* dispatcher) {
@@ -45,31 +44,16 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
     return;
   }
   broadphase_.restore_vertex_face_flags();
-  const PairGate gate(*this, *pair_cache, info);
-  detection_->start(broadphase_.soft_bodies(), gate);
   NativePairs native_pairs(*this, info);
-  mesh_detection_->around(*this, info,
-                          [&] { pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info); });
-  detection_->drop_unread_face_trees();
-  detection_->finish();
+  WorldQueries& queries = *detection_.queries_;
+  queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info), [&] {
+    pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
+    if (ContactDetection* contacts = queries.contacts.get()) contacts->drop_unread_face_trees();
+  });
 }
 
-const Settings& Dispatcher::settings() const {
-  return detection_->settings();
-}
-
-void Dispatcher::set_settings(const Settings& settings) {
-  detection_->set_settings(settings);
-  mesh_detection_->set_settings(settings);
-  broadphase_.sweep_boxes(settings.rigid_meshes);
-}
-
-const CollisionPipeline& Dispatcher::pipeline() const {
-  return detection_->pipeline();
-}
-
-const std::vector<EdgeContact>& Dispatcher::edge_contacts() const {
-  return detection_->edge_contacts();
+bool Dispatcher::serves(const btBroadphaseInterface& broadphase) const {
+  return &broadphase == &broadphase_;
 }
 
 }  // namespace softcd::bullet

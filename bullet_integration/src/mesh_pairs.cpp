@@ -1,44 +1,18 @@
 #include "mesh_pairs.hpp"
 
-#include <unordered_map>
+#include <new>
 
+#include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
+#include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
-#include "BulletSoftBody/btSoftBodyConcaveCollisionAlgorithm.h"
 
 namespace softcd::bullet {
 namespace {
 
 constexpr int kMeshTypes[] = {TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
                               MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
-
-/// Whose pairs are being collected. Algorithms know nothing but their dispatcher.
-class Collectors {
- public:
-  static Collectors& instance() {
-    static Collectors collectors;
-    return collectors;
-  }
-
-  void start(const btDispatcher* dispatcher, MeshPairs& pairs) {
-    const std::lock_guard lock(mutex_);
-    collectors_[dispatcher] = &pairs;
-  }
-  void stop(const btDispatcher* dispatcher) {
-    const std::lock_guard lock(mutex_);
-    collectors_.erase(dispatcher);
-  }
-  MeshPairs* find(const btDispatcher* dispatcher) {
-    const std::lock_guard lock(mutex_);
-    const auto found = collectors_.find(dispatcher);
-    return found != collectors_.end() ? found->second : nullptr;
-  }
-
- private:
-  std::mutex mutex_;
-  std::unordered_map<const btDispatcher*, MeshPairs*> collectors_;
-};
 
 bool is_taken(const btSoftBody& soft, const btCollisionObject& object) {
   using Flags = btSoftBody::fCollision;
@@ -47,56 +21,106 @@ bool is_taken(const btSoftBody& soft, const btCollisionObject& object) {
          object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
 }
 
-template <bool kSwapped>
-class MeshPairAlgorithm : public btSoftBodyConcaveCollisionAlgorithm {
+class MeshPairAlgorithm : public btCollisionAlgorithm {
  public:
-  MeshPairAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* body0,
-                    const btCollisionObjectWrapper* body1)
-      : btSoftBodyConcaveCollisionAlgorithm(info, body0, body1, kSwapped) {}
+  /// Owns `original`.
+  MeshPairAlgorithm(const btCollisionAlgorithmConstructionInfo& info, std::shared_ptr<MeshPairs> pairs, bool is_swapped,
+                    btCollisionAlgorithm* original)
+      : btCollisionAlgorithm(info), pairs_(std::move(pairs)), is_swapped_(is_swapped), original_(original) {}
+  ~MeshPairAlgorithm() override {
+    original_->~btCollisionAlgorithm();
+    m_dispatcher->freeCollisionAlgorithm(original_);
+  }
+  MeshPairAlgorithm(const MeshPairAlgorithm&) = delete;
+  MeshPairAlgorithm& operator=(const MeshPairAlgorithm&) = delete;
 
   void processCollision(const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1,
                         const btDispatcherInfo& info, btManifoldResult* result) override {
-    const btCollisionObjectWrapper& soft = kSwapped ? *body1 : *body0;
-    const btCollisionObjectWrapper& mesh = kSwapped ? *body0 : *body1;
+    const btCollisionObjectWrapper& soft = is_swapped_ ? *body1 : *body0;
+    const btCollisionObjectWrapper& mesh = is_swapped_ ? *body0 : *body1;
     auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(soft.getCollisionObject()));
-    MeshPairs* pairs = Collectors::instance().find(m_dispatcher);
-    if (pairs == nullptr || !is_taken(*body, *mesh.getCollisionObject())) {
-      btSoftBodyConcaveCollisionAlgorithm::processCollision(body0, body1, info, result);
-      return;
-    }
     const btTransform& object = mesh.getCollisionObject()->getWorldTransform();
-    pairs->add({body, mesh.getCollisionObject(), static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
-                object.inverseTimes(mesh.getWorldTransform()), mesh.m_index});
+    const bool is_ours =
+        pairs_->is_collecting() && is_taken(*body, *mesh.getCollisionObject()) &&
+        pairs_->add({body, mesh.getCollisionObject(), static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
+                     object.inverseTimes(mesh.getWorldTransform()), mesh.m_index});
+    if (!is_ours) original_->processCollision(body0, body1, info, result);
   }
-};
+  btScalar calculateTimeOfImpact(btCollisionObject* body0, btCollisionObject* body1, const btDispatcherInfo& info,
+                                 btManifoldResult* result) override {
+    return original_->calculateTimeOfImpact(body0, body1, info, result);
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override { original_->getAllContactManifolds(manifolds); }
 
-template <bool kSwapped>
-struct MeshPairCreateFunc : public btCollisionAlgorithmCreateFunc {
-  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper* body0,
-                                                 const btCollisionObjectWrapper* body1) override {
-    // Not from the dispatcher's pool, which does not look at sizes.
-    void* memory = btAlignedAlloc(sizeof(MeshPairAlgorithm<kSwapped>), 16);
-    return new (memory) MeshPairAlgorithm<kSwapped>(info, body0, body1);
-  }
+ private:
+  std::shared_ptr<MeshPairs> pairs_;
+  bool is_swapped_;
+  btCollisionAlgorithm* original_;
 };
 
 }  // namespace
 
-CollectingMeshPairs::CollectingMeshPairs(btCollisionDispatcher& dispatcher, MeshPairs& pairs)
-    : dispatcher_(&dispatcher) {
-  static MeshPairCreateFunc<false> create;
-  static MeshPairCreateFunc<true> create_swapped;
-  // Every time: registering GImpact's own algorithm replaces what stands here.
-  for (const int type : kMeshTypes) {
-    dispatcher.registerCollisionCreateFunc(SOFTBODY_SHAPE_PROXYTYPE, type, &create);
-    dispatcher.registerCollisionCreateFunc(type, SOFTBODY_SHAPE_PROXYTYPE, &create_swapped);
+bool MeshPairs::add(const MeshPair& pair) noexcept {
+  const std::lock_guard lock(mutex_);
+  try {
+    collected_.pairs.push_back(pair);
+    return true;
+  } catch (const std::bad_alloc&) {
+    collected_.is_complete = false;
+    return false;
   }
-  Collectors::instance().start(dispatcher_, pairs);
+}
+
+MeshPairCreateFunc::MeshPairCreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
+                                       std::shared_ptr<MeshPairs> pairs)
+    : pairs_(std::move(pairs)),
+      is_swapped_(type1 == SOFTBODY_SHAPE_PROXYTYPE),
+      registered_(dispatcher, type0, type1, *this) {}
+
+btCollisionAlgorithm* MeshPairCreateFunc::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                                   const btCollisionObjectWrapper* body0,
+                                                                   const btCollisionObjectWrapper* body1) {
+  btCollisionAlgorithm* original = registered_.original().CreateCollisionAlgorithm(info, body0, body1);
+  // Not from the dispatcher's pool, which does not look at sizes.
+  void* memory = btAlignedAlloc(sizeof(MeshPairAlgorithm), 16);
+  return new (memory) MeshPairAlgorithm(info, pairs_, is_swapped_, original);
+}
+
+CollectingMeshPairs::CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs)
+    : pairs_(*pairs) {
+  static_assert(std::size(kMeshTypes) == kMeshTypeCount);
+  auto creator = creators_.begin();
+  for (const int type : kMeshTypes) {
+    (creator++)->emplace(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, pairs);
+    (creator++)->emplace(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, pairs);
+  }
+  pairs_.set_collecting(true);
 }
 
 CollectingMeshPairs::~CollectingMeshPairs() {
-  Collectors::instance().stop(dispatcher_);
+  pairs_.set_collecting(false);
+}
+
+void process_natively(const MeshPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  const btTransform& object = pair.object->getWorldTransform();
+  const btTransform place = pair.child < 0 ? object : object * pair.shape_in_object;
+  const btCollisionObjectWrapper soft(nullptr, pair.soft->getCollisionShape(), pair.soft,
+                                      pair.soft->getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper mesh(nullptr, pair.shape, pair.object, place, -1, pair.child);
+  btCollisionAlgorithm* algorithm = dispatcher.findAlgorithm(&soft, &mesh, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  btManifoldResult result(&soft, &mesh);
+  algorithm->processCollision(&soft, &mesh, info, &result);
+  algorithm->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(algorithm);
+}
+
+void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher) {
+  btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
+  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
+    const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
+    const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    if ((a == nullptr) != (b == nullptr)) pair_cache.cleanOverlappingPair(pairs[i], &dispatcher);
+  }
 }
 
 }  // namespace softcd::bullet

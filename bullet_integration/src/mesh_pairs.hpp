@@ -1,13 +1,20 @@
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "BulletCollision/CollisionDispatch/btCollisionCreateFunc.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "registered_algorithm.hpp"
 
-class btCollisionDispatcher;
 class btConcaveShape;
+struct btDispatcherInfo;
+class btOverlappingPairCache;
 
 namespace softcd::bullet {
 
@@ -23,30 +30,63 @@ struct MeshPair {
 /// The pairs that come up while Bullet dispatches. Thread-safe: some dispatchers call from several threads.
 class MeshPairs {
  public:
-  void add(const MeshPair& pair) {
-    const std::lock_guard lock(mutex_);
-    pairs_.push_back(pair);
-  }
-  std::vector<MeshPair> take() { return std::exchange(pairs_, {}); }
+  bool is_collecting() const { return is_collecting_; }
+  void set_collecting(bool is_collecting) { is_collecting_ = is_collecting; }
+  /// False where memory does not suffice: the pair is not among those collected, which are not complete then.
+  bool add(const MeshPair& pair) noexcept;
+
+  struct Collected {
+    std::vector<MeshPair> pairs;
+    bool is_complete = true;
+  };
+  /// Those since the last call.
+  Collected take() { return std::exchange(collected_, {}); }
 
  private:
   std::mutex mutex_;
-  std::vector<MeshPair> pairs_;
+  std::atomic<bool> is_collecting_ = false;
+  Collected collected_;
+};
+
+/// Makes algorithms that hand pairs to MeshPairs while these collect, and else, and what is not softcd's anyway, to the
+/// algorithm that would have stood there without us. Bullet keeps an algorithm as long as its pair.
+class MeshPairCreateFunc : public btCollisionAlgorithmCreateFunc {
+ public:
+  MeshPairCreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, std::shared_ptr<MeshPairs> pairs);
+
+  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                 const btCollisionObjectWrapper* body0,
+                                                 const btCollisionObjectWrapper* body1) override;
+
+ private:
+  std::shared_ptr<MeshPairs> pairs_;
+  bool is_swapped_;
+  RegisteredAlgorithm registered_;
 };
 
 /// Between construction and destruction, what `dispatcher` finds of pairs of soft bodies (with SDF_RS or SDF_RD) and
 /// triangle meshes (btBvhTriangleMeshShape, its scaled and multi-material forms, GImpact, btHeightfieldTerrainShape) of
-/// rigid bodies goes to `pairs` and is not processed by Bullet. Meshes of multibody links stay Bullet's. Outside of it
-/// Bullet processes all of them. An app's own algorithm for such pairs is replaced, once, for good.
+/// rigid bodies goes to `pairs` and is not processed by Bullet, in pairs whose algorithm is made now or was made in
+/// such a time before. Meshes of multibody links stay Bullet's.
 class CollectingMeshPairs {
  public:
-  CollectingMeshPairs(btCollisionDispatcher& dispatcher, MeshPairs& pairs);
+  CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs);
   ~CollectingMeshPairs();
   CollectingMeshPairs(const CollectingMeshPairs&) = delete;
   CollectingMeshPairs& operator=(const CollectingMeshPairs&) = delete;
 
  private:
-  const btDispatcher* dispatcher_;
+  static constexpr std::size_t kMeshTypeCount = 5;
+
+  MeshPairs& pairs_;
+  std::array<std::optional<MeshPairCreateFunc>, 2 * kMeshTypeCount> creators_;
 };
+
+/// Bullet's own processing of a collected pair, or the app's where that has registered an algorithm. Not while others
+/// are collected.
+void process_natively(const MeshPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
+
+/// Frees the algorithms of pairs of soft bodies and others: the next dispatch makes new ones.
+void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher);
 
 }  // namespace softcd::bullet

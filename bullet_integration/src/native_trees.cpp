@@ -1,29 +1,77 @@
 #include "native_trees.hpp"
 
+#include <new>
+#include <utility>
+
+#include "softcd/bullet/world_detection.hpp"
+
 namespace softcd::bullet {
 namespace {
 
+using Flags = btSoftBody::fCollision;
+
 // Bullet's own flags end at bit 10.
 constexpr int kHiddenVertexFace = 1 << 30;
+constexpr int kHiddenRigidDeformable = 1 << 29;
+constexpr int kHiddenSoftSoftCollision = 1 << 28;
+constexpr int kFaceTreeIsOurs = 1 << 27;
+
+void replace_bits(int& flags, int bits, int by) {
+  if ((flags & bits) != 0) flags = (flags & ~bits) | by;
+}
+
+btDbvtVolume volume_of(const btSoftBody::Face& face) {
+  const btVector3 points[] = {face.m_n[0]->m_x, face.m_n[1]->m_x, face.m_n[2]->m_x};
+  return btDbvtVolume::FromPoints(points, 3);
+}
+
+void insert_faces(btSoftBody& body) {
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    btSoftBody::Face& face = body.m_faces[i];
+    face.m_leaf = body.m_fdbvt.insert(volume_of(face), &face);
+  }
+}
+
+/// The twin of a face tree that has room for normals, as Bullet makes it.
+btDbvntNode* copy_with_normals(const btDbvtNode* node) {
+  if (node == nullptr) return nullptr;
+  auto* copy = new btDbvntNode(node);
+  if (node->isinternal()) {
+    for (int i = 0; i < 2; ++i) copy->childs[i] = copy_with_normals(node->childs[i]);
+  }
+  return copy;
+}
+
+void build_face_tree(btSoftBody& body) {
+  insert_faces(body);
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
+}
 
 }  // namespace
 
 void hide_vertex_face_flag(btSoftBody& body) {
-  int& flags = body.m_cfg.collisions;
-  if (flags & btSoftBody::fCollision::VF_SS) flags = (flags & ~btSoftBody::fCollision::VF_SS) | kHiddenVertexFace;
+  replace_bits(body.m_cfg.collisions, Flags::VF_SS, kHiddenVertexFace);
 }
 
 void restore_vertex_face_flag(btSoftBody& body) {
-  int& flags = body.m_cfg.collisions;
-  if (flags & kHiddenVertexFace) flags = (flags & ~kHiddenVertexFace) | btSoftBody::fCollision::VF_SS;
+  replace_bits(body.m_cfg.collisions, kHiddenVertexFace, Flags::VF_SS);
 }
 
-NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies)
-    : kept_(static_cast<std::size_t>(bodies.size())) {
+NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  try {
+    kept_.resize(static_cast<std::size_t>(bodies.size()));
+    for (std::size_t i = 0; i < kept_.size(); ++i) {
+      kept_[i].body = bodies[static_cast<int>(i)];
+      const btSoftBody::tNodeArray& nodes = kept_[i].body->m_nodes;
+      kept_[i].leaves.reserve(static_cast<std::size_t>(nodes.size()));
+      for (int n = 0; n < nodes.size(); ++n) kept_[i].leaves.push_back(nodes[n].m_leaf);
+    }
+  } catch (const std::bad_alloc&) {
+    kept_.clear();
+  }
   const btVector3 everything(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
-  for (int i = 0; i < bodies.size(); ++i) {
-    Kept& kept = kept_[static_cast<std::size_t>(i)];
-    kept.body = bodies[i];
+  for (Kept& kept : kept_) {
     kept.root = kept.body->m_ndbvt.m_root;
     kept.boundless.volume = btDbvtVolume::FromMM(-everything, everything);
     kept.boundless.parent = nullptr;
@@ -33,11 +81,7 @@ NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies
     // takes the leaf out of the tree and puts it back.
     kept.body->m_ndbvt.m_root = &kept.boundless;
     btSoftBody::tNodeArray& nodes = kept.body->m_nodes;
-    kept.leaves.reserve(static_cast<std::size_t>(nodes.size()));
-    for (int n = 0; n < nodes.size(); ++n) {
-      kept.leaves.push_back(nodes[n].m_leaf);
-      nodes[n].m_leaf = &kept.boundless;
-    }
+    for (int n = 0; n < nodes.size(); ++n) nodes[n].m_leaf = &kept.boundless;
   }
 }
 
@@ -50,6 +94,12 @@ NodeTreesAtRest::~NodeTreesAtRest() {
 }
 
 TreesOutOfSight::TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree) {
+  try {
+    kept_.reserve(static_cast<std::size_t>(bodies.size()));
+    succeeded_ = true;
+  } catch (const std::bad_alloc&) {
+    return;
+  }
   for (int i = 0; i < bodies.size(); ++i) {
     btDbvt& kept = bodies[i]->*tree;
     kept_.push_back({&kept, kept.m_root});
@@ -61,32 +111,87 @@ TreesOutOfSight::~TreesOutOfSight() {
   for (const Kept& kept : kept_) kept.tree->m_root = kept.root;
 }
 
-FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  for (int i = 0; i < bodies.size(); ++i) {
-    int& flags = bodies[i]->m_cfg.collisions;
-    if (!bodies[i]->m_bUpdateRtCst || (flags & btSoftBody::fCollision::SDF_RD) == 0) continue;
-    flags &= ~btSoftBody::fCollision::SDF_RD;
-    bodies_.push_back(bodies[i]);
+FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i]->m_bUpdateRtCst) replace_bits(bodies_[i]->m_cfg.collisions, Flags::SDF_RD, kHiddenRigidDeformable);
   }
 }
 
 FaceTreesUnbuilt::~FaceTreesUnbuilt() {
-  for (btSoftBody* body : bodies_) body->m_cfg.collisions |= btSoftBody::fCollision::SDF_RD;
+  for (int i = 0; i < bodies_.size(); ++i) {
+    replace_bits(bodies_[i]->m_cfg.collisions, kHiddenRigidDeformable, Flags::SDF_RD);
+  }
+}
+
+VertexFaceTestsOff::VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    if (std::exchange(bodies_[i]->m_softSoftCollision, false)) {
+      bodies_[i]->m_cfg.collisions |= kHiddenSoftSoftCollision;
+    }
+  }
+}
+
+VertexFaceTestsOff::~VertexFaceTestsOff() {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    int& flags = bodies_[i]->m_cfg.collisions;
+    if ((flags & kHiddenSoftSoftCollision) == 0) continue;
+    bodies_[i]->m_softSoftCollision = true;
+    replace_bits(flags, kHiddenSoftSoftCollision, 0);
+  }
 }
 
 void refit_deformable_trees(btSoftBody& body) {
   body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
-  const int with_faces = btSoftBody::fCollision::SDF_RDF | btSoftBody::fCollision::SDF_MDF;
+  const int with_faces = Flags::SDF_RDF | Flags::SDF_MDF;
   if ((body.m_cfg.collisions & with_faces) == 0 || !body.m_fdbvt.empty()) return;
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    btSoftBody::Face& face = body.m_faces[i];
-    const btVector3* const points[] = {&face.m_n[0]->m_x, &face.m_n[1]->m_x, &face.m_n[2]->m_x};
-    face.m_leaf = body.m_fdbvt.insert(btDbvtVolume::FromPoints(const_cast<const btVector3**>(points), 3), &face);
-  }
+  insert_faces(body);
   // Its twin with normals serves only Bullet's self-collision, and is of faces that may be gone.
   delete body.m_fdbvnt;
   body.m_fdbvnt = nullptr;
   body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
+}
+
+void refit_classic_trees(btSoftBody& body) {
+  const auto refit = [&](btDbvt& tree, btDbvtNode* leaf, btDbvtVolume volume, const btVector3& velocity) {
+    const btScalar growth = body.m_sst.radmrg + body.m_sst.updmrg;
+    volume.Expand(btVector3(growth, growth, growth));
+    volume.SignedExpand(velocity * body.m_sst.velmrg);
+    tree.update(leaf, volume);
+  };
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btSoftBody::Node& node = body.m_nodes[i];
+    refit(body.m_ndbvt, node.m_leaf, btDbvtVolume::FromCR(node.m_x, 0), node.m_v);
+  }
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    const btSoftBody::Face& face = body.m_faces[i];
+    refit(body.m_fdbvt, face.m_leaf, volume_of(face), (face.m_n[0]->m_v + face.m_n[1]->m_v + face.m_n[2]->m_v) / 3);
+  }
+}
+
+NativeTreesBuilt::NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) : bodies_(bodies) {
+  for (btSoftBody* body : bodies_) {
+    if (body->m_fdbvt.empty()) {
+      body->m_cfg.collisions |= kFaceTreeIsOurs;
+      build_face_tree(*body);
+    }
+    refit(*body);
+  }
+}
+
+NativeTreesBuilt::~NativeTreesBuilt() {
+  for (btSoftBody* body : bodies_) {
+    if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
+    replace_bits(body->m_cfg.collisions, kFaceTreeIsOurs, 0);
+    body->m_fdbvt.clear();
+    delete body->m_fdbvnt;
+    body->m_fdbvnt = nullptr;
+  }
+}
+
+// Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
+void give_face_tree(btSoftBody& body) {
+  const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
+  if (is_wanted && !body.m_bUpdateRtCst && body.m_fdbvt.empty()) build_face_tree(body);
 }
 
 void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies) {

@@ -4,6 +4,7 @@
 
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "softcd/core/types.hpp"
 
 /// Keeps Bullet from building and updating the bounding volume trees of soft bodies that nobody reads any more.
 namespace softcd::bullet {
@@ -14,7 +15,8 @@ void hide_vertex_face_flag(btSoftBody& body);
 void restore_vertex_face_flag(btSoftBody& body);
 
 /// Bullet updates no node tree between construction and destruction: each body has a tree of one boundless leaf,
-/// which every node takes for its own. Bodies, and their nodes, stay where they are in memory.
+/// which every node takes for its own. Bodies, and their nodes, stay where they are in memory. Where that does not
+/// suffice for this class itself, Bullet updates the trees as ever.
 class NodeTreesAtRest {
  public:
   explicit NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies);
@@ -33,7 +35,7 @@ class NodeTreesAtRest {
 };
 
 /// Bullet sees the bodies' trees (m_fdbvt of faces, m_ndbvt of nodes) empty between construction and destruction: it
-/// finds nothing in them, and the deformable world does not refit them.
+/// finds nothing in them, and the deformable world does not refit them. Where memory does not suffice it sees them.
 class TreesOutOfSight {
  public:
   TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree);
@@ -41,24 +43,43 @@ class TreesOutOfSight {
   TreesOutOfSight(const TreesOutOfSight&) = delete;
   TreesOutOfSight& operator=(const TreesOutOfSight&) = delete;
 
+  bool succeeded() const { return succeeded_; }
+
  private:
   struct Kept {
     btDbvt* tree;
     btDbvtNode* root;
   };
   std::vector<Kept> kept_;
+  bool succeeded_ = false;
 };
 
 /// The deformable world's prediction builds no face tree, quadratic in the faces, between construction and destruction.
+/// As with hide_vertex_face_flag, a bit of ours stands for SDF_RD meanwhile.
 class FaceTreesUnbuilt {
  public:
+  /// The array stays as it is.
   explicit FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies);
   ~FaceTreesUnbuilt();
   FaceTreesUnbuilt(const FaceTreesUnbuilt&) = delete;
   FaceTreesUnbuilt& operator=(const FaceTreesUnbuilt&) = delete;
 
  private:
-  std::vector<btSoftBody*> bodies_;  ///< those that had the flag
+  const btAlignedObjectArray<btSoftBody*>& bodies_;
+};
+
+/// Bullet's dispatch finds no vertex-face contacts (VF_DD) in the deformable world between construction and
+/// destruction: a bit of ours stands for btSoftBody::m_softSoftCollision.
+class VertexFaceTestsOff {
+ public:
+  /// The array stays as it is.
+  explicit VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies);
+  ~VertexFaceTestsOff();
+  VertexFaceTestsOff(const VertexFaceTestsOff&) = delete;
+  VertexFaceTestsOff& operator=(const VertexFaceTestsOff&) = delete;
+
+ private:
+  const btAlignedObjectArray<btSoftBody*>& bodies_;
 };
 
 /// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid
@@ -81,6 +102,22 @@ void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
 /// Brings the trees up to date that the deformable soft-rigid test reads: of nodes, and with SDF_RDF or SDF_MDF of
 /// faces.
 void refit_deformable_trees(btSoftBody& body);
+
+/// As Bullet's prediction in classic worlds does. The body has a face tree.
+void refit_classic_trees(btSoftBody& body);
+
+/// Bullet finds vertex-face contacts between construction and destruction: the bodies have face trees.
+class NativeTreesBuilt {
+ public:
+  /// Calls refit(body) for all of them.
+  NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&));
+  ~NativeTreesBuilt();
+  NativeTreesBuilt(const NativeTreesBuilt&) = delete;
+  NativeTreesBuilt& operator=(const NativeTreesBuilt&) = delete;
+
+ private:
+  Span<btSoftBody* const> bodies_;
+};
 
 /// Brings the face trees that there are to where the nodes are. After the deformable world's step: ray tests read them,
 /// and Bullet's prediction refitted them before it was known where the nodes go. (Bullet itself refits them once more

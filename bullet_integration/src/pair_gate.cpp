@@ -1,69 +1,73 @@
 #include "pair_gate.hpp"
 
+#include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
-#include "BulletSoftBody/btSoftSoftCollisionAlgorithm.h"
+#include "registered_algorithm.hpp"
 
 namespace softcd::bullet {
 namespace {
 
-// Where the pair being asked about is noted; null outside of PairGate::admits.
-thread_local bool* recorded_pair = nullptr;
-
-// Notes that the near callback let the pair through, instead of processing it.
-class RecordingAlgorithm : public btSoftSoftCollisionAlgorithm {
+// Notes that the near callback lets a pair through, instead of processing it.
+class RecordingAlgorithm : public btCollisionAlgorithm {
  public:
-  using btSoftSoftCollisionAlgorithm::btSoftSoftCollisionAlgorithm;
+  RecordingAlgorithm(const btCollisionAlgorithmConstructionInfo& info, bool& admitted)
+      : btCollisionAlgorithm(info), admitted_(admitted) {}
 
-  void processCollision(const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1,
-                        const btDispatcherInfo& info, btManifoldResult* result) override {
-    if (recorded_pair != nullptr) {
-      *recorded_pair = true;
-    } else {
-      btSoftSoftCollisionAlgorithm::processCollision(body0, body1, info, result);
-    }
+  void processCollision(const btCollisionObjectWrapper* /*body0*/, const btCollisionObjectWrapper* /*body1*/,
+                        const btDispatcherInfo& /*info*/, btManifoldResult* /*result*/) override {
+    admitted_ = true;
   }
+  btScalar calculateTimeOfImpact(btCollisionObject* /*body0*/, btCollisionObject* /*body1*/,
+                                 const btDispatcherInfo& /*info*/, btManifoldResult* /*result*/) override {
+    return 1;
+  }
+  void getAllContactManifolds(btManifoldArray& /*manifolds*/) override {}
+
+ private:
+  bool& admitted_;
 };
 
 struct RecordingCreateFunc : public btCollisionAlgorithmCreateFunc {
+  bool admitted = false;
+
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper* body0,
-                                                 const btCollisionObjectWrapper* body1) override {
+                                                 const btCollisionObjectWrapper* /*body0*/,
+                                                 const btCollisionObjectWrapper* /*body1*/) override {
     void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(RecordingAlgorithm));
-    return new (memory) RecordingAlgorithm(nullptr, info, body0, body1);
+    return new (memory) RecordingAlgorithm(info, admitted);
   }
 };
 
-class Recording {
+/// A pair of its own for the callback: one that the app's broad phase has not found (a fast body) must be judged as
+/// well.
+class AskedPair {
  public:
-  explicit Recording(bool& admitted) { recorded_pair = &admitted; }
-  ~Recording() { recorded_pair = nullptr; }
-  Recording(const Recording&) = delete;
-  Recording& operator=(const Recording&) = delete;
+  AskedPair(btDispatcher& dispatcher, btBroadphaseProxy& a, btBroadphaseProxy& b)
+      : pair(a, b), dispatcher_(dispatcher) {}
+  ~AskedPair() {
+    if (pair.m_algorithm == nullptr) return;
+    pair.m_algorithm->~btCollisionAlgorithm();
+    dispatcher_.freeCollisionAlgorithm(pair.m_algorithm);
+  }
+  AskedPair(const AskedPair&) = delete;
+  AskedPair& operator=(const AskedPair&) = delete;
+
+  btBroadphasePair pair;
+
+ private:
+  btDispatcher& dispatcher_;
 };
 
 bool near_callback_admits(btCollisionDispatcher& dispatcher, btBroadphaseProxy& a, btBroadphaseProxy& b,
                           const btDispatcherInfo& info) {
-  bool admitted = false;
-  // The callback gets a pair of its own: one that the app's broad phase has not found (a fast body) must be
-  // judged as well.
-  btBroadphasePair pair(a, b);
-  {
-    const Recording recording(admitted);
-    dispatcher.getNearCallback()(pair, dispatcher, info);
-  }
-  if (pair.m_algorithm != nullptr) {
-    pair.m_algorithm->~btCollisionAlgorithm();
-    dispatcher.freeCollisionAlgorithm(pair.m_algorithm);
-  }
-  return admitted;
+  RecordingCreateFunc create;
+  const RegisteredAlgorithm recorder(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, SOFTBODY_SHAPE_PROXYTYPE, create);
+  AskedPair asked(dispatcher, a, b);
+  dispatcher.getNearCallback()(asked.pair, dispatcher, info);
+  return create.admitted;
 }
 
 }  // namespace
-
-void install_pair_recorder(btCollisionDispatcher& dispatcher) {
-  static RecordingCreateFunc create;
-  dispatcher.registerCollisionCreateFunc(SOFTBODY_SHAPE_PROXYTYPE, SOFTBODY_SHAPE_PROXYTYPE, &create);
-}
 
 bool PairGate::admits(btSoftBody& a, btSoftBody& b) const {
   btBroadphaseProxy* proxy_a = a.getBroadphaseHandle();

@@ -19,7 +19,8 @@ constexpr std::uint32_t kMeshGroup = 2;
 /// touches several triangles at once.
 constexpr btScalar kSameNormal = btScalar(0.99);
 
-bool is_deformable(const btSoftBody& body) {
+/// Which of Bullet's arrays its contacts belong into is the body's own affair.
+bool has_deformable_contacts(const btSoftBody& body) {
   return (body.m_cfg.collisions & Flags::RVSmask) == Flags::SDF_RD;
 }
 
@@ -86,8 +87,8 @@ class NodeTouches {
 
 }  // namespace
 
-RigidMeshDetection::RigidMeshDetection(const Settings& settings)
-    : takes_over_(settings.rigid_meshes), pipeline_(continuous_options(settings), settings.log), registry_(pipeline_) {
+RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, const Settings& settings)
+    : kind_(kind), pipeline_(continuous_options(settings), settings.log), registry_(pipeline_) {
   pipeline_.set_pair_filter([this](BodyId a, BodyId b) {
     const auto pair = std::minmax(a.value, b.value);
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair<std::uint32_t, std::uint32_t>(pair));
@@ -97,7 +98,6 @@ RigidMeshDetection::RigidMeshDetection(const Settings& settings)
 void RigidMeshDetection::set_settings(const Settings& settings) {
   pipeline_.set_options(continuous_options(settings));
   pipeline_.set_log(settings.log);
-  takes_over_ = settings.rigid_meshes;
 }
 
 void RigidMeshDetection::synchronize_soft(const std::vector<MeshPair>& pairs) {
@@ -107,13 +107,7 @@ void RigidMeshDetection::synchronize_soft(const std::vector<MeshPair>& pairs) {
     settings.filter_group = kSoftGroup;
     settings.filter_mask = kMeshGroup;
     const BodyId id = registry_.synchronize(*pair.soft, settings).id;
-    const Positions x = positions_x(*pair.soft);
-    const Positions q = positions_q(*pair.soft);
-    if (is_deformable(*pair.soft)) {
-      pipeline_.set_positions(id, x, q);
-    } else {
-      pipeline_.set_positions(id, q, x);
-    }
+    pipeline_.set_positions(id, positions_of(*pair.soft, kind_.start), positions_of(*pair.soft, kind_.end));
   }
   registry_.remove_absent();
 }
@@ -163,7 +157,7 @@ void RigidMeshDetection::remove_absent_meshes() {
   }
 }
 
-void RigidMeshDetection::run(std::vector<MeshPair> pairs, btScalar time_step) {
+void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar time_step) {
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
   synchronize_soft(pairs);
@@ -180,28 +174,25 @@ void RigidMeshDetection::run(std::vector<MeshPair> pairs, btScalar time_step) {
   remove_absent_meshes();
   if (pairs.empty()) return;
   std::sort(wanted_.begin(), wanted_.end());
+  find_touches();
   write_contacts();
 }
 
-void RigidMeshDetection::write_contacts() {
+void RigidMeshDetection::find_touches() {
+  node_touches_.clear();
+  face_touches_.clear();
   NodeTouches touches;
   btSoftBody* body = nullptr;
   btSoftBody::Node* node = nullptr;
   const auto flush = [&] {
-    touches.flush([&](const RigidTouch& touch) {
-      if (is_deformable(*body)) {
-        write_deformable_rigid_contact(*body, *node, touch);
-      } else {
-        write_rigid_contact(*body, *node, touch);
-      }
-    });
+    touches.flush([&](const RigidTouch& touch) { node_touches_.push_back({body, node, touch}); });
   };
   BodyId last_mesh;
   for (const Contact& contact : pipeline_.detect()) {
     const btVector3 normal = to_bullet(contact.normal);
     const auto a = meshes_by_id_.find(contact.body_a.value);
     if (a != meshes_by_id_.end()) {
-      write_face(contact, *a->second, -normal);
+      find_face_touch(contact, *a->second, -normal);
       continue;
     }
     btSoftBody& soft = *registry_.member(contact.body_a).body;
@@ -213,23 +204,22 @@ void RigidMeshDetection::write_contacts() {
       last_mesh = contact.body_b;
     }
     if (soft_node.m_battach != 0) continue;
-    if (is_deformable(soft) && (soft.m_cfg.collisions & Flags::SDF_RDN) == 0) continue;
+    if (has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDN) == 0) continue;
     const Mesh& mesh = *meshes_by_id_.at(contact.body_b.value);
     const RigidTouch touch = {mesh.pair.object, normal,
                               soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
                               weighted_point(mesh.mesh.x_t0(), contact.vertices + 1, contact.weights + 1, 3),
                               weighted_point(mesh.mesh.x_t1(), contact.vertices + 1, contact.weights + 1, 3)};
-    const btVector3& end = is_deformable(soft) ? soft_node.m_q : soft_node.m_x;
-    const btScalar depth_at_end = depth(touch, end, touch.object_point_t1);
+    const btScalar depth_at_end = depth(touch, soft_node.*kind_.end, touch.object_point_t1);
     if (depth_at_end < 0) touches.add(touch, depth_at_end);
   }
   flush();
 }
 
-void RigidMeshDetection::write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
+void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
   const SoftBodyRegistry::Member& member = registry_.member(contact.body_b);
   btSoftBody& soft = *member.body;
-  const bool is_wanted = is_deformable(soft) && (soft.m_cfg.collisions & Flags::SDF_RDF) != 0 &&
+  const bool is_wanted = has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDF) != 0 &&
                          mesh.pair.object->getInternalType() == btCollisionObject::CO_RIGID_BODY;
   if (!is_wanted || contact.feature_b >= member.mesh.face_count) return;
   btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
@@ -238,8 +228,22 @@ void RigidMeshDetection::write_face(const Contact& contact, const Mesh& mesh, co
       mesh.pair.object, normal, soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
       to_bullet(mesh.mesh.x_t0()[contact.feature_a]), to_bullet(mesh.mesh.x_t1()[contact.feature_a])};
   btVector3 end(0, 0, 0);
-  for (int i = 0; i < 3; ++i) end += weights[i] * face.m_n[i]->m_q;
-  if (depth(touch, end, touch.object_point_t1) < 0) write_deformable_rigid_contact(soft, face, weights, touch);
+  for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.end);
+  if (depth(touch, end, touch.object_point_t1) < 0) face_touches_.push_back({&soft, &face, weights, touch});
+}
+
+/// Nothing throws here: Bullet's arrays get all contacts or none.
+void RigidMeshDetection::write_contacts() const {
+  for (const auto& [body, node, touch] : node_touches_) {
+    if (has_deformable_contacts(*body)) {
+      write_deformable_rigid_contact(*body, *node, touch);
+    } else {
+      write_rigid_contact(*body, *node, touch);
+    }
+  }
+  for (const auto& [body, face, weights, touch] : face_touches_) {
+    write_deformable_rigid_contact(*body, *face, weights, touch);
+  }
 }
 
 }  // namespace softcd::bullet

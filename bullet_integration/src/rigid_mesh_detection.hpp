@@ -5,10 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "rigid_contact_writer.hpp"
 #include "rigid_mesh.hpp"
-#include "soft_body_registry.hpp"
-#include "softcd/bullet/settings.hpp"
+#include "world_kind.hpp"
 
 namespace softcd::bullet {
 
@@ -16,31 +15,18 @@ namespace softcd::bullet {
 /// a surface has no inside, and what has passed through one cannot be told from what was always there.
 class RigidMeshDetection {
  public:
-  explicit RigidMeshDetection(const Settings& settings);
+  /// `kind` outlives it.
+  RigidMeshDetection(const WorldKind& kind, const Settings& settings);
   RigidMeshDetection(const RigidMeshDetection&) = delete;
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
 
   void set_settings(const Settings& settings);
-  /// Calls `dispatch`, which makes `dispatcher` process pairs, and takes over what it finds of soft bodies and meshes.
-  template <class Dispatch>
-  void around(btDispatcher& dispatcher, const btDispatcherInfo& info, Dispatch dispatch) {
-    auto* bullets = takes_over_ ? dynamic_cast<btCollisionDispatcher*>(&dispatcher) : nullptr;
-    if (bullets == nullptr) {
-      dispatch();
-      return;
-    }
-    {
-      const CollectingMeshPairs collecting(*bullets, found_);
-      dispatch();
-    }
-    run(found_.take(), info.m_timeStep);
-  }
-
- private:
+  const CollisionPipeline& pipeline() const { return pipeline_; }
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
-  void run(std::vector<MeshPair> pairs, btScalar time_step);
+  void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
 
+ private:
   struct Mesh {
     BodyId id;
     RigidMesh mesh;
@@ -52,16 +38,29 @@ class RigidMeshDetection {
   void synchronize_soft(const std::vector<MeshPair>& pairs);
   void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
   void remove_absent_meshes();
-  void write_contacts();
-  void write_face(const Contact& contact, const Mesh& mesh, const btVector3& normal);
+  struct NodeTouch {
+    btSoftBody* body;
+    btSoftBody::Node* node;
+    RigidTouch touch;
+  };
+  struct FaceTouch {
+    btSoftBody* body;
+    btSoftBody::Face* face;
+    btVector3 weights;
+    RigidTouch touch;
+  };
+  void find_touches();
+  void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
+  void write_contacts() const;
 
-  bool takes_over_;  ///< Settings::rigid_meshes
-  MeshPairs found_;
+  const WorldKind& kind_;
   CollisionPipeline pipeline_;
   SoftBodyRegistry registry_;
   std::map<MeshKey, Mesh> meshes_;
   std::map<std::uint32_t, const Mesh*> meshes_by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
+  std::vector<NodeTouch> node_touches_;
+  std::vector<FaceTouch> face_touches_;
 };
 
 }  // namespace softcd::bullet

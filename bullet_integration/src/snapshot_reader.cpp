@@ -22,19 +22,6 @@ Triangle triangle_of(const btSoftBody::Face& face, const btSoftBody::Node* first
   return triangle;
 }
 
-// Every node is fixed: contacts move none of them.
-bool is_immovable(const btSoftBody& body) {
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    if (body.m_nodes[i].m_im > 0) return false;
-  }
-  return true;
-}
-
-bool wants_self_collision(const btSoftBody& body, SelfCollision self_collision) {
-  if (self_collision == SelfCollision::flagged) return body.m_useSelfCollision;
-  return self_collision == SelfCollision::all;
-}
-
 }  // namespace
 
 void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
@@ -126,21 +113,9 @@ void add_faces_of_edges(BodyMesh& mesh) {
   }
 }
 
-BodySettings read_settings(const btSoftBody& body, const Settings& settings) {
-  BodySettings result;
-  result.margin = std::max(0.0F, static_cast<float>(body.getCollisionShape()->getMargin()));
-  result.kinematic = !body.isActive() || is_immovable(body);
-  result.self_collision = !result.kinematic && wants_self_collision(body, settings.self_collision);
-  result.features = {/*vertex_triangle=*/true, settings.edge_contacts != EdgeContacts::off};
-  return result;
-}
-
-Positions positions_x(const btSoftBody& body) {
-  return {&body.m_nodes[0].m_x.m_floats[0], static_cast<std::size_t>(body.m_nodes.size()), sizeof(btSoftBody::Node)};
-}
-
-Positions positions_q(const btSoftBody& body) {
-  return {&body.m_nodes[0].m_q.m_floats[0], static_cast<std::size_t>(body.m_nodes.size()), sizeof(btSoftBody::Node)};
+Positions positions_of(const btSoftBody& body, btVector3 btSoftBody::Node::*position) {
+  return {&(body.m_nodes[0].*position).m_floats[0], static_cast<std::size_t>(body.m_nodes.size()),
+          sizeof(btSoftBody::Node)};
 }
 
 }  // namespace softcd::bullet

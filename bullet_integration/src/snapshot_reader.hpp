@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
-#include "softcd/bullet/settings.hpp"
+#include "softcd/softcd.hpp"
 
 namespace softcd::bullet {
 
@@ -36,12 +36,7 @@ BodyMesh read_mesh(const btSoftBody& body);
 void add_faces_of_nodes(BodyMesh& mesh);
 void add_faces_of_edges(BodyMesh& mesh);
 
-/// Margin, self collision and whether the body can be moved by contacts, as they are now.
-BodySettings read_settings(const btSoftBody& body, const Settings& settings);
-
-/// The nodes' m_x and m_q: views of the body's own memory. In the classic worlds' collision detection the ends and the
-/// starts of a step, in the deformable world the starts and the ends.
-Positions positions_x(const btSoftBody& body);
-Positions positions_q(const btSoftBody& body);
+/// The nodes' m_x or m_q, a view of the body's own memory.
+Positions positions_of(const btSoftBody& body, btVector3 btSoftBody::Node::*position);
 
 }  // namespace softcd::bullet

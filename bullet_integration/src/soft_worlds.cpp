@@ -1,82 +1,101 @@
 #include "softcd/bullet/soft_worlds.hpp"
 
-#include "soft_world_hooks.hpp"
+#include "native_trees.hpp"
+#include "softcd/bullet/dispatcher.hpp"
+#include "world_queries.hpp"
 
 namespace softcd::bullet {
+namespace {
 
-SoftRigidDynamicsWorld::SoftRigidDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
-                                               btConstraintSolver* solver, btCollisionConfiguration* configuration,
-                                               btSoftBodySolver* soft_body_solver, const Settings& settings)
-    : btSoftRigidDynamicsWorld(dispatcher, broadphase, solver, configuration, soft_body_solver),
-      hooks_(std::make_unique<SoftWorldHooks>(dispatcher, settings)) {}
+using SoftBodies = btAlignedObjectArray<btSoftBody*>;
 
-SoftRigidDynamicsWorld::~SoftRigidDynamicsWorld() = default;
-
-void SoftRigidDynamicsWorld::predictUnconstraintMotion(btScalar time_step) {
-  hooks_->predict(getSoftBodyArray(), [&] { btSoftRigidDynamicsWorld::predictUnconstraintMotion(time_step); });
+/// That of a softcd::bullet::Dispatcher that serves the broad phase; else null.
+WorldDetection* detection_of(btDispatcher* dispatcher, const btBroadphaseInterface* broadphase) {
+  auto* ours = dynamic_cast<Dispatcher*>(dispatcher);
+  return ours != nullptr && ours->serves(*broadphase) ? &ours->detection() : nullptr;
 }
 
-void SoftRigidDynamicsWorld::performDiscreteCollisionDetection() {
-  hooks_->detect(*this, getSoftBodyArray());
+/// Runs Bullet's prediction without its building or updating trees that nobody reads.
+template <class Prediction>
+void predict_without_trees(const SoftBodies& bodies, Prediction prediction) {
+  for (btSoftBody* body : span_of(bodies)) hide_vertex_face_flag(*body);
+  {
+    const NodeTreesAtRest at_rest(bodies);
+    prediction();
+  }
+  for (btSoftBody* body : span_of(bodies)) restore_vertex_face_flag(*body);
 }
 
-void SoftRigidDynamicsWorld::internalSingleStepSimulation(btScalar time_step) {
-  btSoftRigidDynamicsWorld::internalSingleStepSimulation(time_step);
-  hooks_->prevent_crossings(*this, getSoftBodyArray(), time_step);
+/// The first half of btCollisionWorld::performDiscreteCollisionDetection.
+void find_pairs(btCollisionWorld& world, const SoftBodies& bodies, const Settings& settings) {
+  world.updateAabbs();
+  if (settings.rigid_meshes) {
+    for (btSoftBody* body : span_of(bodies)) sweep_box(*body, *world.getBroadphase(), world.getDispatcher());
+  }
+  world.computeOverlappingPairs();
+  for_each_near_rigid(*world.getPairCache(),
+                      [](btSoftBody& body) { body.updateNodeTree(/*use_velocity=*/false, /*margin=*/true); });
 }
 
-const Settings& SoftRigidDynamicsWorld::settings() const {
-  return hooks_->settings();
+void process_pairs_natively(btCollisionWorld& world) {
+  world.getDispatcher()->dispatchAllCollisionPairs(world.getPairCache(), world.getDispatchInfo(),
+                                                   world.getDispatcher());
 }
 
-void SoftRigidDynamicsWorld::set_settings(const Settings& settings) {
-  hooks_->set_settings(settings);
+/// The second half, with ours beside it.
+void process_pairs(btCollisionWorld& world, const SoftBodies& bodies, WorldQueries& queries) {
+  const PairGate gate(*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo());
+  queries.process_pairs(span_of(bodies), gate, [&] {
+    const TreesOutOfSight out_of_sight(bodies, &btSoftBody::m_fdbvt);
+    if (!out_of_sight.succeeded()) {
+      // Those that there are belong to ray tests, which build new ones.
+      for (btSoftBody* body : span_of(bodies)) body->m_fdbvt.clear();
+    }
+    process_pairs_natively(world);
+  });
 }
 
-const CollisionPipeline& SoftRigidDynamicsWorld::pipeline() const {
-  return hooks_->pipeline();
+}  // namespace
+
+template <class BulletWorld>
+SoftWorld<BulletWorld>::SoftWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, ConstraintSolver* solver,
+                                  btCollisionConfiguration* configuration, btSoftBodySolver* soft_body_solver,
+                                  const Settings& settings)
+    : BulletWorld(dispatcher, broadphase, solver, configuration, soft_body_solver),
+      detection_(detection_of(dispatcher, broadphase)) {
+  if (detection_ != nullptr) return;
+  own_detection_ = std::make_unique<WorldDetection>(kClassicWorld, settings);
+  detection_ = own_detection_.get();
 }
 
-const std::vector<EdgeContact>& SoftRigidDynamicsWorld::edge_contacts() const {
-  return hooks_->edge_contacts();
+template <class BulletWorld>
+SoftWorld<BulletWorld>::~SoftWorld() {
+  for (btSoftBody* body : span_of(this->getSoftBodyArray())) give_face_tree(*body);
 }
 
-SoftMultiBodyDynamicsWorld::SoftMultiBodyDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
-                                                       btMultiBodyConstraintSolver* solver,
-                                                       btCollisionConfiguration* configuration,
-                                                       btSoftBodySolver* soft_body_solver, const Settings& settings)
-    : btSoftMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, soft_body_solver),
-      hooks_(std::make_unique<SoftWorldHooks>(dispatcher, settings)) {}
-
-SoftMultiBodyDynamicsWorld::~SoftMultiBodyDynamicsWorld() = default;
-
-void SoftMultiBodyDynamicsWorld::predictUnconstraintMotion(btScalar time_step) {
-  hooks_->predict(getSoftBodyArray(), [&] { btSoftMultiBodyDynamicsWorld::predictUnconstraintMotion(time_step); });
+template <class BulletWorld>
+void SoftWorld<BulletWorld>::predictUnconstraintMotion(btScalar time_step) {
+  predict_without_trees(this->getSoftBodyArray(), [&] { BulletWorld::predictUnconstraintMotion(time_step); });
 }
 
-void SoftMultiBodyDynamicsWorld::performDiscreteCollisionDetection() {
-  hooks_->detect(*this, getSoftBodyArray());
+template <class BulletWorld>
+void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
+  find_pairs(*this, this->getSoftBodyArray(), detection_->settings());
+  if (own_detection_ != nullptr) {
+    process_pairs(*this, this->getSoftBodyArray(), *own_detection_->queries_);
+  } else {
+    process_pairs_natively(*this);
+  }
 }
 
-void SoftMultiBodyDynamicsWorld::internalSingleStepSimulation(btScalar time_step) {
-  btSoftMultiBodyDynamicsWorld::internalSingleStepSimulation(time_step);
-  hooks_->prevent_crossings(*this, getSoftBodyArray(), time_step);
+template <class BulletWorld>
+void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
+  BulletWorld::internalSingleStepSimulation(time_step);
+  const PairGate gate(*this->getDispatcher(), *this->getPairCache(), this->getDispatchInfo());
+  detection_->queries_->prevent_crossings(span_of(this->getSoftBodyArray()), gate, time_step);
 }
 
-const Settings& SoftMultiBodyDynamicsWorld::settings() const {
-  return hooks_->settings();
-}
-
-void SoftMultiBodyDynamicsWorld::set_settings(const Settings& settings) {
-  hooks_->set_settings(settings);
-}
-
-const CollisionPipeline& SoftMultiBodyDynamicsWorld::pipeline() const {
-  return hooks_->pipeline();
-}
-
-const std::vector<EdgeContact>& SoftMultiBodyDynamicsWorld::edge_contacts() const {
-  return hooks_->edge_contacts();
-}
+template class SoftWorld<btSoftRigidDynamicsWorld>;
+template class SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
 }  // namespace softcd::bullet

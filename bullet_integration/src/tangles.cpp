@@ -10,13 +10,12 @@ namespace {
 
 using Corners = std::array<Vec3d, 3>;
 
-Corners corners_of(const SoftBodyRegistry::Member& member, std::uint32_t face, StepStart start) {
-  // A body that sleeps was not predicted: its m_q means nothing.
-  const bool is_in_q = start == StepStart::in_q && member.body->isActive();
+/// At the start of the step.
+Corners corners_of(const SoftBodyRegistry::Member& member, std::uint32_t face, const WorldKind& kind) {
+  const NodePosition start = start_of(kind, *member.body);
   Corners corners;
   for (std::size_t i = 0; i < 3; ++i) {
-    const btSoftBody::Node& node = member.body->m_nodes[static_cast<int>(member.mesh.triangles[face].v[i])];
-    const btVector3& x = is_in_q ? node.m_q : node.m_x;
+    const btVector3& x = member.body->m_nodes[static_cast<int>(member.mesh.triangles[face].v[i])].*start;
     corners[i] = {double(x.x()), double(x.y()), double(x.z())};
   }
   return corners;
@@ -95,7 +94,7 @@ bool any_node(const MemberContact& found, Visit visit) {
 
 }  // namespace
 
-bool is_tangled(const MemberContact& found, StepStart start) {
+bool is_tangled(const MemberContact& found, const WorldKind& kind) {
   const Contact& contact = found.contact;
   const SoftBodyRegistry::Member& a = found.a;
   const SoftBodyRegistry::Member& b = found.b;
@@ -103,18 +102,18 @@ bool is_tangled(const MemberContact& found, StepStart start) {
   const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
 
   const auto meets_one_at_a = [&](std::uint32_t face_b) {
-    const Corners corners = corners_of(b, face_b, start);
+    const Corners corners = corners_of(b, face_b, kind);
     return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](std::uint32_t face_a) {
       const bool are_neighbours = &a == &b && share_vertex(a.mesh.triangles[face_a], b.mesh.triangles[face_b]);
-      return !are_neighbours && intersect(corners_of(a, face_a, start), corners);
+      return !are_neighbours && intersect(corners_of(a, face_a, kind), corners);
     });
   };
   if (is_vertex) return meets_one_at_a(contact.feature_b);
   return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], meets_one_at_a);
 }
 
-void TangledNodes::add(const MemberContact& found) {
-  if (!is_tangled(found, StepStart::in_q)) return;
+void TangledNodes::add(const MemberContact& found, const WorldKind& kind) {
+  if (!is_tangled(found, kind)) return;
   any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
     nodes_.emplace(node, other);
     return false;

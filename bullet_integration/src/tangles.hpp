@@ -3,27 +3,24 @@
 #include <set>
 #include <utility>
 
-#include "soft_body_registry.hpp"
+#include "world_kind.hpp"
 
 /// What is through each other already when a step begins. On which side of each other such features belong cannot be
 /// told. Held where they are they could never come apart, and contacts that push some of their nodes to one side and
 /// some to the other would drive them for ever.
 namespace softcd::bullet {
 
-/// Where nodes are at the start of the step.
-enum class StepStart : std::uint32_t { in_q, in_x };
-
 /// Whether a face at the one feature (around the vertex, at the edge) and a face at the other (the triangle, at the
 /// edge) that share no node intersect at the start of the step, certainly: what only touches does not count. The meshes
 /// have faces_of_nodes.
-bool is_tangled(const MemberContact& found, StepStart start);
+bool is_tangled(const MemberContact& found, const WorldKind& kind);
 
 /// The nodes of tangled features, each with the body that it is tangled with.
 class TangledNodes {
  public:
   void clear() { nodes_.clear(); }
-  /// Adds the nodes of a contact in a classic world, of which the step starts in m_q, where its features are tangled.
-  void add(const MemberContact& found);
+  /// Adds the nodes of a contact where its features are tangled.
+  void add(const MemberContact& found, const WorldKind& kind);
   /// Whether one of the contact's nodes is tangled with the other side's body.
   bool has_one_of(const MemberContact& found) const;
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "inverse_mass.hpp"
 #include "vectors.hpp"
 
 namespace softcd::bullet {
@@ -10,10 +11,6 @@ namespace {
 constexpr int kMostSweeps = 10;
 /// Sweeps end when no approach is faster than this share of the fastest.
 constexpr btScalar kNegligibleApproach = btScalar(1e-3);
-/// Of the inverse mass at an impact, in that of its lightest node. Where only nodes with small weights can move, the
-/// full answer would throw them (by 1 / weight; past all bounds for a weight of 0): they give way bit by bit, and what
-/// that does not prevent the zones do.
-constexpr btScalar kLeastInverseMass = btScalar(0.1);
 
 btScalar movability(const btSoftBody::Node& node) {
   return node.m_constrained != 0 ? btScalar(0) : node.m_im;
@@ -26,18 +23,16 @@ void apply_impulse(const Impact& impact, const btVector3& impulse) {
   }
 }
 
-// Returns how fast the points approached each other.
+// Returns how fast the points approached each other. What an answer of nodes with small weights does not prevent the
+// zones do.
 btScalar make_inelastic(const Impact& impact) {
   btVector3 velocity(0, 0, 0);
-  btScalar inverse_mass = 0;
-  btScalar least = 0;
+  ContactInverseMass contact_inverse_mass;
   for (int i = 0; i < 4; ++i) {
-    const btScalar node_inverse_mass = movability(*impact.nodes[i]);
     velocity += impact.nodes[i]->m_v * impact.weights[i];
-    inverse_mass += impact.weights[i] * impact.weights[i] * node_inverse_mass;
-    least = btMax(least, kLeastInverseMass * node_inverse_mass);
+    contact_inverse_mass.add(impact.weights[i], movability(*impact.nodes[i]));
   }
-  inverse_mass = btMax(inverse_mass, least);
+  const btScalar inverse_mass = contact_inverse_mass.value();
   const btScalar approach = -velocity.dot(impact.normal);
   if (!(approach > 0) || !(inverse_mass > 0)) return 0;
 

@@ -40,9 +40,9 @@ class Progress {
 void print_head(const DemoCommand& command, const Scene& scene) {
   fmt::print("{}: {} triangles, {} world, collision {}", command.scene, scene.count_triangles(),
              name_of(command.options.world), name_of(command.options.collision));
-  if (const CollisionPipeline* pipeline = scene.simulation().pipeline()) {
+  if (const bullet::WorldDetection* detection = scene.simulation().detection()) {
     fmt::print(", detection {} on {}", name_of(kDetections, command.options.settings.detection),
-               name_of(kBackends, pipeline->backend()));
+               name_of(kBackends, detection->contacts().backend()));
   }
   fmt::print("\n{:>6}  {:>9}  {:>12}  {:>9}  {:>11}  {:>18}\n", "time s", "step ms", "detection ms", "contacts",
              "penetrating", "intersecting edges");
@@ -89,8 +89,8 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
                                  {"crossings_seconds", measurement.total_profile.crossings / 1000},
                                  {"most_penetrating_vertices", measurement.most_penetration.vertices},
                                  {"most_intersecting_edges", measurement.most_penetration.edges}};
-  if (const CollisionPipeline* pipeline = scene.simulation().pipeline())
-    json["backend"] = name_of(kBackends, pipeline->backend());
+  if (const bullet::WorldDetection* detection = scene.simulation().detection())
+    json["backend"] = name_of(kBackends, detection->contacts().backend());
   json["rows"] = nlohmann::ordered_json::array();
   for (const Row& row : measurement.rows) {
     nlohmann::ordered_json entry = {{"until", row.until}, {"step_ms", row.step_ms}};

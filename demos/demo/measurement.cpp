@@ -28,7 +28,7 @@ double timed_step(Scene& scene) {
 Measurement measure(Scene& scene, long steps, const Callbacks& callbacks) {
   Measurement measurement;
   StepProfiler profiler;
-  const bool is_ours = scene.simulation().pipeline() != nullptr;
+  const bool is_ours = scene.simulation().detection() != nullptr;
   std::vector<double> all_step_ms, step_ms, detection_ms;
   std::vector<std::size_t> contacts;
   for (long step = 1; step <= steps; ++step) {

@@ -32,7 +32,7 @@ DeformableSimulation::DeformableSimulation(const std::optional<bullet::Settings>
   if (settings.has_value()) {
     auto world = std::make_unique<bullet::DeformableWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
                                                            configuration_.get(), deformable_solver_.get(), *settings);
-    softcd_world_ = world.get();
+    detection_ = &world->detection();
     world_ = std::move(world);
   } else {
     world_ = std::make_unique<btDeformableMultiBodyDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),

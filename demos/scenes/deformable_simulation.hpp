@@ -33,7 +33,7 @@ class DeformableSimulation {
   btDeformableMultiBodyDynamicsWorld& world() { return *world_; }
   btSoftBodyWorldInfo& world_info() { return world_->getWorldInfo(); }
   /// Null when Bullet detects.
-  bullet::DeformableWorld* softcd_world() const { return softcd_world_; }
+  bullet::WorldDetection* detection() const { return detection_; }
 
   /// A body of make_cloth or make_ball. Gives it the deformable world's flags: contacts of nodes with rigid bodies
   /// (SDF_RDN) and with faces (VF_DD).
@@ -59,7 +59,7 @@ class DeformableSimulation {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> rigid_bodies_;
   std::unique_ptr<btDeformableMultiBodyDynamicsWorld> world_;
-  bullet::DeformableWorld* softcd_world_ = nullptr;
+  bullet::WorldDetection* detection_ = nullptr;
 };
 
 }  // namespace softcd::demo

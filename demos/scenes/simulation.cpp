@@ -31,7 +31,7 @@ void Simulation::make_world(PlugIn plug_in, const bullet::Settings& settings) {
   if (plug_in == PlugIn::dispatcher) {
     auto broadphase = std::make_unique<bullet::Broadphase>(std::make_unique<btDbvtBroadphase>());
     auto dispatcher = std::make_unique<bullet::Dispatcher>(configuration_.get(), *broadphase, settings);
-    pipeline_ = &dispatcher->pipeline();
+    detection_ = &dispatcher->detection();
     broadphase_ = std::move(broadphase);
     dispatcher_ = std::move(dispatcher);
   } else {
@@ -42,7 +42,7 @@ void Simulation::make_world(PlugIn plug_in, const bullet::Settings& settings) {
   if (plug_in == PlugIn::multi_body_world) {
     auto world = std::make_unique<bullet::SoftMultiBodyDynamicsWorld>(
         dispatcher_.get(), broadphase_.get(), solver_.get(), configuration_.get(), nullptr, settings);
-    pipeline_ = &world->pipeline();
+    detection_ = &world->detection();
     soft_multi_body_world_ = world.get();
     world_ = std::move(world);
     world_info_ = &soft_multi_body_world_->getWorldInfo();
@@ -51,7 +51,7 @@ void Simulation::make_world(PlugIn plug_in, const bullet::Settings& settings) {
   if (plug_in == PlugIn::one_line_world) {
     auto world = std::make_unique<bullet::SoftRigidDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
                                                                   configuration_.get(), nullptr, settings);
-    pipeline_ = &world->pipeline();
+    detection_ = &world->detection();
     soft_rigid_world_ = world.get();
     world_ = std::move(world);
   } else {
@@ -104,10 +104,6 @@ btRigidBody& Simulation::add_static_box(const btVector3& half_extents, const btV
 
 void Simulation::step(btScalar seconds) {
   world_->stepSimulation(seconds, /*maxSubSteps=*/0);
-}
-
-const CollisionPipeline* Simulation::pipeline() const {
-  return pipeline_;
 }
 
 }  // namespace softcd::demo

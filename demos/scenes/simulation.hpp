@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
-#include "softcd/bullet/settings.hpp"
+#include "softcd/bullet/world_detection.hpp"
 
 class btBroadphaseInterface;
 class btCollisionConfiguration;
@@ -47,8 +47,8 @@ class Simulation {
   /// One step of the given length, without substeps.
   void step(btScalar seconds);
 
-  /// The detector; null when Bullet detects.
-  const CollisionPipeline* pipeline() const;
+  /// Null when Bullet detects.
+  const bullet::WorldDetection* detection() const { return detection_; }
 
  private:
   void make_world(PlugIn plug_in, const bullet::Settings& settings);
@@ -65,7 +65,7 @@ class Simulation {
   btSoftRigidDynamicsWorld* soft_rigid_world_ = nullptr;           ///< world_, where it is one
   btSoftMultiBodyDynamicsWorld* soft_multi_body_world_ = nullptr;  ///< world_, where it is one
   btSoftBodyWorldInfo* world_info_ = nullptr;
-  const CollisionPipeline* pipeline_ = nullptr;
+  const bullet::WorldDetection* detection_ = nullptr;
 };
 
 }  // namespace softcd::demo

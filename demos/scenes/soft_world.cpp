@@ -74,10 +74,8 @@ btScalar SoftWorld::time_step() const {
   return classic_ != nullptr ? kClassicStep : kDeformableStep;
 }
 
-const CollisionPipeline* SoftWorld::pipeline() const {
-  if (classic_ != nullptr) return classic_->pipeline();
-  const bullet::DeformableWorld* world = deformable_->softcd_world();
-  return world != nullptr ? &world->pipeline() : nullptr;
+const bullet::WorldDetection* SoftWorld::detection() const {
+  return classic_ != nullptr ? classic_->detection() : deformable_->detection();
 }
 
 std::size_t SoftWorld::count_soft_contacts() const {

@@ -33,8 +33,8 @@ class SoftWorld {
   btScalar time_step() const;
 
   const std::vector<btSoftBody*>& bodies() const { return bodies_; }
-  /// The detector; null when Bullet detects.
-  const CollisionPipeline* pipeline() const;
+  /// Null when Bullet detects.
+  const bullet::WorldDetection* detection() const;
   /// What Bullet's solver was given in the last step.
   std::size_t count_soft_contacts() const;
   std::size_t count_rigid_contacts() const;

@@ -60,8 +60,8 @@ constexpr std::array<Detecting, 4> kDetecting = {{{"off", Collision::off, Backen
 
 bool is_current(const Detecting& detecting, const Session& session) {
   if (detecting.collision != session.options().collision) return false;
-  const CollisionPipeline* pipeline = session.scene().simulation().pipeline();
-  return pipeline == nullptr || pipeline->backend() == detecting.backend;
+  const bullet::WorldDetection* detection = session.scene().simulation().detection();
+  return detection == nullptr || detection->contacts().backend() == detecting.backend;
 }
 
 void draw_detection(const Session& session, PanelState& state) {
@@ -99,7 +99,7 @@ void draw_plot(const char* name, const History& history, const std::string& now)
 }
 
 void draw_measurements(const Session& session, const DetectionGrid* grid, PanelState& state) {
-  const bool is_softcd = session.scene().simulation().pipeline() != nullptr;
+  const bool is_softcd = session.scene().simulation().detection() != nullptr;
   const auto in_ms = [](const History& history) { return fmt::format("{:.2f} ms", double(history.last())); };
   draw_plot("step", session.step_ms(), in_ms(session.step_ms()));
   draw_plot("detection", session.detection_ms(), is_softcd ? in_ms(session.detection_ms()) : "not softcd's");
@@ -134,12 +134,12 @@ void draw_legend(const DetectionGrid& grid) {
 
 void draw_overlay_choice(const Session& session, const DetectionGrid* grid, PanelState& state) {
   ImGui::Checkbox("Contacts and normals", &state.overlays.contacts);
-  ImGui::BeginDisabled(session.scene().simulation().pipeline() == nullptr);
+  ImGui::BeginDisabled(session.scene().simulation().detection() == nullptr);
   ImGui::Checkbox("Grid cells by tests", &state.overlays.cells);
   ImGui::Checkbox("Children or cells of the picked triangle", &state.overlays.children);
   ImGui::Checkbox("Picked cell", &state.overlays.picked_cell);
   ImGui::EndDisabled();
-  if (session.scene().simulation().pipeline() == nullptr) note("The grid is softcd's.");
+  if (session.scene().simulation().detection() == nullptr) note("The grid is softcd's.");
   if (state.overlays.cells && grid != nullptr) draw_legend(*grid);
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "snapshot_reader.hpp"
+#include "world_kind.hpp"
 
 namespace softcd::demo {
 
@@ -27,8 +28,8 @@ void Session::step() {
   scene_->step();
   const std::chrono::duration<float, std::milli> duration = std::chrono::steady_clock::now() - start;
   step_ms_.add(duration.count());
-  if (const CollisionPipeline* pipeline = scene_->simulation().pipeline()) {
-    detection_ms_.add(static_cast<float>(pipeline->statistics().ms.total));
+  if (const bullet::WorldDetection* detection = scene_->simulation().detection()) {
+    detection_ms_.add(static_cast<float>(detection->contacts().statistics().ms.total));
   }
 }
 
@@ -44,19 +45,20 @@ void Session::go_on_with(const SceneOptions& options) {
 }
 
 std::unique_ptr<DetectionGrid> Session::make_grid() const {
-  const CollisionPipeline* pipeline = scene_->simulation().pipeline();
-  if (pipeline == nullptr) return nullptr;
+  const bullet::WorldDetection* detection = scene_->simulation().detection();
+  if (detection == nullptr) return nullptr;
+  const bullet::WorldKind& kind = options_.world == World::classic ? bullet::kClassicWorld : bullet::kDeformableWorld;
   std::vector<bullet::BodyMesh> meshes;
   std::vector<GridBody> grid_bodies;
   meshes.reserve(bodies_.size());  // the bodies refer to them
   for (const btSoftBody* body : bodies_) {
     meshes.push_back(bullet::read_mesh(*body));
     grid_bodies.push_back(
-        {{meshes.back().triangles, meshes.back().node_count, bullet::read_settings(*body, options_.settings)},
-         bullet::positions_q(*body),
-         bullet::positions_x(*body)});
+        {{meshes.back().triangles, meshes.back().node_count, bullet::read_settings(kind, *body, detection->settings())},
+         bullet::positions_of(*body, &btSoftBody::Node::m_q),
+         bullet::positions_of(*body, &btSoftBody::Node::m_x)});
   }
-  return std::make_unique<DetectionGrid>(grid_bodies, pipeline->options());
+  return std::make_unique<DetectionGrid>(grid_bodies, kind.contact_options(detection->settings()));
 }
 
 }  // namespace softcd::demo

@@ -72,7 +72,7 @@ class Apps : public testing::Test {
     Sheets sheets(world);
     const int contacts = sheets.step();
     EXPECT_FALSE(sheets.has_duplicates());
-    EXPECT_GT(world.pipeline().statistics().vt_contacts, 0U);
+    EXPECT_GT(world.detection().contacts().statistics().vt_contacts, 0U);
     return contacts;
   }
 };
@@ -98,7 +98,7 @@ TEST_F(Apps, AnyBroadPhaseAndAnAppsOwnWorldInfoWork) {
   Sheets sheets(world, info);
   EXPECT_EQ(broadphase.soft_bodies().size(), 2U);
   EXPECT_GT(sheets.step(), 0);
-  EXPECT_GT(dispatcher.pipeline().statistics().vt_contacts, 0U);
+  EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
 }
 
 TEST_F(Apps, AOneLineWorldLeavesDetectionToSoftcdsDispatcher) {
@@ -108,7 +108,19 @@ TEST_F(Apps, AOneLineWorldLeavesDetectionToSoftcdsDispatcher) {
   Sheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
   EXPECT_FALSE(sheets.has_duplicates());
-  EXPECT_EQ(&world.pipeline(), &dispatcher.pipeline());
+  EXPECT_EQ(&world.detection(), &dispatcher.detection());
+}
+
+TEST_F(Apps, AOneLineWorldWithAnotherBroadPhaseThanTheDispatchersDetectsItself) {
+  bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
+  bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
+  btDbvtBroadphase other_broadphase;
+  bullet::SoftRigidDynamicsWorld world(&dispatcher, &other_broadphase, &solver, &configuration, nullptr,
+                                       cpu_settings());
+  Sheets sheets(world);
+  EXPECT_GT(sheets.step(), 0);
+  EXPECT_FALSE(sheets.has_duplicates());
+  EXPECT_NE(&world.detection(), &dispatcher.detection());
 }
 
 TEST_F(Apps, ASecondWorldOnTheDispatcherGetsBulletsDetection) {
@@ -119,10 +131,10 @@ TEST_F(Apps, ASecondWorldOnTheDispatcherGetsBulletsDetection) {
   btSoftRigidDynamicsWorld plain_world(&dispatcher, &plain_broadphase, &solver, &configuration);
   Sheets plain_sheets(plain_world);
   EXPECT_GT(plain_sheets.step(), 0);
-  EXPECT_EQ(dispatcher.pipeline().statistics().vt_contacts, 0U);
+  EXPECT_EQ(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
   Sheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
-  EXPECT_GT(dispatcher.pipeline().statistics().vt_contacts, 0U);
+  EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
 }
 
 TEST_F(Apps, APlainWorldOnTheDispatcherOfAOneLineWorldKeepsBulletsDetection) {
@@ -141,10 +153,10 @@ TEST_F(Apps, SettingsCanChangeAtRunTime) {
   bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());
   Sheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
-  world.set_settings(cpu_settings(Detection::ccd));
-  EXPECT_EQ(world.settings().detection, Detection::ccd);
+  world.detection().set_settings(cpu_settings(Detection::ccd));
+  EXPECT_EQ(world.detection().settings().detection, Detection::ccd);
   EXPECT_GT(sheets.step(), 0);
-  EXPECT_FALSE(world.pipeline().explain().empty());
+  EXPECT_FALSE(world.detection().contacts().explain().empty());
 }
 
 }  // namespace

@@ -16,7 +16,9 @@ namespace {
 
 using bullet::CrossingPrevention;
 using bullet::ImpactZones;
-using World = CrossingPrevention::World;
+using bullet::kClassicWorld;
+using bullet::kDeformableWorld;
+using bullet::WorldKind;
 
 btVector3 random_vector(Random& random, double size) {
   const auto coordinate = [&] { return btScalar(random.uniform(-size, size)); };
@@ -80,10 +82,10 @@ struct MeetingSheets {
     return motion([](const btSoftBody::Node& node) { return (node.m_x - node.m_q) / kStep; });
   }
 
-  void prevent_crossings(World world) const {
+  void prevent_crossings(const WorldKind& kind) const {
     bullet::Settings settings = cpu_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
-    CrossingPrevention prevention(world, settings);
+    CrossingPrevention prevention(kind, settings);
     btSoftBody* const pointers[] = {bodies[0].get(), bodies[1].get()};
     EXPECT_TRUE(prevention.run(
         {pointers, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep));
@@ -107,7 +109,7 @@ TEST(AnswersToCrossings, keep_what_a_classic_body_has_that_was_moved_but_not_pus
     }
     const Motion own = sheets.own_motion();
     const Motion mean = sheets.mean_motion();
-    sheets.prevent_crossings(World::classic);
+    sheets.prevent_crossings(kClassicWorld);
     expect_no_push(own, sheets.own_motion());
     expect_no_push(mean, sheets.mean_motion());
     EXPECT_LT(sheets.mean_motion().energy, mean.energy / 2) << "they have met";
@@ -119,7 +121,7 @@ TEST(AnswersToCrossings, keep_what_deformable_bodies_have) {
     Random random(static_cast<std::uint64_t>(seed));
     const MeetingSheets sheets(random);
     const Motion own = sheets.own_motion();
-    sheets.prevent_crossings(World::deformable);
+    sheets.prevent_crossings(kDeformableWorld);
     expect_no_push(own, sheets.own_motion());
     EXPECT_LT(sheets.own_motion().energy, own.energy / 2) << "they have met";
   }
@@ -149,7 +151,7 @@ TEST(AnswersToCrossings, make_no_velocity_out_of_split_velocities) {
 }
 
 /// Moves a sheet whose middle node alone is below another sheet up until it is free. Returns whether that was answered.
-bool is_held_back(World world, bullet::EdgeContacts edge_contacts) {
+bool is_held_back(const WorldKind& kind, bullet::EdgeContacts edge_contacts) {
   btSoftBodyWorldInfo world_info;
   SheetOptions options;
   options.side = 4;
@@ -169,20 +171,20 @@ bool is_held_back(World world, bullet::EdgeContacts edge_contacts) {
       btSoftBody::Node& node = body->m_nodes[n];
       node.m_v = motion / kStep;
       node.m_q = node.m_x;
-      (world == World::classic ? node.m_x : node.m_q) += motion;
+      node.*kind.end += motion;
     }
   }
   bullet::Settings settings = cpu_settings(Detection::ccd);
   settings.edge_contacts = edge_contacts;
-  return CrossingPrevention(world, settings)
+  return CrossingPrevention(kind, settings)
       .run(
           {bodies, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep);
 }
 
 TEST(AnswersToCrossings, let_go_what_is_through_something_where_edges_are_answered) {
-  for (const World world : {World::classic, World::deformable}) {
-    EXPECT_FALSE(is_held_back(world, bullet::EdgeContacts::respond));
-    EXPECT_TRUE(is_held_back(world, bullet::EdgeContacts::off)) << "nodes never pass through faces";
+  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+    EXPECT_FALSE(is_held_back(*kind, bullet::EdgeContacts::respond));
+    EXPECT_TRUE(is_held_back(*kind, bullet::EdgeContacts::off)) << "nodes never pass through faces";
   }
 }
 

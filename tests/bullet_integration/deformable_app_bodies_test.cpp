@@ -68,7 +68,7 @@ TEST(DeformableAppBodies, self_collision_may_be_everybodys_or_nobodys) {
     for (const SelfCollision self_collision : {SelfCollision::all, SelfCollision::none}) {
       bullet::Settings settings = cpu_settings();
       settings.self_collision = self_collision;
-      sheets.simulation().softcd_world()->set_settings(settings);
+      sheets.simulation().detection()->set_settings(settings);
       EXPECT_EQ(sheets.step(), self_collision == SelfCollision::all ? flagged : NodeFaceSet());
     }
   }

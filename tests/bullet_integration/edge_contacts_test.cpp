@@ -102,20 +102,20 @@ TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_a_soft_world) {
   Simulation simulation(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
   const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
   expect_ridges_to_rest(
-      simulation, kStep, [&]() -> auto& { return world.edge_contacts(); });
+      simulation, kStep, [&]() -> auto& { return world.detection().edge_contacts(); });
 }
 
 TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_under_the_dispatcher) {
   Simulation simulation(PlugIn::dispatcher, settings_with(EdgeContacts::respond, GetParam()));
   const auto& dispatcher = dynamic_cast<const bullet::Dispatcher&>(simulation.dispatcher());
   expect_ridges_to_rest(
-      simulation, kStep, [&]() -> auto& { return dispatcher.edge_contacts(); });
+      simulation, kStep, [&]() -> auto& { return dispatcher.detection().edge_contacts(); });
 }
 
 TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_the_deformable_world) {
   DeformableSimulation simulation(settings_with(EdgeContacts::respond, GetParam()), kStiff);
   expect_ridges_to_rest(
-      simulation, kStep / 8, [&]() -> auto& { return simulation.softcd_world()->edge_contacts(); });
+      simulation, kStep / 8, [&]() -> auto& { return simulation.detection()->edge_contacts(); });
 }
 
 /// The upper ridge is fixed at one end, a thousandth of its length away from where the lower one, all of it fixed,
@@ -155,7 +155,7 @@ TEST_P(EdgeResponse, leaves_fixed_nodes_where_they_are) {
   const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
   for (int step = 0; step < 30; ++step) {
     simulation.step(kStep);
-    contact_count += world.edge_contacts().size();
+    contact_count += world.detection().edge_contacts().size();
   }
   EXPECT_GT(contact_count, 0U);
   EXPECT_EQ(ridges.lower->m_nodes[2].m_x, fixed_at);
@@ -174,7 +174,7 @@ TEST(EdgeContacts, without_a_response_ridges_pass_through_each_other) {
     EXPECT_LT(gap_after_half_a_second(classic, kStep), -0.2);
     DeformableSimulation deformable(settings_with(edge_contacts, Detection::ccd), kStiff);
     EXPECT_LT(gap_after_half_a_second(deformable, kStep / 8), -0.2);
-    const bool is_empty = deformable.softcd_world()->edge_contacts().empty();
+    const bool is_empty = deformable.detection()->edge_contacts().empty();
     EXPECT_TRUE(is_empty || edge_contacts == EdgeContacts::report);
   }
 }
@@ -235,8 +235,8 @@ TEST(EdgeContacts, are_found_within_a_body) {
   strip->setSelfCollision(true);
   const btSoftBody& body = simulation.add(std::move(strip));
   simulation.step(kStep / 8);
-  EXPECT_FALSE(simulation.softcd_world()->edge_contacts().empty());
-  for (const EdgeContact& contact : simulation.softcd_world()->edge_contacts()) {
+  EXPECT_FALSE(simulation.detection()->edge_contacts().empty());
+  for (const EdgeContact& contact : simulation.detection()->edge_contacts()) {
     EXPECT_EQ(contact.a.body, &body);
     EXPECT_EQ(contact.b.body, &body);
   }

@@ -19,7 +19,6 @@ namespace {
 using bullet::EdgeContacts;
 using bullet::MemberContact;
 using bullet::SoftBodyRegistry;
-using bullet::StepStart;
 using demo::PlugIn;
 using demo::Simulation;
 
@@ -91,7 +90,7 @@ class AllPairs {
       }
     }
     const SoftBodyRegistry::Member& b = is_same_body ? a_ : b_;
-    const bool found = is_tangled(MemberContact{contact, a_, b}, StepStart::in_x);
+    const bool found = is_tangled(MemberContact{contact, a_, b}, bullet::kDeformableWorld);
     EXPECT_EQ(found, expected);
     return found;
   }
@@ -135,7 +134,7 @@ TEST(Tangles, what_only_touches_is_none) {
       Contact contact{};
       contact.feature_b = f;
       contact.vertices[0] = n;
-      EXPECT_FALSE(is_tangled(MemberContact{contact, side_a, side_b}, StepStart::in_x));
+      EXPECT_FALSE(is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableWorld));
     }
   }
 }

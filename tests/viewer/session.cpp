@@ -93,7 +93,7 @@ TEST(Session, SwitchesWhoDetects) {
   options.collision = Collision::bullet;
   session.go_on_with(options);
   EXPECT_EQ(positions_of(session), before);
-  EXPECT_EQ(session.scene().simulation().pipeline(), nullptr);
+  EXPECT_EQ(session.scene().simulation().detection(), nullptr);
   EXPECT_EQ(session.make_grid(), nullptr);
   run(session, 1);
   EXPECT_GT(session.scene().count_contacts(), 0U) << "Bullet finds some, too";
@@ -105,7 +105,7 @@ TEST(Session, SwitchesWhoDetects) {
 
   options.collision = Collision::softcd;
   session.go_on_with(options);
-  ASSERT_NE(session.scene().simulation().pipeline(), nullptr);
+  ASSERT_NE(session.scene().simulation().detection(), nullptr);
   run(session, 1);
   EXPECT_GT(session.scene().count_contacts(), 0U);
 }

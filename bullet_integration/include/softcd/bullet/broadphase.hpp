@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
+#include "softcd/bullet/settings.hpp"
 
 class btSoftBody;
 
@@ -14,7 +15,13 @@ namespace softcd::bullet {
 ///     softcd::bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
 ///     softcd::bullet::Dispatcher dispatcher(&configuration, broadphase);
 ///
-/// All calls go to the original; getOverlappingPairCache() is the original's.
+/// All calls go to the original; getOverlappingPairCache() is the original's. With Settings::rigid_meshes the soft
+/// bodies' boxes cover their whole way in a step when pairs are calculated, not one end of it.
+///
+/// Every body's VF_SS flag is hidden from the moment at which the body is added until the first dispatch after it, so
+/// that Bullet builds no face tree in between. (Bullet's build takes time quadratic in the faces; no function of ours
+/// runs between addSoftBody and it.) In that short time the app sees its flags without VF_SS; assigning them anew, or
+/// setting VF_SS, works as ever. Clearing only VF_SS there goes unnoticed.
 class Broadphase : public btBroadphaseInterface {
  public:
   explicit Broadphase(std::unique_ptr<btBroadphaseInterface> original);
@@ -24,18 +31,6 @@ class Broadphase : public btBroadphaseInterface {
 
   /// In the order in which they were added.
   const std::vector<btSoftBody*>& soft_bodies() const { return soft_bodies_; }
-
-  /// Called by the Dispatcher that detects these bodies' contacts, once. Every body's VF_SS flag is then hidden
-  /// from the moment at which the body is added until the first dispatch after it, so that Bullet builds no face
-  /// tree in between. (Bullet's build takes time quadratic in the faces; no function of ours runs between
-  /// addSoftBody and it.) In that short time the app sees its flags without VF_SS; assigning them anew, or setting
-  /// VF_SS, works as ever. Clearing only VF_SS there goes unnoticed.
-  void hide_vertex_face_flags();
-  /// Gives all hidden flags back.
-  void restore_vertex_face_flags();
-
-  /// Whether the soft bodies' boxes cover their whole way in a step when pairs are calculated, not one end of it.
-  void sweep_boxes(bool sweeps);
 
   btBroadphaseProxy* createProxy(const btVector3& aabb_min, const btVector3& aabb_max, int shape_type, void* user,
                                  int filter_group, int filter_mask, btDispatcher* dispatcher) override;
@@ -54,11 +49,20 @@ class Broadphase : public btBroadphaseInterface {
   void printStats() override;
 
  private:
+  friend class Dispatcher;
+
+  /// The settings of the Dispatcher that detects these bodies' contacts, as long as there is one.
+  void attach(const Settings& settings);
+  /// Hides no flag any more.
+  void detach();
+  /// Gives all hidden flags back.
+  void restore_vertex_face_flags();
+
+  std::shared_ptr<Broadphase> self_{this, [](Broadphase*) {}};  ///< tells a Dispatcher whether it still lives
   std::unique_ptr<btBroadphaseInterface> owned_;
   btBroadphaseInterface& original_;
   std::vector<btSoftBody*> soft_bodies_;
-  bool hides_flags_ = false;
-  bool sweeps_boxes_ = false;
+  const Settings* settings_ = nullptr;  ///< null without a Dispatcher
 };
 
 }  // namespace softcd::bullet

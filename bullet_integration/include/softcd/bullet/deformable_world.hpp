@@ -1,16 +1,11 @@
 #pragma once
 
-#include <memory>
-#include <vector>
-
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
-#include "softcd/bullet/edge_contact.hpp"
-#include "softcd/bullet/settings.hpp"
+#include "softcd/bullet/world_detection.hpp"
 
 namespace softcd::bullet {
 
-class DeformableDetection;
-class RigidMeshDetection;
+class PairGate;
 
 /// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
 /// softcd. The app changes the line that creates its world.
@@ -27,6 +22,8 @@ class RigidMeshDetection;
 /// a soft body; only those are refitted. Node trees are for bodies whose boxes overlap a rigid one's. The trees have
 /// other shapes than Bullet's, and so contacts with rigid bodies, the same ones, come in another order, which Bullet's
 /// solver is sensitive to.
+///
+/// A body that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
 class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
   DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
@@ -34,25 +31,20 @@ class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
                   btDeformableBodySolver* deformable_solver = nullptr, const Settings& settings = {});
   ~DeformableWorld() override;
 
-  const Settings& settings() const;
-  /// From the next step on.
-  void set_settings(const Settings& settings);
-  /// statistics(), explain() and backend() of the detector of contacts, and of the continuous one, whose last
-  /// detection is the last of several in a step.
-  const CollisionPipeline& pipeline() const;
-  const CollisionPipeline& continuous_pipeline() const;
-  /// Of the last step, at its start; empty unless Settings::edge_contacts asks for them.
-  const std::vector<EdgeContact>& edge_contacts() const;
+  WorldDetection& detection() { return detection_; }
+  const WorldDetection& detection() const { return detection_; }
+
+  /// Between steps: Bullet's own.
+  void performDiscreteCollisionDetection() override;
 
  protected:
   void internalSingleStepSimulation(btScalar time_step) override;
 
  private:
   void predict(btScalar time_step);
-  void detect_rigid_contacts();
+  void detect_rigid_contacts(const PairGate& gate);
 
-  std::unique_ptr<DeformableDetection> detection_;
-  std::unique_ptr<RigidMeshDetection> mesh_detection_;
+  WorldDetection detection_;
 };
 
 }  // namespace softcd::bullet

@@ -1,17 +1,12 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "softcd/bullet/broadphase.hpp"
-#include "softcd/bullet/edge_contact.hpp"
-#include "softcd/bullet/settings.hpp"
+#include "softcd/bullet/world_detection.hpp"
 
 namespace softcd::bullet {
-
-class RigidMeshDetection;
-class SoftSoftDetection;
 
 /// Bullet's dispatcher, with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd, for
 /// all bodies of a classic soft world in one batch. Rigid, soft-rigid and cluster pairs are Bullet's as before and
@@ -32,18 +27,15 @@ class Dispatcher : public btCollisionDispatcher {
   void dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;
 
-  const Settings& settings() const;
-  /// From the next step on.
-  void set_settings(const Settings& settings);
-  /// statistics(), explain() and backend() of the detector.
-  const CollisionPipeline& pipeline() const;
-  /// Of the last step; empty unless Settings::edge_contacts asks for them.
-  const std::vector<EdgeContact>& edge_contacts() const;
+  WorldDetection& detection() { return detection_; }
+  const WorldDetection& detection() const { return detection_; }
+  /// Whether the world that uses this broad phase is the one whose contacts it finds.
+  bool serves(const btBroadphaseInterface& broadphase) const;
 
  private:
   Broadphase& broadphase_;
-  std::unique_ptr<SoftSoftDetection> detection_;
-  std::unique_ptr<RigidMeshDetection> mesh_detection_;
+  std::weak_ptr<Broadphase> living_broadphase_;  ///< apps delete the two in either order
+  WorldDetection detection_;
 };
 
 }  // namespace softcd::bullet

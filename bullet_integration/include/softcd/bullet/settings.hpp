@@ -23,6 +23,16 @@ enum class EdgeContacts : std::uint32_t {
   respond,  ///< and given to Bullet's solver, each as two of its vertex-face contacts
 };
 
+/// What becomes of a step in which softcd fails: with an Error, or std::bad_alloc.
+enum class OnError : std::uint32_t {
+  /// The step goes on with Bullet's own detection, which has no contacts of edges nor, in classic worlds, within
+  /// bodies;
+  /// or without the look at crossings. A warning says so, once for each detector, which counts such steps.
+  fall_back,
+  /// The exception passes through Bullet's functions and leaves the world's step in the middle.
+  throw_error,
+};
+
 // Part of the linker's names of all functions that take Settings, so that an application and a softcd compiled for
 // different btScalars do not link, and the linker's message says what to link. Most of Bullet's own names are the same
 // in both precisions.
@@ -34,7 +44,7 @@ inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet 
 
 /// How softcd replaces Bullet's vertex-face detection between soft bodies and within them (fCollision::VF_SS in the
 /// classic worlds, VF_DD in the deformable one). All other kinds of collision, clusters among them, stay Bullet's.
-/// Where softcd throws an Error (memory runs out, say) it leaves the world's step in the middle.
+/// Exceptions of the app's own callbacks (the near callback, the log) pass through Bullet.
 struct Settings {
   Backend backend = Backend::automatic;
   /// dcd: Bullet's own rules. Classic worlds: a node touches a face when their distance at the end of the step is less
@@ -58,6 +68,7 @@ struct Settings {
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
   bool filter_deformables = false;
+  OnError on_error = OnError::fall_back;
   /// As CollisionPipeline::set_log().
   LogCallback log;
 };

@@ -1,72 +1,57 @@
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <type_traits>
 
 #include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
-#include "softcd/bullet/edge_contact.hpp"
-#include "softcd/bullet/settings.hpp"
+#include "softcd/bullet/world_detection.hpp"
 
 namespace softcd::bullet {
 
-class SoftWorldHooks;
+class Dispatcher;
 
-/// btSoftRigidDynamicsWorld with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd.
-/// The app changes the line that creates its world; dispatcher and broad phase are whatever it had, except that a
-/// softcd::bullet::Dispatcher keeps its own settings.
+/// One of Bullet's classic soft worlds with vertex-face contacts between soft bodies (VF_SS) and within them found by
+/// softcd. The app changes the line that creates its world; dispatcher and broad phase are whatever it had, except that
+/// a softcd::bullet::Dispatcher that serves the same broad phase keeps its own settings.
 ///
 /// With Settings::detection ccd the way of all nodes through a step is looked at once more at its end, and changed
 /// where a node would pass through a face.
 ///
 /// Bullet's face trees are neither built nor refitted, and a body's node tree is refitted only in steps in which
-/// the body's box overlaps a rigid one's; debug drawings of these trees show the last state that was needed.
-class SoftRigidDynamicsWorld : public btSoftRigidDynamicsWorld {
+/// the body's box overlaps a rigid one's; debug drawings of these trees show the last state that was needed. A body
+/// that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
+template <class BulletWorld>
+class SoftWorld : public BulletWorld {
  public:
-  SoftRigidDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, btConstraintSolver* solver,
-                         btCollisionConfiguration* configuration, btSoftBodySolver* soft_body_solver = nullptr,
-                         const Settings& settings = {});
-  ~SoftRigidDynamicsWorld() override;
+  /// What the constructor of Bullet's world takes.
+  using ConstraintSolver = std::conditional_t<std::is_base_of_v<btMultiBodyDynamicsWorld, BulletWorld>,
+                                              btMultiBodyConstraintSolver, btConstraintSolver>;
+
+  SoftWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, ConstraintSolver* solver,
+            btCollisionConfiguration* configuration, btSoftBodySolver* soft_body_solver = nullptr,
+            const Settings& settings = {});
+  ~SoftWorld() override;
+
+  /// The Dispatcher's, where a softcd::bullet::Dispatcher detects.
+  WorldDetection& detection() { return *detection_; }
+  const WorldDetection& detection() const { return *detection_; }
 
   void performDiscreteCollisionDetection() override;
-
-  const Settings& settings() const;
-  /// From the next step on.
-  void set_settings(const Settings& settings);
-  /// statistics(), explain() and backend() of the detector.
-  const CollisionPipeline& pipeline() const;
-  /// Of the last step; empty unless Settings::edge_contacts asks for them.
-  const std::vector<EdgeContact>& edge_contacts() const;
 
  protected:
   void predictUnconstraintMotion(btScalar time_step) override;
   void internalSingleStepSimulation(btScalar time_step) override;
 
  private:
-  std::unique_ptr<SoftWorldHooks> hooks_;
+  std::unique_ptr<WorldDetection> own_detection_;  ///< null where a Dispatcher detects
+  WorldDetection* detection_;
 };
 
-/// The same for btSoftMultiBodyDynamicsWorld.
-class SoftMultiBodyDynamicsWorld : public btSoftMultiBodyDynamicsWorld {
- public:
-  SoftMultiBodyDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
-                             btMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
-                             btSoftBodySolver* soft_body_solver = nullptr, const Settings& settings = {});
-  ~SoftMultiBodyDynamicsWorld() override;
+extern template class SoftWorld<btSoftRigidDynamicsWorld>;
+extern template class SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
-  void performDiscreteCollisionDetection() override;
-
-  const Settings& settings() const;
-  void set_settings(const Settings& settings);
-  const CollisionPipeline& pipeline() const;
-  const std::vector<EdgeContact>& edge_contacts() const;
-
- protected:
-  void predictUnconstraintMotion(btScalar time_step) override;
-  void internalSingleStepSimulation(btScalar time_step) override;
-
- private:
-  std::unique_ptr<SoftWorldHooks> hooks_;
-};
+using SoftRigidDynamicsWorld = SoftWorld<btSoftRigidDynamicsWorld>;
+using SoftMultiBodyDynamicsWorld = SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
 }  // namespace softcd::bullet

@@ -2,28 +2,25 @@
 
 #include <vector>
 
-#include "contact_writer.hpp"
-#include "pair_gate.hpp"
-#include "softcd/bullet/settings.hpp"
 #include "tangles.hpp"
 
 namespace softcd::bullet {
 
-/// Finds the vertex-face contacts of a world's soft bodies, all in one batch: start() after Bullet's prediction,
+/// Finds the vertex-face contacts of a world's soft bodies, all in one batch: start() when Bullet has predicted,
 /// finish() before its solver.
-class SoftSoftDetection {
+class ContactDetection {
  public:
-  explicit SoftSoftDetection(const Settings& settings);
-  SoftSoftDetection(const SoftSoftDetection&) = delete;
-  SoftSoftDetection& operator=(const SoftSoftDetection&) = delete;
+  /// `kind` outlives it.
+  ContactDetection(const WorldKind& kind, const Settings& settings);
+  ContactDetection(const ContactDetection&) = delete;
+  ContactDetection& operator=(const ContactDetection&) = delete;
 
-  const Settings& settings() const { return settings_; }
   void set_settings(const Settings& settings);
   const CollisionPipeline& pipeline() const { return pipeline_; }
   const std::vector<EdgeContact>& edge_contacts() const { return edge_contacts_; }
 
-  /// Reads the bodies that have VF_SS and starts the detection. The gate is asked about pairs during the call.
-  void start(Span<btSoftBody* const> bodies, const PairGate& gate);
+  /// Reads the bodies that have the world's flag and starts the detection. The rule is asked during the call.
+  void start(Span<btSoftBody* const> bodies, const PairRule& rule);
   /// Waits for the detection and writes its contacts into the bodies, which have not changed meanwhile.
   void finish();
 
@@ -32,13 +29,15 @@ class SoftSoftDetection {
 
  private:
   void synchronize(btSoftBody& body);
+  void set_positions(const SoftBodyRegistry::Member& member);
   void find_tangles(Span<const Contact> contacts);
-  void write(const MemberContact& found);
+  void write(const MemberContact& found) const;
 
+  const WorldKind& kind_;
   Settings settings_;
   CollisionPipeline pipeline_;
   SoftBodyRegistry registry_;
-  const PairGate* gate_ = nullptr;
+  const PairRule* rule_ = nullptr;
   std::vector<EdgeContact> edge_contacts_;
   TangledNodes tangled_;
 };

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "softcd/bullet/edge_contact.hpp"
+#include "softcd/bullet/settings.hpp"
+
+namespace softcd::bullet {
+
+class DetectorRecord;
+class WorldQueries;
+struct WorldKind;
+
+/// What one of a world's detectors did in the last step in which it ran. Valid as long as the world.
+class DetectorReport {
+ public:
+  explicit DetectorReport(const DetectorRecord& record) : record_(&record) {}
+
+  /// All zeros before the first step. After a step in which it failed, of the last one before.
+  const Statistics& statistics() const;
+  /// Which stages ran or were left out, and why. Before the first step: of a scene without bodies. Empty after a step
+  /// in which it failed.
+  std::vector<StageReport> explain() const;
+  /// Where it computed: never `automatic`. Before the first step where it is expected to.
+  Backend backend() const;
+  /// In how many steps it has failed: see OnError.
+  std::uint64_t failed_steps() const;
+
+ private:
+  const DetectorRecord* record_;
+};
+
+/// softcd in a world: its settings, and what it found in the last step. Lives as long as the world, or as the
+/// Dispatcher where that detects.
+class WorldDetection {
+ public:
+  /// For softcd's worlds and its Dispatcher. Throws as CollisionPipeline's constructor.
+  WorldDetection(const WorldKind& kind, const Settings& settings);
+  ~WorldDetection();
+  WorldDetection(const WorldDetection&) = delete;
+  WorldDetection& operator=(const WorldDetection&) = delete;
+
+  const Settings& settings() const;
+  /// From the next step on. Throws as CollisionPipeline::set_options.
+  void set_settings(const Settings& settings);
+
+  /// Of vertices with faces, and of edges with Settings::edge_contacts, between soft bodies and within them.
+  DetectorReport contacts() const;
+  /// With Detection::ccd, in all worlds but those under a softcd::bullet::Dispatcher alone: of what would pass through
+  /// something in the step. Its last look is the last of several in a step.
+  DetectorReport crossings() const;
+  /// With Settings::rigid_meshes: of soft bodies with rigid triangle meshes. It runs in steps in which the boxes of
+  /// such a pair overlap.
+  DetectorReport rigid_meshes() const;
+
+  /// Of the last step. Empty before the first one, after one in which the detector failed, and unless
+  /// Settings::edge_contacts asks for them.
+  const std::vector<EdgeContact>& edge_contacts() const;
+
+ private:
+  friend class Dispatcher;
+  friend class DeformableWorld;
+  template <class BulletWorld>
+  friend class SoftWorld;
+
+  std::unique_ptr<WorldQueries> queries_;
+};
+
+/// For a body that was in a world of softcd's, or under its Dispatcher, and goes into one of Bullet's: builds its face
+/// tree, in time n log n. Bullet finds vertex-face contacts by that tree, builds it but once, in time quadratic in the
+/// faces, and would have built it in the world before. A body that is still in one of softcd's worlds when that world
+/// goes is given one then.
+void give_face_tree(btSoftBody& body);
+
+}  // namespace softcd::bullet

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "LinearMath/btScalar.h"
+
+namespace softcd::bullet {
+
+/// How an impulse at two points moves them apart: the sum of weight^2 * inverse mass over their nodes, but at least a
+/// tenth of the lightest node's inverse mass. Where only nodes with small weights can move, the full answer would throw
+/// them (by 1 / weight; past all bounds for a weight of 0): so they give way bit by bit.
+class ContactInverseMass {
+ public:
+  void add(btScalar weight, btScalar node_inverse_mass) {
+    sum_ += weight * weight * node_inverse_mass;
+    least_ = btMax(least_, kLeastShare * node_inverse_mass);
+  }
+  btScalar value() const { return btMax(sum_, least_); }
+
+ private:
+  static constexpr btScalar kLeastShare = btScalar(0.1);
+
+  btScalar sum_ = 0;
+  btScalar least_ = 0;
+};
+
+}  // namespace softcd::bullet

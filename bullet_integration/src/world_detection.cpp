@@ -1,0 +1,54 @@
+#include "softcd/bullet/world_detection.hpp"
+
+#include "world_queries.hpp"
+
+namespace softcd::bullet {
+
+const Statistics& DetectorReport::statistics() const {
+  return record_->statistics();
+}
+
+std::vector<StageReport> DetectorReport::explain() const {
+  return record_->explain();
+}
+
+Backend DetectorReport::backend() const {
+  return record_->backend();
+}
+
+std::uint64_t DetectorReport::failed_steps() const {
+  return record_->failed_steps();
+}
+
+WorldDetection::WorldDetection(const WorldKind& kind, const Settings& settings)
+    : queries_(std::make_unique<WorldQueries>(kind, settings)) {}
+
+WorldDetection::~WorldDetection() = default;
+
+const Settings& WorldDetection::settings() const {
+  return queries_->settings();
+}
+
+void WorldDetection::set_settings(const Settings& settings) {
+  queries_->set_settings(settings);
+}
+
+DetectorReport WorldDetection::contacts() const {
+  return DetectorReport(queries_->contacts.record());
+}
+
+DetectorReport WorldDetection::crossings() const {
+  return DetectorReport(queries_->crossings.record());
+}
+
+DetectorReport WorldDetection::rigid_meshes() const {
+  return DetectorReport(queries_->rigid_meshes.record());
+}
+
+const std::vector<EdgeContact>& WorldDetection::edge_contacts() const {
+  static const std::vector<EdgeContact> none;
+  const ContactDetection* contacts = queries_->contacts.get();
+  return contacts != nullptr ? contacts->edge_contacts() : none;
+}
+
+}  // namespace softcd::bullet

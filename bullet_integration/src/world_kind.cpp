@@ -1,0 +1,153 @@
+#include "world_kind.hpp"
+
+#include <algorithm>
+
+#include "native_detection.hpp"
+#include "pipeline_options.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+using Node = btSoftBody::Node;
+using Flags = btSoftBody::fCollision;
+
+namespace classic {
+
+PipelineOptions contact_options(const Settings& settings) {
+  PipelineOptions options = pipeline_options(settings);
+  options.detection = settings.detection;
+  options.motion_margin = settings.detection == Detection::dcd ? kBulletMotionMargin : 0.0F;
+  return options;
+}
+
+bool asks_gate(const Settings& /*settings*/) {
+  return true;
+}
+
+/// A body that sleeps was not predicted: where it was at the start of its last step means nothing now.
+void set_out(btSoftBody& body, btScalar /*time_step*/) {
+  if (body.isActive()) return;
+  for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_q = body.m_nodes[i].m_x;
+}
+
+/// The nodes' velocities become the mean ones of the step.
+void take_up(btSoftBody& body, btScalar time_step) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    Node& node = body.m_nodes[i];
+    node.m_v = (node.m_x - node.m_q) / time_step;
+  }
+}
+
+void move_end(btSoftBody& body, btScalar time_step) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    Node& node = body.m_nodes[i];
+    node.m_x = node.m_q + time_step * node.m_v;
+  }
+}
+
+/// Answers the nodes' own velocities, which need not be the mean ones: Bullet moves a body's nodes, for the contacts of
+/// the bodies after it, when it has its velocities already. Changed by what the mean ones were changed by, they could
+/// gain energy.
+void settle(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
+  for (const auto& [body, before] : answered) {
+    int node = 0;
+    for (const btVector3& velocity : before.velocities) body->m_nodes[node++].m_v = velocity;
+  }
+  apply_inelastic_impulses(impacts);
+  zones.move_as_one();
+  for (const auto& [body, before] : answered) {
+    if (body->isActive()) body->updateNormals();
+  }
+}
+
+}  // namespace classic
+
+namespace deformable {
+
+/// Bullet's rule looks at where the nodes are when the step begins.
+PipelineOptions contact_options(const Settings& settings) {
+  PipelineOptions options = pipeline_options(settings);
+  options.contact_rule = ContactRule::slab;
+  return options;
+}
+
+bool asks_gate(const Settings& settings) {
+  return settings.filter_deformables;
+}
+
+void write_contact(const MemberContact& found, Detection /*detection*/) {
+  write_deformable_contact(found);
+}
+
+/// As Bullet will when it moves the nodes.
+void move_end(btSoftBody& body, btScalar time_step) {
+  const btScalar fastest = body.getWorldInfo()->m_maxDisplacement / time_step;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    Node& node = body.m_nodes[i];
+    for (int axis = 0; axis < 3; ++axis) btClamp(node.m_v[axis], -fastest, fastest);
+    node.m_q = node.m_x + time_step * (node.m_v + node.m_splitv);
+  }
+}
+
+/// The velocities are those that were answered.
+void take_up(btSoftBody& /*body*/, btScalar /*time_step*/) {}
+void settle(const AnsweredBodies& /*answered*/, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {}
+
+}  // namespace deformable
+
+// Every node is fixed: contacts move none of them.
+bool is_immovable(const btSoftBody& body) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    if (body.m_nodes[i].m_im > 0) return false;
+  }
+  return true;
+}
+
+bool wants_self_collision(const btSoftBody& body, SelfCollision self_collision) {
+  if (self_collision == SelfCollision::flagged) return body.m_useSelfCollision;
+  return self_collision == SelfCollision::all;
+}
+
+}  // namespace
+
+const WorldKind kClassicWorld = {
+    .vertex_face_flag = Flags::VF_SS,
+    .start = &Node::m_q,
+    .end = &Node::m_x,
+    .contact_options = classic::contact_options,
+    .asks_gate = classic::asks_gate,
+    .write_contact = write_soft_contact,
+    .write_edge_contact = write_soft_edge_contact,
+    .detect_natively = detect_classic_contacts,
+    .set_out = classic::set_out,
+    .take_up = classic::take_up,
+    .move_end = classic::move_end,
+    .settle = classic::settle,
+};
+
+const WorldKind kDeformableWorld = {
+    .vertex_face_flag = Flags::VF_DD,
+    .start = &Node::m_x,
+    .end = &Node::m_q,
+    .contact_options = deformable::contact_options,
+    .asks_gate = deformable::asks_gate,
+    .write_contact = deformable::write_contact,
+    .write_edge_contact = write_deformable_edge_contact,
+    .detect_natively = detect_deformable_contacts,
+    .set_out = deformable::move_end,
+    .take_up = deformable::take_up,
+    .move_end = deformable::move_end,
+    .settle = deformable::settle,
+};
+
+BodySettings read_settings(const WorldKind& kind, const btSoftBody& body, const Settings& settings) {
+  BodySettings result;
+  result.margin = std::max(0.0F, static_cast<float>(body.getCollisionShape()->getMargin()));
+  result.kinematic = !body.isActive() || is_immovable(body);
+  result.self_collision =
+      !result.kinematic && wants_self_collision(body, settings.self_collision) && is_vertex_face_pair(kind, body, body);
+  result.features = {/*vertex_triangle=*/true, settings.edge_contacts != EdgeContacts::off};
+  return result;
+}
+
+}  // namespace softcd::bullet

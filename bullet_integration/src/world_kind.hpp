@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+#include "pair_gate.hpp"
+#include "softcd/bullet/settings.hpp"
+#include "velocity_response.hpp"
+
+namespace softcd::bullet {
+
+using NodePosition = btVector3 btSoftBody::Node::*;
+
+/// The bodies whose nodes' velocities were changed so that they do not pass through each other, with what their nodes
+/// had before.
+struct NodeStates {
+  std::vector<btVector3> velocities, split_velocities, ends;
+};
+using AnsweredBodies = std::unordered_map<btSoftBody*, NodeStates>;
+
+/// All that differs between the kinds of world. Nobody asks in another way which kind a world is.
+struct WorldKind {
+  /// Of btSoftBody::fCollision: bodies whose contacts of vertices with faces softcd finds.
+  int vertex_face_flag;
+  /// Where the nodes are at the step's ends while softcd looks for contacts and crossings.
+  NodePosition start, end;
+
+  /// How contacts between soft bodies are looked for.
+  PipelineOptions (*contact_options)(const Settings&);
+  /// Whether PairGate is asked about pairs of soft bodies.
+  bool (*asks_gate)(const Settings&);
+  /// Put a contact into Bullet's arrays: see contact_writer.hpp.
+  void (*write_contact)(const MemberContact&, Detection);
+  void (*write_edge_contact)(const MemberContact&);
+  /// Bullet's own detection, for a step in which softcd's has failed.
+  void (*detect_natively)(Span<btSoftBody* const>, const PairGate&, const Settings&);
+
+  /// What CrossingPrevention does to a body: before it looks for the first time; before it answers an impact of the
+  /// body for the first time; and after each change of velocities, to bring the nodes' `end` to where these lead.
+  void (*set_out)(btSoftBody&, btScalar time_step);
+  void (*take_up)(btSoftBody&, btScalar time_step);
+  void (*move_end)(btSoftBody&, btScalar time_step);
+  /// And to all of them when the ends stand: `impacts` and `zones` are those that were answered.
+  void (*settle)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones);
+};
+
+/// btSoftRigidDynamicsWorld and btSoftMultiBodyDynamicsWorld: contacts are looked for when the nodes have been moved.
+extern const WorldKind kClassicWorld;
+/// btDeformableMultiBodyDynamicsWorld: contacts are looked for before the nodes move.
+extern const WorldKind kDeformableWorld;
+
+/// Where the body's nodes are when the step begins. A body that sleeps was not predicted: its m_q means nothing.
+inline NodePosition start_of(const WorldKind& kind, const btSoftBody& body) {
+  return body.isActive() ? kind.start : &btSoftBody::Node::m_x;
+}
+
+/// Whether softcd, not Bullet, is responsible for the contacts of a pair, or of a body with itself: Bullet's own rule.
+inline bool is_vertex_face_pair(const WorldKind& kind, const btSoftBody& a, const btSoftBody& b) {
+  return (a.m_cfg.collisions & b.m_cfg.collisions & btSoftBody::fCollision::SVSmask) == kind.vertex_face_flag;
+}
+
+/// Whether softcd looks after the contacts of two soft bodies.
+using PairRule = std::function<bool(btSoftBody&, btSoftBody&)>;
+
+inline bool is_looked_after(const WorldKind& kind, const PairGate& gate, const Settings& settings, btSoftBody& a,
+                            btSoftBody& b) {
+  return is_vertex_face_pair(kind, a, b) && (!kind.asks_gate(settings) || gate.admits(a, b));
+}
+
+/// `kind`, `gate` and `settings` outlive the rule.
+inline PairRule pair_rule(const WorldKind& kind, const PairGate& gate, const Settings& settings) {
+  return [&](btSoftBody& a, btSoftBody& b) { return is_looked_after(kind, gate, settings, a, b); };
+}
+
+inline bool has_vertex_face_contacts(const WorldKind& kind, const btSoftBody& body) {
+  return (body.m_cfg.collisions & kind.vertex_face_flag) != 0 && body.m_nodes.size() > 0;
+}
+
+/// Margin, self-collision, features and whether the body can be moved by contacts, as they are now.
+BodySettings read_settings(const WorldKind& kind, const btSoftBody& body, const Settings& settings);
+
+}  // namespace softcd::bullet

@@ -1,0 +1,50 @@
+#include "world_queries.hpp"
+
+#include <new>
+
+namespace softcd::bullet {
+
+WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
+    : contacts("with Bullet's own contacts between soft bodies", kind, settings),
+      crossings("without softcd's look at crossings", kind, settings),
+      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind, settings),
+      kind_(kind),
+      settings_(settings) {}
+
+void WorldQueries::set_settings(const Settings& settings) {
+  if (contacts.get() != nullptr) contacts.get()->set_settings(settings);
+  if (crossings.get() != nullptr) crossings.get()->set_settings(settings);
+  if (rigid_meshes.get() != nullptr) rigid_meshes.get()->set_settings(settings);
+  if (settings.rigid_meshes && !settings_.rigid_meshes) forget_algorithms();
+  settings_ = settings;
+}
+
+bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
+  return contacts.run(settings_,
+                      [&](ContactDetection& detection) { detection.start(bodies, pair_rule(kind_, gate, settings_)); });
+}
+
+void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
+  const bool has_finished =
+      has_started && contacts.run(settings_, [](ContactDetection& detection) { detection.finish(); });
+  if (!has_finished) kind_.detect_natively(bodies, gate, settings_);
+}
+
+void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  const MeshPairs::Collected collected = mesh_pairs_->take();
+  const bool has_found = rigid_meshes.run(settings_, [&](RigidMeshDetection& detection) {
+    if (!collected.is_complete) throw std::bad_alloc();
+    detection.find_contacts(collected.pairs, info.m_timeStep);
+  });
+  if (has_found) return;
+  for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, info);
+}
+
+void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step) {
+  if (settings_.detection != Detection::ccd) return;
+  crossings.run(settings_, [&](CrossingPrevention& prevention) {
+    prevention.run(bodies, pair_rule(kind_, gate, settings_), time_step);
+  });
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "contact_detection.hpp"
+#include "crossing_prevention.hpp"
+#include "guarded.hpp"
+#include "rigid_mesh_detection.hpp"
+
+namespace softcd::bullet {
+
+/// What softcd looks for in one world, whose kind and settings all of it follows, and what the world's step goes on
+/// with where it fails.
+class WorldQueries {
+ public:
+  /// `kind` outlives it.
+  WorldQueries(const WorldKind& kind, const Settings& settings);
+
+  const Settings& settings() const { return settings_; }
+  void set_settings(const Settings& settings);
+
+  /// Between Bullet's prediction and its solver: finds the contacts of soft bodies, and those with rigid meshes, while
+  /// `process_natively` makes Bullet process all other pairs that the gate's dispatcher knows.
+  template <class Native>
+  void process_pairs(Span<btSoftBody* const> bodies, const PairGate& gate, Native process_natively) {
+    const bool has_started = start_contacts(bodies, gate);
+    process_rigid_pairs(gate, process_natively);
+    finish_contacts(has_started, bodies, gate);
+  }
+  /// The part of it that is about rigid bodies.
+  template <class Native>
+  void process_rigid_pairs(const PairGate& gate, Native process_natively) {
+    auto* dispatcher = settings_.rigid_meshes ? dynamic_cast<btCollisionDispatcher*>(&gate.dispatcher()) : nullptr;
+    if (dispatcher == nullptr) {
+      process_natively();
+      return;
+    }
+    if (std::exchange(may_have_foreign_algorithms_, false)) forget_rigid_algorithms(gate.pair_cache(), *dispatcher);
+    {
+      const CollectingMeshPairs collecting(*dispatcher, mesh_pairs_);
+      process_natively();
+    }
+    find_mesh_contacts(*dispatcher, gate.info());
+  }
+  /// The other part, after the solver.
+  void find_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
+    finish_contacts(start_contacts(bodies, gate), bodies, gate);
+  }
+  /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
+  void prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step);
+
+  /// Bullet has processed pairs, and keeps the algorithms that it made for them, while nothing was collected.
+  void forget_algorithms() { may_have_foreign_algorithms_ = true; }
+
+  Guarded<ContactDetection> contacts;
+  Guarded<CrossingPrevention> crossings;
+  Guarded<RigidMeshDetection> rigid_meshes;
+
+ private:
+  bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
+  void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
+  void find_mesh_contacts(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
+
+  const WorldKind& kind_;
+  Settings settings_;
+  std::shared_ptr<MeshPairs> mesh_pairs_ = std::make_shared<MeshPairs>();
+  bool may_have_foreign_algorithms_ = true;
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,260 @@
+// Steps in which softcd fails.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
+#include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "deformable_support.hpp"
+#include "failing_allocations.hpp"
+
+namespace softcd::test {
+namespace {
+
+using bullet::OnError;
+using bullet::WorldDetection;
+using demo::DeformableSimulation;
+using demo::PlugIn;
+using demo::Simulation;
+
+/// Of a step: body, node and the other body's face; body and node that touches the mesh. What is there twice is too
+/// many.
+struct Contacts {
+  std::multiset<std::array<int, 3>> soft;
+  std::multiset<std::array<int, 2>> rigid;
+};
+
+/// Two sheets above each other that touch, the lower one on a rigid mesh of one triangle. Where they are, and not what
+/// was before, decides about their contacts in a step.
+template <class AnySimulation>
+class Layers {
+ public:
+  template <class... Arguments>
+  explicit Layers(const Arguments&... arguments) : simulation_(arguments...) {
+    triangles_.addTriangle(btVector3(-3, 0, -3), btVector3(0, 0, 6), btVector3(3, 0, -3));
+    simulation_.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles_, true), btVector3(0, 0, 0));
+    SheetOptions options;
+    options.nodes_per_side = 4;
+    options.margin = btScalar(0.05);
+    for (const btScalar height : {btScalar(0.04), btScalar(0.11)}) {
+      options.height = height;
+      ++options.nodes_per_side;
+      bodies_.push_back(&simulation_.add(make_sheet(simulation_.world_info(), options)));
+      for (int n = 0; n < bodies_.back()->m_nodes.size(); ++n) places_.push_back(bodies_.back()->m_nodes[n].m_x);
+    }
+  }
+
+  /// A step that starts where the sheets were made, at rest or with this velocity of the upper sheet.
+  void step(btScalar velocity = 0) {
+    std::size_t place = 0;
+    for (btSoftBody* body : bodies_) {
+      for (int n = 0; n < body->m_nodes.size(); ++n) {
+        body->m_nodes[n].m_x = body->m_nodes[n].m_q = places_[place++];
+        body->m_nodes[n].m_v = btVector3(0, body == bodies_.back() ? velocity : 0, 0);
+      }
+    }
+    simulation_.step(kStep);
+  }
+
+  Contacts contacts() const {
+    Contacts found;
+    for (int b = 0; b < 2; ++b) {
+      const btSoftBody& body = *bodies_[static_cast<std::size_t>(b)];
+      const btSoftBody& other = *bodies_[static_cast<std::size_t>(1 - b)];
+      const auto add = [&](const btSoftBody::Node* node, const btSoftBody::Face* face) {
+        found.soft.insert({b, static_cast<int>(node - &body.m_nodes[0]), static_cast<int>(face - &other.m_faces[0])});
+      };
+      const auto add_rigid = [&](const btSoftBody::Node* node) {
+        found.rigid.insert({b, static_cast<int>(node - &body.m_nodes[0])});
+      };
+      for (int i = 0; i < body.m_scontacts.size(); ++i) add(body.m_scontacts[i].m_node, body.m_scontacts[i].m_face);
+      for (int i = 0; i < body.m_faceNodeContacts.size(); ++i) {
+        add(body.m_faceNodeContacts[i].m_node, body.m_faceNodeContacts[i].m_face);
+      }
+      for (int i = 0; i < body.m_rcontacts.size(); ++i) add_rigid(body.m_rcontacts[i].m_node);
+      for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) add_rigid(body.m_nodeRigidContacts[i].m_node);
+    }
+    return found;
+  }
+  std::vector<btScalar> heights() const {
+    std::vector<btScalar> heights;
+    for (const btSoftBody* body : bodies_) {
+      for (int n = 0; n < body->m_nodes.size(); ++n) heights.push_back(body->m_nodes[n].m_x.y());
+    }
+    return heights;
+  }
+  /// One node of the upper sheet has no position.
+  void spoil() { places_.back().setY(std::numeric_limits<btScalar>::quiet_NaN()); }
+
+  /// Bullet answers no contacts: what moves fast enough passes through.
+  void answer_nothing() {
+    for (btSoftBody* body : bodies_) body->m_cfg.piterations = 0;
+  }
+
+  AnySimulation& simulation() { return simulation_; }
+  const WorldDetection& detection() { return *simulation_.detection(); }
+
+ private:
+  btTriangleMesh triangles_;
+  AnySimulation simulation_;
+  std::vector<btSoftBody*> bodies_;
+  std::vector<btVector3> places_;
+};
+
+/// Lets each allocation of the second step fail in turn: what that leaves to Bullet is as in Bullet's own world.
+template <class Make, class AnySimulation>
+void expect_bullets_contacts_in_failing_steps(const Make& make, Layers<AnySimulation>& bullets) {
+  const auto ours = make();
+  for (int i = 0; i < 2; ++i) {
+    ours->step();
+    bullets.step();
+  }
+  const Contacts expected = ours->contacts();
+  const Contacts bullets_own = bullets.contacts();
+  ASSERT_FALSE(expected.soft.empty() || expected.rigid.empty());
+  ASSERT_FALSE(bullets_own.soft.empty() || bullets_own.rigid.empty());
+  std::uint64_t failed_contacts = 0;
+  std::uint64_t failed_meshes = 0;
+  for_every_allocation([&](std::uint64_t n) {
+    SCOPED_TRACE("allocation " + std::to_string(n));
+    const auto layers = make();
+    const WorldDetection& detection = layers->detection();
+    layers->step();
+    bool has_failed = false;
+    {
+      const FailingAllocation failing(n);
+      EXPECT_NO_THROW(layers->step());
+      has_failed = failing.has_failed();
+    }
+    const std::uint64_t contacts = detection.contacts().failed_steps();
+    const std::uint64_t meshes = detection.rigid_meshes().failed_steps();
+    EXPECT_LE(contacts + meshes, 1U);
+    EXPECT_EQ(layers->contacts().soft, contacts > 0 ? bullets_own.soft : expected.soft);
+    EXPECT_EQ(layers->contacts().rigid, meshes > 0 ? bullets_own.rigid : expected.rigid);
+    layers->step();
+    EXPECT_EQ(layers->contacts().soft, expected.soft);
+    EXPECT_EQ(layers->contacts().rigid, expected.rigid);
+    EXPECT_EQ(detection.contacts().failed_steps() + detection.rigid_meshes().failed_steps(), contacts + meshes);
+    failed_contacts += contacts;
+    failed_meshes += meshes;
+    return has_failed && !testing::Test::HasFailure();
+  });
+  std::cout << failed_contacts << " failures of contacts, " << failed_meshes << " of rigid meshes\n";
+  EXPECT_GT(failed_contacts, 0U);
+  EXPECT_GT(failed_meshes, 0U);
+}
+
+TEST(OnError, a_step_without_memory_has_bullets_contacts_in_classic_worlds) {
+  for (const PlugIn plug_in : kPlugIns) {
+    SCOPED_TRACE(name_of(plug_in));
+    Layers<Simulation> bullets(PlugIn::none, cpu_settings());
+    const auto make = [&] { return std::make_unique<Layers<Simulation>>(plug_in, cpu_settings()); };
+    expect_bullets_contacts_in_failing_steps(make, bullets);
+  }
+}
+
+TEST(OnError, a_step_without_memory_has_bullets_contacts_in_the_deformable_world) {
+  Layers<DeformableSimulation> bullets(std::optional<bullet::Settings>{});
+  const auto make = [] { return std::make_unique<Layers<DeformableSimulation>>(std::optional(cpu_settings())); };
+  expect_bullets_contacts_in_failing_steps(make, bullets);
+}
+
+TEST(OnError, a_step_without_memory_for_the_look_at_crossings_goes_without_it) {
+  const btScalar velocity = -30;
+  const bullet::Settings settings = cpu_settings(Detection::ccd);
+  const auto heights_with = [&](PlugIn plug_in) {
+    Layers<Simulation> layers(plug_in, settings);
+    layers.answer_nothing();
+    layers.step();
+    layers.step(velocity);
+    return layers.heights();
+  };
+  const std::vector<btScalar> with_look = heights_with(PlugIn::one_line_world);
+  const std::vector<btScalar> without_look = heights_with(PlugIn::dispatcher);
+  ASSERT_NE(with_look, without_look);
+  std::uint64_t failed = 0;
+  for_every_allocation([&](std::uint64_t n) {
+    SCOPED_TRACE("allocation " + std::to_string(n));
+    Layers<Simulation> layers(PlugIn::one_line_world, settings);
+    layers.answer_nothing();
+    layers.step();
+    bool has_failed = false;
+    {
+      const FailingAllocation failing(n);
+      EXPECT_NO_THROW(layers.step(velocity));
+      has_failed = failing.has_failed();
+    }
+    const WorldDetection& detection = layers.detection();
+    if (detection.contacts().failed_steps() + detection.rigid_meshes().failed_steps() == 0) {
+      EXPECT_EQ(layers.heights(), detection.crossings().failed_steps() > 0 ? without_look : with_look);
+    }
+    failed += detection.crossings().failed_steps();
+    return has_failed && !testing::Test::HasFailure();
+  });
+  std::cout << failed << " failures\n";
+  EXPECT_GT(failed, 0U);
+}
+
+/// Settings whose log throws at the first warning, which is that of a node whose position is no number.
+bullet::Settings settings_that_fail(std::vector<std::string>& said) {
+  bullet::Settings settings = cpu_settings();
+  settings.log = [&said](LogLevel, std::string_view text) {
+    said.emplace_back(text);
+    if (text.find("finite") != std::string_view::npos) throw Error("from the log");
+  };
+  return settings;
+}
+
+TEST(OnError, is_said_once_and_counted) {
+  std::vector<std::string> said;
+  Layers<Simulation> layers(PlugIn::one_line_world, settings_that_fail(said));
+  layers.spoil();
+  for (int i = 0; i < 3; ++i) EXPECT_NO_THROW(layers.step());
+  EXPECT_EQ(layers.detection().contacts().failed_steps(), 3U);
+  EXPECT_EQ(layers.detection().contacts().backend(), Backend::cpu);
+  EXPECT_TRUE(layers.detection().contacts().explain().empty());
+  const auto tells =
+      testing::AllOf(testing::HasSubstr("contacts between soft bodies"), testing::HasSubstr("from the log"));
+  EXPECT_EQ(std::count_if(said.begin(), said.end(), [&](const auto& text) { return testing::Matches(tells)(text); }),
+            1);
+}
+
+TEST(OnError, may_be_thrown) {
+  std::vector<std::string> said;
+  bullet::Settings settings = settings_that_fail(said);
+  settings.on_error = OnError::throw_error;
+  Layers<Simulation> layers(PlugIn::one_line_world, settings);
+  layers.spoil();
+  EXPECT_THROW(layers.step(), Error);
+  EXPECT_EQ(layers.detection().contacts().failed_steps(), 1U);
+}
+
+TEST(OnError, what_an_app_throws_passes) {
+  for (const PlugIn plug_in : kPlugIns) {
+    SCOPED_TRACE(name_of(plug_in));
+    Layers<Simulation> layers(plug_in, cpu_settings());
+    layers.step();
+    const Contacts expected = layers.contacts();
+    layers.simulation().dispatcher().setNearCallback(
+        [](btBroadphasePair&, btCollisionDispatcher&, const btDispatcherInfo&) {
+          throw std::domain_error("the app's");
+        });
+    EXPECT_THROW(layers.step(), std::domain_error);
+    layers.simulation().dispatcher().setNearCallback(btCollisionDispatcher::defaultNearCallback);
+    layers.step();
+    EXPECT_EQ(layers.contacts().soft, expected.soft);
+    EXPECT_EQ(layers.contacts().rigid, expected.rigid);
+    EXPECT_EQ(layers.detection().contacts().failed_steps(), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test
