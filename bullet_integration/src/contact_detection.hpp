@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "tangles.hpp"
@@ -10,34 +11,34 @@ namespace softcd::bullet {
 /// finish() before its solver.
 class ContactDetection {
  public:
-  /// `kind` outlives it.
-  ContactDetection(const WorldKind& kind, const Settings& settings);
+  /// `kind` and `mirror` outlive it.
+  ContactDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings);
   ContactDetection(const ContactDetection&) = delete;
   ContactDetection& operator=(const ContactDetection&) = delete;
 
   void set_settings(const Settings& settings);
-  const CollisionPipeline& pipeline() const { return pipeline_; }
+  const Query& query() const { return query_; }
   const std::vector<EdgeContact>& edge_contacts() const { return edge_contacts_; }
 
-  /// Reads the bodies that have the world's flag and starts the detection. The rule is asked during the call.
+  /// Asks for the bodies that have the world's flag and starts the detection. The rule is asked during the call.
   void start(Span<btSoftBody* const> bodies, const PairRule& rule);
   /// Waits for the detection and writes its contacts into the bodies, which have not changed meanwhile.
   void finish();
 
   /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Between start() and finish().
-  void drop_unread_face_trees();
+  void drop_unread_face_trees(Span<btSoftBody* const> bodies);
 
  private:
-  void synchronize(btSoftBody& body);
-  void set_positions(const SoftBodyRegistry::Member& member);
+  bool looks_at_way() const;
+  void require(btSoftBody& body);
   void find_tangles(Span<const Contact> contacts);
   void write(const MemberContact& found) const;
 
   const WorldKind& kind_;
+  WorldMirror& mirror_;
   Settings settings_;
-  CollisionPipeline pipeline_;
-  SoftBodyRegistry registry_;
-  const PairRule* rule_ = nullptr;
+  Query query_;
+  std::optional<Ticket> ticket_;
   std::vector<EdgeContact> edge_contacts_;
   TangledNodes tangled_;
 };

@@ -60,8 +60,8 @@ btScalar inverse_mass_at(const btSoftBody& body, const Contact& contact, int fir
 EdgeOnFace edge_on_face(const MemberContact& found) {
   const Contact& contact = found.contact;
   const bool is_swapped = inverse_mass_at(*found.a.body, contact, 0) < inverse_mass_at(*found.b.body, contact, 2);
-  const SoftBodyRegistry::Member& node_side = is_swapped ? found.b : found.a;
-  const SoftBodyRegistry::Member& face_side = is_swapped ? found.a : found.b;
+  const WorldMirror::Member& node_side = is_swapped ? found.b : found.a;
+  const WorldMirror::Member& face_side = is_swapped ? found.a : found.b;
   const int first_node = is_swapped ? 2 : 0;
   const int first_corner = is_swapped ? 0 : 2;
 
@@ -133,7 +133,7 @@ bool is_away_from(const BodyMesh& mesh, std::uint32_t node, std::uint32_t face) 
 
 EdgeContact edge_contact_of(const MemberContact& found) {
   const Contact& contact = found.contact;
-  const auto side = [&](const SoftBodyRegistry::Member& member, int first) {
+  const auto side = [&](const WorldMirror::Member& member, int first) {
     EdgeContact::Side result{member.body, {}, {}};
     for (int i = 0; i < 2; ++i) {
       result.nodes[i] = static_cast<int>(contact.vertices[first + i]);

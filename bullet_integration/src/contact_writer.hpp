@@ -1,7 +1,7 @@
 #pragma once
 
-#include "soft_body_registry.hpp"
 #include "softcd/bullet/edge_contact.hpp"
+#include "world_mirror.hpp"
 
 /// Puts contacts into Bullet's own arrays, so that its solvers treat them as theirs. Nothing is appended when no node
 /// of either side can move, nor to a body that sleeps: Bullet neither applies nor clears its contacts, they would pile

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "LinearMath/btQuickprof.h"
-#include "pipeline_options.hpp"
+#include "query_options.hpp"
 #include "tangles.hpp"
 
 namespace softcd::bullet {
@@ -13,35 +13,21 @@ namespace {
 constexpr int kImpulseRounds = 5;
 constexpr int kZoneRounds = 20;
 
+QueryOptions crossing_options(const Settings& settings) {
+  QueryOptions options = continuous_options(settings);
+  options.margins = false;
+  options.features.edge_edge = settings.edge_contacts == EdgeContacts::respond;
+  return options;
+}
+
 }  // namespace
 
-CrossingPrevention::CrossingPrevention(const WorldKind& kind, const Settings& settings)
-    : kind_(kind), settings_(settings), pipeline_(continuous_options(settings), settings.log), registry_(pipeline_) {
-  pipeline_.set_pair_filter(
-      [this](BodyId a, BodyId b) { return (*rule_)(*registry_.member(a).body, *registry_.member(b).body); });
-}
+CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
+    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), crossing_options(settings)) {}
 
 void CrossingPrevention::set_settings(const Settings& settings) {
-  pipeline_.set_options(continuous_options(settings));
-  pipeline_.set_log(settings.log);
+  query_.set_options(crossing_options(settings));
   settings_ = settings;
-}
-
-BodySettings CrossingPrevention::body_settings(const btSoftBody& body) const {
-  BodySettings settings = read_settings(kind_, body, settings_);
-  settings.margin = 0;
-  settings.features.edge_edge = settings_.edge_contacts == EdgeContacts::respond;
-  return settings;
-}
-
-void CrossingPrevention::synchronize(Span<btSoftBody* const> bodies) {
-  registry_.compare(bodies);
-  for (btSoftBody* body : bodies) {
-    if (!has_vertex_face_contacts(kind_, *body)) continue;
-    SoftBodyRegistry::Member& member = registry_.synchronize(*body, body_settings(*body));
-    if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
-  }
-  registry_.remove_absent();
 }
 
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
@@ -67,21 +53,11 @@ void CrossingPrevention::take_back() {
   }
 }
 
-void CrossingPrevention::set_positions(const btSoftBody& body) {
-  pipeline_.set_positions(registry_.id_of(body), positions_of(body, kind_.start), positions_of(body, kind_.end));
-}
-
-/// Two bodies that nothing was changed about are where they were when they were found not to meet.
 void CrossingPrevention::look_again(btScalar time_step) {
-  registry_.for_each([&](SoftBodyRegistry::Member& member) {
-    const bool is_answered = answered_.count(member.body) > 0;
-    BodySettings settings = body_settings(*member.body);
-    settings.kinematic |= !is_answered;
-    registry_.set_settings(member, settings);
-    if (!is_answered) return;
-    kind_.move_end(*member.body, time_step);
-    set_positions(*member.body);
-  });
+  for (const auto& [body, before] : answered_) {
+    kind_.move_end(*body, time_step);
+    mirror_.update_way(mirror_.member(*body));
+  }
 }
 
 /// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
@@ -90,9 +66,9 @@ bool CrossingPrevention::is_let_go(const MemberContact& found) const {
   return settings_.edge_contacts == EdgeContacts::respond && is_tangled(found, kind_);
 }
 
-std::vector<Impact> CrossingPrevention::find_impacts() {
+std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   std::vector<Impact> impacts;
-  registry_.for_each_contact(pipeline_.detect(), [&](const MemberContact& found) {
+  mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
     const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
     if (has_faces && !is_let_go(found)) impacts.push_back(impact_of(found));
   });
@@ -101,14 +77,16 @@ std::vector<Impact> CrossingPrevention::find_impacts() {
 
 bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step) {
   BT_PROFILE("softcd crossings");
-  rule_ = &rule;
-  synchronize(bodies);
-  registry_.for_each([&](SoftBodyRegistry::Member& member) {
-    kind_.set_out(*member.body, time_step);
-    set_positions(*member.body);
-  });
+  for (btSoftBody* body : bodies) {
+    if (!has_vertex_face_contacts(kind_, *body)) continue;
+    WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
+    if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+    kind_.set_out(*body, time_step);
+    mirror_.update_way(member);
+  }
+  query_.set_pair_filter(pair_filter(mirror_, rule));
   answered_.clear();
-  const std::vector<Impact> impacts = find_impacts();
+  const std::vector<Impact> impacts = find_impacts(Pairs::all);
   if (impacts.empty()) return false;
   try {
     answer(impacts, time_step);
@@ -136,7 +114,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
       zones.move_as_one();
     }
     look_again(time_step);
-    impacts = find_impacts();
+    impacts = find_impacts(Pairs::changed);
   }
   if (!impacts.empty() && settings_.log) {
     settings_.log(LogLevel::warning, "continuous detection: " + std::to_string(impacts.size()) +

@@ -34,6 +34,7 @@ void DeformableWorld::detect_rigid_contacts(const PairGate& gate) {
   }
   computeOverlappingPairs();
   for_each_near_rigid(*getPairCache(), refit_deformable_trees);
+  detection_.queries_->begin_step(span_of(getSoftBodyArray()));
   detection_.queries_->process_rigid_pairs(gate, [this] {
     // Clusters go on.
     const VertexFaceTestsOff off(getSoftBodyArray());

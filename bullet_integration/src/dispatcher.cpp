@@ -48,7 +48,8 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   WorldQueries& queries = *detection_.queries_;
   queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info), [&] {
     pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
-    if (ContactDetection* contacts = queries.contacts.get()) contacts->drop_unread_face_trees();
+    if (ContactDetection* contacts = queries.contacts.get())
+      contacts->drop_unread_face_trees(broadphase_.soft_bodies());
   });
 }
 

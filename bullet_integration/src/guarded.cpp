@@ -7,16 +7,13 @@
 
 namespace softcd::bullet {
 
-void DetectorRecord::set_pipeline(const CollisionPipeline* pipeline) {
-  if (pipeline_ != nullptr) {
-    statistics_ = pipeline_->statistics();
-    backend_ = pipeline_->backend();
-  }
-  pipeline_ = pipeline;
+void DetectorRecord::set_query(const Query* query) {
+  if (query_ != nullptr) statistics_ = query_->statistics();
+  query_ = query;
 }
 
 std::vector<StageReport> DetectorRecord::explain() const {
-  return pipeline_ != nullptr ? pipeline_->explain() : std::vector<StageReport>();
+  return query_ != nullptr ? query_->explain() : std::vector<StageReport>();
 }
 
 void DetectorRecord::note_failure(const Settings& settings) {

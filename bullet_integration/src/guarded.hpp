@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "softcd/bullet/settings.hpp"
+#include "world_mirror.hpp"
 
 namespace softcd::bullet {
 
@@ -14,25 +15,25 @@ struct WorldKind;
 class DetectorRecord {
  public:
   /// `instead` completes the sentence that tells of a failure: what the step goes on with.
-  explicit DetectorRecord(const char* instead) : instead_(instead) {}
+  DetectorRecord(const char* instead, const Scene& scene) : instead_(instead), scene_(scene) {}
 
   /// The detector's; null when there is none. It is kept until the next call.
-  void set_pipeline(const CollisionPipeline* pipeline);
+  void set_query(const Query* query);
   /// To be called while an exception is handled: throws it on unless it is softcd's and the step shall go on.
   void note_failure(const Settings& settings);
 
-  const Statistics& statistics() const { return pipeline_ != nullptr ? pipeline_->statistics() : statistics_; }
+  const Statistics& statistics() const { return query_ != nullptr ? query_->statistics() : statistics_; }
   std::vector<StageReport> explain() const;
-  Backend backend() const { return pipeline_ != nullptr ? pipeline_->backend() : backend_; }
+  Backend backend() const { return scene_.backend(); }
   std::uint64_t failed_steps() const { return failed_steps_; }
 
  private:
   void go_on(const Settings& settings, const char* cause);
 
   const char* instead_;
-  const CollisionPipeline* pipeline_ = nullptr;
-  Statistics statistics_;  ///< of the pipeline before
-  Backend backend_ = Backend::cpu;
+  const Scene& scene_;
+  const Query* query_ = nullptr;
+  Statistics statistics_;  ///< of the query before
   std::uint64_t failed_steps_ = 0;
   bool has_warned_ = false;
 };
@@ -41,7 +42,8 @@ class DetectorRecord {
 template <class Detector>
 class Guarded {
  public:
-  Guarded(const char* instead, const WorldKind& kind, const Settings& settings) : kind_(kind), record_(instead) {
+  Guarded(const char* instead, const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
+      : kind_(kind), mirror_(mirror), record_(instead, mirror.scene()) {
     make(settings);
   }
 
@@ -53,7 +55,8 @@ class Guarded {
       work(*detector_);
       return true;
     } catch (...) {
-      record_.set_pipeline(nullptr);
+      mirror_.forget_all();
+      record_.set_query(nullptr);
       detector_.reset();
       record_.note_failure(settings);
       return false;
@@ -66,11 +69,12 @@ class Guarded {
 
  private:
   void make(const Settings& settings) {
-    detector_ = std::make_unique<Detector>(kind_, settings);
-    record_.set_pipeline(&detector_->pipeline());
+    detector_ = std::make_unique<Detector>(kind_, mirror_, settings);
+    record_.set_query(&detector_->query());
   }
 
   const WorldKind& kind_;
+  WorldMirror& mirror_;
   std::unique_ptr<Detector> detector_;
   DetectorRecord record_;
 };

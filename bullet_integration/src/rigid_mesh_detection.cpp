@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
-#include "pipeline_options.hpp"
+#include "query_options.hpp"
 #include "rigid_contact_writer.hpp"
 #include "vectors.hpp"
 
@@ -12,9 +12,6 @@ namespace {
 
 using Flags = btSoftBody::fCollision;
 
-// Soft bodies and meshes are only compared with each other.
-constexpr std::uint32_t kSoftGroup = 1;
-constexpr std::uint32_t kMeshGroup = 2;
 /// One node's contacts with one mesh whose normals are closer than that (8 degrees) are one: on a smooth surface a node
 /// touches several triangles at once.
 constexpr btScalar kSameNormal = btScalar(0.99);
@@ -85,31 +82,30 @@ class NodeTouches {
   std::vector<btVector3> kept_;
 };
 
+/// Of edges there are none: Bullet has no contacts of theirs with rigid bodies.
+QueryOptions mesh_options(const Settings& settings) {
+  QueryOptions options = continuous_options(settings);
+  options.features = {/*vertex_triangle=*/true, /*edge_edge=*/false};
+  return options;
+}
+
 }  // namespace
 
-RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, const Settings& settings)
-    : kind_(kind), pipeline_(continuous_options(settings), settings.log), registry_(pipeline_) {
-  pipeline_.set_pair_filter([this](BodyId a, BodyId b) {
-    const auto pair = std::minmax(a.value, b.value);
-    return std::binary_search(wanted_.begin(), wanted_.end(), std::pair<std::uint32_t, std::uint32_t>(pair));
+RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
+    : kind_(kind), mirror_(mirror), query_(mirror.scene(), mesh_options(settings)) {
+  query_.set_pair_filter([this](BodyId a, BodyId b) {
+    return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
   });
 }
 
-void RigidMeshDetection::set_settings(const Settings& settings) {
-  pipeline_.set_options(continuous_options(settings));
-  pipeline_.set_log(settings.log);
+RigidMeshDetection::~RigidMeshDetection() {
+  for (const auto& [key, mesh] : meshes_) {
+    if (mirror_.scene().has_body(mesh.id)) mirror_.scene().remove_body(mesh.id);
+  }
 }
 
-void RigidMeshDetection::synchronize_soft(const std::vector<MeshPair>& pairs) {
-  for (const MeshPair& pair : pairs) {
-    BodySettings settings;
-    settings.margin = std::max(0.0F, static_cast<float>(pair.soft->getCollisionShape()->getMargin()));
-    settings.filter_group = kSoftGroup;
-    settings.filter_mask = kMeshGroup;
-    const BodyId id = registry_.synchronize(*pair.soft, settings).id;
-    pipeline_.set_positions(id, positions_of(*pair.soft, kind_.start), positions_of(*pair.soft, kind_.end));
-  }
-  registry_.remove_absent();
+void RigidMeshDetection::set_settings(const Settings& settings) {
+  query_.set_options(mesh_options(settings));
 }
 
 void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step) {
@@ -117,9 +113,6 @@ void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPai
   const MeshPoses poses = poses_of(pairs[0], time_step);
   BodySettings settings;
   settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
-  settings.filter_group = kMeshGroup;
-  settings.filter_mask = kSoftGroup;
-  settings.kinematic = true;
 
   std::vector<RigidMesh::Box> boxes;
   for (const MeshPair& pair : pairs) {
@@ -132,16 +125,16 @@ void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPai
   mesh.pair = pairs[0];
   mesh.is_present = true;
   if (is_new) {
-    mesh.id = pipeline_.add_body({mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
+    mesh.id = mirror_.scene().add_body({mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
     meshes_by_id_[mesh.id.value] = &mesh;
   } else if (has_changed) {
-    pipeline_.update_body(mesh.id, {mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
+    mirror_.scene().update_body(mesh.id, {mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
   } else {
-    pipeline_.set_settings(mesh.id, settings);
+    mirror_.scene().set_settings(mesh.id, settings);
   }
-  if (mesh.mesh.place(poses)) pipeline_.set_positions(mesh.id, mesh.mesh.x_t0(), mesh.mesh.x_t1());
+  if (mesh.mesh.place(poses)) mirror_.scene().set_positions(mesh.id, mesh.mesh.x_t0(), mesh.mesh.x_t1());
   for (const MeshPair& pair : pairs) {
-    wanted_.emplace_back(std::minmax(mesh.id.value, registry_.id_of(*pair.soft).value));
+    wanted_.emplace_back(std::minmax(mesh.id.value, mirror_.member(*pair.soft).id.value));
   }
 }
 
@@ -151,7 +144,7 @@ void RigidMeshDetection::remove_absent_meshes() {
       ++entry;
       continue;
     }
-    pipeline_.remove_body(entry->second.id);
+    mirror_.scene().remove_body(entry->second.id);
     meshes_by_id_.erase(entry->second.id.value);
     entry = meshes_.erase(entry);
   }
@@ -160,7 +153,7 @@ void RigidMeshDetection::remove_absent_meshes() {
 void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar time_step) {
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
-  synchronize_soft(pairs);
+  for (const MeshPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
   wanted_.clear();
   // Meshes in the order in which Bullet came upon them: addresses, which make the key, differ from run to run.
   const auto key_of = [](const MeshPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
@@ -188,14 +181,14 @@ void RigidMeshDetection::find_touches() {
     touches.flush([&](const RigidTouch& touch) { node_touches_.push_back({body, node, touch}); });
   };
   BodyId last_mesh;
-  for (const Contact& contact : pipeline_.detect()) {
+  for (const Contact& contact : query_.detect()) {
     const btVector3 normal = to_bullet(contact.normal);
     const auto a = meshes_by_id_.find(contact.body_a.value);
     if (a != meshes_by_id_.end()) {
       find_face_touch(contact, *a->second, -normal);
       continue;
     }
-    btSoftBody& soft = *registry_.member(contact.body_a).body;
+    btSoftBody& soft = *mirror_.member(contact.body_a).body;
     btSoftBody::Node& soft_node = soft.m_nodes[static_cast<int>(contact.feature_a)];
     if (&soft_node != node || contact.body_b != last_mesh) {
       flush();
@@ -217,7 +210,7 @@ void RigidMeshDetection::find_touches() {
 }
 
 void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
-  const SoftBodyRegistry::Member& member = registry_.member(contact.body_b);
+  const WorldMirror::Member& member = mirror_.member(contact.body_b);
   btSoftBody& soft = *member.body;
   const bool is_wanted = has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDF) != 0 &&
                          mesh.pair.object->getInternalType() == btCollisionObject::CO_RIGID_BODY;

@@ -15,13 +15,14 @@ namespace softcd::bullet {
 /// a surface has no inside, and what has passed through one cannot be told from what was always there.
 class RigidMeshDetection {
  public:
-  /// `kind` outlives it.
-  RigidMeshDetection(const WorldKind& kind, const Settings& settings);
+  /// `kind` and `mirror` outlive it.
+  RigidMeshDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings);
+  ~RigidMeshDetection();
   RigidMeshDetection(const RigidMeshDetection&) = delete;
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
 
   void set_settings(const Settings& settings);
-  const CollisionPipeline& pipeline() const { return pipeline_; }
+  const Query& query() const { return query_; }
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
   void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
@@ -35,7 +36,6 @@ class RigidMeshDetection {
   };
   using MeshKey = std::tuple<const btCollisionObject*, const btConcaveShape*, int>;
 
-  void synchronize_soft(const std::vector<MeshPair>& pairs);
   void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
   void remove_absent_meshes();
   struct NodeTouch {
@@ -54,8 +54,8 @@ class RigidMeshDetection {
   void write_contacts() const;
 
   const WorldKind& kind_;
-  CollisionPipeline pipeline_;
-  SoftBodyRegistry registry_;
+  WorldMirror& mirror_;
+  Query query_;
   std::map<MeshKey, Mesh> meshes_;
   std::map<std::uint32_t, const Mesh*> meshes_by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending

@@ -11,7 +11,7 @@ namespace {
 using Corners = std::array<Vec3d, 3>;
 
 /// At the start of the step.
-Corners corners_of(const SoftBodyRegistry::Member& member, std::uint32_t face, const WorldKind& kind) {
+Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, const WorldKind& kind) {
   const NodePosition start = start_of(kind, *member.body);
   Corners corners;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -96,8 +96,8 @@ bool any_node(const MemberContact& found, Visit visit) {
 
 bool is_tangled(const MemberContact& found, const WorldKind& kind) {
   const Contact& contact = found.contact;
-  const SoftBodyRegistry::Member& a = found.a;
-  const SoftBodyRegistry::Member& b = found.b;
+  const WorldMirror::Member& a = found.a;
+  const WorldMirror::Member& b = found.b;
   const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
   const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "native_detection.hpp"
-#include "pipeline_options.hpp"
+#include "query_options.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -13,8 +13,8 @@ using Flags = btSoftBody::fCollision;
 
 namespace classic {
 
-PipelineOptions contact_options(const Settings& settings) {
-  PipelineOptions options = pipeline_options(settings);
+QueryOptions contact_options(const Settings& settings) {
+  QueryOptions options = query_options(settings);
   options.detection = settings.detection;
   options.motion_margin = settings.detection == Detection::dcd ? kBulletMotionMargin : 0.0F;
   return options;
@@ -65,9 +65,10 @@ void settle(const AnsweredBodies& answered, const std::vector<Impact>& impacts, 
 namespace deformable {
 
 /// Bullet's rule looks at where the nodes are when the step begins.
-PipelineOptions contact_options(const Settings& settings) {
-  PipelineOptions options = pipeline_options(settings);
+QueryOptions contact_options(const Settings& settings) {
+  QueryOptions options = query_options(settings);
   options.contact_rule = ContactRule::slab;
+  options.step_end = StepEnd::t0;
   return options;
 }
 

@@ -27,7 +27,7 @@ struct WorldKind {
   NodePosition start, end;
 
   /// How contacts between soft bodies are looked for.
-  PipelineOptions (*contact_options)(const Settings&);
+  QueryOptions (*contact_options)(const Settings&);
   /// Whether PairGate is asked about pairs of soft bodies.
   bool (*asks_gate)(const Settings&);
   /// Put a contact into Bullet's arrays: see contact_writer.hpp.
@@ -71,6 +71,17 @@ inline bool is_looked_after(const WorldKind& kind, const PairGate& gate, const S
 /// `kind`, `gate` and `settings` outlive the rule.
 inline PairRule pair_rule(const WorldKind& kind, const PairGate& gate, const Settings& settings) {
   return [&](btSoftBody& a, btSoftBody& b) { return is_looked_after(kind, gate, settings, a, b); };
+}
+
+/// What a query of the mirror's scene asks, whose rule this is. `mirror` and `rule` outlive the filter. A body may
+/// touch itself where its settings say so.
+inline PairFilter pair_filter(const WorldMirror& mirror, const PairRule& rule) {
+  return [&](BodyId a, BodyId b) {
+    if (a == b) return true;
+    const WorldMirror::Member* const member_a = mirror.find(a);
+    const WorldMirror::Member* const member_b = mirror.find(b);
+    return member_a != nullptr && member_b != nullptr && rule(*member_a->body, *member_b->body);
+  };
 }
 
 inline bool has_vertex_face_contacts(const WorldKind& kind, const btSoftBody& body) {

@@ -5,13 +5,15 @@
 namespace softcd::bullet {
 
 WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
-    : contacts("with Bullet's own contacts between soft bodies", kind, settings),
-      crossings("without softcd's look at crossings", kind, settings),
-      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind, settings),
+    : mirror_(kind, settings),
+      contacts("with Bullet's own contacts between soft bodies", kind, mirror_, settings),
+      crossings("without softcd's look at crossings", kind, mirror_, settings),
+      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind, mirror_, settings),
       kind_(kind),
       settings_(settings) {}
 
 void WorldQueries::set_settings(const Settings& settings) {
+  mirror_.set_settings(settings);
   if (contacts.get() != nullptr) contacts.get()->set_settings(settings);
   if (crossings.get() != nullptr) crossings.get()->set_settings(settings);
   if (rigid_meshes.get() != nullptr) rigid_meshes.get()->set_settings(settings);

@@ -25,6 +25,7 @@ class WorldQueries {
   /// `process_natively` makes Bullet process all other pairs that the gate's dispatcher knows.
   template <class Native>
   void process_pairs(Span<btSoftBody* const> bodies, const PairGate& gate, Native process_natively) {
+    begin_step(bodies);
     const bool has_started = start_contacts(bodies, gate);
     process_rigid_pairs(gate, process_natively);
     finish_contacts(has_started, bodies, gate);
@@ -54,6 +55,13 @@ class WorldQueries {
   /// Bullet has processed pairs, and keeps the algorithms that it made for them, while nothing was collected.
   void forget_algorithms() { may_have_foreign_algorithms_ = true; }
 
+  /// Before process_rigid_pairs, where that is called for itself.
+  void begin_step(Span<btSoftBody* const> bodies) { mirror_.begin_step(bodies); }
+
+ private:
+  WorldMirror mirror_;  ///< before what looks at it
+
+ public:
   Guarded<ContactDetection> contacts;
   Guarded<CrossingPrevention> crossings;
   Guarded<RigidMeshDetection> rigid_meshes;

@@ -18,12 +18,12 @@ namespace {
 
 using bullet::EdgeContacts;
 using bullet::MemberContact;
-using bullet::SoftBodyRegistry;
+using bullet::WorldMirror;
 using demo::PlugIn;
 using demo::Simulation;
 
-SoftBodyRegistry::Member member_of(btSoftBody& body) {
-  SoftBodyRegistry::Member member;
+WorldMirror::Member member_of(btSoftBody& body) {
+  WorldMirror::Member member;
   member.body = &body;
   member.mesh = bullet::read_mesh(body);
   add_faces_of_nodes(member.mesh);
@@ -89,13 +89,13 @@ class AllPairs {
         expected |= intersect(corners_of(x_of_a_, s), corners_of(x_of_b_, t));
       }
     }
-    const SoftBodyRegistry::Member& b = is_same_body ? a_ : b_;
+    const WorldMirror::Member& b = is_same_body ? a_ : b_;
     const bool found = is_tangled(MemberContact{contact, a_, b}, bullet::kDeformableWorld);
     EXPECT_EQ(found, expected);
     return found;
   }
 
-  SoftBodyRegistry::Member a_, b_;
+  WorldMirror::Member a_, b_;
   Positions3 x_of_a_ = positions_of(*a_.body);
   Positions3 x_of_b_ = positions_of(*b_.body);
 };
@@ -127,8 +127,8 @@ TEST(Tangles, what_only_touches_is_none) {
   auto a = make_sheet(world_info, options);
   options.nodes_per_side = 3;
   auto b = make_sheet(world_info, options);  // in the same plane
-  const SoftBodyRegistry::Member side_a = member_of(*a);
-  const SoftBodyRegistry::Member side_b = member_of(*b);
+  const WorldMirror::Member side_a = member_of(*a);
+  const WorldMirror::Member side_b = member_of(*b);
   for (std::uint32_t n = 0; n < side_a.mesh.node_count; ++n) {
     for (std::uint32_t f = 0; f < side_b.mesh.face_count; ++f) {
       Contact contact{};

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <unordered_map>
+
+#include "native_trees.hpp"
+#include "snapshot_reader.hpp"
+#include "softcd/bullet/settings.hpp"
+
+namespace softcd::bullet {
+
+struct WorldKind;
+
+/// A world's soft bodies as a scene that all of the world's queries look at. What an app may do to them between two
+/// steps (adding, removing, deleting them, new faces, flags, margins) is noticed once a step. Bodies that no query asks
+/// for are not in it.
+class WorldMirror {
+ public:
+  struct Member {
+    btSoftBody* body = nullptr;
+    BodyId id;
+    BodyMesh mesh;
+    BodySettings settings;
+    FaceTreeWatch face_tree;
+    bool topology_changed = false;    ///< since the step before
+    std::uint64_t last_compared = 0;  ///< step
+    std::uint64_t last_step = 0;      ///< in which a query asked for it
+    bool has_way = false;             ///< the scene has both ends of this step's
+    bool is_in_world = false;
+  };
+
+  /// `kind` outlives it. Throws as Scene's constructor.
+  WorldMirror(const WorldKind& kind, const Settings& settings);
+  WorldMirror(const WorldMirror&) = delete;
+  WorldMirror& operator=(const WorldMirror&) = delete;
+
+  void set_settings(const Settings& settings);
+  Scene& scene() { return scene_; }
+
+  /// Before anything is asked for in a step: these are the world's soft bodies now.
+  void begin_step(Span<btSoftBody* const> bodies) noexcept;
+  /// What takes longest in require(), for all of them in parallel: to compare topologies.
+  void compare(Span<btSoftBody* const> bodies);
+  /// Sees to it that the body is in the scene as it is in this step, with where it is at the step's start, and, when
+  /// `needs_way`, at its end.
+  Member& require(btSoftBody& body, bool needs_way);
+  /// Whether it was asked for in this step.
+  bool has(const btSoftBody& body) const;
+  /// Where the nodes of a body that is there go in this step has changed.
+  void update_way(Member& member);
+
+  /// A query has failed, perhaps before positions that it had set were read: all bodies are new in the next step.
+  void forget_all() { forgets_all_ = true; }
+
+  /// Null where the id is none of a soft body.
+  const Member* find(BodyId id) const;
+  Member& member(BodyId id) const { return *members_by_id_.at(id.value); }
+  Member& member(const btSoftBody& body) { return members_.at(&body); }
+
+  /// Calls visit(const MemberContact&) for contacts between soft bodies, in their order.
+  template <class Visit>
+  void for_each_contact(Span<const Contact> contacts, Visit visit) const;
+
+ private:
+  Member& add(btSoftBody& body, const BodySettings& settings);
+  void update(Member& member, const BodySettings& settings);
+  void compare(Member& member) const;
+  void set_positions(Member& member, bool needs_way);
+
+  const WorldKind& kind_;
+  Settings settings_;
+  Scene scene_;
+  std::unordered_map<const btSoftBody*, Member> members_;
+  std::unordered_map<std::uint32_t, Member*> members_by_id_;
+  std::uint64_t step_ = 1;
+  bool forgets_all_ = false;
+};
+
+/// A contact whose sides are looked up.
+struct MemberContact {
+  const Contact& contact;
+  const WorldMirror::Member& a;
+  const WorldMirror::Member& b;
+};
+
+/// Triangles behind a body's faces stand for single nodes, which Bullet has no contacts with.
+inline bool is_with_face(const MemberContact& found) {
+  return found.contact.feature_b < found.b.mesh.face_count;
+}
+
+template <class Visit>
+void WorldMirror::for_each_contact(Span<const Contact> contacts, Visit visit) const {
+  const Member* a = nullptr;
+  const Member* b = nullptr;
+  for (const Contact& contact : contacts) {
+    if (a == nullptr || a->id != contact.body_a) a = &member(contact.body_a);
+    if (b == nullptr || b->id != contact.body_b) b = &member(contact.body_b);
+    visit(MemberContact{contact, *a, *b});
+  }
+}
+
+}  // namespace softcd::bullet
