@@ -81,7 +81,7 @@ struct MeetingSheets {
   }
 
   void prevent_crossings(World world) const {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
+    bullet::Settings settings = test_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
     CrossingPrevention prevention(world, settings);
     btSoftBody* const pointers[] = {bodies[0].get(), bodies[1].get()};
@@ -172,7 +172,7 @@ bool is_held_back(World world, bullet::EdgeContacts edge_contacts) {
       (world == World::classic ? node.m_x : node.m_q) += motion;
     }
   }
-  bullet::Settings settings = cpu_settings(Detection::ccd);
+  bullet::Settings settings = test_settings(Detection::ccd);
   settings.edge_contacts = edge_contacts;
   return CrossingPrevention(world, settings)
       .run(

@@ -56,7 +56,7 @@ struct Ridges {
 };
 
 bullet::Settings settings_with(EdgeContacts edge_contacts, Detection detection = Detection::dcd) {
-  bullet::Settings settings = cpu_settings(detection);
+  bullet::Settings settings = test_settings(detection);
   settings.edge_contacts = edge_contacts;
   return settings;
 }
