@@ -14,6 +14,9 @@ endif()
 function(softcd_target_options target)
   target_compile_features(${target} PRIVATE cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  # Where CMAKE_UNITY_BUILD has all sources of a target compiled as one.
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0 UNITY_BUILD_CODE_BEFORE_INCLUDE
+                                             "// NOLINTNEXTLINE(bugprone-suspicious-include)")
   set(warnings -Wall -Wextra -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual)
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
                                            $<$<COMPILE_LANGUAGE:CXX>:${warnings} -Wpedantic>)

@@ -63,10 +63,10 @@ Cell unwrapped(std::uint32_t index, const IntegerDop& cells) {
 
 }  // namespace
 
-DetectionGrid::DetectionGrid(const std::vector<GridBody>& bodies, const PipelineOptions& options) {
+DetectionGrid::DetectionGrid(const std::vector<GridBody>& bodies, const QueryOptions& options) {
   GridRecord record;
   const auto make_detector = [&record] { return std::make_unique<DetectorOn<RecordingBackend>>(&record); };
-  SceneOptions on_cpu = options;
+  softcd::SceneOptions on_cpu;
   on_cpu.backend = Backend::cpu;
   const auto scene =
       std::make_shared<detail::SceneCore>(on_cpu, LogCallback(), DetectorFactories{make_detector, {}, {}});

@@ -36,7 +36,7 @@ struct OccupiedCell {
 /// they leave to those after them read out. For `exact` and `uniform`.
 class DetectionGrid {
  public:
-  DetectionGrid(const std::vector<GridBody>& bodies, const PipelineOptions& options);
+  DetectionGrid(const std::vector<GridBody>& bodies, const QueryOptions& options);
 
   double cell_size() const { return counts_.cell_size; }
   const Statistics& counts() const { return counts_; }

@@ -58,7 +58,9 @@ std::unique_ptr<DetectionGrid> Session::make_grid() const {
          bullet::positions_of(*body, &btSoftBody::Node::m_q),
          bullet::positions_of(*body, &btSoftBody::Node::m_x)});
   }
-  return std::make_unique<DetectionGrid>(grid_bodies, kind.contact_options(detection->settings()));
+  QueryOptions options = kind.contact_options(detection->settings());
+  options.step_end = StepEnd::t1;  // where the nodes are drawn
+  return std::make_unique<DetectionGrid>(grid_bodies, options);
 }
 
 }  // namespace softcd::demo

@@ -52,10 +52,6 @@ class VertexTriangles {
   std::vector<std::uint32_t> first_, triangles_;
 };
 
-bool has(const Triangle& triangle, std::uint32_t vertex) {
-  return std::find(triangle.v, triangle.v + 3, vertex) != triangle.v + 3;
-}
-
 /// Calls visit(n) for every triangle n other than t that shares a vertex with it, once.
 template <class Visit>
 void for_each_neighbour(const MeshView& mesh, const VertexTriangles& triangles_of, std::uint32_t t, Visit visit) {
@@ -63,7 +59,8 @@ void for_each_neighbour(const MeshView& mesh, const VertexTriangles& triangles_o
   for (int corner = 0; corner < 3; ++corner) {
     for (const std::uint32_t other : triangles_of.of(v[corner])) {
       const Triangle& triangle = mesh.triangles[other];
-      const bool was_visited = std::any_of(v, v + corner, [&](std::uint32_t before) { return has(triangle, before); });
+      const bool was_visited =
+          std::any_of(v, v + corner, [&](std::uint32_t before) { return has_vertex(triangle, before); });
       if (other != t && !was_visited) visit(other);
     }
   }
@@ -85,7 +82,7 @@ class NeighbourLister {
     for (int corner = 0; corner < 3; ++corner) {
       const std::uint32_t v = mesh_.triangles[owner].v[corner];
       const bool is_owned = (ownership_[owner] & (1U << corner)) != 0;
-      if (is_owned && !has(mesh_.triangles[t], v)) {
+      if (is_owned && !has_vertex(mesh_.triangles[t], v)) {
         out_.vertex_triangle.push_back((static_cast<std::uint64_t>(v) << 32) | (mesh_.first_triangle + t));
       }
     }

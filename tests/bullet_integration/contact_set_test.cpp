@@ -27,7 +27,7 @@ struct Twin {
   Simulation simulation;
   std::vector<btSoftBody*> bodies;
 
-  explicit Twin(PlugIn plug_in) : simulation(plug_in, cpu_settings()) {}
+  explicit Twin(PlugIn plug_in) : simulation(plug_in, test_settings()) {}
 
   btSoftBody& add(std::unique_ptr<btSoftBody> body) {
     body->m_cfg.piterations = 0;

@@ -83,9 +83,10 @@ struct MeetingSheets {
   }
 
   void prevent_crossings(const WorldKind& kind) const {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
+    bullet::Settings settings = test_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
-    CrossingPrevention prevention(kind, settings);
+    bullet::WorldMirror mirror(kind, settings);
+    CrossingPrevention prevention(kind, mirror, settings);
     btSoftBody* const pointers[] = {bodies[0].get(), bodies[1].get()};
     EXPECT_TRUE(prevention.run(
         {pointers, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep));
@@ -174,9 +175,10 @@ bool is_held_back(const WorldKind& kind, bullet::EdgeContacts edge_contacts) {
       node.*kind.end += motion;
     }
   }
-  bullet::Settings settings = cpu_settings(Detection::ccd);
+  bullet::Settings settings = test_settings(Detection::ccd);
   settings.edge_contacts = edge_contacts;
-  return CrossingPrevention(kind, settings)
+  bullet::WorldMirror mirror(kind, settings);
+  return CrossingPrevention(kind, mirror, settings)
       .run(
           {bodies, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep);
 }

@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DeformableContacts,
 
 TEST_P(DeformableContacts, are_those_of_bullets_predicate_over_all_pairs_once_each) {
   NodeFaces expected;
-  const NodeFaces found = contacts_after_a_step(GetParam().second, cpu_settings(), &expected);
+  const NodeFaces found = contacts_after_a_step(GetParam().second, test_settings(), &expected);
   const NodeFaces native = contacts_after_a_step(GetParam().second, std::nullopt, nullptr);
   std::cout << GetParam().first << ": " << expected.size() << " contacts; Bullet misses "
             << count_missing(native, expected) << " of them and has "
@@ -171,7 +171,7 @@ TEST_P(DeformableContacts, are_those_of_bullets_predicate_over_all_pairs_once_ea
 
 /// Bullet's values of a contact that both worlds have.
 TEST_P(DeformableContacts, have_bullets_values) {
-  const auto ours = GetParam().second(cpu_settings());
+  const auto ours = GetParam().second(test_settings());
   const auto bullets = GetParam().second(std::nullopt);
   ours->step(kStep);
   bullets->step(kStep);

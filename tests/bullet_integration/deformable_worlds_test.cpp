@@ -68,7 +68,7 @@ Rest stacked_cloths(const MaybeSettings& settings, int layers) {
 TEST(DeformableWorld, a_cloth_rests_on_another_as_with_bullet) {
   const Rest bullets = stacked_cloths(std::nullopt, 1);
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    const Rest ours = stacked_cloths(cpu_settings(detection), 1);
+    const Rest ours = stacked_cloths(test_settings(detection), 1);
     print("a cloth on another", bullets, ours);
     EXPECT_EQ(ours.below, 0);
     EXPECT_NEAR(ours.height, bullets.height, 0.01);
@@ -79,7 +79,7 @@ TEST(DeformableWorld, a_cloth_rests_on_another_as_with_bullet) {
 TEST(DeformableWorld, cloths_stack) {
   const Rest bullets = stacked_cloths(std::nullopt, 4);
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    const Rest ours = stacked_cloths(cpu_settings(detection), 4);
+    const Rest ours = stacked_cloths(test_settings(detection), 4);
     print("four cloths", bullets, ours);
     if (detection == Detection::ccd) {
       EXPECT_EQ(ours.below, 0);
@@ -128,12 +128,12 @@ Rest folded_strip(const MaybeSettings& settings, bool self_collision) {
 TEST(DeformableWorld, a_folded_strip_rests_on_itself) {
   const Rest bullets = folded_strip(std::nullopt, true);
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    const Rest ours = folded_strip(cpu_settings(detection), true);
+    const Rest ours = folded_strip(test_settings(detection), true);
     print("folded strip", bullets, ours);
     EXPECT_EQ(ours.below, 0);
     EXPECT_NEAR(ours.height, 0.05, 0.01) << "twice the margin";
   }
-  EXPECT_LT(folded_strip(cpu_settings(), false).height, -0.3) << "without self-collision";
+  EXPECT_LT(folded_strip(test_settings(), false).height, -0.3) << "without self-collision";
 }
 
 Rest ball_on_box_and_cloth(const MaybeSettings& settings) {
@@ -152,10 +152,19 @@ Rest ball_on_box_and_cloth(const MaybeSettings& settings) {
 
 TEST(DeformableWorld, a_cloth_lies_on_a_rigid_box_under_a_ball_as_with_bullet) {
   const Rest bullets = ball_on_box_and_cloth(std::nullopt);
-  const Rest ours = ball_on_box_and_cloth(cpu_settings());
+  const Rest ours = ball_on_box_and_cloth(test_settings());
   print("cloth on a box, under a ball", bullets, ours);
   EXPECT_NEAR(ours.height, bullets.height, 0.01);
   EXPECT_GT(ours.height, 0);
+}
+
+TEST(DeformableWorld, the_backend_under_test_detects) {
+  DeformableSimulation simulation(test_settings());
+  for (int sheet = 0; sheet < 2; ++sheet) simulation.add(make_sheet(simulation.world_info(), {}));
+  simulation.step(kStep);
+  const Statistics& statistics = simulation.detection()->contacts().statistics();
+  EXPECT_GT(statistics.vt_contacts, 0U);
+  EXPECT_EQ(statistics.backend, backend_under_test());
 }
 
 }  // namespace

@@ -135,7 +135,7 @@ TEST_P(Filter, BodiesWhoseNodesAreAllFixedNeverTouchEachOther) {
 
 /// A sheet folded onto itself.
 int self_contacts(PlugIn plug_in, bullet::SelfCollision self_collision, bool is_flagged) {
-  bullet::Settings settings = cpu_settings();
+  bullet::Settings settings = test_settings();
   settings.self_collision = self_collision;
   Simulation simulation(plug_in, settings);
   SheetOptions options;
@@ -161,7 +161,7 @@ TEST_P(Filter, SelfCollisionFollowsTheFlagOrTheSetting) {
 
 /// Where the nodes of two clustered balls that overlap are some steps later.
 std::vector<btScalar> after_cluster_collision(PlugIn plug_in, int flags) {
-  Simulation simulation(plug_in, cpu_settings());
+  Simulation simulation(plug_in, test_settings());
   simulation.world_info().m_gravity.setZero();
   std::vector<btScalar> positions;
   btSoftBody* bodies[2];

@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <ctime>
 #include <limits>
 
 #include "soft_body_support.hpp"
@@ -107,33 +105,6 @@ TEST_P(NativeTrees, APositionThatIsNoNumberHarmsNobodyElse) {
   for (int i = 0; i < upper.m_scontacts.size(); ++i) {
     for (const btSoftBody::Node* node : upper.m_scontacts[i].m_face->m_n) EXPECT_NE(node, &lower.m_nodes[0]);
   }
-}
-
-/// Of processor time: the machine may have other work.
-double milliseconds_of_step(Simulation& simulation) {
-  const std::clock_t start = std::clock();
-  simulation.step(kStep);
-  return 1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
-// Bullet's first step builds the face tree in time quadratic in the faces.
-TEST_P(NativeTrees, TheFirstStepCostsNoMoreThanThreeLaterOnes) {
-  double first = std::numeric_limits<double>::max();
-  double later = first;
-  for (int attempt = 0; attempt < 3; ++attempt) {
-    Simulation simulation(GetParam(), cpu_settings());
-    SheetOptions options;
-    options.nodes_per_side = 51;
-    options.side = 3;
-    options.margin = btScalar(0.02);
-    simulation.add(make_sheet(simulation.world_info(), options));
-    options.height = btScalar(0.03);
-    simulation.add(make_sheet(simulation.world_info(), options));
-    first = std::min(first, milliseconds_of_step(simulation));
-    for (int step = 0; step < 5; ++step) later = std::min(later, milliseconds_of_step(simulation));
-  }
-  std::printf("2 x 5000 faces: first step %.2f ms, later %.2f ms\n", first, later);
-  EXPECT_LT(first, 3 * later);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace softcd::test {
 /// Two sheets, one close above the other, held in the air.
 class TwoSheets {
  public:
-  explicit TwoSheets(demo::PlugIn plug_in, const bullet::Settings& settings = cpu_settings())
+  explicit TwoSheets(demo::PlugIn plug_in, const bullet::Settings& settings = test_settings())
       : simulation_(plug_in, settings) {
     simulation_.world_info().m_gravity.setZero();
   }
@@ -46,7 +46,7 @@ struct ClothOnSheet {
   btSoftBody* sheet;
   btSoftBody* cloth;
 
-  explicit ClothOnSheet(demo::PlugIn plug_in, const bullet::Settings& settings = cpu_settings())
+  explicit ClothOnSheet(demo::PlugIn plug_in, const bullet::Settings& settings = test_settings())
       : simulation(plug_in, settings) {
     SheetOptions options;
     options.fixed = true;

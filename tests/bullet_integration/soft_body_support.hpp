@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "backend_under_test.hpp"
 #include "scenes/cloth.hpp"
 #include "scenes/simulation.hpp"
 
@@ -36,12 +37,21 @@ inline std::string plug_in_name(const testing::TestParamInfo<demo::PlugIn>& para
   return name_of(parameter.param);
 }
 
-/// On the CPU, so that results do not depend on the machine.
-inline bullet::Settings cpu_settings(Detection detection = Detection::dcd) {
+inline bullet::Settings settings_on(Backend backend, Detection detection) {
   bullet::Settings settings;
-  settings.backend = Backend::cpu;
+  settings.backend = backend;
   settings.detection = detection;
   return settings;
+}
+
+/// Of the tests that run on every backend.
+inline bullet::Settings test_settings(Detection detection = Detection::dcd) {
+  return settings_on(backend_under_test(), detection);
+}
+
+/// Of those that are about the bodies and worlds of apps, which no backend sees.
+inline bullet::Settings cpu_settings(Detection detection = Detection::dcd) {
+  return settings_on(Backend::cpu, detection);
 }
 
 struct SheetOptions {

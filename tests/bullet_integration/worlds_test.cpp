@@ -20,7 +20,7 @@ SceneOptions scene_options(Collision collision, PlugIn plug_in, Detection detect
   SceneOptions options;
   options.collision = collision;
   options.plug_in = plug_in;
-  options.settings = cpu_settings(detection);
+  options.settings = test_settings(detection);
   options.size = nodes_per_side;
   return options;
 }
@@ -96,7 +96,7 @@ struct Impact {
 
 /// A cloth that hits a sheet with fixed nodes at 40 m/s: 0.67 m a step, from 0.3 m.
 Impact shoot(PlugIn plug_in, Detection detection) {
-  Simulation simulation(plug_in, cpu_settings(detection));
+  Simulation simulation(plug_in, test_settings(detection));
   SheetOptions options;
   options.fixed = true;
   options.side = 2;
@@ -131,7 +131,7 @@ TEST(Bullet, LetsAFastClothThrough) {
 // Bullet's soft-rigid test reads the node trees that softcd leaves alone as long as nobody reads them.
 TEST_P(PluggedIn, AClothRestsOnARigidBoxAsWithBullet) {
   const auto rest_height = [](PlugIn plug_in) {
-    Simulation simulation(plug_in, cpu_settings());
+    Simulation simulation(plug_in, test_settings());
     simulation.add_static_box(btVector3(2, btScalar(0.5), 2), btVector3(0, btScalar(-0.5), 0));
     SheetOptions options;
     options.height = btScalar(0.6);
@@ -148,16 +148,27 @@ TEST_P(PluggedIn, AClothRestsOnARigidBoxAsWithBullet) {
   EXPECT_NEAR(rest_height(GetParam()), rest_height(PlugIn::none), 0.005);
 }
 
-TEST_P(PluggedIn, RunsTheSameTwice) {
-  const auto positions = [](PlugIn plug_in) {
-    TwoCloths scene(scene_options(Collision::softcd, plug_in, Detection::ccd, 12));
+// On the CPU that means the same twice.
+TEST_P(PluggedIn, RunsTheSameOnEveryBackend) {
+  const auto positions = [](PlugIn plug_in, Backend backend) {
+    SceneOptions options = scene_options(Collision::softcd, plug_in, Detection::ccd, 12);
+    options.settings.backend = backend;
+    TwoCloths scene(options);
     run(scene, 0.75);
     std::vector<btScalar> heights;
     heights.reserve(static_cast<std::size_t>(scene.upper().m_nodes.size()));
     for (int i = 0; i < scene.upper().m_nodes.size(); ++i) heights.push_back(scene.upper().m_nodes[i].m_x.y());
     return heights;
   };
-  EXPECT_EQ(positions(GetParam()), positions(GetParam()));
+  EXPECT_EQ(positions(GetParam(), backend_under_test()), positions(GetParam(), Backend::cpu));
+}
+
+TEST_P(PluggedIn, TheBackendUnderTestDetects) {
+  Simulation simulation(GetParam(), test_settings());
+  for (int sheet = 0; sheet < 2; ++sheet) simulation.add(make_sheet(simulation.world_info(), {}));
+  simulation.step(kStep);
+  EXPECT_GT(simulation.detection()->contacts().statistics().vt_contacts, 0U);
+  EXPECT_EQ(simulation.detection()->contacts().statistics().backend, backend_under_test());
 }
 
 TEST_P(PluggedIn, WorldsDoNotDisturbEachOther) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "expectations.hpp"
+#include "fans.hpp"
 #include "mesh_generators.hpp"
 #include "reference_distance.hpp"
 
@@ -115,6 +116,19 @@ TEST_P(SlabRule, finds_what_the_formula_over_all_pairs_finds) {
     EXPECT_TRUE(agrees(difference)) << describe(difference);
     EXPECT_GT(contacts.size(), 1000U);
     EXPECT_NE(features_of(contacts), features_of(detect_once(scene, test_options(Detection::dcd))));
+  }
+}
+
+TEST_P(SlabRule, reaches_far_around_a_vertex_of_many_triangles) {
+  for (const NamedFan& fan : fans(120)) {
+    SCOPED_TRACE(fan.name);
+    for (const float margin : {0.01F, 0.1F}) {
+      Scene scene{still(fan.mesh, everything(margin))};
+      scene[0].settings.features.edge_edge = false;
+      const std::vector<Contact> contacts = detect_once(scene, slab_options(GetParam()));
+      const Difference difference = compare(slab_verdicts(scene, 1e-5L), features_of(contacts));
+      EXPECT_TRUE(agrees(difference)) << describe(difference);
+    }
   }
 }
 

@@ -67,13 +67,14 @@ inline std::size_t expect_discrete_contacts(const Scene& scene, const PipelineOp
   return contacts.size();
 }
 
-/// Every pair that touches during the step is reported; what else is reported passes within `touching`.
+/// Every pair that touches during the step is reported; what else is reported passes within `touching` or, by
+/// default, 1e-9 of the scene's half extent. Returns how many are reported.
 inline std::size_t expect_continuous_contacts(const Scene& scene, const PipelineOptions& options,
-                                              const PairFilter& pair_filter = {}) {
+                                              const PairFilter& pair_filter = {}, double touching = 0.0) {
   const std::vector<Contact> contacts = detect_once(scene, options, pair_filter);
   Difference difference = compare(continuous_verdicts(scene, pair_filter), features_of(contacts));
   const SceneGeometry geometry(scene);
-  const double touching = 1e-9 * half_extent_of(scene);
+  if (!(touching > 0.0)) touching = 1e-9 * half_extent_of(scene);
   std::erase_if(difference.extra, [&](const FeaturePair& pair) {
     const auto contact = std::find_if(contacts.begin(), contacts.end(),
                                       [&](const Contact& candidate) { return features_of(candidate) == pair; });

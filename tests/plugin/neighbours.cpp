@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "expectations.hpp"
+#include "fans.hpp"
 #include "mesh_generators.hpp"
 
 // Triangles of one body that share a vertex: their features are listed once, not found anew.
@@ -48,18 +49,58 @@ TEST(Neighbours, touch_as_everything_else_does) {
   EXPECT_GT(count_neighbours(passing[0], detect_once(passing, test_options(Detection::ccd))), 10U);
 }
 
-// Too many around one vertex to be listed.
 TEST(Neighbours, around_a_vertex_of_many_triangles) {
-  Mesh fan{{}, {{0, 0, 0}}};
-  constexpr std::uint32_t kCount = 150;
-  for (std::uint32_t i = 0; i < kCount; ++i) {
-    const double angle = 2 * M_PI * i / kCount;
-    fan.positions.push_back({std::cos(angle), std::sin(angle), 0.02 * (i % 7)});
-    fan.triangles.push_back({{0, 1 + i, 1 + (i + 1) % kCount}});
+  std::size_t count = 0;
+  for (const NamedFan& fan : fans(120)) {
+    SCOPED_TRACE(fan.name);
+    // None, and such that features are in contact at distances below, about and above the edges of the rim.
+    for (const float margin : {0.0F, 0.01F, 0.05F, 0.2F}) {
+      count += expect_discrete_contacts({still(fan.mesh, everything(margin))}, test_options(Detection::dcd));
+    }
   }
-  snap_to_grid(fan.positions, 17);
-  EXPECT_GT(expect_discrete_contacts({still(fan, everything(0.05F))}, test_options(Detection::dcd)), 100U);
-  EXPECT_GT(expect_continuous_contacts({in_motion(fan, 0.0F)}, test_options(Detection::ccd)), 50U);
+  EXPECT_GT(count, 100000U);
+}
+
+TEST(Neighbours, around_a_vertex_of_many_triangles_on_their_way) {
+  std::size_t count = 0;
+  for (const NamedFan& fan : fans(72)) {
+    SCOPED_TRACE(fan.name);
+    Positions3 x_t1 = translated(jittered(fan.mesh.positions, 0.1, 9), {0.5, 0.25, 4.0});
+    snap_to_grid(x_t1, 20);
+    count +=
+        expect_continuous_contacts({moving(fan.mesh, std::move(x_t1), everything())}, test_options(Detection::ccd));
+  }
+  EXPECT_GT(count, 500U);
+}
+
+TEST(Neighbours, around_a_vertex_come_within_their_margin_on_their_way) {
+  PipelineOptions options = test_options(Detection::ccd);
+  options.accuracy = Accuracy::conservative;
+  for (const NamedFan& fan : fans(72)) {
+    SCOPED_TRACE(fan.name);
+    Positions3 x_t1 = jittered(fan.mesh.positions, 0.2, 10);
+    snap_to_grid(x_t1, 20);
+    const Scene scene{moving(fan.mesh, std::move(x_t1), everything(0.02F))};
+    const std::vector<Contact> contacts = detect_once(scene, options);
+    EXPECT_GT(contacts.size(), 40U);
+    expect_nothing_missed_on_the_way(scene, contacts);
+  }
+}
+
+// Around a vertex n triangles make n^2 / 2 pairs whose volumes overlap.
+TEST(Neighbours, around_a_vertex_are_tested_only_with_those_near_them) {
+  constexpr std::uint32_t kCount = 1000;
+  std::vector<NamedFan> tame_fans = fans(kCount);
+  tame_fans.pop_back();  // those of the star do cross each other
+  for (const NamedFan& fan : tame_fans) {
+    SCOPED_TRACE(fan.name);
+    const Statistics still_fan = outcome_of({still(fan.mesh, everything())}, test_options(Detection::dcd)).statistics;
+    EXPECT_LT(still_fan.triangle_pairs, 5 * kCount);
+    Positions3 x_t1 = translated(jittered(fan.mesh.positions, 1e-4, 11), {0, 0, 1});
+    const Statistics moving_fan =
+        outcome_of({moving(fan.mesh, std::move(x_t1), everything())}, test_options(Detection::ccd)).statistics;
+    EXPECT_LT(moving_fan.triangle_pairs, 5 * kCount);
+  }
 }
 
 TEST(Neighbours, follow_the_settings) {

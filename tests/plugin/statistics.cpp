@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -151,34 +152,51 @@ TEST_P(StatisticsOf, workspace_stops_growing) {
   EXPECT_EQ(loaded.pipeline.statistics().reruns, 0U);
 }
 
+/// The report's only line about a stage.
+StageReport line_about(const std::string& stage, const std::vector<StageReport>& report) {
+  const auto is_about = [&](const StageReport& line) { return line.stage == stage; };
+  EXPECT_EQ(std::count_if(report.begin(), report.end(), is_about), 1) << stage;
+  const auto found = std::find_if(report.begin(), report.end(), is_about);
+  return found == report.end() ? StageReport{} : *found;
+}
+
 TEST_P(StatisticsOf, explain_gives_a_reason_for_every_stage) {
-  Scene scene = uneven_scene(200);
-  for (SceneBody& body : scene) body.settings.features.edge_edge = false;
-  LoadedScene loaded = load(scene, test_options(GetParam()));
-  loaded.pipeline.detect();
-  const std::vector<StageReport> report = loaded.pipeline.explain();
+  const std::vector<StageReport> report = outcome_of(uneven_scene(200), test_options(GetParam())).report;
   std::set<std::string> stages;
-  std::size_t ran = 0;
   for (const StageReport& line : report) {
     EXPECT_FALSE(line.stage.empty());
     EXPECT_FALSE(line.reason.empty()) << line.stage;
     EXPECT_TRUE(stages.insert(line.stage).second) << line.stage << " is there twice";
-    ran += line.ran ? 1 : 0;
   }
-  EXPECT_GT(ran, 0U);
-  EXPECT_LT(ran, report.size()) << "edges are compared though no body wants it";
+  const bool is_continuous = GetParam() == Detection::ccd;
+  const std::string backend = backend_under_test() == Backend::cuda ? "backend: cuda" : "backend: cpu";
+  for (const std::string& stage : {backend, std::string("broad phase: exact"), std::string("vertex-triangle tests")}) {
+    EXPECT_TRUE(line_about(stage, report).ran) << stage;
+  }
+  for (const std::string stage : {"swept volumes", "time of impact"}) {
+    EXPECT_EQ(line_about(stage, report).ran, is_continuous) << stage;
+  }
 }
 
-TEST_P(StatisticsOf, explain_says_that_nothing_had_to_be_split) {
-  BodySettings settings = everything(0.001F);
-  LoadedScene loaded = load({still(icosphere(3, 1.0), settings)}, test_options(GetParam()));
-  loaded.pipeline.detect();
-  EXPECT_EQ(loaded.pipeline.statistics().split_triangles, 0U);
-  const auto lines_off = [&] {
-    const std::vector<StageReport> report = loaded.pipeline.explain();
-    return std::count_if(report.begin(), report.end(), [](const StageReport& line) { return !line.ran; });
-  };
-  EXPECT_GT(lines_off(), 0);
+TEST_P(StatisticsOf, explain_says_which_kinds_nobody_wants) {
+  for (const Features features : {Features{true, true}, Features{true, false}, Features{false, true}}) {
+    Scene scene = uneven_scene(200);
+    for (SceneBody& body : scene) body.settings.features = features;
+    const std::vector<StageReport> report = outcome_of(scene, test_options(GetParam())).report;
+    EXPECT_EQ(line_about("vertex-triangle tests", report).ran, features.vertex_triangle);
+    EXPECT_EQ(line_about("edge-edge tests", report).ran, features.edge_edge);
+  }
+}
+
+TEST_P(StatisticsOf, explain_says_whether_triangles_had_to_be_split) {
+  const Outcome even = outcome_of({still(icosphere(3, 1.0), everything(0.001F))}, test_options(GetParam()));
+  EXPECT_EQ(even.statistics.split_triangles, 0U);
+  EXPECT_FALSE(line_about("virtual subdivision", even.report).ran);
+  const Outcome uneven = outcome_of(uneven_scene(), test_options(GetParam()));
+  EXPECT_GT(uneven.statistics.split_triangles, 0U);
+  const StageReport line = line_about("virtual subdivision", uneven.report);
+  EXPECT_TRUE(line.ran);
+  EXPECT_THAT(line.reason, testing::HasSubstr(std::to_string(uneven.statistics.split_triangles)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, StatisticsOf, testing::Values(Detection::dcd, Detection::ccd),

@@ -1,11 +1,9 @@
 #include "scene.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <ostream>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 namespace softcd::test {
@@ -58,11 +56,6 @@ LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log) {
     loaded.ids.push_back(id);
   }
   return loaded;
-}
-
-Backend backend_under_test() {
-  const char* const name = std::getenv("SOFTCD_TEST_BACKEND");
-  return name != nullptr && std::string_view(name) == "cuda" ? Backend::cuda : Backend::cpu;
 }
 
 PipelineOptions test_options(Detection detection, BroadPhase broad_phase) {

@@ -5,6 +5,7 @@
 #include <iosfwd>
 #include <vector>
 
+#include "backend_under_test.hpp"
 #include "mesh_generators.hpp"
 #include "softcd/softcd.hpp"
 
@@ -48,9 +49,6 @@ struct LoadedScene {
   std::vector<BodyId> ids;
 };
 LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log = {});
-
-/// The CPU, or, where the environment has SOFTCD_TEST_BACKEND=cuda, the GPU: every test of the detector runs on both.
-Backend backend_under_test();
 
 /// The options of one detection on the backend under test.
 PipelineOptions test_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);

@@ -155,6 +155,10 @@ Pairs all_pairs(const SceneView& scene, const HostVolumes& bounds) {
       const bool feature = ((scene.ownership[a] | scene.ownership[b]) & 7U) != 0 ||
                            ((scene.ownership[a] >> 3) != 0 && (scene.ownership[b] >> 3) != 0);
       if (!feature || !overlap(bounds.volumes[a], bounds.volumes[b])) continue;
+      const Triangle& ta = scene.triangles[a];
+      const Triangle& tb = scene.triangles[b];
+      const float distance = 2.0F * scene.bodies[scene.triangle_body[a]].margin;
+      if (share_vertex(ta, tb) && !SharedVertexTest<false>{scene}.may_touch(ta, tb, distance)) continue;
       if (scene.bodies_may_touch(scene.triangle_body[a], scene.triangle_body[b])) pairs.insert(pair_key(a, b));
     }
   }

@@ -14,10 +14,12 @@ struct Triangle {
   std::uint32_t v[3];
 };
 
+SOFTCD_HD constexpr bool has_vertex(const Triangle& triangle, std::uint32_t v) {
+  return (v == triangle.v[0]) | (v == triangle.v[1]) | (v == triangle.v[2]);
+}
+
 SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
-  bool is_shared = false;
-  for (const std::uint32_t v : a.v) is_shared |= (v == b.v[0]) | (v == b.v[1]) | (v == b.v[2]);
-  return is_shared;
+  return has_vertex(b, a.v[0]) | has_vertex(b, a.v[1]) | has_vertex(b, a.v[2]);
 }
 
 /// Two vertex indices, v[0] < v[1].

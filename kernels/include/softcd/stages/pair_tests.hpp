@@ -7,6 +7,7 @@
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"
+#include "softcd/stages/shared_vertex_test.hpp"
 
 namespace softcd {
 
@@ -89,7 +90,9 @@ struct PairTest {
         !scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) {
       return false;
     }
-    if (scene.self_collision && are_listed_neighbours(a.root, b.root)) return false;
+    if (scene.self_collision && share_vertex(scene.triangles[a.root], scene.triangles[b.root])) {
+      return neighbours_may_touch(a.root, b.root);
+    }
     if constexpr (kSwept) {
       const EndVolumes& ends_a = end_volumes[a.root];
       const EndVolumes& ends_b = end_volumes[b.root];
@@ -101,9 +104,11 @@ struct PairTest {
   }
 
  private:
-  SOFTCD_HD bool are_listed_neighbours(std::uint32_t a, std::uint32_t b) const {
-    return share_vertex(scene.triangles[a], scene.triangles[b]) &&
-           scene.bodies[scene.triangle_body[a]].lists_neighbours;
+  SOFTCD_HD bool neighbours_may_touch(std::uint32_t a, std::uint32_t b) const {
+    const SceneBody& body = scene.bodies[scene.triangle_body[a]];
+    if (body.lists_neighbours) return false;
+    const float distance = scene.contact_reach(outward_up(body.margin + body.margin));
+    return SharedVertexTest<kSwept>{scene}.may_touch(scene.triangles[a], scene.triangles[b], distance);
   }
 
   SOFTCD_HD_SELDOM bool meet_in_a_slab(std::uint32_t a, std::uint32_t b) const {

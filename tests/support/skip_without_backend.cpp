@@ -2,7 +2,8 @@
 
 #include <cstdio>
 
-#include "scene.hpp"
+#include "backend_under_test.hpp"
+#include "softcd/softcd.hpp"
 
 namespace softcd::test {
 namespace {

@@ -1,0 +1,144 @@
+#pragma once
+
+#include "primitives.hpp"
+
+// Primitives that call a functor for every item, or for every part of every item.
+namespace softcd::test {
+
+struct WriteSquare {
+  std::uint64_t* squares;
+  SOFTCD_HD void operator()(std::uint32_t i) const { squares[i] = static_cast<std::uint64_t>(i) * i; }
+};
+
+struct PushUnits {
+  template <class Units, class Multiples>
+  SOFTCD_HD void operator()(std::uint32_t i, Units& units, Multiples& multiples) const {
+    for (std::uint32_t unit = 0; unit < unit_count(i); ++unit) units.push(unit_key(i, unit));
+    if (i % 3U == 0U) multiples.push(i);
+  }
+};
+
+/// The same into room that is taken at once.
+struct PutUnits {
+  template <class Units>
+  SOFTCD_HD void operator()(std::uint32_t i, Units& units) const {
+    auto room = units.allocate(unit_count(i));
+    for (std::uint32_t unit = 0; unit < unit_count(i); ++unit) room.put(unit_key(i, unit));
+  }
+};
+
+struct PartsOfItems {
+  struct Item {
+    std::uint32_t index;
+    SOFTCD_HD std::uint32_t part_count() const { return unit_count(index); }
+  };
+  struct Candidate {
+    std::uint64_t key;
+  };
+
+  SOFTCD_HD Item load_item(std::uint32_t i) const { return {i}; }
+
+  template <class Units>
+  SOFTCD_HD void operator()(const Item& item, std::uint32_t part, Units& units) const {
+    units.push(unit_key(item.index, part));
+  }
+  SOFTCD_HD bool filter(const Item& item, std::uint32_t part, Candidate& candidate) const {
+    candidate = {unit_key(item.index, part)};
+    return passes(candidate.key);
+  }
+  template <class Units>
+  SOFTCD_HD void test(const Candidate& candidate, Units& units) const {
+    units.push(candidate.key);
+  }
+};
+
+template <class Machine>
+class ItemPrimitives : public Primitives<Machine> {};
+TYPED_TEST_SUITE_P(ItemPrimitives);
+
+TYPED_TEST_P(ItemPrimitives, for_each_calls_with_every_item_that_exists) {
+  for (const std::uint32_t size : kSizes) {
+    // Counts below, at and above the capacity.
+    for (const auto& [count, capacity] : {std::pair{size, size + 5U}, {size, size}, {size + 9U, size}}) {
+      auto squares = this->uploaded(std::vector<std::uint64_t>(size + 5U, 7U));
+      const auto value = this->one_count(count);
+      this->backend().for_each("for_each", Count{value.data(), capacity}, WriteSquare{squares.data()});
+      std::vector<std::uint64_t> expected(size + 5U, 7U);
+      for (std::uint64_t i = 0; i < size; ++i) expected[i] = i * i;
+      EXPECT_TRUE(TypeParam::copy_out(squares.data(), size + 5U) == expected) << count << " of " << capacity;
+    }
+  }
+}
+
+TYPED_TEST_P(ItemPrimitives, for_each_append_appends_and_counts_what_does_not_fit) {
+  for (const std::uint32_t size : kSizes) {
+    SCOPED_TRACE(size);
+    const auto value = this->one_count(size);
+    const auto make_list = [&](std::uint64_t capacity) { return this->template make_list<std::uint64_t>(capacity); };
+    expect_units_in_any_room(size, make_list, all_units, [&](auto& units) {
+      auto multiples = this->template make_list<std::uint32_t>(size);
+      this->backend().for_each_append("for_each_append", Count{value.data(), size}, PushUnits{}, units.appender(),
+                                      multiples.appender());
+      std::vector<std::uint32_t> found = multiples.stored();
+      std::sort(found.begin(), found.end());
+      ASSERT_EQ(found.size(), (size + 2U) / 3U);
+      for (std::uint32_t i = 0; i < found.size(); ++i) ASSERT_EQ(found[i], 3U * i);
+    });
+  }
+}
+
+TYPED_TEST_P(ItemPrimitives, for_each_append_gives_room_for_several) {
+  for (const std::uint32_t size : kSizes) {
+    SCOPED_TRACE(size);
+    const auto value = this->one_count(size);
+    const auto make_list = [&](std::uint64_t capacity) { return this->template make_list<std::uint64_t>(capacity); };
+    expect_units_in_any_room(size, make_list, all_units, [&](auto& units) {
+      this->backend().for_each_append("for_each_append", Count{value.data(), size}, PutUnits{}, units.appender());
+    });
+  }
+}
+
+TYPED_TEST_P(ItemPrimitives, for_each_append_goes_on_where_a_list_ends) {
+  const auto value = this->one_count(33);
+  auto units = this->template make_list<std::uint64_t>(2 * UnitCounts(33).total());
+  for (int run = 0; run < 2; ++run) {
+    this->backend().for_each_append("for_each_append", Count{value.data(), 33}, PutUnits{}, units.appender());
+  }
+  const std::vector<std::uint64_t> stored = units.stored();
+  const std::size_t half = stored.size() / 2;
+  for (const bool is_second : {false, true}) {
+    UnitCounts counts(33);
+    counts.add({stored.begin() + (is_second ? half : 0), stored.begin() + (is_second ? 2 * half : half)});
+    counts.expect_only(all_units);
+  }
+}
+
+TYPED_TEST_P(ItemPrimitives, for_each_part_calls_with_every_part) {
+  for (const std::uint32_t size : kSizes) {
+    SCOPED_TRACE(size);
+    const auto value = this->one_count(size);
+    const auto make_list = [&](std::uint64_t capacity) { return this->template make_list<std::uint64_t>(capacity); };
+    expect_units_in_any_room(size, make_list, all_units, [&](auto& units) {
+      this->backend().for_each_part("for_each_part", Count{value.data(), size}, PartsOfItems{}, units.appender());
+    });
+  }
+}
+
+TYPED_TEST_P(ItemPrimitives, for_each_part_filtered_tests_what_passes) {
+  for (const std::uint32_t size : kSizes) {
+    SCOPED_TRACE(size);
+    const auto value = this->one_count(size);
+    const auto make_list = [&](std::uint64_t capacity) { return this->template make_list<std::uint64_t>(capacity); };
+    expect_units_in_any_room(size, make_list, passes, [&](auto& units) {
+      this->backend().for_each_part_filtered("for_each_part_filtered", Count{value.data(), size}, PartsOfItems{},
+                                             units.appender());
+    });
+  }
+}
+
+REGISTER_TYPED_TEST_SUITE_P(ItemPrimitives, for_each_calls_with_every_item_that_exists,
+                            for_each_append_appends_and_counts_what_does_not_fit,
+                            for_each_append_gives_room_for_several, for_each_append_goes_on_where_a_list_ends,
+                            for_each_part_calls_with_every_part, for_each_part_filtered_tests_what_passes);
+
+}  // namespace softcd::test

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "softcd/core/statistics.hpp"
+
+namespace softcd::test {
+
+/// The CPU, or, where the environment has SOFTCD_TEST_BACKEND=cuda, the GPU: tests ON_EVERY_BACKEND run on both.
+Backend backend_under_test();
+
+}  // namespace softcd::test
