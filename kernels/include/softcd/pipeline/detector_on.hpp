@@ -274,13 +274,10 @@ class DetectorOn final : public Detector {
   /// What the lists of the largest chunk need. Candidates that were not looked for yet are as many as there can be.
   std::uint64_t bytes_of_chunk(const Counters& reached) const {
     ChunkCounts most = reached.chunk;
-    for_each_count([](std::uint64_t& count, std::uint64_t of_another) { count = std::max(count, of_another); }, most,
-                   reached.most);
+    for_each_count(KeepLargerCount{}, most, reached.most);
     if (most.vt_candidates == 0 && settings_.vertex_triangle) most.vt_candidates = 6 * most.pairs;
     if (most.ee_candidates == 0 && settings_.edge_edge) most.ee_candidates = 9 * most.pairs;
-    std::uint64_t values = 0;
-    for_each_count([&](std::uint64_t count) { values += count; }, most);
-    return values * sizeof(std::uint64_t);
+    return (most.pairs + most.vt_candidates + most.ee_candidates) * sizeof(std::uint64_t);
   }
 
   /// Of the attempt that failed, as far as they are known. Those of lists that overflowed count what they lacked too.
@@ -295,9 +292,8 @@ class DetectorOn final : public Detector {
   Counters read_counters() {
     Counters counters = backend_.finish();
     query_->total = counters.done;
-    for_each_count([](std::uint64_t& total, std::uint64_t last) { total += last; }, query_->total, counters.chunk);
-    for_each_count([](std::uint64_t& count, std::uint64_t most) { count = std::max(count, most); }, counters.chunk,
-                   counters.most);
+    for_each_count(AddCount{}, query_->total, counters.chunk);
+    for_each_count(KeepLargerCount{}, counters.chunk, counters.most);
     reached_ = counters;
     return counters;
   }

@@ -32,6 +32,14 @@ SOFTCD_HD void for_each_count(const F& f, Counts&... counts) {
   f(counts.ee_candidates...);
 }
 
+/// What is done with counts.
+struct AddCount {
+  SOFTCD_HD void operator()(std::uint64_t& sum, std::uint64_t count) const { sum += count; }
+};
+struct KeepLargerCount {
+  SOFTCD_HD void operator()(std::uint64_t& most, std::uint64_t count) const { most = larger(most, count); }
+};
+
 /// Counts that a detection begins with.
 struct SceneCounts {
   std::uint64_t triangles, vertex_triangle_neighbours, edge_edge_neighbours;
