@@ -130,7 +130,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
   finish_running();
   query.detection_.reset();
   const Clock::time_point begin = Clock::now();
-  QueryCore::Detection& detection = query.detection_.emplace();
+  PendingDetection& detection = query.detection_.emplace();
   try {
     guarded_in_memory(
         query.statistics_, [&] { return preparation_problem(); }, [&] { prepare(query, detection, pairs); });
@@ -150,7 +150,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
 }
 
 /// Everything that a detection needs, but for the detector's start.
-void SceneCore::prepare(QueryCore& query, QueryCore::Detection& detection, Pairs pairs) {
+void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs) {
   const QueryOptions& options = query.options_;
   store_.settle(looked_at());
   warn_of_strays();
@@ -209,7 +209,7 @@ void SceneCore::warn_of_strays() const {
 void SceneCore::finish_running() noexcept {
   if (running_ == nullptr) return;
   QueryCore& query = *std::exchange(running_, nullptr);
-  QueryCore::Detection& detection = *query.detection_;
+  PendingDetection& detection = *query.detection_;
   try {
     Statistics found = detection.statistics;
     guarded_in_memory(
@@ -298,7 +298,7 @@ Span<const Contact> QueryCore::wait(std::uint64_t number) {
     throw Error("a Ticket was waited for, but was before, or options were set that have ended its detection.");
   }
   if (scene_->is_running(*this)) scene_->finish_running();
-  const Detection detection = *std::exchange(detection_, std::nullopt);
+  const PendingDetection detection = *std::exchange(detection_, std::nullopt);
   if (detection.problem) std::rethrow_exception(detection.problem);
   statistics_ = detection.statistics;
   decisions_ = detection.decisions;

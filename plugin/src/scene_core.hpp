@@ -21,6 +21,18 @@ class SceneCore;
 
 constexpr const char* kNoMemoryAtAll = "memory ran out where hardly any is needed; free memory.";
 
+/// A detection that nobody has waited for.
+struct PendingDetection {
+  std::uint64_t number = 0;
+  PairSelection pairs;
+  DetectionInput input;
+  Statistics statistics;
+  Decisions decisions;
+  bool has_work = false;  ///< of the detector's
+  Span<const Contact> contacts;
+  std::exception_ptr problem;
+};
+
 /// What is behind a Query. It has at most one detection, which runs, is finished, or was waited for.
 class QueryCore {
  public:
@@ -44,18 +56,6 @@ class QueryCore {
  private:
   friend class SceneCore;
 
-  /// A detection that nobody has waited for.
-  struct Detection {
-    std::uint64_t number = 0;
-    PairSelection pairs;
-    DetectionInput input;
-    Statistics statistics;
-    Decisions decisions;
-    bool has_work = false;  ///< of the detector's
-    Span<const Contact> contacts;
-    std::exception_ptr problem;
-  };
-
   void end() noexcept;
 
   std::shared_ptr<SceneCore> scene_;
@@ -64,7 +64,7 @@ class QueryCore {
   QueryMemories memories_;
   std::uint64_t last_number_ = 0;
   std::uint64_t last_change_ = 0;  ///< of the scene, when the last detection was started
-  std::optional<Detection> detection_;
+  std::optional<PendingDetection> detection_;
   Statistics statistics_;  ///< of the last detection that was waited for
   Decisions decisions_;
   bool is_closed_ = false;
@@ -104,7 +104,7 @@ class SceneCore {
   Body& find(BodyId id);
   std::unique_ptr<SelectedDetector> detector_for(const SceneOptions& options, DetectorFactories factories);
   void use(std::unique_ptr<SelectedDetector> detector);
-  void prepare(QueryCore& query, QueryCore::Detection& detection, Pairs pairs);
+  void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs);
   LookedAt looked_at() const;
   SceneSize count_elements(Statistics& statistics) const;
   void warn_of_strays() const;

@@ -222,14 +222,16 @@ template <class T>
 void SceneStore::move_elements(HostArray<T>& elements, Place Body::*kind) {
   const auto move = [&](const Body& body) {
     const Place& place = body.*kind;
+    if (place.count == 0) return;
     std::memmove(elements.data() + place.next_first, elements.data() + place.first, place.count * sizeof(T));
   };
   const auto stays_itself = [](const Body& body) { return !body.is_removed && !body.new_mesh; };
-  for (auto body = bodies_.begin(); body != bodies_.end(); ++body) {
-    if (stays_itself(*body) && ((*body).*kind).next_first < ((*body).*kind).first) move(*body);
+  for (const Body& body : bodies_) {
+    if (stays_itself(body) && (body.*kind).next_first < (body.*kind).first) move(body);
   }
-  for (auto body = bodies_.rbegin(); body != bodies_.rend(); ++body) {
-    if (stays_itself(*body) && ((*body).*kind).next_first > ((*body).*kind).first) move(*body);
+  for (std::size_t b = bodies_.size(); b-- > 0;) {
+    const Body& body = bodies_[b];
+    if (stays_itself(body) && (body.*kind).next_first > (body.*kind).first) move(body);
   }
 }
 
@@ -468,7 +470,8 @@ void SceneStore::forget_dropped_neighbours() {
     for (Range* const range : kept) {
       const std::uint64_t size = range->end - range->begin;
       if (range->begin != end) unsent = std::min(unsent, end);
-      std::memmove(features.data() + end, features.data() + range->begin, size * sizeof(std::uint64_t));
+      std::copy_n(features.begin() + static_cast<std::ptrdiff_t>(range->begin), size,
+                  features.begin() + static_cast<std::ptrdiff_t>(end));
       *range = {end, end + size};
       end += size;
     }
