@@ -55,8 +55,6 @@ class BodyPositions {
  public:
   bool are_set() const { return are_set_ || are_new(); }
   bool are_new() const { return new_t1_.data() != nullptr; }
-  /// False where both ends are one and the same array.
-  bool have_two_ends() const { return have_two_ends_; }
   bool is_t0_placed() const { return is_t0_placed_; }
   /// Of what was read last.
   const StepSurvey& survey() const { return survey_; }
@@ -89,7 +87,7 @@ class BodyPositions {
   std::vector<Vec3d> full_t0_, full_t1_;  ///< empty where positions are floats
   StepSurvey survey_;
   bool are_set_ = false;
-  bool have_two_ends_ = false;
+  bool have_two_ends_ = false;  ///< not one and the same array
   bool is_t0_placed_ = false;
 };
 

@@ -12,7 +12,7 @@
 
 namespace softcd {
 
-/// Whether CUDA devices read an array, again and again.
+/// Who reads an array's memory: the host, or CUDA devices, too, again and again.
 enum class ArrayUse : bool { host, shared };
 
 /// Elements that detections read where they are. Room for more is taken ahead and apart from them, so that what runs
@@ -27,12 +27,15 @@ class HostArray {
   const T* data() const { return memory_.get(); }
   Span<const T> view() const { return {memory_.get(), size_}; }
 
+  /// Memory that is taken from now on is a CUDA device's, too.
+  void share() { use_ = ArrayUse::shared; }
+
   /// Takes room for `count` elements, and for a quarter more than there was, so that growing slowly is seldom done.
-  void reserve(std::size_t count, ArrayUse use = ArrayUse::host) {
+  void reserve(std::size_t count) {
     if (count <= std::max(capacity_, room_capacity_)) return;
     const std::size_t before = std::max(capacity_, room_capacity_);
     const std::size_t capacity = std::max(count, before + before / 4);
-    room_ = allocate(capacity, use);
+    room_ = allocate(capacity, use_);
     room_capacity_ = capacity;
   }
 
@@ -67,6 +70,7 @@ class HostArray {
     return Memory(static_cast<T*>(::operator new(count * sizeof(T))), {ArrayUse::host});
   }
 
+  ArrayUse use_ = ArrayUse::host;
   Memory memory_, room_;
   std::size_t size_ = 0, capacity_ = 0, room_capacity_ = 0;
 };

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -166,7 +165,7 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
       size.bodies, selected.pair_count,          selected.self_count, selected.vertex_triangle, selected.edge_edge,
       moves,       size.bodies_without_positions};
   const DetectionSettings settings = detection_settings(options, selected, moves);
-  detection.input = {selected.view(), settings, settings.both_ends || settings.at_t0};
+  detection.input = {selected.view(), settings, settings.both_ends || settings.at_t0, size.triangles};
   detection.has_work = selected.pair_count + selected.self_count > 0;
   detector_->set_memory_limit(options_.memory_limit);
 }
@@ -188,11 +187,6 @@ SceneSize SceneCore::count_elements(Statistics& statistics) const {
   statistics.vertices = size.vertices;
   statistics.edges = size.edges;
   statistics.left_out_triangles = size.left_out_triangles;
-  if (std::max({size.triangles, size.vertices, size.edges}) >= kMostElements) {
-    throw InvalidInput(
-        fmt::format("{} triangles, {} vertices and {} edges in one scene are more than 2^31; split it over several.",
-                    size.triangles, size.vertices, size.edges));
-  }
   return size;
 }
 

@@ -1,11 +1,14 @@
 #include "scene_store.hpp"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
+
+#include "validation.hpp"
 
 namespace softcd {
 namespace {
@@ -113,15 +116,32 @@ Body* SceneStore::find(BodyId id) {
   return found == bodies_.end() || found->id != id || found->is_removed ? nullptr : &*found;
 }
 
+template <class F>
+void SceneStore::for_each_array(const F& f) {
+  const Kind of_vertices = {&Body::vertices, &Sizes::vertices};
+  const Kind of_triangles = {&Body::triangles, &Sizes::triangles};
+  f(x_t0_, of_vertices);
+  f(x_t1_, of_vertices);
+  f(vertex_body_, of_vertices);
+  f(triangles_, of_triangles);
+  f(triangle_edges_, of_triangles);
+  f(ownership_, of_triangles);
+  f(triangle_body_, of_triangles);
+  f(edges_, Kind{&Body::edges, &Sizes::edges});
+}
+
+/// Places are 32 bits wide.
 void SceneStore::reserve(const Sizes& sizes) {
-  x_t0_.reserve(sizes.vertices, position_use_);
-  x_t1_.reserve(sizes.vertices, position_use_);
-  vertex_body_.reserve(sizes.vertices);
-  triangles_.reserve(sizes.triangles);
-  triangle_edges_.reserve(sizes.triangles);
-  ownership_.reserve(sizes.triangles);
-  triangle_body_.reserve(sizes.triangles);
-  edges_.reserve(sizes.edges);
+  if (std::max({sizes.vertices, sizes.triangles, sizes.edges}) >= kMostElements) {
+    throw InvalidInput(
+        fmt::format("{} triangles, {} vertices and {} edges in one scene are more than 2^31; split it over several.",
+                    sizes.triangles, sizes.vertices, sizes.edges));
+  }
+  for_each_array([&](auto& array, const Kind& kind) { array.reserve(sizes.*kind.size); });
+}
+
+void SceneStore::resize(const Sizes& sizes) noexcept {
+  for_each_array([&](auto& array, const Kind& kind) { array.resize(sizes.*kind.size); });
 }
 
 void SceneStore::settle(const LookedAt& looked_at) {
@@ -138,28 +158,11 @@ void SceneStore::lay_out() {
   ++mesh_revision_;
   const bool moves = has_to_move();
   if (moves) sweep_out_removed();
-  const auto resize = [this](const Sizes& sizes) {
-    x_t0_.resize(sizes.vertices);
-    x_t1_.resize(sizes.vertices);
-    vertex_body_.resize(sizes.vertices);
-    triangles_.resize(sizes.triangles);
-    triangle_edges_.resize(sizes.triangles);
-    ownership_.resize(sizes.triangles);
-    triangle_body_.resize(sizes.triangles);
-    edges_.resize(sizes.edges);
-  };
   choose_places(moves);
   resize({std::max<std::uint64_t>(planned_.vertices, vertex_body_.size()),
           std::max<std::uint64_t>(planned_.triangles, triangles_.size()),
           std::max<std::uint64_t>(planned_.edges, edges_.size())});
-  if (moves) {
-    move_elements(x_t0_, &Body::vertices);
-    move_elements(x_t1_, &Body::vertices);
-    move_elements(triangles_, &Body::triangles);
-    move_elements(triangle_edges_, &Body::triangles);
-    move_elements(ownership_, &Body::triangles);
-    move_elements(edges_, &Body::edges);
-  }
+  if (moves) for_each_array([&](auto& array, const Kind& kind) { move_elements(array, kind.place); });
   for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     if (body.is_removed) {

@@ -36,7 +36,10 @@ class SceneStore {
   /// The id of the next body that is added.
   BodyId next_id() const { return BodyId{next_id_}; }
   /// From now on memory for positions is a CUDA device's, too.
-  void share_positions() { position_use_ = ArrayUse::shared; }
+  void share_positions() {
+    x_t0_.share();
+    x_t1_.share();
+  }
 
   /// Brings the arrays up to date; nothing reads them meanwhile. Where vertices are not finite, and how far away the
   /// scene is, counts where it is looked at. Whatever is thrown, the caller's memory is not needed afterwards, and the
@@ -62,13 +65,22 @@ class SceneStore {
   struct Sizes {
     std::uint64_t vertices, triangles, edges;
   };
+  /// What an array has an element for each of.
+  struct Kind {
+    Place Body::*place;
+    std::uint64_t Sizes::*size;
+  };
   /// A run of one body's vertices, the unit of parallel work.
   struct Block {
     Body* body;
     std::size_t begin, end;
   };
 
+  /// Calls f(array, kind) for every array in which bodies have places.
+  template <class F>
+  void for_each_array(const F& f);
   void reserve(const Sizes& sizes);
+  void resize(const Sizes& sizes) noexcept;
   void change(Body& body) { body.last_change = ++last_change_; }
 
   void lay_out();
@@ -102,7 +114,6 @@ class SceneStore {
   Sizes planned_{0, 0, 0};  ///< of the arrays, once everything has its place
   bool has_new_layout_ = false;
   Vec3d origin_{0, 0, 0};
-  ArrayUse position_use_ = ArrayUse::host;
   HostArray<Vec3f> x_t0_, x_t1_;
   HostArray<Triangle> triangles_, triangle_edges_;
   HostArray<Edge> edges_;

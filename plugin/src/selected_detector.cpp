@@ -62,7 +62,7 @@ void SelectedDetector::start(SceneStore& scene, QueryMemories& query, const Dete
   scene_ = &scene;
   query_ = &query;
   input_ = input;
-  choose(scene.size().triangles);
+  choose(input.triangle_count);
   if (!succeeds_on_device([&] { start_in(device_); })) start_in(cpu_);
 }
 

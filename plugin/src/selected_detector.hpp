@@ -39,6 +39,7 @@ struct DetectionInput {
   SceneBodies bodies;
   DetectionSettings settings;
   bool reads_t0 = false;
+  std::uint64_t triangle_count = 0;  ///< of the scene
 };
 
 /// The detectors behind a scene: on the GPU where there is one and it pays, else on the CPU. With `automatic`, when
@@ -76,7 +77,6 @@ class SelectedDetector {
   void use_device();
   void choose(std::uint64_t triangles);
   void take_over(const std::string& problem);
-  Slot& slot_in_use() { return backend_ == Backend::cpu ? cpu_ : device_; }
   void start_in(Slot& slot);
   void tell_scene(Slot& slot);
   template <class F>

@@ -138,7 +138,8 @@ TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
   EXPECT_GT(statistics.peak_bytes, options.memory_limit / 4);
   EXPECT_LE(statistics.peak_bytes, options.memory_limit);
   EXPECT_GT(statistics.chunks, 1U) << "parts were tried";
-  EXPECT_LT(statistics.chunks, 64U);
+  // On CUDA what the first lists lead to is known later: 36.
+  EXPECT_LT(statistics.chunks, backend_under_test() == Backend::cpu ? 32U : 64U);
   EXPECT_LT(statistics.reruns, 10U);
 }
 
