@@ -99,6 +99,7 @@ class DetectorOnDevice final : public Detector {
     return detector_->finish(statistics);
   }
   void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
+  MemoryNeed memory_need() const override { return detector_->memory_need(); }
 
  private:
   int device_;

@@ -232,10 +232,28 @@ std::string SceneCore::preparation_problem() const {
 }
 
 std::string SceneCore::detection_problem() const {
+  const MemoryNeed need = detector_->memory_need();
+  const std::uint64_t triangles = store_.size().triangles;
+  const std::string bytes = need.bytes > 0 ? fmt::format(", {} bytes with what is held already", need.bytes) : "";
+  const char* const or_raise = options_.memory_limit > 0 ? ", or raise the limit" : "";
+  switch (need.what) {
+    case MemoryNeed::For::scene:
+      return fmt::format(
+          "memory ran out for a copy of {} triangles and their positions {}{}. Free memory, or split the scene over "
+          "several{}.",
+          triangles, where(), bytes, or_raise);
+    case MemoryNeed::For::lists:
+      return fmt::format(
+          "memory ran out for lists of the cells and pairs of {} triangles {}{}. Too many triangles lie within their "
+          "margins of each other, or there are too many: reduce the margins, or detect fewer bodies at a time{}.",
+          triangles, where(), bytes, or_raise);
+    case MemoryNeed::For::contacts:
+      break;
+  }
   return fmt::format(
-      "memory ran out while detecting contacts of {} triangles {}: too many triangles lie within their margins of "
-      "each other. Reduce the margins, or detect fewer bodies at a time{}.",
-      store_.size().triangles, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
+      "memory ran out for the contacts of {} triangles {}: {} were found so far{}. Reduce the margins, or detect fewer "
+      "bodies at a time{}.",
+      triangles, where(), need.contacts, bytes, or_raise);
 }
 
 /// Whose memory it is.

@@ -134,8 +134,12 @@ void SelectedDetector::tell_scene(Slot& slot) {
 }
 
 void SelectedDetector::report_memory(Statistics& statistics) const {
-  const Slot& slot = backend_ == Backend::cpu ? cpu_ : device_;
-  if (slot.detector != nullptr) slot.detector->report_memory(statistics);
+  if (const Detector* const detector = detector_in_use()) detector->report_memory(statistics);
+}
+
+MemoryNeed SelectedDetector::memory_need() const {
+  const Detector* const detector = detector_in_use();
+  return detector != nullptr ? detector->memory_need() : MemoryNeed{};
 }
 
 }  // namespace softcd

@@ -58,6 +58,8 @@ class SelectedDetector {
   /// Contacts stay valid until the next detection of the query, however long the detector lives.
   Span<const Contact> finish(Statistics& statistics);
   void report_memory(Statistics& statistics) const;
+  /// Of the start or finish that has thrown std::bad_alloc.
+  MemoryNeed memory_need() const;
 
   /// Where the last detection ran, or the next one is expected to.
   Backend backend() const { return backend_; }
@@ -73,6 +75,7 @@ class SelectedDetector {
     bool knows_scene = false;
   };
 
+  const Detector* detector_in_use() const { return (backend_ == Backend::cpu ? cpu_ : device_).detector.get(); }
   void use_cpu(const std::string& reason);
   void use_device();
   void choose(std::uint64_t triangles);

@@ -66,7 +66,9 @@ TEST(MemoryLimitErrors, a_limit_that_no_parts_can_meet_is_an_error_that_names_it
     loaded.pipeline.detect();
     FAIL() << "not enough for the triangles alone";
   } catch (const OutOfMemory& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("100000"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("for lists of the cells and pairs"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("memory_limit of 100000 bytes, "));
+    EXPECT_THAT(error.what(), testing::HasSubstr("bytes with what is held already"));
     EXPECT_THAT(error.what(), testing::HasSubstr("raise"));
   }
   options.memory_limit = 0;
@@ -133,7 +135,13 @@ TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
   PipelineOptions options = test_options(Detection::dcd);
   options.memory_limit = 8'000'000;
   LoadedScene loaded = load(heap_of_copies(700), options);
-  EXPECT_THROW(loaded.pipeline.detect(), OutOfMemory);
+  try {
+    loaded.pipeline.detect();
+    FAIL() << "not enough for the contacts";
+  } catch (const OutOfMemory& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("for the contacts of 700 triangles"));
+    EXPECT_THAT(error.what(), testing::ContainsRegex(": [1-9][0-9]* were found so far, [1-9][0-9]* bytes"));
+  }
   const Statistics& statistics = loaded.pipeline.statistics();
   EXPECT_GT(statistics.peak_bytes, options.memory_limit / 4);
   EXPECT_LE(statistics.peak_bytes, options.memory_limit);

@@ -73,6 +73,15 @@ class QueryMemory {
   virtual ~QueryMemory() = default;
 };
 
+/// What memory ran out for, and how many bytes would have been held with it; 0 where that is not known.
+struct MemoryNeed {
+  enum class For : std::uint8_t { scene, lists, contacts };
+
+  For what = For::scene;
+  std::uint64_t bytes = 0;
+  std::uint64_t contacts = 0;  ///< that had been found
+};
+
 /// The detections on one backend's copy of a scene, one after another. Throws std::bad_alloc when memory runs out,
 /// DeviceError when the device fails.
 class Detector {
@@ -94,6 +103,8 @@ class Detector {
   virtual Span<const Contact> finish(Statistics& statistics) = 0;
   /// Fills peak_bytes, reruns and chunks, also of a detection that failed.
   virtual void report_memory(Statistics& statistics) const = 0;
+  /// Of the call that has thrown std::bad_alloc.
+  virtual MemoryNeed memory_need() const = 0;
 };
 
 /// Makes a detector, or throws as one does.

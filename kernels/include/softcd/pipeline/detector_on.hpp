@@ -53,6 +53,9 @@ class DetectorOn final : public Detector {
   /// Where memory is short and counts are known at once chunks have no more tests than this, some 20 milliseconds'
   /// worth: what they lead to is known before they are all made.
   static constexpr std::uint64_t kMostTestsOfChunk = 1ULL << 22;
+  /// As found, as given to the user, and its key and place, which are sorted.
+  static constexpr std::uint64_t kBytesOfContact =
+      sizeof(FeatureContact) + sizeof(Contact) + 2 * (sizeof(std::uint64_t) + sizeof(std::uint32_t));
 
  public:
   template <class... Arguments>
@@ -72,6 +75,7 @@ class DetectorOn final : public Detector {
   }
 
   void set_scene(const SceneArrays& scene, const SceneChanges& changes) override {
+    needs_ = MemoryNeed::For::scene;
     with_lists_or_without([&] { follow(scene, changes); });
     counts_ = {scene.triangles.size(), scene.vertex_triangle_neighbours.size(), scene.edge_edge_neighbours.size()};
     scene_.triangle_count = static_cast<std::uint32_t>(scene.triangles.size());
@@ -98,6 +102,8 @@ class DetectorOn final : public Detector {
       if (partners > query_->partners.capacity()) query_->partners.reserve(backend_, partners + partners / 4, 0);
       upload(query_->partners, bodies.partners);
     });
+    needs_ = MemoryNeed::For::lists;
+    found_ = 0;
     view_scene(bodies);
     restore_capacities();
     guess_lists();
@@ -130,6 +136,12 @@ class DetectorOn final : public Detector {
     statistics.peak_bytes = account_->peak_bytes();
     statistics.reruns = backend_.reruns();
     statistics.chunks = chunks_;
+  }
+
+  MemoryNeed memory_need() const override {
+    const std::uint64_t bytes = account_->refused_total();
+    const bool are_contacts = needs_ == MemoryNeed::For::lists && found_ * kBytesOfContact > bytes / 2;
+    return {are_contacts ? MemoryNeed::For::contacts : needs_, bytes, found_};
   }
 
  private:
@@ -244,6 +256,7 @@ class DetectorOn final : public Detector {
   /// nothing.
   void make_room() {
     const Counters reached = counters_reached();
+    found_ = reached.contacts;
     release_lists();
     query_->contacts = {};
     const std::uint64_t chunk_bytes = bytes_of_chunk(reached);
@@ -377,6 +390,8 @@ class DetectorOn final : public Detector {
   Counters reached_{};             ///< by the detection's last attempt that was finished; 0 at its start
   bool has_released_ = false;      ///< the detection's lists have only what it needs itself
   bool is_launched_ = false;
+  MemoryNeed::For needs_ = MemoryNeed::For::scene;  ///< what is being done
+  std::uint64_t found_ = 0;                         ///< contacts, when memory ran out
   Backend backend_;  ///< the last, so that it goes first: it waits for work that uses all the others
 };
 

@@ -26,12 +26,20 @@ class MemoryAccount {
 
   /// A total that is there: the limit, or what was held when memory ran out below it.
   std::uint64_t available() const { return available_; }
-  void forget_refusals() { available_ = limit_; }
+  /// What would be held now, had the request that was refused last been granted; 0 for none.
+  std::uint64_t refused_total() const { return refused_total_; }
+  void forget_refusals() {
+    available_ = limit_;
+    refused_total_ = 0;
+  }
 
   /// Returns allocate(), which is called where the limit allows `bytes` more. Throws std::bad_alloc.
   template <class Allocate>
   auto take(std::uint64_t bytes, const Allocate& allocate) {
-    if (bytes_ > limit_ || bytes > limit_ - bytes_) throw std::bad_alloc();
+    if (bytes_ > limit_ || bytes > limit_ - bytes_) {
+      refused_total_ = bytes_ + bytes;
+      throw std::bad_alloc();
+    }
     try {
       auto memory = allocate();
       bytes_ += bytes;
@@ -39,6 +47,7 @@ class MemoryAccount {
       return memory;
     } catch (const std::bad_alloc&) {
       available_ = std::min(available_, bytes_);
+      refused_total_ = bytes_ + bytes;
       throw;
     }
   }
@@ -51,6 +60,7 @@ class MemoryAccount {
   std::uint64_t available_ = kNone;
   std::uint64_t bytes_ = 0;
   std::uint64_t peak_bytes_ = 0;
+  std::uint64_t refused_total_ = 0;
 };
 
 /// Memory that is on an account for as long as it is held.
