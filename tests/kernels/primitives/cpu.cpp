@@ -3,6 +3,7 @@
 #include "items.hpp"
 #include "memory.hpp"
 #include "orders.hpp"
+#include "softcd/pipeline/backend.hpp"
 #include "work.hpp"
 
 namespace softcd::test {
@@ -24,6 +25,18 @@ struct Cpu {
     return {from, from + count};
   }
 };
+
+/// Lacks one primitive.
+struct WithoutScan : CpuBackend {
+  void exclusive_scan() = delete;
+};
+/// Counts that are not what a detection reads.
+struct OfOtherCounts : CpuBackend {
+  int finish();
+};
+static_assert(DetectionBackend<CpuBackend>);
+static_assert(!DetectionBackend<WithoutScan>);
+static_assert(!DetectionBackend<OfOtherCounts>);
 
 INSTANTIATE_TYPED_TEST_SUITE_P(cpu, ItemPrimitives, Cpu);
 INSTANTIATE_TYPED_TEST_SUITE_P(cpu, WorkPrimitives, Cpu);

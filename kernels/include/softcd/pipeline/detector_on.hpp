@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "softcd/pipeline/backend.hpp"
 #include "softcd/pipeline/broad_phase.inl"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/memory_account.hpp"
@@ -41,13 +42,8 @@ struct QueryOn final : QueryMemory {
   typename Backend::Session session;
 };
 
-/// The detector on one backend. A backend provides (see cpu/cpu_backend.hpp, the shorter one, for the signatures):
-/// Mirror, which follows an array of the host, Buffer and SortBuffer, which own memory that grows; run_once, for_each,
-/// for_each_append, for_each_work, for_each_part and the `filtered` forms of the last two, exclusive_scan, sort_keys,
-/// sort_pairs, histogram and minimum, which enqueue work in order; upload and download; Session, which is what it keeps
-/// of one query; launch, which runs a callable that enqueues and may return early; finish, which waits; begin, which
-/// starts the clock of a part; give_scratch_back, for what is in no buffer.
-template <class Backend>
+/// The detector on one backend.
+template <DetectionBackend Backend>
 class DetectorOn final : public Detector {
   static constexpr std::uint64_t kMostChunks = 4096;
   /// Where memory is short and counts are known at once chunks have no more tests than this, some 20 milliseconds'
