@@ -69,7 +69,7 @@ fetch_nvcc() {
   rm -rf "$fresh"
   if ! python3 -m pip install --quiet --disable-pip-version-check --root-user-action=ignore --target "$fresh" \
     nvidia-cuda-nvcc==13.0.88 nvidia-cuda-crt==13.0.88 nvidia-nvvm==13.0.88 nvidia-cuda-runtime==13.0.96 \
-    nvidia-cuda-cccl==13.0.85; then
+    nvidia-cuda-cccl==13.0.85 nvidia-nvtx==13.0.85; then
     say "the CUDA compiler could not be fetched; install a CUDA toolkit (12 or later), or use SOFTCD_CUDA=off"
     exit 1
   fi

@@ -17,6 +17,7 @@
 #include "softcd/pipeline/output.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
 #include "softcd/pipeline/workspace.hpp"
+#include "timeline_range.hpp"
 
 namespace softcd {
 
@@ -205,47 +206,49 @@ class CudaBackend {
   template <class F>
   void for_each(const char* label, Count count, const F& f) {
     if (count.capacity == 0) return;
-    cuda::for_each<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] { cuda::for_each<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f); });
   }
 
   template <class F>
   void run_once(const char* label, const F& f) {
-    cuda::run_once<<<1, cuda::kTeamSize, 0, stream_>>>(f);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] { cuda::run_once<<<1, cuda::kTeamSize, 0, stream_>>>(f); });
   }
 
   template <class F, class... Targets>
   void for_each_append(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
-    cuda::for_each_append<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f, lists...);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] {
+      cuda::for_each_append<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f, lists...);
+    });
   }
 
   template <class F, class... Targets>
   void for_each_work(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
-    cuda::for_each_work<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(items, offsets, total,
-                                                                                                  f, lists...);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] {
+      cuda::for_each_work<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(items, offsets,
+                                                                                                    total, f, lists...);
+    });
   }
 
   template <class F, class... Targets>
   void for_each_work_filtered(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                               Share share, const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
-    cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 12), cuda::kBlockSize, 0, stream_>>>(
-        items, offsets, total, share, f, lists...);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] {
+      cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 12), cuda::kBlockSize, 0, stream_>>>(
+          items, offsets, total, share, f, lists...);
+    });
   }
 
   template <class F, class... Targets>
   void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
-    cuda::for_each_part<<<blocks_for(count.capacity, cuda::kItemsAtOnce<F>), cuda::kBlockSize, 0, stream_>>>(count, f,
-                                                                                                             lists...);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] {
+      cuda::for_each_part<<<blocks_for(count.capacity, cuda::kItemsAtOnce<F>), cuda::kBlockSize, 0, stream_>>>(
+          count, f, lists...);
+    });
   }
 
   template <class F, class... Targets>
@@ -253,8 +256,7 @@ class CudaBackend {
     if (count.capacity == 0) return;
     const unsigned blocks =
         std::min(blocks_for(count.capacity, cuda::kItemsAtOnce<F>), static_cast<unsigned>(processors_ * 8));
-    cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] { cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...); });
   }
 
   void exclusive_scan(const char* label, Count count, const std::uint32_t* values, std::uint64_t* sums,
@@ -266,8 +268,7 @@ class CudaBackend {
       return cub::DeviceScan::ExclusiveSum(scratch, bytes, input, sums, static_cast<std::int64_t>(count.capacity),
                                            stream_);
     });
-    cuda::last_sum<<<1, 1, 0, stream_>>>(count, values, sums, total);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] { cuda::last_sum<<<1, 1, 0, stream_>>>(count, values, sums, total); });
   }
 
   template <class Key>
@@ -303,16 +304,16 @@ class CudaBackend {
     check_cuda(cudaMemsetAsync(bins, 0, bytes, stream_), label);
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 2));
-    cuda::histogram<<<blocks, cuda::kBlockSize, bytes, stream_>>>(count, bins, histograms, bins_per_histogram, f);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] {
+      cuda::histogram<<<blocks, cuda::kBlockSize, bytes, stream_>>>(count, bins, histograms, bins_per_histogram, f);
+    });
   }
 
   template <class F>
   void minimum(const char* label, Count count, const F& f, float* least) {
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 2));
-    cuda::minimum<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, least);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] { cuda::minimum<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, least); });
   }
 
   template <class T>
@@ -341,6 +342,7 @@ class CudaBackend {
       session.last_key = {signature, allocations_};
       return;
     }
+    const TimelineRange range("launching a graph");
     check_cuda(cudaGraphLaunch(session.graph.get(), stream_), "launching a graph");
   }
 
@@ -349,12 +351,14 @@ class CudaBackend {
     check_cuda(
         cudaMemcpyAsync(host_counters_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
         "reading counters");
-    cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(count, contacts.data(),
-                                                                                             session_->contacts.data());
-    check_cuda(cudaGetLastError(), "reading contacts");
+    enqueue("reading contacts", [&] {
+      cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(
+          count, contacts.data(), session_->contacts.data());
+    });
   }
 
   Counters finish() {
+    const TimelineRange range("finishing a detection");
     check_cuda(cudaStreamSynchronize(stream_), "finishing a detection");
     return *host_counters_.data();
   }
@@ -383,6 +387,14 @@ class CudaBackend {
   const StageTimes& times() const { return times_; }
 
  private:
+  /// Calls f, which launches a kernel.
+  template <class F>
+  void enqueue(const char* label, const F& f) {
+    const TimelineRange range(label);
+    f();
+    check_cuda(cudaGetLastError(), label);
+  }
+
   unsigned blocks_for(std::uint64_t items, std::uint64_t items_per_block = cuda::kBlockSize) const {
     const std::uint64_t blocks = (items + items_per_block - 1) / items_per_block;
     return static_cast<unsigned>(std::min<std::uint64_t>(blocks, static_cast<std::uint64_t>(processors_) * 64));
@@ -390,14 +402,14 @@ class CudaBackend {
 
   template <class Key>
   void fill_tail(const char* label, Count count, Key* keys) {
-    cuda::fill_tail<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, keys);
-    check_cuda(cudaGetLastError(), label);
+    enqueue(label, [&] { cuda::fill_tail<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, keys); });
   }
 
   /// Runs a CUB call that says first how much scratch it needs. Calls follow each other on the stream, so they share
   /// it.
   template <class F>
   void with_scratch(const char* label, const F& f) {
+    const TimelineRange range(label);
     std::size_t bytes = 0;
     check_cuda(f(nullptr, bytes), label);
     scratch_.reserve(*this, bytes, 0);
