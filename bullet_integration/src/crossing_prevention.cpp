@@ -1,5 +1,7 @@
 #include "crossing_prevention.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 
 #include "LinearMath/btQuickprof.h"
@@ -9,12 +11,16 @@
 namespace softcd::bullet {
 namespace {
 
-/// As often as Bullet's own loop in the deformable world tries.
-constexpr int kImpulseRounds = 5;
-constexpr int kZoneRounds = 20;
+/// Impulses as often as Bullet's own loop in the deformable world tries; then zones; then single nodes are held, and in
+/// the end whole bodies.
+constexpr std::uint64_t kImpulseRounds = 5;
+constexpr std::uint64_t kLastZoneRound = 25;
+constexpr std::uint64_t kLastNodeRound = 40;
 
+/// Whatever Settings::accuracy is: nothing may be overlooked.
 QueryOptions crossing_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
+  options.accuracy = Accuracy::conservative;
   options.margins = false;
   options.features.edge_edge = settings.edge_contacts == EdgeContacts::respond;
   return options;
@@ -28,6 +34,7 @@ CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirro
 void CrossingPrevention::set_settings(const Settings& settings) {
   query_.set_options(crossing_options(settings));
   settings_ = settings;
+  answers_ = {};
 }
 
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
@@ -53,11 +60,10 @@ void CrossingPrevention::take_back() {
   }
 }
 
-void CrossingPrevention::look_again(btScalar time_step) {
-  for (const auto& [body, before] : answered_) {
-    kind_.move_end(*body, time_step);
-    mirror_.update_way(mirror_.member(*body));
-  }
+void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
+  for (const auto& [body, before] : answered_) kind_.move_end(*body, time_step);
+  held.put_back();
+  for (const auto& [body, before] : answered_) mirror_.update_way(mirror_.member(*body));
 }
 
 /// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
@@ -86,6 +92,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   }
   query_.set_pair_filter(pair_filter(mirror_, rule));
   answered_.clear();
+  answers_ = {};
   const std::vector<Impact> impacts = find_impacts(Pairs::all);
   if (impacts.empty()) return false;
   try {
@@ -100,28 +107,44 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
   std::vector<Impact> answered;
   ImpactZones zones;
-  for (int round = 0; !impacts.empty(); ++round) {
+  HeldNodes held(kind_);
+  answers_.impacts = impacts.size();
+  while (!impacts.empty()) {
     for (const Impact& impact : impacts) {
       for (btSoftBody* body : impact.bodies) take_up(*body, time_step);
     }
-    if (round < kImpulseRounds) {
+    if (answers_.rounds < kImpulseRounds) {
       // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
       apply_inelastic_impulses(answered);
-    } else {
-      const bool has_joined = zones.join(impacts);
-      if (!has_joined || round == kImpulseRounds + kZoneRounds) break;
+    } else if (answers_.rounds < kLastZoneRound && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
+    } else if (answers_.rounds < kLastNodeRound ? !held.add(impacts) : !held.add_bodies(impacts)) {
+      break;
     }
-    look_again(time_step);
+    ++answers_.rounds;
+    look_again(held, time_step);
     impacts = find_impacts(Pairs::changed);
   }
-  if (!impacts.empty() && settings_.log) {
-    settings_.log(LogLevel::warning, "continuous detection: " + std::to_string(impacts.size()) +
-                                         " impacts remain that no change of velocities prevents; nodes without mass "
-                                         "or in rigid contact may be moving through each other");
-  }
+  answers_.held_nodes = held.size();
+  count_unavoidable(impacts);
   kind_.settle(answered_, answered, zones);
+}
+
+/// Of those that are left when all nodes that could be are held. Some only touch where the step began.
+void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
+  for (const Impact& impact : impacts) {
+    const bool moves =
+        std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
+                    [this](const btSoftBody::Node* node) { return node->*kind_.start != node->*kind_.end; });
+    if (moves) ++answers_.unavoidable;
+  }
+  if (answers_.unavoidable == 0 || !settings_.log) return;
+  settings_.log(
+      LogLevel::warning,
+      "continuous detection: in " + std::to_string(answers_.unavoidable) +
+          " impacts something passes through nodes that were held where they were: nodes without mass that the "
+          "app moves; move them less in a step, or leave more room before them");
 }
 
 }  // namespace softcd::bullet

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "held_nodes.hpp"
+#include "softcd/bullet/world_detection.hpp"
 #include "world_kind.hpp"
 
 namespace softcd::bullet {
@@ -9,6 +11,8 @@ namespace softcd::bullet {
 /// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
 /// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
 /// Looks again only at what bodies that it changed may meet: others are where they were when they were found not to.
+/// Impulses come first, then zones that move as one; what still meets then stays where the step began, where nothing
+/// was through anything else, and more and more around it, until nothing meets.
 class CrossingPrevention {
  public:
   /// `kind` and `mirror` outlive it.
@@ -23,19 +27,24 @@ class CrossingPrevention {
   /// go on as they were about to.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step);
 
+  /// Of the last step.
+  const CrossingAnswers& answers() const { return answers_; }
+
  private:
   bool is_let_go(const MemberContact& found) const;
   std::vector<Impact> find_impacts(Pairs pairs);
   void answer(std::vector<Impact> impacts, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);
   void take_back();
-  void look_again(btScalar time_step);
+  void look_again(const HeldNodes& held, btScalar time_step);
+  void count_unavoidable(const std::vector<Impact>& impacts);
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
   Settings settings_;
   Query query_;
   AnsweredBodies answered_;
+  CrossingAnswers answers_;
 };
 
 }  // namespace softcd::bullet

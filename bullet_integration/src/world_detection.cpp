@@ -41,6 +41,11 @@ DetectorReport WorldDetection::crossings() const {
   return DetectorReport(queries_->crossings.record());
 }
 
+CrossingAnswers WorldDetection::crossing_answers() const {
+  const CrossingPrevention* crossings = queries_->crossings.get();
+  return crossings != nullptr ? crossings->answers() : CrossingAnswers{};
+}
+
 DetectorReport WorldDetection::rigid_meshes() const {
   return DetectorReport(queries_->rigid_meshes.record());
 }

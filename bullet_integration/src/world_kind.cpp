@@ -45,6 +45,10 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
+void hold(Node& node) {
+  node.m_x = node.m_q;
+}
+
 /// Answers the nodes' own velocities, which need not be the mean ones: Bullet moves a body's nodes, for the contacts of
 /// the bodies after it, when it has its velocities already. Changed by what the mean ones were changed by, they could
 /// gain energy.
@@ -90,6 +94,12 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
+/// Split velocities end with the step.
+void hold(Node& node) {
+  node.m_splitv = -node.m_v;
+  node.m_q = node.m_x;
+}
+
 /// The velocities are those that were answered.
 void take_up(btSoftBody& /*body*/, btScalar /*time_step*/) {}
 void settle(const AnsweredBodies& /*answered*/, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {}
@@ -123,6 +133,7 @@ const WorldKind kClassicWorld = {
     .set_out = classic::set_out,
     .take_up = classic::take_up,
     .move_end = classic::move_end,
+    .hold = classic::hold,
     .settle = classic::settle,
 };
 
@@ -138,6 +149,7 @@ const WorldKind kDeformableWorld = {
     .set_out = deformable::move_end,
     .take_up = deformable::take_up,
     .move_end = deformable::move_end,
+    .hold = deformable::hold,
     .settle = deformable::settle,
 };
 

@@ -41,6 +41,8 @@ struct WorldKind {
   void (*set_out)(btSoftBody&, btScalar time_step);
   void (*take_up)(btSoftBody&, btScalar time_step);
   void (*move_end)(btSoftBody&, btScalar time_step);
+  /// After move_end: to leave a node where the step began, with its velocity.
+  void (*hold)(btSoftBody::Node&);
   /// And to all of them when the ends stand: `impacts` and `zones` are those that were answered.
   void (*settle)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones);
 };

@@ -6,8 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "random.hpp"
+#include "scenes/penetration.hpp"
 #include "soft_body_steps.hpp"
 #include "soft_body_support.hpp"
 
@@ -148,6 +152,176 @@ TEST(AnswersToCrossings, make_no_velocity_out_of_split_velocities) {
   for (const btSoftBody::Node* node : impact.nodes) {
     EXPECT_EQ(node->m_v, impact.nodes[0]->m_v);
     EXPECT_EQ(node->m_splitv, impact.nodes[0]->m_splitv);
+  }
+}
+
+/// Sheets in a cube that fly wildly through each other in the next step, and within a cage of others that do not move.
+class WildSheets {
+ public:
+  explicit WildSheets(Random& random) {
+    for (int i = 0; i < kSide * kSide * kSide; ++i) add(i, random);
+  }
+
+  Span<btSoftBody* const> bodies() const { return {pointers_.data(), pointers_.size()}; }
+
+  bullet::CrossingAnswers prevent_crossings(const WorldKind& kind) {
+    bullet::Settings settings = test_settings(Detection::ccd);
+    settings.edge_contacts = bullet::EdgeContacts::respond;
+    settings.self_collision = bullet::SelfCollision::all;
+    bullet::WorldMirror mirror(kind, settings);
+    CrossingPrevention prevention(kind, mirror, settings);
+    prevention.run(
+        bodies(), [](btSoftBody&, btSoftBody&) { return true; }, kStep);
+    return prevention.answers();
+  }
+
+  /// Edges that intersect triangles at the step's end, which becomes where the nodes are.
+  std::size_t count_intersections(const WorldKind& kind) {
+    for (btSoftBody* body : pointers_) {
+      for (int n = 0; n < body->m_nodes.size(); ++n) body->m_nodes[n].m_x = body->m_nodes[n].*kind.end;
+    }
+    return demo::find_intersections({pointers_.begin(), pointers_.end()}).edge_count;
+  }
+
+  /// Starts another step.
+  void set_out(const WorldKind& kind, Random& random, double speed) {
+    for (btSoftBody* body : pointers_) {
+      body->m_cfg.collisions = kind.vertex_face_flag;
+      const bool is_fixed = body->m_nodes[0].m_im == 0;
+      const btVector3 velocity = random_vector(random, speed);
+      for (int n = 0; n < body->m_nodes.size(); ++n) {
+        btSoftBody::Node& node = body->m_nodes[n];
+        node.m_q = node.m_x;
+        node.m_splitv.setZero();
+        node.m_v = is_fixed ? btVector3(0, 0, 0) : velocity + random_vector(random, speed / 4);
+        node.*kind.end += node.m_v * kStep;
+      }
+    }
+  }
+
+ private:
+  static constexpr int kSide = 3;
+
+  void add(int place, Random& random) {
+    SheetOptions options;
+    options.nodes_per_side = 5;
+    options.side = btScalar(0.5);
+    options.fixed = place % 5 == 0;
+    auto sheet = make_sheet(world_info_, options);
+    sheet->rotate(btQuaternion(random_vector(random, 1).normalized(), btScalar(random.uniform(0, 3))));
+    const btVector3 center(btScalar(place % kSide), btScalar(place / kSide % kSide), btScalar(place / kSide / kSide));
+    sheet->translate(center * btScalar(0.75));
+    pointers_.push_back(sheet.get());
+    sheets_.push_back(std::move(sheet));
+  }
+
+  btSoftBodyWorldInfo world_info_;
+  std::vector<std::unique_ptr<btSoftBody>> sheets_;
+  std::vector<btSoftBody*> pointers_;
+};
+
+// However wildly: where the step began nothing was through anything else.
+TEST(AnswersToCrossings, leave_no_intersection) {
+  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+    for (const double speed : {40, 4000}) {
+      Random random(static_cast<std::uint64_t>(speed));
+      WildSheets sheets(random);
+      for (int step = 0; step < 3; ++step) {
+        sheets.set_out(*kind, random, speed);
+        const bullet::CrossingAnswers answers = sheets.prevent_crossings(*kind);
+        EXPECT_GT(answers.impacts, 100U);
+        EXPECT_EQ(answers.unavoidable, 0U);
+        EXPECT_EQ(sheets.count_intersections(*kind), 0U);
+      }
+    }
+  }
+}
+
+/// Small sheets, 10 cm above each other, the lowest of which is heavy and moves upward.
+class Row {
+ public:
+  Row(const WorldKind& kind, int count, btScalar way) {
+    for (int i = 0; i < count; ++i) {
+      SheetOptions options;
+      options.nodes_per_side = 2;
+      options.height = btScalar(0.1) * btScalar(i);
+      auto sheet = make_sheet(world_info_, options);
+      sheet->setTotalMass(i == 0 ? btScalar(1e6) : btScalar(1));
+      sheet->m_cfg.collisions = kind.vertex_face_flag;
+      for (int n = 0; n < sheet->m_nodes.size(); ++n) {
+        btSoftBody::Node& node = sheet->m_nodes[n];
+        node.m_v = btVector3(0, i == 0 ? way / kStep : btScalar(0), 0);
+        node.m_q = node.m_x;
+        node.*kind.end += node.m_v * kStep;
+      }
+      pointers_.push_back(sheet.get());
+      sheets_.push_back(std::move(sheet));
+    }
+  }
+
+  /// The app moves it, or holds it.
+  void take_mass(std::size_t sheet) {
+    for (int n = 0; n < 4; ++n) pointers_[sheet]->setMass(n, 0);
+  }
+
+  Span<btSoftBody* const> bodies() const { return {pointers_.data(), pointers_.size()}; }
+  bool is_in_order(const WorldKind& kind) const {
+    for (std::size_t i = 1; i < pointers_.size(); ++i) {
+      for (int n = 0; n < 4; ++n) {
+        if (!((pointers_[i]->m_nodes[n].*kind.end).y() > (pointers_[i - 1]->m_nodes[n].*kind.end).y())) return false;
+      }
+    }
+    return true;
+  }
+  btScalar momentum() const {
+    btScalar sum = 0;
+    for (const btSoftBody* body : pointers_) {
+      for (int n = 0; n < 4; ++n) sum += body->m_nodes[n].m_v.y() / body->m_nodes[n].m_im;
+    }
+    return sum;
+  }
+
+ private:
+  btSoftBodyWorldInfo world_info_;
+  std::vector<std::unique_ptr<btSoftBody>> sheets_;
+  std::vector<btSoftBody*> pointers_;
+};
+
+bullet::CrossingAnswers prevent_crossings(const WorldKind& kind, const Row& row, const bullet::Settings& settings) {
+  bullet::WorldMirror mirror(kind, settings);
+  CrossingPrevention prevention(kind, mirror, settings);
+  prevention.run(
+      row.bodies(), [](btSoftBody&, btSoftBody&) { return true; }, kStep);
+  return prevention.answers();
+}
+
+// What the lowest sheet pushes on goes as far as it, two and a half of the gaps, and meets the next: every answer leads
+// to further impacts.
+TEST(AnswersToCrossings, end_with_nodes_that_stay_where_they_were) {
+  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+    const Row row(*kind, 60, btScalar(0.25));
+    const btScalar momentum = row.momentum();
+    const bullet::CrossingAnswers answers = prevent_crossings(*kind, row, test_settings(Detection::ccd));
+    EXPECT_GT(answers.rounds, 25U);
+    EXPECT_GT(answers.held_nodes, 0U);
+    EXPECT_EQ(answers.unavoidable, 0U);
+    EXPECT_TRUE(row.is_in_order(*kind));
+    EXPECT_NEAR(row.momentum() / momentum, 1, 1e-4) << "held back for one step alone";
+  }
+}
+
+TEST(AnswersToCrossings, name_what_nodes_that_the_app_moves_pass_through) {
+  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+    Row press(*kind, 3, btScalar(0.25));
+    press.take_mass(0);
+    press.take_mass(2);
+    std::vector<std::string> warnings;
+    bullet::Settings settings = test_settings(Detection::ccd);
+    settings.log = [&warnings](LogLevel /*level*/, std::string_view text) { warnings.emplace_back(text); };
+    const bullet::CrossingAnswers answers = prevent_crossings(*kind, press, settings);
+    EXPECT_GT(answers.unavoidable, 0U);
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_NE(warnings[0].find("in " + std::to_string(answers.unavoidable) + " impacts"), std::string::npos);
   }
 }
 

@@ -32,6 +32,15 @@ class DetectorReport {
   const DetectorRecord* record_;
 };
 
+/// What a step with Detection::ccd did so that nothing passes through anything.
+struct CrossingAnswers {
+  std::uint64_t impacts = 0;     ///< pairs of features that would have met
+  std::uint64_t rounds = 0;      ///< of answering and looking again
+  std::uint64_t held_nodes = 0;  ///< nodes that stay where the step began: neither impulses nor common motion helped
+  /// Pairs that meet nonetheless: a node without mass, which the app moves, and one that has nowhere to go.
+  std::uint64_t unavoidable = 0;
+};
+
 /// softcd in a world: its settings, and what it found in the last step. Lives as long as the world, or as the
 /// Dispatcher where that detects.
 class WorldDetection {
@@ -51,6 +60,8 @@ class WorldDetection {
   /// With Detection::ccd, in all worlds but those under a softcd::bullet::Dispatcher alone: of what would pass through
   /// something in the step. Its last look is the last of several in a step.
   DetectorReport crossings() const;
+  /// Of the last step; all zeros where nothing would have met, and after one in which the look at crossings failed.
+  CrossingAnswers crossing_answers() const;
   /// With Settings::rigid_meshes: of soft bodies with rigid triangle meshes. It runs in steps in which the boxes of
   /// such a pair overlap.
   DetectorReport rigid_meshes() const;

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <unordered_set>
+#include <vector>
+
+#include "world_kind.hpp"
+
+namespace softcd::bullet {
+
+/// Nodes that stay where the step began, where no node passed through anything: the answer that ends the search for
+/// one, as they only become more. Their velocities are those of the answers before, so that holding them takes no
+/// momentum; only the way of this step is given up.
+class HeldNodes {
+ public:
+  /// `kind` outlives it.
+  explicit HeldNodes(const WorldKind& kind) : kind_(kind) {}
+
+  bool empty() const { return nodes_.empty(); }
+  std::size_t size() const { return nodes_.size(); }
+
+  /// Holds the impacts' nodes. False when it holds all of them already that have a mass: where others move, only
+  /// whoever moves them could prevent it.
+  bool add(const std::vector<Impact>& impacts);
+  /// And all other nodes of the impacts' bodies.
+  bool add_bodies(const std::vector<Impact>& impacts);
+  /// Brings the nodes back, after WorldKind::move_end.
+  void put_back() const;
+
+ private:
+  bool add(btSoftBody::Node& node) { return node.m_im > 0 && nodes_.insert(&node).second; }
+
+  const WorldKind& kind_;
+  std::unordered_set<btSoftBody::Node*> nodes_;
+};
+
+}  // namespace softcd::bullet
