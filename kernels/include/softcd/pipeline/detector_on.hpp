@@ -5,10 +5,10 @@
 #include <memory>
 #include <utility>
 
-#include "softcd/pipeline/broad_phase.inl"
+#include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/memory_account.hpp"
-#include "softcd/pipeline/narrow_phase.inl"
+#include "softcd/pipeline/narrow_phase.hpp"
 #include "softcd/pipeline/workspace.hpp"
 
 namespace softcd {

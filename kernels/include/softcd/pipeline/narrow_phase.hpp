@@ -1,6 +1,6 @@
 #pragma once
 
-#include "softcd/pipeline/broad_phase.inl"
+#include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/stages/contact_output.hpp"
 #include "softcd/stages/contact_tests.hpp"
 #include "softcd/stages/feature_pairs.hpp"
