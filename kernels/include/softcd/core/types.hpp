@@ -45,11 +45,10 @@ enum class ContactRule : std::uint32_t {
   slab,
 };
 
-/// How candidate triangle pairs are found; see docs/architecture.md.
+/// How candidate triangle pairs are found, none of which is ever lost; see docs/architecture.md.
 enum class BroadPhase : std::uint32_t {
-  exact,    ///< virtual subdivision with exact control bits: loses no pair
-  paper,    ///< the scheme as printed in Wong, Leach, Zambetta 2012, for comparison: LOSES some true pairs
-  uniform,  ///< one grid sized by the largest triangle, no subdivision: loses no pair, many more tests
+  exact,    ///< virtual subdivision with exact control bits
+  uniform,  ///< one grid sized by the largest triangle, no subdivision: many more tests
 };
 
 /// The narrow phase's arithmetic, and what it promises: `fast` and `precise` for the positions as the detector has them

@@ -8,10 +8,10 @@
 /// The narrow phase's stage order, once for all backends: triangle pairs in, sorted contacts out.
 namespace softcd {
 
-template <class Backend>
+template <class Backend, class Scheme>
 class NarrowPhaseStages {
  public:
-  NarrowPhaseStages(Backend& backend, const SceneMirror<Backend>& mirror, Workspace<Backend>& workspace,
+  NarrowPhaseStages(Backend& backend, const SceneMirror<Backend>& mirror, Workspace<Backend, Scheme>& workspace,
                     const SceneView& scene, const DetectionSettings& settings, const SceneCounts& counts)
       : backend_(backend),
         mirror_(mirror),
@@ -147,8 +147,8 @@ class NarrowPhaseStages {
 
   Backend& backend_;
   const SceneMirror<Backend>& mirror_;
-  Workspace<Backend>& w_;
-  Lists<Backend>& lists_;
+  Workspace<Backend, Scheme>& w_;
+  Lists<Backend, Scheme>& lists_;
   Counters* counters_;
   const SceneView& scene_;
   const DetectionSettings& settings_;
