@@ -4,7 +4,7 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/span.hpp"
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 namespace softcd {
 

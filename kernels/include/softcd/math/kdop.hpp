@@ -3,9 +3,9 @@
 #include <cstdint>
 
 #include "softcd/core/host_device.hpp"
+#include "softcd/core/vec3.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/math/simd.hpp"
-#include "softcd/math/vec3.hpp"
 
 namespace softcd {
 

@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "softcd/core/host_device.hpp"
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 /// Scalars for predicates. Only + - * / sqrt and comparisons occur, each rounded once by IEEE 754, so that host
 /// and device return the same bytes (contraction must be off on both).

@@ -4,10 +4,10 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
+#include "softcd/core/vec3.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/cubic.hpp"
 #include "softcd/math/scalar.hpp"
-#include "softcd/math/vec3.hpp"
 
 /// Time of impact of a vertex and a triangle, or of two edges, whose vertices move on straight lines from t = 0 to
 /// t = 1. Four moving points are coplanar at the roots of a cubic (Provot, Collision and self-collision handling in
