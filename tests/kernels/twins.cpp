@@ -8,7 +8,9 @@
 
 #include "random.hpp"
 #include "softcd/grid/uniform_grid.hpp"
+#include "softcd/math/end_volumes.hpp"
 #include "softcd/math/kdop.hpp"
+#include "softcd/math/separation.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 
 // What the host computes with SSE2 is what everybody else's code in namespace generic computes, for any input.

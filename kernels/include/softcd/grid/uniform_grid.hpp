@@ -5,6 +5,8 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/math/kdop.hpp"
+#include "softcd/math/scalar.hpp"
+#include "softcd/math/simd.hpp"
 
 namespace softcd {
 
@@ -79,7 +81,7 @@ namespace detail {
 
 /// Covers the roundings of a projection onto a diagonal and of its scaling, in cells.
 SOFTCD_HD inline float projection_slack(const Kdop18& dop, float inverse_size) {
-  return 8.0F * 1.1920929e-7F * furthest_coordinate(dop) * inverse_size;
+  return kCoordinateError * furthest_coordinate(dop) * inverse_size;
 }
 
 #ifdef SOFTCD_SSE2

@@ -6,8 +6,9 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/grid/control_bits.hpp"
-#include "softcd/math/kdop.hpp"
+#include "softcd/math/box.hpp"
 #include "softcd/math/scalar.hpp"
+#include "softcd/math/separation.hpp"
 
 namespace softcd {
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "softcd/grid/size_histogram.hpp"
+#include "softcd/math/end_volumes.hpp"
 #include "softcd/math/kdop.hpp"
 #include "softcd/math/sphere.hpp"
 #include "softcd/mesh/scene_view.hpp"

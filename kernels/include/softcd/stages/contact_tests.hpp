@@ -4,7 +4,7 @@
 
 #include "softcd/core/contact.hpp"
 #include "softcd/math/closest_point.hpp"
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 #include "softcd/mesh/scene_view.hpp"
 
 namespace softcd {
@@ -115,12 +115,14 @@ SOFTCD_HD inline bool outside_slab(const detail::RelativePair<float>& input, flo
   const float margin = scale * input_margin;
   const Vec3f normal = cross(pair.b, pair.c);
   const float product = max_norm(pair.b) * max_norm(pair.c);
-  // Roundings of the components of a cross product, and far more of what follows.
-  const float error = 32.0F * epsilon<float>() * product;
+  // Covers the roundings of the components of a cross product, and far more of what follows.
+  constexpr float kCrossError = 32.0F * epsilon<float>();
+  constexpr float kDifferenceError = 4.0F * epsilon<float>();
+  const float error = kCrossError * product;
   const float twice_area = norm(normal) - error;
   if (!(twice_area > 0.0F && product >= detail::smallest_product<float>())) return false;
   const float slack = margin * sqrtf(2.0F / twice_area);
-  const float rounding = 4.0F * epsilon<float>() * (scale * extent);
+  const float rounding = kDifferenceError * (scale * extent);
   bool is_outside = false;
   for (int axis = 0; axis < 3; ++axis) {
     const float low = smaller(0.0F, smaller(pair.b[axis], pair.c[axis]));

@@ -2,7 +2,8 @@
 
 #include <cstdint>
 
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
+#include "softcd/math/separation.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/contact_tests.hpp"

@@ -4,6 +4,9 @@
 
 #include "softcd/core/count.hpp"
 #include "softcd/grid/control_bits.hpp"
+#include "softcd/math/box.hpp"
+#include "softcd/math/end_volumes.hpp"
+#include "softcd/math/kdop.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"
@@ -43,7 +46,7 @@ SOFTCD_HD inline Box box_at(const TriangleMotion& motion, float t) {
 /// Whether the triangles' boxes, `distance` apart at most, overlap within one of kTimeSlabs equal parts of the step.
 SOFTCD_HD inline bool overlap_in_a_slab(const TriangleMotion& a, const TriangleMotion& b, float distance,
                                         float furthest) {
-  const float reach = outward_up(distance + 8.0F * 1.1920929e-7F * furthest);
+  const float reach = outward_up(distance + kCoordinateError * furthest);
   Box box_a = box_at(a, 0.0F);
   Box box_b = box_at(b, 0.0F);
   for (int slab = 1; slab <= kTimeSlabs; ++slab) {

@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "softcd/math/closest_point.hpp"
-#include "softcd/math/kdop.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/mesh/scene_view.hpp"
 
@@ -28,7 +27,8 @@ struct SharedVertexTest {
     t0 = t0.scaled(scale);
     t1 = t1.scaled(scale);
     // Differences of coordinates, their products with a direction, the sums and the direction's length add up to less.
-    const float rounding = 32.0F * epsilon<float>() * (scale * extent);
+    constexpr float kHeightError = 32.0F * epsilon<float>();
+    const float rounding = kHeightError * (scale * extent);
     const float reach = outward_up(scale * distance + rounding);
     return !keeps_away(t0.a, t0.b, t1.a, t1.b, reach) || !keeps_away(t0.b, t0.a, t1.b, t1.a, reach);
   }

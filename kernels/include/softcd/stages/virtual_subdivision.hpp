@@ -67,7 +67,7 @@ SOFTCD_HD inline Kdop18 child_volume(const TriangleMotion& parent, int level, st
     extend(volume, motion.t1[corner]);
     furthest = larger(furthest, larger(max_norm(parent.t0[corner]), max_norm(parent.t1[corner])));
   }
-  inflate(volume, outward_up(growth + 8.0F * 1.1920929e-7F * furthest));
+  inflate(volume, outward_up(growth + kCoordinateError * furthest));
   return volume;
 }
 

@@ -1,4 +1,4 @@
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 
 #include <gtest/gtest.h>
 
