@@ -9,6 +9,7 @@
 #include "softcd/math/box.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/math/separation.hpp"
+#include "softcd/mesh/triangle_edges.hpp"
 
 namespace softcd {
 
@@ -34,7 +35,7 @@ struct SceneView {
   const Vec3f* x_t0 = nullptr;
   const Vec3f* x_t1 = nullptr;
   const Triangle* triangles = nullptr;
-  const Triangle* triangle_edges = nullptr;
+  const TriangleEdges* triangle_edges = nullptr;
   const Edge* edges = nullptr;
   const Ownership* ownership = nullptr;
   const std::uint32_t* triangle_body = nullptr;

@@ -26,7 +26,8 @@ struct Range {
 /// for the fields. Between bodies there may be triangles that are kLeftOut, and vertices and edges that none has.
 struct SceneArrays {
   Span<const Vec3f> x_t0, x_t1;
-  Span<const Triangle> triangles, triangle_edges;
+  Span<const Triangle> triangles;
+  Span<const TriangleEdges> triangle_edges;
   Span<const Edge> edges;
   Span<const Ownership> ownership;
   Span<const std::uint32_t> triangle_body, vertex_body;

@@ -188,7 +188,8 @@ struct SceneMirror {
   using Mirror = typename Backend::template Mirror<T>;
 
   Mirror<Vec3f> x_t0, x_t1;
-  Mirror<Triangle> triangles, triangle_edges;
+  Mirror<Triangle> triangles;
+  Mirror<TriangleEdges> triangle_edges;
   Mirror<Edge> edges;
   Mirror<Ownership> ownership;
   Mirror<std::uint32_t> triangle_body, vertex_body;

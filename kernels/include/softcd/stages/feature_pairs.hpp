@@ -158,7 +158,7 @@ struct ExpandPair {
       const std::uint32_t r = u.v[side_b];
       const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
       if (p == r || p == s || q == r || q == s) return false;
-      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].v[side_a], scene.triangle_edges[work.b].v[side_b]};
+      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].e[side_a], scene.triangle_edges[work.b].e[side_b]};
     }
     return feature_test.filter(candidate);
   }
