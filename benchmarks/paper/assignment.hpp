@@ -129,7 +129,7 @@ struct RegisterTriangle {
   template <class Entries, class Splits, class Bigs>
   SOFTCD_HD void operator()(std::uint32_t t, Entries& entries, Splits& splits, Bigs& bigs) const {
     if (is_empty(volumes[t])) return;
-    if (!within_reach(volumes[t], grid->inverse_cell_size)) {
+    if (!within_grid(volumes[t], grid->inverse_cell_size)) {
       list_big(t, bigs);
       return;
     }

@@ -23,7 +23,7 @@ struct ChooseGrid {
     const float mean = clipped_mean(team, sizes.swept_radius);
     float size =
         subdivision ? 3.0F * (lambda > 0.0F ? lambda : kLambda) * mean : 3.0F * largest_size(team, sizes.swept_radius);
-    size = within_grid_reach(team, sizes, size);
+    size = within_grid_extent(team, sizes, size);
     if (subdivision) {
       const auto level = [](float radius, float cell_size) { return subdivision_level(radius, cell_size / 3.0F); };
       size = within_child_budget(team, sizes, size, active, level);

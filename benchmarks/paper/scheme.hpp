@@ -22,7 +22,7 @@ struct Scheme {
   using Cells = paper::Cells<Backend>;
 };
 
-/// As ExactCells.
+/// Triangles in, entries out, as ExactCells.
 template <class Backend>
 class Cells {
  public:

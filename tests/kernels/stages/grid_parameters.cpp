@@ -118,7 +118,7 @@ TEST(ChooseGrid, a_few_fast_triangles_change_little) {
 TEST(ChooseGrid, the_furthest_ordinary_triangle_is_within_reach) {
   Sizes sizes;
   for (int i = 0; i < 1000; ++i) sizes.add(1e-6, 1e-6, 1e4);
-  EXPECT_GE(sizes.choose(BroadPhase::exact).cell_size * kGridReach, 1e4F);
+  EXPECT_GE(sizes.choose(BroadPhase::exact).cell_size * kGridExtent, 1e4F);
 }
 
 TEST(ChooseGrid, is_finite_whatever_comes) {

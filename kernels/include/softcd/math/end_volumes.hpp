@@ -23,7 +23,7 @@ SOFTCD_HD inline EndVolumes end_volumes(const Kdop18& t0, const Kdop18& t1) {
 }
 
 namespace generic {
-SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b) {
+SOFTCD_HD inline bool certainly_apart_throughout(const EndVolumes& a, const EndVolumes& b) {
   const auto apart_on = [&](int axis) {
     const EndVolumes::Axis on_a = a.axes[axis];
     const EndVolumes::Axis on_b = b.axes[axis];
@@ -42,7 +42,7 @@ SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b)
 /// Whether, along some axis, one lies beyond the other at both ends. The distance along an axis from the one's highest
 /// to the other's lowest point is concave in time, so what the volumes hold is then apart throughout, however far the
 /// two move together.
-SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b) {
+SOFTCD_HD inline bool certainly_apart_throughout(const EndVolumes& a, const EndVolumes& b) {
 #ifdef SOFTCD_SSE2
   // Lanes: a's highest point below b's lowest at t0 and at t1, b's below a's.
   const auto below = [&](int axis) {
@@ -61,7 +61,7 @@ SOFTCD_HD inline bool apart_throughout(const EndVolumes& a, const EndVolumes& b)
   for (int axis = 2; axis < 8; axis += 2) is_apart = _mm_or_ps(is_apart, apart_on_two(axis));
   return _mm_movemask_ps(_mm_or_ps(is_apart, apart_on_two(7))) != 0;
 #else
-  return generic::apart_throughout(a, b);
+  return generic::certainly_apart_throughout(a, b);
 #endif
 }
 

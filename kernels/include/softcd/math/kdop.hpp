@@ -81,16 +81,16 @@ SOFTCD_HD inline float furthest_coordinate(const Kdop18& dop) {
 
 /// A distance as it appears along the axes, at least: `diagonal` also covers that projections onto diagonals are
 /// rounded.
-struct Reach {
+struct AxisDistance {
   float straight, diagonal;
 };
 
-SOFTCD_HD constexpr float straight_reach(float distance) {
+SOFTCD_HD constexpr float straight_distance(float distance) {
   return distance > 0.0F ? distance : 0.0F;
 }
 
 /// For points with coordinates up to `furthest`. A distance of 0 needs no slack, since projections are monotone.
-SOFTCD_HD inline Reach reach_of(float distance, float furthest) {
+SOFTCD_HD inline AxisDistance axis_distance(float distance, float furthest) {
   if (!(distance > 0.0F)) return {0.0F, 0.0F};
   return {distance, outward_up(distance * 1.41421357F) + kCoordinateError * furthest};
 }
@@ -98,9 +98,9 @@ SOFTCD_HD inline Reach reach_of(float distance, float furthest) {
 /// Grows the volume by a ball of radius `radius`, rounded outward. Nothing changes when the radius is 0.
 SOFTCD_HD inline void inflate(Kdop18& dop, float radius) {
   if (!(radius > 0.0F) || is_empty(dop)) return;
-  const Reach reach = reach_of(radius, furthest_coordinate(dop));
+  const AxisDistance distance = axis_distance(radius, furthest_coordinate(dop));
   for (int axis = 0; axis < kKdopAxes; ++axis) {
-    const float growth = axis < 3 ? reach.straight : reach.diagonal;
+    const float growth = axis < 3 ? distance.straight : distance.diagonal;
     dop.lo[axis] = outward_down(dop.lo[axis] - growth);
     dop.hi[axis] = outward_up(dop.hi[axis] + growth);
   }
@@ -161,10 +161,10 @@ SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
   }
   const bool is_empty = _mm_cvtss_f32(straight.hi) < _mm_cvtss_f32(straight.lo);
   if (radius > 0.0F && !is_empty) {
-    const Reach reach = reach_of(radius, straight.furthest());
-    straight.inflate(reach.straight);
-    sums.inflate(reach.diagonal);
-    differences.inflate(reach.diagonal);
+    const AxisDistance distance = axis_distance(radius, straight.furthest());
+    straight.inflate(distance.straight);
+    sums.inflate(distance.diagonal);
+    differences.inflate(distance.diagonal);
   }
   Kdop18 dop;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
   detail::store_three(dop.lo, straight.lo);

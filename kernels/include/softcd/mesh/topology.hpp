@@ -32,7 +32,7 @@ struct MeshView {
   std::uint32_t first_vertex = 0, first_triangle = 0, first_edge = 0;
 };
 
-/// Of a mesh on its own.
+/// The view of a mesh on its own.
 inline MeshView view_of(const Topology& topology) {
   return {topology.triangles, topology.edges, topology.triangle_edges, topology.vertex_count};
 }

@@ -81,7 +81,7 @@ struct RegisterTriangle {
     if (is_empty(volume)) return work;
     const float inverse_size = grid->inverse_cell_size;
     work.placement = Placement::big;
-    if (!within_reach(volume, inverse_size)) return work;
+    if (!within_grid(volume, inverse_size)) return work;
     work.cells = integer_dop(volume, inverse_size);
     const int span = work.cells.span();
     const TriangleShape shape = shapes[t];
@@ -120,8 +120,8 @@ struct RegisterTriangle {
     return estimated_cells(cell_extent(volume, shape.growth), grid->inverse_cell_size);
   }
 
-  /// Of a split triangle: a disc of its size, half filled, as thick as its margin on both sides, and cells are met in
-  /// part.
+  /// About how many cells a split triangle takes: a disc of its size, half filled, as thick as its margin on both
+  /// sides, and cells are met in part.
   SOFTCD_HD float split_cells(const TriangleShape& shape) const {
     const float across = 2.0F * grid->inverse_cell_size * (shape.radius + shape.growth);
     return 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);

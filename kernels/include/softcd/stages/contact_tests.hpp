@@ -108,7 +108,7 @@ struct TestProximity {
 /// Cheap and certain: true only where the vertex of `input` is in no contact with its triangle by ContactRule::slab,
 /// because it is out of the slab's box. The slab reaches d times the triangle's own extent beyond it along every axis,
 /// and the margin along the normal.
-SOFTCD_HD inline bool outside_slab(const detail::RelativePair<float>& input, float input_margin) {
+SOFTCD_HD inline bool certainly_outside_slab(const detail::RelativePair<float>& input, float input_margin) {
   const float extent = detail::extent(input);
   const float scale = safe_scale(extent);
   const detail::RelativePair<float> pair = detail::scaled(scale, input);
@@ -128,8 +128,8 @@ SOFTCD_HD inline bool outside_slab(const detail::RelativePair<float>& input, flo
     const float low = smaller(0.0F, smaller(pair.b[axis], pair.c[axis]));
     const float high = larger(0.0F, larger(pair.b[axis], pair.c[axis]));
     const float along_normal = margin * ((magnitude(normal[axis]) + error) / twice_area);
-    const float reach = 1.0001F * (slack * (high - low) + along_normal) + rounding;
-    is_outside |= pair.a[axis] - high > reach || low - pair.a[axis] > reach;
+    const float beyond = 1.0001F * (slack * (high - low) + along_normal) + rounding;
+    is_outside |= pair.a[axis] - high > beyond || low - pair.a[axis] > beyond;
   }
   return is_outside;
 }

@@ -88,8 +88,8 @@ SOFTCD_HD std::uint64_t count_active(Team& team, const SizeHistograms& sizes) {
 
 /// `size`, or more, so that the grid reaches the furthest of all but stray triangles.
 template <class Team>
-SOFTCD_HD float within_grid_reach(Team& team, const SizeHistograms& sizes, float size) {
-  return larger(size, 8.0F * clipped_mean(team, sizes.distance) / kGridReach);
+SOFTCD_HD float within_grid_extent(Team& team, const SizeHistograms& sizes, float size) {
+  return larger(size, 8.0F * clipped_mean(team, sizes.distance) / kGridExtent);
 }
 
 /// `size`, or more, so that children are no more than budgeted. `level_of(radius, size)` is the level that a triangle
@@ -125,7 +125,7 @@ SOFTCD_HD float within_entry_budget(Team& team, const SizeHistograms& sizes, flo
   return size;
 }
 
-/// Of cells of about this size: the inverse must be no subnormal number.
+/// A grid with cells of about this size, whose inverse must be no subnormal number.
 SOFTCD_HD inline GridParameters grid_of_size(float size, float mean_radius, std::uint64_t active_triangles) {
   if (!(size > 1.0e-37F)) size = 1.0F;
   if (!(size < 1.0e37F)) size = 1.0e37F;
@@ -156,7 +156,7 @@ struct ChooseGrid {
     const bool is_chosen = !fit_largest && !(lambda > 0.0F);
     float size =
         fit_largest ? 3.0F * largest_size(team, sizes.swept_radius) : (is_chosen ? kExactLambda : lambda) * mean;
-    size = within_grid_reach(team, sizes, size);
+    size = within_grid_extent(team, sizes, size);
     if (!fit_largest) {
       size = larger(size, clipped_mean(team, sizes.swept_radius) / 8.0F);
       if (subdivision) {

@@ -7,11 +7,12 @@
 
 namespace softcd::detail {
 
-/// Of 170,000 hits on hard float queries (near grazing, degenerate, needles) 60 need more steps, or smaller ones than t
-/// resolves.
+/// Most steps through a coplanar stretch. Of 170,000 hits on hard float queries (near grazing, degenerate, needles) 60
+/// need more, or smaller ones than t resolves.
 constexpr int kMaxAdvances = 32;
-/// For motions followed from beginning to end.
+/// Most steps through a motion that is followed from beginning to end.
 constexpr int kMostApproachSteps = 64;
+/// Steps of these in which two of the three directions are tried.
 constexpr int kStepsInTwoDirections = 8;
 /// A direction n(t) that moves linearly from `begin` to `end`.
 template <class T>
@@ -134,7 +135,8 @@ SOFTCD_HD T clear_fraction(const Motion<T>& motion, const RelativePair<T>& now, 
   return fraction > T(0) ? fraction : T(0);
 }
 
-/// The longest such step. Every direction is valid, however it was come by: a poor one makes a short step.
+/// The longest step along the offset or the plane's normal, as a clear_fraction. Every direction is valid, however it
+/// was come by: a poor one makes a short step.
 template <ContactKind kKind, class T>
 SOFTCD_HD T advance(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
                     const Nearest<T>& nearest) {
@@ -144,8 +146,8 @@ SOFTCD_HD T advance(const Motion<T>& motion, const RelativePair<T>& now, const R
              : fraction;
 }
 
-/// The same for motions that are followed from beginning to end. The third direction lengthens few steps, but those of
-/// motions that take many.
+/// The longest step in a motion that is followed from beginning to end, as a clear_fraction. The third direction
+/// lengthens few steps, but those of motions that take many.
 template <ContactKind kKind, class T>
 SOFTCD_HD T advance_far(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
                         const Nearest<T>& nearest, int step) {

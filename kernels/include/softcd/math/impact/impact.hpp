@@ -100,7 +100,7 @@ SOFTCD_HD Impact<T> coplanar_impact(const Motion<T>& input) {
 template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
   Query<T> query = make_query(input);
-  if (query.stays_beyond_reach) {
+  if (query.is_apart_throughout) {
     return separated<T>();
   }
   query.motion.tolerance = T(2) * query.motion.tolerance + kMarginTolerance<T> * query.motion.margin;
@@ -142,23 +142,23 @@ SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4
 /// Cheap and certain: true only where first_coplanar_impact of the same features would be `separated`, and in most such
 /// cases.
 template <ContactKind kKind, class T>
-SOFTCD_HD bool keep_apart(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
-  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).keeps_apart();
+SOFTCD_HD bool certainly_apart_when_coplanar(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).is_apart_when_coplanar();
 }
 
-/// The same for first_approach.
+/// Cheap and certain: true only where first_approach of the same features would be `separated`, and in most such cases.
 template <ContactKind kKind, class T>
-SOFTCD_HD bool stay_beyond_reach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
-  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).stays_beyond_reach;
+SOFTCD_HD bool certainly_apart_throughout(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).is_apart_throughout;
 }
 
-/// The same at one time: true only where the features are further apart than `margin`, because the planes (the parallel
-/// planes through the two lines) that they lie in are.
+/// Cheap and certain: true only where the features are further apart than `margin` at one time, because the planes (the
+/// parallel planes through the two lines) that they lie in are.
 template <ContactKind kKind, class T>
-SOFTCD_HD bool lie_apart(const Vec3<T> (&x)[4], T margin) {
+SOFTCD_HD bool certainly_apart(const Vec3<T> (&x)[4], T margin) {
   const detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
   const T scale = safe_scale(detail::extent(pair));
-  return detail::lies_apart(scale == T(1) ? pair : detail::scaled(scale, pair), scale * margin);
+  return detail::is_certainly_apart(scale == T(1) ? pair : detail::scaled(scale, pair), scale * margin);
 }
 
 }  // namespace softcd

@@ -38,7 +38,7 @@ SOFTCD_HD constexpr T smallest_product() {
 
 /// Bounds of roundings: see make_query.
 template <class T>
-SOFTCD_HD bool lies_apart(const RelativePair<T>& pair, T margin) {
+SOFTCD_HD bool is_certainly_apart(const RelativePair<T>& pair, T margin) {
   const T size_a = max_norm(pair.a);
   const T size_b = max_norm(pair.b);
   const T size_c = max_norm(pair.c);
@@ -60,9 +60,9 @@ struct Query {
   T side;    ///< sign: where a is at t0 relative to b x c; 0 when that cannot be told
   bool is_never_coplanar;
   bool may_reach_t0, may_reach_t1;
-  bool stays_beyond_reach;  ///< the planes, or the parallel planes through the lines, that the features lie in
+  bool is_apart_throughout;  ///< the planes, or the parallel planes through the lines, that the features lie in
 
-  SOFTCD_HD bool keeps_apart() const { return is_never_coplanar && !may_reach_t0 && !may_reach_t1; }
+  SOFTCD_HD bool is_apart_when_coplanar() const { return is_never_coplanar && !may_reach_t0 && !may_reach_t1; }
 };
 
 /// With `volume` = A B C, no product of three components exceeds it, and the six terms of a determinant are at most
