@@ -140,7 +140,7 @@ class HostScene {
   std::vector<softcd::SceneBody> scene_bodies_;
 };
 
-/// Of a scene of so many triangles that large ones are split.
+/// The grid of a scene of so many triangles that large ones are split.
 inline GridParameters grid_of(float cell_size) {
   GridParameters grid{};
   grid.active_triangles = 1U << 30;

@@ -18,7 +18,7 @@ namespace softcd::test {
 namespace {
 
 constexpr int kRounds = 400000;
-/// Of kRounds, how many have to come out either way for the comparison to mean something.
+/// How many of kRounds have to come out either way for the comparison to mean something.
 constexpr int kFew = 4000;
 
 /// Zeros of both signs, what is too small to be normal, what is next to it and to 1, the largest, infinities and NaN.
@@ -116,7 +116,7 @@ TEST(Twins, end_volumes_are_apart_on_one_axis) {
   }
 }
 
-/// The same numbers, zeros of either sign told apart; NaN is NaN.
+/// Whether the numbers are the same, zeros of either sign told apart; NaN is NaN.
 void expect_same_bounds(const Kdop18& a, const Kdop18& b, int round) {
   const auto is_same = [](float x, float y) {
     return (std::isnan(x) && std::isnan(y)) || (x == y && std::signbit(x) == std::signbit(y));

@@ -58,8 +58,8 @@ enum class Accuracy : std::uint32_t {
   /// Coplanarity cubic and proximity in float32. What touches during a step is found, as a rule early; so is what
   /// passes by within 4e-6 S, or all but touches for longer than a bound on work allows to follow.
   fast,
-  /// The same in float64, 8e-15 S; times of impact are not late. In a continuous detection a positive margin is looked
-  /// for at the step's ends and where the features are coplanar, not in between.
+  /// Both in float64, with 8e-15 S instead of 4e-6 S; times of impact are not late. In a continuous detection a
+  /// positive margin is looked for at the step's ends and where the features are coplanar, not in between.
   precise,
   /// In float64, with roundings bounded against "no contact", those of positions in double too. Continuous: whatever
   /// comes within the margin during the step is found, at a time of impact that is not late. What is found comes within

@@ -47,7 +47,7 @@ class NarrowPhaseStages {
     }
   }
 
-  /// Of all chunks, into `contacts`, which has room for as many as were found.
+  /// Writes the contacts of all chunks to `contacts`, which has room for as many as were found.
   void sort_contacts(Contact* contacts) {
     backend_.begin(Stage::sort);
     const Count count = lists_.found.count(counters_);

@@ -24,11 +24,11 @@
 /// (e0 - g0, e1 - e0, g1 - g0) at both times. `time` is not later than the first contact at distance 0.
 ///
 /// **Guarantee.** Whatever touches for the given coordinates in exact arithmetic is hit, with any margin >= 0:
-/// roundings are bounded (see `make_query` below) and counted against the answer "separated". A hit that is none has a
-/// distance of at most reach at `time`, with one exception, also on the side of "hit": within a coplanar stretch (a
-/// planar motion, a degenerate triangle, the neighbourhood of a root) the distance is followed by advancement, and when
-/// kMaxAdvances steps do not settle the question, or steps become smaller than t resolves, the answer is a hit with the
-/// distance at that time.
+/// roundings are bounded (see `make_query` in query.hpp) and counted against the answer "separated". A hit that is none
+/// has a distance of at most reach at `time`, with one exception, also on the side of "hit": within a coplanar stretch
+/// (a planar motion, a degenerate triangle, the neighbourhood of a root) the distance is followed by advancement, and
+/// when kMaxAdvances steps do not settle the question, or steps become smaller than t resolves, the answer is a hit
+/// with the distance at that time.
 ///
 /// **Margins.** `first_coplanar_impact` looks for distances within the margin at these times only: it misses features
 /// that come within a positive margin and leave it again without being coplanar, at the edge of a triangle, say, and

@@ -15,7 +15,7 @@ constexpr T kCoefficientError = T(40) * epsilon<T>();
 /// Roundings of the cubic's values and of where it is split, relative to the volume: see make_query.
 template <class T>
 constexpr T kCubicError = T(192) * epsilon<T>();
-/// Roundings of a height over a plane, its coefficients' included, relative to the volume.
+/// Roundings of a height over a plane, of its coefficients too, relative to the volume: docs/accuracy.md counts them.
 template <class T>
 constexpr T kHeightError = T(64) * epsilon<T>();
 /// Roundings of the length of a cross product of two vectors, relative to it.
@@ -36,7 +36,8 @@ SOFTCD_HD constexpr T smallest_product() {
   return std::is_same_v<T, float> ? T(0x1p-50) : T(0x1p-480);
 }
 
-/// Bounds of roundings: see make_query.
+/// Whether the planes, or the parallel planes through the lines, that the features lie in are further than the margin
+/// apart at one time, whatever was rounded; make_query bounds that.
 template <class T>
 SOFTCD_HD bool is_certainly_apart(const RelativePair<T>& pair, T margin) {
   const T size_a = max_norm(pair.a);
@@ -60,7 +61,7 @@ struct Query {
   T side;    ///< sign: where a is at t0 relative to b x c; 0 when that cannot be told
   bool is_never_coplanar;
   bool may_reach_t0, may_reach_t1;
-  bool is_apart_throughout;  ///< the planes, or the parallel planes through the lines, that the features lie in
+  bool is_apart_throughout;  ///< by the planes, or the parallel planes through the lines, that the features lie in
 
   SOFTCD_HD bool is_apart_when_coplanar() const { return is_never_coplanar && !may_reach_t0 && !may_reach_t1; }
 };
