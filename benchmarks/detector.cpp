@@ -67,8 +67,15 @@ std::string detection_of(const Measurement& m) {
 }
 
 std::string broad_phase_of(const Measurement& m) {
-  const std::string name = name_of(demo::kBroadPhases, m.options.broad_phase);
-  return m.options.subdivision || m.options.broad_phase != BroadPhase::exact ? name : name + ", subdivision off";
+  return m.options.is_paper ? "paper" : name_of(demo::kBroadPhases, m.options.broad_phase);
+}
+
+bool is_exact(const Measurement& m) {
+  return !m.options.is_paper && m.options.broad_phase == BroadPhase::exact;
+}
+
+std::string broad_phase_and_subdivision_of(const Measurement& m) {
+  return broad_phase_of(m) + (is_exact(m) && !m.options.subdivision ? ", subdivision off" : "");
 }
 
 nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
@@ -78,7 +85,7 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                                  {"backend", name_of(demo::kBackends, m.options.backend)},
                                  {"detection", name_of(demo::kDetections, m.options.detection)},
                                  {"accuracy", name_of(demo::kAccuracies, m.options.accuracy)},
-                                 {"broad_phase", name_of(demo::kBroadPhases, m.options.broad_phase)},
+                                 {"broad_phase", broad_phase_of(m)},
                                  {"subdivision", m.options.subdivision},
                                  {"lambda", m.options.lambda},
                                  {"threads", m.threads},
@@ -147,34 +154,34 @@ class Benchmark {
     switch (sweep_) {
       case Sweep::stages:
         return report_stages(
-            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
               return Measurements{measure_one(scene, options)};
             }));
       case Sweep::subdivision:
         return report_subdivision(
-            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
               return with_every_broad_phase(scene, options);
             }));
       case Sweep::lambda:
         return report_lambdas(
-            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
               return all_lambdas(scene, options);
             }));
       case Sweep::scaling:
         return report_scaling(all_sizes(backend));
       case Sweep::threads:
         return report_threads(
-            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const PipelineOptions& options) {
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
               return with_more_and_more_threads(scene, options);
             }));
     }
   }
 
   Measurements for_each_scene_and_mode(
-      Backend backend, const std::function<Measurements(const DetectorScene&, const PipelineOptions&)>& measure_all) {
+      Backend backend, const std::function<Measurements(const DetectorScene&, const MeasuredOptions&)>& measure_all) {
     Measurements all;
     for (const DetectorScene& scene : scenes_) {
-      for (const PipelineOptions& options : modes(backend)) {
+      for (const MeasuredOptions& options : modes(backend)) {
         const Measurements some = measure_all(scene, options);
         all.insert(all.end(), some.begin(), some.end());
       }
@@ -182,10 +189,10 @@ class Benchmark {
     return all;
   }
 
-  std::vector<PipelineOptions> modes(Backend backend) const {
-    std::vector<PipelineOptions> all;
+  std::vector<MeasuredOptions> modes(Backend backend) const {
+    std::vector<MeasuredOptions> all;
     for (const Mode& mode : options_.modes) {
-      PipelineOptions options;
+      MeasuredOptions options;
       options.backend = backend;
       options.detection = mode.detection;
       options.accuracy = mode.accuracy;
@@ -194,7 +201,7 @@ class Benchmark {
     return all;
   }
 
-  Measurement measure_one(const DetectorScene& scene, const PipelineOptions& options) const {
+  Measurement measure_one(const DetectorScene& scene, const MeasuredOptions& options) const {
     const Measurement result = measure(scene, options, options_.repetitions);
     if (!scene.is_from_files && result.left_out.empty() && contact_count(result) == 0) {
       throw std::runtime_error(
@@ -204,11 +211,11 @@ class Benchmark {
     return result;
   }
 
-  Measurements with_every_broad_phase(const DetectorScene& scene, PipelineOptions options) const {
+  Measurements with_every_broad_phase(const DetectorScene& scene, MeasuredOptions options) const {
     Measurements results = {measure_one(scene, options)};
-    options.broad_phase = BroadPhase::paper;
+    options.is_paper = true;
     results.push_back(measure_one(scene, options));
-    options.broad_phase = BroadPhase::exact;
+    options.is_paper = false;
     options.subdivision = false;
     results.push_back(measure_one(scene, options));
     options.broad_phase = BroadPhase::uniform;
@@ -221,11 +228,11 @@ class Benchmark {
     return results;
   }
 
-  Measurements all_lambdas(const DetectorScene& scene, PipelineOptions options) const {
+  Measurements all_lambdas(const DetectorScene& scene, MeasuredOptions options) const {
     Measurements results;
-    for (const BroadPhase broad_phase : {BroadPhase::exact, BroadPhase::paper}) {
-      options.broad_phase = broad_phase;
-      const int most = broad_phase == BroadPhase::exact ? kMostLambdaExact : kMostLambdaPaper;
+    for (const bool is_paper : {false, true}) {
+      options.is_paper = is_paper;
+      const int most = is_paper ? kMostLambdaPaper : kMostLambdaExact;
       for (int tenths = kLeastLambda; tenths <= most; tenths += kLambdaStep) {
         options.lambda = static_cast<float>(tenths) / 10.0F;
         results.push_back(measure_one(scene, options));
@@ -240,13 +247,13 @@ class Benchmark {
     Measurements results;
     for (double triangles = options_.most_triangles; triangles >= kLeastScalingTriangles; triangles /= kScalingFactor) {
       const DetectorScene scene = make_cloth_on_ball(triangles / triangles_at_scale_1);
-      for (const PipelineOptions& options : modes(backend)) results.push_back(measure_one(scene, options));
+      for (const MeasuredOptions& options : modes(backend)) results.push_back(measure_one(scene, options));
     }
     return results;
   }
 
   /// 1, 2, 4 and so on, and all that there are.
-  Measurements with_more_and_more_threads(const DetectorScene& scene, const PipelineOptions& options) const {
+  Measurements with_more_and_more_threads(const DetectorScene& scene, const MeasuredOptions& options) const {
     const auto all = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     Measurements results;
     for (std::size_t threads = 1; threads < 2 * all; threads *= 2) {
@@ -258,7 +265,7 @@ class Benchmark {
 
   /// Whatever the backend and the dials, the contacts are the same bytes; `paper` may lose some.
   void compare_contacts(const Measurement& m) {
-    if (!m.left_out.empty() || m.options.broad_phase == BroadPhase::paper) return;
+    if (!m.left_out.empty() || m.options.is_paper) return;
     const std::string what = fmt::format("{} of {} triangles, {}", m.scene, m.statistics.triangles, detection_of(m));
     const auto [first, is_new] = checksums_.try_emplace(what, m.checksum);
     if (first->second != m.checksum && error_.empty()) {
@@ -312,12 +319,12 @@ class Benchmark {
     double exact_tests = 0;
     for (const Measurement& m : measurements) {
       if (!m.left_out.empty()) {
-        table.add({m.scene, detection_of(m), broad_phase_of(m), "", m.left_out});
+        table.add({m.scene, detection_of(m), broad_phase_and_subdivision_of(m), "", m.left_out});
         continue;
       }
       const auto tests = static_cast<double>(m.statistics.tests);
-      if (m.options.broad_phase == BroadPhase::exact && m.options.subdivision) exact_tests = tests;
-      table.add({m.scene, detection_of(m), broad_phase_of(m), decimals(children_ratio(m), 3),
+      if (is_exact(m) && m.options.subdivision) exact_tests = tests;
+      table.add({m.scene, detection_of(m), broad_phase_and_subdivision_of(m), decimals(children_ratio(m), 3),
                  fmt::to_string(m.statistics.tests), decimals(tests / exact_tests, 2), fmt::to_string(contact_count(m)),
                  decimals(work_ms(m), 3), megabytes(m.statistics.peak_bytes)});
     }

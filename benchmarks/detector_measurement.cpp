@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
 #include "command_line/stage_times.hpp"
+#include "paper/detector.hpp"
 #include "quartiles.hpp"
+#include "scene_core.hpp"
 
 namespace softcd::benchmarks {
 namespace {
@@ -61,45 +64,47 @@ void set_times(Measurement& measurement, const std::vector<StageTimes>& times) {
   measurement.repetitions = static_cast<int>(times.size());
 }
 
-Measurement measure_all(const DetectorScene& scene, const PipelineOptions& options, int repetitions) {
-  CollisionPipeline pipeline(options);
+Measurement measure_all(const DetectorScene& scene, const MeasuredOptions& options, int repetitions) {
+  const auto measured = std::make_shared<detail::SceneCore>(
+      options, LogCallback(), options.is_paper ? paper::detector_factories(options) : machine_factories(options));
+  detail::QueryCore query(measured, options);
   std::vector<BodyId> ids;
   for (const SceneBody& body : scene.bodies) {
     BodySettings settings = body.settings;
     settings.features = {true, true};
     if (options.detection == Detection::dcd) settings.margin = static_cast<float>(kMarginInEdges * scene.edge_length);
-    ids.push_back(pipeline.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t0.size()), settings}));
+    ids.push_back(measured->add_body({body.triangles, static_cast<std::uint32_t>(body.x_t0.size()), settings}));
   }
 
   Span<const Contact> contacts;
   const auto detect = [&] {
     for (std::size_t b = 0; b < ids.size(); ++b) {
-      pipeline.set_positions(ids[b], scene.bodies[b].x_t0, scene.bodies[b].x_t1);
+      measured->set_positions(ids[b], scene.bodies[b].x_t0, scene.bodies[b].x_t1);
     }
-    contacts = pipeline.detect();
+    contacts = query.wait(query.start(Pairs::all));
   };
   const Clock::time_point start = Clock::now();
   for (int i = 0; i < kWarmUps && (i == 0 || seconds_since(start) < kMostSeconds / 4); ++i) detect();
   std::vector<StageTimes> times;
   do {
     detect();
-    times.push_back(pipeline.statistics().ms);
+    times.push_back(query.statistics().ms);
   } while (static_cast<int>(times.size()) < repetitions && seconds_since(start) < kMostSeconds);
 
   Measurement result;
   result.scene = scene.name;
   result.options = options;
-  result.statistics = pipeline.statistics();
+  result.statistics = query.statistics();
   set_times(result, times);
   result.checksum = checksum_of(contacts);
-  result.options.backend = pipeline.backend();
+  result.options.backend = measured->backend();
   result.threads = static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
   return result;
 }
 
 }  // namespace
 
-Measurement measure(const DetectorScene& scene, const PipelineOptions& options, int repetitions) {
+Measurement measure(const DetectorScene& scene, const MeasuredOptions& options, int repetitions) {
   try {
     return measure_all(scene, options, repetitions);
   } catch (const OutOfMemory&) {
@@ -107,7 +112,7 @@ Measurement measure(const DetectorScene& scene, const PipelineOptions& options, 
   }
 }
 
-Measurement left_out(const DetectorScene& scene, const PipelineOptions& options, const std::string& reason) {
+Measurement left_out(const DetectorScene& scene, const MeasuredOptions& options, const std::string& reason) {
   Measurement result;
   result.scene = scene.name;
   result.options = options;

@@ -8,10 +8,15 @@
 
 namespace softcd::benchmarks {
 
+/// What is measured.
+struct MeasuredOptions : PipelineOptions {
+  bool is_paper = false;  ///< the broad phase is the printed one (paper/scheme.hpp), instead of `broad_phase`
+};
+
 /// What one detector costs on one scene.
 struct Measurement {
   std::string scene;
-  PipelineOptions options;                              ///< with the backend that was used, never `automatic`
+  MeasuredOptions options;                              ///< with the backend that was used, never `automatic`
   Statistics statistics;                                ///< of the last repetition, with median times
   double first_quartile_ms = 0, third_quartile_ms = 0;  ///< of `ms.total` of the repetitions
   int repetitions = 0;                                  ///< that were measured
@@ -29,10 +34,10 @@ constexpr double kMarginInEdges = 0.05;
 
 /// Detects `repetitions` times after three warm-ups. Sets all positions before each detection, as a simulation does.
 /// Left out where there is not enough memory.
-Measurement measure(const DetectorScene& scene, const PipelineOptions& options, int repetitions);
+Measurement measure(const DetectorScene& scene, const MeasuredOptions& options, int repetitions);
 
 /// A measurement that was not made.
-Measurement left_out(const DetectorScene& scene, const PipelineOptions& options, const std::string& reason);
+Measurement left_out(const DetectorScene& scene, const MeasuredOptions& options, const std::string& reason);
 
 /// Pairs of triangles whose middles share a cell of three times the largest triangle's radius: about what the broad
 /// phase `uniform` has to enumerate, without doing so.

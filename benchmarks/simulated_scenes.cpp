@@ -177,7 +177,7 @@ class Benchmark {
   }
 
   Means means(const Recording& recording, Detection detection, Accuracy accuracy, Backend backend) {
-    PipelineOptions options;
+    MeasuredOptions options;
     options.backend = backend;
     options.detection = detection;
     options.accuracy = accuracy;
@@ -202,7 +202,7 @@ class Benchmark {
   /// the last step; nothing where that would take too long.
   std::optional<double> tests_of_uniform_grid(const Recording& recording) const {
     if (estimate_uniform_tests(recording.steps.back()) > options_.most_tests) return std::nullopt;
-    PipelineOptions options;
+    MeasuredOptions options;
     options.backend = options_.backends.front();
     options.detection = Detection::ccd;
     options.broad_phase = BroadPhase::uniform;
@@ -212,7 +212,7 @@ class Benchmark {
   }
 
   void add_lambdas(const std::string& name, const DetectorScene& step) {
-    PipelineOptions options;
+    MeasuredOptions options;
     options.backend = options_.backends.front();
     options.detection = Detection::ccd;
     std::vector<std::string> row = {name};

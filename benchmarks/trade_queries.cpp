@@ -18,7 +18,7 @@
 #include "recorded_queries.hpp"
 #include "scene_geometry.hpp"
 #include "softcd/math/closest_point.hpp"
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 
 namespace softcd::benchmarks {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <array>
 
+#include "softcd/core/vec3.hpp"
 #include "softcd/math/scalar.hpp"
-#include "softcd/math/vec3.hpp"
 
 namespace softcd::bullet {
 namespace {

@@ -24,8 +24,8 @@ inline constexpr std::array<Choice<Backend>, 3> kBackends = {
 inline constexpr std::array<Choice<Detection>, 2> kDetections = {{{"dcd", Detection::dcd}, {"ccd", Detection::ccd}}};
 inline constexpr std::array<Choice<Accuracy>, 3> kAccuracies = {
     {{"fast", Accuracy::fast}, {"precise", Accuracy::precise}, {"conservative", Accuracy::conservative}}};
-inline constexpr std::array<Choice<BroadPhase>, 3> kBroadPhases = {
-    {{"exact", BroadPhase::exact}, {"paper", BroadPhase::paper}, {"uniform", BroadPhase::uniform}}};
+inline constexpr std::array<Choice<BroadPhase>, 2> kBroadPhases = {
+    {{"exact", BroadPhase::exact}, {"uniform", BroadPhase::uniform}}};
 inline constexpr std::array<Choice<bool>, 2> kOnOff = {{{"on", true}, {"off", false}}};
 
 template <class Choices>

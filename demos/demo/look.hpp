@@ -1,6 +1,6 @@
 #pragma once
 
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 /// Light and colours (linear, 0 to 1) of pictures and of the viewer.
 namespace softcd::demo {

@@ -57,13 +57,12 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
                  "distance is at most the sum of both sides' margins: twice this, in one mesh")
       ->option_text("M [0]");
   app.add_option("--lambda", options.lambda,
-                 "Cell size: this times the mean bounding radius of the triangles, or three times that\n"
-                 "(broad phase paper). 0 chooses")
+                 "Cell size of broad phase exact: this times the mean bounding radius of the triangles. 0 chooses")
       ->option_text("L [0]");
   add_choice(app, "--subdivision", kOnOff, options.subdivision,
              "Virtual subdivision of triangles that are larger than a cell");
   add_choice(app, "--broad-phase", kBroadPhases, options.broad_phase,
-             "How candidate pairs are found. paper is there to compare: it loses some true pairs");
+             "How candidate pairs are found: uniform has one grid for the largest triangle, and many more tests");
   app.add_option("--memory-limit", options.memory_limit,
                  "Most bytes that the detection may use, or with K, M, G (1000) or KiB, MiB, GiB (1024);\n"
                  "0 for no limit. Less memory takes more time; too little is an error")

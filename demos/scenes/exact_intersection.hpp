@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 namespace softcd::demo {
 

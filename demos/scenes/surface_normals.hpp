@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 namespace softcd::demo {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "LinearMath/btVector3.h"
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 namespace softcd::demo {
 

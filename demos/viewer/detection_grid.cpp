@@ -34,7 +34,7 @@ class RecordingBackend : public CpuBackend {
   using CpuBackend::for_each;
   using CpuBackend::for_each_append;
 
-  void for_each(const char* label, Count splits, const CountChildren& count_children) {
+  void for_each(const char* label, Count splits, const CountChildren<SplitRoot>& count_children) {
     CpuBackend::for_each(label, splits, count_children);
     record_.splits = copy_of(count_children.splits, splits.get());
   }
@@ -81,7 +81,7 @@ DetectionGrid::DetectionGrid(const std::vector<GridBody>& bodies, const QueryOpt
   x_t1_.assign(arrays.x_t1.begin(), arrays.x_t1.end());
   triangles_.assign(arrays.triangles.begin(), arrays.triangles.end());
   for (const Body& body : store.bodies()) first_triangles_.push_back(body.triangles.first);
-  for (const SplitRoot& split : record.splits) splits_.push_back({split.root, split.level});
+  for (const SplitRoot& split : record.splits) splits_.push_back({split.root, static_cast<int>(split.level)});
   inverse_cell_size_ = 1.0F / static_cast<float>(counts_.cell_size);
   for (std::size_t i = 0; i < record.entries.size(); ++i) {
     const Entry& entry = record.entries[i];

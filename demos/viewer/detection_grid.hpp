@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::demo {

@@ -93,7 +93,7 @@ class NeighbourLister {
       if ((ownership_[a] & (8U << side_a)) == 0) continue;
       for (int side_b = 0; side_b < 3; ++side_b) {
         if ((ownership_[b] & (8U << side_b)) == 0) continue;
-        add_edge_pair(mesh_.triangle_edges[a].v[side_a], mesh_.triangle_edges[b].v[side_b]);
+        add_edge_pair(mesh_.triangle_edges[a].e[side_a], mesh_.triangle_edges[b].e[side_b]);
       }
     }
   }
@@ -134,12 +134,12 @@ Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_cou
   }
   topology.triangle_edges.reserve(triangles.size());
   for (const Triangle& triangle : triangles) {
-    Triangle edges{};
+    TriangleEdges edges{};
     for (int side = 0; side < 3; ++side) {
       const std::uint32_t a = triangle.v[side];
       const std::uint32_t b = triangle.v[(side + 1) % 3];
       const auto found = std::lower_bound(keys.begin(), keys.end(), edge_key(a, b));
-      edges.v[side] = a == b ? kNoIndex : static_cast<std::uint32_t>(found - keys.begin());
+      edges.e[side] = a == b ? kNoIndex : static_cast<std::uint32_t>(found - keys.begin());
     }
     topology.triangle_edges.push_back(edges);
   }
@@ -157,7 +157,7 @@ std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::ui
       const std::uint32_t vertex = mesh.triangles[t].v[corner] - mesh.first_vertex;
       if (!vertex_owned[vertex]) ownership[t] |= static_cast<Ownership>(1U << corner);
       vertex_owned[vertex] = true;
-      const std::uint32_t side = mesh.triangle_edges[t].v[corner];
+      const std::uint32_t side = mesh.triangle_edges[t].e[corner];
       if (side == kNoIndex) continue;
       const std::uint32_t edge = side - mesh.first_edge;
       if (!edge_owned[edge]) ownership[t] |= static_cast<Ownership>(8U << corner);

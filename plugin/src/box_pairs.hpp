@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "softcd/math/kdop.hpp"
+#include "softcd/math/box.hpp"
 
 namespace softcd {
 

@@ -43,7 +43,7 @@ inline Selecting selecting(const QueryOptions& options, bool moves, std::uint64_
   result.covers_rounding_t1 = covers_rounding && result.t1;
   result.margins = options.margins;
   result.motion_margin = measures_moves(options) ? options.motion_margin : 0.0F;
-  result.reach = is_slab ? kSlabReach : 1.0F;
+  result.distance_factor = is_slab ? kSlabFactor : 1.0F;
   result.features = options.features;
   result.changed_since = changed_since;
   return result;

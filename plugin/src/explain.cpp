@@ -6,18 +6,13 @@ namespace softcd {
 namespace {
 
 StageReport explain_grid(const QueryOptions& options, const Statistics& statistics) {
-  switch (options.broad_phase) {
-    case BroadPhase::exact:
-      return {"broad phase: exact", true,
-              fmt::format("cells of {:.4g}, {} of {} triangles can reach a partner", statistics.cell_size,
-                          statistics.active_triangles, statistics.triangles)};
-    case BroadPhase::paper:
-      return {"broad phase: paper", true, "asked for; it loses some true pairs and is meant for comparison"};
-    case BroadPhase::uniform:
-      break;
+  if (options.broad_phase == BroadPhase::uniform) {
+    return {"broad phase: uniform", true,
+            fmt::format("asked for; cells of {:.4g} fit the largest triangle", statistics.cell_size)};
   }
-  return {"broad phase: uniform", true,
-          fmt::format("asked for; cells of {:.4g} fit the largest triangle", statistics.cell_size)};
+  return {"broad phase: exact", true,
+          fmt::format("cells of {:.4g}, {} of {} triangles can reach a partner", statistics.cell_size,
+                      statistics.active_triangles, statistics.triangles)};
 }
 
 StageReport explain_sweep(const QueryOptions& options, const Decisions& decisions) {

@@ -41,7 +41,7 @@ Box grown_box(const Body& body, Vec3d origin, float margin, const Selecting& sel
   const Box box = {vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
   const auto furthest_move = static_cast<float>(std::sqrt(body.positions.survey().squared_move));
   const float motion = outward_up(outward_up(furthest_move) * selecting.motion_margin);
-  return inflated(box, outward_up(outward_up(margin + motion) * selecting.reach));
+  return inflated(box, outward_up(outward_up(margin + motion) * selecting.distance_factor));
 }
 
 bool groups_allow(const BodySettings& a, const BodySettings& b) {
@@ -71,8 +71,8 @@ class Selection {
     if (std::max(body_a.last_change, body_b.last_change) <= selecting_.changed_since) return false;
     if (filter_ && !filter_(body_a.id, body_b.id)) return false;
     pairs_.emplace_back(a, b);
-    out_.bodies[a].reach = merged(out_.bodies[a].reach, boxes_[b]);
-    out_.bodies[b].reach = merged(out_.bodies[b].reach, boxes_[a]);
+    out_.bodies[a].partner_box = merged(out_.bodies[a].partner_box, boxes_[b]);
+    out_.bodies[b].partner_box = merged(out_.bodies[b].partner_box, boxes_[a]);
     out_.vertex_triangle |= features.vertex_triangle;
     out_.edge_edge |= features.edge_edge;
     ++(a == b ? out_.self_count : out_.pair_count);

@@ -27,8 +27,8 @@ struct Selecting {
   /// nothing that is within it where the caller has the positions is beyond it where the detector has them.
   bool covers_rounding_t0 = false, covers_rounding_t1 = false;
   bool margins = true;
-  float motion_margin = 0.0F;  ///< times the furthest move is added to the margin
-  float reach = 1.0F;          ///< times all of that
+  float motion_margin = 0.0F;    ///< times the furthest move is added to the margin
+  float distance_factor = 1.0F;  ///< times all of that
   Features features;
   std::uint64_t changed_since = 0;  ///< a body of each pair, see Body::last_change
 };

@@ -250,7 +250,7 @@ void SceneStore::renumber(std::uint32_t index) {
   }
   for (std::uint32_t t = body.triangles.first; t < body.triangles.first + body.triangles.count; ++t) {
     for (std::uint32_t& v : triangles_.data()[t].v) v += by_vertex;
-    for (std::uint32_t& e : triangle_edges_.data()[t].v) e = e == kNoIndex ? kNoIndex : e + by_edge;
+    for (std::uint32_t& e : triangle_edges_.data()[t].e) e = e == kNoIndex ? kNoIndex : e + by_edge;
   }
   for (std::uint32_t e = body.edges.first; e < body.edges.first + body.edges.count; ++e) {
     for (std::uint32_t& v : edges_.data()[e].v) v += by_vertex;
@@ -276,7 +276,7 @@ void SceneStore::fill_rest(std::uint32_t index) {
   const std::uint32_t rest = body.triangles.capacity - body.triangles.count;
   const std::uint32_t v = body.vertices.first;
   std::fill_n(triangles_.data() + triangles, rest, Triangle{{v, v, v}});
-  std::fill_n(triangle_edges_.data() + triangles, rest, Triangle{{kNoIndex, kNoIndex, kNoIndex}});
+  std::fill_n(triangle_edges_.data() + triangles, rest, TriangleEdges{{kNoIndex, kNoIndex, kNoIndex}});
   std::fill_n(ownership_.data() + triangles, rest, static_cast<Ownership>(kLeftOut));
   std::fill_n(triangle_body_.data() + body.triangles.first, body.triangles.capacity, index);
   std::fill_n(vertex_body_.data() + body.vertices.first, body.vertices.capacity, index);
@@ -302,8 +302,8 @@ void SceneStore::place_mesh(std::uint32_t index) {
                    return Triangle{{t.v[0] + v, t.v[1] + v, t.v[2] + v}};
                  });
   std::transform(mesh.triangle_edges.begin(), mesh.triangle_edges.end(), triangle_edges_.data() + body.triangles.first,
-                 [&](const Triangle& t) {
-                   return Triangle{{in_scene(t.v[0], e), in_scene(t.v[1], e), in_scene(t.v[2], e)}};
+                 [&](const TriangleEdges& edges) {
+                   return TriangleEdges{{in_scene(edges.e[0], e), in_scene(edges.e[1], e), in_scene(edges.e[2], e)}};
                  });
   std::transform(mesh.edges.begin(), mesh.edges.end(), edges_.data() + e, [&](const Edge& edge) {
     return Edge{{edge.v[0] + v, edge.v[1] + v}};

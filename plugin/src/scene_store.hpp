@@ -115,7 +115,8 @@ class SceneStore {
   bool has_new_layout_ = false;
   Vec3d origin_{0, 0, 0};
   HostArray<Vec3f> x_t0_, x_t1_;
-  HostArray<Triangle> triangles_, triangle_edges_;
+  HostArray<Triangle> triangles_;
+  HostArray<TriangleEdges> triangle_edges_;
   HostArray<Edge> edges_;
   HostArray<Ownership> ownership_;
   HostArray<std::uint32_t> triangle_body_, vertex_body_;

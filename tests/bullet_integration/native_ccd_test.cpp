@@ -10,7 +10,7 @@
 #include "BulletSoftBody/btSoftBodyInternals.h"
 #include "exact_ccd.hpp"
 #include "queries.hpp"
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 
 namespace softcd::test {
 namespace {

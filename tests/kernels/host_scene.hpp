@@ -104,7 +104,10 @@ class HostScene {
     for (const Vec3d& p : body.mesh.positions) x_t1_.push_back(to_float(p));
     for (const Vec3d& p : body.x_t0.empty() ? body.mesh.positions : body.x_t0) x_t0_.push_back(to_float(p));
     for (const Triangle& t : topology.triangles) triangles_.push_back(shifted(t, first_vertex));
-    for (const Triangle& t : topology.triangle_edges) triangle_edges_.push_back(shifted(t, first_edge));
+    for (TriangleEdges edges : topology.triangle_edges) {
+      for (std::uint32_t& e : edges.e) e = e == kNoIndex ? e : e + first_edge;
+      triangle_edges_.push_back(edges);
+    }
     for (const Edge& e : topology.edges) edges_.push_back({{e.v[0] + first_vertex, e.v[1] + first_vertex}});
     ownership_.insert(ownership_.end(), topology.ownership.begin(), topology.ownership.end());
     triangle_body_.resize(triangles_.size(), id);
@@ -121,16 +124,15 @@ class HostScene {
   }
 
   static Triangle shifted(Triangle t, std::uint32_t offset) {
-    for (std::uint32_t& v : t.v) {
-      if (v != kNoIndex) v += offset;
-    }
+    for (std::uint32_t& v : t.v) v += offset;
     return t;
   }
 
   std::vector<HostBody> bodies_;
   bool continuous_;
   std::vector<Vec3f> x_t0_, x_t1_;
-  std::vector<Triangle> triangles_, triangle_edges_;
+  std::vector<Triangle> triangles_;
+  std::vector<TriangleEdges> triangle_edges_;
   std::vector<Edge> edges_;
   std::vector<Ownership> ownership_;
   std::vector<std::uint32_t> triangle_body_, vertex_body_, partners_;
@@ -138,7 +140,7 @@ class HostScene {
   std::vector<softcd::SceneBody> scene_bodies_;
 };
 
-/// Of a scene of so many triangles that large ones are split.
+/// The grid of a scene of so many triangles that large ones are split.
 inline GridParameters grid_of(float cell_size) {
   GridParameters grid{};
   grid.active_triangles = 1U << 30;

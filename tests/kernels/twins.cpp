@@ -8,7 +8,9 @@
 
 #include "random.hpp"
 #include "softcd/grid/uniform_grid.hpp"
+#include "softcd/math/end_volumes.hpp"
 #include "softcd/math/kdop.hpp"
+#include "softcd/math/separation.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 
 // What the host computes with SSE2 is what everybody else's code in namespace generic computes, for any input.
@@ -16,7 +18,7 @@ namespace softcd::test {
 namespace {
 
 constexpr int kRounds = 400000;
-/// Of kRounds, how many have to come out either way for the comparison to mean something.
+/// How many of kRounds have to come out either way for the comparison to mean something.
 constexpr int kFew = 4000;
 
 /// Zeros of both signs, what is too small to be normal, what is next to it and to 1, the largest, infinities and NaN.
@@ -89,8 +91,8 @@ TEST(Twins, volumes_overlap) {
 
 TEST(Twins, end_volumes_are_apart_throughout) {
   expect_the_same(
-      2, [](Random& random) { return end_volumes(random_volume(random), random_volume(random)); }, apart_throughout,
-      generic::apart_throughout);
+      2, [](Random& random) { return end_volumes(random_volume(random), random_volume(random)); },
+      certainly_apart_throughout, generic::certainly_apart_throughout);
 }
 
 // Every axis, in either direction, at either end alone and at both.
@@ -105,8 +107,8 @@ TEST(Twins, end_volumes_are_apart_on_one_axis) {
       for (const float t1 : {-1.0F, 0.0F, 1.0F}) {
         const EndVolumes a = end_volumes(volume(axis, t0), volume(axis, t1));
         const EndVolumes b = end_volumes(volume(axis, 0.0F), volume(axis, 0.0F));
-        EXPECT_EQ(apart_throughout(a, b), t0 * t1 == 1.0F) << "axis " << axis << ", " << t0 << " to " << t1;
-        EXPECT_EQ(generic::apart_throughout(a, b), t0 * t1 == 1.0F);
+        EXPECT_EQ(certainly_apart_throughout(a, b), t0 * t1 == 1.0F) << "axis " << axis << ", " << t0 << " to " << t1;
+        EXPECT_EQ(generic::certainly_apart_throughout(a, b), t0 * t1 == 1.0F);
       }
       EXPECT_EQ(overlap(volume(axis, t0), volume(axis, 0.0F)), t0 == 0.0F) << "axis " << axis;
       EXPECT_EQ(generic::overlap(volume(axis, t0), volume(axis, 0.0F)), t0 == 0.0F);
@@ -114,7 +116,7 @@ TEST(Twins, end_volumes_are_apart_on_one_axis) {
   }
 }
 
-/// The same numbers, zeros of either sign told apart; NaN is NaN.
+/// Whether the numbers are the same, zeros of either sign told apart; NaN is NaN.
 void expect_same_bounds(const Kdop18& a, const Kdop18& b, int round) {
   const auto is_same = [](float x, float y) {
     return (std::isnan(x) && std::isnan(y)) || (x == y && std::signbit(x) == std::signbit(y));
@@ -159,7 +161,7 @@ TEST(Twins, integer_volumes) {
                              {coordinate(), coordinate(), coordinate()}};
     const float inverse_size = random.chance(0.5) ? 1.0F : 0.7F;
     const Kdop18 volume = grown_volume(points, random.chance(0.5) ? 0.0F : 0.1F);
-    if (!within_reach(volume, inverse_size)) continue;
+    if (!within_grid(volume, inverse_size)) continue;
     const IntegerDop cells = integer_dop(volume, inverse_size);
     const IntegerDop expected = generic::integer_dop(volume, inverse_size);
     for (int axis = 0; axis < kKdopAxes; ++axis) {
@@ -189,10 +191,10 @@ void compare_points(Random& random, Outcomes& outcomes, int round) {
     t1[static_cast<std::size_t>(i)] = point(random, -4, 4);
   }
   const std::uint32_t v[4] = {2, 0, 3, 1};
-  const float reach = random.chance(0.5) ? 0.0F : straight_reach(random.chance(0.5) ? 1.0F : awkward(random));
+  const float reach = random.chance(0.5) ? 0.0F : straight_distance(random.chance(0.5) ? 1.0F : awkward(random));
   const Vec3f* start = kSwept ? t0.data() : nullptr;
-  outcomes.add(apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach),
-               generic::apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach), round);
+  outcomes.add(certainly_apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach),
+               generic::certainly_apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach), round);
 }
 
 TEST(Twins, points_are_apart_on_straight_axes) {

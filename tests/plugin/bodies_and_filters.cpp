@@ -208,7 +208,7 @@ TEST(Bodies, new_positions_every_frame) {
 TEST(Bodies, new_options) {
   const Scene scene = soups(2);
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
-  for (const BroadPhase broad_phase : {BroadPhase::uniform, BroadPhase::paper, BroadPhase::exact}) {
+  for (const BroadPhase broad_phase : {BroadPhase::uniform, BroadPhase::exact}) {
     for (const Detection detection : {Detection::ccd, Detection::dcd}) {
       const PipelineOptions options = test_options(detection, broad_phase);
       loaded.pipeline.set_options(options);

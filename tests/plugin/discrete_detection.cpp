@@ -51,18 +51,6 @@ TEST_P(DiscreteSoup, uniform_grid) {
   EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd, BroadPhase::uniform)), 0U);
 }
 
-TEST_P(DiscreteSoup, printed_scheme_reports_a_subset) {
-  const Scene scene{still(soup(GetParam()), everything(0.02F))};
-  const std::vector<Contact> contacts = detect_once(scene, test_options(Detection::dcd, BroadPhase::paper));
-  const Difference difference = compare(discrete_verdicts(scene), features_of(contacts));
-  EXPECT_TRUE(difference.extra.empty() && difference.repeated.empty()) << describe(difference);
-  expect_sorted(contacts);
-  RecordProperty("contacts", static_cast<int>(contacts.size()));
-  RecordProperty("missed", static_cast<int>(difference.missed.size()));
-  std::cout << "printed scheme: " << difference.missed.size() << " of " << contacts.size() + difference.missed.size()
-            << " contacts missed\n";
-}
-
 TEST_P(DiscreteSoup, four_bodies_with_margins_of_their_own) {
   Scene scene;
   for (std::uint64_t i = 0; i < 4; ++i) {

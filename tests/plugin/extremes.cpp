@@ -239,15 +239,6 @@ TEST(ExtremeMargins, do_not_fill_the_cells_of_a_lambda_that_was_asked_for) {
   EXPECT_LE(outcome.statistics.entries, 500 * outcome.statistics.triangles);
 }
 
-TEST(ExtremeMargins, do_not_multiply_the_work_of_the_printed_scheme) {
-  for (const std::uint32_t columns : {8U, 24U}) {
-    const Scene scene = margins_that_differ(columns, 40.0F);
-    const Statistics s = outcome_of(scene, test_options(Detection::dcd, BroadPhase::paper)).statistics;
-    EXPECT_LE(s.entries, 256 * s.triangles + 65536);
-    EXPECT_EQ(s.children, 0U);
-  }
-}
-
 /// Coarse enough that a move of the origin and powers of two as scales leave positions exact.
 Scene coarse(float margin) {
   SoupOptions options = soup_of(250, 70);

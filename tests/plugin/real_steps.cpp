@@ -99,14 +99,6 @@ TEST_P(RealSteps, other_ways_give_the_same_bytes) {
   EXPECT_TRUE(identical(expected, detect_once(truth_.scene, options))) << "lambda 1.2";
 }
 
-TEST_P(RealSteps, printed_scheme_reports_a_subset) {
-  const std::vector<Contact> contacts = detect_once(truth_.scene, test_options(Detection::ccd, BroadPhase::paper));
-  const std::vector<Contact> exact = detect_once(truth_.scene, test_options(Detection::ccd));
-  const Difference difference = compare({features_of(exact), {}}, features_of(contacts));
-  EXPECT_TRUE(difference.extra.empty()) << describe(difference);
-  std::cout << GetParam() << ": printed scheme misses " << difference.missed.size() << " of " << exact.size() << '\n';
-}
-
 TEST_P(RealSteps, discrete_detection_at_a_tenth_of_the_mean_edge) {
   Scene scene = truth_.scene;
   round_to_float(scene);

@@ -85,10 +85,6 @@ TEST_P(StatisticsOf, cell_size_is_lambda_mean_radii) {
     EXPECT_EQ(chosen.mean_radius, by_default.mean_radius);
     EXPECT_NEAR(chosen.cell_size, lambda * chosen.mean_radius, 1e-4 * chosen.cell_size);
   }
-  options.lambda = 0.0F;
-  options.broad_phase = BroadPhase::paper;
-  const Statistics paper = statistics_of(scene, options);
-  EXPECT_NEAR(paper.cell_size, 3.0 * 1.2 * paper.mean_radius, 1e-4 * paper.cell_size);
 }
 
 TEST_P(StatisticsOf, uniform_grid_tests_more) {

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 namespace softcd::test {
 

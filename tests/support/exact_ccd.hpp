@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 /// Verdicts in exact arithmetic for features whose vertices move on straight lines from t = 0 to t = 1: do they touch
 /// at any time in [0, 1]? Coplanar motions and degenerate features included. Coordinates must be finite.

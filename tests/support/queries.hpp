@@ -10,7 +10,7 @@
 #include "exact_ccd.hpp"
 #include "random.hpp"
 #include "softcd/core/types.hpp"
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 
 namespace softcd::test {
 

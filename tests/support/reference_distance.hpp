@@ -1,6 +1,6 @@
 #pragma once
 
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 namespace softcd::test {
 

@@ -28,12 +28,11 @@ struct QueryOptions {
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;
   BroadPhase broad_phase = BroadPhase::exact;
-  /// Off: no triangle is split. `exact` then registers large triangles in every cell of their own volume, `paper`
-  /// makes its cells fit the largest triangle. Changes the number of tests only, not the contacts of `exact`.
+  /// Off: no triangle is split, large ones are registered in every cell of their own volume. Changes the number of
+  /// tests only, not the contacts.
   bool subdivision = true;
-  /// Cell size in units of the triangles' clipped mean bounding radius: cell = lambda * mean for `exact`
-  /// (useful 1.2 to 2.4; allowed 0.1 to 100), cell = 3 * lambda * mean for `paper` (equation 1; 1.1 to 1.3). 0 chooses
-  /// 1.8, and more where triangles move many cells or have large margins, and 1.2.
+  /// Cell size of `exact` in units of the triangles' clipped mean bounding radius: useful 1.2 to 2.4, allowed 0.1 to
+  /// 100. 0 chooses 1.8, and more where triangles move many cells or have large margins.
   float lambda = 0.0F;
   /// Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
   /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.

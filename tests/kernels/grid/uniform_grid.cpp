@@ -95,7 +95,7 @@ TEST(IntegerDop, contains_the_cells_of_the_points_of_a_triangle) {
       if (random.chance(0.3)) corner.y = corner.x;
       extend(dop, corner);
     }
-    ASSERT_TRUE(within_reach(dop, inverse_size));
+    ASSERT_TRUE(within_grid(dop, inverse_size));
     const IntegerDop cells = integer_dop(dop, inverse_size);
     for (int k = 0; k < 8; ++k) {
       long double w[3] = {0.0L, 0.0L, 0.0L};
@@ -127,11 +127,11 @@ TEST(IntegerDop, is_not_much_larger_than_the_triangle) {
 
 TEST(UniformGrid, reach_ends_where_integers_do) {
   Kdop18 dop = empty_kdop();
-  extend(dop, {kGridReach, -kGridReach, 0.0F});
-  EXPECT_TRUE(within_reach(dop, 1.0F));
-  EXPECT_FALSE(within_reach(dop, 1.1F));
+  extend(dop, {kGridExtent, -kGridExtent, 0.0F});
+  EXPECT_TRUE(within_grid(dop, 1.0F));
+  EXPECT_FALSE(within_grid(dop, 1.1F));
   extend(dop, {0.0F, 0.0F, 1e30F});
-  EXPECT_FALSE(within_reach(dop, 1.0F));
+  EXPECT_FALSE(within_grid(dop, 1.0F));
 }
 
 }  // namespace

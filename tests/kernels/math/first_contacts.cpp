@@ -8,7 +8,7 @@
 
 #include "exact_ccd.hpp"
 #include "queries.hpp"
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 
 // Times of impact against brackets of the exact ones, on 100,000 queries.
 namespace softcd::test {

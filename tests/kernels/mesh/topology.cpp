@@ -79,7 +79,7 @@ TEST(Topology, triangles_know_their_edges) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       for (int side = 0; side < 3; ++side) {
         const Ends ends = std::minmax(mesh.triangles[t].v[side], mesh.triangles[t].v[(side + 1) % 3]);
-        const std::uint32_t edge = topology.triangle_edges[t].v[side];
+        const std::uint32_t edge = topology.triangle_edges[t].e[side];
         if (ends.first == ends.second) {
           EXPECT_EQ(edge, kNoIndex);
         } else {
@@ -107,8 +107,8 @@ void expect_each_feature_owned_once(const Topology& topology, const std::vector<
       vertex_occurs[vertex] = true;
       if ((ownership[t] >> i) & 1U) ++vertex_owners[vertex];
       if ((ownership[t] >> (3 + i)) & 1U) {
-        ASSERT_NE(topology.triangle_edges[t].v[i], kNoIndex);
-        ++edge_owners[topology.triangle_edges[t].v[i]];
+        ASSERT_NE(topology.triangle_edges[t].e[i], kNoIndex);
+        ++edge_owners[topology.triangle_edges[t].e[i]];
       }
     }
   }
@@ -151,7 +151,7 @@ std::vector<std::uint32_t> owners(const Topology& topology, const std::vector<Ow
   for (std::uint32_t t = 0; t < ownership.size(); ++t) {
     for (int i = 0; i < 3; ++i) {
       if (((ownership[t] >> (of_edges ? 3 + i : i)) & 1U) == 0) continue;
-      owner[(of_edges ? topology.triangle_edges : topology.triangles)[t].v[i]] = t;
+      owner[of_edges ? topology.triangle_edges[t].e[i] : topology.triangles[t].v[i]] = t;
     }
   }
   return owner;

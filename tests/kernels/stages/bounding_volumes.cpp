@@ -118,7 +118,7 @@ TEST(BoundTriangle, radius_covers_both_ends) {
 TEST(BoundTriangle, what_is_left_out_or_out_of_reach_has_no_volume) {
   HostScene host = scene_of(false, 0.0F);
   host.ownership()[7] = static_cast<Ownership>(kLeftOut);
-  host.body(1).reach = {{100.0F, 100.0F, 100.0F}, {101.0F, 101.0F, 101.0F}};
+  host.body(1).partner_box = {{100.0F, 100.0F, 100.0F}, {101.0F, 101.0F, 101.0F}};
   const SceneView scene = host.view();
   const HostVolumes bounds(scene);
   for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {

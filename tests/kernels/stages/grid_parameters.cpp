@@ -30,7 +30,7 @@ struct Sizes {
     GridParameters grid{};
     SerialTeam team;
     ChooseGrid{
-        radius.data(), swept.data(), extent.data(), distance.data(), broad_phase, subdivision, lambda, &grid}(team);
+        {radius.data(), swept.data(), extent.data(), distance.data()}, broad_phase, subdivision, lambda, &grid}(team);
     return grid;
   }
 };
@@ -53,10 +53,7 @@ TEST(ChooseGrid, cell_is_lambda_means) {
     EXPECT_FLOAT_EQ(grid.cell_size, lambda * grid.mean_radius);
     EXPECT_FLOAT_EQ(grid.inverse_cell_size, 1.0F / grid.cell_size);
   }
-  const GridParameters paper = sizes.choose(BroadPhase::paper, true, 1.2F);
-  EXPECT_FLOAT_EQ(paper.cell_size, 3.6F * paper.mean_radius);
   EXPECT_EQ(sizes.choose(BroadPhase::exact).cell_size, sizes.choose(BroadPhase::exact, true, 1.8F).cell_size);
-  EXPECT_EQ(sizes.choose(BroadPhase::paper).cell_size, paper.cell_size);
 }
 
 TEST(ChooseGrid, uniform_fits_the_largest) {
@@ -65,7 +62,6 @@ TEST(ChooseGrid, uniform_fits_the_largest) {
   const float size = sizes.choose(BroadPhase::uniform).cell_size;
   EXPECT_GE(size, 3.0F * 25.0F);
   EXPECT_LE(size, 3.0F * 25.0F * 1.26F);
-  EXPECT_EQ(sizes.choose(BroadPhase::paper, false).cell_size, size);
 }
 
 TEST(ChooseGrid, one_stray_triangle_changes_little) {
@@ -122,7 +118,7 @@ TEST(ChooseGrid, a_few_fast_triangles_change_little) {
 TEST(ChooseGrid, the_furthest_ordinary_triangle_is_within_reach) {
   Sizes sizes;
   for (int i = 0; i < 1000; ++i) sizes.add(1e-6, 1e-6, 1e4);
-  EXPECT_GE(sizes.choose(BroadPhase::exact).cell_size * kGridReach, 1e4F);
+  EXPECT_GE(sizes.choose(BroadPhase::exact).cell_size * kGridExtent, 1e4F);
 }
 
 TEST(ChooseGrid, is_finite_whatever_comes) {
@@ -132,7 +128,7 @@ TEST(ChooseGrid, is_finite_whatever_comes) {
   Sizes infinite;
   for (int i = 0; i < 3; ++i) infinite.add(INFINITY, INFINITY, INFINITY);
   for (const Sizes* sizes : {&nothing, &points, &infinite}) {
-    for (const BroadPhase broad_phase : {BroadPhase::exact, BroadPhase::paper, BroadPhase::uniform}) {
+    for (const BroadPhase broad_phase : {BroadPhase::exact, BroadPhase::uniform}) {
       const GridParameters grid = sizes->choose(broad_phase);
       EXPECT_TRUE(std::isfinite(grid.cell_size) && grid.cell_size > 0.0F);
       EXPECT_TRUE(std::isfinite(grid.inverse_cell_size) && grid.inverse_cell_size > 0.0F);

@@ -63,8 +63,9 @@ bool apart_as_points(const TriangleMotion& a, const TriangleMotion& b, float dis
     points.t0[3 + corner] = b.t0[corner];
     points.t1[3 + corner] = b.t1[corner];
   }
-  const Reach reach = reach_of(distance, furthest_of(a, b));
-  return apart_on_straight_axes<true, 3>(points, reach) || apart_on_diagonal_axes<true, 3>(points, reach);
+  const AxisDistance reach = axis_distance(distance, furthest_of(a, b));
+  return certainly_apart_on_straight_axes<true, 3>(points, reach) ||
+         certainly_apart_on_diagonal_axes<true, 3>(points, reach);
 }
 
 struct Meeting {
@@ -97,7 +98,8 @@ TEST(MotionTests, keep_what_meets_at_any_time) {
     const Meeting meeting = random_meeting(random);
     const float furthest = furthest_of(meeting.a, meeting.b);
     ASSERT_TRUE(overlap_in_a_slab(meeting.a, meeting.b, meeting.gap, furthest)) << "pair " << i;
-    ASSERT_FALSE(apart_throughout(ends_of(meeting.a, 0.5F * meeting.gap), ends_of(meeting.b, 0.5F * meeting.gap)))
+    ASSERT_FALSE(
+        certainly_apart_throughout(ends_of(meeting.a, 0.5F * meeting.gap), ends_of(meeting.b, 0.5F * meeting.gap)))
         << "pair " << i;
     ASSERT_FALSE(apart_as_points(meeting.a, meeting.b, meeting.gap)) << "pair " << i;
   }
@@ -110,7 +112,7 @@ TEST(MotionTests, touching_needs_no_slack) {
     TriangleMotion b = random_motion(random, 100.0, 8.0);
     (random.chance(0.5) ? b.t0 : b.t1)[random.below(3)] = a.t0[0];
     b.t0[2] = a.t0[1];
-    ASSERT_FALSE(apart_throughout(ends_of(a, 0.0F), ends_of(b, 0.0F)));
+    ASSERT_FALSE(certainly_apart_throughout(ends_of(a, 0.0F), ends_of(b, 0.0F)));
     ASSERT_FALSE(apart_as_points(a, b, 0.0F));
     ASSERT_TRUE(overlap_in_a_slab(a, b, 0.0F, furthest_of(a, b)));
   }
@@ -120,7 +122,7 @@ TEST(MotionTests, slabs_reject_what_passes_at_different_times) {
   const TriangleMotion a{{{-10, 0, 0}, {-9.5F, 0, 0}, {-10, 0.5F, 0}}, {{10, 0, 0}, {10.5F, 0, 0}, {10, 0.5F, 0}}};
   const TriangleMotion b{{{0, -0.8F, 0}, {0.5F, -0.8F, 0}, {0, -0.3F, 0}},
                          {{0, 3.2F, 0}, {0.5F, 3.2F, 0}, {0, 3.7F, 0}}};
-  EXPECT_FALSE(apart_throughout(ends_of(a, 0.0F), ends_of(b, 0.0F)));
+  EXPECT_FALSE(certainly_apart_throughout(ends_of(a, 0.0F), ends_of(b, 0.0F)));
   EXPECT_TRUE(move_past(ends_of(a, 0.0F), ends_of(b, 0.0F)));
   EXPECT_FALSE(overlap_in_a_slab(a, b, 0.0F, 30.0F));
 }
@@ -128,8 +130,8 @@ TEST(MotionTests, slabs_reject_what_passes_at_different_times) {
 TEST(MotionTests, reject_what_moves_along_at_a_distance) {
   const TriangleMotion a{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{50, 0, 0}, {51, 0, 0}, {50, 1, 0}}};
   const TriangleMotion b{{{1.5F, 0, 0}, {2.5F, 0, 0}, {1.5F, 1, 0}}, {{51.5F, 0, 0}, {52.5F, 0, 0}, {51.5F, 1, 0}}};
-  EXPECT_TRUE(apart_throughout(ends_of(a, 0.125F), ends_of(b, 0.125F)));
-  EXPECT_FALSE(apart_throughout(ends_of(a, 0.375F), ends_of(b, 0.375F)));
+  EXPECT_TRUE(certainly_apart_throughout(ends_of(a, 0.125F), ends_of(b, 0.125F)));
+  EXPECT_FALSE(certainly_apart_throughout(ends_of(a, 0.375F), ends_of(b, 0.375F)));
   EXPECT_TRUE(apart_as_points(a, b, 0.25F));
   EXPECT_FALSE(apart_as_points(a, b, 0.75F));
   EXPECT_FALSE(move_past(ends_of(a, 0.0F), ends_of(b, 0.0F)));

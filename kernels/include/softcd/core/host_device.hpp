@@ -7,7 +7,7 @@
 #define SOFTCD_HD
 #endif
 
-/// The same for a function that is called seldom: out of line on the host, where its callers' loops are faster without
+/// SOFTCD_HD for a function that is called seldom: out of line on the host, where its callers' loops are faster without
 /// it. On the device a call would cost its callers registers.
 #if defined(__CUDACC__)
 #define SOFTCD_HD_SELDOM SOFTCD_HD

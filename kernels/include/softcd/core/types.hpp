@@ -4,7 +4,7 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/span.hpp"
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 namespace softcd {
 
@@ -45,11 +45,10 @@ enum class ContactRule : std::uint32_t {
   slab,
 };
 
-/// How candidate triangle pairs are found; see docs/architecture.md.
+/// How candidate triangle pairs are found, none of which is ever lost; see docs/architecture.md.
 enum class BroadPhase : std::uint32_t {
-  exact,    ///< virtual subdivision with exact control bits: loses no pair
-  paper,    ///< the scheme as printed in Wong, Leach, Zambetta 2012, for comparison: LOSES some true pairs
-  uniform,  ///< one grid sized by the largest triangle, no subdivision: loses no pair, many more tests
+  exact,    ///< virtual subdivision with exact control bits
+  uniform,  ///< one grid sized by the largest triangle, no subdivision: many more tests
 };
 
 /// The narrow phase's arithmetic, and what it promises: `fast` and `precise` for the positions as the detector has them
@@ -59,8 +58,8 @@ enum class Accuracy : std::uint32_t {
   /// Coplanarity cubic and proximity in float32. What touches during a step is found, as a rule early; so is what
   /// passes by within 4e-6 S, or all but touches for longer than a bound on work allows to follow.
   fast,
-  /// The same in float64, 8e-15 S; times of impact are not late. In a continuous detection a positive margin is looked
-  /// for at the step's ends and where the features are coplanar, not in between.
+  /// Both in float64, with 8e-15 S instead of 4e-6 S; times of impact are not late. In a continuous detection a
+  /// positive margin is looked for at the step's ends and where the features are coplanar, not in between.
   precise,
   /// In float64, with roundings bounded against "no contact", those of positions in double too. Continuous: whatever
   /// comes within the margin during the step is found, at a time of impact that is not late. What is found comes within

@@ -5,6 +5,8 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/math/kdop.hpp"
+#include "softcd/math/scalar.hpp"
+#include "softcd/math/simd.hpp"
 
 namespace softcd {
 
@@ -15,7 +17,7 @@ struct Cell {
 
 /// Coordinates (in cells) beyond which a triangle is not put into the grid: below it every integer and every sum
 /// of two is exact in float32.
-constexpr float kGridReach = 1048576.0F;  // 2^20
+constexpr float kGridExtent = 1048576.0F;  // 2^20
 
 /// Bits per axis of a wrapped cell index. Wrapping is harmless: two triangles that share a cell span at most
 /// 2 * kMaxSpan < 2^kCellBits cells together, so no second, aliased cell can be common to them; unrelated triangles
@@ -69,21 +71,21 @@ struct IntegerDop {
   SOFTCD_HD constexpr int span() const { return 1 + larger(hi[0] - lo[0], larger(hi[1] - lo[1], hi[2] - lo[2])); }
 };
 
-/// True when every projection of the volume lies within kGridReach cells of the origin.
-SOFTCD_HD inline bool within_reach(const Kdop18& dop, float inverse_size) {
+/// True when every projection of the volume lies within kGridExtent cells of the origin.
+SOFTCD_HD inline bool within_grid(const Kdop18& dop, float inverse_size) {
   const float furthest = furthest_coordinate(dop);
-  return furthest * inverse_size <= kGridReach;
+  return furthest * inverse_size <= kGridExtent;
 }
 
 namespace detail {
 
 /// Covers the roundings of a projection onto a diagonal and of its scaling, in cells.
 SOFTCD_HD inline float projection_slack(const Kdop18& dop, float inverse_size) {
-  return 8.0F * 1.1920929e-7F * furthest_coordinate(dop) * inverse_size;
+  return kCoordinateError * furthest_coordinate(dop) * inverse_size;
 }
 
 #ifdef SOFTCD_SSE2
-/// Of numbers that an int holds.
+/// The floor of numbers that an int holds.
 inline __m128i floor_of(__m128 x) {
   const __m128i truncated = _mm_cvttps_epi32(x);
   // All bits set, -1, where truncation went up.
@@ -110,7 +112,7 @@ SOFTCD_HD inline IntegerDop integer_dop(const Kdop18& dop, float inverse_size) {
 }
 }  // namespace generic
 
-/// The cells of an 18-DOP that is within_reach.
+/// The cells of an 18-DOP that is within_grid().
 ///
 /// With u = p / s and i = floor(u): x, y and z are scaled and floored monotonely, so touching volumes share a cell
 /// without padding. For a sum, u_x + u_y - 2 < i + j <= u_x + u_y; for a difference,

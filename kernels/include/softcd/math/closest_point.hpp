@@ -2,8 +2,8 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
+#include "softcd/core/vec3.hpp"
 #include "softcd/math/scalar.hpp"
-#include "softcd/math/vec3.hpp"
 
 /// Closest points of a vertex and a triangle, and of two edges. Correct for every degenerate input: the squared
 /// distance is a convex quadratic over the parameters, so its minimum is the interior one or lies on the boundary;

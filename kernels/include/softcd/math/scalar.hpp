@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "softcd/core/host_device.hpp"
-#include "softcd/math/vec3.hpp"
+#include "softcd/core/vec3.hpp"
 
 /// Scalars for predicates. Only + - * / sqrt and comparisons occur, each rounded once by IEEE 754, so that host
 /// and device return the same bytes (contraction must be off on both).
@@ -100,6 +100,18 @@ SOFTCD_HD T length(Vec3<T> a) {
   const T scale = safe_scale(max_norm(a));
   return scale == T(1) ? norm(a) : norm(scale * a) / scale;
 }
+
+/// A value below x by one to two units in the last place (above for outward_up): undoes any single rounding.
+SOFTCD_HD inline float outward_down(float x) {
+  return x - (magnitude(x) * epsilon<float>() + FLT_MIN);
+}
+SOFTCD_HD inline float outward_up(float x) {
+  return x + (magnitude(x) * epsilon<float>() + FLT_MIN);
+}
+
+/// Relative to the largest of the coordinates that a number was made of by a few sums, or products with numbers up to
+/// 1: bounds their roundings and that of a projection onto a diagonal of the 18-DOP.
+constexpr float kCoordinateError = 8.0F * epsilon<float>();
 
 /// The largest float that does not exceed x, for x from 0 to the largest float.
 SOFTCD_HD inline float rounded_down(double x) {

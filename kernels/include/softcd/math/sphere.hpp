@@ -1,7 +1,7 @@
 #pragma once
 
 #include "softcd/core/host_device.hpp"
-#include "softcd/math/kdop.hpp"
+#include "softcd/math/box.hpp"
 #include "softcd/math/scalar.hpp"
 
 namespace softcd {

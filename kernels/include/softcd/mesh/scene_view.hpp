@@ -6,13 +6,15 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/grid/control_bits.hpp"
-#include "softcd/math/kdop.hpp"
+#include "softcd/math/box.hpp"
 #include "softcd/math/scalar.hpp"
+#include "softcd/math/separation.hpp"
+#include "softcd/mesh/triangle_edges.hpp"
 
 namespace softcd {
 
-/// ContactRule::slab reaches this many margins far: sqrt(5), rounded up.
-constexpr float kSlabReach = 2.23606801F;
+/// What is in contact by ContactRule::slab is at most this many margins apart: sqrt(5), rounded up.
+constexpr float kSlabFactor = 2.23606801F;
 
 /// What the stages need to know of a body.
 struct SceneBody {
@@ -24,7 +26,7 @@ struct SceneBody {
   bool lists_neighbours;
   /// Union of the volumes of all bodies that this one may touch, grown by their margins; empty when there are none.
   /// A triangle outside takes no part in the detection.
-  Box reach;
+  Box partner_box;
 };
 
 /// All bodies concatenated in ascending order of ids; memory of the backend. Positions are float32, relative to the
@@ -33,7 +35,7 @@ struct SceneView {
   const Vec3f* x_t0 = nullptr;
   const Vec3f* x_t1 = nullptr;
   const Triangle* triangles = nullptr;
-  const Triangle* triangle_edges = nullptr;
+  const TriangleEdges* triangle_edges = nullptr;
   const Edge* edges = nullptr;
   const Ownership* ownership = nullptr;
   const std::uint32_t* triangle_body = nullptr;
@@ -43,7 +45,7 @@ struct SceneView {
   /// row. Row a is partners[partner_begin[a]] to, without it, partners[partner_begin[a + 1]], ascending.
   const std::uint64_t* partner_begin = nullptr;
   const std::uint32_t* partners = nullptr;
-  /// The same by body classes, body modulo kBodyClasses: bit b of word a says that some bodies of these classes may
+  /// The pairs by body classes, body modulo kBodyClasses: bit b of word a says that some bodies of these classes may
   /// touch.
   std::uint32_t class_may_touch[kBodyClasses] = {};
   std::uint32_t vertex_count = 0;
@@ -55,7 +57,7 @@ struct SceneView {
   bool is_conservative = false;  ///< Accuracy::conservative
   /// See PipelineOptions::motion_margin.
   float motion_margin = 0.0F;
-  /// Of a discrete detection.
+  /// What counts as a contact in a discrete detection.
   ContactRule contact_rule = ContactRule::distance;
 
   friend bool operator==(const SceneView&, const SceneView&) = default;
@@ -92,8 +94,8 @@ struct SceneView {
   }
 
   /// The distance within which features with this margin can be in contact.
-  SOFTCD_HD float contact_reach(float margin) const {
-    return contact_rule == ContactRule::slab ? outward_up(kSlabReach * margin) : margin;
+  SOFTCD_HD float contact_distance(float margin) const {
+    return contact_rule == ContactRule::slab ? outward_up(kSlabFactor * margin) : margin;
   }
 
   /// The vertex's margin, grown by its motion, computed in T. In float the growth is a millionth too large, so that the

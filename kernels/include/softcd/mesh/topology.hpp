@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "softcd/core/types.hpp"
+#include "softcd/mesh/triangle_edges.hpp"
 
 namespace softcd {
 
@@ -12,8 +13,7 @@ struct Topology {
   std::vector<Triangle> triangles;
   /// Every pair of distinct vertices joined by a triangle's side, once, sorted by (v[0], v[1]).
   std::vector<Edge> edges;
-  /// Edge indices of the sides v[0]v[1], v[1]v[2], v[2]v[0]; kNoIndex for a side of length nothing (repeated vertex).
-  std::vector<Triangle> triangle_edges;
+  std::vector<TriangleEdges> triangle_edges;
   /// R-triangles: every vertex and edge that occurs is owned by the first triangle that has it.
   std::vector<Ownership> ownership;
   std::uint32_t vertex_count = 0;
@@ -27,12 +27,12 @@ Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_cou
 struct MeshView {
   Span<const Triangle> triangles;
   Span<const Edge> edges;
-  Span<const Triangle> triangle_edges;
+  Span<const TriangleEdges> triangle_edges;
   std::uint32_t vertex_count = 0;
   std::uint32_t first_vertex = 0, first_triangle = 0, first_edge = 0;
 };
 
-/// Of a mesh on its own.
+/// The view of a mesh on its own.
 inline MeshView view_of(const Topology& topology) {
   return {topology.triangles, topology.edges, topology.triangle_edges, topology.vertex_count};
 }

@@ -26,11 +26,12 @@ struct Range {
 /// for the fields. Between bodies there may be triangles that are kLeftOut, and vertices and edges that none has.
 struct SceneArrays {
   Span<const Vec3f> x_t0, x_t1;
-  Span<const Triangle> triangles, triangle_edges;
+  Span<const Triangle> triangles;
+  Span<const TriangleEdges> triangle_edges;
   Span<const Edge> edges;
   Span<const Ownership> ownership;
   Span<const std::uint32_t> triangle_body, vertex_body;
-  /// Of all bodies that list them, in any order, as NeighbourFeatures.
+  /// What all bodies that list them have, in any order, as NeighbourFeatures.
   Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
   std::uint64_t revision;  ///< another one where meshes have changed
 };
@@ -98,8 +99,8 @@ class Detector {
   /// The detection before was finished, or failed. Reads `bodies` before it returns. Contacts of the query's last
   /// detection are gone.
   virtual void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) = 0;
-  /// Of the detection that was started last. Contacts stay valid until the query's next start(). Fills all of
-  /// `statistics` that the detection determines.
+  /// Waits for the detection that was started last, and returns its contacts, which stay valid until the
+  /// query's next start(). Fills all of `statistics` that the detection determines.
   virtual Span<const Contact> finish(Statistics& statistics) = 0;
   /// Fills peak_bytes, reruns and chunks, also of a detection that failed.
   virtual void report_memory(Statistics& statistics) const = 0;

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "softcd/pipeline/backend.hpp"
-#include "softcd/pipeline/broad_phase.inl"
+#include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/memory_account.hpp"
-#include "softcd/pipeline/narrow_phase.inl"
+#include "softcd/pipeline/narrow_phase.hpp"
 #include "softcd/pipeline/workspace.hpp"
 
 namespace softcd {
@@ -42,8 +42,8 @@ struct QueryOn final : QueryMemory {
   typename Backend::Session session;
 };
 
-/// The detector on one backend.
-template <DetectionBackend Backend>
+/// The detector on one backend. Another `Scheme` is in benchmarks/paper.
+template <DetectionBackend Backend, class Scheme = ExactScheme>
 class DetectorOn final : public Detector {
   static constexpr std::uint64_t kMostChunks = 4096;
   /// Where memory is short and counts are known at once chunks have no more tests than this, some 20 milliseconds'
@@ -215,7 +215,7 @@ class DetectorOn final : public Detector {
     const std::uint64_t triangles = scene_.triangle_count;
     if (query_->guessed_for == triangles || account_->is_limited()) return;
     query_->guessed_for = triangles;
-    Lists<Backend>& lists = w_.lists;
+    Lists<Backend, Scheme>& lists = w_.lists;
     try {
       lists.entries.reserve(backend_, 6 * triangles, 0);
       lists.pairs.reserve(backend_, 8 * triangles, 0);
@@ -312,8 +312,8 @@ class DetectorOn final : public Detector {
     w_.contact_keys.rewind();
     w_.contact_order.rewind();
     backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_});
-    BroadPhaseStages<Backend> broad_phase(backend_, w_, scene_, settings_);
-    NarrowPhaseStages<Backend> narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
+    BroadPhaseStages<Backend, Scheme> broad_phase(backend_, w_, scene_, settings_);
+    NarrowPhaseStages<Backend, Scheme> narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
     broad_phase.prepare();
     if (Backend::kKnowsCounts && (account_->is_limited() || chunks_ > 1)) {
       const std::uint64_t least_chunks = w_.counters.data()->tests / kMostTestsOfChunk + 1;
@@ -372,7 +372,7 @@ class DetectorOn final : public Detector {
 
   std::shared_ptr<MemoryAccount> account_;
   SceneMirror<Backend> mirror_;
-  Workspace<Backend> w_;
+  Workspace<Backend, Scheme> w_;
   SceneView scene_;
   SceneCounts counts_{};
   std::uint64_t scene_revision_ = 0;  ///< see SceneArrays

@@ -28,16 +28,6 @@ struct EntryTarget {
   }
 };
 
-struct SplitCellTarget {
-  using Value = SplitCell;
-  std::uint64_t* keys;
-  std::uint32_t* children;
-  SOFTCD_HD void store(std::uint64_t i, const SplitCell& value) const {
-    keys[i] = value.key;
-    children[i] = value.child;
-  }
-};
-
 /// Values are counted, not kept.
 struct CountTarget {
   using Value = std::uint32_t;

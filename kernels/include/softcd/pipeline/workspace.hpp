@@ -50,7 +50,7 @@ struct SceneCounts {
 /// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
   SceneCounts scene;
-  std::uint64_t splits, bigs, children, split_words, split_cells, entries, cells, tests;
+  std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, contacts, unsettled;
   ChunkCounts chunk;       ///< of the current one
   ChunkCounts done, most;  ///< of the chunks before: together, and in one
@@ -188,17 +188,18 @@ struct SceneMirror {
   using Mirror = typename Backend::template Mirror<T>;
 
   Mirror<Vec3f> x_t0, x_t1;
-  Mirror<Triangle> triangles, triangle_edges;
+  Mirror<Triangle> triangles;
+  Mirror<TriangleEdges> triangle_edges;
   Mirror<Edge> edges;
   Mirror<Ownership> ownership;
   Mirror<std::uint32_t> triangle_body, vertex_body;
   Mirror<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
 };
 
-constexpr std::size_t kListCount = 10;
+constexpr std::size_t kListCount = 9;
 
-/// The lists that stages append to.
-template <class Backend>
+/// The lists that stages append to. `Scheme` as ExactScheme.
+template <class Backend, class Scheme>
 struct Lists {
   template <class T>
   using Buffer = typename Backend::template Buffer<T>;
@@ -210,11 +211,8 @@ struct Lists {
   // Of the whole detection. In the order in which they grow: where memory is short, what no parts can make smaller
   // first.
   ArrayList<DetectionCounter<&Counters::bigs>, std::uint32_t> bigs;
-  ArrayList<DetectionCounter<&Counters::splits>, SplitRoot> splits;
-  ArrayList<DetectionCounter<&Counters::split_words>, std::uint32_t> split_words;  ///< `exact` only
-  List<Backend, DetectionCounter<&Counters::split_cells>, SplitCellTarget, SortBuffer<std::uint64_t>,
-       SortBuffer<std::uint32_t>>
-      split_cells;  ///< `paper` only
+  ArrayList<DetectionCounter<&Counters::splits>, typename Scheme::Split> splits;
+  typename Scheme::template SplitCells<Backend> split_cells;
   List<Backend, DetectionCounter<&Counters::entries>, EntryTarget, SortBuffer<std::uint32_t>, SortBuffer<Entry>>
       entries;
   List<Backend, DetectionCounter<&Counters::flagged>, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged;
@@ -228,8 +226,8 @@ struct Lists {
   template <class F>
   decltype(auto) with_all(const F& f) {
     // A list that is not named here does not compile: it would never grow.
-    auto& [l0, l1, l2, l3, l4, l5, l6, l7, l8, l9] = *this;
-    return f(l0, l1, l2, l3, l4, l5, l6, l7, l8, l9);
+    auto& [l0, l1, l2, l3, l4, l5, l6, l7, l8] = *this;
+    return f(l0, l1, l2, l3, l4, l5, l6, l7, l8);
   }
 };
 
@@ -246,14 +244,14 @@ struct Signature {
 };
 
 /// What a detection makes of a scene.
-template <class Backend>
+template <class Backend, class Scheme>
 struct Workspace {
   template <class T>
   using Buffer = typename Backend::template Buffer<T>;
   template <class T>
   using SortBuffer = typename Backend::template SortBuffer<T>;
 
-  Lists<Backend> lists;
+  Lists<Backend, Scheme> lists;
   Buffer<Counters> counters;
   Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kHistograms histograms of kSizeBins
 
@@ -261,11 +259,10 @@ struct Workspace {
   Buffer<Kdop18> volumes;
   Buffer<EndVolumes> end_volumes;
   Buffer<TriangleShape> shapes;
-  Buffer<std::uint32_t> split_of_triangle;  ///< `paper` only
   // Per split triangle:
   Buffer<std::uint32_t> child_counts;
   Buffer<std::uint64_t> child_offsets;
-  // and in `exact`:
+  // and of ExactCells:
   Buffer<SplitBox> split_boxes;
   Buffer<std::uint32_t> word_counts;
   Buffer<std::uint64_t> word_offsets;

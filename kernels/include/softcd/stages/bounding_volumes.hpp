@@ -1,6 +1,7 @@
 #pragma once
 
 #include "softcd/grid/size_histogram.hpp"
+#include "softcd/math/end_volumes.hpp"
 #include "softcd/math/kdop.hpp"
 #include "softcd/math/sphere.hpp"
 #include "softcd/mesh/scene_view.hpp"
@@ -54,11 +55,11 @@ struct BoundTriangle {
       for (const std::uint32_t v : scene.triangles[t].v)
         growth = larger(growth, outward_up(scene.vertex_margin<float>(v)));
     }
-    growth = scene.contact_reach(growth);
+    growth = scene.contact_distance(growth);
     const Kdop18 at_t1 = grown_volume(motion.t1, growth);
     const Kdop18 at_t0 = scene.is_swept ? grown_volume(motion.t0, growth) : at_t1;
     const Kdop18 volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
-    if (!overlap(body.reach, volume)) return;
+    if (!overlap(body.partner_box, volume)) return;
     if (scene.is_swept) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
 
     float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;

@@ -18,33 +18,13 @@ struct KeyedEntry {
   Entry entry;
 };
 
-/// A triangle that is represented in the grid by children: 4^level in space, times 2^halvings in time (`paper` only).
+/// A triangle that is represented in the grid by children.
 struct SplitRoot {
   std::uint32_t root;
-  std::uint16_t level;
-  std::uint16_t halvings;
+  std::uint32_t level;  ///< number of 1-to-4 splits
 
-  SOFTCD_HD constexpr std::uint32_t child_count() const { return 1U << (2 * level + halvings); }
+  SOFTCD_HD constexpr std::uint32_t child_count() const { return 1U << (2 * level); }
 };
-
-/// `paper`: a cell that a child of `root` is registered in: root:32 | cell:27 from high to low. Several children may
-/// give the same.
-struct SplitCell {
-  std::uint64_t key;
-  std::uint32_t child;  ///< child | 2^31 where its centre lies in another cell, so that less is better
-};
-
-constexpr std::uint32_t kPhantomChild = 0x80000000U;
-
-SOFTCD_HD constexpr std::uint64_t split_key(std::uint32_t root, std::uint32_t cell) {
-  return (static_cast<std::uint64_t>(root) << (3 * kCellBits)) | cell;
-}
-SOFTCD_HD constexpr std::uint32_t split_key_cell(std::uint64_t key) {
-  return static_cast<std::uint32_t>(key & ((1ULL << (3 * kCellBits)) - 1ULL));
-}
-SOFTCD_HD constexpr std::uint32_t split_key_root(std::uint64_t key) {
-  return static_cast<std::uint32_t>(key >> (3 * kCellBits));
-}
 
 /// The rank of an entry in its cell. Where some body touches itself, 7 - K: K descends. Where none does, the body
 /// modulo 8: what is of one body lies together and is not tested with itself.
@@ -83,7 +63,7 @@ struct Registration {
   }
 };
 
-/// `exact` and `uniform`: registers a triangle in the cells of its own volume when it is small enough, else puts it on
+/// Registers a triangle in the cells of its own volume when it is small enough, else puts it on
 /// the list of triangles to split, or, where that would take too many cells, on the list of those tested against all.
 struct RegisterTriangle {
   using Item = Registration;
@@ -101,7 +81,7 @@ struct RegisterTriangle {
     if (is_empty(volume)) return work;
     const float inverse_size = grid->inverse_cell_size;
     work.placement = Placement::big;
-    if (!within_reach(volume, inverse_size)) return work;
+    if (!within_grid(volume, inverse_size)) return work;
     work.cells = integer_dop(volume, inverse_size);
     const int span = work.cells.span();
     const TriangleShape shape = shapes[t];
@@ -123,7 +103,7 @@ struct RegisterTriangle {
     if (work.placement == Placement::whole) {
       register_row(work, part, entries);
     } else if (work.placement == Placement::split) {
-      splits.push(SplitRoot{work.triangle, static_cast<std::uint16_t>(work.level), 0});
+      splits.push(SplitRoot{work.triangle, work.level});
     } else {
       shapes[work.triangle].flags |= kBigTriangle;
       bigs.push(work.triangle);
@@ -140,8 +120,8 @@ struct RegisterTriangle {
     return estimated_cells(cell_extent(volume, shape.growth), grid->inverse_cell_size);
   }
 
-  /// Of a split triangle: a disc of its size, half filled, as thick as its margin on both sides, and cells are met in
-  /// part.
+  /// About how many cells a split triangle takes: a disc of its size, half filled, as thick as its margin on both
+  /// sides, and cells are met in part.
   SOFTCD_HD float split_cells(const TriangleShape& shape) const {
     const float across = 2.0F * grid->inverse_cell_size * (shape.radius + shape.growth);
     return 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
@@ -166,8 +146,9 @@ struct RegisterTriangle {
 };
 
 /// How many children stand for each split triangle.
+template <class Split>
 struct CountChildren {
-  const SplitRoot* splits;
+  const Split* splits;
   std::uint32_t* child_counts;
 
   SOFTCD_HD void operator()(std::uint32_t split) const { child_counts[split] = splits[split].child_count(); }

@@ -30,9 +30,9 @@ SOFTCD_HD inline bool boxes_overlap(const BoxedEntry& a, const BoxedEntry& b) {
 
 SOFTCD_HD inline bool boxes_overlap(const BoxedEntry& a, const BoxedEntry& b) {
 #ifdef SOFTCD_SSE2
-  const __m128 a_reaches = _mm_cmple_ps(_mm_load_ps(&a.lo.x), _mm_load_ps(&b.hi.x));
-  const __m128 b_reaches = _mm_cmple_ps(_mm_load_ps(&b.lo.x), _mm_load_ps(&a.hi.x));
-  return (_mm_movemask_ps(_mm_and_ps(a_reaches, b_reaches)) & 7) == 7;
+  const __m128 a_begins_first = _mm_cmple_ps(_mm_load_ps(&a.lo.x), _mm_load_ps(&b.hi.x));
+  const __m128 b_begins_first = _mm_cmple_ps(_mm_load_ps(&b.lo.x), _mm_load_ps(&a.hi.x));
+  return (_mm_movemask_ps(_mm_and_ps(a_begins_first, b_begins_first)) & 7) == 7;
 #else
   return generic::boxes_overlap(a, b);
 #endif

@@ -4,7 +4,7 @@
 
 #include "softcd/core/contact.hpp"
 #include "softcd/math/closest_point.hpp"
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 #include "softcd/mesh/scene_view.hpp"
 
 namespace softcd {
@@ -108,26 +108,28 @@ struct TestProximity {
 /// Cheap and certain: true only where the vertex of `input` is in no contact with its triangle by ContactRule::slab,
 /// because it is out of the slab's box. The slab reaches d times the triangle's own extent beyond it along every axis,
 /// and the margin along the normal.
-SOFTCD_HD inline bool outside_slab(const detail::RelativePair<float>& input, float input_margin) {
+SOFTCD_HD inline bool certainly_outside_slab(const detail::RelativePair<float>& input, float input_margin) {
   const float extent = detail::extent(input);
   const float scale = safe_scale(extent);
   const detail::RelativePair<float> pair = detail::scaled(scale, input);
   const float margin = scale * input_margin;
   const Vec3f normal = cross(pair.b, pair.c);
   const float product = max_norm(pair.b) * max_norm(pair.c);
-  // Roundings of the components of a cross product, and far more of what follows.
-  const float error = 32.0F * epsilon<float>() * product;
+  // Covers the roundings of the components of a cross product, and far more of what follows.
+  constexpr float kCrossError = 32.0F * epsilon<float>();
+  constexpr float kDifferenceError = 4.0F * epsilon<float>();
+  const float error = kCrossError * product;
   const float twice_area = norm(normal) - error;
   if (!(twice_area > 0.0F && product >= detail::smallest_product<float>())) return false;
   const float slack = margin * sqrtf(2.0F / twice_area);
-  const float rounding = 4.0F * epsilon<float>() * (scale * extent);
+  const float rounding = kDifferenceError * (scale * extent);
   bool is_outside = false;
   for (int axis = 0; axis < 3; ++axis) {
     const float low = smaller(0.0F, smaller(pair.b[axis], pair.c[axis]));
     const float high = larger(0.0F, larger(pair.b[axis], pair.c[axis]));
     const float along_normal = margin * ((magnitude(normal[axis]) + error) / twice_area);
-    const float reach = 1.0001F * (slack * (high - low) + along_normal) + rounding;
-    is_outside |= pair.a[axis] - high > reach || low - pair.a[axis] > reach;
+    const float beyond = 1.0001F * (slack * (high - low) + along_normal) + rounding;
+    is_outside |= pair.a[axis] - high > beyond || low - pair.a[axis] > beyond;
   }
   return is_outside;
 }

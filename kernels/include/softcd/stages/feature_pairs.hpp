@@ -2,7 +2,8 @@
 
 #include <cstdint>
 
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
+#include "softcd/math/separation.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/contact_tests.hpp"
@@ -49,8 +50,8 @@ struct FeatureTest {
 
   /// False where the features are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const FeatureCandidate& candidate) const {
-    return !apart_on_straight_axes<kSwept, kCountA>(scene.x_t0, scene.x_t1, candidate.vertices.v,
-                                                    straight_reach(margin_of(candidate)));
+    return !certainly_apart_on_straight_axes<kSwept, kCountA>(scene.x_t0, scene.x_t1, candidate.vertices.v,
+                                                              straight_distance(margin_of(candidate)));
   }
 
   template <class Candidates>
@@ -58,16 +59,16 @@ struct FeatureTest {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = margin_of(candidate);
     if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
-      if (scene.contact_rule == ContactRule::slab && lies_beside_slab(candidate)) return;
+      if (scene.contact_rule == ContactRule::slab && certainly_beside_slab(candidate)) return;
     }
     if constexpr (kSwept) {
-      const bool is_out = scene.is_conservative ? stay_beyond_reach<kKind>(points.t0, points.t1, margin)
-                                                : keep_apart<kKind>(points.t0, points.t1, margin);
+      const bool is_out = scene.is_conservative ? certainly_apart_throughout<kKind>(points.t0, points.t1, margin)
+                                                : certainly_apart_when_coplanar<kKind>(points.t0, points.t1, margin);
       if (is_out) return;
     } else {
-      if (lie_apart<kKind>(points.t1, margin)) return;
+      if (certainly_apart<kKind>(points.t1, margin)) return;
     }
-    if (stay_apart_diagonally(candidate)) return;
+    if (certainly_apart_on_diagonals(candidate)) return;
     const bool in_order = kKind == ContactKind::vertex_triangle || candidate.first < candidate.second;
     const std::uint64_t high = in_order ? candidate.first : candidate.second;
     candidates.push((high << 32) | (in_order ? candidate.second : candidate.first));
@@ -78,7 +79,7 @@ struct FeatureTest {
 
   SOFTCD_HD float margin_of(const FeatureCandidate& candidate) const {
     const float margin = outward_up(contact_margin<kKind, float>(scene, candidate.vertices));
-    return kKind == ContactKind::vertex_triangle ? scene.contact_reach(margin) : margin;
+    return kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
   }
 
   SOFTCD_HD PointMotion<4> load(const FeatureVertices& vertices) const {
@@ -90,24 +91,25 @@ struct FeatureTest {
     return motion;
   }
 
-  static SOFTCD_HD Reach reach_between(const PointMotion<4>& points, float margin) {
+  static SOFTCD_HD AxisDistance axis_distance_between(const PointMotion<4>& points, float margin) {
     float furthest = 0.0F;
     for (int i = 0; i < 4; ++i) {
       furthest = larger(furthest, max_norm(points.t1[i]));
       if (kSwept) furthest = larger(furthest, max_norm(points.t0[i]));
     }
-    return reach_of(margin, furthest);
+    return axis_distance(margin, furthest);
   }
 
-  SOFTCD_HD_SELDOM bool lies_beside_slab(FeatureCandidate candidate) const {
+  SOFTCD_HD_SELDOM bool certainly_beside_slab(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return outside_slab(detail::relative_pair<kKind>(points.t1),
-                        outward_up(contact_margin<kKind, float>(scene, candidate.vertices)));
+    return certainly_outside_slab(detail::relative_pair<kKind>(points.t1),
+                                  outward_up(contact_margin<kKind, float>(scene, candidate.vertices)));
   }
 
-  SOFTCD_HD_SELDOM bool stay_apart_diagonally(FeatureCandidate candidate) const {
+  SOFTCD_HD_SELDOM bool certainly_apart_on_diagonals(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return apart_on_diagonal_axes<kSwept, kCountA>(points, reach_between(points, margin_of(candidate)));
+    return certainly_apart_on_diagonal_axes<kSwept, kCountA>(points,
+                                                             axis_distance_between(points, margin_of(candidate)));
   }
 };
 
@@ -157,7 +159,7 @@ struct ExpandPair {
       const std::uint32_t r = u.v[side_b];
       const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
       if (p == r || p == s || q == r || q == s) return false;
-      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].v[side_a], scene.triangle_edges[work.b].v[side_b]};
+      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].e[side_a], scene.triangle_edges[work.b].e[side_b]};
     }
     return feature_test.filter(candidate);
   }
@@ -168,7 +170,8 @@ struct ExpandPair {
   }
 };
 
-/// The same of the features of triangles that share a vertex, which are listed (NeighbourFeatures); one an item.
+/// The candidates among the features of triangles that share a vertex, which are listed (NeighbourFeatures); one an
+/// item.
 template <ContactKind kKind, bool kSwept>
 struct TestNeighbours {
   struct Item {

@@ -20,7 +20,7 @@ struct GridParameters {
 /// Loop levels beyond which a triangle is tested against all others instead.
 constexpr int kMaxLevel = 6;
 
-/// `exact` leaves triangles whole whose radius is at most this many cells. From 2 to 4, tests of scenes with large
+/// Triangles are left whole whose radius is at most this many cells. From 2 to 4, tests of scenes with large
 /// triangles rise by less than 1 %; a recorded cloth on a ball has 584 triangles between, whose splitting took 0.18 of
 /// 1.13 ms on an H200.
 constexpr float kWholeSize = 4.0F;
@@ -45,8 +45,7 @@ SOFTCD_HD inline int subdivision_level(float radius, float limit) {
   return level;
 }
 
-/// `exact`: the level that a triangle of this radius is split to, 0 where it stays whole, by the size of a cell less
-/// its margin.
+/// The level that a triangle of this radius is split to, 0 where it stays whole, by the size of a cell less its margin.
 SOFTCD_HD inline int split_level(float radius, float limit) {
   return radius <= kWholeSize * limit ? 0 : subdivision_level(radius, kChildSize * limit);
 }
@@ -63,31 +62,87 @@ SOFTCD_HD inline float estimated_cells(float extent, float inverse_cell_size) {
   return side * side * side;
 }
 
-/// Values of lambda that stand for 0.
-constexpr float kExactLambda = 1.8F;
-constexpr float kPaperLambda = 1.2F;
+/// Histograms of the active triangles, see MeasureTriangle.
+struct SizeHistograms {
+  const std::uint32_t* radius;
+  const std::uint32_t* swept_radius;
+  const std::uint32_t* cell_extent;
+  const std::uint32_t* distance;  ///< of the largest coordinate magnitude
+};
 
-/// Chooses the cell size from the histograms of the active triangles.
+/// Children of all split triangles, per triangle.
+constexpr int kChildBudget = 8;
+/// The mean number of entries beyond which larger cells pay: an entry costs as much as 6 (H200) to 11 (16 cores)
+/// tests, and what is in many cells meets the same partners in larger ones. A recorded step of balls has 4.5M entries
+/// and 45M tests at lambda 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
+constexpr std::uint64_t kEntryTarget = 5;
+constexpr std::uint64_t kEntryTargetSlack = 4096;
+/// With a lambda that was asked for the mean number of entries is bound for memory's sake alone.
+constexpr std::uint64_t kEntryBudget = 256;
+constexpr std::uint64_t kEntrySlack = 65536;
+
+template <class Team>
+SOFTCD_HD std::uint64_t count_active(Team& team, const SizeHistograms& sizes) {
+  return team.sum(kSizeBins, [&](int bin) { return static_cast<std::uint64_t>(sizes.radius[bin]); });
+}
+
+/// `size`, or more, so that the grid reaches the furthest of all but stray triangles.
+template <class Team>
+SOFTCD_HD float within_grid_extent(Team& team, const SizeHistograms& sizes, float size) {
+  return larger(size, 8.0F * clipped_mean(team, sizes.distance) / kGridExtent);
+}
+
+/// `size`, or more, so that children are no more than budgeted. `level_of(radius, size)` is the level that a triangle
+/// is split to.
+template <class Team, class LevelOf>
+SOFTCD_HD float within_child_budget(Team& team, const SizeHistograms& sizes, float size, std::uint64_t triangles,
+                                    const LevelOf& level_of) {
+  for (int enlargement = 0; enlargement < 32; ++enlargement) {
+    const std::uint64_t children = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
+      if (sizes.radius[bin] == 0) return 0;
+      const int level = level_of(size_bin_edge(static_cast<std::uint32_t>(bin) + 1U), size);
+      return level > 0 && level <= kMaxLevel ? static_cast<std::uint64_t>(sizes.radius[bin]) << (2 * level) : 0;
+    });
+    if (children <= kChildBudget * triangles + 65536) break;
+    size *= 1.26F;
+  }
+  return size;
+}
+
+/// `size`, or more, so that entries are no more than `budget`. No triangle gets more than `most` of them.
+template <class Team>
+SOFTCD_HD float within_entry_budget(Team& team, const SizeHistograms& sizes, float size, std::uint64_t budget,
+                                    float most) {
+  for (int enlargement = 0; enlargement < 32; ++enlargement) {
+    const std::uint64_t entries = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
+      if (sizes.cell_extent[bin] == 0) return 0;
+      const float cells = estimated_cells(size_bin_edge(static_cast<std::uint32_t>(bin)), 1.0F / size);
+      return sizes.cell_extent[bin] * static_cast<std::uint64_t>(smaller(cells, most));
+    });
+    if (entries <= budget) break;
+    size *= 1.26F;
+  }
+  return size;
+}
+
+/// A grid with cells of about this size, whose inverse must be no subnormal number.
+SOFTCD_HD inline GridParameters grid_of_size(float size, float mean_radius, std::uint64_t active_triangles) {
+  if (!(size > 1.0e-37F)) size = 1.0F;
+  if (!(size < 1.0e37F)) size = 1.0e37F;
+  return {size, 1.0F / size, mean_radius, static_cast<std::uint32_t>(active_triangles)};
+}
+
+/// The lambda that stands for 0.
+constexpr float kExactLambda = 1.8F;
+
+/// Chooses the cell size of `exact` and `uniform`.
 ///
 /// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum of what is at rest 1.8, flat
-/// from 1.2 to 2.4); `paper`: 3 lambda times that of the swept radii (equation 1); `uniform`, and `paper` without
-/// subdivision: 3 largest swept radii. Enlarged where the children of split triangles would outnumber kChildBudget per
-/// triangle, where the entries of triangles that move far or have large margins would outnumber a budget per triangle,
-/// where the mean triangle moves many cells, and where the grid would not reach the furthest of all but stray
-/// triangles.
+/// from 1.2 to 2.4); `uniform`: 3 largest swept radii. Enlarged where the children of split triangles, or the entries
+/// of triangles that move far or have large margins, would outnumber a budget per triangle, where the mean triangle
+/// moves many cells, and where the grid would not reach the furthest of all but stray triangles.
 struct ChooseGrid {
-  static constexpr int kChildBudget = 8;
-  /// The mean number of entries beyond which larger cells pay: an entry costs as much as 6 (H200) to 11 (16 cores)
-  /// tests, and what is in many cells meets the same partners in larger ones. A recorded step of balls has 4.5M entries
-  /// and 45M tests at lambda 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
-  static constexpr std::uint64_t kEntryTarget = 5;
-  /// With a lambda that was asked for: a bound for memory's sake.
-  static constexpr std::uint64_t kEntryBudget = 256;
-
-  const std::uint32_t* radius_bins;
-  const std::uint32_t* swept_radius_bins;
-  const std::uint32_t* cell_extent_bins;
-  const std::uint32_t* distance_bins;  ///< of the largest coordinate magnitude
+  SizeHistograms sizes;
   BroadPhase broad_phase;
   bool subdivision;
   float lambda;  ///< 0: chosen here
@@ -95,58 +150,26 @@ struct ChooseGrid {
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
-    const std::uint64_t active =
-        team.sum(kSizeBins, [&](int bin) { return static_cast<std::uint64_t>(radius_bins[bin]); });
-    const float mean = clipped_mean(team, broad_phase == BroadPhase::paper ? swept_radius_bins : radius_bins);
-    const bool fit_largest = broad_phase == BroadPhase::uniform || (broad_phase == BroadPhase::paper && !subdivision);
-    float size = fit_largest                        ? 3.0F * largest_size(team, swept_radius_bins)
-                 : broad_phase == BroadPhase::paper ? 3.0F * (lambda > 0.0F ? lambda : kPaperLambda) * mean
-                                                    : (lambda > 0.0F ? lambda : kExactLambda) * mean;
-    size = larger(size, 8.0F * clipped_mean(team, distance_bins) / kGridReach);
+    const std::uint64_t active = count_active(team, sizes);
+    const float mean = clipped_mean(team, sizes.radius);
+    const bool fit_largest = broad_phase == BroadPhase::uniform;
+    const bool is_chosen = !fit_largest && !(lambda > 0.0F);
+    float size =
+        fit_largest ? 3.0F * largest_size(team, sizes.swept_radius) : (is_chosen ? kExactLambda : lambda) * mean;
+    size = within_grid_extent(team, sizes, size);
     if (!fit_largest) {
-      size = larger(size, clipped_mean(team, swept_radius_bins) / 8.0F);
-      if (subdivision) size = within_child_budget(team, size, active);
-      size = within_entry_budget(team, size, active);
+      size = larger(size, clipped_mean(team, sizes.swept_radius) / 8.0F);
+      if (subdivision) {
+        const auto level_of = [](float radius, float cell_size) { return split_level(radius, cell_size); };
+        size = within_child_budget(team, sizes, size, active, level_of);
+      }
+      // What takes more cells than it is worth is tested against all: see RegisterTriangle.
+      const float most = static_cast<float>(active) / kTestsPerCell;
+      size = within_entry_budget(
+          team, sizes, size,
+          is_chosen ? kEntryTarget * active + kEntryTargetSlack : kEntryBudget * active + kEntrySlack, most);
     }
-    // The inverse must be no subnormal number.
-    if (!(size > 1.0e-37F)) size = 1.0F;
-    if (!(size < 1.0e37F)) size = 1.0e37F;
-    if (team.is_leader()) *grid = {size, 1.0F / size, mean, static_cast<std::uint32_t>(active)};
-  }
-
- private:
-  template <class Team>
-  SOFTCD_HD float within_child_budget(Team& team, float size, std::uint64_t triangles) const {
-    for (int enlargement = 0; enlargement < 32; ++enlargement) {
-      const std::uint64_t children = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
-        const float radius = size_bin_edge(static_cast<std::uint32_t>(bin) + 1U);
-        if (radius_bins[bin] == 0) return 0;
-        const int level =
-            broad_phase == BroadPhase::paper ? subdivision_level(radius, size / 3.0F) : split_level(radius, size);
-        return level > 0 && level <= kMaxLevel ? static_cast<std::uint64_t>(radius_bins[bin]) << (2 * level) : 0;
-      });
-      if (children <= kChildBudget * triangles + 65536) break;
-      size *= 1.26F;
-    }
-    return size;
-  }
-
-  /// `exact` tests against all what takes more cells than it is worth: see RegisterTriangle.
-  template <class Team>
-  SOFTCD_HD float within_entry_budget(Team& team, float size, std::uint64_t triangles) const {
-    const bool is_chosen = broad_phase == BroadPhase::exact && !(lambda > 0.0F);
-    const std::uint64_t budget = is_chosen ? kEntryTarget * triangles + 4096 : kEntryBudget * triangles + 65536;
-    const float most = broad_phase == BroadPhase::exact ? static_cast<float>(triangles) / kTestsPerCell : 1.0e9F;
-    for (int enlargement = 0; enlargement < 32; ++enlargement) {
-      const std::uint64_t entries = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
-        if (cell_extent_bins[bin] == 0) return 0;
-        const float cells = estimated_cells(size_bin_edge(static_cast<std::uint32_t>(bin)), 1.0F / size);
-        return cell_extent_bins[bin] * static_cast<std::uint64_t>(smaller(cells, most));
-      });
-      if (entries <= budget) break;
-      size *= 1.26F;
-    }
-    return size;
+    if (team.is_leader()) *grid = grid_of_size(size, mean, active);
   }
 };
 

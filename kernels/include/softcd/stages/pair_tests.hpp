@@ -4,6 +4,9 @@
 
 #include "softcd/core/count.hpp"
 #include "softcd/grid/control_bits.hpp"
+#include "softcd/math/box.hpp"
+#include "softcd/math/end_volumes.hpp"
+#include "softcd/math/kdop.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"
@@ -43,14 +46,14 @@ SOFTCD_HD inline Box box_at(const TriangleMotion& motion, float t) {
 /// Whether the triangles' boxes, `distance` apart at most, overlap within one of kTimeSlabs equal parts of the step.
 SOFTCD_HD inline bool overlap_in_a_slab(const TriangleMotion& a, const TriangleMotion& b, float distance,
                                         float furthest) {
-  const float reach = outward_up(distance + 8.0F * 1.1920929e-7F * furthest);
+  const float growth = outward_up(distance + kCoordinateError * furthest);
   Box box_a = box_at(a, 0.0F);
   Box box_b = box_at(b, 0.0F);
   for (int slab = 1; slab <= kTimeSlabs; ++slab) {
     const float t = static_cast<float>(slab) / kTimeSlabs;
     const Box next_a = box_at(a, t);
     const Box next_b = box_at(b, t);
-    if (overlap(inflated(merged(box_a, next_a), reach), merged(box_b, next_b))) return true;
+    if (overlap(inflated(merged(box_a, next_a), growth), merged(box_b, next_b))) return true;
     box_a = next_a;
     box_b = next_b;
   }
@@ -96,7 +99,7 @@ struct PairTest {
     if constexpr (kSwept) {
       const EndVolumes& ends_a = end_volumes[a.root];
       const EndVolumes& ends_b = end_volumes[b.root];
-      if (apart_throughout(ends_a, ends_b)) return false;
+      if (certainly_apart_throughout(ends_a, ends_b)) return false;
       return !move_past(ends_a, ends_b) || meet_in_a_slab(a.root, b.root);
     } else {
       return overlap(volumes[a.root], volumes[b.root]);
@@ -107,7 +110,7 @@ struct PairTest {
   SOFTCD_HD bool neighbours_may_touch(std::uint32_t a, std::uint32_t b) const {
     const SceneBody& body = scene.bodies[scene.triangle_body[a]];
     if (body.lists_neighbours) return false;
-    const float distance = scene.contact_reach(outward_up(body.margin + body.margin));
+    const float distance = scene.contact_distance(outward_up(body.margin + body.margin));
     return SharedVertexTest<kSwept>{scene}.may_touch(scene.triangles[a], scene.triangles[b], distance);
   }
 
@@ -146,13 +149,13 @@ struct TestPair {
     const BoxedEntry boxed_partner = item.partners[k];  // by value: the device reads it in 16-byte pieces
     const Entry entry = item.boxed.entry();
     const Entry partner = boxed_partner.entry();
-    const bool in_reach = boxes_overlap(item.boxed, boxed_partner);
+    const bool boxes_meet = boxes_overlap(item.boxed, boxed_partner);
     const Verdict verdict = Control::judge(item.cell, entry, partner);
     candidate = {entry, partner};
     candidate.a.bits |= verdict == Verdict::execute_and_flag ? kFlaggedPair : 0U;
     const bool may_touch = pair_test.classes_may_touch(item.touchable_classes, partner);
     const bool own_features = pair_test.own_features(entry, partner);
-    return in_reach & (verdict != Verdict::skip) & (entry.root != partner.root) & may_touch & own_features;
+    return boxes_meet & (verdict != Verdict::skip) & (entry.root != partner.root) & may_touch & own_features;
   }
 
   template <class Pairs, class Flagged>

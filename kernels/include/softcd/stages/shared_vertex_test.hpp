@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "softcd/math/closest_point.hpp"
-#include "softcd/math/kdop.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/mesh/scene_view.hpp"
 
@@ -28,9 +27,11 @@ struct SharedVertexTest {
     t0 = t0.scaled(scale);
     t1 = t1.scaled(scale);
     // Differences of coordinates, their products with a direction, the sums and the direction's length add up to less.
-    const float rounding = 32.0F * epsilon<float>() * (scale * extent);
-    const float reach = outward_up(scale * distance + rounding);
-    return !keeps_away(t0.a, t0.b, t1.a, t1.b, reach) || !keeps_away(t0.b, t0.a, t1.b, t1.a, reach);
+    constexpr float kHeightError = 32.0F * epsilon<float>();
+    const float rounding = kHeightError * (scale * extent);
+    const float scaled_distance = outward_up(scale * distance + rounding);
+    return !certainly_apart(t0.a, t0.b, t1.a, t1.b, scaled_distance) ||
+           !certainly_apart(t0.b, t0.a, t1.b, t1.a, scaled_distance);
   }
 
  private:
@@ -42,7 +43,7 @@ struct SharedVertexTest {
     SOFTCD_HD Segment scaled(float scale) const { return {{scale * x[0], scale * x[1]}}; }
   };
 
-  /// Of both triangles, at one time, relative to the shared vertex.
+  /// The edges of both triangles at one time, relative to the shared vertex.
   struct OppositeEdges {
     Segment a, b;
 
@@ -62,22 +63,22 @@ struct SharedVertexTest {
     return {opposite_edge(x, a, of_a), opposite_edge(x, b, of_b)};
   }
 
-  /// Whether the edge stays more than `reach` away from the triangle with this `base` along one direction, the same at
-  /// both ends of the step: from the triangle's median to the middle of the edge, half way through.
-  static SOFTCD_HD bool keeps_away(const Segment& edge_t0, const Segment& base_t0, const Segment& edge_t1,
-                                   const Segment& base_t1, float reach) {
+  /// Whether the edge stays more than `distance` away from the triangle with this `base` along one direction, the same
+  /// at both ends of the step: from the triangle's median to the middle of the edge, half way through.
+  static SOFTCD_HD bool certainly_apart(const Segment& edge_t0, const Segment& base_t0, const Segment& edge_t1,
+                                        const Segment& base_t1, float distance) {
     const Vec3f middle = edge_t0.sum() + edge_t1.sum();
     const Vec3f median = base_t0.sum() + base_t1.sum();
     const Vec3f direction = unit_vector(middle - detail::nearest_on_segment(middle, median) * median);
-    return lies_beyond(edge_t1, base_t1, direction, reach) &&
-           (!kSwept || lies_beyond(edge_t0, base_t0, direction, reach));
+    return lies_beyond(edge_t1, base_t1, direction, distance) &&
+           (!kSwept || lies_beyond(edge_t0, base_t0, direction, distance));
   }
 
   /// False where the direction is not a number. The shared vertex is at 0.
-  static SOFTCD_HD bool lies_beyond(const Segment& edge, const Segment& base, Vec3f direction, float reach) {
+  static SOFTCD_HD bool lies_beyond(const Segment& edge, const Segment& base, Vec3f direction, float distance) {
     const float lowest = smaller(dot(direction, edge.x[0]), dot(direction, edge.x[1]));
     const float highest = larger(0.0F, larger(dot(direction, base.x[0]), dot(direction, base.x[1])));
-    return lowest - highest > reach;
+    return lowest - highest > distance;
   }
 };
 

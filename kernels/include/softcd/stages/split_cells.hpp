@@ -4,7 +4,7 @@
 
 #include "softcd/stages/cell_assignment.hpp"
 
-/// `exact`: the cells of split triangles. The cells around such a triangle are bits; its children mark theirs, and what
+/// The cells of split triangles. The cells around such a triangle are bits; its children mark theirs, and what
 /// is marked becomes one entry per cell, with the mask of control_bits.hpp read off the rows around.
 namespace softcd {
 
@@ -87,7 +87,7 @@ struct MarkChild {
     const SplitRoot root = splits[split];
     const SplitBox box = bits.boxes[split];
     const TriangleMotion motion = load_triangle(scene, root.root);
-    const Kdop18 volume = child_volume(motion, root.level, child, shapes[root.root].growth);
+    const Kdop18 volume = child_volume(motion, static_cast<int>(root.level), child, shapes[root.root].growth);
     const IntegerDop cells = integer_dop(volume, grid->inverse_cell_size);
     for (int z = larger(cells.lo[2], box.z); z <= smaller(cells.hi[2], box.z + box.depth - 1); ++z) {
       const CellInterval column = cells.column(z);

@@ -8,9 +8,10 @@
 
 namespace softcd {
 
-/// Corner weights of child `child` of 4^level after `level` Loop 1-to-4 splits (the paper, section 3.2), in closed
-/// form: no recursion. The subdivided triangle has 2^level rows between v[0] and the side v[1]v[2]; row r holds 2 r + 1
-/// children, which alternate between upright and inverted. Weights are multiples of 2^-level, hence exact.
+/// Corner weights of child `child` of 4^level after `level` Loop 1-to-4 splits (Wong, Leach, Zambetta 2012,
+/// section 3.2), in closed form: no recursion. The subdivided triangle has 2^level rows between v[0] and the side
+/// v[1]v[2]; row r holds 2 r + 1 children, which alternate between upright and inverted. Weights are multiples of
+/// 2^-level, hence exact.
 struct ChildWeights {
   /// corner c = (1 - row[c]) v0 + (row[c] - along[c]) v1 + along[c] v2
   float row[3];
@@ -66,7 +67,7 @@ SOFTCD_HD inline Kdop18 child_volume(const TriangleMotion& parent, int level, st
     extend(volume, motion.t1[corner]);
     furthest = larger(furthest, larger(max_norm(parent.t0[corner]), max_norm(parent.t1[corner])));
   }
-  inflate(volume, outward_up(growth + 8.0F * 1.1920929e-7F * furthest));
+  inflate(volume, outward_up(growth + kCoordinateError * furthest));
   return volume;
 }
 

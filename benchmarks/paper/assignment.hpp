@@ -2,13 +2,52 @@
 
 #include <cstdint>
 
+#include "paper/control_bits.hpp"
 #include "softcd/math/sphere.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 
-/// The paper's own assignment (sections 3.1 to 3.3), kept to measure it: spheres of radius at most a third of the cell,
-/// so that each overlaps at most eight cells; home cells and control bits by parity types; one representative child per
-/// (cell, root), at home there if any is; fast triangles halve their own step instead of everybody's.
-namespace softcd {
+/// The paper's own assignment (sections 3.1 to 3.3): spheres of radius at most a third of the cell, so that each
+/// overlaps at most eight cells; home cells and control bits by parity types; one representative child per (cell,
+/// root), at home there if any is; fast triangles halve their own step instead of everybody's.
+namespace softcd::paper {
+
+/// A triangle that is represented in the grid by children: 4^level in space, times 2^halvings in time.
+struct Split {
+  std::uint32_t root;
+  std::uint16_t level;
+  std::uint16_t halvings;
+
+  SOFTCD_HD constexpr std::uint32_t child_count() const { return 1U << (2 * level + halvings); }
+};
+
+/// A cell that a child of a split triangle is registered in. Several children may give the same.
+struct SplitCell {
+  std::uint64_t key;    ///< place among the split triangles:32 | cell:27 from high to low
+  std::uint32_t child;  ///< child | 2^31 where its centre lies in another cell, so that less is better
+};
+
+constexpr std::uint32_t kPhantomChild = 0x80000000U;
+
+SOFTCD_HD constexpr std::uint64_t split_key(std::uint32_t split, std::uint32_t cell) {
+  return (static_cast<std::uint64_t>(split) << (3 * kCellBits)) | cell;
+}
+SOFTCD_HD constexpr std::uint32_t split_key_cell(std::uint64_t key) {
+  return static_cast<std::uint32_t>(key & ((1ULL << (3 * kCellBits)) - 1ULL));
+}
+SOFTCD_HD constexpr std::uint32_t split_key_split(std::uint64_t key) {
+  return static_cast<std::uint32_t>(key >> (3 * kCellBits));
+}
+
+/// Split cells as a structure of arrays, so that only keys and values of the sort move.
+struct SplitCellTarget {
+  using Value = SplitCell;
+  std::uint64_t* keys;
+  std::uint32_t* children;
+  SOFTCD_HD void store(std::uint64_t i, const SplitCell& value) const {
+    keys[i] = value.key;
+    children[i] = value.child;
+  }
+};
 
 SOFTCD_HD inline bool sphere_meets_cell(const Sphere& sphere, Cell cell, float size) {
   const float lo[3] = {static_cast<float>(cell.x) * size, static_cast<float>(cell.y) * size,
@@ -25,9 +64,9 @@ SOFTCD_HD inline bool sphere_meets_cell(const Sphere& sphere, Cell cell, float s
 /// Calls visit(cell) for every cell that the sphere meets.
 template <class Visit>
 SOFTCD_HD void for_each_cell(const Sphere& sphere, const GridParameters& grid, Visit visit) {
-  const Vec3f reach = {sphere.radius, sphere.radius, sphere.radius};
-  const Cell lo = cell_of(sphere.centre - reach, grid.inverse_cell_size);
-  const Cell hi = cell_of(sphere.centre + reach, grid.inverse_cell_size);
+  const Vec3f radii = {sphere.radius, sphere.radius, sphere.radius};
+  const Cell lo = cell_of(sphere.centre - radii, grid.inverse_cell_size);
+  const Cell hi = cell_of(sphere.centre + radii, grid.inverse_cell_size);
   for (int z = lo.z; z <= hi.z; ++z) {
     for (int y = lo.y; y <= hi.y; ++y) {
       for (int x = lo.x; x <= hi.x; ++x) {
@@ -39,7 +78,7 @@ SOFTCD_HD void for_each_cell(const Sphere& sphere, const GridParameters& grid, V
 
 SOFTCD_HD inline std::uint32_t touched_types(const Sphere& sphere, const GridParameters& grid) {
   std::uint32_t types = 0;
-  for_each_cell(sphere, grid, [&](Cell cell) { types |= 1U << PaperControl::type_of(cell_index(cell)); });
+  for_each_cell(sphere, grid, [&](Cell cell) { types |= 1U << Control::type_of(cell_index(cell)); });
   return types;
 }
 
@@ -47,7 +86,7 @@ SOFTCD_HD inline std::uint32_t touched_types(const Sphere& sphere, const GridPar
 /// a parent in row R splits into, 2 R holds one child of an upright parent and three of an inverted one, 2 R + 1 the
 /// reverse.
 template <class Visit>
-SOFTCD_HD void for_each_sibling(SplitRoot root, std::uint32_t child, Visit visit) {
+SOFTCD_HD void for_each_sibling(Split root, std::uint32_t child, Visit visit) {
   if (root.level == 0) return;
   const ChildPlace place = child_place(child >> root.halvings);
   const std::uint32_t slab = child & ((1U << root.halvings) - 1U);
@@ -65,7 +104,7 @@ SOFTCD_HD void for_each_sibling(SplitRoot root, std::uint32_t child, Visit visit
 }
 
 /// Sphere around one child in its part of the step.
-SOFTCD_HD inline Sphere child_sphere(const SceneView& scene, SplitRoot root, std::uint32_t child, float growth) {
+SOFTCD_HD inline Sphere child_sphere(const SceneView& scene, Split root, std::uint32_t child, float growth) {
   const TriangleMotion parent = load_triangle(scene, root.root);
   const TriangleMotion motion = child_motion(parent, root.level, child >> root.halvings);
   const std::uint32_t slab = child & ((1U << root.halvings) - 1U);
@@ -79,8 +118,8 @@ SOFTCD_HD inline Sphere child_sphere(const SceneView& scene, SplitRoot root, std
   return {sphere.centre, outward_up(sphere.radius + growth)};
 }
 
-/// `paper`: registers a triangle whose sphere fits, lists the others; one whose margin alone does not fit stays whole.
-struct RegisterTriangleByPaper {
+/// Registers a triangle whose sphere fits, lists the others; one whose margin alone does not fit stays whole.
+struct RegisterTriangle {
   SceneView scene;
   const Kdop18* volumes;
   TriangleShape* shapes;
@@ -90,12 +129,12 @@ struct RegisterTriangleByPaper {
   template <class Entries, class Splits, class Bigs>
   SOFTCD_HD void operator()(std::uint32_t t, Entries& entries, Splits& splits, Bigs& bigs) const {
     if (is_empty(volumes[t])) return;
-    if (!within_reach(volumes[t], grid->inverse_cell_size)) {
+    if (!within_grid(volumes[t], grid->inverse_cell_size)) {
       list_big(t, bigs);
       return;
     }
     const TriangleShape shape = shapes[t];
-    SplitRoot split = {t, 0, 0};
+    Split split = {t, 0, 0};
     const Sphere sphere = child_sphere(scene, split, 0, shape.growth);
     const float third = grid->cell_size / 3.0F;
     if (subdivision && shape.growth <= third) {
@@ -117,8 +156,8 @@ struct RegisterTriangleByPaper {
     } else if (split.level > 0 || split.halvings > 0) {
       splits.push(split);
     } else {
-      const std::uint32_t home = PaperControl::type_of(cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
-      const std::uint32_t control = PaperControl::pack(home, touched_types(sphere, *grid), 0);
+      const std::uint32_t home = Control::type_of(cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
+      const std::uint32_t control = Control::pack(home, touched_types(sphere, *grid), 0);
       const std::uint32_t body = scene.triangle_body[t];
       const Entry entry = {t, entry_bits(control, body, wanted_features(shape.flags))};
       const std::uint32_t rank = entry_rank(scene, body, 7);
@@ -136,40 +175,31 @@ struct RegisterTriangleByPaper {
   }
 };
 
-/// `paper`: the cells of one child, with the child and whether it is at home there.
-struct RegisterChildByPaper {
+/// The cells of one child, with the child and whether it is at home there.
+struct RegisterChild {
   SceneView scene;
   const TriangleShape* shapes;
-  const SplitRoot* splits;
+  const Split* splits;
   const GridParameters* grid;
 
   template <class Cells>
   SOFTCD_HD void operator()(std::uint32_t split, std::uint32_t child, Cells& cells) const {
-    const SplitRoot root = splits[split];
+    const Split root = splits[split];
     const Sphere sphere = child_sphere(scene, root, child, shapes[root.root].growth);
     const std::uint32_t home = cell_index(cell_of(sphere.centre, grid->inverse_cell_size));
     for_each_cell(sphere, *grid, [&](Cell cell) {
       const std::uint32_t index = cell_index(cell);
-      cells.push(SplitCell{split_key(root.root, index), index == home ? child : child | kPhantomChild});
+      cells.push(SplitCell{split_key(split, index), index == home ? child : child | kPhantomChild});
     });
   }
 };
 
-/// `paper`: finds a triangle's place in the list of split ones.
-struct IndexSplit {
-  const SplitRoot* splits;
-  std::uint32_t* split_of_triangle;
-
-  SOFTCD_HD void operator()(std::uint32_t split) const { split_of_triangle[splits[split].root] = split; }
-};
-
-/// `paper`: one entry per (cell, root), of its representative, with the siblings' home types.
-struct RegisterSplitCellByPaper {
+/// One entry per (cell, root), of its representative, with the siblings' home types.
+struct RegisterSplitCell {
   SceneView scene;
   const TriangleShape* shapes;
   const GridParameters* grid;
-  const SplitRoot* splits;
-  const std::uint32_t* split_of_triangle;  ///< index into splits
+  const Split* splits;
   const std::uint64_t* keys;
   const std::uint32_t* children;
   Count key_count;
@@ -183,26 +213,25 @@ struct RegisterSplitCellByPaper {
       if (children[j] < best) best = children[j];
     }
     const std::uint32_t representative = best & ~kPhantomChild;
-    const std::uint32_t root = split_key_root(key);
     const std::uint32_t index = split_key_cell(key);
-    const SplitRoot split = splits[split_of_triangle[root]];
-    const float growth = shapes[root].growth;
+    const Split split = splits[split_key_split(key)];
+    const float growth = shapes[split.root].growth;
 
     std::uint32_t siblings = 0;
     for_each_sibling(split, representative, [&](std::uint32_t sibling) {
       siblings |= 1U << home_type(child_sphere(scene, split, sibling, growth));
     });
     const Sphere sphere = child_sphere(scene, split, representative, growth);
-    const std::uint32_t control = PaperControl::pack(home_type(sphere), touched_types(sphere, *grid), siblings);
-    const std::uint32_t body = scene.triangle_body[root];
+    const std::uint32_t control = Control::pack(home_type(sphere), touched_types(sphere, *grid), siblings);
+    const std::uint32_t body = scene.triangle_body[split.root];
     entries.push(KeyedEntry{entry_key(index, entry_rank(scene, body, 7)),
-                            {root, entry_bits(control, body, wanted_features(shapes[root].flags))}});
+                            {split.root, entry_bits(control, body, wanted_features(shapes[split.root].flags))}});
   }
 
  private:
   SOFTCD_HD std::uint32_t home_type(const Sphere& sphere) const {
-    return PaperControl::type_of(cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
+    return Control::type_of(cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
   }
 };
 
-}  // namespace softcd
+}  // namespace softcd::paper

@@ -1,4 +1,4 @@
-#include "softcd/math/time_of_impact.hpp"
+#include "softcd/math/impact/impact.hpp"
 
 #include <gtest/gtest.h>
 
@@ -271,11 +271,11 @@ void expect_rejections_are_certain(Family family) {
     const auto is_beyond = [&](const std::array<Vec3d, 4>& points) {
       return squared_distance(kKind, points) > margin * margin * (1.0 - 1e-15);
     };
-    if (lie_apart<kKind>(t0, static_cast<float>(margin))) {
+    if (certainly_apart<kKind>(t0, static_cast<float>(margin))) {
       ++lie_apart_count;
       ASSERT_TRUE(is_beyond(start)) << to_string(query);
     }
-    if (keep_apart<kKind>(t0, t1, static_cast<float>(margin))) {
+    if (certainly_apart_when_coplanar<kKind>(t0, t1, static_cast<float>(margin))) {
       ++keep_apart_count;
       ASSERT_FALSE(collides(query)) << to_string(query);
       ASSERT_TRUE(is_beyond(start) && is_beyond(end)) << to_string(query);

@@ -1,4 +1,4 @@
-#include "softcd/stages/paper_assignment.hpp"
+#include "paper/assignment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,13 @@
 #include "host_scene.hpp"
 #include "random.hpp"
 
-namespace softcd::test {
+namespace softcd::paper {
 namespace {
+
+using test::grid_of;
+using test::HostScene;
+using test::Mesh;
+using test::Random;
 
 /// Corners as (row, along), which are multiples of 2^-level.
 std::set<std::array<float, 2>> corners_of(int level, std::uint32_t child) {
@@ -41,7 +46,7 @@ std::uint32_t parent_of(int level, std::uint32_t child) {
 TEST(Siblings, are_the_other_children_of_the_same_parent) {
   for (std::uint16_t level = 1; level <= 4; ++level) {
     for (const std::uint16_t halvings : {std::uint16_t{0}, std::uint16_t{2}}) {
-      const SplitRoot root{0, level, halvings};
+      const Split root{0, level, halvings};
       for (std::uint32_t child = 0; child < root.child_count(); ++child) {
         std::set<std::uint32_t> siblings;
         for_each_sibling(root, child, [&](std::uint32_t sibling) { siblings.insert(sibling); });
@@ -61,7 +66,7 @@ TEST(Siblings, are_the_other_children_of_the_same_parent) {
 }
 
 TEST(Siblings, a_whole_triangle_has_none) {
-  for_each_sibling(SplitRoot{0, 0, 0}, 0, [](std::uint32_t) { ADD_FAILURE(); });
+  for_each_sibling(Split{0, 0, 0}, 0, [](std::uint32_t) { ADD_FAILURE(); });
 }
 
 TEST(SphereCells, are_those_within_the_radius) {
@@ -89,7 +94,7 @@ TEST(ChildSphere, holds_the_child) {
   const HostScene host({{mesh, {{1, 1, -4}, {7, 2, 5}, {3, 9, 1}}}}, true);
   const SceneView scene = host.view();
   const TriangleMotion parent = load_triangle(scene, 0);
-  const SplitRoot root{0, 2, 2};
+  const Split root{0, 2, 2};
   for (std::uint32_t child = 0; child < root.child_count(); ++child) {
     const Sphere sphere = child_sphere(scene, root, child, 0.125F);
     const TriangleMotion motion = child_motion(parent, root.level, child >> root.halvings);
@@ -107,31 +112,31 @@ TEST(ChildSphere, holds_the_child) {
   }
 }
 
-TEST(PaperControl, a_pair_at_home_in_one_cell_is_tested_there) {
+TEST(Control, a_pair_at_home_in_one_cell_is_tested_there) {
   for (std::uint32_t type = 0; type < 8; ++type) {
     const std::uint32_t cell = cell_index(
         {static_cast<int>(type & 1U), static_cast<int>((type >> 1) & 1U), static_cast<int>((type >> 2) & 1U)});
-    EXPECT_EQ(PaperControl::type_of(cell), type);
-    const Entry a{0, PaperControl::pack(type, 255, 0)};
-    const Entry b{1, PaperControl::pack(type, 255, 0)};
-    EXPECT_NE(PaperControl::judge(cell, a, b), Verdict::skip);
-    const Entry phantom{2, PaperControl::pack(type ^ 7U, 255, 0)};
-    EXPECT_EQ(PaperControl::judge(cell, phantom, phantom), Verdict::skip);
+    EXPECT_EQ(Control::type_of(cell), type);
+    const Entry a{0, Control::pack(type, 255, 0)};
+    const Entry b{1, Control::pack(type, 255, 0)};
+    EXPECT_NE(Control::judge(cell, a, b), Verdict::skip);
+    const Entry phantom{2, Control::pack(type ^ 7U, 255, 0)};
+    EXPECT_EQ(Control::judge(cell, phantom, phantom), Verdict::skip);
   }
 }
 
 // Two whole triangles whose homes differ, and who both touch both homes, are tested in one of the two.
-TEST(PaperControl, two_homes_make_one_test) {
+TEST(Control, two_homes_make_one_test) {
   for (std::uint32_t home_a = 0; home_a < 8; ++home_a) {
     for (std::uint32_t home_b = 0; home_b < 8; ++home_b) {
       const std::uint32_t both = (1U << home_a) | (1U << home_b);
-      const Entry a{0, PaperControl::pack(home_a, both, 0)};
-      const Entry b{1, PaperControl::pack(home_b, both, 0)};
+      const Entry a{0, Control::pack(home_a, both, 0)};
+      const Entry b{1, Control::pack(home_b, both, 0)};
       std::set<std::uint32_t> tested;
       for (const std::uint32_t type : {home_a, home_b}) {
         const std::uint32_t cell = cell_index(
             {static_cast<int>(type & 1U), static_cast<int>((type >> 1) & 1U), static_cast<int>((type >> 2) & 1U)});
-        if (PaperControl::judge(cell, a, b) != Verdict::skip) tested.insert(type);
+        if (Control::judge(cell, a, b) != Verdict::skip) tested.insert(type);
       }
       EXPECT_EQ(tested, std::set<std::uint32_t>{std::min(home_a, home_b)});
     }
@@ -139,4 +144,4 @@ TEST(PaperControl, two_homes_make_one_test) {
 }
 
 }  // namespace
-}  // namespace softcd::test
+}  // namespace softcd::paper

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "softcd/pipeline/broad_phase.inl"
+#include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/stages/contact_output.hpp"
 #include "softcd/stages/contact_tests.hpp"
 #include "softcd/stages/feature_pairs.hpp"
@@ -8,10 +8,10 @@
 /// The narrow phase's stage order, once for all backends: triangle pairs in, sorted contacts out.
 namespace softcd {
 
-template <class Backend>
+template <class Backend, class Scheme>
 class NarrowPhaseStages {
  public:
-  NarrowPhaseStages(Backend& backend, const SceneMirror<Backend>& mirror, Workspace<Backend>& workspace,
+  NarrowPhaseStages(Backend& backend, const SceneMirror<Backend>& mirror, Workspace<Backend, Scheme>& workspace,
                     const SceneView& scene, const DetectionSettings& settings, const SceneCounts& counts)
       : backend_(backend),
         mirror_(mirror),
@@ -47,7 +47,7 @@ class NarrowPhaseStages {
     }
   }
 
-  /// Of all chunks, into `contacts`, which has room for as many as were found.
+  /// Writes the contacts of all chunks to `contacts`, which has room for as many as were found.
   void sort_contacts(Contact* contacts) {
     backend_.begin(Stage::sort);
     const Count count = lists_.found.count(counters_);
@@ -147,8 +147,8 @@ class NarrowPhaseStages {
 
   Backend& backend_;
   const SceneMirror<Backend>& mirror_;
-  Workspace<Backend>& w_;
-  Lists<Backend>& lists_;
+  Workspace<Backend, Scheme>& w_;
+  Lists<Backend, Scheme>& lists_;
   Counters* counters_;
   const SceneView& scene_;
   const DetectionSettings& settings_;

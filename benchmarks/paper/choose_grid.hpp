@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/stages/grid_parameters.hpp"
+
+namespace softcd::paper {
+
+/// The lambda that stands for 0.
+constexpr float kLambda = 1.2F;
+
+/// Cells of 3 lambda mean swept radii (the paper, equation 1), without subdivision of 3 largest ones. Enlarged as
+/// softcd::ChooseGrid does it, with a bound on entries for memory's sake alone.
+struct ChooseGrid {
+  SizeHistograms sizes;
+  bool subdivision;
+  float lambda;  ///< 0: chosen here
+  GridParameters* grid;
+
+  template <class Team>
+  SOFTCD_HD void operator()(Team& team) const {
+    const std::uint64_t active = count_active(team, sizes);
+    const float mean = clipped_mean(team, sizes.swept_radius);
+    float size =
+        subdivision ? 3.0F * (lambda > 0.0F ? lambda : kLambda) * mean : 3.0F * largest_size(team, sizes.swept_radius);
+    size = within_grid_extent(team, sizes, size);
+    if (subdivision) {
+      const auto level = [](float radius, float cell_size) { return subdivision_level(radius, cell_size / 3.0F); };
+      size = within_child_budget(team, sizes, size, active, level);
+      size = within_entry_budget(team, sizes, size, kEntryBudget * active + kEntrySlack, 1.0e9F);
+    }
+    if (team.is_leader()) *grid = grid_of_size(size, mean, active);
+  }
+};
+
+}  // namespace softcd::paper

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/grid/control_bits.hpp"
+
+namespace softcd::paper {
+
+/// The control bits as printed (Le Grand 2007; the paper, section 3.3), on the parity type of cells, type = x&1 | y&1
+/// << 1 | z&1 << 2: home type of the representing child:3 | types of the cells that it touches:8 | types of its
+/// siblings' home cells:8. Deferring to siblings follows the order of types, as deferring to home cells does: by child
+/// ids, as the text has it, the two orders contradict each other and lose a tenth of the pairs. Loses true pairs and
+/// repeats others all the same, so that every pair is flagged.
+struct Control {
+  static SOFTCD_HD constexpr std::uint32_t pack(std::uint32_t home_type, std::uint32_t touched,
+                                                std::uint32_t siblings) {
+    return home_type | (touched << 3) | (siblings << 11);
+  }
+
+  static SOFTCD_HD constexpr std::uint32_t type_of(std::uint32_t cell) {
+    return (cell & 1U) | (((cell >> kCellBits) & 1U) << 1) | (((cell >> (2 * kCellBits)) & 1U) << 2);
+  }
+
+  static SOFTCD_HD constexpr Verdict judge(std::uint32_t cell, Entry a, Entry b) {
+    const std::uint32_t type = type_of(cell);
+    const std::uint32_t home_a = a.bits & 7U;
+    const std::uint32_t home_b = b.bits & 7U;
+    if (home_a != type && home_b != type) return Verdict::skip;
+    const std::uint32_t touched_a = (a.bits >> 3) & 255U;
+    const std::uint32_t touched_b = (b.bits >> 3) & 255U;
+    if (home_a < type && ((touched_b >> home_a) & 1U) != 0U) return Verdict::skip;
+    if (home_b < type && ((touched_a >> home_b) & 1U) != 0U) return Verdict::skip;
+    const std::uint32_t siblings_a = (a.bits >> 11) & 255U;
+    const std::uint32_t siblings_b = (b.bits >> 11) & 255U;
+    const std::uint32_t lower_types = (1U << type) - 1U;
+    if ((((siblings_a & touched_b) | (siblings_b & touched_a)) & lower_types) != 0U) return Verdict::skip;
+    return Verdict::execute_and_flag;
+  }
+
+  /// Entries of a cell have one rank: each meets all before it.
+  static SOFTCD_HD constexpr std::uint32_t lowest_partner_k(std::uint32_t /*k*/) { return 0; }
+};
+
+}  // namespace softcd::paper

@@ -1,0 +1,164 @@
+#pragma once
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/core/vec3.hpp"
+#include "softcd/math/closest_point.hpp"
+#include "softcd/math/impact/advancement.hpp"
+#include "softcd/math/impact/coplanar.hpp"
+#include "softcd/math/impact/motion.hpp"
+#include "softcd/math/impact/normal.hpp"
+#include "softcd/math/impact/query.hpp"
+#include "softcd/math/scalar.hpp"
+
+/// Time of impact of a vertex and a triangle, or of two edges, whose vertices move on straight lines from t = 0 to
+/// t = 1. Four moving points are coplanar at the roots of a cubic (Provot, Collision and self-collision handling in
+/// cloth model dedicated to design garments, 1997); features can touch only then.
+///
+/// **What is found.** With reach = margin + tolerance, a hit is reported at the earliest of
+///   - t = 0, when the distance there is at most reach,
+///   - each t in [0, 1] at which the points are coplanar, or cannot be told from coplanar by the rounding bound of
+///     the cubic, when the distance there is at most reach,
+///   - t = 1, when the distance there is at most reach.
+/// The distance's tolerance is 32 epsilon (A + B + C), where A, B, C bound the components of v - f0, f1 - f0, f2 - f0
+/// (e0 - g0, e1 - e0, g1 - g0) at both times. `time` is not later than the first contact at distance 0.
+///
+/// **Guarantee.** Whatever touches for the given coordinates in exact arithmetic is hit, with any margin >= 0:
+/// roundings are bounded (see `make_query` in query.hpp) and counted against the answer "separated". A hit that is none
+/// has a distance of at most reach at `time`, with one exception, also on the side of "hit": within a coplanar stretch
+/// (a planar motion, a degenerate triangle, the neighbourhood of a root) the distance is followed by advancement, and
+/// when kMaxAdvances steps do not settle the question, or steps become smaller than t resolves, the answer is a hit
+/// with the distance at that time.
+///
+/// **Margins.** `first_coplanar_impact` looks for distances within the margin at these times only: it misses features
+/// that come within a positive margin and leave it again without being coplanar, at the edge of a triangle, say, and
+/// reports the contact when they are coplanar, not when they come within the margin. `first_approach` follows the
+/// distance over the whole step instead: whatever comes within the margin is hit, `time` is not later than that,
+/// and at `time` the distance is at most reach, with twice the tolerance and a millionth of the margin, or, where
+/// kMostApproachSteps do not settle the question, somewhat more. docs/accuracy.md has the proof.
+///
+/// In float the same bounds hold for float coordinates; tolerance and coplanar stretches are 2^29 times as wide.
+/// Coordinates' differences must be finite.
+namespace softcd {
+
+enum class ImpactState {
+  separated,
+  hit,
+  unsettled,  ///< counts as a hit; of first_approach only
+};
+
+template <class T>
+struct Impact {
+  ImpactState state;
+  T time;          ///< 1 when separated
+  T weights[4];    ///< vertex-triangle {1, w0, w1, w2}, edge-edge {u0, u1, w0, w1}
+  Vec3<T> normal;  ///< unit, from side b to side a; when the points touch, towards where a came from
+  T distance;      ///< at `time`
+};
+
+namespace detail {
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> to_impact(const Motion<T>& motion, const Touch<T>& touch, T side, T scale) {
+  const T distance = square_root(touch.nearest.squared_distance);
+  Impact<T> impact;
+  impact.state = touch.is_settled ? ImpactState::hit : ImpactState::unsettled;
+  impact.time = touch.time;
+  write_weights<kKind>(touch.nearest.x, touch.nearest.y, impact.weights);
+  const bool is_apart = distance > T(4) * motion.tolerance;
+  impact.normal = unit_vector(is_apart ? touch.nearest.offset : normal_of_touch(motion, touch, side));
+  impact.distance = distance / scale;
+  return impact;
+}
+
+template <class T>
+SOFTCD_HD Impact<T> separated() {
+  const Vec3<T> zero{T(0), T(0), T(0)};
+  return {ImpactState::separated, T(1), {T(0), T(0), T(0), T(0)}, zero, T(0)};
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> coplanar_impact(const Motion<T>& input) {
+  const Query<T> query = make_query(input);
+  const Motion<T>& motion = query.motion;
+  Touch<T> touch = touch_nowhere<T>();
+  if (query.may_reach_t0) {
+    touch = touch_at<kKind>(motion, motion.t0, T(0));
+  }
+  if (!touch.is_hit && !query.is_never_coplanar) {
+    const T unit = query.volume > T(0) ? T(1) / query.volume : T(0);
+    const Cubic<T> normalized{unit * query.cubic.b0, unit * query.cubic.b1, unit * query.cubic.b2,
+                              unit * query.cubic.b3};
+    touch = first_coplanar_touch<kKind>(motion, normalized, kCubicError<T>);
+  }
+  if (!touch.is_hit && query.may_reach_t1) {
+    touch = touch_at<kKind>(motion, motion.t1, T(1));
+  }
+  return touch.is_hit ? to_impact<kKind>(motion, touch, query.side, query.scale) : separated<T>();
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
+  Query<T> query = make_query(input);
+  if (query.is_apart_throughout) {
+    return separated<T>();
+  }
+  query.motion.tolerance = T(2) * query.motion.tolerance + kMarginTolerance<T> * query.motion.margin;
+  const Touch<T> touch = first_touch<kKind, true>(query.motion, T(0), T(1));
+  return touch.is_hit ? to_impact<kKind>(query.motion, touch, query.side, query.scale) : separated<T>();
+}
+
+template <ContactKind kKind, class T>
+SOFTCD_HD Motion<T> motion_of(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return {relative_pair<kKind>(t0), relative_pair<kKind>(t1), margin, T(0)};
+}
+
+}  // namespace detail
+
+/// The tolerance of distances at one time: 32 epsilon (A + B + C), as above.
+template <ContactKind kKind, class T>
+SOFTCD_HD T distance_tolerance(const Vec3<T> (&x)[4]) {
+  const detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
+  return detail::kDistanceError<T> * (max_norm(pair.a) + max_norm(pair.b) + max_norm(pair.c));
+}
+
+/// The hit at the earliest of the times above. Corners at both ends: v (side a), f0, f1, f2 (side b), or e0, e1
+/// (side a), g0, g1 (side b).
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> first_coplanar_impact(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  Impact<T> impact = detail::coplanar_impact<kKind>(detail::motion_of<kKind>(t0, t1, margin));
+  if (impact.state == ImpactState::unsettled) impact.state = ImpactState::hit;
+  return impact;
+}
+
+/// When the features first come within the margin; without one, when they first touch, which they do when coplanar.
+/// Corners as above.
+template <ContactKind kKind, class T>
+SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  const detail::Motion<T> motion = detail::motion_of<kKind>(t0, t1, margin);
+  return margin > T(0) ? detail::approach<kKind>(motion) : detail::coplanar_impact<kKind>(motion);
+}
+
+/// Cheap and certain: true only where first_coplanar_impact of the same features would be `separated`, and in most such
+/// cases.
+template <ContactKind kKind, class T>
+SOFTCD_HD bool certainly_apart_when_coplanar(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).is_apart_when_coplanar();
+}
+
+/// Cheap and certain: true only where first_approach of the same features would be `separated`, and in most such cases.
+template <ContactKind kKind, class T>
+SOFTCD_HD bool certainly_apart_throughout(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+  return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).is_apart_throughout;
+}
+
+/// Cheap and certain: true only where the features are further apart than `margin` at one time, because the planes (the
+/// parallel planes through the two lines) that they lie in are.
+template <ContactKind kKind, class T>
+SOFTCD_HD bool certainly_apart(const Vec3<T> (&x)[4], T margin) {
+  const detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
+  const T scale = safe_scale(detail::extent(pair));
+  return detail::is_certainly_apart(scale == T(1) ? pair : detail::scaled(scale, pair), scale * margin);
+}
+
+}  // namespace softcd

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/produce.hpp"
+#include "softcd/pipeline/workspace.hpp"
+#include "softcd/stages/cell_assignment.hpp"
+#include "softcd/stages/grid_parameters.hpp"
+#include "softcd/stages/split_cells.hpp"
+
+namespace softcd {
+
+template <class Backend>
+class ExactCells;
+
+/// What a detector is told of the broad phases `exact` and `uniform`: how triangles get their cells, and in which of
+/// those that they share two of them are tested.
+struct ExactScheme {
+  using Control = ExactControl;
+  /// A triangle that is represented by children.
+  using Split = SplitRoot;
+  /// The list that children mark their cells on, before these are entries.
+  template <class Backend>
+  using SplitCells = List<Backend, DetectionCounter<&Counters::split_cells>, ArrayTarget<std::uint32_t>,
+                          typename Backend::template Buffer<std::uint32_t>>;
+  template <class Backend>
+  using Cells = ExactCells<Backend>;
+};
+
+/// Triangles in, entries out: the order of the stages in between.
+template <class Backend>
+class ExactCells {
+ public:
+  ExactCells(Backend& backend, Workspace<Backend, ExactScheme>& workspace, const SceneView& scene,
+             const DetectionSettings& settings)
+      : backend_(backend),
+        w_(workspace),
+        lists_(workspace.lists),
+        counters_(workspace.counters.data()),
+        scene_(scene),
+        settings_(settings) {}
+
+  bool subdivides() const { return settings_.subdivision && settings_.broad_phase != BroadPhase::uniform; }
+
+  ChooseGrid choose_grid(const SizeHistograms& sizes) const {
+    return {sizes, settings_.broad_phase, settings_.subdivision, settings_.lambda, &counters_->grid};
+  }
+
+  /// Entries of whole triangles, and the lists of those to split and of those tested against all.
+  void register_triangles() {
+    const Count triangles = {&counters_->scene.triangles, scene_.triangle_count};
+    const RegisterTriangle register_triangle{scene_, w_.volumes.data(), w_.shapes.data(), &counters_->grid,
+                                             subdivides()};
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.for_each_part("register_triangles", triangles, register_triangle, lists_.entries.appender(counters_),
+                                 lists_.splits.appender(counters_), lists_.bigs.appender(counters_));
+        },
+        lists_.entries, lists_.splits, lists_.bigs);
+  }
+
+  /// Entries of split triangles, one per cell, whose children were counted.
+  void register_children(Count split_count) {
+    const SplitRoot* roots = lists_.splits.template column<0>().data();
+    w_.split_boxes.reserve(backend_, lists_.splits.capacity(), 0);
+    w_.word_counts.reserve(backend_, lists_.splits.capacity(), 0);
+    w_.word_offsets.reserve(backend_, lists_.splits.capacity(), 0);
+    backend_.for_each(
+        "bound_splits", split_count,
+        BoundSplit{w_.volumes.data(), roots, &counters_->grid, w_.split_boxes.data(), w_.word_counts.data()});
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.exclusive_scan("scan_split_words", split_count, w_.word_counts.data(), w_.word_offsets.data(),
+                                  &counters_->split_cells);
+        },
+        lists_.split_cells);
+    const SplitBits bits{w_.split_boxes.data(), w_.word_offsets.data(), lists_.split_cells.template column<0>().data(),
+                         lists_.split_cells.capacity()};
+    backend_.for_each("clear_split_words", lists_.split_cells.count(counters_), ClearWord{bits.words});
+    backend_.for_each_work("mark_children", split_count, w_.child_offsets.data(), &counters_->children,
+                           MarkChild{scene_, w_.shapes.data(), roots, &counters_->grid, bits});
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.for_each_work("register_marked_cells", split_count, w_.word_offsets.data(), &counters_->split_cells,
+                                 RegisterMarkedCells{scene_, w_.shapes.data(), roots, bits},
+                                 lists_.entries.appender(counters_));
+        },
+        lists_.entries);
+  }
+
+ private:
+  Backend& backend_;
+  Workspace<Backend, ExactScheme>& w_;
+  Lists<Backend, ExactScheme>& lists_;
+  Counters* counters_;
+  const SceneView& scene_;
+  const DetectionSettings& settings_;
+};
+
+}  // namespace softcd
