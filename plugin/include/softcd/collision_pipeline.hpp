@@ -4,8 +4,10 @@
 #include <vector>
 
 #include "softcd/query.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Those of its scene and of its query.
 struct PipelineOptions : SceneOptions, QueryOptions {
@@ -84,4 +86,5 @@ class CollisionPipeline {
   std::unique_ptr<Implementation> implementation_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

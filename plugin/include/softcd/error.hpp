@@ -2,7 +2,10 @@
 
 #include <stdexcept>
 
+#include "softcd/version.hpp"
+
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Every exception that softcd throws; those of a pair filter or a log callback pass through as they are. The text
 /// names the problem, its cause and the remedy. A call that throws leaves everything as it was, and usable.
@@ -30,4 +33,5 @@ class OutOfMemory : public Error {
   using Error::Error;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

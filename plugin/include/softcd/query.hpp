@@ -10,8 +10,15 @@
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
 #include "softcd/scene.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+
+namespace detail {
+class QueryCore;
+}
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// One line of explain().
 struct StageReport {
@@ -67,10 +74,6 @@ enum class Pairs : std::uint32_t {
 /// with themselves; false leaves the pair out of this detection. Called on the thread that starts the detection, a <=
 /// b.
 using PairFilter = std::function<bool(BodyId a, BodyId b)>;
-
-namespace detail {
-class QueryCore;
-}
 
 /// A detection that was started.
 class Ticket {
@@ -130,4 +133,5 @@ class Query {
   std::shared_ptr<detail::QueryCore> core_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -9,8 +9,15 @@
 #include "softcd/core/statistics.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/positions.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+
+namespace detail {
+class SceneCore;
+}
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Which feature pairs a body takes part in. A kind is tested between two bodies when both want it.
 struct Features {
@@ -69,10 +76,6 @@ struct SceneOptions {
   friend bool operator!=(const SceneOptions& a, const SceneOptions& b) { return !(a == b); }
 };
 
-namespace detail {
-class SceneCore;
-}
-
 /// Bodies, of which queries find the contacts. One thread at a time for a scene and its queries together; several
 /// scenes may be used from several threads. A scene that was moved from throws Error from every function until another
 /// one is assigned to it.
@@ -126,4 +129,5 @@ class Scene {
   std::shared_ptr<detail::SceneCore> core_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -5,10 +5,12 @@
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
 #include "softcd/bullet/settings.hpp"
+#include "softcd/version.hpp"
 
 class btSoftBody;
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Any Bullet broad phase, plus the list of soft bodies in it. Hand it to the world in place of the original one:
 ///
@@ -65,4 +67,5 @@ class Broadphase : public btBroadphaseInterface {
   const Settings* settings_ = nullptr;  ///< null without a Dispatcher
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

@@ -2,10 +2,13 @@
 
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
 
 class PairGate;
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
 /// softcd. The app changes the line that creates its world.
@@ -47,4 +50,5 @@ class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
   WorldDetection detection_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

@@ -5,8 +5,10 @@
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "softcd/bullet/broadphase.hpp"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Bullet's dispatcher, with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd, for
 /// all bodies of a classic soft world in one batch. Rigid, soft-rigid and cluster pairs are Bullet's as before and
@@ -38,4 +40,5 @@ class Dispatcher : public btCollisionDispatcher {
   WorldDetection detection_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

@@ -6,8 +6,10 @@
 #include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 class Dispatcher;
 
@@ -54,4 +56,5 @@ extern template class SoftWorld<btSoftMultiBodyDynamicsWorld>;
 using SoftRigidDynamicsWorld = SoftWorld<btSoftRigidDynamicsWorld>;
 using SoftMultiBodyDynamicsWorld = SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

@@ -6,12 +6,15 @@
 
 #include "softcd/bullet/edge_contact.hpp"
 #include "softcd/bullet/settings.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
 
 class DetectorRecord;
 class WorldQueries;
 struct WorldKind;
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// What one of a world's detectors did in the last step in which it ran. Valid as long as the world.
 class DetectorReport {
@@ -74,4 +77,5 @@ class WorldDetection {
 /// goes is given one then.
 void give_face_tree(btSoftBody& body);
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

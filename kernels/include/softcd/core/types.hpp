@@ -5,8 +5,10 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/span.hpp"
 #include "softcd/math/vec3.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Three vertex indices. Repeated vertices are legal: the triangle then collides as the segment
 /// or the point that it is.
@@ -79,4 +81,5 @@ constexpr std::uint32_t kLeftOut = 0x80u;
 
 constexpr std::uint32_t kNoIndex = 0xFFFFFFFFu;
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd
