@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "softcd/export.hpp"
 #include "softcd/query.hpp"
 #include "softcd/version.hpp"
 
@@ -22,7 +23,7 @@ struct PipelineOptions : SceneOptions, QueryOptions {
 /// used from several threads. The same input gives the same bytes, whatever the number of threads or backend, and
 /// however often it is detected. A pipeline that was moved from throws Error from every function until another one is
 /// assigned to it.
-class CollisionPipeline {
+class SOFTCD_EXPORT CollisionPipeline {
  public:
   /// `log` as set_log(). The GPU's work is done on the CUDA device that is current now. Throws BackendError when
   /// options.backend cannot be had, InvalidInput when an option is out of range.

@@ -9,6 +9,7 @@
 
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
+#include "softcd/export.hpp"
 #include "softcd/scene.hpp"
 #include "softcd/version.hpp"
 
@@ -76,7 +77,7 @@ enum class Pairs : std::uint32_t {
 using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 
 /// A detection that was started.
-class Ticket {
+class SOFTCD_EXPORT Ticket {
  public:
   Ticket(Ticket&&) noexcept;
   Ticket& operator=(Ticket&&) noexcept;
@@ -99,7 +100,7 @@ class Ticket {
 /// Finds contacts between the bodies of a scene. The same input gives the same bytes, whatever the number of threads or
 /// backend, and however often it is detected. The detections of one scene run one after another. A query that was moved
 /// from throws Error from every function until another one is assigned to it.
-class Query {
+class SOFTCD_EXPORT Query {
  public:
   /// Throws InvalidInput when an option is out of range.
   explicit Query(Scene& scene, const QueryOptions& options = {});

@@ -8,6 +8,7 @@
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
 #include "softcd/core/types.hpp"
+#include "softcd/export.hpp"
 #include "softcd/positions.hpp"
 #include "softcd/version.hpp"
 
@@ -81,7 +82,7 @@ struct SceneOptions {
 /// one is assigned to it.
 ///
 /// Everything may be called while a detection runs, and concerns the next one that is started.
-class Scene {
+class SOFTCD_EXPORT Scene {
  public:
   /// `log` as set_log(). Throws BackendError when options.backend cannot be had, InvalidInput when an option is out of
   /// range.

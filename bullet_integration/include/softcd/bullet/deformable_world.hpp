@@ -2,6 +2,7 @@
 
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/export.hpp"
 #include "softcd/version.hpp"
 
 namespace softcd::bullet {
@@ -27,7 +28,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// solver is sensitive to.
 ///
 /// A body that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
-class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
+class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
   DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
                   btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,

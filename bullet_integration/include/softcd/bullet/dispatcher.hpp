@@ -5,6 +5,7 @@
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "softcd/bullet/broadphase.hpp"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/export.hpp"
 #include "softcd/version.hpp"
 
 namespace softcd::bullet {
@@ -21,7 +22,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Bullet's prediction: the update of every body's node tree; the build of its face tree after every change of a body's
 /// topology, which takes time quadratic in the faces, and never ends for faces that links do not connect; and, with
 /// Settings::detection ccd, what Bullet's solver makes of the contacts is not looked at again.
-class Dispatcher : public btCollisionDispatcher {
+class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
  public:
   Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings = {});
   ~Dispatcher() override;
