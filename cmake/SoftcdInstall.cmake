@@ -1,4 +1,4 @@
-# Install rules, so that find_package(softcd) gives softcd::softcd and softcd::bullet.
+# Install rules, so that find_package(softcd) gives softcd::softcd and softcd::bullet, and pkg-config the same.
 
 if(NOT SOFTCD_INSTALL)
   return()
@@ -41,4 +41,5 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/softcdConfigVersion.cmak
 install(FILES "${PROJECT_BINARY_DIR}/softcdConfig.cmake" "${PROJECT_BINARY_DIR}/softcdConfigVersion.cmake"
               "${PROJECT_SOURCE_DIR}/cmake/FindBulletSoftBody.cmake"
         DESTINATION "${softcd_package_dir}")
+include(SoftcdPkgConfig)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
