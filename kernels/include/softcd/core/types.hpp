@@ -21,7 +21,10 @@ SOFTCD_HD constexpr bool has_vertex(const Triangle& triangle, std::uint32_t v) {
 }
 
 SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
-  return has_vertex(b, a.v[0]) | has_vertex(b, a.v[1]) | has_vertex(b, a.v[2]);
+  const bool has_first = has_vertex(b, a.v[0]);
+  const bool has_second = has_vertex(b, a.v[1]);
+  const bool has_third = has_vertex(b, a.v[2]);
+  return has_first | has_second | has_third;
 }
 
 /// Two vertex indices, v[0] < v[1].
