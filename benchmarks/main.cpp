@@ -10,6 +10,8 @@
 #include "compare.hpp"
 #include "detector.hpp"
 #include "mesh_io/mesh_io.hpp"
+#include "report.hpp"
+#include "softcd/version.hpp"
 #include "trade.hpp"
 
 namespace {
@@ -29,7 +31,7 @@ int main(int argc, char** argv) {
   using namespace softcd::benchmarks;
   try {
     CLI::App app("Benchmarks of softcd.", "softcd-bench");
-    app.set_version_flag("--version", "g++ " __VERSION__);
+    app.set_version_flag("--version", std::string("softcd " SOFTCD_VERSION_STRING ", ") + kCompiler);
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 done; 1 a measurement failed or its results could not be written; 2 the command line or a\n"

@@ -62,7 +62,7 @@ if "$bench" bullet --help >/dev/null 2>&1; then
 fi
 
 {
-  printf '\n## %s\n\n%s, compiled with %s; medians of %s detections, of 60 steps of Bullet.\n\n' \
+  printf '\n## %s\n\n%s, %s; medians of %s detections, of 60 steps of Bullet.\n\n' \
     "$(machine)" "$(LC_ALL=C date '+%-d %B %Y')" "$("$bench" --version)" "${SOFTCD_REPEAT:-50}"
   cat "$results"/*.md
 } >>"$output"

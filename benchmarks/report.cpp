@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "softcd/version.hpp"
+
 #ifdef SOFTCD_BENCH_HAS_BULLET
 #include "LinearMath/btScalar.h"
 #endif
@@ -53,8 +55,8 @@ nlohmann::ordered_json describe_run(const std::string& benchmark, const std::str
   nlohmann::ordered_json json = {{"benchmark", benchmark},
                                  {"machine", machine.empty() ? processor() : machine},
                                  {"date", today()},
-                                 {"compiler", "g++ " __VERSION__},
-                                 {"softcd", SOFTCD_VERSION}};
+                                 {"compiler", kCompiler},
+                                 {"softcd", SOFTCD_VERSION_STRING}};
 #ifdef SOFTCD_BENCH_HAS_BULLET
   json["bullet"] = fmt::format("{}.{:02}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100);
 #endif

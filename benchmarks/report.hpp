@@ -6,6 +6,13 @@
 
 namespace softcd::benchmarks {
 
+/// The compiler of this program.
+#ifdef __clang__
+inline constexpr const char* kCompiler = __VERSION__;
+#else
+inline constexpr const char* kCompiler = "g++ " __VERSION__;
+#endif
+
 /// What results begin with: the benchmark, where, when and with what it ran. An empty `machine` is told by its
 /// processor.
 nlohmann::ordered_json describe_run(const std::string& benchmark, const std::string& machine);

@@ -1,4 +1,4 @@
-# Install rules, so that find_package(softcd) gives softcd::softcd and softcd::bullet.
+# Install rules, so that find_package(softcd) gives softcd::softcd and softcd::bullet, and pkg-config the same.
 
 if(NOT SOFTCD_INSTALL)
   return()
@@ -8,9 +8,12 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(softcd_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/softcd")
+set(softcd_is_shared OFF)
+if(BUILD_SHARED_LIBS)
+  set(softcd_is_shared ON)
+endif()
 
-# `pattern`: of which of its headers a user's program includes, some by way of others.
-function(softcd_install_library target export_name include_dir pattern)
+function(softcd_install_library target export_name include_dir)
   if(NOT TARGET ${target})
     return()
   endif()
@@ -19,13 +22,15 @@ function(softcd_install_library target export_name include_dir pattern)
           ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
           LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
-  install(DIRECTORY "${include_dir}/softcd" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING REGEX "${pattern}")
+  install(DIRECTORY "${include_dir}/softcd" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING PATTERN "*.hpp")
 endfunction()
 
-softcd_install_library(softcd_kernels kernels "${PROJECT_SOURCE_DIR}/kernels/include" "${SOFTCD_PUBLIC_KERNEL_HEADERS}")
-softcd_install_library(softcd softcd "${PROJECT_SOURCE_DIR}/plugin/include" "\\.hpp$")
-softcd_install_library(softcd_bullet bullet "${PROJECT_SOURCE_DIR}/bullet_integration/include" "\\.hpp$")
-softcd_install_library(softcd_bullet-float64 bullet-float64 "${PROJECT_SOURCE_DIR}/bullet_integration/include" "\\.hpp$")
+softcd_install_library(softcd softcd "${PROJECT_SOURCE_DIR}/plugin/include")
+# Of these only what the others include.
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/kernels/include/softcd" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
+        FILES_MATCHING REGEX "${SOFTCD_PUBLIC_KERNEL_HEADERS}")
+softcd_install_library(softcd_bullet bullet "${PROJECT_SOURCE_DIR}/bullet_integration/include")
+softcd_install_library(softcd_bullet-float64 bullet-float64 "${PROJECT_SOURCE_DIR}/bullet_integration/include")
 
 if(TARGET softcd)
   install(EXPORT softcd_targets NAMESPACE softcd:: DESTINATION "${softcd_package_dir}")
@@ -36,4 +41,5 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/softcdConfigVersion.cmak
 install(FILES "${PROJECT_BINARY_DIR}/softcdConfig.cmake" "${PROJECT_BINARY_DIR}/softcdConfigVersion.cmake"
               "${PROJECT_SOURCE_DIR}/cmake/FindBulletSoftBody.cmake"
         DESTINATION "${softcd_package_dir}")
+include(SoftcdPkgConfig)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")

@@ -12,8 +12,13 @@ set(SOFTCD_DATA_DIR "${PROJECT_SOURCE_DIR}/../shared/data" CACHE PATH
     "Optional frames and ground truth; tests that need them are skipped where the folder is absent")
 
 if(PROJECT_IS_TOP_LEVEL)
+  option(BUILD_SHARED_LIBS "Build softcd::softcd and softcd::bullet as shared libraries" OFF)
   set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
   if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
     set(CMAKE_BUILD_TYPE Release CACHE STRING "Debug, Release, RelWithDebInfo or MinSizeRel" FORCE)
   endif()
+endif()
+if(BUILD_SHARED_LIBS AND SOFTCD_BENCHMARKS)
+  message(STATUS "softcd: no benchmarks, which look inside the library, with BUILD_SHARED_LIBS")
+  set(SOFTCD_BENCHMARKS OFF)
 endif()

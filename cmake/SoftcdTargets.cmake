@@ -13,7 +13,9 @@ endif()
 # where it likes), so that the CPU and CUDA compute the same bytes.
 function(softcd_target_options target)
   target_compile_features(${target} PRIVATE cxx_std_20)
-  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON
+                                             CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden
+                                             VISIBILITY_INLINES_HIDDEN ON)
   # Where CMAKE_UNITY_BUILD has all sources of a target compiled as one.
   set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0 UNITY_BUILD_CODE_BEFORE_INCLUDE
                                              "// NOLINTNEXTLINE(bugprone-suspicious-include)")
@@ -27,4 +29,10 @@ function(softcd_target_options target)
       $<$<COMPILE_LANGUAGE:CUDA>:-std=c++20 --fmad=false -Wno-deprecated-gpu-targets
                                  -Xcompiler=-ffp-contract=off,${host_warnings}>)
   endif()
+endfunction()
+
+# Libraries that users link. Shared ones stand beside those of incompatible versions, and find each other.
+function(softcd_library_options target)
+  set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${SOFTCD_ABI_VERSION}
+                                             INSTALL_RPATH "$ORIGIN")
 endfunction()

@@ -188,12 +188,6 @@ NativeTreesBuilt::~NativeTreesBuilt() {
   }
 }
 
-// Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
-void give_face_tree(btSoftBody& body) {
-  const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
-  if (is_wanted && !body.m_bUpdateRtCst && body.m_fdbvt.empty()) build_face_tree(body);
-}
-
 void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
     if (!bodies[i]->isActive() || bodies[i]->m_fdbvt.empty()) continue;
@@ -216,3 +210,9 @@ void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
 }
 
 }  // namespace softcd::bullet
+
+// Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
+void softcd::bullet::give_face_tree(btSoftBody& body) {
+  const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
+  if (is_wanted && !body.m_bUpdateRtCst && body.m_fdbvt.empty()) build_face_tree(body);
+}

@@ -2,6 +2,9 @@
 
 #include "scene_core.hpp"
 
+// Defined by every version: the linker refuses a program that holds two static libraries of softcd, by this name.
+extern "C" void one_program_cannot_link_two_versions_of_softcd() {}
+
 namespace softcd {
 
 Scene::Scene(const SceneOptions& options, LogCallback log)

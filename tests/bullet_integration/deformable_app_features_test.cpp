@@ -9,7 +9,9 @@
 #include "BulletDynamics/Featherstone/btMultiBodyLinkCollider.h"
 #include "deformable_app_support.hpp"
 #pragma GCC diagnostic push
+#ifndef __clang__
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include "BulletSoftBody/BulletReducedDeformableBody/btReducedDeformableBody.h"
 #include "BulletSoftBody/BulletReducedDeformableBody/btReducedDeformableBodySolver.h"
 #pragma GCC diagnostic pop

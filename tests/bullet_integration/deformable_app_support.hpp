@@ -10,7 +10,9 @@
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 // g++ 12 takes a default argument in a template that these instantiate for uninitialised.
 #pragma GCC diagnostic push
+#ifndef __clang__
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include "BulletSoftBody/btDeformableBodySolver.h"
 #include "BulletSoftBody/btDeformableMultiBodyConstraintSolver.h"
 #pragma GCC diagnostic pop

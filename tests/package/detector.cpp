@@ -1,7 +1,20 @@
+#include <cstring>
 #include <softcd/softcd.hpp>
 
+static_assert(SOFTCD_VERSION == 10000 * SOFTCD_VERSION_MAJOR + 100 * SOFTCD_VERSION_MINOR + SOFTCD_VERSION_PATCH);
+
+// Exceptions are caught by their base, on this side of a shared library.
+bool refuses_missing_vertices() {
+  try {
+    softcd::CollisionPipeline().add_body({std::vector<softcd::Triangle>{{{0, 1, 2}}}, 2, {}});
+  } catch (const softcd::Error& error) {
+    return dynamic_cast<const softcd::InvalidInput*>(&error) != nullptr;
+  }
+  return false;
+}
+
 // One vertex of the second triangle lies 0.1 above the first triangle.
-int main() {
+bool finds_contact() {
   const std::vector<softcd::Triangle> triangles = {{{0, 1, 2}}};
   const std::vector<softcd::Vec3f> lower = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<softcd::Vec3f> upper = {{0.25F, 0.25F, 0.1F}, {0.25F, 0.5F, 5}, {0.5F, 0.25F, 5}};
@@ -14,5 +27,11 @@ int main() {
   pipeline.set_positions(a, lower);
   pipeline.set_positions(b, upper);
   const softcd::Span<const softcd::Contact> contacts = pipeline.detect();
-  return contacts.size() == 1 && contacts[0].body_a == b && contacts[0].feature_a == 0 ? 0 : 1;
+  return contacts.size() == 1 && contacts[0].body_a == b && contacts[0].feature_a == 0;
+}
+
+/// Its argument is the version that the package says it has.
+int main(int count, char** arguments) {
+  const bool has_version = count == 2 && std::strcmp(arguments[1], SOFTCD_VERSION_STRING) == 0;
+  return has_version && refuses_missing_vertices() && finds_contact() ? 0 : 1;
 }

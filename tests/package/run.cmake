@@ -1,7 +1,9 @@
-# Installs a build of softcd into a fresh folder and builds and runs the consumer project against it. Then, where both
-# of Bullet's precisions are there, checks that mixing them fails with a sentence that says why.
+# Installs a build of softcd into a fresh folder and builds and runs consumers against it: a CMake project, and programs
+# compiled with what pkg-config says. Checks that the libraries show what they should, and that mixing versions, or
+# Bullet's precisions where both are there, fails with a sentence that says why.
 #
-#   cmake -D BUILD_DIR=... -D WORK_DIR=... -D GENERATOR=... -D CXX=... -D CTEST=... -D ARGUMENTS=... -P run.cmake
+#   cmake -D BUILD_DIR=... -D WORK_DIR=... -D GENERATOR=... -D CXX=... -D NM=... -D CTEST=... -D ARGUMENTS=...
+#         -P run.cmake
 
 function(run)
   execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
@@ -30,6 +32,9 @@ run("${CMAKE_COMMAND}" --install "${BUILD_DIR}" --prefix "${WORK_DIR}/install")
 run("${CMAKE_COMMAND}" -S "${CMAKE_CURRENT_LIST_DIR}" -B "${WORK_DIR}/build" ${settings})
 run("${CMAKE_COMMAND}" --build "${WORK_DIR}/build")
 run("${CTEST}" --test-dir "${WORK_DIR}/build" --output-on-failure --no-tests=error)
+
+include("${CMAKE_CURRENT_LIST_DIR}/pkg_config.cmake")
+include("${CMAKE_CURRENT_LIST_DIR}/versions.cmake")
 
 file(GLOB_RECURSE float_library "${WORK_DIR}/install/*softcd_bullet.*")
 file(GLOB_RECURSE double_library "${WORK_DIR}/install/*softcd_bullet-float64.*")

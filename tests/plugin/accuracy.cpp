@@ -170,7 +170,7 @@ TEST(Conservative, finds_what_is_within_the_margin_for_positions_in_double) {
   Random random(11);
   int found_by_precise = 0;
   constexpr int kCount = 400;
-  for (int i = 0; i < kCount; ++i) {
+  for (std::size_t i = 0; i < kCount; ++i) {
     const ContactKind kind = kKinds[i % 2];
     Query query = make_query(random, kind, Family::random, /*is_single=*/false);
     std::copy_n(query.rows.begin(), 4, query.rows.begin() + 4);

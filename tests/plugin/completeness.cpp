@@ -221,7 +221,7 @@ class PairBatch {
     const double u = random_.uniform(0.2, 0.4);
     const double v = random_.uniform(0.2, 0.4);
     const Vec3d target = a[0] + u * (a[1] - a[0]) + v * (a[2] - a[0]);
-    for (int i = 1; i < 3; ++i) {
+    for (std::size_t i = 1; i < 3; ++i) {
       const Vec3d arm = b[i] - b[0];
       b[i] = b[0] + (dot(arm, normal) < 0.0 ? arm - (2.0 * dot(arm, normal)) * normal : arm);
     }
@@ -253,7 +253,7 @@ class PairBatch {
     const auto index = static_cast<std::uint32_t>(scene_[0].triangles.size());
     const double distance = random_.uniform(0.1, 2.0);
     const Vec3d approach = distance * (normal + random_.unit() * unit(cross(normal, random_.direction())));
-    for (int i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < 3; ++i) {
       scene_[0].x_t0.push_back(centre + a[i]);
       scene_[0].x_t1.push_back(centre + a[i]);
       scene_[1].x_t0.push_back(centre + b[i] + approach);

@@ -116,7 +116,7 @@ TEST(DiscreteDetection, only_positions_at_t1_count) {
 
 TEST(DiscreteDetection, motion_widens_the_margin_of_vertices_against_other_bodies) {
   Scene scene;
-  for (const std::uint64_t seed : {9, 10}) {
+  for (const std::uint64_t seed : {9U, 10U}) {
     const Mesh mesh = soup({300, 20.0, seed});
     Positions3 x_t0 = jittered(mesh.positions, 0.25, seed - 5);
     snap_to_grid(x_t0, 17);

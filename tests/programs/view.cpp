@@ -71,7 +71,7 @@ TEST_F(Viewer, ShowsTheClothsAndCloses) {
   for (std::uint32_t y = picture.height / 4; y < 3 * picture.height / 4; ++y) {
     for (std::uint32_t x = picture.width / 3; x < picture.width; ++x) {
       const std::uint8_t* pixel = picture.pixel(x, y);
-      colors.insert(pixel[0] | pixel[1] << 8 | pixel[2] << 16);
+      colors.insert(static_cast<std::uint32_t>(pixel[0] | pixel[1] << 8 | pixel[2] << 16));
       orange += is_orange(pixel) ? 1 : 0;
       blue += is_blue(pixel) ? 1 : 0;
     }

@@ -435,7 +435,7 @@ bool is_never_coplanar(std::span<const Vec3d, 8> rows, std::size_t side_a) {
   };
   const auto size_of = [](const Long& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
   Long a[2], b[2], c[2];
-  for (const std::size_t end : {0, 1}) {
+  for (const std::size_t end : {0U, 1U}) {
     const std::size_t first = 4 * end;
     const bool is_edge_edge = side_a == 2;
     a[end] = vector(is_edge_edge ? first + 2 : first + 1, first);

@@ -252,7 +252,10 @@ Positions3 rotated(const Positions3& x, Vec3d centre, double angle) {
 Positions3 jittered(const Positions3& x, double amplitude, std::uint64_t seed) {
   Random random(seed);
   Positions3 result = x;
-  for (Vec3d& p : result) p = p + (amplitude * random.unit()) * random.direction();
+  for (Vec3d& p : result) {
+    const Vec3d direction = random.direction();  // before the length, whatever the compiler's order of operands
+    p = p + (amplitude * random.unit()) * direction;
+  }
   return result;
 }
 

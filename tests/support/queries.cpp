@@ -42,7 +42,7 @@ Vec3d separation(const Rows& rows, ContactKind kind, const std::array<double, 4>
 void make_touch(Random& random, ContactKind kind, Rows& rows) {
   const double t = random.chance(0.2) ? (random.chance(0.5) ? 0.0 : 1.0) : random.unit();
   const Vec3d shift = separation(rows, kind, random_weights(random, kind), t);
-  for (const std::size_t point : {0, 1}) {
+  for (const std::size_t point : {0U, 1U}) {
     if (point == 1 && kind == ContactKind::vertex_triangle) continue;
     rows[point] = rows[point] - shift;
     rows[point + 4] = rows[point + 4] - shift;
@@ -58,7 +58,7 @@ void make_tangential(Random& random, ContactKind kind, Rows& rows) {
   const Vec3d normal = cross(axis, other);
   const double rate = random.uniform(0.5, 2.0);
   const double slide = random.uniform(0.5, 1.0);
-  for (const std::size_t first : {0, 4}) {
+  for (const std::size_t first : {0U, 4U}) {
     const double since = (first == 0 ? 0.0 : 1.0) - t;
     const auto flat = [&](double x) { return x * axis + (slide * since) * other; };
     const auto turned = [&](double x, double y) { return x * axis + y * other + (rate * since * y) * normal; };
@@ -80,7 +80,7 @@ void make_degenerate(Random& random, ContactKind kind, Rows& rows) {
   const auto copy = [&](std::size_t from, std::size_t to, std::size_t time) { rows[to + time] = rows[from + time]; };
   const bool at_t0 = random.chance(0.8);
   const bool at_t1 = !at_t0 || random.chance(0.8);
-  for (const std::size_t time : {0, 4}) {
+  for (const std::size_t time : {0U, 4U}) {
     if (!(time == 0 ? at_t0 : at_t1)) continue;
     switch (random.below(4)) {
       case 0:
@@ -106,7 +106,7 @@ void make_degenerate(Random& random, ContactKind kind, Rows& rows) {
 
 void make_needle(Random& random, Rows& rows) {
   const double aspect = std::pow(10.0, -random.uniform(2.0, 8.0));
-  for (const std::size_t time : {0, 4}) {
+  for (const std::size_t time : {0U, 4U}) {
     rows[3 + time] = rows[2 + time] + aspect * random.in_box(1.0);
     if (random.chance(0.5)) std::swap(rows[3 + time], rows[1 + time]);
   }
@@ -198,7 +198,7 @@ double documented_tolerance(const Query& query, double epsilon) {
   double sizes = 0.0;
   for (std::size_t vector = 0; vector < 3; ++vector) {
     double size = 0.0;
-    for (const std::size_t time : {0, 4}) {
+    for (const std::size_t time : {0U, 4U}) {
       const Vec3d* p = &query.rows[time];
       const std::array<Vec3d, 3> differences = query.kind == ContactKind::vertex_triangle
                                                    ? std::array<Vec3d, 3>{p[0] - p[1], p[2] - p[1], p[3] - p[1]}

@@ -9,14 +9,14 @@
 namespace softcd::test {
 namespace {
 
-int side_a_count(ContactKind kind) {
+std::size_t side_a_count(ContactKind kind) {
   return kind == ContactKind::vertex_triangle ? 1 : 2;
 }
 
 /// The point on side a minus the point on side b.
 Vec3d offset_of(const Contact& contact, const std::array<Vec3d, 4>& p) {
   Vec3d offset{0.0, 0.0, 0.0};
-  for (int i = 0; i < 4; ++i) {
+  for (std::size_t i = 0; i < 4; ++i) {
     const double sign = i < side_a_count(contact.kind) ? 1.0 : -1.0;
     offset = offset + (sign * static_cast<double>(contact.weights[i])) * p[i];
   }
@@ -26,7 +26,7 @@ Vec3d offset_of(const Contact& contact, const std::array<Vec3d, 4>& p) {
 bool weights_are_convex(const Contact& contact) {
   constexpr float kRounding = 1e-6F;
   float sums[2] = {0.0F, 0.0F};
-  for (int i = 0; i < 4; ++i) {
+  for (std::size_t i = 0; i < 4; ++i) {
     const float w = contact.weights[i];
     if (!(w >= -kRounding && w <= 1.0F + kRounding)) return false;
     sums[i < side_a_count(contact.kind) ? 0 : 1] += w;
@@ -53,7 +53,7 @@ std::array<std::uint32_t, 4> SceneGeometry::vertices(const FeaturePair& pair) co
 std::array<Vec3d, 8> SceneGeometry::motion(const FeaturePair& pair) const {
   const std::array<std::uint32_t, 4> v = vertices(pair);
   std::array<Vec3d, 8> rows{};
-  for (int i = 0; i < 4; ++i) {
+  for (std::size_t i = 0; i < 4; ++i) {
     const SceneBody& body = scene_[i < side_a_count(pair.kind) ? pair.body_a : pair.body_b];
     rows[i] = body.x_t0[v[i]];
     rows[4 + i] = body.x_t1[v[i]];
@@ -64,7 +64,7 @@ std::array<Vec3d, 8> SceneGeometry::motion(const FeaturePair& pair) const {
 std::array<Vec3d, 4> SceneGeometry::positions(const FeaturePair& pair, double time) const {
   const std::array<Vec3d, 8> rows = motion(pair);
   std::array<Vec3d, 4> at{};
-  for (int i = 0; i < 4; ++i) at[i] = time == 1.0 ? rows[4 + i] : lerp(rows[i], rows[4 + i], time);
+  for (std::size_t i = 0; i < 4; ++i) at[i] = time == 1.0 ? rows[4 + i] : lerp(rows[i], rows[4 + i], time);
   return at;
 }
 

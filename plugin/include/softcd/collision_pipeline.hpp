@@ -3,9 +3,12 @@
 #include <memory>
 #include <vector>
 
+#include "softcd/export.hpp"
 #include "softcd/query.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Those of its scene and of its query.
 struct PipelineOptions : SceneOptions, QueryOptions {
@@ -20,7 +23,7 @@ struct PipelineOptions : SceneOptions, QueryOptions {
 /// used from several threads. The same input gives the same bytes, whatever the number of threads or backend, and
 /// however often it is detected. A pipeline that was moved from throws Error from every function until another one is
 /// assigned to it.
-class CollisionPipeline {
+class SOFTCD_EXPORT CollisionPipeline {
  public:
   /// `log` as set_log(). The GPU's work is done on the CUDA device that is current now. Throws BackendError when
   /// options.backend cannot be had, InvalidInput when an option is out of range.
@@ -84,4 +87,5 @@ class CollisionPipeline {
   std::unique_ptr<Implementation> implementation_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "softcd/core/types.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Positions become float32 relative to the scene's origin, which moves along only where the whole scene is far away:
 /// float positions stay as they are, double positions keep about 7 digits of the scene's extent, stray vertices
@@ -52,4 +54,5 @@ class Positions {
   bool is_double_ = false;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

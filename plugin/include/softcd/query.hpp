@@ -9,9 +9,17 @@
 
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
+#include "softcd/export.hpp"
 #include "softcd/scene.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+
+namespace detail {
+class QueryCore;
+}
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// One line of explain().
 struct StageReport {
@@ -67,12 +75,8 @@ enum class Pairs : std::uint32_t {
 /// b.
 using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 
-namespace detail {
-class QueryCore;
-}
-
 /// A detection that was started.
-class Ticket {
+class SOFTCD_EXPORT Ticket {
  public:
   Ticket(Ticket&&) noexcept;
   Ticket& operator=(Ticket&&) noexcept;
@@ -95,7 +99,7 @@ class Ticket {
 /// Finds contacts between the bodies of a scene. The same input gives the same bytes, whatever the number of threads or
 /// backend, and however often it is detected. The detections of one scene run one after another. A query that was moved
 /// from throws Error from every function until another one is assigned to it.
-class Query {
+class SOFTCD_EXPORT Query {
  public:
   /// Throws InvalidInput when an option is out of range.
   explicit Query(Scene& scene, const QueryOptions& options = {});
@@ -129,4 +133,5 @@ class Query {
   std::shared_ptr<detail::QueryCore> core_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

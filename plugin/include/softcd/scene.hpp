@@ -8,9 +8,17 @@
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
 #include "softcd/core/types.hpp"
+#include "softcd/export.hpp"
 #include "softcd/positions.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+
+namespace detail {
+class SceneCore;
+}
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Which feature pairs a body takes part in. A kind is tested between two bodies when both want it.
 struct Features {
@@ -69,16 +77,12 @@ struct SceneOptions {
   friend bool operator!=(const SceneOptions& a, const SceneOptions& b) { return !(a == b); }
 };
 
-namespace detail {
-class SceneCore;
-}
-
 /// Bodies, of which queries find the contacts. One thread at a time for a scene and its queries together; several
 /// scenes may be used from several threads. A scene that was moved from throws Error from every function until another
 /// one is assigned to it.
 ///
 /// Everything may be called while a detection runs, and concerns the next one that is started.
-class Scene {
+class SOFTCD_EXPORT Scene {
  public:
   /// `log` as set_log(). Throws BackendError when options.backend cannot be had, InvalidInput when an option is out of
   /// range.
@@ -126,4 +130,5 @@ class Scene {
   std::shared_ptr<detail::SceneCore> core_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

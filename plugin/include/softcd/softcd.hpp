@@ -23,3 +23,4 @@
 #include "softcd/positions.hpp"
 #include "softcd/query.hpp"
 #include "softcd/scene.hpp"
+#include "softcd/version.hpp"

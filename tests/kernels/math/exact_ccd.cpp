@@ -175,8 +175,9 @@ TEST(ExactCcd, TheFilterAgreesWithRationals) {
                                static_cast<Family>(family), true);
       std::array<Fraction, 24> fractions;
       for (std::size_t row = 0; row < 8; ++row) {
-        std::array<long long, 3> units;
-        for (int axis = 0; axis < 3; ++axis) units[axis] = std::llround(query.rows[row][axis] / kUnit);
+        const Vec3d& x = query.rows[row];
+        const std::array<long long, 3> units = {std::llround(x.x / kUnit), std::llround(x.y / kUnit),
+                                                std::llround(x.z / kUnit)};
         for (std::size_t axis = 0; axis < 3; ++axis) {
           fractions[3 * row + axis] = {std::to_string(units[axis]), std::to_string(std::llround(1.0 / kUnit))};
         }

@@ -105,7 +105,7 @@ TYPED_TEST_P(ItemPrimitives, for_each_append_goes_on_where_a_list_ends) {
     this->backend().for_each_append("for_each_append", Count{value.data(), 33}, PutUnits{}, units.appender());
   }
   const std::vector<std::uint64_t> stored = units.stored();
-  const std::size_t half = stored.size() / 2;
+  const auto half = static_cast<std::ptrdiff_t>(stored.size() / 2);
   for (const bool is_second : {false, true}) {
     UnitCounts counts(33);
     counts.add({stored.begin() + (is_second ? half : 0), stored.begin() + (is_second ? 2 * half : half)});

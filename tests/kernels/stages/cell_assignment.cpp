@@ -53,7 +53,9 @@ TEST_F(CellAssignment, whole_triangles_are_in_every_cell_of_their_volume) {
     EXPECT_TRUE(by_triangle[entry.entry.root].emplace(key_cell(entry.key), entry).second) << "twice in a cell";
   }
   EXPECT_EQ(by_triangle.size(), scene_.triangle_count);
-  for (const auto& [t, entries] : by_triangle) {
+  for (const auto& one : by_triangle) {
+    const std::uint32_t t = one.first;
+    const std::map<std::uint32_t, KeyedEntry>& entries = one.second;
     const IntegerDop dop = integer_dop(bounds_.volumes[t], parameters.inverse_cell_size);
     std::size_t count = 0;
     for_each_cell(dop, [&](Cell c) {

@@ -76,7 +76,7 @@ Meeting random_meeting(Random& random) {
 void bring_together(Pair& pair, const Meeting& meeting, Vec3d offset) {
   Vec3d between{0, 0, 0};
   for (std::size_t v = 0; v < 5; ++v) between = between + meeting.weights[v] * pair.at(v, meeting.time);
-  for (const std::size_t v : {1, 2}) pair.shift(v, offset - between);
+  for (const std::size_t v : {1U, 2U}) pair.shift(v, offset - between);
 }
 
 TEST(SharedVertexTest, keeps_what_comes_within_the_distance) {
@@ -144,7 +144,7 @@ TEST(SharedVertexTest, lets_go_what_stays_apart_at_any_scale) {
 
 TEST(SharedVertexTest, keeps_what_crosses_before_the_end) {
   Pair pair = flat_pair(1.0, {0, 0, 0});
-  for (const std::size_t v : {1, 2}) pair.x_t0[v].y = -3.0F - pair.x_t0[v].y;
+  for (const std::size_t v : {1U, 2U}) pair.x_t0[v].y = -3.0F - pair.x_t0[v].y;
   EXPECT_TRUE(may_touch<true>(pair, 0.0F));
   EXPECT_FALSE(may_touch<false>(pair, 0.0F));
 }

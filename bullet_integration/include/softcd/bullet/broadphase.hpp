@@ -5,10 +5,13 @@
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
 #include "softcd/bullet/settings.hpp"
+#include "softcd/export.hpp"
+#include "softcd/version.hpp"
 
 class btSoftBody;
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Any Bullet broad phase, plus the list of soft bodies in it. Hand it to the world in place of the original one:
 ///
@@ -22,7 +25,7 @@ namespace softcd::bullet {
 /// that Bullet builds no face tree in between. (Bullet's build takes time quadratic in the faces; no function of ours
 /// runs between addSoftBody and it.) In that short time the app sees its flags without VF_SS; assigning them anew, or
 /// setting VF_SS, works as ever. Clearing only VF_SS there goes unnoticed.
-class Broadphase : public btBroadphaseInterface {
+class SOFTCD_EXPORT Broadphase : public btBroadphaseInterface {
  public:
   explicit Broadphase(std::unique_ptr<btBroadphaseInterface> original);
   /// The caller keeps `original` alive.
@@ -65,4 +68,5 @@ class Broadphase : public btBroadphaseInterface {
   const Settings* settings_ = nullptr;  ///< null without a Dispatcher
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

@@ -2,10 +2,14 @@
 
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/export.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
 
 class PairGate;
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
 /// softcd. The app changes the line that creates its world.
@@ -24,7 +28,7 @@ class PairGate;
 /// solver is sensitive to.
 ///
 /// A body that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
-class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
+class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
   DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
                   btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
@@ -47,4 +51,5 @@ class DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
   WorldDetection detection_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

@@ -5,8 +5,11 @@
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "softcd/bullet/broadphase.hpp"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/export.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Bullet's dispatcher, with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd, for
 /// all bodies of a classic soft world in one batch. Rigid, soft-rigid and cluster pairs are Bullet's as before and
@@ -19,7 +22,7 @@ namespace softcd::bullet {
 /// Bullet's prediction: the update of every body's node tree; the build of its face tree after every change of a body's
 /// topology, which takes time quadratic in the faces, and never ends for faces that links do not connect; and, with
 /// Settings::detection ccd, what Bullet's solver makes of the contacts is not looked at again.
-class Dispatcher : public btCollisionDispatcher {
+class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
  public:
   Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings = {});
   ~Dispatcher() override;
@@ -38,4 +41,5 @@ class Dispatcher : public btCollisionDispatcher {
   WorldDetection detection_;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

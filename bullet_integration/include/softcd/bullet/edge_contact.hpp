@@ -1,10 +1,12 @@
 #pragma once
 
 #include "LinearMath/btVector3.h"
+#include "softcd/version.hpp"
 
 class btSoftBody;
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Two edges in contact, a contact that Bullet has no type of its own for. Each point on an edge is
 /// weights[0] * x(nodes[0]) + weights[1] * x(nodes[1]); weights are in [0, 1] and sum to 1.
@@ -20,4 +22,5 @@ struct EdgeContact {
   btScalar time_of_impact;  ///< in [0, 1] of the step; 1 for a discrete detection
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

@@ -4,8 +4,10 @@
 
 #include "LinearMath/btScalar.h"
 #include "softcd/softcd.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Which soft bodies collide with themselves. Bullet's classic soft worlds have no such test. A body's margin should
 /// then be at most a quarter of its edges' rest length: features that are closer than twice the margin at rest would
@@ -78,4 +80,5 @@ struct Settings {
 
 }  // namespace
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

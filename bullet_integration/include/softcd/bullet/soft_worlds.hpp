@@ -6,8 +6,11 @@
 #include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/export.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 class Dispatcher;
 
@@ -22,7 +25,7 @@ class Dispatcher;
 /// the body's box overlaps a rigid one's; debug drawings of these trees show the last state that was needed. A body
 /// that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
 template <class BulletWorld>
-class SoftWorld : public BulletWorld {
+class SOFTCD_EXPORT SoftWorld : public BulletWorld {
  public:
   /// What the constructor of Bullet's world takes.
   using ConstraintSolver = std::conditional_t<std::is_base_of_v<btMultiBodyDynamicsWorld, BulletWorld>,
@@ -48,10 +51,11 @@ class SoftWorld : public BulletWorld {
   WorldDetection* detection_;
 };
 
-extern template class SoftWorld<btSoftRigidDynamicsWorld>;
-extern template class SoftWorld<btSoftMultiBodyDynamicsWorld>;
+extern template class SOFTCD_EXPORT SoftWorld<btSoftRigidDynamicsWorld>;
+extern template class SOFTCD_EXPORT SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
 using SoftRigidDynamicsWorld = SoftWorld<btSoftRigidDynamicsWorld>;
 using SoftMultiBodyDynamicsWorld = SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

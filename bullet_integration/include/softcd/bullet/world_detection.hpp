@@ -6,6 +6,8 @@
 
 #include "softcd/bullet/edge_contact.hpp"
 #include "softcd/bullet/settings.hpp"
+#include "softcd/export.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd::bullet {
 
@@ -13,8 +15,10 @@ class DetectorRecord;
 class WorldQueries;
 struct WorldKind;
 
+inline namespace SOFTCD_VERSION_NAMESPACE {
+
 /// What one of a world's detectors did in the last step in which it ran. Valid as long as the world.
-class DetectorReport {
+class SOFTCD_EXPORT DetectorReport {
  public:
   explicit DetectorReport(const DetectorRecord& record) : record_(&record) {}
 
@@ -43,7 +47,7 @@ struct CrossingAnswers {
 
 /// softcd in a world: its settings, and what it found in the last step. Lives as long as the world, or as the
 /// Dispatcher where that detects.
-class WorldDetection {
+class SOFTCD_EXPORT WorldDetection {
  public:
   /// For softcd's worlds and its Dispatcher. Throws as CollisionPipeline's constructor.
   WorldDetection(const WorldKind& kind, const Settings& settings);
@@ -83,6 +87,7 @@ class WorldDetection {
 /// tree, in time n log n. Bullet finds vertex-face contacts by that tree, builds it but once, in time quadratic in the
 /// faces, and would have built it in the world before. A body that is still in one of softcd's worlds when that world
 /// goes is given one then.
-void give_face_tree(btSoftBody& body);
+SOFTCD_EXPORT void give_face_tree(btSoftBody& body);
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd::bullet

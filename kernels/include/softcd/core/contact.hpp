@@ -3,8 +3,10 @@
 #include <cstdint>
 
 #include "softcd/core/types.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Identifies a body for as long as it is in the pipeline. Ids of removed bodies are not reused.
 struct BodyId {
@@ -39,4 +41,5 @@ struct alignas(8) Contact {
   float time_of_impact;  ///< in [0, 1], t0 to t1; 1 for a discrete detection
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -5,8 +5,10 @@
 #include <utility>
 
 #include "softcd/core/host_device.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// A view of `size()` contiguous elements that somebody else owns. Trivially copyable, so it
 /// travels as a kernel argument. C++17 stand-in for std::span on host and device.
@@ -35,4 +37,5 @@ class Span {
   std::size_t size_ = 0;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

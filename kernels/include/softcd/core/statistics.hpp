@@ -3,8 +3,10 @@
 #include <cstdint>
 
 #include "softcd/core/types.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 enum class Backend : std::uint32_t {
   automatic,  ///< CUDA where there is a usable device, else the CPU, also when the device fails
@@ -52,4 +54,5 @@ struct Statistics {
   StageTimes ms;
 };
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -5,8 +5,10 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/span.hpp"
 #include "softcd/core/vec3.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Three vertex indices. Repeated vertices are legal: the triangle then collides as the segment
 /// or the point that it is.
@@ -19,7 +21,10 @@ SOFTCD_HD constexpr bool has_vertex(const Triangle& triangle, std::uint32_t v) {
 }
 
 SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
-  return has_vertex(b, a.v[0]) | has_vertex(b, a.v[1]) | has_vertex(b, a.v[2]);
+  const bool has_first = has_vertex(b, a.v[0]);
+  const bool has_second = has_vertex(b, a.v[1]);
+  const bool has_third = has_vertex(b, a.v[2]);
+  return has_first | has_second | has_third;
 }
 
 /// Two vertex indices, v[0] < v[1].
@@ -78,4 +83,5 @@ constexpr std::uint32_t kLeftOut = 0x80u;
 
 constexpr std::uint32_t kNoIndex = 0xFFFFFFFFu;
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -1,8 +1,10 @@
 #pragma once
 
 #include "softcd/core/host_device.hpp"
+#include "softcd/version.hpp"
 
 namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Three components, tightly packed: an array of Vec3<float> is 12 bytes an element.
 template <class T>
@@ -67,4 +69,5 @@ SOFTCD_HD constexpr Vec3<To> vec3_cast(Vec3<From> a) {
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
 }
 
+}  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -1,0 +1,52 @@
+# What find_package(softcd) gives, for pkg-config: softcd.pc, softcd-bullet.pc and softcd-bullet-float64.pc. What static
+# libraries need besides is private there, so that `pkg-config --static` names it.
+
+set(softcd_pc_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+# They find what lies beside them, wherever they are installed.
+set(softcd_pc_prefix "${CMAKE_INSTALL_PREFIX}")
+if(NOT IS_ABSOLUTE "${softcd_pc_dir}")
+  file(RELATIVE_PATH softcd_pc_way_up "/${softcd_pc_dir}" "/")
+  set(softcd_pc_prefix "\${pcfiledir}/${softcd_pc_way_up}")
+  string(REGEX REPLACE "/$" "" softcd_pc_prefix "${softcd_pc_prefix}")
+endif()
+set(softcd_pc_includedir "\${prefix}")
+cmake_path(APPEND softcd_pc_includedir "${CMAKE_INSTALL_INCLUDEDIR}")
+set(softcd_pc_libdir "\${prefix}")
+cmake_path(APPEND softcd_pc_libdir "${CMAKE_INSTALL_LIBDIR}")
+
+set(softcd_pc_requires "")
+set(softcd_pc_bullet_requires "")
+set(softcd_pc_libs "")
+if(NOT softcd_is_shared)
+  set(softcd_pc_requires "fmt, tbb")
+  set(softcd_pc_bullet_requires "tbb")
+  set(softcd_pc_libs "-pthread")
+  if(SOFTCD_HAS_CUDA)
+    string(PREPEND softcd_pc_libs "${CUDA_cudart_static_LIBRARY} -ldl -lrt ")
+  endif()
+endif()
+
+configure_file("${PROJECT_SOURCE_DIR}/cmake/softcd.pc.in" "${PROJECT_BINARY_DIR}/softcd.pc" @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/softcd.pc" DESTINATION "${softcd_pc_dir}")
+
+# Flags and libraries of Bullet's are those of its imported target.
+function(softcd_install_bullet_pc target name bullet scalar)
+  if(NOT TARGET ${target})
+    return()
+  endif()
+  get_target_property(include_dir ${bullet} INTERFACE_INCLUDE_DIRECTORIES)
+  get_target_property(definitions ${bullet} INTERFACE_COMPILE_DEFINITIONS)
+  get_target_property(libraries ${bullet} INTERFACE_LINK_LIBRARIES)
+  set(bullet_cflags "-I${include_dir}")
+  if(definitions)
+    list(TRANSFORM definitions PREPEND "-D")
+    list(JOIN definitions " " definitions)
+    string(APPEND bullet_cflags " ${definitions}")
+  endif()
+  list(JOIN libraries " " bullet_libs)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/softcd-bullet.pc.in" "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
+  install(FILES "${PROJECT_BINARY_DIR}/${name}.pc" DESTINATION "${softcd_pc_dir}")
+endfunction()
+
+softcd_install_bullet_pc(softcd_bullet softcd-bullet softcd_bullet_float float)
+softcd_install_bullet_pc(softcd_bullet-float64 softcd-bullet-float64 softcd_bullet_float64 double)
