@@ -37,6 +37,7 @@ TwoCloths::TwoCloths(const SceneOptions& options) : Scene(options) {
   LowerAndUpperCloth cloths = make_two_cloths(simulation().world_info(), options.size);
   lower_ = &add(std::move(cloths.lower));
   upper_ = &add(std::move(cloths.upper));
+  for (btSoftBody* cloth : {lower_, upper_}) cloth->setSelfCollision(true);
 }
 
 void TwoCloths::mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const {
