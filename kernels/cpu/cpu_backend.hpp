@@ -2,20 +2,18 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
-#include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <memory>
-#include <numeric>
+#include <tuple>
 #include <vector>
 
+#include "output.hpp"
+#include "parallel_ranges.hpp"
 #include "radix_sort.hpp"
 #include "softcd/core/team.hpp"
 #include "softcd/pipeline/detector.hpp"
@@ -23,6 +21,7 @@
 #include "softcd/pipeline/output.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
 #include "softcd/pipeline/workspace.hpp"
+#include "work_units.hpp"
 
 namespace softcd {
 
@@ -108,7 +107,7 @@ class CpuBackend {
 
   template <class F>
   void for_each(const char* /*label*/, Count count, const F& f) {
-    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i));
     });
   }
@@ -122,8 +121,8 @@ class CpuBackend {
 
   template <class F, class... Targets>
   void for_each_append(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
-    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
-      std::tuple<Output<Targets>...> outputs(lists...);
+    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      std::tuple<cpu::Output<Targets>...> outputs(lists...);
       std::apply(
           [&](auto&... output) {
             for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i), output...);
@@ -137,7 +136,7 @@ class CpuBackend {
   template <class F, class... Targets>
   void for_each_work(const char* /*label*/, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
-    distribute<AllUnits<F>>(items, offsets, total, Share{0, 1}, f, lists...);
+    cpu::distribute<cpu::AllUnits<F>>(items, offsets, total, Share{0, 1}, f, lists...);
   }
 
   /// The same, for a share of the work, with f.test(candidate, lists...) for what f.filter(f.load_item(i), k,
@@ -145,7 +144,7 @@ class CpuBackend {
   template <class F, class... Targets>
   void for_each_work_filtered(const char* /*label*/, Count items, const std::uint64_t* offsets,
                               const std::uint64_t* total, Share share, const F& f, Appender<Targets>... lists) {
-    distribute<FilteredUnits<F>>(items, offsets, total, share, f, lists...);
+    cpu::distribute<cpu::FilteredUnits<F>>(items, offsets, total, share, f, lists...);
   }
 
   /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count().
@@ -162,9 +161,9 @@ class CpuBackend {
   /// The same with f.test(candidate, lists...) for what f.filter(item, part, candidate) lets through.
   template <class F, class... Targets>
   void for_each_part_filtered(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
-    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
-      std::tuple<Output<Targets>...> outputs(lists...);
-      Survivors<F> survivors(f);
+    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+      std::tuple<cpu::Output<Targets>...> outputs(lists...);
+      cpu::Survivors<F> survivors(f);
       std::apply(
           [&](auto&... output) {
             for (std::uint64_t i = begin; i < end; ++i) {
@@ -207,14 +206,14 @@ class CpuBackend {
                  const F& f) {
     const std::size_t size = static_cast<std::size_t>(histograms) * static_cast<std::size_t>(bins_per_histogram);
     std::fill(bins, bins + size, 0U);
-    if (is_one_range(count.get(), kGrain)) {
+    if (cpu::is_one_range(count.get(), kGrain)) {
       BinCounter counter{bins, bins_per_histogram};
       for (std::uint64_t i = 0; i < count.get(); ++i) f(static_cast<std::uint32_t>(i), counter);
       return;
     }
     tbb::enumerable_thread_specific<std::vector<std::uint32_t>> local(
         [&] { return std::vector<std::uint32_t>(size, 0); });
-    parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       BinCounter counter{local.local().data(), bins_per_histogram};
       for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i), counter);
     });
@@ -280,111 +279,6 @@ class CpuBackend {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::uint64_t kGrain = 512;
-  static constexpr std::uint64_t kWorkGrain = 4096;
-
-  /// Collects a task's values and takes room for them in the shared list a block at a time.
-  template <class Target>
-  class Output {
-   public:
-    explicit Output(const Appender<Target>& list) : list_(list) {}
-    Output(const Output&) = delete;
-    Output& operator=(const Output&) = delete;
-    ~Output() { flush(); }
-
-    void push(const typename Target::Value& value) {
-      if (size_ == kBlock) flush();
-      block_[size_++] = value;
-    }
-
-    /// Room for `count` values, put one after the other.
-    class Room {
-     public:
-      explicit Room(Output& output) : output_(output) {}
-      void put(const typename Target::Value& value) { output_.push(value); }
-
-     private:
-      Output& output_;
-    };
-    Room allocate(std::uint32_t /*count*/) { return Room(*this); }
-
-   private:
-    static constexpr std::uint64_t kBlock = 64;
-
-    void flush() {
-      const std::uint64_t at = std::atomic_ref<std::uint64_t>(*list_.count).fetch_add(size_, std::memory_order_relaxed);
-      const std::uint64_t end = std::min(at + size_, list_.capacity);
-      for (std::uint64_t i = at; i < end; ++i) list_.target.store(i, block_[i - at]);
-      size_ = 0;
-    }
-
-    Appender<Target> list_;
-    std::uint64_t size_ = 0;
-    std::array<typename Target::Value, kBlock> block_;
-  };
-
-  /// Every unit of an item's work.
-  template <class F>
-  struct AllUnits {
-    const F& f;
-
-    template <class... Outputs>
-    void run(std::uint32_t item, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) const {
-      for (std::uint32_t k = begin; k < end; ++k) f(item, k, outputs...);
-    }
-    template <class... Outputs>
-    void finish(Outputs&... /*outputs*/) const {}
-  };
-
-  /// Units of work that pass f's filter, gathered before they are tested: whether one passes is hard to foresee, and
-  /// here decides about no jump.
-  template <class F>
-  class Survivors {
-   public:
-    explicit Survivors(const F& f) : f_(f) {}
-
-    template <class... Outputs>
-    void offer(const typename F::Item& item, std::uint32_t unit, Outputs&... outputs) {
-      // Where it is stored depends on the last unit's outcome, which the filter must not wait for.
-      typename F::Candidate candidate{};
-      const bool passes = f_.filter(item, unit, candidate);
-      candidates_[size_] = candidate;
-      size_ += passes ? 1U : 0U;
-      if (size_ == kRoom) test(outputs...);
-    }
-    template <class... Outputs>
-    void test(Outputs&... outputs) {
-      for (std::uint32_t i = 0; i < size_; ++i) f_.test(candidates_[i], outputs...);
-      size_ = 0;
-    }
-
-   private:
-    static constexpr std::uint32_t kRoom = 128;
-
-    const F& f_;
-    std::uint32_t size_ = 0;
-    std::array<typename F::Candidate, kRoom> candidates_;
-  };
-
-  /// The units of an item's work that pass the filter.
-  template <class F>
-  class FilteredUnits {
-   public:
-    explicit FilteredUnits(const F& f) : f_(f), survivors_(f) {}
-
-    template <class... Outputs>
-    void run(std::uint32_t i, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) {
-      const typename F::Item item = f_.load_item(i);
-      for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
-    }
-    template <class... Outputs>
-    void finish(Outputs&... outputs) {
-      survivors_.test(outputs...);
-    }
-
-   private:
-    const F& f_;
-    Survivors<F> survivors_;
-  };
 
   struct BinCounter {
     std::uint32_t* bins;
@@ -393,52 +287,6 @@ class CpuBackend {
       ++bins[static_cast<std::size_t>(histogram) * static_cast<std::size_t>(bins_per_histogram) + bin];
     }
   };
-
-  /// Units::run(item, begin, end, outputs...) for shares of items' work that add up to all of it, in parallel, by
-  /// Units{f} of each task.
-  template <class Units, class F, class... Targets>
-  static void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, const F& f,
-                         Appender<Targets>... lists) {
-    const std::uint64_t item_count = items.get();
-    const std::uint64_t work = item_count == 0 ? 0 : *total;
-    const std::uint64_t first = share.begin(work);
-    parallel_ranges(share.end(work) - first, kWorkGrain, [&](std::uint64_t range_begin, std::uint64_t range_end) {
-      const std::uint64_t begin = first + range_begin;
-      const std::uint64_t end = first + range_end;
-      std::tuple<Output<Targets>...> outputs(lists...);
-      const std::uint64_t* const next = std::upper_bound(offsets, offsets + item_count, begin);
-      auto item = static_cast<std::uint64_t>(next - offsets) - 1;
-      Units units{f};
-      std::apply(
-          [&](auto&... output) {
-            for (std::uint64_t at = begin; at < end; ++item) {
-              const std::uint64_t item_end = std::min(end, item + 1 < item_count ? offsets[item + 1] : work);
-              if (item_end <= at) continue;
-              units.run(static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(at - offsets[item]),
-                        static_cast<std::uint32_t>(item_end - offsets[item]), output...);
-              at = item_end;
-            }
-            units.finish(output...);
-          },
-          outputs);
-    });
-  }
-
-  /// Whether so much work is done best by the calling thread alone.
-  static bool is_one_range(std::uint64_t count, std::uint64_t grain) {
-    return count <= grain || tbb::this_task_arena::max_concurrency() == 1;
-  }
-
-  template <class F>
-  static void parallel_ranges(std::uint64_t count, std::uint64_t grain, const F& f) {
-    if (count == 0) return;
-    if (is_one_range(count, grain)) {
-      f(0, count);
-      return;
-    }
-    tbb::parallel_for(tbb::blocked_range<std::uint64_t>(0, count, grain),
-                      [&](const tbb::blocked_range<std::uint64_t>& range) { f(range.begin(), range.end()); });
-  }
 
   static double milliseconds(Clock::time_point begin, Clock::time_point end) {
     return std::chrono::duration<double, std::milli>(end - begin).count();

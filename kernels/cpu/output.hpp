@@ -1,0 +1,52 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "softcd/pipeline/output.hpp"
+
+namespace softcd::cpu {
+
+/// Collects a task's values and takes room for them in the shared list a block at a time.
+template <class Target>
+class Output {
+ public:
+  explicit Output(const Appender<Target>& list) : list_(list) {}
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+  ~Output() { flush(); }
+
+  void push(const typename Target::Value& value) {
+    if (size_ == kBlock) flush();
+    block_[size_++] = value;
+  }
+
+  /// Room for `count` values, put one after the other.
+  class Room {
+   public:
+    explicit Room(Output& output) : output_(output) {}
+    void put(const typename Target::Value& value) { output_.push(value); }
+
+   private:
+    Output& output_;
+  };
+  Room allocate(std::uint32_t /*count*/) { return Room(*this); }
+
+ private:
+  static constexpr std::uint64_t kBlock = 64;
+
+  void flush() {
+    const std::uint64_t at = std::atomic_ref<std::uint64_t>(*list_.count).fetch_add(size_, std::memory_order_relaxed);
+    const std::uint64_t end = std::min(at + size_, list_.capacity);
+    for (std::uint64_t i = at; i < end; ++i) list_.target.store(i, block_[i - at]);
+    size_ = 0;
+  }
+
+  Appender<Target> list_;
+  std::uint64_t size_ = 0;
+  std::array<typename Target::Value, kBlock> block_;
+};
+
+}  // namespace softcd::cpu

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <tuple>
+
+#include "output.hpp"
+#include "parallel_ranges.hpp"
+#include "softcd/core/count.hpp"
+
+namespace softcd::cpu {
+
+/// Every unit of an item's work.
+template <class F>
+struct AllUnits {
+  const F& f;
+
+  template <class... Outputs>
+  void run(std::uint32_t item, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) const {
+    for (std::uint32_t k = begin; k < end; ++k) f(item, k, outputs...);
+  }
+  template <class... Outputs>
+  void finish(Outputs&... /*outputs*/) const {}
+};
+
+/// Units of work that pass f's filter, gathered before they are tested: whether one passes is hard to foresee, and
+/// here decides about no jump.
+template <class F>
+class Survivors {
+ public:
+  explicit Survivors(const F& f) : f_(f) {}
+
+  template <class... Outputs>
+  void offer(const typename F::Item& item, std::uint32_t unit, Outputs&... outputs) {
+    // Where it is stored depends on the last unit's outcome, which the filter must not wait for.
+    typename F::Candidate candidate{};
+    const bool passes = f_.filter(item, unit, candidate);
+    candidates_[size_] = candidate;
+    size_ += passes ? 1U : 0U;
+    if (size_ == kRoom) test(outputs...);
+  }
+  template <class... Outputs>
+  void test(Outputs&... outputs) {
+    for (std::uint32_t i = 0; i < size_; ++i) f_.test(candidates_[i], outputs...);
+    size_ = 0;
+  }
+
+ private:
+  static constexpr std::uint32_t kRoom = 128;
+
+  const F& f_;
+  std::uint32_t size_ = 0;
+  std::array<typename F::Candidate, kRoom> candidates_;
+};
+
+/// The units of an item's work that pass the filter.
+template <class F>
+class FilteredUnits {
+ public:
+  explicit FilteredUnits(const F& f) : f_(f), survivors_(f) {}
+
+  template <class... Outputs>
+  void run(std::uint32_t i, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) {
+    const typename F::Item item = f_.load_item(i);
+    for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
+  }
+  template <class... Outputs>
+  void finish(Outputs&... outputs) {
+    survivors_.test(outputs...);
+  }
+
+ private:
+  const F& f_;
+  Survivors<F> survivors_;
+};
+
+/// Units::run(item, begin, end, outputs...) for shares of items' work that add up to all of it, in parallel, by
+/// Units{f} of each task.
+template <class Units, class F, class... Targets>
+void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, const F& f,
+                Appender<Targets>... lists) {
+  const std::uint64_t item_count = items.get();
+  const std::uint64_t work = item_count == 0 ? 0 : *total;
+  const std::uint64_t first = share.begin(work);
+  constexpr std::uint64_t kGrain = 4096;
+  parallel_ranges(share.end(work) - first, kGrain, [&](std::uint64_t range_begin, std::uint64_t range_end) {
+    const std::uint64_t begin = first + range_begin;
+    const std::uint64_t end = first + range_end;
+    std::tuple<Output<Targets>...> outputs(lists...);
+    const std::uint64_t* const next = std::upper_bound(offsets, offsets + item_count, begin);
+    auto item = static_cast<std::uint64_t>(next - offsets) - 1;
+    Units units{f};
+    std::apply(
+        [&](auto&... output) {
+          for (std::uint64_t at = begin; at < end; ++item) {
+            const std::uint64_t item_end = std::min(end, item + 1 < item_count ? offsets[item + 1] : work);
+            if (item_end <= at) continue;
+            units.run(static_cast<std::uint32_t>(item), static_cast<std::uint32_t>(at - offsets[item]),
+                      static_cast<std::uint32_t>(item_end - offsets[item]), output...);
+            at = item_end;
+          }
+          units.finish(output...);
+        },
+        outputs);
+  });
+}
+
+}  // namespace softcd::cpu
