@@ -26,6 +26,8 @@ inline constexpr std::array<StageTime, 9> kStageTimes = {{{"total", &StageTimes:
                                                           {"narrow", &StageTimes::narrow},
                                                           {"transfer", &StageTimes::transfer}}};
 
+static_assert(kStageTimes.size() * sizeof(double) == sizeof(StageTimes), "each of its times is reported");
+
 /// Of an even number of values the mean of the middle two.
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());

@@ -225,9 +225,13 @@ struct Lists {
   /// Calls f with every list.
   template <class F>
   decltype(auto) with_all(const F& f) {
-    // A list that is not named here does not compile: it would never grow.
+    // A list that is not named here, or not passed on, does not compile: it would never grow.
+    const auto with = [&f](auto&... lists) -> decltype(auto) {
+      static_assert((sizeof(lists) + ...) == sizeof(Lists));
+      return f(lists...);
+    };
     auto& [l0, l1, l2, l3, l4, l5, l6, l7, l8] = *this;
-    return f(l0, l1, l2, l3, l4, l5, l6, l7, l8);
+    return with(l0, l1, l2, l3, l4, l5, l6, l7, l8);
   }
 };
 
