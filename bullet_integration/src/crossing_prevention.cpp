@@ -131,13 +131,13 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   kind_.settle(answered_, answered, zones);
 }
 
-/// Of those that are left when all nodes that could be are held. Some only touch where the step began.
+/// Of those that are left when all nodes that could be are held. What touched when the step began may move on as one.
 void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
   for (const Impact& impact : impacts) {
     const bool moves =
         std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
                     [this](const btSoftBody::Node* node) { return node->*kind_.start != node->*kind_.end; });
-    if (moves) ++answers_.unavoidable;
+    if (moves && !impact.is_from_start) ++answers_.unavoidable;
   }
   if (answers_.unavoidable == 0 || !settings_.log) return;
   settings_.log(

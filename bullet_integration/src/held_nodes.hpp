@@ -9,7 +9,8 @@ namespace softcd::bullet {
 
 /// Nodes that stay where the step began, where no node passed through anything: the answer that ends the search for
 /// one, as they only become more. Their velocities are those of the answers before, so that holding them takes no
-/// momentum; only the way of this step is given up.
+/// momentum; only the way of this step is given up. What touches when the step begins would touch for ever: it is not
+/// held, and has the motion of its zone.
 class HeldNodes {
  public:
   /// `kind` outlives it.
@@ -18,8 +19,8 @@ class HeldNodes {
   bool empty() const { return nodes_.empty(); }
   std::size_t size() const { return nodes_.size(); }
 
-  /// Holds the impacts' nodes. False when it holds all of them already that have a mass: where others move, only
-  /// whoever moves them could prevent it.
+  /// Holds the impacts' nodes. False when all are held already that have a mass and do not touch: where others move,
+  /// only whoever moves them could prevent it.
   bool add(const std::vector<Impact>& impacts);
   /// And all other nodes of the impacts' bodies.
   bool add_bodies(const std::vector<Impact>& impacts);

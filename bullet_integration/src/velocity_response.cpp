@@ -58,6 +58,7 @@ Impact impact_of(const MemberContact& found) {
     impact.weights[i] = btScalar(i < count_a ? contact.weights[i] : -contact.weights[i]);
   }
   impact.normal = to_bullet(contact.normal);
+  impact.is_from_start = contact.time_of_impact <= 0;
   impact.friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;
   return impact;
 }

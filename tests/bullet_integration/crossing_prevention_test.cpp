@@ -325,6 +325,38 @@ TEST(AnswersToCrossings, name_what_nodes_that_the_app_moves_pass_through) {
   }
 }
 
+// They would hang in the air for ever.
+TEST(AnswersToCrossings, do_not_hold_what_touches_from_the_start) {
+  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+    btSoftBodyWorldInfo world_info;
+    const auto first = make_sheet(world_info, {});
+    const auto second = make_sheet(world_info, {});
+    btSoftBody* const bodies[] = {first.get(), second.get()};
+    for (btSoftBody* body : bodies) {
+      body->m_cfg.collisions = kind->vertex_face_flag;
+      for (int n = 0; n < body->m_nodes.size(); ++n) {
+        btSoftBody::Node& node = body->m_nodes[n];
+        node.m_v = btVector3(0, -1, 0);
+        node.m_q = node.m_x;
+        node.*kind->end += node.m_v * kStep;
+      }
+    }
+    std::vector<std::string> warnings;
+    bullet::Settings settings = test_settings(Detection::ccd);
+    settings.log = [&warnings](LogLevel /*level*/, std::string_view text) { warnings.emplace_back(text); };
+    bullet::WorldMirror mirror(*kind, settings);
+    CrossingPrevention prevention(*kind, mirror, settings);
+    EXPECT_TRUE(prevention.run(
+        {bodies, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep));
+    EXPECT_EQ(prevention.answers().held_nodes, 0U);
+    EXPECT_EQ(prevention.answers().unavoidable, 0U);
+    EXPECT_TRUE(warnings.empty());
+    for (const btSoftBody* body : bodies) {
+      EXPECT_NEAR((body->m_nodes[0].*kind->end).y(), -kStep, 1e-5) << "they fall together";
+    }
+  }
+}
+
 /// Moves a sheet whose middle node alone is below another sheet up until it is free. Returns whether that was answered.
 bool is_held_back(const WorldKind& kind, bullet::EdgeContacts edge_contacts) {
   btSoftBodyWorldInfo world_info;
