@@ -4,6 +4,7 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 #include "random.hpp"
@@ -171,15 +172,37 @@ TEST(Twins, integer_volumes) {
   }
 }
 
-/// What is beside the box is any pattern of bits, those of NaN among them.
+/// Bounds of few values, in halves with the top bits of BoxedEntry. What is beside them is any pattern of bits.
 BoxedEntry random_entry(Random& random) {
-  const Box box = {point(random, -2, 0), point(random, -1, 2)};
-  const auto bits = [&] { return static_cast<std::uint32_t>(random.bits()); };
-  return boxed(box, {random.chance(0.1) ? 0x7FC00000U : bits(), random.chance(0.1) ? 0xFFFFFFFFU : bits()});
+  BoxedEntry entry{{}, static_cast<std::uint32_t>(random.bits()), {}, static_cast<std::uint32_t>(random.bits())};
+  const auto halves = [&](std::uint32_t lowest) {
+    const auto half = [&] { return random.chance(0.04) ? random.below(1U << 15) : lowest + random.below(6); };
+    return half() | (half() << 16);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    entry.lo[axis] = halves(0);
+    entry.hi[axis] = halves(1) | kTopBits;
+  }
+  return entry;
 }
 
-TEST(Twins, boxes_overlap) {
-  expect_the_same(3, random_entry, boxes_overlap, generic::boxes_overlap);
+TEST(Twins, boxed_entries_are_apart) {
+  expect_the_same(3, random_entry, boxes_certainly_apart, generic::boxes_certainly_apart);
+}
+
+TEST(Twins, boxed_entries) {
+  Random random(8);
+  for (int round = 0; round < kRounds; ++round) {
+    EndVolumes::Axis bounds[3];
+    const double centre = random.chance(0.5) ? 0.0 : random.uniform(-1e6, 1e6);
+    const auto bound = [&] { return static_cast<float>(centre + random.uniform(-200.0, 200.0)); };
+    for (EndVolumes::Axis& axis : bounds) axis = {bound(), bound(), bound(), bound()};
+    const auto cell = static_cast<std::uint32_t>(random.bits());
+    const float inverse_size = random.chance(0.5) ? 1.0F : 0.7F;
+    const BoxedEntry entry = boxed(bounds, cell, inverse_size, {1, 2});
+    const BoxedEntry expected = generic::boxed(bounds, cell, inverse_size, {1, 2});
+    ASSERT_EQ(std::memcmp(&entry, &expected, sizeof entry), 0) << "round " << round;
+  }
 }
 
 template <bool kSwept, int kSplit>

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 #include "host_scene.hpp"
@@ -38,8 +39,11 @@ Ranges ranges_of(const SceneView& scene, const std::vector<std::uint32_t>& keys)
                 std::vector<std::uint32_t>(keys.size()),
                 std::vector<BoxedEntry>(keys.size()),
                 {}};
+  const GridParameters grid{1.0F, 1.0F, 0.0F, 3};
   const PrepareEntry<ExactControl> stage{scene,
                                          volumes.data(),
+                                         nullptr,
+                                         &grid,
                                          keys.data(),
                                          entries.data(),
                                          ranges.boxed.data(),
@@ -98,13 +102,14 @@ TEST_P(CellRanges, without_self_collision_only_other_bodies_are_enumerated) {
   }
 }
 
-TEST(PrepareEntry, lays_the_triangles_box_beside_its_entry) {
-  const Ranges ranges = ranges_of(scene_of(1, true), random_keys(1, 5, 2));
+TEST(PrepareEntry, lays_the_triangles_boxes_beside_its_entry) {
+  const std::vector<std::uint32_t> keys = random_keys(1, 5, 2);
+  const Ranges ranges = ranges_of(scene_of(1, true), keys);
   for (std::uint32_t j = 0; j < 5; ++j) {
-    EXPECT_EQ(ranges.boxed[j].root, j % 3);
-    EXPECT_EQ(ranges.boxed[j].bits, j);
-    EXPECT_EQ(ranges.boxed[j].lo, (Vec3f{static_cast<float>(j % 3), 2.0F, 5.0F}));
-    EXPECT_EQ(ranges.boxed[j].hi, ranges.boxed[j].lo);
+    const auto x = static_cast<float>(j % 3);
+    const EndVolumes::Axis bounds[3] = {{x, x, x, x}, {2.0F, 2.0F, 2.0F, 2.0F}, {5.0F, 5.0F, 5.0F, 5.0F}};
+    const BoxedEntry expected = boxed(bounds, key_cell(keys[j]), 1.0F, {j % 3, j});
+    EXPECT_EQ(std::memcmp(&ranges.boxed[j], &expected, sizeof expected), 0);
   }
 }
 

@@ -123,6 +123,8 @@ class BroadPhaseStages {
     w_.test_offsets.reserve(backend_, lists_.entries.capacity(), 0);
     const PrepareEntry<Control> prepare_entry{scene_,
                                               w_.volumes.data(),
+                                              scene_.is_swept ? w_.end_volumes.data() : nullptr,
+                                              &counters_->grid,
                                               lists_.entries.template column<0>().data(),
                                               lists_.entries.template column<1>().data(),
                                               w_.boxed_entries.data(),

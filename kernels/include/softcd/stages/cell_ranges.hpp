@@ -2,41 +2,10 @@
 
 #include <cstdint>
 
-#include "softcd/grid/control_bits.hpp"
-#include "softcd/math/simd.hpp"
+#include "softcd/grid/boxed_entry.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 
 namespace softcd {
-
-/// A sorted entry and the box of its triangle, all that most of its tests read, in two rows of four.
-struct alignas(16) BoxedEntry {
-  Vec3f lo;
-  std::uint32_t root;
-  Vec3f hi;
-  std::uint32_t bits;
-
-  SOFTCD_HD constexpr Entry entry() const { return {root, bits}; }
-};
-
-SOFTCD_HD inline BoxedEntry boxed(const Box& box, Entry entry) {
-  return {box.lo, entry.root, box.hi, entry.bits};
-}
-
-namespace generic {
-SOFTCD_HD inline bool boxes_overlap(const BoxedEntry& a, const BoxedEntry& b) {
-  return overlap(Box{a.lo, a.hi}, Box{b.lo, b.hi});
-}
-}  // namespace generic
-
-SOFTCD_HD inline bool boxes_overlap(const BoxedEntry& a, const BoxedEntry& b) {
-#ifdef SOFTCD_SSE2
-  const __m128 a_begins_first = _mm_cmple_ps(_mm_load_ps(&a.lo.x), _mm_load_ps(&b.hi.x));
-  const __m128 b_begins_first = _mm_cmple_ps(_mm_load_ps(&b.lo.x), _mm_load_ps(&a.hi.x));
-  return (_mm_movemask_ps(_mm_and_ps(a_begins_first, b_begins_first)) & 7) == 7;
-#else
-  return generic::boxes_overlap(a, b);
-#endif
-}
 
 /// First position whose key is not less than `key`, for a key of the block that ends at `from`: gallops backwards, so
 /// it costs the logarithm of the distance.
@@ -54,12 +23,14 @@ SOFTCD_HD std::uint32_t partner_ranks(const SceneView& scene, std::uint32_t rank
   return scene.body_count <= 8U ? rank : rank + 1U;
 }
 
-/// Prepares each sorted entry for its tests: lays its triangle's box beside it, and finds where its cell begins and how
-/// many entries before it in the cell it may have to be tested with.
+/// Prepares each sorted entry for its tests: lays its triangle's boxes beside it, and finds where its cell begins and
+/// how many entries before it in the cell it may have to be tested with.
 template <class Control>
 struct PrepareEntry {
   SceneView scene;
   const Kdop18* volumes;
+  const EndVolumes* end_volumes;  ///< null unless swept
+  const GridParameters* grid;
   const std::uint32_t* keys;
   const Entry* entries;
   BoxedEntry* boxed_entries;
@@ -69,9 +40,11 @@ struct PrepareEntry {
   template <class Cells>
   SOFTCD_HD void operator()(std::uint32_t j, Cells& cells) const {
     const Entry entry = entries[j];
-    boxed_entries[j] = boxed(box_of(volumes[entry.root]), entry);
-
     const std::uint32_t key = keys[j];
+    EndVolumes::Axis bounds[3];
+    for (int axis = 0; axis < 3; ++axis) bounds[axis] = bounds_along(axis, entry.root);
+    boxed_entries[j] = boxed(bounds, key_cell(key), grid->inverse_cell_size, entry);
+
     const std::uint32_t cell = key & ~7U;
     const std::uint32_t begin = gallop_back(keys, j, cell);
     if (begin == j) cells.push(j);
@@ -82,6 +55,14 @@ struct PrepareEntry {
             : static_cast<std::uint32_t>(lower_bound_index<std::uint32_t>(keys, begin, j, cell + ranks));
     partner_begin[j] = begin;
     partner_count[j] = end - begin;
+  }
+
+ private:
+  SOFTCD_HD EndVolumes::Axis bounds_along(int axis, std::uint32_t t) const {
+    if (end_volumes != nullptr) return end_volumes[t].axes[axis];
+    const float lo = volumes[t].lo[axis];
+    const float hi = volumes[t].hi[axis];
+    return {lo, hi, lo, hi};
   }
 };
 

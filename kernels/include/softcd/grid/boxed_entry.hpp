@@ -1,0 +1,130 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/grid/control_bits.hpp"
+#include "softcd/grid/uniform_grid.hpp"
+#include "softcd/math/end_volumes.hpp"
+#include "softcd/math/scalar.hpp"
+#include "softcd/math/simd.hpp"
+
+namespace softcd {
+
+/// A sorted entry and its triangle's boxes at both ends of the step, all that most of its tests read, in two rows of
+/// four. Bounds along an axis are counted from the entry's cell in steps, 15 bits each: what is at t0 in the low half
+/// of a word, what is at t1 in the high one. The top bits of halves are 0 in `lo` and 1 in `hi`.
+struct alignas(16) BoxedEntry {
+  std::uint32_t lo[3];
+  std::uint32_t root;
+  std::uint32_t hi[3];
+  std::uint32_t bits;
+
+  SOFTCD_HD constexpr Entry entry() const { return {root, bits}; }
+};
+
+/// Steps of a box's bounds in a cell: 2^kBoxStepBits.
+constexpr int kBoxStepBits = 8;
+/// The cell's lower corner, in the middle of the 15 bits: 64 cells to either side. What lies beyond is at the border.
+constexpr int kBoxOrigin = 1 << 14;
+constexpr int kLastBoxStep = (1 << 15) - 1;
+constexpr std::uint32_t kTopBits = 0x80008000U;
+
+/// The coordinate, nearest to `near`, of the cells with this wrapped one.
+SOFTCD_HD constexpr int unwrapped(std::uint32_t wrapped, int near) {
+  constexpr int kBefore = kMaxSpan;
+  return near + (((static_cast<int>(wrapped) - near + kBefore) & kCellMask) - kBefore);
+}
+
+/// The wrapped coordinates of a cell.
+SOFTCD_HD constexpr std::uint32_t wrapped_coordinate(std::uint32_t cell, int axis) {
+  return (cell >> (axis * kCellBits)) & static_cast<std::uint32_t>(kCellMask);
+}
+
+namespace generic {
+SOFTCD_HD inline BoxedEntry boxed(const EndVolumes::Axis (&bounds)[3], std::uint32_t cell, float inverse_cell_size,
+                                  Entry entry) {
+  BoxedEntry box{{}, entry.root, {}, entry.bits};
+  for (int axis = 0; axis < 3; ++axis) {
+    const float ends[4] = {bounds[axis].t0_lo, bounds[axis].t1_lo, bounds[axis].t0_hi, bounds[axis].t1_hi};
+    int steps[4];
+    for (int i = 0; i < 4; ++i) {
+      steps[i] = static_cast<int>(floorf(ends[i] * inverse_cell_size * static_cast<float>(1 << kBoxStepBits)));
+    }
+    const int first_cell = smaller(steps[0], steps[1]) >> kBoxStepBits;
+    const int origin = (unwrapped(wrapped_coordinate(cell, axis), first_cell) << kBoxStepBits) - kBoxOrigin;
+    std::uint32_t halves[4];
+    for (int i = 0; i < 4; ++i) {
+      halves[i] = static_cast<std::uint32_t>(smaller(larger(steps[i] - origin, 0), kLastBoxStep));
+    }
+    box.lo[axis] = halves[0] | (halves[1] << 16);
+    box.hi[axis] = halves[2] | (halves[3] << 16) | kTopBits;
+  }
+  return box;
+}
+
+SOFTCD_HD inline bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
+  bool is_apart = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    is_apart |= ((b.hi[axis] - a.lo[axis]) & kTopBits) == 0U;
+    is_apart |= ((a.hi[axis] - b.lo[axis]) & kTopBits) == 0U;
+  }
+  return is_apart;
+}
+}  // namespace generic
+
+/// The entry in the cell with this index of a triangle that is within_grid(), given its bounds along x, y and z. Steps
+/// are rounded down, lower and upper bounds alike: what is above in steps is above.
+SOFTCD_HD inline BoxedEntry boxed(const EndVolumes::Axis (&bounds)[3], std::uint32_t cell, float inverse_cell_size,
+                                  Entry entry) {
+#ifdef SOFTCD_SSE2
+  const __m128 scale = _mm_set1_ps(inverse_cell_size);
+  const __m128 steps_of_a_cell = _mm_set1_ps(static_cast<float>(1 << kBoxStepBits));
+  // Of 32 bits each: t0_lo, t0_hi, t1_lo, t1_hi. What 15 bits do not hold is brought to their border.
+  const auto steps = [&](int axis) {
+    const __m128i on_grid =
+        detail::floor_of(_mm_mul_ps(_mm_mul_ps(_mm_load_ps(&bounds[axis].t0_lo), scale), steps_of_a_cell));
+    const int t0 = _mm_cvtsi128_si32(on_grid);
+    const int t1 = _mm_cvtsi128_si32(_mm_unpackhi_epi64(on_grid, on_grid));
+    const int first_cell = smaller(t0, t1) >> kBoxStepBits;
+    const int origin = (unwrapped(wrapped_coordinate(cell, axis), first_cell) << kBoxStepBits) - kBoxOrigin;
+    return _mm_sub_epi32(on_grid, _mm_set1_epi32(origin));
+  };
+  // Of 32 bits each: first axis' lo and hi, second one's.
+  const auto words = [&](__m128i first, __m128i second) {
+    const __m128i halves = _mm_max_epi16(_mm_packs_epi32(first, second), _mm_setzero_si128());
+    constexpr int kByBound = _MM_SHUFFLE(3, 1, 2, 0);
+    return _mm_or_si128(_mm_shufflehi_epi16(_mm_shufflelo_epi16(halves, kByBound), kByBound),
+                        _mm_setr_epi32(0, static_cast<int>(kTopBits), 0, static_cast<int>(kTopBits)));
+  };
+  const __m128i on_x_and_y = _mm_shuffle_epi32(words(steps(0), steps(1)), _MM_SHUFFLE(3, 1, 2, 0));
+  const __m128i on_z = words(steps(2), _mm_setzero_si128());
+  BoxedEntry box;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(box.lo), on_x_and_y);
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(box.hi), _mm_unpackhi_epi64(on_x_and_y, on_x_and_y));
+  box.lo[2] = static_cast<std::uint32_t>(_mm_cvtsi128_si32(on_z));
+  box.hi[2] = static_cast<std::uint32_t>(_mm_cvtsi128_si32(_mm_shuffle_epi32(on_z, 1)));
+  box.root = entry.root;
+  box.bits = entry.bits;
+  return box;
+#else
+  return generic::boxed(bounds, cell, inverse_cell_size, entry);
+#endif
+}
+
+/// Whether, along x, y or z, one box lies beyond the other at both ends of the step; see EndVolumes. For entries of one
+/// cell: of other triangles with its index, which share no cell with this one's, anything may be said.
+SOFTCD_HD inline bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
+#ifdef SOFTCD_SSE2
+  const auto row = [](const std::uint32_t* first) { return _mm_load_si128(reinterpret_cast<const __m128i*>(first)); };
+  const __m128i top_bits = _mm_set1_epi32(static_cast<int>(kTopBits));
+  const __m128i b_above = _mm_and_si128(_mm_sub_epi32(row(b.hi), row(a.lo)), top_bits);
+  const __m128i a_above = _mm_and_si128(_mm_sub_epi32(row(a.hi), row(b.lo)), top_bits);
+  const __m128i none = _mm_setzero_si128();
+  const __m128i is_apart = _mm_or_si128(_mm_cmpeq_epi32(b_above, none), _mm_cmpeq_epi32(a_above, none));
+  return (_mm_movemask_ps(_mm_castsi128_ps(is_apart)) & 7) != 0;
+#else
+  return generic::boxes_certainly_apart(a, b);
+#endif
+}
+
+}  // namespace softcd
