@@ -26,7 +26,9 @@ SOFTCD_HD constexpr int nth_bit3(std::uint32_t bits, std::uint32_t n) {
 template <ContactKind kKind>
 struct FeatureWork {
   std::uint32_t a, b;
+  Triangle corners_a, corners_b;
   std::uint32_t owned_a, owned_b;  ///< three bits each
+  float margin;                    ///< of their bodies together
 
   SOFTCD_HD std::uint32_t part_count() const {
     const std::uint32_t count_a = count_bits3(owned_a);
@@ -35,10 +37,12 @@ struct FeatureWork {
   }
 };
 
-/// A vertex and a triangle, or two edges: their vertices, as contact_margin wants them, and their indices.
+/// A vertex and a triangle, or two edges: their vertices, as contact_margin wants them, their indices, and the distance
+/// within which they can be in contact.
 struct FeatureCandidate {
   FeatureVertices vertices;
   std::uint32_t first, second;
+  float distance;
 };
 
 /// Rejects features that are certain to stay apart: along one of the 18-DOP's axes at both ends of the step, or out of
@@ -51,13 +55,20 @@ struct FeatureTest {
   /// False where the features are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const FeatureCandidate& candidate) const {
     return !certainly_apart_on_straight_axes<kSwept, kCountA>(scene.x_t0, scene.x_t1, candidate.vertices.v,
-                                                              straight_distance(margin_of(candidate)));
+                                                              straight_distance(candidate.distance));
+  }
+
+  /// Of features whose bodies have these margins together; a vertex's may be larger.
+  SOFTCD_HD float contact_distance(const FeatureVertices& vertices, float margin) const {
+    if (scene.motion_margin > 0.0F) margin = contact_margin<kKind, float>(scene, vertices);
+    margin = outward_up(margin);
+    return kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
   }
 
   template <class Candidates>
   SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
     const PointMotion<4> points = load(candidate.vertices);
-    const float margin = margin_of(candidate);
+    const float margin = candidate.distance;
     if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
       if (scene.contact_rule == ContactRule::slab && certainly_beside_slab(candidate)) return;
     }
@@ -76,11 +87,6 @@ struct FeatureTest {
 
  private:
   static constexpr int kCountA = kKind == ContactKind::vertex_triangle ? 1 : 2;
-
-  SOFTCD_HD float margin_of(const FeatureCandidate& candidate) const {
-    const float margin = outward_up(contact_margin<kKind, float>(scene, candidate.vertices));
-    return kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
-  }
 
   SOFTCD_HD PointMotion<4> load(const FeatureVertices& vertices) const {
     PointMotion<4> motion{};
@@ -108,8 +114,7 @@ struct FeatureTest {
 
   SOFTCD_HD_SELDOM bool certainly_apart_on_diagonals(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return certainly_apart_on_diagonal_axes<kSwept, kCountA>(points,
-                                                             axis_distance_between(points, margin_of(candidate)));
+    return certainly_apart_on_diagonal_axes<kSwept, kCountA>(points, axis_distance_between(points, candidate.distance));
   }
 };
 
@@ -128,40 +133,55 @@ struct ExpandPair {
   SOFTCD_HD Item load_item(std::uint32_t i) const {
     const auto a = static_cast<std::uint32_t>(pairs[i] >> 32);
     const auto b = static_cast<std::uint32_t>(pairs[i]);
+    const SceneView& scene = feature_test.scene;
+    const float margin = scene.bodies[scene.triangle_body[a]].margin + scene.bodies[scene.triangle_body[b]].margin;
     const TriangleShape shape_a = shapes[a];
     const TriangleShape shape_b = shapes[b];
     constexpr std::uint32_t kWanted = kKind == ContactKind::vertex_triangle ? kWantsVertexTriangle : kWantsEdgeEdge;
     constexpr std::uint32_t kShift = kKind == ContactKind::vertex_triangle ? 0 : 3;
     const std::uint32_t bits = (shape_a.flags & shape_b.flags & kWanted) != 0U ? 7U : 0U;
-    return {a, b, (shape_a.flags >> kShift) & bits, (shape_b.flags >> kShift) & bits};
+    return {a,
+            b,
+            scene.triangles[a],
+            scene.triangles[b],
+            (shape_a.flags >> kShift) & bits,
+            (shape_b.flags >> kShift) & bits,
+            margin};
   }
 
   /// False where the features share a vertex or are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
-    const SceneView& scene = feature_test.scene;
     if constexpr (kKind == ContactKind::vertex_triangle) {
       const std::uint32_t count_a = count_bits3(work.owned_a);
       const bool is_of_a = part < count_a;
       const int corner = is_of_a ? nth_bit3(work.owned_a, part) : nth_bit3(work.owned_b, part - count_a);
-      const std::uint32_t v = scene.triangles[is_of_a ? work.a : work.b].v[corner];
-      const std::uint32_t triangle = is_of_a ? work.b : work.a;
-      const Triangle t = scene.triangles[triangle];
+      const std::uint32_t v = (is_of_a ? work.corners_a : work.corners_b).v[corner];
+      const Triangle& t = is_of_a ? work.corners_b : work.corners_a;
       if (v == t.v[0] || v == t.v[1] || v == t.v[2]) return false;
-      candidate = {{{v, t.v[0], t.v[1], t.v[2]}}, v, triangle};
+      candidate.vertices = {{v, t.v[0], t.v[1], t.v[2]}};
+      candidate.first = v;
+      candidate.second = is_of_a ? work.b : work.a;
+      candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin);
+      return feature_test.filter(candidate);
     } else {
       const std::uint32_t count_b = count_bits3(work.owned_b);
       const int side_a = nth_bit3(work.owned_a, part / count_b);
       const int side_b = nth_bit3(work.owned_b, part % count_b);
-      const Triangle& t = scene.triangles[work.a];
-      const Triangle& u = scene.triangles[work.b];
+      const Triangle& t = work.corners_a;
+      const Triangle& u = work.corners_b;
       const std::uint32_t p = t.v[side_a];
       const std::uint32_t q = t.v[side_a == 2 ? 0 : side_a + 1];
       const std::uint32_t r = u.v[side_b];
       const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
       if (p == r || p == s || q == r || q == s) return false;
-      candidate = {{{p, q, r, s}}, scene.triangle_edges[work.a].e[side_a], scene.triangle_edges[work.b].e[side_b]};
+      candidate.vertices = {{p, q, r, s}};
+      candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin);
+      if (!feature_test.filter(candidate)) return false;
+      const TriangleEdges* edges = feature_test.scene.triangle_edges;
+      candidate.first = edges[work.a].e[side_a];
+      candidate.second = edges[work.b].e[side_b];
+      return true;
     }
-    return feature_test.filter(candidate);
   }
 
   template <class Candidates>
@@ -188,9 +208,10 @@ struct TestNeighbours {
 
   SOFTCD_HD bool filter(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
     const SceneView& scene = feature_test.scene;
-    candidate = {feature_vertices<kKind>(scene, item.features), first_feature(item.features),
-                 second_feature(item.features)};
-    const SceneBody& body = scene.bodies[scene.vertex_body[candidate.vertices.v[0]]];
+    const FeatureVertices vertices = feature_vertices<kKind>(scene, item.features);
+    const SceneBody& body = scene.bodies[scene.vertex_body[vertices.v[0]]];
+    candidate = {vertices, first_feature(item.features), second_feature(item.features),
+                 feature_test.contact_distance(vertices, body.margin + body.margin)};
     const bool is_wanted = kKind == ContactKind::vertex_triangle ? body.vertex_triangle : body.edge_edge;
     return body.lists_neighbours && is_wanted && feature_test.filter(candidate);
   }
