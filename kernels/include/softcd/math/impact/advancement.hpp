@@ -175,13 +175,23 @@ SOFTCD_HD Touch<T> touch_nowhere() {
   return {false, true, T(1), {T(0), T(0), zero, T(0)}, zero};
 }
 
-/// First time in [begin, end] at which the features are within reach, by steps that leave no such time behind.
-template <ContactKind kKind, bool kWholeWay, class T>
-SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, T end) {
+/// How much nearer the features may be at any time from `now` to `end` than now, at most: none of their points moves
+/// further than the ends of a, b and c together.
+template <class T>
+SOFTCD_HD T most_approach(const RelativePair<T>& now, const RelativePair<T>& end) {
+  const auto length_at_most = [](Vec3<T> p) { return magnitude(p.x) + magnitude(p.y) + magnitude(p.z); };
+  return length_at_most(end.a - now.a) + length_at_most(end.b - now.b) + length_at_most(end.c - now.c);
+}
+
+/// First time from `begin` on to find_end() at which the features are within reach, by steps that leave no such time
+/// behind. The end is asked for unless that is `begin`.
+template <ContactKind kKind, bool kWholeWay, class T, class FindEnd>
+SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, const FindEnd& find_end) {
   Touch<T> touch = touch_nowhere<T>();
   touch.is_settled = false;
   T t = begin;
-  const RelativePair<T> last = motion.at(end);
+  T end = begin;
+  RelativePair<T> last{};
   for (int step = 0; step < (kWholeWay ? kMostApproachSteps : kMaxAdvances); ++step) {
     const RelativePair<T> now = motion.at(t);
     touch.time = t;
@@ -190,6 +200,14 @@ SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, T end) {
     if (distance <= motion.reach()) {
       touch.is_settled = true;
       break;
+    }
+    if (step == 0) {
+      end = find_end();
+      last = motion.at(end);
+    }
+    // A coplanar stretch is short as a rule: nothing comes near in it.
+    if (!kWholeWay && distance > motion.reach() + most_approach(now, last)) {
+      return touch;
     }
     if (distance > T(4) * motion.tolerance) {
       touch.approach = touch.nearest.offset;

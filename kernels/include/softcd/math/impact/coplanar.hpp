@@ -21,8 +21,10 @@ SOFTCD_HD Touch<T> first_coplanar_touch(const Motion<T>& motion, const Cubic<T>&
     if (begin < end && !is_clear) {
       const T first = last_clear(cubic, bound, begin, end, secant_root(begin, end, at_begin, at_end));
       // The values go from bound to -bound at much the same slope.
-      const T last = last_clear(cubic, bound, end, begin, first + T(2.25) * bound / magnitude(cubic.slope(first)));
-      const Touch<T> touch = first_touch<kKind, false>(motion, first, last);
+      const auto find_last = [&] {
+        return last_clear(cubic, bound, end, begin, first + T(2.25) * bound / magnitude(cubic.slope(first)));
+      };
+      const Touch<T> touch = first_touch<kKind, false>(motion, first, find_last);
       if (touch.is_hit) {
         return touch;
       }

@@ -104,7 +104,7 @@ SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
     return separated<T>();
   }
   query.motion.tolerance = T(2) * query.motion.tolerance + kMarginTolerance<T> * query.motion.margin;
-  const Touch<T> touch = first_touch<kKind, true>(query.motion, T(0), T(1));
+  const Touch<T> touch = first_touch<kKind, true>(query.motion, T(0), [] { return T(1); });
   return touch.is_hit ? to_impact<kKind>(query.motion, touch, query.side, query.scale) : separated<T>();
 }
 
