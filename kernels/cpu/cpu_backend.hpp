@@ -177,6 +177,13 @@ class CpuBackend {
     });
   }
 
+  /// Both, in any order: what one appends to the other does not read.
+  template <class F, class G>
+  void concurrently(const F& f, const G& g) {
+    f();
+    g();
+  }
+
   void exclusive_scan(const char* /*label*/, Count count, const std::uint32_t* values, std::uint64_t* sums,
                       std::uint64_t* total) {
     std::uint64_t sum = 0;

@@ -6,6 +6,7 @@
 #include <cub/device/device_scan.cuh>
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "block_team.cuh"
@@ -13,6 +14,7 @@
 #include "device_memory.hpp"
 #include "generic_kernels.cuh"
 #include "graph.hpp"
+#include "side_stream.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/output.hpp"
@@ -208,6 +210,18 @@ class CudaBackend {
     enqueue(label, [&] { cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...); });
   }
 
+  /// What g enqueues need not wait for what f does. Neither may reserve memory, sort or scan.
+  template <class F, class G>
+  void concurrently(const F& f, const G& g) {
+    SideStream::Fork fork(side_, stream_);
+    {
+      const OnStream on_side(stream_, fork.stream());
+      g();
+    }
+    f();
+    fork.join();
+  }
+
   void exclusive_scan(const char* label, Count count, const std::uint32_t* values, std::uint64_t* sums,
                       std::uint64_t* total) {
     if (count.capacity == 0) return;
@@ -336,6 +350,19 @@ class CudaBackend {
   const StageTimes& times() const { return times_; }
 
  private:
+  /// Enqueues on another stream as long as it lives.
+  class OnStream {
+   public:
+    OnStream(cudaStream_t& current, cudaStream_t other) : current_(current), before_(std::exchange(current, other)) {}
+    OnStream(const OnStream&) = delete;
+    OnStream& operator=(const OnStream&) = delete;
+    ~OnStream() { current_ = before_; }
+
+   private:
+    cudaStream_t& current_;
+    cudaStream_t before_;
+  };
+
   /// Calls f, which launches a kernel.
   template <class F>
   void enqueue(const char* label, const F& f) {
@@ -415,6 +442,7 @@ class CudaBackend {
   MemoryAccount& account_;
   cudaStream_t stream_ = nullptr;
   bool owns_stream_ = false;
+  SideStream side_;
   int processors_ = 0;
   Buffer<std::byte> scratch_;
   PinnedBuffer<Counters> host_counters_;

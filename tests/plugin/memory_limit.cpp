@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -57,6 +58,25 @@ TEST_P(MemoryLimit, changes_the_parts_but_not_the_contacts) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, MemoryLimit, testing::Values(Detection::dcd, Detection::ccd),
                          [](const auto& test) { return test.param == Detection::dcd ? "dcd" : "ccd"; });
+
+/// With a limit contacts are sorted. Without one they are ordered in runs, unless those are too long: one edge of the
+/// blade here meets hundreds of the cloth's.
+TEST(ContactOrder, is_the_same_however_it_is_made) {
+  const Mesh cloth = grid_cloth(24, 24, 0.04);
+  const Mesh blade{{{{0, 1, 2}}}, {{-2.0, 0.03, 0.02}, {2.0, 0.03, 0.01}, {0.0, 3.0, 0.04}}};
+  const Scene scene = {still(blade, everything(0.1F)), still(cloth, everything(0.1F))};
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    PipelineOptions options = test_options(detection);
+    LoadedScene loaded = load(scene, options);
+    options.memory_limit = kPlenty;
+    const Outcome sorted = outcome_of(scene, options);
+    const auto is_of_longest_edge = [](const Contact& contact) {
+      return contact.kind == ContactKind::edge_edge && contact.feature_a == 0;
+    };
+    EXPECT_GT(std::count_if(sorted.contacts.begin(), sorted.contacts.end(), is_of_longest_edge), 200);
+    for (int look = 0; look < 3; ++look) EXPECT_TRUE(identical(loaded.pipeline.detect(), sorted.contacts));
+  }
+}
 
 TEST(MemoryLimitErrors, a_limit_that_no_parts_can_meet_is_an_error_that_names_it) {
   PipelineOptions options = test_options(Detection::dcd);

@@ -52,6 +52,14 @@ struct PartsOfItems {
   }
 };
 
+struct WriteSum {
+  const std::uint64_t* from;
+  std::uint64_t* to;
+  std::uint64_t add;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const { to[i] = from[i] + add; }
+};
+
 template <class Machine>
 class ItemPrimitives : public Primitives<Machine> {};
 TYPED_TEST_SUITE_P(ItemPrimitives);
@@ -136,9 +144,37 @@ TYPED_TEST_P(ItemPrimitives, for_each_part_filtered_tests_what_passes) {
   }
 }
 
+TYPED_TEST_P(ItemPrimitives, concurrently_does_both_between_what_comes_before_and_after) {
+  constexpr std::uint32_t kSize = 4096;
+  const auto value = this->one_count(kSize);
+  const Count count{value.data(), kSize};
+  auto before = this->uploaded(std::vector<std::uint64_t>(kSize, 7U));
+  auto first = this->uploaded(std::vector<std::uint64_t>(kSize, 7U));
+  auto second = this->uploaded(std::vector<std::uint64_t>(kSize, 7U));
+  auto after = this->uploaded(std::vector<std::uint64_t>(kSize, 7U));
+  for (int round = 0; round < 20; ++round) {
+    const auto add = static_cast<std::uint64_t>(round);
+    this->backend().for_each("before", count, WriteSum{before.data(), before.data(), add});
+    this->backend().concurrently(
+        [&] {
+          this->backend().for_each("first", count, WriteSum{before.data(), first.data(), 100U});
+        },
+        [&] {
+          this->backend().for_each("second", count, WriteSum{before.data(), second.data(), 1000U});
+        });
+    this->backend().for_each("after", count, WriteSum{second.data(), after.data(), 10000U});
+  }
+  constexpr std::uint64_t kSum = 7U + 190U;
+  const auto all = [](std::uint64_t each) { return std::vector<std::uint64_t>(kSize, each); };
+  EXPECT_TRUE(TypeParam::copy_out(first.data(), kSize) == all(kSum + 100U));
+  EXPECT_TRUE(TypeParam::copy_out(second.data(), kSize) == all(kSum + 1000U));
+  EXPECT_TRUE(TypeParam::copy_out(after.data(), kSize) == all(kSum + 11000U));
+}
+
 REGISTER_TYPED_TEST_SUITE_P(ItemPrimitives, for_each_calls_with_every_item_that_exists,
                             for_each_append_appends_and_counts_what_does_not_fit,
                             for_each_append_gives_room_for_several, for_each_append_goes_on_where_a_list_ends,
-                            for_each_part_calls_with_every_part, for_each_part_filtered_tests_what_passes);
+                            for_each_part_calls_with_every_part, for_each_part_filtered_tests_what_passes,
+                            concurrently_does_both_between_what_comes_before_and_after);
 
 }  // namespace softcd::test

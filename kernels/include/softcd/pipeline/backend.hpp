@@ -55,6 +55,7 @@ concept RunsStages = requires(B b, const char* label, Count count, Share share, 
   b.for_each_work_filtered(label, count, offsets, total, share, f, list, list);
   b.for_each_part(label, count, f, list, list);
   b.for_each_part_filtered(label, count, f, list, list);
+  b.concurrently(f, f);
 };
 
 /// Primitives that put values in order or make one of many, enqueued like stages.

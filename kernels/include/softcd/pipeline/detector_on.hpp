@@ -38,6 +38,7 @@ struct QueryOn final : QueryMemory {
   std::uint64_t guessed_for = 0;                       ///< triangles that the first capacities were guessed for
   std::uint64_t chunks = 1;                            ///< parts that the last detection's pair tests were made in
   std::uint64_t revision = 0;                          ///< of the detector, then
+  bool orders_in_runs = true;                          ///< until there are too long ones
   ChunkCounts total{};                                 ///< of the last detection
   typename Backend::Session session;
 };
@@ -91,6 +92,7 @@ class DetectorOn final : public Detector {
     has_released_ = false;
     first_chunk_ = 0;
     chunks_ = query_->revision == revision_ ? query_->chunks : 1;
+    query_->orders_in_runs |= query_->revision != revision_;
     with_lists_or_without([&] {
       upload(query_->bodies, bodies.bodies);
       upload(query_->partner_begin, bodies.partner_begin);
@@ -114,6 +116,9 @@ class DetectorOn final : public Detector {
         if (!std::exchange(is_launched_, false)) launch();
         counters = read_counters();
         is_complete = !w_.lists.with_all([&](auto&... lists) { return grow_lists(backend_, counters, lists...); });
+        const bool has_long_runs = query_->orders_in_runs && counters.long_runs > 0;
+        if (has_long_runs) query_->orders_in_runs = false;
+        if (!Backend::kKnowsCounts && has_long_runs) is_complete = false;
         if (!is_complete) backend_.count_rerun();
       });
     }
@@ -314,7 +319,42 @@ class DetectorOn final : public Detector {
     backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_});
     BroadPhaseStages<Backend, Scheme> broad_phase(backend_, w_, scene_, settings_);
     NarrowPhaseStages<Backend, Scheme> narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
-    broad_phase.prepare();
+    const auto find_pairs = [&] {
+      broad_phase.prepare();
+      test_pairs_in_chunks(broad_phase, narrow_phase);
+      broad_phase.add_remaining_pairs();
+    };
+    const auto test_neighbours = [&] { narrow_phase.test_neighbours(); };
+    if (Backend::kKnowsCounts || chunks_ > 1) {  // each chunk's candidates are counted anew
+      find_pairs();
+      backend_.begin(Stage::features);
+      test_neighbours();
+    } else {
+      backend_.concurrently(find_pairs, test_neighbours);
+    }
+    narrow_phase.find_contacts();
+    reserve_sorted_contacts(w_.lists.found.capacity());
+    narrow_phase.order_contacts(query_->contacts.data(), query_->orders_in_runs && has_runs(narrow_phase));
+    backend_.begin(Stage::transfer);
+    backend_.download(w_.counters, query_->contacts, w_.lists.found.count(w_.counters.data()));
+  }
+
+  /// Where memory is short contacts are sorted.
+  template <class NarrowPhase>
+  bool has_runs(NarrowPhase& narrow_phase) {
+    if (account_->is_limited()) return false;
+    try {
+      narrow_phase.reserve_runs();
+      return true;
+    } catch (const std::bad_alloc&) {
+      w_.run_counts = {};
+      w_.run_begins = {};
+      return false;
+    }
+  }
+
+  template <class BroadPhase, class NarrowPhase>
+  void test_pairs_in_chunks(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     if (Backend::kKnowsCounts && (account_->is_limited() || chunks_ > 1)) {
       const std::uint64_t least_chunks = w_.counters.data()->tests / kMostTestsOfChunk + 1;
       chunks_ = std::max(chunks_, std::min(kMostChunks, least_chunks));
@@ -328,20 +368,15 @@ class DetectorOn final : public Detector {
       chunk_ = (first_chunk_ + i) % chunks;
       broad_phase.test_pairs({chunk_, chunks});
     }
-    broad_phase.add_remaining_pairs();
-    narrow_phase.test_neighbours();
-    narrow_phase.find_contacts();
-    reserve_sorted_contacts(w_.lists.found.capacity());
-    narrow_phase.sort_contacts(query_->contacts.data());
-    backend_.begin(Stage::transfer);
-    backend_.download(w_.counters, query_->contacts, w_.lists.found.count(w_.counters.data()));
   }
 
   void launch() {
     w_.counters.reserve(backend_, 1, 0);
     if constexpr (Backend::kKnowsCounts) *w_.counters.data() = {};
-    const Signature signature = {settings_, scene_, counts_, chunks_,
-                                 w_.lists.with_all([](auto&... lists) { return std::array{lists.capacity()...}; })};
+    const Signature signature = {
+        settings_, scene_, counts_, chunks_, query_->orders_in_runs, w_.lists.with_all([](auto&... lists) {
+          return std::array{lists.capacity()...};
+        })};
     backend_.launch(signature, [this] { detect(); });
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "softcd/pipeline/broad_phase.hpp"
+#include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/contact_output.hpp"
 #include "softcd/stages/contact_tests.hpp"
 #include "softcd/stages/feature_pairs.hpp"
@@ -22,7 +23,7 @@ class NarrowPhaseStages {
         settings_(settings),
         counts_(counts) {}
 
-  /// Adds to this chunk's candidates those of triangles that share a vertex.
+  /// Adds to this chunk's candidates those of triangles that share a vertex. Needs nothing that the broad phase finds.
   void test_neighbours() {
     if (!scene_.self_collision) return;
     if (scene_.is_swept) {
@@ -47,11 +48,59 @@ class NarrowPhaseStages {
     }
   }
 
-  /// Writes the contacts of all chunks to `contacts`, which has room for as many as were found.
-  void sort_contacts(Contact* contacts) {
+  /// Writes the contacts of all chunks to `contacts`, which has room for as many as were found, in order: that of runs
+  /// where `in_runs`, unless there are too long ones.
+  void order_contacts(Contact* contacts, bool in_runs) {
     backend_.begin(Stage::sort);
     const Count count = lists_.found.count(counters_);
     const FeatureContact* found = lists_.found.template column<0>().data();
+    if (in_runs) order_in_runs(count, found);
+    if (!in_runs || (Backend::kKnowsCounts && counters_->long_runs > 0)) sort_by_keys(count, found);
+    const auto write = [&] {
+      backend_.for_each("write_contacts", count, WriteContact{scene_, found, w_.contact_order.data(), contacts});
+    };
+    const auto summarize = [&] {
+      backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
+      if (is_continuous() && scene_.is_conservative) {
+        backend_.for_each_append("count_unsettled", count, CountUnsettled{found},
+                                 Appender<CountTarget>{{}, &counters_->unsettled, 0});
+      }
+    };
+    backend_.concurrently(write, summarize);
+  }
+
+  /// Room for order_contacts in runs.
+  void reserve_runs() {
+    const std::uint64_t runs = planned_runs().run_count;
+    w_.run_counts.reserve(backend_, runs, 0);
+    w_.run_begins.reserve(backend_, runs, 0);
+  }
+
+ private:
+  RunPlan planned_runs() const {
+    const Count contacts = lists_.found.count(counters_);
+    return plan_runs(std::uint64_t{scene_.vertex_count} + scene_.edge_count,
+                     Backend::kKnowsCounts ? contacts.get() : contacts.capacity);
+  }
+
+  void order_in_runs(Count count, const FeatureContact* found) {
+    const RunPlan plan = planned_runs();
+    const ContactRuns runs = {scene_.vertex_count, plan.shift};
+    const Count run_count = {&counters_->all, plan.run_count};
+    std::uint32_t* places = w_.contact_order.data();
+    backend_.for_each("clear_runs", run_count, ClearRun{w_.run_counts.data()});
+    backend_.for_each_append("count_in_runs", count, CountInRun{runs, found, w_.run_counts.data(), places},
+                             Appender<CountTarget>{{}, &counters_->long_runs, 0});
+    backend_.exclusive_scan("scan_runs", run_count, w_.run_counts.data(), w_.run_begins.data(),
+                            &counters_->contacts_in_runs);
+    backend_.for_each("lay_into_runs", count,
+                      LayIntoRun{runs, found, w_.run_begins.data(), places, w_.contact_keys.data()});
+    backend_.for_each("rank_in_runs", count,
+                      RankInRun{runs, found, w_.run_begins.data(), w_.run_counts.data(), w_.contact_keys.data(),
+                                w_.contact_order.data()});
+  }
+
+  void sort_by_keys(Count count, const FeatureContact* found) {
     const int first_bits = bits_for(std::max(scene_.vertex_count, scene_.edge_count));
     const int second_bits = bits_for(std::max(scene_.triangle_count, scene_.edge_count));
     backend_.for_each(
@@ -59,30 +108,34 @@ class NarrowPhaseStages {
         MakeContactKey{found, static_cast<std::uint32_t>(first_bits), static_cast<std::uint32_t>(second_bits),
                        w_.contact_keys.data(), w_.contact_order.data()});
     backend_.sort_pairs("sort_contacts", count, w_.contact_keys, w_.contact_order, 1 + first_bits + second_bits);
-    backend_.for_each("write_contacts", count, WriteContact{scene_, found, w_.contact_order.data(), contacts});
-    backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
-    if (is_continuous() && scene_.is_conservative) {
-      backend_.for_each_append("count_unsettled", count, CountUnsettled{found},
-                               Appender<CountTarget>{{}, &counters_->unsettled, 0});
+  }
+
+  bool is_continuous() const { return settings_.detection == Detection::ccd; }
+
+  template <class VertexTriangle, class EdgeEdge>
+  void for_wanted_kinds(const VertexTriangle& vertex_triangle, const EdgeEdge& edge_edge) {
+    if (settings_.vertex_triangle && settings_.edge_edge) {
+      backend_.concurrently(vertex_triangle, edge_edge);
+    } else if (settings_.vertex_triangle) {
+      vertex_triangle();
+    } else if (settings_.edge_edge) {
+      edge_edge();
     }
   }
 
- private:
-  bool is_continuous() const { return settings_.detection == Detection::ccd; }
-
   template <bool kSwept>
   void test_all_neighbours() {
-    backend_.begin(Stage::features);
-    if (settings_.vertex_triangle) {
-      test_neighbours<ContactKind::vertex_triangle, kSwept>(
-          "test_vertex_triangle_neighbours", mirror_.vertex_triangle_neighbours.data(),
-          {&counters_->scene.vertex_triangle_neighbours, counts_.vertex_triangle_neighbours}, lists_.vt_candidates);
-    }
-    if (settings_.edge_edge) {
-      test_neighbours<ContactKind::edge_edge, kSwept>(
-          "test_edge_edge_neighbours", mirror_.edge_edge_neighbours.data(),
-          {&counters_->scene.edge_edge_neighbours, counts_.edge_edge_neighbours}, lists_.ee_candidates);
-    }
+    for_wanted_kinds(
+        [&] {
+          test_neighbours<ContactKind::vertex_triangle, kSwept>(
+              "test_vertex_triangle_neighbours", mirror_.vertex_triangle_neighbours.data(),
+              {&counters_->scene.vertex_triangle_neighbours, counts_.vertex_triangle_neighbours}, lists_.vt_candidates);
+        },
+        [&] {
+          test_neighbours<ContactKind::edge_edge, kSwept>(
+              "test_edge_edge_neighbours", mirror_.edge_edge_neighbours.data(),
+              {&counters_->scene.edge_edge_neighbours, counts_.edge_edge_neighbours}, lists_.ee_candidates);
+        });
   }
 
   template <ContactKind kKind, bool kSwept, class Candidates>
@@ -96,10 +149,9 @@ class NarrowPhaseStages {
   template <bool kSwept>
   void find_candidates() {
     backend_.begin(Stage::features);
-    if (settings_.vertex_triangle) {
-      expand_pairs<ContactKind::vertex_triangle, kSwept>("expand_to_vertex_triangle", lists_.vt_candidates);
-    }
-    if (settings_.edge_edge) expand_pairs<ContactKind::edge_edge, kSwept>("expand_to_edge_edge", lists_.ee_candidates);
+    for_wanted_kinds(
+        [&] { expand_pairs<ContactKind::vertex_triangle, kSwept>("expand_to_vertex_triangle", lists_.vt_candidates); },
+        [&] { expand_pairs<ContactKind::edge_edge, kSwept>("expand_to_edge_edge", lists_.ee_candidates); });
   }
 
   template <ContactKind kKind, bool kSwept, class Candidates>
@@ -116,10 +168,9 @@ class NarrowPhaseStages {
 
   template <class T>
   void find_contacts() {
-    if (settings_.vertex_triangle) {
-      test_candidates<ContactKind::vertex_triangle, T>("test_vertex_triangle", lists_.vt_candidates);
-    }
-    if (settings_.edge_edge) test_candidates<ContactKind::edge_edge, T>("test_edge_edge", lists_.ee_candidates);
+    for_wanted_kinds(
+        [&] { test_candidates<ContactKind::vertex_triangle, T>("test_vertex_triangle", lists_.vt_candidates); },
+        [&] { test_candidates<ContactKind::edge_edge, T>("test_edge_edge", lists_.ee_candidates); });
   }
 
   template <ContactKind kKind, class T, class Candidates>

@@ -11,7 +11,7 @@
 #include "softcd/pipeline/output.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"
-#include "softcd/stages/contact_output.hpp"
+#include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/split_cells.hpp"
 
@@ -52,8 +52,10 @@ struct Counters {
   SceneCounts scene;
   std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, contacts, unsettled;
-  ChunkCounts chunk;       ///< of the current one
-  ChunkCounts done, most;  ///< of the chunks before: together, and in one
+  std::uint64_t contacts_in_runs, long_runs;  ///< see contact_order.hpp
+  std::uint64_t all;                          ///< no less than anything whose number the host knows
+  ChunkCounts chunk;                          ///< of the current one
+  ChunkCounts done, most;                     ///< of the chunks before: together, and in one
   float earliest_toi;
   GridParameters grid;
 };
@@ -86,6 +88,7 @@ struct ClearCounters {
     if (!team.is_leader()) return;
     *counters = Counters{};
     counters->scene = scene;
+    counters->all = ~std::uint64_t{0};
     counters->earliest_toi = 1.0F;
   }
 };
@@ -242,6 +245,7 @@ struct Signature {
   SceneView scene;
   SceneCounts counts;
   std::uint64_t chunks;
+  bool orders_in_runs;
   std::array<std::uint64_t, kListCount> capacities;
 
   friend bool operator==(const Signature&, const Signature&) = default;
@@ -277,6 +281,9 @@ struct Workspace {
   // Per contact:
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
+  // Per run of contacts:
+  Buffer<std::uint32_t> run_counts;
+  Buffer<std::uint64_t> run_begins;
 };
 
 }  // namespace softcd

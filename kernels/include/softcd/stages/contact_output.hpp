@@ -6,22 +6,6 @@
 
 namespace softcd {
 
-/// Sort keys of found contacts, kind above first feature above second, in as few bits as the scene needs.
-struct MakeContactKey {
-  const FeatureContact* contacts;
-  std::uint32_t first_bits;
-  std::uint32_t second_bits;
-  std::uint64_t* keys;
-  std::uint32_t* order;
-
-  SOFTCD_HD void operator()(std::uint32_t i) const {
-    const std::uint64_t features = contacts[i].features;
-    const auto kind = static_cast<std::uint64_t>(kind_of(features));
-    keys[i] = (((kind << first_bits) | first_feature(features)) << second_bits) | second_feature(features);
-    order[i] = i;
-  }
-};
-
 struct TimeOfContact {
   const FeatureContact* contacts;
 

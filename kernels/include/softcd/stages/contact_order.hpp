@@ -1,0 +1,117 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/stages/contact_tests.hpp"
+
+/// Found contacts get their order, kind above first feature above second, in one of two ways: by sorting their keys,
+/// or, where they are spread over the features, in runs: contacts of nearby first features are counted, laid beside
+/// each other, and each counts those of its run that come before it.
+namespace softcd {
+
+/// Sort keys, in as few bits as the scene needs.
+struct MakeContactKey {
+  const FeatureContact* contacts;
+  std::uint32_t first_bits;
+  std::uint32_t second_bits;
+  std::uint64_t* keys;
+  std::uint32_t* order;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    const std::uint64_t features = contacts[i].features;
+    const auto kind = static_cast<std::uint64_t>(kind_of(features));
+    keys[i] = (((kind << first_bits) | first_feature(features)) << second_bits) | second_feature(features);
+    order[i] = i;
+  }
+};
+
+/// Contacts in a run beyond which sorting is the quicker way.
+constexpr std::uint32_t kLongRun = 128;
+
+/// Which run a contact is in, and where it comes there. The vertices' runs are before the edges'.
+struct ContactRuns {
+  std::uint32_t vertex_count;
+  std::uint32_t shift;  ///< a run has 2^shift first features
+
+  SOFTCD_HD std::uint64_t key(std::uint64_t features) const {
+    const std::uint64_t before = kind_of(features) == ContactKind::vertex_triangle ? 0U : vertex_count;
+    return ((before + first_feature(features)) << 32) | second_feature(features);
+  }
+  SOFTCD_HD std::uint64_t run(std::uint64_t key) const { return key >> 32 >> shift; }
+};
+
+/// About twice as many runs as there are contacts, `contacts` at most, and no more than features.
+struct RunPlan {
+  std::uint32_t shift;
+  std::uint64_t run_count;
+};
+inline RunPlan plan_runs(std::uint64_t features, std::uint64_t contacts) {
+  std::uint32_t shift = 0;
+  while ((features >> shift) > 2 * contacts) ++shift;
+  return {shift, (features >> shift) + 1};
+}
+
+SOFTCD_HD inline std::uint32_t count_one_more(std::uint32_t* counter) {
+#if defined(__CUDA_ARCH__)
+  return atomicAdd(counter, 1U);
+#else
+  return __atomic_fetch_add(counter, 1U, __ATOMIC_RELAXED);
+#endif
+}
+
+struct ClearRun {
+  std::uint32_t* counts;
+
+  SOFTCD_HD void operator()(std::uint32_t run) const { counts[run] = 0; }
+};
+
+/// Counts each contact in its run, and notes how many were there before it. `longs` counts runs that become too long.
+struct CountInRun {
+  ContactRuns runs;
+  const FeatureContact* contacts;
+  std::uint32_t* counts;
+  std::uint32_t* places;
+
+  template <class Longs>
+  SOFTCD_HD void operator()(std::uint32_t i, Longs& longs) const {
+    const std::uint32_t place = count_one_more(counts + runs.run(runs.key(contacts[i].features)));
+    places[i] = place;
+    if (place == kLongRun) longs.push(0U);
+  }
+};
+
+struct LayIntoRun {
+  ContactRuns runs;
+  const FeatureContact* contacts;
+  const std::uint64_t* begins;
+  const std::uint32_t* places;
+  std::uint64_t* keys;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    const std::uint64_t key = runs.key(contacts[i].features);
+    keys[begins[runs.run(key)] + places[i]] = key;
+  }
+};
+
+/// What is in a run that is too long is left alone: it will be sorted.
+struct RankInRun {
+  ContactRuns runs;
+  const FeatureContact* contacts;
+  const std::uint64_t* begins;
+  const std::uint32_t* counts;
+  const std::uint64_t* keys;
+  std::uint32_t* order;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    const std::uint64_t key = runs.key(contacts[i].features);
+    const std::uint64_t run = runs.run(key);
+    const std::uint64_t begin = begins[run];
+    const std::uint32_t count = counts[run];
+    if (count > kLongRun) return;
+    std::uint32_t before = 0;
+    for (std::uint32_t k = 0; k < count; ++k) before += keys[begin + k] < key ? 1U : 0U;
+    order[begin + before] = i;
+  }
+};
+
+}  // namespace softcd
