@@ -61,8 +61,12 @@ void ContactDetection::finish() {
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     if (found.contact.kind == ContactKind::edge_edge) edge_contacts_.push_back(edge_contact_of(found));
   });
+  const bool keeps_notes = settings_.read_out != ReadOut::off;
+  notes_.reset(keeps_notes ? contacts.size() : 0);
   // Nothing throws from here on: Bullet's arrays get all contacts or none.
-  mirror_.for_each_contact(contacts, [&](const MemberContact& found) { write(found); });
+  mirror_.for_each_contact(contacts,
+                           [&](const MemberContact& found) { keeps_notes ? write_and_note(found) : write(found); });
+  notes_.arrange();
 }
 
 /// A discrete detection looks at one time alone, and holds nothing on a side.
@@ -73,6 +77,23 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
     const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
     if (has_faces && has_begun_before(found.contact)) tangled_.add(found, kind_);
   });
+}
+
+/// A contact stands with the nodes of one side, which for edges may be either.
+void ContactDetection::write_and_note(const MemberContact& found) {
+  const bool is_edges = found.contact.kind == ContactKind::edge_edge;
+  const btSoftBody* const sides[2] = {found.a.body, found.b.body};
+  const int counts[2] = {kind_.soft_contact_count(*sides[0]), kind_.soft_contact_count(*sides[1])};
+  write(found);
+  for (int i = 0; i < 2; ++i) {
+    const int added = kind_.soft_contact_count(*sides[i]) - counts[i];
+    if (added == 0) continue;
+    notes_.add({{sides[i], ContactArray::soft, counts[i], added},
+                is_edges ? sides[0] : nullptr,
+                is_edges ? sides[1] : nullptr,
+                found.contact});
+    return;
+  }
 }
 
 void ContactDetection::write(const MemberContact& found) const {

@@ -19,6 +19,8 @@ class ContactDetection {
   void set_settings(const Settings& settings);
   const Query& query() const { return query_; }
   const std::vector<EdgeContact>& edge_contacts() const { return edge_contacts_; }
+  /// With Settings::read_out: about the contacts that the last finish() wrote.
+  const ContactNotes& notes() const { return notes_; }
 
   /// Asks for the bodies that have the world's flag and starts the detection. The rule is asked during the call.
   void start(Span<btSoftBody* const> bodies, const PairRule& rule);
@@ -32,6 +34,7 @@ class ContactDetection {
   bool looks_at_way() const;
   void require(btSoftBody& body);
   void find_tangles(Span<const Contact> contacts);
+  void write_and_note(const MemberContact& found);
   void write(const MemberContact& found) const;
 
   const WorldKind& kind_;
@@ -41,6 +44,7 @@ class ContactDetection {
   std::optional<Ticket> ticket_;
   std::vector<EdgeContact> edge_contacts_;
   TangledNodes tangled_;
+  ContactNotes notes_;
 };
 
 }  // namespace softcd::bullet

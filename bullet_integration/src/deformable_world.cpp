@@ -10,7 +10,9 @@ DeformableWorld::DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface
                                  btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                                  btDeformableBodySolver* deformable_solver, const Settings& settings)
     : btDeformableMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, deformable_solver),
-      detection_(kDeformableWorld, settings) {}
+      detection_(kDeformableWorld, settings) {
+  detection_.queries_->broadphase = [this] { return getBroadphase(); };
+}
 
 DeformableWorld::~DeformableWorld() {
   for (btSoftBody* body : span_of(getSoftBodyArray())) give_face_tree(*body);
@@ -44,6 +46,8 @@ void DeformableWorld::detect_rigid_contacts(const PairGate& gate) {
 
 // The steps of Bullet's internalSingleStepSimulation.
 void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
+  WorldQueries& queries = *detection_.queries_;
+  queries.read_out.begin_step();
   if (m_internalPreTickCallback != nullptr) m_internalPreTickCallback(this, time_step);
   reinitialize(time_step);
   applyRigidBodyGravity(time_step);
@@ -56,14 +60,16 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   afterSolverCallbacks(time_step);
 
   const Span<btSoftBody* const> bodies = span_of(getSoftBodyArray());
-  detection_.queries_->find_contacts(bodies, gate);
-  applyRepulsionForce(time_step);
-  detection_.queries_->prevent_crossings(bodies, gate, time_step);
+  queries.find_contacts(bodies, gate);
+  queries.read_contacts(bodies, *getBroadphase());
+  if (!queries.read_out.apply_repulsion(bodies, time_step)) applyRepulsionForce(time_step);
+  queries.prevent_crossings(bodies, gate, time_step);
 
   integrateTransforms(time_step);
   refit_face_trees(getSoftBodyArray());
   updateActions(time_step);
   updateActivationState(time_step);
+  queries.read_out.finish(*getBroadphase());
 }
 
 }  // namespace softcd::bullet

@@ -31,6 +31,7 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broa
       living_broadphase_(broadphase.self_),
       detection_(kClassicWorld, settings) {
   broadphase_.attach(detection_.settings());
+  detection_.queries_->broadphase = [this] { return living_broadphase_.lock().get(); };
 }
 
 Dispatcher::~Dispatcher() {
@@ -51,6 +52,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
     if (ContactDetection* contacts = queries.contacts.get())
       contacts->drop_unread_face_trees(broadphase_.soft_bodies());
   });
+  queries.read_contacts(broadphase_.soft_bodies(), broadphase_);
 }
 
 bool Dispatcher::serves(const btBroadphaseInterface& broadphase) const {

@@ -12,6 +12,7 @@ struct RigidTouch {
   btVector3 normal;  ///< unit vector from the object towards the soft body
   btScalar margin;
   btVector3 object_point_t0, object_point_t1;
+  float time_of_impact;
 };
 
 /// Whether the body's point is closer than the margin at this end of the step.

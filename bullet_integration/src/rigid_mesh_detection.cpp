@@ -21,6 +21,10 @@ bool has_deformable_contacts(const btSoftBody& body) {
   return (body.m_cfg.collisions & Flags::RVSmask) == Flags::SDF_RD;
 }
 
+int rigid_contact_count(const btSoftBody& body) {
+  return has_deformable_contacts(body) ? body.m_nodeRigidContacts.size() : body.m_rcontacts.size();
+}
+
 /// Of everything that the body's nodes meet in the step.
 RigidMesh::Box swept_box(const btSoftBody& body, btScalar margin) {
   RigidMesh::Box box = {body.m_nodes[0].m_x, body.m_nodes[0].m_x};
@@ -92,7 +96,10 @@ QueryOptions mesh_options(const Settings& settings) {
 }  // namespace
 
 RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind), mirror_(mirror), query_(mirror.scene(), mesh_options(settings)) {
+    : kind_(kind),
+      mirror_(mirror),
+      query_(mirror.scene(), mesh_options(settings)),
+      keeps_notes_(settings.read_out != ReadOut::off) {
   query_.set_pair_filter([this](BodyId a, BodyId b) {
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
   });
@@ -106,6 +113,8 @@ RigidMeshDetection::~RigidMeshDetection() {
 
 void RigidMeshDetection::set_settings(const Settings& settings) {
   query_.set_options(mesh_options(settings));
+  keeps_notes_ = settings.read_out != ReadOut::off;
+  notes_.reset(0);
 }
 
 void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step) {
@@ -151,6 +160,7 @@ void RigidMeshDetection::remove_absent_meshes() {
 }
 
 void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar time_step) {
+  notes_.reset(0);
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
   for (const MeshPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
@@ -168,7 +178,9 @@ void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar tim
   if (pairs.empty()) return;
   std::sort(wanted_.begin(), wanted_.end());
   find_touches();
+  if (keeps_notes_) notes_.reset(node_touches_.size() + face_touches_.size());
   write_contacts();
+  notes_.arrange();
 }
 
 void RigidMeshDetection::find_touches() {
@@ -199,10 +211,12 @@ void RigidMeshDetection::find_touches() {
     if (soft_node.m_battach != 0) continue;
     if (has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDN) == 0) continue;
     const Mesh& mesh = *meshes_by_id_.at(contact.body_b.value);
-    const RigidTouch touch = {mesh.pair.object, normal,
+    const RigidTouch touch = {mesh.pair.object,
+                              normal,
                               soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
                               weighted_point(mesh.mesh.x_t0(), contact.vertices + 1, contact.weights + 1, 3),
-                              weighted_point(mesh.mesh.x_t1(), contact.vertices + 1, contact.weights + 1, 3)};
+                              weighted_point(mesh.mesh.x_t1(), contact.vertices + 1, contact.weights + 1, 3),
+                              contact.time_of_impact};
     const btScalar depth_at_end = depth(touch, soft_node.*kind_.end, touch.object_point_t1);
     if (depth_at_end < 0) touches.add(touch, depth_at_end);
   }
@@ -217,26 +231,42 @@ void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mes
   if (!is_wanted || contact.feature_b >= member.mesh.face_count) return;
   btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
   const btVector3 weights = triangle_weights(contact.weights);
-  const RigidTouch touch = {
-      mesh.pair.object, normal, soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
-      to_bullet(mesh.mesh.x_t0()[contact.feature_a]), to_bullet(mesh.mesh.x_t1()[contact.feature_a])};
+  const RigidTouch touch = {mesh.pair.object,
+                            normal,
+                            soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
+                            to_bullet(mesh.mesh.x_t0()[contact.feature_a]),
+                            to_bullet(mesh.mesh.x_t1()[contact.feature_a]),
+                            contact.time_of_impact};
   btVector3 end(0, 0, 0);
   for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.end);
   if (depth(touch, end, touch.object_point_t1) < 0) face_touches_.push_back({&soft, &face, weights, touch});
 }
 
 /// Nothing throws here: Bullet's arrays get all contacts or none.
-void RigidMeshDetection::write_contacts() const {
+void RigidMeshDetection::write_contacts() {
   for (const auto& [body, node, touch] : node_touches_) {
+    const int count = rigid_contact_count(*body);
     if (has_deformable_contacts(*body)) {
       write_deformable_rigid_contact(*body, *node, touch);
     } else {
       write_rigid_contact(*body, *node, touch);
     }
+    note(*body, ContactArray::rigid_node, count, rigid_contact_count(*body), touch);
   }
   for (const auto& [body, face, weights, touch] : face_touches_) {
+    const int count = body->m_faceRigidContacts.size();
     write_deformable_rigid_contact(*body, *face, weights, touch);
+    note(*body, ContactArray::rigid_face, count, body->m_faceRigidContacts.size(), touch);
   }
+}
+
+/// `count` is that of the body's entries when the touch has been written, if it was.
+void RigidMeshDetection::note(const btSoftBody& body, ContactArray array, int count_before, int count,
+                              const RigidTouch& touch) {
+  if (!keeps_notes_ || count == count_before) return;
+  Contact contact;
+  contact.time_of_impact = touch.time_of_impact;
+  notes_.add({{&body, array, count_before}, nullptr, nullptr, contact});
 }
 
 }  // namespace softcd::bullet

@@ -23,6 +23,8 @@ class RigidMeshDetection {
 
   void set_settings(const Settings& settings);
   const Query& query() const { return query_; }
+  /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
+  const ContactNotes& notes() const { return notes_; }
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
   void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
@@ -51,7 +53,8 @@ class RigidMeshDetection {
   };
   void find_touches();
   void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
-  void write_contacts() const;
+  void write_contacts();
+  void note(const btSoftBody& body, ContactArray array, int count_before, int count, const RigidTouch& touch);
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
@@ -61,6 +64,8 @@ class RigidMeshDetection {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
   std::vector<NodeTouch> node_touches_;
   std::vector<FaceTouch> face_touches_;
+  bool keeps_notes_;
+  ContactNotes notes_;
 };
 
 }  // namespace softcd::bullet

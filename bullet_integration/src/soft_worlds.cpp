@@ -65,6 +65,7 @@ SoftWorld<BulletWorld>::SoftWorld(btDispatcher* dispatcher, btBroadphaseInterfac
       detection_(detection_of(dispatcher, broadphase)) {
   if (detection_ != nullptr) return;
   own_detection_ = std::make_unique<WorldDetection>(kClassicWorld, settings);
+  own_detection_->queries_->broadphase = [this] { return this->getBroadphase(); };
   detection_ = own_detection_.get();
 }
 
@@ -83,6 +84,7 @@ void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
   find_pairs(*this, this->getSoftBodyArray(), detection_->settings());
   if (own_detection_ != nullptr) {
     process_pairs(*this, this->getSoftBodyArray(), *own_detection_->queries_);
+    own_detection_->queries_->read_contacts(span_of(this->getSoftBodyArray()), *this->getBroadphase());
   } else {
     process_pairs_natively(*this);
   }
@@ -90,9 +92,20 @@ void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
+  WorldQueries& queries = *detection_->queries_;
+  queries.read_out.begin_step();
   BulletWorld::internalSingleStepSimulation(time_step);
+  queries.read_out.take_rehearsed_impulses();
   const PairGate gate(*this->getDispatcher(), *this->getPairCache(), this->getDispatchInfo());
-  detection_->queries_->prevent_crossings(span_of(this->getSoftBodyArray()), gate, time_step);
+  queries.prevent_crossings(span_of(this->getSoftBodyArray()), gate, time_step);
+  queries.read_out.finish(*this->getBroadphase());
+}
+
+/// The last that Bullet's step does before it solves its soft bodies.
+template <class BulletWorld>
+void SoftWorld<BulletWorld>::updateActivationState(btScalar time_step) {
+  BulletWorld::updateActivationState(time_step);
+  detection_->queries_->read_out.rehearse_solver(span_of(this->getSoftBodyArray()));
 }
 
 template class SoftWorld<btSoftRigidDynamicsWorld>;

@@ -56,4 +56,8 @@ const std::vector<EdgeContact>& WorldDetection::edge_contacts() const {
   return contacts != nullptr ? contacts->edge_contacts() : none;
 }
 
+const std::vector<BodyPairContacts>& WorldDetection::body_contacts() {
+  return queries_->read_out.since_last_call(queries_->broadphase());
+}
+
 }  // namespace softcd::bullet

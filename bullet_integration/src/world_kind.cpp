@@ -24,6 +24,10 @@ bool asks_gate(const Settings& /*settings*/) {
   return true;
 }
 
+int soft_contact_count(const btSoftBody& body) {
+  return body.m_scontacts.size();
+}
+
 /// A body that sleeps was not predicted: where it was at the start of its last step means nothing now.
 void set_out(btSoftBody& body, btScalar /*time_step*/) {
   if (body.isActive()) return;
@@ -84,6 +88,10 @@ void write_contact(const MemberContact& found, Detection /*detection*/) {
   write_deformable_contact(found);
 }
 
+int soft_contact_count(const btSoftBody& body) {
+  return body.m_faceNodeContacts.size();
+}
+
 /// As Bullet will when it moves the nodes.
 void move_end(btSoftBody& body, btScalar time_step) {
   const btScalar fastest = body.getWorldInfo()->m_maxDisplacement / time_step;
@@ -129,6 +137,8 @@ const WorldKind kClassicWorld = {
     .asks_gate = classic::asks_gate,
     .write_contact = write_soft_contact,
     .write_edge_contact = write_soft_edge_contact,
+    .soft_contact_count = classic::soft_contact_count,
+    .read_contacts = &ContactReader::read_classic,
     .detect_natively = detect_classic_contacts,
     .set_out = classic::set_out,
     .take_up = classic::take_up,
@@ -145,6 +155,8 @@ const WorldKind kDeformableWorld = {
     .asks_gate = deformable::asks_gate,
     .write_contact = deformable::write_contact,
     .write_edge_contact = write_deformable_edge_contact,
+    .soft_contact_count = deformable::soft_contact_count,
+    .read_contacts = &ContactReader::read_deformable,
     .detect_natively = detect_deformable_contacts,
     .set_out = deformable::move_end,
     .take_up = deformable::take_up,

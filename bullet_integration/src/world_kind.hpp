@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "contact_reader.hpp"
 #include "pair_gate.hpp"
 #include "softcd/bullet/settings.hpp"
 #include "velocity_response.hpp"
@@ -33,6 +34,10 @@ struct WorldKind {
   /// Put a contact into Bullet's arrays: see contact_writer.hpp.
   void (*write_contact)(const MemberContact&, Detection);
   void (*write_edge_contact)(const MemberContact&);
+  /// How many contacts with faces of soft bodies the body's array has.
+  int (*soft_contact_count)(const btSoftBody&);
+  /// Reads a body's contacts, of all kinds, from Bullet's arrays.
+  void (ContactReader::*read_contacts)(const btSoftBody&, std::vector<ReadContact>&) const;
   /// Bullet's own detection, for a step in which softcd's has failed.
   void (*detect_natively)(Span<btSoftBody* const>, const PairGate&, const Settings&);
 

@@ -9,6 +9,7 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       contacts("with Bullet's own contacts between soft bodies", kind, mirror_, settings),
       crossings("without softcd's look at crossings", kind, mirror_, settings),
       rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind, mirror_, settings),
+      read_out(kind, mirror_.scene(), settings),
       kind_(kind),
       settings_(settings) {}
 
@@ -17,6 +18,7 @@ void WorldQueries::set_settings(const Settings& settings) {
   if (contacts.get() != nullptr) contacts.get()->set_settings(settings);
   if (crossings.get() != nullptr) crossings.get()->set_settings(settings);
   if (rigid_meshes.get() != nullptr) rigid_meshes.get()->set_settings(settings);
+  read_out.set_settings(settings);
   if (settings.rigid_meshes && !settings_.rigid_meshes) forget_algorithms();
   settings_ = settings;
 }
@@ -47,6 +49,12 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const PairG
   crossings.run(settings_, [&](CrossingPrevention& prevention) {
     prevention.run(bodies, pair_rule(kind_, gate, settings_), time_step);
   });
+}
+
+void WorldQueries::read_contacts(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase_of_bodies) {
+  static const ContactNotes none;
+  read_out.read(bodies, broadphase_of_bodies, contacts.get() != nullptr ? contacts.get()->notes() : none,
+                rigid_meshes.get() != nullptr ? rigid_meshes.get()->notes() : none);
 }
 
 }  // namespace softcd::bullet

@@ -8,6 +8,7 @@
 #include "crossing_prevention.hpp"
 #include "guarded.hpp"
 #include "rigid_mesh_detection.hpp"
+#include "world_read_out.hpp"
 
 namespace softcd::bullet {
 
@@ -52,6 +53,9 @@ class WorldQueries {
   /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
   void prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step);
 
+  /// When all contacts of a step stand in Bullet's arrays: see WorldReadOut.
+  void read_contacts(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
+
   /// Bullet has processed pairs, and keeps the algorithms that it made for them, while nothing was collected.
   void forget_algorithms() { may_have_foreign_algorithms_ = true; }
 
@@ -65,6 +69,9 @@ class WorldQueries {
   Guarded<ContactDetection> contacts;
   Guarded<CrossingPrevention> crossings;
   Guarded<RigidMeshDetection> rigid_meshes;
+  WorldReadOut read_out;
+  /// Where the world's bodies are; null when that is gone.
+  std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
 
  private:
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);

@@ -48,7 +48,7 @@ class Simulation {
   void step(btScalar seconds);
 
   /// Null when Bullet detects.
-  const bullet::WorldDetection* detection() const { return detection_; }
+  bullet::WorldDetection* detection() const { return detection_; }
 
  private:
   void make_world(PlugIn plug_in, const bullet::Settings& settings);
@@ -65,7 +65,7 @@ class Simulation {
   btSoftRigidDynamicsWorld* soft_rigid_world_ = nullptr;           ///< world_, where it is one
   btSoftMultiBodyDynamicsWorld* soft_multi_body_world_ = nullptr;  ///< world_, where it is one
   btSoftBodyWorldInfo* world_info_ = nullptr;
-  const bullet::WorldDetection* detection_ = nullptr;
+  bullet::WorldDetection* detection_ = nullptr;
 };
 
 }  // namespace softcd::demo

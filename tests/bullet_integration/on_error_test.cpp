@@ -99,6 +99,10 @@ class Layers {
     for (btSoftBody* body : bodies_) body->m_cfg.piterations = 0;
   }
 
+  int index_of(const btCollisionObject* body) const {
+    return static_cast<int>(std::find(bodies_.begin(), bodies_.end(), body) - bodies_.begin());
+  }
+
   AnySimulation& simulation() { return simulation_; }
   const WorldDetection& detection() { return *simulation_.detection(); }
 
@@ -165,6 +169,67 @@ TEST(OnError, a_step_without_memory_has_bullets_contacts_in_the_deformable_world
   Layers<DeformableSimulation> bullets(std::optional<bullet::Settings>{});
   const auto make = [] { return std::make_unique<Layers<DeformableSimulation>>(std::optional(cpu_settings())); };
   expect_bullets_contacts_in_failing_steps(make, bullets);
+}
+
+/// The same of what body_contacts() tells of the last step.
+template <class AnySimulation>
+Contacts told_contacts(Layers<AnySimulation>& layers) {
+  Contacts told;
+  for (const bullet::BodyPairContacts& pair : layers.simulation().detection()->body_contacts()) {
+    for (const bullet::BodyContact& contact : pair.contacts) {
+      const bool has_node_on_a = contact.a.feature == bullet::ContactSide::Feature::node;
+      const bullet::ContactSide& node = has_node_on_a ? contact.a : contact.b;
+      const btCollisionObject* owner = has_node_on_a ? pair.a : pair.b;
+      if (contact.b.feature == bullet::ContactSide::Feature::object) {
+        told.rigid.insert({layers.index_of(owner), node.nodes[0]});
+      } else {
+        told.soft.insert({layers.index_of(owner), node.nodes[0], has_node_on_a ? contact.b.face : contact.a.face});
+      }
+    }
+  }
+  return told;
+}
+
+/// Whoever has found the contacts of a step, they are told, or, where there is no memory for that, none.
+template <class Make>
+void expect_all_contacts_or_none_to_be_told(const Make& make) {
+  std::uint64_t untold = 0;
+  std::uint64_t fallen_back = 0;
+  for_every_allocation([&](std::uint64_t n) {
+    SCOPED_TRACE("allocation " + std::to_string(n));
+    const auto layers = make();
+    layers->step();
+    bool has_failed = false;
+    {
+      const FailingAllocation failing(n);
+      EXPECT_NO_THROW(layers->step());
+      has_failed = failing.has_failed();
+    }
+    const Contacts told = told_contacts(*layers);
+    if (told.soft.empty() && told.rigid.empty()) {
+      ++untold;
+    } else {
+      EXPECT_EQ(told.soft, layers->contacts().soft);
+      EXPECT_EQ(told.rigid, layers->contacts().rigid);
+      fallen_back += layers->detection().contacts().failed_steps() + layers->detection().rigid_meshes().failed_steps();
+    }
+    layers->step();
+    EXPECT_EQ(told_contacts(*layers).soft, layers->contacts().soft);
+    EXPECT_EQ(told_contacts(*layers).rigid, layers->contacts().rigid);
+    return has_failed && !testing::Test::HasFailure();
+  });
+  EXPECT_GT(untold, 0U);
+  EXPECT_GT(fallen_back, 0U) << "Bullet's own contacts are told, too";
+}
+
+TEST(OnError, contacts_are_told_where_there_is_memory) {
+  bullet::Settings settings = cpu_settings();
+  settings.read_out = bullet::ReadOut::impulses;
+  expect_all_contacts_or_none_to_be_told(
+      [&] { return std::make_unique<Layers<Simulation>>(PlugIn::one_line_world, settings); });
+  SCOPED_TRACE("deformable");
+  expect_all_contacts_or_none_to_be_told(
+      [&] { return std::make_unique<Layers<DeformableSimulation>>(std::optional(settings)); });
 }
 
 TEST(OnError, a_step_without_memory_for_the_look_at_crossings_goes_without_it) {

@@ -13,14 +13,10 @@
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h"
 #include "BulletCollision/Gimpact/btGImpactShape.h"
-#include "deformable_support.hpp"
+#include "any_simulation.hpp"
 
 namespace softcd::test {
 namespace {
-
-using demo::DeformableSimulation;
-using demo::PlugIn;
-using demo::Simulation;
 
 constexpr btScalar kHill = btScalar(0.15);
 constexpr int kCells = 16;
@@ -103,54 +99,6 @@ Ground make_ground(Kind kind) {
   return result;
 }
 
-enum class World { one_line, multi_body, dispatcher, deformable };
-
-/// One of the four set-ups, or Bullet's own for comparison.
-class AnySimulation {
- public:
-  AnySimulation(World world, const std::optional<bullet::Settings>& settings) {
-    if (world == World::deformable) {
-      deformable_ = std::make_unique<DeformableSimulation>(settings);
-      return;
-    }
-    const PlugIn plug_in = !settings.has_value()        ? PlugIn::none
-                           : world == World::one_line   ? PlugIn::one_line_world
-                           : world == World::multi_body ? PlugIn::multi_body_world
-                                                        : PlugIn::dispatcher;
-    classic_ = std::make_unique<Simulation>(plug_in, settings.value_or(bullet::Settings()));
-  }
-
-  btDiscreteDynamicsWorld& world() {
-    return deformable_ != nullptr ? static_cast<btDiscreteDynamicsWorld&>(deformable_->world()) : classic_->world();
-  }
-  btSoftBodyWorldInfo& world_info() {
-    return deformable_ != nullptr ? deformable_->world_info() : classic_->world_info();
-  }
-  btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0) {
-    return deformable_ != nullptr ? deformable_->add_rigid(std::move(shape), center, mass)
-                                  : classic_->add_rigid(std::move(shape), center, mass);
-  }
-  btSoftBody& add(std::unique_ptr<btSoftBody> body) {
-    return deformable_ != nullptr ? deformable_->add(std::move(body)) : classic_->add(std::move(body));
-  }
-  /// A sixtieth of a second. Bullet integrates the deformable world explicitly, in shorter steps; `before` is called
-  /// before each, with its length.
-  void step(const std::function<void(btScalar)>& before = [](btScalar) {}) {
-    const int parts = deformable_ != nullptr ? 4 : 1;
-    for (int i = 0; i < parts; ++i) {
-      before(kStep / btScalar(parts));
-      world().stepSimulation(kStep / btScalar(parts), /*maxSubSteps=*/0);
-    }
-  }
-  static int count_contacts(const btSoftBody& body) {
-    return body.m_rcontacts.size() + body.m_nodeRigidContacts.size() + body.m_faceRigidContacts.size();
-  }
-
- private:
-  std::unique_ptr<Simulation> classic_;
-  std::unique_ptr<DeformableSimulation> deformable_;
-};
-
 std::unique_ptr<btSoftBody> make_draped_sheet(btSoftBodyWorldInfo& info, btScalar height) {
   SheetOptions options;
   options.nodes_per_side = 13;
@@ -191,17 +139,11 @@ Gaps drape(World world, Kind kind, const std::optional<bullet::Settings>& settin
   return gaps_above(sheet);
 }
 
-std::string name_of(World world) {
-  constexpr std::array kNames = {"one_line", "multi_body", "dispatcher", "deformable"};
-  return kNames[static_cast<std::size_t>(world)];
-}
-
 std::string name_of(Kind kind) {
   constexpr std::array kNames = {"bvh", "scaled", "gimpact", "terrain", "compound"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-const auto kWorlds = testing::Values(World::one_line, World::multi_body, World::dispatcher, World::deformable);
 const auto kKinds = testing::Values(Kind::bvh, Kind::scaled, Kind::gimpact, Kind::terrain, Kind::compound);
 
 class RigidMeshes : public testing::TestWithParam<std::tuple<World, Kind>> {};
@@ -331,7 +273,7 @@ btScalar fall_on_spike(int flags) {
       btVector3(btScalar(0.3), btScalar(0.2), btScalar(0.2)), btVector3(btScalar(0.31), -1, btScalar(0.2)),
       btVector3(btScalar(0.29), -1, btScalar(0.21)), btVector3(btScalar(0.29), -1, btScalar(0.19))};
   for (std::size_t i = 0; i < 3; ++i) triangles.addTriangle(corners[0], corners[1 + i], corners[1 + (i + 1) % 3]);
-  DeformableSimulation simulation(test_settings());
+  demo::DeformableSimulation simulation(test_settings());
   simulation.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles, true), btVector3(0, 0, 0));
   SheetOptions options;
   options.nodes_per_side = 3;

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <vector>
 
 #include "LinearMath/btScalar.h"
+#include "softcd/bullet/body_contacts.hpp"
 #include "softcd/softcd.hpp"
 #include "softcd/version.hpp"
 
@@ -34,6 +37,19 @@ enum class OnError : std::uint32_t {
   /// The exception passes through Bullet's functions and leaves the world's step in the middle.
   throw_error,
 };
+
+/// What WorldDetection::body_contacts() tells.
+enum class ReadOut : std::uint32_t {
+  off,       ///< nothing, at no cost
+  contacts,  ///< who touches whom, and where
+  /// And what the solver answered. In classic worlds Bullet's soft bodies are solved twice for that, the first time
+  /// without effect. In the deformable world contacts between soft bodies are answered one at a time, in an order drawn
+  /// by the world instead of the one that Bullet draws.
+  impulses,
+};
+
+/// What body_contacts() is for one step (of several that stepSimulation may take), compared with the step before.
+using BodyContactsCallback = std::function<void(const std::vector<BodyPairContacts>&)>;
 
 // Part of the linker's names of all functions that take Settings, so that an application and a softcd compiled for
 // different btScalars do not link, and the linker's message says what to link. Most of Bullet's own names are the same
@@ -73,6 +89,10 @@ struct Settings {
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
   bool filter_deformables = false;
+  ReadOut read_out = ReadOut::off;
+  /// Called at the end of every step unless `read_out` is off; by a softcd::bullet::Dispatcher alone when it has
+  /// dispatched. It may read the world, not change it.
+  BodyContactsCallback on_contacts;
   OnError on_error = OnError::fall_back;
   /// As CollisionPipeline::set_log().
   LogCallback log;

@@ -45,6 +45,7 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
  protected:
   void predictUnconstraintMotion(btScalar time_step) override;
   void internalSingleStepSimulation(btScalar time_step) override;
+  void updateActivationState(btScalar time_step) override;
 
  private:
   std::unique_ptr<WorldDetection> own_detection_;  ///< null where a Dispatcher detects

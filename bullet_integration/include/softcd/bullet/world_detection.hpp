@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "softcd/bullet/body_contacts.hpp"
 #include "softcd/bullet/edge_contact.hpp"
 #include "softcd/bullet/settings.hpp"
 #include "softcd/export.hpp"
@@ -73,6 +74,20 @@ class SOFTCD_EXPORT WorldDetection {
   /// Of the last step. Empty before the first one, after one in which the detector failed, and unless
   /// Settings::edge_contacts asks for them.
   const std::vector<EdgeContact>& edge_contacts() const;
+
+  /// With Settings::read_out: all contacts that Bullet's solver got in the last step (of several in a call of
+  /// stepSimulation), by pairs of bodies: of soft bodies with each other, within themselves and with rigid objects, by
+  /// whomever they were found; not those of clusters. `begun`, `persists` and `ended` compare with the step at which
+  /// this was called last, `is_new` likewise; so what comes and goes between two calls is told to
+  /// Settings::on_contacts alone. Nodes and faces are told by their numbers: where a body's topology changes, the pair
+  /// persists and its contacts may seem to end and begin. Bodies are told by their address and the number of their
+  /// broad-phase proxy, which btDbvtBroadphase never gives twice; with btAxisSweep3 a body removed and one added at its
+  /// address between two calls may seem to be one.
+  ///
+  /// A body that sleeps keeps the contacts that it fell asleep with. Empty where `read_out` is off, before the first
+  /// step and after one in which memory did not suffice for it. The reference is valid until the next call or step; the
+  /// bodies in it as long as they are. Throws std::bad_alloc.
+  const std::vector<BodyPairContacts>& body_contacts();
 
  private:
   friend class Dispatcher;

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "softcd/bullet/body_contacts.hpp"
+#include "world_mirror.hpp"
+
+/// Reads the contacts that Bullet's solver gets back from Bullet's own arrays, whoever has put them there.
+namespace softcd::bullet {
+
+/// Which of a soft body's arrays: with faces of soft bodies (m_scontacts, m_faceNodeContacts); of nodes with rigid
+/// objects (m_rcontacts, m_nodeRigidContacts); of faces with them (m_faceRigidContacts).
+enum class ContactArray : std::uint32_t { soft, rigid_node, rigid_face };
+
+/// Where a contact stands: one entry, or the two of an edge-edge contact.
+struct ContactSource {
+  const btSoftBody* owner = nullptr;
+  ContactArray array = ContactArray::soft;
+  int first = 0;
+  int count = 1;
+};
+
+/// What Bullet's arrays do not tell about the entries that softcd made.
+class ContactNotes {
+ public:
+  struct Note {
+    ContactSource source;
+    const btSoftBody* a;  ///< the soft bodies of `contact`; null unless its edges touch
+    const btSoftBody* b;
+    Contact contact;
+  };
+
+  /// Forgets all; up to `count` can be added then, which throws nothing.
+  void reset(std::size_t count);
+  void add(const Note& note) { notes_.push_back(note); }
+  /// Before find(), when all have been added.
+  void arrange();
+  /// Of the entry at `index`; null where there is none.
+  const Note* find(const btSoftBody& owner, ContactArray array, int index) const;
+
+ private:
+  std::vector<Note> notes_;
+};
+
+/// A contact with the bodies of its sides. `owner_is_b`: the entry's node, or its soft body, is on side b.
+struct ReadContact {
+  const btSoftBody* a;
+  const btCollisionObject* b;
+  BodyContact contact;
+  ContactSource source;
+  bool owner_is_b = false;
+};
+
+/// Of a step of one world: `bodies` are its soft bodies, which do not change meanwhile. A contact between two of them
+/// has the one that comes first there on side a.
+class ContactReader {
+ public:
+  /// All outlive it.
+  ContactReader(Span<btSoftBody* const> bodies, const ContactNotes& found, const ContactNotes& found_with_meshes);
+
+  /// The contacts in the arrays of the classic worlds, or of the deformable one.
+  void read_classic(const btSoftBody& owner, std::vector<ReadContact>& contacts) const;
+  void read_deformable(const btSoftBody& owner, std::vector<ReadContact>& contacts) const;
+
+ private:
+  struct FaceRange {
+    const btSoftBody::Face* first;
+    int count;
+    const btSoftBody* body;
+    std::size_t order;  ///< of the body in the world
+  };
+
+  const FaceRange* range_of(const btSoftBody::Face& face) const;
+  std::size_t order_of(const btSoftBody& body) const;
+  template <class SoftContact>
+  void read_soft(const btSoftBody& owner, const btAlignedObjectArray<SoftContact>& array,
+                 btVector3 SoftContact::*weights, std::vector<ReadContact>& contacts) const;
+  ReadContact edge_contact(const btSoftBody::Node& node, const ContactNotes::Note& note) const;
+  btScalar time_of_impact(const btSoftBody& owner, ContactArray array, int index) const;
+
+  std::vector<FaceRange> faces_;  ///< by address
+  std::unordered_map<const btSoftBody*, std::size_t> orders_;
+  const ContactNotes& found_;
+  const ContactNotes& found_with_meshes_;
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,50 @@
+#include "world_read_out.hpp"
+
+namespace softcd::bullet {
+
+WorldReadOut::WorldReadOut(const WorldKind& kind, const Scene& scene, const Settings& settings)
+    : kind_(kind), settings_(settings), record_("without a list of what touches", scene) {}
+
+void WorldReadOut::set_settings(const Settings& settings) {
+  settings_ = settings;
+  if (settings_.read_out == ReadOut::off) contacts_ = {};
+}
+
+void WorldReadOut::read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const ContactNotes& found,
+                        const ContactNotes& found_with_meshes) {
+  if (settings_.read_out == ReadOut::off) return;
+  run([&] { contacts_.read(kind_, bodies, broadphase, found, found_with_meshes); });
+  if (!is_in_step_) finish(broadphase);
+}
+
+void WorldReadOut::finish(btBroadphaseInterface& broadphase) {
+  is_in_step_ = false;
+  if (settings_.read_out == ReadOut::off || !settings_.on_contacts) return;
+  const std::vector<BodyPairContacts>* pairs = nullptr;
+  run([&] { pairs = &contacts_.since_last_step(&broadphase); });
+  if (pairs != nullptr) settings_.on_contacts(*pairs);
+}
+
+void WorldReadOut::rehearse_solver(Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { rehearsal_.run(bodies); });
+}
+
+void WorldReadOut::take_rehearsed_impulses() {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { contacts_.set_impulses(rehearsal_.confirmed()); });
+}
+
+bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
+  if (settings_.read_out != ReadOut::impulses) return false;
+  if (!run([&] { deformable_impulses_.prepare(bodies); })) return false;
+  deformable_impulses_.apply_repulsion(bodies, time_step);
+  run([&] { contacts_.set_impulses(deformable_impulses_.impulses()); });
+  return true;
+}
+
+const std::vector<BodyPairContacts>& WorldReadOut::since_last_call(btBroadphaseInterface* broadphase) {
+  return contacts_.since_last_call(broadphase);
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,59 @@
+#pragma once
+
+#include "contact_read_out.hpp"
+#include "deformable_impulses.hpp"
+#include "guarded.hpp"
+#include "solver_rehearsal.hpp"
+
+namespace softcd::bullet {
+
+/// What Settings::read_out asks for, in the course of a step. Does nothing where that is off.
+class WorldReadOut {
+ public:
+  /// Both outlive it.
+  WorldReadOut(const WorldKind& kind, const Scene& scene, const Settings& settings);
+
+  void set_settings(const Settings& settings);
+
+  /// A world's step begins, which calls finish() at its end. Without, the step is over when contacts are read.
+  void begin_step() {
+    is_in_step_ = true;
+    rehearsal_ = {};
+  }
+  /// When all contacts stand in the arrays of these bodies, all of the world's, and before the solver moves them.
+  void read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const ContactNotes& found,
+            const ContactNotes& found_with_meshes);
+  void finish(btBroadphaseInterface& broadphase);
+
+  /// Classic worlds: right before the solver of soft bodies runs, and right after it.
+  void rehearse_solver(Span<btSoftBody* const> bodies);
+  void take_rehearsed_impulses();
+  /// Deformable world: in place of applyRepulsionForce; false where that is to be called.
+  bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
+
+  const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);
+
+ private:
+  /// False when it has failed: there are no contacts then.
+  template <class Work>
+  bool run(Work work) {
+    try {
+      work();
+      return true;
+    } catch (...) {
+      contacts_ = {};
+      record_.note_failure(settings_);
+      return false;
+    }
+  }
+
+  const WorldKind& kind_;
+  Settings settings_;
+  DetectorRecord record_;
+  ContactReadOut contacts_;
+  SolverRehearsal rehearsal_;
+  DeformableImpulses deformable_impulses_;
+  bool is_in_step_ = false;
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "deformable_support.hpp"
+
+namespace softcd::test {
+
+enum class World { one_line, multi_body, dispatcher, deformable };
+
+/// One of the four set-ups, or Bullet's own for comparison.
+class AnySimulation {
+ public:
+  AnySimulation(World world, const std::optional<bullet::Settings>& settings) {
+    if (world == World::deformable) {
+      deformable_ = std::make_unique<demo::DeformableSimulation>(settings);
+      return;
+    }
+    const demo::PlugIn plug_in = !settings.has_value()        ? demo::PlugIn::none
+                                 : world == World::one_line   ? demo::PlugIn::one_line_world
+                                 : world == World::multi_body ? demo::PlugIn::multi_body_world
+                                                              : demo::PlugIn::dispatcher;
+    classic_ = std::make_unique<demo::Simulation>(plug_in, settings.value_or(bullet::Settings()));
+  }
+
+  btDiscreteDynamicsWorld& world() {
+    return deformable_ != nullptr ? static_cast<btDiscreteDynamicsWorld&>(deformable_->world()) : classic_->world();
+  }
+  btSoftBodyWorldInfo& world_info() {
+    return deformable_ != nullptr ? deformable_->world_info() : classic_->world_info();
+  }
+  btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0) {
+    return deformable_ != nullptr ? deformable_->add_rigid(std::move(shape), center, mass)
+                                  : classic_->add_rigid(std::move(shape), center, mass);
+  }
+  btSoftBody& add(std::unique_ptr<btSoftBody> body) {
+    return deformable_ != nullptr ? deformable_->add(std::move(body)) : classic_->add(std::move(body));
+  }
+  /// A sixtieth of a second. Bullet integrates the deformable world explicitly, in shorter steps; `before` is called
+  /// before each, with its length.
+  void step(const std::function<void(btScalar)>& before = [](btScalar) {}) {
+    const int parts = deformable_ != nullptr ? 4 : 1;
+    for (int i = 0; i < parts; ++i) {
+      before(kStep / btScalar(parts));
+      world().stepSimulation(kStep / btScalar(parts), /*maxSubSteps=*/0);
+    }
+  }
+  std::unique_ptr<btSoftBody> remove(btSoftBody& body) {
+    return deformable_ != nullptr ? deformable_->remove(body) : classic_->remove(body);
+  }
+  bullet::WorldDetection& detection() {
+    return deformable_ != nullptr ? *deformable_->detection() : *classic_->detection();
+  }
+  static int count_contacts(const btSoftBody& body) {
+    return body.m_rcontacts.size() + body.m_nodeRigidContacts.size() + body.m_faceRigidContacts.size();
+  }
+
+ private:
+  std::unique_ptr<demo::Simulation> classic_;
+  std::unique_ptr<demo::DeformableSimulation> deformable_;
+};
+
+inline std::string name_of(World world) {
+  constexpr std::array kNames = {"one_line", "multi_body", "dispatcher", "deformable"};
+  return kNames[static_cast<std::size_t>(world)];
+}
+
+inline const auto kWorlds = testing::Values(World::one_line, World::multi_body, World::dispatcher, World::deformable);
+
+}  // namespace softcd::test

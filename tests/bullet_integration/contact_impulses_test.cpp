@@ -1,0 +1,294 @@
+// What the contacts of body_contacts() say that the solver gave, against what bodies got.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
+#include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
+#include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "any_simulation.hpp"
+#include "small_scenes.hpp"
+
+namespace softcd::test {
+namespace {
+
+using bullet::BodyContact;
+using bullet::BodyPairContacts;
+using bullet::ReadOut;
+using Pairs = std::vector<BodyPairContacts>;
+
+constexpr btScalar kGravity = 10;
+
+bullet::Settings reading_impulses(bullet::EdgeContacts edges = bullet::EdgeContacts::off) {
+  bullet::Settings settings = test_settings();
+  settings.read_out = ReadOut::impulses;
+  settings.edge_contacts = edges;
+  return settings;
+}
+
+class ContactImpulses : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ContactImpulses,
+                         testing::Values(World::one_line, World::multi_body, World::deformable),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+class ClassicContactImpulses : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ClassicContactImpulses, testing::Values(World::one_line, World::multi_body),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+/// Mass times what the vector says of each node.
+btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity) {
+  btVector3 sum(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    if (body.m_nodes[i].m_im > 0) sum += body.m_nodes[i].*velocity / body.m_nodes[i].m_im;
+  }
+  return sum;
+}
+
+/// Of a step of `time` in which the body was at `start` before. In classic worlds the solver moves nodes; Bullet takes
+/// velocities from that when it is through with a body, which the contacts of the bodies after it may move once more.
+btVector3 momentum_at_end(World world, const btSoftBody& body, const btVector3& start, btScalar time) {
+  if (world == World::deformable) return momentum(body, &btSoftBody::Node::m_v);
+  return (momentum(body, &btSoftBody::Node::m_x) - start) / time;
+}
+
+btVector3 given_to(const btCollisionObject& body, const Pairs& pairs) {
+  btVector3 sum(0, 0, 0);
+  for (const BodyPairContacts& pair : pairs) {
+    EXPECT_TRUE(pair.has_impulses || pair.contacts.empty());
+    btVector3 on_a(0, 0, 0), on_b(0, 0, 0);
+    for (const BodyContact& contact : pair.contacts) {
+      on_a += contact.impulse_a;
+      on_b += contact.impulse_b;
+    }
+    EXPECT_NEAR(on_a.distance(pair.impulse_a), 0, 1e-5 * (1 + double(on_a.length())));
+    EXPECT_NEAR(on_b.distance(pair.impulse_b), 0, 1e-5 * (1 + double(on_b.length())));
+    if (pair.a == &body) sum += pair.impulse_a;
+    if (pair.b == &body) sum += pair.impulse_b;
+  }
+  return sum;
+}
+
+/// Two free sheets, of one kilogram each and not the same nodes, that fly towards each other and fall.
+TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bodies) {
+  for (const bullet::EdgeContacts edges : {bullet::EdgeContacts::off, bullet::EdgeContacts::respond}) {
+    AnySimulation simulation(GetParam(), reading_impulses(edges));
+    btSoftBody* sheets[2];
+    for (int i = 0; i < 2; ++i) {
+      SheetOptions options;
+      options.nodes_per_side = 6 + i;
+      options.height = btScalar(0.15) * btScalar(i);
+      sheets[i] = &simulation.add(make_sheet(simulation.world_info(), options));
+      sheets[i]->setVelocity(btVector3(btScalar(0.3), i == 0 ? 1 : -1, 0));
+      sheets[i]->m_cfg.kDF = btScalar(0.5);
+    }
+    const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+    btScalar greatest = 0;
+    for (int step = 0; step < 30; ++step) {
+      btVector3 before[2], start[2];
+      for (int i = 0; i < 2; ++i) {
+        before[i] = momentum(*sheets[i], &btSoftBody::Node::m_v);
+        start[i] = momentum(*sheets[i], &btSoftBody::Node::m_x);
+      }
+      simulation.world().stepSimulation(time, 0);
+      const Pairs& pairs = simulation.detection().body_contacts();
+      for (int i = 0; i < 2; ++i) {
+        const btVector3 given = given_to(*sheets[i], pairs);
+        const btVector3 expected = before[i] + btVector3(0, -kGravity * time, 0) + given;
+        EXPECT_NEAR(momentum_at_end(GetParam(), *sheets[i], start[i], time).distance(expected), 0, 3e-5)
+            << "kg m/s, of sheets that weigh 1 kg, in step " << step;
+        greatest = btMax(greatest, given.length());
+      }
+    }
+    EXPECT_GT(greatest, 0.1) << "they have met";
+  }
+}
+
+TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
+  AnySimulation simulation(GetParam(), reading_impulses());
+  SheetOptions options;
+  options.fixed = true;
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+  // Held at its border.
+  for (int i = 0; i < sheet.m_nodes.size(); ++i) {
+    const btVector3& x = sheet.m_nodes[i].m_x;
+    if (btMax(btFabs(x.x()), btFabs(x.z())) < btScalar(0.45)) sheet.setMass(i, btScalar(0.02));
+  }
+  btRigidBody& box =
+      simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.2), btScalar(0.1), btScalar(0.2))),
+                           btVector3(0, btScalar(0.2), 0), btScalar(0.5));
+  box.setLinearVelocity(btVector3(0, -2, 0));
+  const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+  btScalar greatest = 0;
+  for (int step = 0; step < 40; ++step) {
+    const btVector3 before = box.getLinearVelocity() / box.getInvMass();
+    simulation.world().stepSimulation(time, 0);
+    const btVector3 given = given_to(box, simulation.detection().body_contacts());
+    const btVector3 expected = before + btVector3(0, -kGravity * time / 2, 0) + given;
+    EXPECT_NEAR((box.getLinearVelocity() / box.getInvMass()).distance(expected), 0, 2e-6) << "in step " << step;
+    greatest = btMax(greatest, given.length());
+  }
+  EXPECT_GT(greatest, 0.02);
+}
+
+/// A free sheet that falls onto the corner of a box. In the deformable world the solver goes on when it is through with
+/// contacts with rigid objects: springs and their damping pull at nodes that it holds there, so that the soft body gets
+/// more or less than the object gave.
+TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
+  AnySimulation simulation(GetParam(), reading_impulses());
+  simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))),
+                       btVector3(btScalar(0.3), btScalar(-0.5), btScalar(0.3)));
+  SheetOptions options;
+  options.height = btScalar(0.1);
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+  const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+  btScalar greatest = 0, worst = 0;
+  for (int step = 0; step < 60; ++step) {
+    const btVector3 before = momentum(sheet, &btSoftBody::Node::m_v);
+    const btVector3 start = momentum(sheet, &btSoftBody::Node::m_x);
+    simulation.world().stepSimulation(time, 0);
+    const btVector3 given = given_to(sheet, simulation.detection().body_contacts());
+    const btVector3 expected = before + btVector3(0, -kGravity * time, 0) + given;
+    const btScalar difference = momentum_at_end(GetParam(), sheet, start, time).distance(expected);
+    worst = btMax(worst, difference);
+    greatest = btMax(greatest, given.length());
+  }
+  EXPECT_GT(greatest, 0.1);
+  EXPECT_LT(worst, GetParam() == World::deformable ? greatest / 10 : btScalar(3e-5));
+}
+
+/// Newtons with which a sheet of one kilogram lies on something, over half a second.
+btScalar mean_force(AnySimulation& simulation, const btSoftBody& sheet) {
+  for (int step = 0; step < 60; ++step) simulation.step();
+  btScalar given = 0;
+  bullet::Settings settings = simulation.detection().settings();
+  settings.on_contacts = [&](const Pairs& pairs) { given += given_to(sheet, pairs).y(); };
+  simulation.detection().set_settings(settings);
+  for (int step = 0; step < 30; ++step) simulation.step();
+  return given / (30 * kStep);
+}
+
+TEST_P(ContactImpulses, carry_the_weight_of_a_cloth_that_rests) {
+  for (const bool is_mesh : {false, true}) {
+    btTriangleMesh triangles;
+    triangles.addTriangle(btVector3(-3, 0, -3), btVector3(0, 0, 6), btVector3(3, 0, -3));
+    AnySimulation simulation(GetParam(), reading_impulses());
+    if (is_mesh) {
+      simulation.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles, true), btVector3(0, 0, 0));
+    } else {
+      simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(2, 1, 2)), btVector3(0, -1, 0));
+    }
+    SheetOptions options;
+    options.nodes_per_side = 5;
+    options.height = btScalar(0.1);
+    btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+    EXPECT_NEAR(mean_force(simulation, sheet), kGravity, 0.02 * kGravity) << (is_mesh ? "mesh" : "box");
+  }
+}
+
+TEST_P(ClassicContactImpulses, of_a_node_that_is_pushed_out_of_a_fixed_face_are_what_bullets_formula_gives) {
+  AnySimulation simulation(GetParam(), reading_impulses());
+  simulation.world_info().m_gravity.setZero();
+  const btVector3 corners[3] = {btVector3(-1, 0, -1), btVector3(2, 0, -1), btVector3(-1, 0, 2)};
+  auto triangle = std::make_unique<btSoftBody>(&simulation.world_info(), 3, corners, nullptr);
+  triangle->appendFace(0, 1, 2);
+  for (int i = 0; i < 3; ++i) triangle->setMass(i, 0);
+  triangle->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
+  triangle->getCollisionShape()->setMargin(btScalar(0.05));
+  simulation.add(std::move(triangle));
+  const btVector3 x(btScalar(0.2), btScalar(0.07), btScalar(0.1));
+  auto grain = std::make_unique<btSoftBody>(&simulation.world_info(), 1, &x, nullptr);
+  grain->setTotalMass(2);
+  grain->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
+  grain->m_cfg.kDF = 0;
+  grain->m_cfg.piterations = 1;
+  grain->getCollisionShape()->setMargin(btScalar(0.05));
+  grain->setVelocity(btVector3(0, btScalar(-0.06), 0));
+  simulation.add(std::move(grain));
+  simulation.step();
+  const Pairs& pairs = simulation.detection().body_contacts();
+  ASSERT_EQ(pairs.size(), 1U);
+  ASSERT_EQ(pairs[0].contacts.size(), 1U);
+  // 1 mm deeper at the step's end, with a margin of 0.1 that Bullet lets grow by twice that.
+  const btScalar depth = btScalar(0.1 + 0.002 - 0.069);
+  EXPECT_NEAR(pairs[0].contacts[0].depth, depth, 1e-5);
+  EXPECT_NEAR(pairs[0].impulse_b.y(), 2 * depth / kStep, 1e-3);
+  EXPECT_EQ(pairs[0].impulse_a, btVector3(0, 0, 0)) << "a fixed body is given nothing";
+}
+
+/// Two sheets, one of them hanging on a box that falls onto the other.
+std::vector<btScalar> end_of_busy_scene(World world, ReadOut read_out) {
+  bullet::Settings settings = reading_impulses();
+  settings.read_out = read_out;
+  AnySimulation simulation(world, settings);
+  SheetOptions options;
+  options.fixed = true;
+  btSoftBody& held = simulation.add(make_sheet(simulation.world_info(), options));
+  for (int i = 20; i < 60; ++i) held.setMass(i, btScalar(0.01));
+  btRigidBody& box =
+      simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))),
+                           btVector3(0, btScalar(0.4), 0), 1);
+  options.fixed = false;
+  options.height = btScalar(0.25);
+  btSoftBody& hanging = simulation.add(make_sheet(simulation.world_info(), options));
+  if (world != World::deformable) {
+    hanging.appendAnchor(40, &box);
+    hanging.m_cfg.viterations = 1;
+    hanging.m_cfg.diterations = 1;
+  }
+  for (int step = 0; step < 40; ++step) simulation.step();
+  std::vector<btScalar> end = coordinates_of(held);
+  append(end, coordinates_of(hanging));
+  const btVector3& center = box.getWorldTransform().getOrigin();
+  const btVector3& turn = box.getAngularVelocity();
+  append(end, {center.x(), center.y(), center.z(), turn.x(), turn.y(), turn.z()});
+  return end;
+}
+
+TEST(ContactImpulses, leave_no_trace_in_classic_worlds) {
+  for (const World world : {World::one_line, World::multi_body}) {
+    EXPECT_EQ(end_of_busy_scene(world, ReadOut::impulses), end_of_busy_scene(world, ReadOut::off));
+  }
+}
+
+TEST(ContactImpulses, are_not_known_where_the_solver_is_not_seen) {
+  AnySimulation simulation(World::dispatcher, reading_impulses());
+  SheetOptions options;
+  for (const btScalar height : {btScalar(0), btScalar(0.08)}) {
+    options.height = height;
+    simulation.add(make_sheet(simulation.world_info(), options));
+  }
+  simulation.step();
+  const Pairs& pairs = simulation.detection().body_contacts();
+  ASSERT_EQ(pairs.size(), 1U);
+  EXPECT_FALSE(pairs[0].has_impulses);
+  EXPECT_EQ(pairs[0].impulse_a, btVector3(0, 0, 0));
+}
+
+TEST(ContactImpulses, are_not_known_of_bodies_that_something_else_moved) {
+  AnySimulation simulation(World::one_line, reading_impulses());
+  SheetOptions options;
+  btSoftBody* sheets[4];
+  for (int i = 0; i < 4; ++i) {
+    // Two pairs, far from each other.
+    options.height = btScalar(0.08) * btScalar(i % 2) + 5 * btScalar(i / 2);
+    sheets[i] = &simulation.add(make_sheet(simulation.world_info(), options));
+  }
+  // Called before the soft bodies are solved.
+  simulation.world().setInternalTickCallback(
+      [](btDynamicsWorld* world, btScalar) {
+        auto* sheet = static_cast<btSoftBody*>(world->getWorldUserInfo());
+        sheet->m_nodes[3].m_x += btVector3(btScalar(0.001), 0, 0);
+      },
+      sheets[0]);
+  simulation.step();
+  const Pairs& pairs = simulation.detection().body_contacts();
+  ASSERT_EQ(pairs.size(), 2U);
+  EXPECT_EQ(pairs[0].a, sheets[0]);
+  EXPECT_FALSE(pairs[0].has_impulses);
+  EXPECT_EQ(pairs[0].impulse_a, btVector3(0, 0, 0));
+  EXPECT_TRUE(pairs[1].has_impulses);
+}
+
+}  // namespace
+}  // namespace softcd::test
