@@ -53,6 +53,9 @@ const QueryOptions& Query::options() const {
 void Query::set_pair_filter(PairFilter filter) {
   core().set_pair_filter(std::move(filter));
 }
+std::shared_ptr<const void> Query::hold_contacts() {
+  return core().hold_contacts();
+}
 const Statistics& Query::statistics() const {
   return core().statistics();
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -85,7 +86,8 @@ void SceneCore::set_options(const SceneOptions& options) {
   if (is_elsewhere) {
     for (QueryCore* query : queries_) {
       query->detection_.reset();
-      query->memories_ = {};
+      query->memories_.clear();
+      query->has_contacts_ = false;
     }
     use(std::move(detector));
   }
@@ -128,6 +130,7 @@ void SceneCore::guarded_in_memory(Statistics& statistics, const MemoryProblem& m
 void SceneCore::start(QueryCore& query, Pairs pairs) {
   finish_running();
   query.detection_.reset();
+  query.has_contacts_ = false;
   const Clock::time_point begin = Clock::now();
   PendingDetection& detection = query.detection_.emplace();
   try {
@@ -136,7 +139,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
     if (detection.has_work) {
       guarded_in_memory(
           query.statistics_, [&] { return detection_problem(); },
-          [&] { detector_->start(store_, query.memories_, detection.input); });
+          [&] { detector_->start(store_, query.free_memories(), detection.input); });
     }
   } catch (...) {
     query.detection_.reset();
@@ -314,13 +317,35 @@ Span<const Contact> QueryCore::wait(std::uint64_t number) {
   if (detection.problem) std::rethrow_exception(detection.problem);
   statistics_ = detection.statistics;
   decisions_ = detection.decisions;
+  has_contacts_ = true;
   return detection.contacts;
 }
 
 void QueryCore::set_options(const QueryOptions& options) {
   validate_options(options);
   end();
+  has_contacts_ = false;
   options_ = options;
+}
+
+std::shared_ptr<const void> QueryCore::hold_contacts() {
+  if (!has_contacts_) {
+    throw Error("a Query has no contacts to hold; wait for a detection, and hold before the next one is started.");
+  }
+  if (memories_.empty()) return {};
+  return memories_.back();
+}
+
+/// Those that nobody holds, for the next detection.
+QueryMemories& QueryCore::free_memories() {
+  const auto is_held = [](const std::shared_ptr<QueryMemories>& memories) { return memories.use_count() > 1; };
+  const auto free = std::partition(memories_.begin(), memories_.end(), is_held);
+  if (free == memories_.end()) {
+    memories_.push_back(std::make_shared<QueryMemories>());
+  } else {
+    memories_.erase(free + 1, memories_.end());
+  }
+  return *memories_.back();
 }
 
 std::vector<StageReport> QueryCore::explain() const {

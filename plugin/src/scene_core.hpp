@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "explain.hpp"
 #include "guarded.hpp"
@@ -50,6 +51,7 @@ class QueryCore {
   void set_options(const QueryOptions& options);
   const QueryOptions& options() const { return options_; }
   void set_pair_filter(PairFilter filter) { filter_ = std::move(filter); }
+  std::shared_ptr<const void> hold_contacts();
   const Statistics& statistics() const { return statistics_; }
   std::vector<StageReport> explain() const;
 
@@ -57,11 +59,14 @@ class QueryCore {
   friend class SceneCore;
 
   void end() noexcept;
+  QueryMemories& free_memories();
 
   std::shared_ptr<SceneCore> scene_;
   QueryOptions options_;
   PairFilter filter_;
-  QueryMemories memories_;
+  /// The last detection's at the end, before them those that somebody holds.
+  std::vector<std::shared_ptr<QueryMemories>> memories_;
+  bool has_contacts_ = false;  ///< that were waited for, and are valid
   std::uint64_t last_number_ = 0;
   std::uint64_t last_change_ = 0;  ///< of the scene, when the last detection was started
   std::optional<PendingDetection> detection_;

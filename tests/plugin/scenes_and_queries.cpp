@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -170,6 +171,57 @@ TEST(Queries, compare_only_what_was_changed_since_they_last_looked) {
   ASSERT_LT(expected.size(), all.size());
   EXPECT_TRUE(identical(expected, query.detect(Pairs::changed)));
   EXPECT_TRUE(identical(all, query.detect()));
+}
+
+TEST(HeldContacts, outlive_further_detections_their_query_and_its_scene) {
+  auto filled = std::make_unique<FilledScene>(three_soups());
+  auto query = std::make_unique<Query>(filled->scene);
+  const Span<const Contact> found = query->detect();
+  const std::vector<Contact> expected = copy_of(found);
+  ASSERT_FALSE(expected.empty());
+  const std::shared_ptr<const void> held = query->hold_contacts();
+  for (int step = 0; step < 3; ++step) {
+    filled->scene.set_positions(filled->ids[0], filled->bodies[0].x_t0);
+    filled->bodies[0].x_t1 = filled->bodies[0].x_t0;
+    EXPECT_TRUE(identical(detect_once(filled->bodies, alone({})), query->detect()));
+    EXPECT_TRUE(identical(expected, found));
+  }
+  query->set_options(looking_for(Detection::ccd));
+  query->detect();
+  SceneOptions elsewhere = scene_options();
+  elsewhere.backend = elsewhere.backend == Backend::cpu ? Backend::automatic : Backend::cpu;
+  filled->scene.set_options(elsewhere);
+  query->detect();
+  EXPECT_TRUE(identical(expected, found));
+  query.reset();
+  filled.reset();
+  EXPECT_TRUE(identical(expected, found));
+}
+
+TEST(HeldContacts, give_their_memory_to_a_later_detection) {
+  FilledScene filled(three_soups());
+  Query query(filled.scene);
+  std::set<const Contact*> places;
+  std::shared_ptr<const void> held;
+  for (int step = 0; step < 6; ++step) {
+    places.insert(query.detect().data());
+    held = query.hold_contacts();
+  }
+  EXPECT_EQ(places.size(), 2U);
+}
+
+TEST(HeldContacts, have_to_be_there) {
+  FilledScene filled(three_soups());
+  Query query(filled.scene);
+  const auto error = [&] { return error_of([&] { query.hold_contacts(); }); };
+  EXPECT_THAT(error(), HasSubstr("no contacts to hold"));
+  query.detect();
+  Ticket ticket = query.start();
+  EXPECT_THAT(error(), HasSubstr("no contacts to hold"));
+  ticket.wait();
+  EXPECT_EQ(error(), "no exception");
+  query.set_options(looking_for(Detection::ccd));
+  EXPECT_THAT(error(), HasSubstr("no contacts to hold"));
 }
 
 TEST(Tickets, of_a_streaming_loop_have_the_contacts_of_a_plain_one) {

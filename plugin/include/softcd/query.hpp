@@ -122,6 +122,11 @@ class SOFTCD_EXPORT Query {
   /// queries.
   void set_pair_filter(PairFilter filter);
 
+  /// What holds the contacts that were returned last: they stay valid until what is returned and its copies are gone,
+  /// whatever becomes of the query and its scene. Detections use other memory meanwhile. Throws Error when those
+  /// contacts are not valid any more. Giving it back counts as using the scene: one thread at a time.
+  std::shared_ptr<const void> hold_contacts();
+
   /// Of the last detection that was waited for.
   const Statistics& statistics() const;
   /// Which stages that detection ran or left out, and why.

@@ -1,0 +1,170 @@
+#include "arrays.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+namespace softcd::python {
+namespace {
+
+constexpr double kLargestCoordinate = 1e37;  // as Positions says
+
+std::string name_of_type(nb::handle object) {
+  return nb::cast<std::string>(nb::str(nb::handle(object.type()).attr("__name__")));
+}
+
+/// Why an object with __dlpack__ does not hand out its memory.
+std::string dlpack_problem(nb::handle object) {
+  if (!nb::hasattr(object, "__dlpack__")) return "";
+  try {
+    object.attr("__dlpack__")();
+  } catch (const nb::python_error& error) {
+    return fmt::format(": {}", nb::cast<std::string>(nb::str(error.value())));
+  }
+  return "";
+}
+
+nb::builtin_exception wrong_type(const char* name, nb::handle object, const char* expected) {
+  const std::string problem =
+      nb::hasattr(object, "__cuda_array_interface__") ? ": it is in a GPU's memory" : dlpack_problem(object);
+  return nb::type_error(fmt::format("{}: expected {} in the CPU's memory, got {} that cannot be read as such{}", name,
+                                    expected, name_of_type(object), problem)
+                            .c_str());
+}
+
+bool is_on_cpu(const Array& array) {
+  constexpr int kCpu = 1;
+  constexpr int kPageLocked = 3;
+  return array.device_type() == kCpu || array.device_type() == kPageLocked;
+}
+
+std::string dtype_name(const Array& array) {
+  constexpr const char* kKinds[] = {"int", "uint", "float", "handle", "bfloat", "complex", "bool"};
+  const std::uint8_t code = array.dtype().code;
+  const std::string kind = code < std::size(kKinds) ? kKinds[code] : "dtype";
+  return array.dtype().lanes == 1 ? fmt::format("{}{}", kind, array.dtype().bits) : "vectors of several lanes";
+}
+
+std::string shape_of(const Array& array) {
+  std::string shape;
+  for (std::size_t i = 0; i < array.ndim(); ++i) shape += fmt::format("{}{}", i > 0 ? ", " : "", array.shape(i));
+  return fmt::format("({}{})", shape, array.ndim() == 1 ? "," : "");
+}
+
+Array read_array(const char* name, nb::handle object, const char* expected) {
+  Array array;
+  if (object.is_none() || !nb::try_cast(object, array, /*convert=*/false)) throw wrong_type(name, object, expected);
+  if (!is_on_cpu(array)) {
+    throw nb::type_error(fmt::format("{}: expected {} in the CPU's memory, got one on device {} of DLPack's type {}; "
+                                     "copy it to the CPU",
+                                     name, expected, array.device_id(), array.device_type())
+                             .c_str());
+  }
+  if (array.ndim() != 2 || array.shape(1) != 3) {
+    throw InvalidInput(fmt::format("{}: expected shape (n, 3), got {}", name, shape_of(array)));
+  }
+  return array;
+}
+
+std::size_t row_stride(const char* name, const Array& array, std::size_t item_size) {
+  const auto width = static_cast<std::int64_t>(array.shape(1));
+  if (array.shape(0) > 0 && array.stride(1) != 1) {
+    throw InvalidInput(
+        fmt::format("{}: the coordinates of a position must lie side by side, but are {} apart; "
+                    "numpy.ascontiguousarray makes a copy that can be read",
+                    name, array.stride(1)));
+  }
+  if (array.shape(0) <= 1) return static_cast<std::size_t>(width) * item_size;
+  if (array.stride(0) < width) {
+    throw InvalidInput(
+        fmt::format("{}: rows must follow each other, but begin {} elements apart; "
+                    "numpy.ascontiguousarray makes a copy that can be read",
+                    name, array.stride(0)));
+  }
+  return static_cast<std::size_t>(array.stride(0)) * item_size;
+}
+
+template <class Scalar>
+Positions positions_in(const char* name, const Array& array) {
+  const auto* const first = static_cast<const Scalar*>(array.data());
+  if (reinterpret_cast<std::uintptr_t>(first) % alignof(Scalar) != 0) {
+    throw InvalidInput(fmt::format("{}: its memory is not aligned; numpy.array makes a copy that is", name));
+  }
+  return {first, array.shape(0), row_stride(name, array, sizeof(Scalar))};
+}
+
+template <class Scalar>
+void require_finite_scalars(const char* name, const Positions& positions) {
+  const auto* row = static_cast<const char*>(positions.data());
+  for (std::size_t i = 0; i < positions.count(); ++i, row += positions.stride()) {
+    const auto* const x = reinterpret_cast<const Scalar*>(row);
+    const auto is_usable = [](Scalar value) { return std::abs(value) <= static_cast<Scalar>(kLargestCoordinate); };
+    if (is_usable(x[0]) && is_usable(x[1]) && is_usable(x[2])) continue;
+    throw InvalidInput(fmt::format("{}: row {} is ({}, {}, {}), not finite or beyond 1e37", name, i, x[0], x[1], x[2]));
+  }
+}
+
+template <class Integer>
+std::vector<Triangle> triangles_in(const char* name, const Array& array) {
+  const auto* const first = static_cast<const char*>(static_cast<const void*>(array.data()));
+  const auto at = [&](std::size_t row, std::size_t column) {
+    Integer value;
+    const std::int64_t offset =
+        static_cast<std::int64_t>(row) * array.stride(0) + static_cast<std::int64_t>(column) * array.stride(1);
+    std::memcpy(&value, first + offset * static_cast<std::int64_t>(sizeof(Integer)), sizeof(Integer));
+    return value;
+  };
+  std::vector<Triangle> triangles(array.shape(0));
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Integer v = at(t, i);
+      if (std::cmp_less(v, 0) || std::cmp_greater_equal(v, kNoIndex)) {
+        throw InvalidInput(fmt::format("{}: row {} has the index {}, which no vertex has", name, t, v));
+      }
+      triangles[t].v[i] = static_cast<std::uint32_t>(v);
+    }
+  }
+  return triangles;
+}
+
+}  // namespace
+
+PositionsArray read_positions(const char* name, nb::handle object) {
+  constexpr const char* kExpected = "an array of float32 or float64 of shape (n, 3)";
+  Array array = read_array(name, object, kExpected);
+  Positions positions;
+  if (array.dtype() == nb::dtype<float>()) {
+    positions = positions_in<float>(name, array);
+  } else if (array.dtype() == nb::dtype<double>()) {
+    positions = positions_in<double>(name, array);
+  } else {
+    throw nb::type_error(fmt::format("{}: expected {}, got {}", name, kExpected, dtype_name(array)).c_str());
+  }
+  return {std::move(array), positions};
+}
+
+void require_finite(const char* name, const Positions& positions) {
+  if (positions.is_double()) {
+    require_finite_scalars<double>(name, positions);
+  } else {
+    require_finite_scalars<float>(name, positions);
+  }
+}
+
+std::vector<Triangle> read_triangles(const char* name, nb::handle object) {
+  constexpr const char* kExpected = "an array of integers of shape (n, 3)";
+  const Array array = read_array(name, object, kExpected);
+  const auto is_of = [&](auto integer) { return array.dtype() == nb::dtype<decltype(integer)>(); };
+  if (is_of(std::uint32_t{})) return triangles_in<std::uint32_t>(name, array);
+  if (is_of(std::int32_t{})) return triangles_in<std::int32_t>(name, array);
+  if (is_of(std::int64_t{})) return triangles_in<std::int64_t>(name, array);
+  if (is_of(std::uint64_t{})) return triangles_in<std::uint64_t>(name, array);
+  if (is_of(std::int16_t{})) return triangles_in<std::int16_t>(name, array);
+  if (is_of(std::uint16_t{})) return triangles_in<std::uint16_t>(name, array);
+  throw nb::type_error(fmt::format("{}: expected {}, got {}", name, kExpected, dtype_name(array)).c_str());
+}
+
+}  // namespace softcd::python

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+
+#include <vector>
+
+#include "softcd/softcd.hpp"
+
+namespace softcd::python {
+
+namespace nb = nanobind;
+
+/// A caller's array, kept alive and in place.
+using Array = nb::ndarray<nb::ro>;
+
+/// Positions in a caller's memory.
+struct PositionsArray {
+  Array memory;
+  Positions positions;
+};
+
+/// Float32 or float64 of shape (n, 3), each row's three side by side, in the CPU's memory: anything with the buffer
+/// protocol or `__dlpack__`. Nothing is copied. Throws nb::type_error or InvalidInput, which begin with `name`.
+PositionsArray read_positions(const char* name, nb::handle object);
+
+/// Throws InvalidInput where a coordinate is one that the library leaves out.
+void require_finite(const char* name, const Positions& positions);
+
+/// Integers of shape (n, 3), any strides, in the CPU's memory.
+std::vector<Triangle> read_triangles(const char* name, nb::handle object);
+
+}  // namespace softcd::python

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+/// What module.cpp puts together: each function defines its file's part.
+namespace softcd::python {
+
+void register_exceptions();
+void bind_enumerations(nanobind::module_& module);
+void bind_statistics(nanobind::module_& module);
+void bind_contacts(nanobind::module_& module);
+void bind_scene(nanobind::module_& module);
+void bind_query(nanobind::module_& module);
+void bind_meshes(nanobind::module_& module);
+
+}  // namespace softcd::python

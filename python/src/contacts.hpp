@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include "scene.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::python {
+
+/// A read-only structured array over the contacts, which `held` keeps.
+nb::object contacts_array(Span<const Contact> contacts, HeldContacts held);
+
+}  // namespace softcd::python

@@ -1,0 +1,167 @@
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <utility>
+
+#include "bindings.hpp"
+#include "contacts.hpp"
+#include "options.hpp"
+#include "scene.hpp"
+
+namespace softcd::python {
+namespace {
+
+struct Found {
+  Span<const Contact> contacts;
+  std::shared_ptr<const void> memory;
+};
+
+/// softcd::Query for Python, which keeps its scene alive.
+class BoundQuery {
+ public:
+  BoundQuery(nb::object scene, const QueryOptions& options)
+      : object_(std::move(scene)), scene_(nb::cast<BoundScene&>(object_)) {
+    query_ = scene_.call([&](Scene& bound) { return std::make_shared<Query>(bound, options); });
+  }
+  BoundQuery(const BoundQuery&) = delete;
+  BoundQuery& operator=(const BoundQuery&) = delete;
+  ~BoundQuery() { scene_.discarded()->add(std::move(query_)); }
+
+  Ticket start(Pairs pairs) {
+    return scene_.call_and_read([&](Scene&) { return query_->start(pairs); });
+  }
+  nb::object wait(Ticket& ticket) {
+    return to_array(scene_.call([&](Scene&) { return hold(ticket.wait()); }));
+  }
+  nb::object detect(Pairs pairs) {
+    return to_array(scene_.call_and_read([&](Scene&) { return hold(query_->detect(pairs)); }));
+  }
+
+  QueryOptions options() {
+    return scene_.call([&](Scene&) { return query_->options(); });
+  }
+  void set_options(const QueryOptions& options) {
+    scene_.call([&](Scene&) { query_->set_options(options); });
+  }
+  void set_pair_filter(nb::object filter) {
+    PairFilter asked;
+    if (!filter.is_none()) asked = [this](BodyId a, BodyId b) { return ask(a, b); };
+    scene_.call([&](Scene&) {
+      query_->set_pair_filter(std::move(asked));
+      std::swap(filter_, filter);
+    });
+  }
+  Statistics statistics() {
+    return scene_.call([&](Scene&) { return query_->statistics(); });
+  }
+  std::vector<StageReport> explain() {
+    return scene_.call([&](Scene&) { return query_->explain(); });
+  }
+
+  int traverse(visitproc visit, void* arg) {
+    Py_VISIT(object_.ptr());
+    Py_VISIT(filter_.ptr());
+    return 0;
+  }
+  /// Cycles lead through the filter.
+  void clear() { filter_.reset(); }
+
+ private:
+  Found hold(Span<const Contact> contacts) { return {contacts, query_->hold_contacts()}; }
+  nb::object to_array(const Found& found) {
+    return contacts_array(found.contacts, HeldContacts(found.memory, scene_.discarded()));
+  }
+  bool ask(BodyId a, BodyId b) {
+    const nb::gil_scoped_acquire interpreter;
+    if (!filter_.is_valid()) return true;
+    return nb::cast<bool>(nb::bool_(filter_(a.value, b.value)));
+  }
+
+  nb::object object_;
+  BoundScene& scene_;
+  std::shared_ptr<Query> query_;
+  nb::object filter_;
+};
+
+/// softcd::Ticket for Python, which keeps its query alive.
+class BoundTicket {
+ public:
+  BoundTicket(nb::object query, Pairs pairs)
+      : object_(std::move(query)), query_(nb::cast<BoundQuery&>(object_)), ticket_(query_.start(pairs)) {}
+
+  nb::object wait() { return query_.wait(ticket_); }
+  int traverse(visitproc visit, void* arg) {
+    Py_VISIT(object_.ptr());
+    return 0;
+  }
+
+ private:
+  nb::object object_;
+  BoundQuery& query_;
+  Ticket ticket_;
+};
+
+template <class T>
+int traverse_object(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  return nb::inst_ready(self) ? nb::inst_ptr<T>(self)->traverse(visit, arg) : 0;
+}
+
+int clear_query(PyObject* self) {
+  nb::inst_ptr<BoundQuery>(self)->clear();
+  return 0;
+}
+
+PyType_Slot query_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<BoundQuery>)},
+                             {Py_tp_clear, reinterpret_cast<void*>(clear_query)},
+                             {0, nullptr}};
+PyType_Slot ticket_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<BoundTicket>)}, {0, nullptr}};
+
+constexpr const char* kDetect =
+    "Reads the positions that were set, finds all contacts and returns them as a read-only structured array "
+    "(softcd.contact_dtype) over the library's memory, sorted by (kind, body_a, feature_a, body_b, feature_b), each "
+    "once. It stays as it is, whatever becomes of the query; detections use other memory as long as it lives.";
+
+}  // namespace
+
+void bind_query(nb::module_& module) {
+  using namespace nb::literals;
+  auto options = nb::class_<QueryOptions>(module, "QueryOptions", "What is looked for.");
+  kQueryOptions.define_value(options);
+
+  nb::class_<BoundTicket>(module, "Ticket", nb::type_slots(ticket_slots), "A detection that was started.")
+      .def("wait", &BoundTicket::wait,
+           "What Query.detect returns. Raises Error when it was called before, when the query has started another "
+           "detection, or when options were set; else what has gone wrong in the detection.");
+
+  auto query = nb::class_<BoundQuery>(module, "Query", nb::type_slots(query_slots),
+                                      "Finds contacts between the bodies of a scene. The same input gives the same "
+                                      "bytes, on any backend, with any number of threads.");
+  kQueryOptions.define<BoundQuery*, nb::handle_t<BoundScene>>(
+      query, "__init__",
+      [](BoundQuery* self, nb::handle scene, const QueryOptions& values) {
+        new (self) BoundQuery(nb::borrow(scene), values);
+      },
+      "scene"_a, nb::kw_only());
+  query
+      .def("detect", &BoundQuery::detect, "pairs"_a = Pairs::all,
+           nb::sig("def detect(self, pairs: Pairs = ...) -> numpy.typing.NDArray[numpy.void]"), kDetect)
+      .def(
+          "start", [](nb::object self, Pairs pairs) { return new BoundTicket(std::move(self), pairs); },
+          "pairs"_a = Pairs::all,
+          "Reads the positions that were set and starts a detection; the next step's may be set while it runs.")
+      .def(
+          "set_pair_filter", &BoundQuery::set_pair_filter, "filter"_a.none(),
+          "filter(a, b) is asked by every detection from the next one on whether bodies a <= b are compared; None lets "
+          "all pairs through. It must not call the scene or its queries.")
+      .def_prop_rw("options", &BoundQuery::options, &BoundQuery::set_options,
+                   "Setting them ends a detection of the query that runs.")
+      .def_prop_ro("statistics", &BoundQuery::statistics, "Of the last detection that was waited for.")
+      .def("explain", &BoundQuery::explain, "Which stages that detection ran or left out, and why.")
+      .def("__repr__", [](BoundQuery& self) {
+        return "<softcd.Query " + nb::cast<std::string>(nb::repr(nb::cast(self.options()))) + ">";
+      });
+}
+
+}  // namespace softcd::python

@@ -1,0 +1,168 @@
+#include "scene.hpp"
+
+#include <optional>
+#include <string>
+
+#include "bindings.hpp"
+#include "options.hpp"
+
+namespace softcd::python {
+namespace {
+
+BodyDesc desc_of(const std::vector<Triangle>& triangles, std::uint32_t vertex_count, const BodySettings& settings) {
+  return {triangles, vertex_count, settings};
+}
+
+int traverse_scene(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  return nb::inst_ready(self) ? nb::inst_ptr<BoundScene>(self)->traverse(visit, arg) : 0;
+}
+
+int clear_scene(PyObject* self) {
+  nb::inst_ptr<BoundScene>(self)->clear();
+  return 0;
+}
+
+PyType_Slot scene_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_scene)},
+                             {Py_tp_clear, reinterpret_cast<void*>(clear_scene)},
+                             {0, nullptr}};
+
+constexpr const char* kSetPositions =
+    "Where the body's vertices are at both ends of the step; without vertices_t1 it does not move. Arrays of float32 "
+    "or "
+    "float64 of shape (vertices, 3), both of one type, on the CPU: numpy's, or anything with __dlpack__. They are "
+    "not copied but read when the next detection is started, and kept alive until then; what is written into them "
+    "before counts. With check_finite a coordinate that is not finite, or beyond 1e37, is refused; without, the "
+    "triangles there are left out, with a warning.";
+
+}  // namespace
+
+BoundScene::BoundScene(const SceneOptions& options, nb::object log)
+    : log_(std::move(log)),
+      scene_(options, [this](LogLevel level, std::string_view text) { this->log(level, text); }) {}
+
+void BoundScene::log(LogLevel level, std::string_view text) {
+  const nb::gil_scoped_acquire interpreter;
+  if (log_.is_valid() && !log_.is_none()) {
+    log_(level, std::string(text));
+  } else if (level == LogLevel::warning) {
+    nb::module_::import_("warnings").attr("warn")(std::string(text), nb::handle(PyExc_RuntimeWarning));
+  }
+}
+
+std::uint32_t BoundScene::add_body(nb::handle triangles, std::uint32_t vertex_count, const BodySettings& settings) {
+  const std::vector<Triangle> read = read_triangles("triangles", triangles);
+  return call([&](Scene& scene) {
+    const BodyId body = scene.add_body(desc_of(read, vertex_count, settings));
+    ++body_count_;
+    return body.value;
+  });
+}
+
+void BoundScene::update_body(std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count,
+                             const BodySettings& settings) {
+  const std::vector<Triangle> read = read_triangles("triangles", triangles);
+  call([&](Scene& scene) { scene.update_body({body}, desc_of(read, vertex_count, settings)); });
+}
+
+void BoundScene::set_settings(std::uint32_t body, const BodySettings& settings) {
+  call([&](Scene& scene) { scene.set_settings({body}, settings); });
+}
+
+void BoundScene::remove_body(std::uint32_t body) {
+  call([&](Scene& scene) {
+    scene.remove_body({body});
+    --body_count_;
+  });
+}
+
+bool BoundScene::has_body(std::uint32_t body) {
+  return call([&](Scene& scene) { return scene.has_body({body}); });
+}
+
+void BoundScene::set_positions(std::uint32_t body, nb::handle vertices_t0, nb::handle vertices_t1, bool check_finite) {
+  PositionsArray t0 = read_positions("vertices_t0", vertices_t0);
+  PositionsArray t1 = vertices_t1.is_none() ? t0 : read_positions("vertices_t1", vertices_t1);
+  std::array<Array, 2> arrays = {std::move(t0.memory), std::move(t1.memory)};
+  call([&](Scene& scene) {
+    if (check_finite) {
+      require_finite("vertices_t0", t0.positions);
+      require_finite("vertices_t1", t1.positions);
+    }
+    std::array<Array, 2>& kept = kept_[body];
+    if (vertices_t1.is_none()) {
+      scene.set_positions({body}, t0.positions);
+    } else {
+      scene.set_positions({body}, t0.positions, t1.positions);
+    }
+    kept.swap(arrays);
+  });
+}
+
+SceneOptions BoundScene::options() {
+  return call([](Scene& scene) { return scene.options(); });
+}
+
+Backend BoundScene::backend() {
+  return call([](Scene& scene) { return scene.backend(); });
+}
+
+int BoundScene::traverse(visitproc visit, void* arg) {
+  Py_VISIT(log_.ptr());
+  return 0;
+}
+
+void BoundScene::clear() {
+  log_.reset();
+}
+
+void bind_scene(nb::module_& module) {
+  using namespace nb::literals;
+  auto options = nb::class_<SceneOptions>(module, "SceneOptions", "Where a scene's detections run.");
+  kSceneOptions.define_value(options);
+
+  auto scene = nb::class_<BoundScene>(
+      module, "Scene", nb::type_slots(scene_slots),
+      "Bodies, of which queries find the contacts. Threads may share one: their calls wait for each other. Everything "
+      "may be called while a detection runs, and concerns the next one that is started.");
+  kSceneOptions.define<BoundScene*, nb::object>(
+      scene, "__init__",
+      [](BoundScene* self, nb::object log, const SceneOptions& values) {
+        new (self) BoundScene(values, std::move(log));
+      },
+      nb::kw_only(), "log"_a.none() = nb::none(),
+      "log(level, text) is told warnings and what else may be of interest; without one, warnings are Python's, of the "
+      "category RuntimeWarning.");
+  kBodySettings.define<BoundScene&, nb::handle, std::uint32_t>(
+      scene, "add_body",
+      [](BoundScene& self, nb::handle triangles, std::uint32_t vertex_count, const BodySettings& settings) {
+        return self.add_body(triangles, vertex_count, settings);
+      },
+      "triangles"_a, "vertex_count"_a, nb::kw_only(),
+      "Adds a mesh, integers of shape (n, 3) over vertices 0 to vertex_count - 1, and returns its number.");
+  kBodySettings.define<BoundScene&, std::uint32_t, nb::handle, std::uint32_t>(
+      scene, "update_body",
+      [](BoundScene& self, std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count,
+         const BodySettings& settings) { self.update_body(body, triangles, vertex_count, settings); },
+      "body"_a, "triangles"_a, "vertex_count"_a, nb::kw_only(),
+      "New triangles, vertex count and settings for a body, whose positions have to be set again.");
+  kBodySettings.define<BoundScene&, std::uint32_t>(
+      scene, "set_settings",
+      [](BoundScene& self, std::uint32_t body, const BodySettings& settings) { self.set_settings(body, settings); },
+      "body"_a, nb::kw_only(), "All settings of a body: those that are left out are the defaults.");
+  scene.def("remove_body", &BoundScene::remove_body, "body"_a)
+      .def("has_body", &BoundScene::has_body, "body"_a, "Whether the body was added and not removed.")
+      .def("set_positions", &BoundScene::set_positions, "body"_a, "vertices_t0"_a, "vertices_t1"_a.none() = nb::none(),
+           nb::kw_only(), "check_finite"_a = true, kSetPositions)
+      .def_prop_ro("options", &BoundScene::options)
+      .def_prop_ro("backend", &BoundScene::backend,
+                   "The backend of the last detection, before the first one the expected: never automatic.")
+      .def("__len__", &BoundScene::body_count)
+      .def("__repr__", [](BoundScene& self) {
+        const std::string bodies = std::to_string(self.body_count());
+        return "<softcd.Scene of " + bodies + (self.body_count() == 1 ? " body, " : " bodies, ") +
+               nb::cast<std::string>(nb::str(nb::cast(self.backend()))) + ">";
+      });
+}
+
+}  // namespace softcd::python

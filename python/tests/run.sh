@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# Builds the Python package's wheel, installs it into a fresh environment and runs its tests there.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: python/tests/run.sh [BUILD_DIR] [ARGUMENT...]
+
+Builds a wheel (CPU backend) from this clone in BUILD_DIR (build/python), installs it into a fresh virtual environment
+there and runs python/tests with pytest, which ARGUMENTs go to.
+
+  PYTHON=python3            the interpreter to build for, 3.10 or newer
+  SOFTCD_CUDA=auto|on|off   the CUDA backend; off here where nothing is said
+
+Exit code 77: the interpreter, its headers or venv are missing, or no package index can be reached.
+TEXT
+}
+
+case "${1:-}" in
+  -h | --help) usage && exit 0 ;;
+esac
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+build=${1:-$root/build/python}
+if [ $# -gt 0 ]; then shift; fi
+cuda=${SOFTCD_CUDA:-off}
+python=${PYTHON:-python3}
+
+skip() {
+  printf 'softcd: the Python package is not tested: %s\n' "$*" >&2
+  exit 77
+}
+
+command -v "$python" >/dev/null || skip "there is no $python"
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 10))' || skip "$python is older than 3.10"
+"$python" -c 'import os, sysconfig, sys; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' ||
+  skip "$python has no headers; on Debian, install python3-dev"
+mkdir -p "$build"
+build=$(cd "$build" && pwd)
+rm -rf "$build/venv" "$build/wheel"
+"$python" -m venv "$build/venv" || skip "$python makes no virtual environment; on Debian, install python3-venv"
+pip=("$build/venv/bin/python" -m pip --quiet --disable-pip-version-check)
+"${pip[@]}" install pytest numpy || skip "pip cannot fetch pytest and numpy"
+
+"${pip[@]}" wheel "$root/python" --no-deps --wheel-dir "$build/wheel" -C build-dir="$build/{wheel_tag}" \
+  -C cmake.define.SOFTCD_CUDA="${cuda^^}"
+"${pip[@]}" install "$build"/wheel/softcd-*.whl
+cd "$root/python/tests"
+exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"

@@ -1,0 +1,148 @@
+"""Wrong arguments: a Python exception that says which, and never a crash."""
+
+import itertools
+import random
+
+import numpy as np
+import pytest
+
+import softcd
+from meshes import PIERCING_T0, PIERCING_T1, PIERCING_TRIANGLES
+
+GOOD = PIERCING_T0
+
+
+def set_positions(*vertices):
+    scene = softcd.Scene()
+    scene.set_positions(scene.add_body(PIERCING_TRIANGLES, 6), *vertices)
+
+
+WRONG_POSITIONS = {
+    "a list": (TypeError, [[0, 0, 0]] * 6),
+    "a number": (TypeError, 3.0),
+    "text": (TypeError, "012"),
+    "bytes": (ValueError, b"012345678901234567"),
+    "float16": (TypeError, GOOD.astype(np.float16)),
+    "long double": (TypeError, GOOD.astype(np.longdouble)),
+    "integers": (TypeError, GOOD.astype(int)),
+    "complex numbers": (TypeError, GOOD.astype(complex)),
+    "other endianness": (TypeError, GOOD.astype(">f8")),
+    "objects": (TypeError, GOOD.astype(object)),
+    "one dimension": (ValueError, GOOD.ravel()),
+    "three dimensions": (ValueError, GOOD[None]),
+    "no dimension": (ValueError, np.array(1.0)),
+    "four columns": (ValueError, np.zeros((6, 4))),
+    "Fortran's order": (ValueError, np.asfortranarray(GOOD)),
+    "backwards": (ValueError, GOOD[::-1]),
+    "columns backwards": (ValueError, GOOD[:, ::-1]),
+    "one row repeated": (ValueError, np.broadcast_to(GOOD[0], (6, 3))),
+    "rows that overlap": (ValueError, np.lib.stride_tricks.as_strided(np.zeros(20), (6, 3), (8, 8))),
+    "not a number": (ValueError, GOOD * np.nan),
+    "too large": (ValueError, GOOD + 1e38),
+    "not aligned": (ValueError, np.frombuffer(b"\0" + GOOD.tobytes(), np.uint8)[1:].view(np.float64).reshape(6, 3)),
+}
+
+
+@pytest.mark.parametrize("what", WRONG_POSITIONS)
+def test_positions_that_cannot_be_read_are_named(what):
+    error, wrong = WRONG_POSITIONS[what]
+    with pytest.raises(error, match="^vertices_t0: "):
+        set_positions(wrong)
+    with pytest.raises(error, match="^vertices_t1: "):
+        set_positions(GOOD, wrong)
+
+
+def test_positions_of_the_wrong_number_or_two_types_are_refused():
+    with pytest.raises(softcd.InvalidInput, match="5 positions were given for t1, but the body has 6"):
+        set_positions(GOOD, GOOD[:5])
+    with pytest.raises(softcd.InvalidInput, match="t0 and t1 are of different types"):
+        set_positions(GOOD, GOOD.astype(np.float32))
+
+
+@pytest.mark.parametrize(
+    "error, text, triangles",
+    [
+        (TypeError, "^triangles: .*got list", [[0, 1, 2]]),
+        (TypeError, "^triangles: .*got float64", PIERCING_TRIANGLES.astype(float)),
+        (TypeError, "^triangles: .*got bool8", PIERCING_TRIANGLES.astype(bool)),
+        (ValueError, r"^triangles: .*got \(6,\)", PIERCING_TRIANGLES.ravel()),
+        (ValueError, "^triangles: row 1 has the index -1", np.array([[0, 1, 2], [3, -1, 4]])),
+        (ValueError, "^triangles: row 0 has the index 4294967296", np.array([[0, 1, 2**32]])),
+        (ValueError, "triangle 0 has vertex index 6", np.array([[0, 1, 6]])),
+    ],
+)
+def test_triangles_that_cannot_be_read_are_named(error, text, triangles):
+    with pytest.raises(error, match=text):
+        softcd.Scene().add_body(triangles, 6)
+
+
+@pytest.mark.parametrize(
+    "error, text, call",
+    [
+        (softcd.InvalidInput, "margin is nan", lambda: softcd.Scene().add_body(PIERCING_TRIANGLES, 6, margin=np.nan)),
+        (softcd.InvalidInput, "margin is -1", lambda: softcd.detect(GOOD, PIERCING_TRIANGLES, margin=-1)),
+        (softcd.InvalidInput, "lambda is 1000", lambda: softcd.Query(softcd.Scene(), lambda_=1000)),
+        (softcd.InvalidInput, "motion_margin", lambda: softcd.Query(softcd.Scene(), motion_margin=-0.5)),
+        (softcd.InvalidInput, "body 7 is not in the scene", lambda: softcd.Scene().remove_body(7)),
+        (softcd.InvalidInput, "^vertices_t1: expected 1", lambda: softcd.detect([GOOD], [PIERCING_TRIANGLES], [])),
+        (TypeError, "detection: str", lambda: softcd.Query(softcd.Scene(), detection="ccd")),
+        (TypeError, "scene: softcd", lambda: softcd.Query("scene")),
+        (TypeError, "memory_limit: int", lambda: softcd.Scene(memory_limit=-1)),
+        (TypeError, "nonsense", lambda: softcd.Scene(nonsense=1)),
+        (TypeError, "vertices_t0", lambda: softcd.detect(None, PIERCING_TRIANGLES)),
+        (TypeError, "triangles", lambda: softcd.detect(GOOD, None)),
+        (TypeError, "vertices", lambda: softcd.self_intersections(None, PIERCING_TRIANGLES)),
+    ],
+)
+def test_other_arguments_are_named(error, text, call):
+    with pytest.raises(error, match=text):
+        call()
+
+
+def some_arguments(choose):
+    """Arguments of every kind, more wrong ones than right ones; none that asks for gigabytes."""
+    arrays = [wrong for _, wrong in WRONG_POSITIONS.values()]
+    arrays += [GOOD, PIERCING_T1, PIERCING_TRIANGLES, PIERCING_TRIANGLES.astype("i2"), GOOD.astype("f4"), GOOD[:0]]
+    arrays += [memoryview(GOOD), np.ma.masked_array(GOOD), np.zeros((6, 0)), np.zeros((0, 3), int), GOOD[:4]]
+    others = [None, True, 0, 1, 6, -1, 2**32, 2**70, 0.5, -1.0, np.inf, np.nan, "", "x", b"", (), [], {}, object()]
+    others += [*softcd.Detection, *softcd.Backend, *softcd.Pairs, softcd.Scene(), softcd.QueryOptions(), len]
+    return choose(arrays) if choose([True, False]) else choose(others)
+
+
+def test_random_arguments_only_raise():
+    choose = random.Random(1).choice
+    scene = softcd.Scene()
+    query = softcd.Query(scene)
+    scene.add_body(PIERCING_TRIANGLES, 6, self_collision=True)
+    calls = {
+        softcd.Scene: ["log", "backend", "memory_limit", "max_threads", "cuda_device"],
+        softcd.Query: ["detection", "accuracy", "margins", "motion_margin", "lambda_", "edge_edge"],
+        softcd.QueryOptions: ["detection", "step_end", "contact_rule"],
+        query.options.replace: ["detection", "margins", "nonsense"],
+        scene.set_positions: ["vertices_t1", "check_finite"],
+        scene.add_body: ["vertex_count", "margin", "self_collision", "filter_mask"],
+        scene.update_body: ["vertex_count", "margin", "kinematic"],
+        scene.set_settings: ["margin", "edge_edge", "filter_group"],
+        scene.remove_body: [],
+        scene.has_body: [],
+        query.set_pair_filter: [],
+        query.detect: ["pairs"],
+        query.start: ["pairs"],
+        softcd.detect: ["vertices_t1", "margin", "backend", "detection"],
+        softcd.collision_free_step: ["margin", "self_collision"],
+        softcd.self_intersections: ["max_threads", "memory_limit"],
+        softcd.read_mesh: [],
+        softcd._core.edges_meet_triangles: [],
+    }
+    good = [scene, 0, PIERCING_TRIANGLES, GOOD, 6]
+    succeeded, raised = 0, 0
+    for _, call in itertools.product(range(250), calls):
+        arguments = [choose(good) if choose([True, False]) else some_arguments(choose) for _ in range(choose(range(4)))]
+        keywords = {name: some_arguments(choose) for name in calls[call] if choose([True, False, False])}
+        try:
+            call(*arguments, **keywords)
+            succeeded += 1
+        except (softcd.Error, TypeError, ValueError, OverflowError, AttributeError, RuntimeWarning):
+            raised += 1
+    assert succeeded > 100 and raised > 2000
+    assert repr(scene) and len(softcd.detect(GOOD, PIERCING_TRIANGLES, PIERCING_T1)) == 1

@@ -1,0 +1,58 @@
+"""Every example of the documents runs."""
+
+import pathlib
+import re
+
+import numpy as np
+import pytest
+
+from meshes import sheet
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def examples():
+    for document in (ROOT / "docs" / "python.md", ROOT / "README.md"):
+        text = document.read_text()
+        for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+            line = text.count("\n", 0, block.start()) + 1
+            yield pytest.param(block[1], id=f"{document.name}:{line}")
+
+
+def write_ply(path, vertices, triangles):
+    header = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz")
+    header += f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = [" ".join(map(repr, row)) for row in vertices.tolist()]
+    rows += [f"3 {a} {b} {c}" for a, b, c in triangles.tolist()]
+    path.write_text(header + "\n".join(rows) + "\n")
+
+
+def folding_sheet():
+    """A sheet whose border turns over and comes down through it."""
+    vertices, triangles = sheet(8)
+    vertices_t0 = vertices.copy()
+    vertices_t0[vertices[:, 0] == 7] += [-5.5, 0.3, 2]
+    vertices_t0[vertices[:, 0] == 6] += [-2, 0, 2]
+    vertices_t1 = vertices_t0.copy()
+    vertices_t1[vertices[:, 0] == 7] += [0, 0, -4]
+    return vertices_t0, vertices_t1, triangles
+
+
+@pytest.mark.parametrize("code", list(examples()))
+def test_examples_run(code, tmp_path, monkeypatch, capsys):
+    vertices_t0, vertices_t1, triangles = folding_sheet()
+    write_ply(tmp_path / "t0.ply", vertices_t0, triangles)
+    write_ply(tmp_path / "t1.ply", vertices_t1, triangles)
+    write_ply(tmp_path / "mesh.ply", vertices_t1, triangles)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(compile(code, "example", "exec"), names)
+    if "print" in code:
+        assert capsys.readouterr().out
+    if "points" in names:
+        assert len(names["points"]) > 0 and np.isfinite(names["points"]).all()
+
+
+def test_there_are_examples():
+    assert len(list(examples())) >= 6

@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+
+import oracle
+import softcd
+from meshes import PIERCING_T0, PIERCING_T1, PIERCING_TRIANGLES, sheet, soup
+
+
+def test_a_step_is_free_until_something_touches():
+    assert softcd.collision_free_step(PIERCING_T0, PIERCING_TRIANGLES, PIERCING_T1) == pytest.approx(0.5, abs=1e-5)
+    assert softcd.collision_free_step(PIERCING_T0, PIERCING_TRIANGLES, PIERCING_T1) <= 0.5
+    assert softcd.collision_free_step(PIERCING_T0, PIERCING_TRIANGLES, PIERCING_T0) == 1
+    touching = PIERCING_T0.copy()
+    touching[3, 2] = 0
+    assert softcd.collision_free_step(touching, PIERCING_TRIANGLES, PIERCING_T1) == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_touches_on_a_collision_free_step(seed):
+    vertices_t0, triangles = soup(seed, 10, size=0.9)
+    if len(softcd.self_intersections(vertices_t0, triangles)) > 0:
+        vertices_t0 = vertices_t0 + [1, 0, 0] * np.repeat(np.arange(10.0), 3)[:, None]
+    vertices_t1 = soup(seed + 50, 10, size=0.9)[0]
+    step = softcd.collision_free_step(vertices_t0, triangles, vertices_t1)
+    times = [
+        oracle.first_touch(kind, vertices_t0[list(corners)], vertices_t1[list(corners)])
+        for kind, corners in oracle.candidates(triangles)
+    ]
+    first = min(time for time in times if time is not None)
+    assert first - 1e-5 < step <= first + 1e-12
+
+
+def test_a_margin_keeps_its_distance():
+    step = softcd.collision_free_step(PIERCING_T0, PIERCING_TRIANGLES, PIERCING_T1, margin=0.1)
+    assert step == pytest.approx(0.4, abs=1e-4) and step <= 0.4
+
+
+def intersects(edge, triangle):
+    """Whether they cross, in float64: nothing that the tests compare is near a border."""
+    p, q = edge
+    a, b, c = triangle
+
+    def side(*corners):
+        return np.linalg.det([corners[i] - corners[3] for i in range(3)])
+
+    sides = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)]
+    return side(a, b, c, p) * side(a, b, c, q) < 0 and (min(sides) > 0 or max(sides) < 0)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("seed", range(3))
+def test_self_intersections_are_those_of_brute_force(seed, dtype):
+    vertices, triangles = soup(seed, 16, size=2)
+    vertices = vertices.astype(dtype)
+    expected = set()
+    for i, j in np.ndindex(16, 16):
+        for k in range(3):
+            edge = vertices[triangles[i][[k, (k + 1) % 3]]].astype(float)
+            if i != j and intersects(edge, vertices[triangles[j]].astype(float)):
+                expected.add((min(i, j), max(i, j)))
+    found = softcd.self_intersections(vertices, triangles)
+    assert found.dtype == np.uint32 and found.tolist() == sorted(map(list, expected)) and len(expected) > 10
+
+
+def test_neighbours_intersect_only_elsewhere():
+    vertices, triangles = sheet(5)
+    assert softcd.self_intersections(vertices, triangles).shape == (0, 2)
+    folded = vertices.copy()
+    folded[24] = [0.3, 0.4, 0]  # the corner lands inside the first square, and touches what it passes
+    found = softcd.self_intersections(folded, triangles)
+    corner = int(np.flatnonzero((triangles == 24).any(axis=1))[0])
+    assert len(found) > 0 and (found == corner).any(axis=1).all()
+
+
+def test_self_intersections_are_found_in_parts(monkeypatch):
+    vertices, triangles = soup(1, 16, size=2)
+    expected = softcd.self_intersections(vertices, triangles)
+    monkeypatch.setattr(softcd._helpers, "_EDGES_AT_ONCE", 7)
+    assert np.array_equal(softcd.self_intersections(vertices, triangles), expected)
+
+
+def test_a_mesh_without_triangles_has_no_self_intersections():
+    assert softcd.self_intersections(np.zeros((4, 3)), np.empty((0, 3), np.uint32)).shape == (0, 2)
+
+
+def test_touching_triangles_intersect():
+    vertices = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 0], [1, 1, 2], [2, 1, 2]], np.float32)
+    triangles = np.arange(6).reshape(2, 3)
+    assert softcd.self_intersections(vertices, triangles).tolist() == [[0, 1]]
+    vertices[3, 2] = np.nextafter(np.float32(0), np.float32(1))
+    assert softcd.self_intersections(vertices, triangles).tolist() == []

@@ -1,0 +1,24 @@
+import importlib.metadata
+import pathlib
+import re
+
+import softcd
+
+FOLDER = pathlib.Path(softcd.__file__).parent
+HEADER = pathlib.Path(__file__).resolve().parents[2] / "kernels" / "include" / "softcd" / "version.hpp"
+
+
+def test_the_version_is_the_headers():
+    version = re.search(r'SOFTCD_VERSION_STRING "(.*)"', HEADER.read_text())[1]
+    assert softcd.__version__ == version == importlib.metadata.version("softcd")
+
+
+def test_annotations_are_installed():
+    assert (FOLDER / "py.typed").exists()
+    stub = (FOLDER / "_core.pyi").read_text()
+    assert "class Scene:" in stub and "def set_positions(self, body: int, vertices_t0" in stub
+
+
+def test_everything_public_is_there():
+    assert all(hasattr(softcd, name) for name in softcd.__all__)
+    assert {name for name in vars(softcd) if not name.startswith("_")} <= set(softcd.__all__)
