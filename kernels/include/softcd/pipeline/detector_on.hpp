@@ -8,6 +8,7 @@
 #include "softcd/pipeline/backend.hpp"
 #include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/kept_look.hpp"
 #include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/narrow_phase.hpp"
 #include "softcd/pipeline/workspace.hpp"
@@ -39,6 +40,7 @@ struct QueryOn final : QueryMemory {
   std::uint64_t chunks = 1;                            ///< parts that the last detection's pair tests were made in
   std::uint64_t revision = 0;                          ///< of the detector, then
   ChunkCounts total{};                                 ///< of the last detection
+  std::shared_ptr<Usefulness> usefulness = std::make_shared<Usefulness>();  ///< of what its looks leave
   typename Backend::Session session;
 };
 
@@ -91,6 +93,7 @@ class DetectorOn final : public Detector {
     has_released_ = false;
     first_chunk_ = 0;
     chunks_ = query_->revision == revision_ ? query_->chunks : 1;
+    may_keep_ = settings.reuses_pairs && chunks_ == 1 && !account_->is_limited();
     with_lists_or_without([&] {
       upload(query_->bodies, bodies.bodies);
       upload(query_->partner_begin, bodies.partner_begin);
@@ -251,6 +254,7 @@ class DetectorOn final : public Detector {
   /// and divides chunks so that theirs should fit into half of what is left. Throws std::bad_alloc when that is
   /// nothing.
   void make_room() {
+    may_keep_ = false;
     const Counters reached = counters_reached();
     found_ = reached.contacts;
     release_lists();
@@ -314,11 +318,38 @@ class DetectorOn final : public Detector {
     backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_});
     BroadPhaseStages<Backend, Scheme> broad_phase(backend_, w_, scene_, settings_);
     NarrowPhaseStages<Backend, Scheme> narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
+    broad_phase.bound_triangles();
+    if constexpr (Backend::kKnowsCounts) {
+      find_pairs_or_reuse(broad_phase, narrow_phase);
+    } else {
+      broad_phase.prepare();
+      find_pairs(broad_phase, narrow_phase);
+    }
+    narrow_phase.test_neighbours();
+    narrow_phase.find_contacts();
+    reserve_sorted_contacts(w_.lists.found.capacity());
+    narrow_phase.sort_contacts(query_->contacts.data());
+    backend_.begin(Stage::transfer);
+    backend_.download(w_.counters, query_->contacts, w_.lists.found.count(w_.counters.data()));
+  }
+
+  /// Among those that an earlier look has kept, where these are all that there can be.
+  void find_pairs_or_reuse(BroadPhaseStages<Backend, Scheme>& broad_phase,
+                           NarrowPhaseStages<Backend, Scheme>& narrow_phase) {
+    LookKeeping<Backend, Scheme> keeping(backend_, w_, broad_phase, scene_, settings_, revision_);
+    has_reused_ = may_keep_ && keeping.reuse();
+    if (has_reused_) return;
     broad_phase.prepare();
-    if (Backend::kKnowsCounts && (account_->is_limited() || chunks_ > 1)) {
+    if (may_keep_ && keeping.keep(query_->usefulness)) return;
+    if (account_->is_limited() || chunks_ > 1) {
       const std::uint64_t least_chunks = w_.counters.data()->tests / kMostTestsOfChunk + 1;
       chunks_ = std::max(chunks_, std::min(kMostChunks, least_chunks));
     }
+    find_pairs(broad_phase, narrow_phase);
+  }
+
+  /// In chunks: those of all but the last were narrowed down.
+  void find_pairs(BroadPhaseStages<Backend, Scheme>& broad_phase, NarrowPhaseStages<Backend, Scheme>& narrow_phase) {
     const auto chunks = static_cast<std::uint32_t>(chunks_);
     for (std::uint32_t i = 0; i < chunks; ++i) {
       if (i > 0) {
@@ -329,12 +360,6 @@ class DetectorOn final : public Detector {
       broad_phase.test_pairs({chunk_, chunks});
     }
     broad_phase.add_remaining_pairs();
-    narrow_phase.test_neighbours();
-    narrow_phase.find_contacts();
-    reserve_sorted_contacts(w_.lists.found.capacity());
-    narrow_phase.sort_contacts(query_->contacts.data());
-    backend_.begin(Stage::transfer);
-    backend_.download(w_.counters, query_->contacts, w_.lists.found.count(w_.counters.data()));
   }
 
   void launch() {
@@ -357,7 +382,8 @@ class DetectorOn final : public Detector {
     statistics.big_triangles = counters.bigs;
     statistics.entries = counters.entries;
     statistics.cells = counters.cells;
-    statistics.tests = counters.tests + counters.bigs * counters.grid.active_triangles;
+    statistics.tests = has_reused_ ? counters.kept : counters.tests + counters.bigs * counters.grid.active_triangles;
+    statistics.reused_pairs = has_reused_;
     statistics.triangle_pairs = query_->total.pairs;
     statistics.flagged_pairs = counters.flagged;
     statistics.vt_candidates = query_->total.vt_candidates;
@@ -386,6 +412,8 @@ class DetectorOn final : public Detector {
   Counters reached_{};             ///< by the detection's last attempt that was finished; 0 at its start
   bool has_released_ = false;      ///< the detection's lists have only what it needs itself
   bool is_launched_ = false;
+  bool may_keep_ = false;                           ///< pairs, for later looks, or reuse those of an earlier one
+  bool has_reused_ = false;                         ///< pairs of an earlier look
   MemoryNeed::For needs_ = MemoryNeed::For::scene;  ///< what is being done
   std::uint64_t found_ = 0;                         ///< contacts, when memory ran out
   Backend backend_;  ///< the last, so that it goes first: it waits for work that uses all the others

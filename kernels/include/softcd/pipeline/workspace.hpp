@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <new>
 #include <tuple>
 
@@ -56,6 +57,8 @@ struct Counters {
   ChunkCounts done, most;  ///< of the chunks before: together, and in one
   float earliest_toi;
   GridParameters grid;
+  std::uint64_t active, escaped;  ///< triangles, see FindEscaped
+  std::uint64_t kept;             ///< pairs that a look keeps, or has kept
 };
 
 /// Begins the next chunk.
@@ -235,6 +238,45 @@ struct Lists {
   }
 };
 
+/// Whether what a query's looks leave is of use to those after them. Keeping pairs costs about a tenth of a look, and
+/// saves most of one.
+class Usefulness {
+ public:
+  bool is_likely() const { return credit_ > 0; }
+  void confirm() { credit_ = kMostCredit; }
+  void doubt() { credit_ = std::max(credit_ - 1, 0); }
+
+ private:
+  static constexpr int kMostCredit = 6;
+
+  int credit_ = 0;
+};
+
+/// What one look leaves to those after it, of the same query and of others: the volumes of all triangles, and, where
+/// that is likely to be of use, all pairs of triangles whose volumes overlap. As long as each triangle's volume lies
+/// within the one that is kept, the pairs that a look would find are among those.
+template <class Backend>
+struct KeptLook {
+  template <class T>
+  using Buffer = typename Backend::template Buffer<T>;
+
+  Buffer<Kdop18> volumes;
+  List<Backend, DetectionCounter<&Counters::kept>, ArrayTarget<std::uint64_t>, Buffer<std::uint64_t>> pairs;
+  /// What was looked for; see SceneView.
+  Buffer<SceneBody> bodies;
+  Buffer<std::uint64_t> partner_begin;
+  Buffer<std::uint32_t> partners;
+  DetectionSettings settings{};
+  std::uint64_t revision = 0;  ///< of the detector; 0: there is nothing
+  GridParameters grid{};
+  std::uint64_t pair_count = 0;
+  bool has_pairs = false;
+  std::shared_ptr<Usefulness> usefulness;  ///< of the looks of the query that has left it
+  bool was_of_use = false;
+  int misses = 0;           ///< looks since the last that it was of use to
+  bool has_looked = false;  ///< the workspace's detector
+};
+
 /// Everything that decides which work a detection enqueues, and with which arguments: of two detections with equal ones
 /// the second enqueues the same work on the same memory.
 struct Signature {
@@ -256,6 +298,7 @@ struct Workspace {
   using SortBuffer = typename Backend::template SortBuffer<T>;
 
   Lists<Backend, Scheme> lists;
+  KeptLook<Backend> kept;
   Buffer<Counters> counters;
   Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kHistograms histograms of kSizeBins
 

@@ -1,0 +1,130 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "softcd/pipeline/broad_phase.hpp"
+#include "softcd/pipeline/workspace.hpp"
+
+namespace softcd {
+
+/// What one look does with the kept one: finds its pairs among those, or else leaves something itself. For backends
+/// whose counts, and memory, the host can read meanwhile.
+template <class Backend, class Scheme>
+class LookKeeping {
+ public:
+  /// `revision` is the detector's.
+  LookKeeping(Backend& backend, Workspace<Backend, Scheme>& workspace, BroadPhaseStages<Backend, Scheme>& stages,
+              const SceneView& scene, const DetectionSettings& settings, std::uint64_t revision)
+      : backend_(backend),
+        counters_(*workspace.counters.data()),
+        kept_(workspace.kept),
+        stages_(stages),
+        scene_(scene),
+        settings_(settings),
+        revision_(revision) {}
+
+  /// Of triangles that are bounded: whether all pairs were found among those kept.
+  bool reuse() {
+    ++kept_.misses;
+    if (!is_kept() || !covers_settings() || !covers_bodies()) return false;
+    stages_.find_escaped();
+    if (counters_.escaped > 0) return false;
+    kept_.misses = 0;
+    kept_.was_of_use = true;
+    kept_.usefulness->confirm();
+    if (!kept_.has_pairs) return false;
+    counters_.kept = kept_.pair_count;
+    counters_.grid = kept_.grid;
+    counters_.grid.active_triangles = static_cast<std::uint32_t>(counters_.active);
+    stages_.test_kept_pairs();
+    return true;
+  }
+
+  /// Of triangles that are prepared: whether all pairs were found, because those of overlapping volumes are kept. Else
+  /// volumes are left alone, which tell whether pairs would have been of use; by a scene's first look nothing is.
+  bool keep(const std::shared_ptr<Usefulness>& usefulness) {
+    if (!std::exchange(kept_.has_looked, true) || is_others(*usefulness)) return false;
+    if (kept_.usefulness != nullptr && !kept_.was_of_use) kept_.usefulness->doubt();
+    kept_.revision = 0;
+    if (counters_.splits > 0 || !lists_all_neighbours()) return false;
+    stages_.keep_volumes();
+    keep_bodies();
+    kept_.settings = settings_;
+    kept_.usefulness = usefulness;
+    kept_.was_of_use = false;
+    kept_.has_pairs = usefulness->is_likely();
+    if (kept_.has_pairs) stages_.keep_pairs();
+    kept_.pair_count = counters_.kept;
+    kept_.grid = counters_.grid;
+    kept_.revision = revision_;
+    if (kept_.has_pairs) stages_.test_kept_pairs();
+    return kept_.has_pairs;
+  }
+
+ private:
+  /// Looks in a row that the kept one is of no use to before another query's may take its place.
+  static constexpr int kMostMisses = 4;
+
+  bool is_kept() const { return kept_.revision == revision_; }
+
+  /// Another query has left pairs that still are of use.
+  bool is_others(const Usefulness& usefulness) const {
+    return is_kept() && kept_.has_pairs && kept_.usefulness.get() != &usefulness && kept_.misses < kMostMisses;
+  }
+
+  /// Others have no other contacts, but want to be seen at work.
+  bool covers_settings() const {
+    return kept_.settings.broad_phase == settings_.broad_phase && kept_.settings.subdivision == settings_.subdivision &&
+           kept_.settings.lambda == settings_.lambda;
+  }
+
+  /// Whether all pairs of bodies, and kinds of features, were looked for.
+  bool covers_bodies() const {
+    if (!lists_all_neighbours()) return false;
+    for (std::uint32_t b = 0; b < scene_.body_count; ++b) {
+      const SceneBody& now = scene_.bodies[b];
+      const SceneBody& then = kept_.bodies.data()[b];
+      if ((now.vertex_triangle && !then.vertex_triangle) || (now.edge_edge && !then.edge_edge)) return false;
+      const auto row = [b](const std::uint64_t* begin, const std::uint32_t* partners) {
+        return Span<const std::uint32_t>(partners + begin[b], begin[b + 1] - begin[b]);
+      };
+      const auto partners_now = row(scene_.partner_begin, scene_.partners);
+      const auto partners_then = row(kept_.partner_begin.data(), kept_.partners.data());
+      if (!std::includes(partners_then.begin(), partners_then.end(), partners_now.begin(), partners_now.end())) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// What triangles that share a vertex may touch with is decided by where they are, unless it is listed.
+  bool lists_all_neighbours() const {
+    for (std::uint32_t b = 0; b < scene_.body_count; ++b) {
+      if (!scene_.bodies[b].lists_neighbours && scene_.bodies_may_touch(b, b)) return false;
+    }
+    return true;
+  }
+
+  void keep_bodies() {
+    const auto keep = [this](auto& buffer, const auto* values, std::uint64_t count) {
+      buffer.reserve(backend_, count, 0);
+      backend_.upload(buffer, {values, count});
+    };
+    keep(kept_.bodies, scene_.bodies, scene_.body_count);
+    keep(kept_.partner_begin, scene_.partner_begin, scene_.body_count + 1);
+    keep(kept_.partners, scene_.partners, scene_.partner_begin[scene_.body_count]);
+  }
+
+  Backend& backend_;
+  Counters& counters_;
+  KeptLook<Backend>& kept_;
+  BroadPhaseStages<Backend, Scheme>& stages_;
+  const SceneView& scene_;
+  const DetectionSettings& settings_;
+  std::uint64_t revision_;
+};
+
+}  // namespace softcd
