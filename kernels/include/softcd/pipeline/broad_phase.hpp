@@ -36,13 +36,15 @@ class BroadPhaseStages {
         scene_(scene),
         settings_(settings) {}
 
-  void bound_triangles() {
+  void bound_triangles() { bound_triangles(scene_); }
+  /// As if the scene's bodies were those of `scene`.
+  void bound_triangles(const SceneView& scene) {
     backend_.begin(Stage::volumes);
     w_.volumes.reserve(backend_, scene_.triangle_count, 0);
     w_.shapes.reserve(backend_, scene_.triangle_count, 0);
     if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.triangle_count, 0);
     backend_.for_each("bound_triangles", triangles(),
-                      BoundTriangle{scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
+                      BoundTriangle{scene, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
   }
 
   /// Of triangles that are bounded: everything before the pair tests.
@@ -85,9 +87,15 @@ class BroadPhaseStages {
                              counter(counters_->active), counter(counters_->escaped));
   }
 
-  void keep_volumes() {
+  /// Lowers the counters' headroom to the least of all triangles.
+  void measure_headroom() {
+    backend_.minimum("measure_headroom", triangles(), MeasureHeadroom{w_.volumes.data(), w_.kept.volumes.data()},
+                     &counters_->headroom);
+  }
+
+  void keep_volumes(float slack) {
     w_.kept.volumes.reserve(backend_, scene_.triangle_count, 0);
-    backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data()});
+    backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data(), slack});
   }
 
   /// Of triangles that are prepared: all pairs whose volumes overlap, wherever in these the triangles are.

@@ -336,11 +336,12 @@ class DetectorOn final : public Detector {
   /// Among those that an earlier look has kept, where these are all that there can be.
   void find_pairs_or_reuse(BroadPhaseStages<Backend, Scheme>& broad_phase,
                            NarrowPhaseStages<Backend, Scheme>& narrow_phase) {
-    LookKeeping<Backend, Scheme> keeping(backend_, w_, broad_phase, scene_, settings_, revision_);
+    LookKeeping<Backend, Scheme> keeping(backend_, w_, broad_phase, scene_, settings_, revision_, query_->usefulness);
     has_reused_ = may_keep_ && keeping.reuse();
     if (has_reused_) return;
+    if (may_keep_) keeping.begin();
     broad_phase.prepare();
-    if (may_keep_ && keeping.keep(query_->usefulness)) return;
+    if (may_keep_ && keeping.keep()) return;
     if (account_->is_limited() || chunks_ > 1) {
       const std::uint64_t least_chunks = w_.counters.data()->tests / kMostTestsOfChunk + 1;
       chunks_ = std::max(chunks_, std::min(kMostChunks, least_chunks));

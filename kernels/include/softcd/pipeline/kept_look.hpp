@@ -15,23 +15,30 @@ namespace softcd {
 template <class Backend, class Scheme>
 class LookKeeping {
  public:
-  /// `revision` is the detector's.
+  /// `revision` is the detector's, `usefulness` of what the query's looks leave.
   LookKeeping(Backend& backend, Workspace<Backend, Scheme>& workspace, BroadPhaseStages<Backend, Scheme>& stages,
-              const SceneView& scene, const DetectionSettings& settings, std::uint64_t revision)
+              const SceneView& scene, const DetectionSettings& settings, std::uint64_t revision,
+              const std::shared_ptr<Usefulness>& usefulness)
       : backend_(backend),
+        volumes_(workspace.volumes),
         counters_(*workspace.counters.data()),
         kept_(workspace.kept),
         stages_(stages),
         scene_(scene),
         settings_(settings),
-        revision_(revision) {}
+        revision_(revision),
+        usefulness_(usefulness) {}
 
   /// Of triangles that are bounded: whether all pairs were found among those kept.
   bool reuse() {
     ++kept_.misses;
+    if (is_own()) ++kept_.age;
     if (!is_kept() || !covers_settings() || !covers_bodies()) return false;
     stages_.find_escaped();
-    if (counters_.escaped > 0) return false;
+    if (counters_.escaped > 0) {
+      if (is_own()) learn();
+      return false;
+    }
     kept_.misses = 0;
     kept_.was_of_use = true;
     kept_.usefulness->confirm();
@@ -43,20 +50,32 @@ class LookKeeping {
     return true;
   }
 
-  /// Of triangles that are prepared: whether all pairs were found, because those of overlapping volumes are kept. Else
-  /// volumes are left alone, which tell whether pairs would have been of use; by a scene's first look nothing is.
-  bool keep(const std::shared_ptr<Usefulness>& usefulness) {
-    if (!std::exchange(kept_.has_looked, true) || is_others(*usefulness)) return false;
+  /// Of triangles that are bounded: leaves their volumes, which tell whether pairs would have been of use; by a
+  /// detector's first look nothing is left. Where pairs shall be kept the stages go on with the grown volumes.
+  void begin() {
+    if (!std::exchange(kept_.has_looked, true) || is_others()) return;
     if (kept_.usefulness != nullptr && !kept_.was_of_use) kept_.usefulness->doubt();
     kept_.revision = 0;
-    if (counters_.splits > 0 || !lists_all_neighbours()) return false;
-    stages_.keep_volumes();
+    if (!lists_all_neighbours()) return;
+    begins_ = true;
+    kept_.has_pairs = usefulness_->is_likely();
+    kept_.slack = kept_.has_pairs ? usefulness_->slack() : 0.0F;
     keep_bodies();
+    if (is_grown()) bound_those_near();
+    stages_.keep_volumes(kept_.slack);
+    if (is_grown()) std::swap(volumes_, kept_.volumes);
+  }
+
+  /// Of triangles that are prepared: whether all pairs were found, because those of overlapping volumes are kept.
+  bool keep() {
+    const bool keeps = begins_ && counters_.splits == 0;
+    if (keeps && kept_.has_pairs) stages_.keep_pairs();
+    if (begins_ && is_grown()) std::swap(volumes_, kept_.volumes);
+    if (!keeps) return false;
     kept_.settings = settings_;
-    kept_.usefulness = usefulness;
+    kept_.usefulness = usefulness_;
     kept_.was_of_use = false;
-    kept_.has_pairs = usefulness->is_likely();
-    if (kept_.has_pairs) stages_.keep_pairs();
+    kept_.age = 0;
     kept_.pair_count = counters_.kept;
     kept_.grid = counters_.grid;
     kept_.revision = revision_;
@@ -69,10 +88,16 @@ class LookKeeping {
   static constexpr int kMostMisses = 4;
 
   bool is_kept() const { return kept_.revision == revision_; }
+  bool is_own() const { return kept_.usefulness == usefulness_; }
+  bool is_grown() const { return kept_.slack > 0.0F; }
 
   /// Another query has left pairs that still are of use.
-  bool is_others(const Usefulness& usefulness) const {
-    return is_kept() && kept_.has_pairs && kept_.usefulness.get() != &usefulness && kept_.misses < kMostMisses;
+  bool is_others() const { return is_kept() && kept_.has_pairs && !is_own() && kept_.misses < kMostMisses; }
+
+  void learn() {
+    stages_.measure_headroom();
+    const float move = kept_.slack - counters_.headroom;
+    usefulness_->learn(move / static_cast<float>(kept_.age), kept_.grid.mean_radius);
   }
 
   /// Others have no other contacts, but want to be seen at work.
@@ -118,13 +143,27 @@ class LookKeeping {
     keep(kept_.partners, scene_.partners, scene_.partner_begin[scene_.body_count]);
   }
 
+  /// Those too that may come within reach of a partner before any leaves its grown volume.
+  void bound_those_near() {
+    for (std::uint32_t b = 0; b < scene_.body_count; ++b) {
+      Box& box = kept_.bodies.data()[b].partner_box;
+      box = inflated(box, kept_.slack);
+    }
+    SceneView scene = scene_;
+    scene.bodies = kept_.bodies.data();
+    stages_.bound_triangles(scene);
+  }
+
   Backend& backend_;
+  typename Backend::template Buffer<Kdop18>& volumes_;
   Counters& counters_;
   KeptLook<Backend>& kept_;
   BroadPhaseStages<Backend, Scheme>& stages_;
   const SceneView& scene_;
   const DetectionSettings& settings_;
   std::uint64_t revision_;
+  const std::shared_ptr<Usefulness>& usefulness_;
+  bool begins_ = false;
 };
 
 }  // namespace softcd

@@ -58,6 +58,7 @@ struct Counters {
   float earliest_toi;
   GridParameters grid;
   std::uint64_t active, escaped;  ///< triangles, see FindEscaped
+  float headroom;                 ///< 0, or the least that is less: see MeasureHeadroom
   std::uint64_t kept;             ///< pairs that a look keeps, or has kept
 };
 
@@ -238,23 +239,48 @@ struct Lists {
   }
 };
 
-/// Whether what a query's looks leave is of use to those after them. Keeping pairs costs about a tenth of a look, and
-/// saves most of one.
+/// Whether what a query's looks leave is of use to those after them, and by how much volumes should be grown for that.
+/// Keeping pairs costs about a tenth of a look, and saves most of one.
 class Usefulness {
  public:
   bool is_likely() const { return credit_ > 0; }
+  float slack() const { return slack_; }
+
   void confirm() { credit_ = kMostCredit; }
-  void doubt() { credit_ = std::max(credit_ - 1, 0); }
+  void doubt() {
+    if (credit_ == 0 || --credit_ > 0) return;
+    slack_ = 0.0F;
+    looks_to_rest_ = kRest;
+  }
+
+  /// From one look to the next no triangle moved further than this; `radius` is the mean triangle's.
+  void learn(float move, float radius) {
+    slack_ = 0.0F;
+    if (looks_to_rest_ > 0) {
+      --looks_to_rest_;
+    } else if (move > 0.0F && kFewestLooks * move <= kMostSlack * radius) {
+      slack_ = std::min(kLooks * move, kMostSlack * radius);
+      credit_ = std::max(credit_, 1);
+    }
+  }
 
  private:
   static constexpr int kMostCredit = 6;
+  static constexpr int kRest = 32;
+  /// How many looks volumes should last, and must for the pairs to pay.
+  static constexpr float kLooks = 6.0F;
+  static constexpr float kFewestLooks = 3.0F;
+  /// In mean radii: more has more pairs to be tested than a look would save.
+  static constexpr float kMostSlack = 0.4F;
 
   int credit_ = 0;
+  int looks_to_rest_ = 0;
+  float slack_ = 0.0F;
 };
 
-/// What one look leaves to those after it, of the same query and of others: the volumes of all triangles, and, where
-/// that is likely to be of use, all pairs of triangles whose volumes overlap. As long as each triangle's volume lies
-/// within the one that is kept, the pairs that a look would find are among those.
+/// What one look leaves to those after it, of the same query and of others: the volumes of all triangles, grown by some
+/// slack, and, where that is likely to be of use, all pairs of triangles whose volumes overlap. As long as each
+/// triangle's volume lies within the one that is kept, the pairs that a look would find are among those.
 template <class Backend>
 struct KeptLook {
   template <class T>
@@ -271,6 +297,8 @@ struct KeptLook {
   GridParameters grid{};
   std::uint64_t pair_count = 0;
   bool has_pairs = false;
+  float slack = 0.0F;
+  int age = 0;                             ///< looks of the same query since
   std::shared_ptr<Usefulness> usefulness;  ///< of the looks of the query that has left it
   bool was_of_use = false;
   int misses = 0;           ///< looks since the last that it was of use to

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cfloat>
 #include <cstdint>
 
 #include "softcd/math/kdop.hpp"
@@ -22,11 +23,37 @@ struct FindEscaped {
   }
 };
 
+/// How far a triangle is from leaving the volume that an earlier look had for it; less than 0 once it has. 0 where one
+/// of the two has none.
+struct MeasureHeadroom {
+  const Kdop18* volumes;
+  const Kdop18* kept_volumes;
+
+  SOFTCD_HD float operator()(std::uint32_t t) const {
+    constexpr float kDiagonalUnit = 0.707106769F;
+    const Kdop18& volume = volumes[t];
+    const Kdop18& kept = kept_volumes[t];
+    if (is_empty(volume) || is_empty(kept)) return 0.0F;
+    float least = FLT_MAX;
+    for (int axis = 0; axis < kKdopAxes; ++axis) {
+      const float room = smaller(volume.lo[axis] - kept.lo[axis], kept.hi[axis] - volume.hi[axis]);
+      least = smaller(least, axis < 3 ? room : kDiagonalUnit * room);
+    }
+    return least;
+  }
+};
+
+/// Keeps a triangle's volume, grown by `slack`, if it has one.
 struct KeepVolume {
   const Kdop18* volumes;
   Kdop18* kept_volumes;
+  float slack;
 
-  SOFTCD_HD void operator()(std::uint32_t t) const { kept_volumes[t] = volumes[t]; }
+  SOFTCD_HD void operator()(std::uint32_t t) const {
+    Kdop18 volume = volumes[t];
+    inflate(volume, slack);
+    kept_volumes[t] = volume;
+  }
 };
 
 /// A pair that was kept, as a look of its own would test it where the two meet in a cell.
