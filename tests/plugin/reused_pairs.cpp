@@ -371,6 +371,91 @@ TEST(ReusedPairs, are_given_up_where_memory_is_limited) {
   rest(watched, query);
 }
 
+/// The bodies' next step, in which vertices go no further than `size`.
+void creep(Watched& watched, std::uint64_t step, double size) {
+  for (std::size_t i = 0; i < watched.size(); ++i) {
+    SceneBody& body = watched.body(i);
+    body.x_t0 = body.x_t1;
+    body.x_t1 = jittered(body.x_t0, size, 10 * step + i);
+  }
+  watched.move_all();
+}
+
+TEST(ReusedPairs, serve_while_triangles_move_little) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    Watched watched(two_cloths());
+    Query& query = watched.query(looking_for(detection));
+    int reused = 0;
+    for (std::uint64_t step = 0; step < 24; ++step) {
+      creep(watched, step, 0.002);
+      EXPECT_GT(watched.expect_contacts(query), 100U);
+      reused += query.statistics().reused_pairs ? 1 : 0;
+    }
+    EXPECT_EQ(reused > 12, keeps()) << reused;
+  }
+}
+
+TEST(ReusedPairs, are_not_kept_of_what_moves_far) {
+  Watched watched(two_cloths());
+  Query& query = watched.query(looking_for(Detection::dcd));
+  QueryOptions options = looking_for(Detection::dcd);
+  options.reuse_pairs = false;
+  Watched other(two_cloths());
+  Query& alone = other.query(options);
+  for (std::uint64_t step = 0; step < 6; ++step) {
+    creep(watched, step, 0.2);
+    creep(other, step, 0.2);
+    watched.expect_contacts(query);
+    alone.detect();
+    EXPECT_EQ(query.statistics().tests, alone.statistics().tests);
+    EXPECT_FALSE(query.statistics().reused_pairs);
+  }
+}
+
+/// Bodies that come within each other's reach little by little, so that more and more of their triangles take part.
+TEST(ReusedPairs, serve_triangles_that_come_within_reach) {
+  Mesh lower = grid_cloth(12, 12, 0.5);
+  Mesh upper = icosphere(3, 2.0);
+  upper.positions = translated(upper.positions, {2.7, 2.7, 2.2});
+  Watched watched({still(lower, everything(0.1F)), still(upper, everything(0.1F))});
+  Query& query = watched.query(looking_for(Detection::ccd));
+  int reused = 0;
+  std::size_t count = 0;
+  for (int step = 0; step < 40; ++step) {
+    SceneBody& ball = watched.body(1);
+    ball.x_t0 = ball.x_t1;
+    ball.x_t1 = translated(ball.x_t0, {0.0, 0.0, -0.005});
+    watched.move(1);
+    count += watched.expect_contacts(query);
+    reused += query.statistics().reused_pairs ? 1 : 0;
+  }
+  EXPECT_GT(count, 100U);
+  EXPECT_EQ(reused > 15, keeps()) << reused;
+}
+
+TEST(ReusedPairs, serve_looks_that_move_bodies_a_little_or_far) {
+  Watched watched(two_cloths());
+  Query& contacts = watched.query(looking_for(Detection::ccd));
+  Query& crossings = watched.query(looking_for(Detection::ccd, /*margins=*/false));
+  Random random(3);
+  int reused = 0;
+  for (std::uint64_t step = 0; step < 60; ++step) {
+    const double sizes[] = {0.0, 0.0005, 0.002, 0.002, 0.02, 0.3};
+    creep(watched, step, sizes[random.below(6)]);
+    for (Query* query : {&contacts, &crossings}) {
+      watched.expect_contacts(*query);
+      reused += query->statistics().reused_pairs ? 1 : 0;
+    }
+    if (step % 20 == 19) {
+      for (std::size_t i = 0; i < 2; ++i) {
+        watched.body(i).x_t1 = two_cloths()[i].x_t1;
+        watched.body(i).x_t0 = watched.body(i).x_t1;
+      }
+    }
+  }
+  EXPECT_EQ(reused > 30, keeps()) << reused;
+}
+
 /// One change of a scene of soups, of any kind.
 void change(Watched& watched, Random& random, std::uint64_t seed) {
   const std::size_t i = random.below(static_cast<std::uint32_t>(watched.size()));

@@ -53,8 +53,8 @@ class LookKeeping {
   /// Of triangles that are bounded: leaves their volumes, which tell whether pairs would have been of use; by a
   /// detector's first look nothing is left. Where pairs shall be kept the stages go on with the grown volumes.
   void begin() {
-    if (!std::exchange(kept_.has_looked, true) || is_others()) return;
-    if (kept_.usefulness != nullptr && !kept_.was_of_use) kept_.usefulness->doubt();
+    if (!std::exchange(kept_.has_looked, true) || kept_.has_split || is_others()) return;
+    if (kept_.has_pairs && !kept_.was_of_use) kept_.usefulness->doubt();
     kept_.revision = 0;
     if (!lists_all_neighbours()) return;
     begins_ = true;
@@ -68,7 +68,8 @@ class LookKeeping {
 
   /// Of triangles that are prepared: whether all pairs were found, because those of overlapping volumes are kept.
   bool keep() {
-    const bool keeps = begins_ && counters_.splits == 0;
+    kept_.has_split = counters_.splits > 0;
+    const bool keeps = begins_ && !kept_.has_split;
     if (keeps && kept_.has_pairs) stages_.keep_pairs();
     if (begins_ && is_grown()) std::swap(volumes_, kept_.volumes);
     if (!keeps) return false;

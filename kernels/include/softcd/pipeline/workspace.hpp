@@ -301,8 +301,10 @@ struct KeptLook {
   int age = 0;                             ///< looks of the same query since
   std::shared_ptr<Usefulness> usefulness;  ///< of the looks of the query that has left it
   bool was_of_use = false;
-  int misses = 0;           ///< looks since the last that it was of use to
-  bool has_looked = false;  ///< the workspace's detector
+  int misses = 0;  ///< looks since the last that it was of use to
+  // Of the detector's last look that did not reuse pairs:
+  bool has_looked = false;  ///< there was one
+  bool has_split = false;   ///< some triangle: the next is likely to as well
 };
 
 /// Everything that decides which work a detection enqueues, and with which arguments: of two detections with equal ones
