@@ -10,6 +10,9 @@ namespace softcd::benchmarks {
 
 /// What is measured.
 struct MeasuredOptions : PipelineOptions {
+  /// What is measured is a detection on its own, though repetitions look where the ones before them did.
+  MeasuredOptions() { reuse_pairs = false; }
+
   bool is_paper = false;  ///< the broad phase is the printed one (paper/scheme.hpp), instead of `broad_phase`
 };
 

@@ -16,6 +16,7 @@ inline QueryOptions query_options(const Settings& settings) {
   options.accuracy = settings.accuracy;
   options.broad_phase = settings.broad_phase;
   options.lambda = settings.lambda;
+  options.reuse_pairs = settings.reuse_pairs;
   return options;
 }
 

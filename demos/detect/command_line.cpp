@@ -89,6 +89,7 @@ void add_output_options(CLI::App& app, DetectCommand& command) {
 ParsedCommandLine parse_command_line(int argc, char** argv) {
   DetectCommand command;
   command.options.detection = Detection::ccd;
+  command.options.reuse_pairs = false;  // every repetition is a detection of its own
   command.settings.self_collision = true;
   command.settings.features = {true, true};
 

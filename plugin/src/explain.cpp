@@ -6,6 +6,11 @@ namespace softcd {
 namespace {
 
 StageReport explain_grid(const QueryOptions& options, const Statistics& statistics) {
+  if (statistics.reused_pairs) {
+    return {"broad phase", false,
+            fmt::format("no triangle has left where an earlier detection looked; its {} pairs were tested",
+                        statistics.tests)};
+  }
   if (options.broad_phase == BroadPhase::uniform) {
     return {"broad phase: uniform", true,
             fmt::format("asked for; cells of {:.4g} fit the largest triangle", statistics.cell_size)};

@@ -450,6 +450,7 @@ void SceneStore::leave_out(Body& body, std::vector<std::uint32_t> strays) {
   body.stray_vertices = std::move(strays);
   body.left_out_triangles = left_out_count;
   body.unsent.ownership = true;
+  ++mesh_revision_;
   drop_neighbours(body);
 }
 

@@ -52,11 +52,15 @@ struct QueryOptions {
   bool margins = true;
   /// A kind of feature pairs is tested between two bodies that both want it, where the query does too.
   Features features = {true, true};
+  /// On the CPU, without memory_limit: pairs of triangles near each other are found once for several detections of the
+  /// scene's queries, as long as all triangles stay where those were looked for. Takes memory for these pairs, once that
+  /// has turned out to pay. Changes no contacts.
+  bool reuse_pairs = true;
 
   friend bool operator==(const QueryOptions& a, const QueryOptions& b) {
     const auto values = [](const QueryOptions& o) {
       return std::tie(o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin, o.contact_rule,
-                      o.step_end, o.margins, o.features.vertex_triangle, o.features.edge_edge);
+                      o.step_end, o.margins, o.features.vertex_triangle, o.features.edge_edge, o.reuse_pairs);
     };
     return values(a) == values(b);
   }

@@ -37,6 +37,9 @@ struct Statistics {
   std::uint64_t entries = 0;         ///< (cell, triangle) registrations
   std::uint64_t cells = 0;           ///< occupied
   std::uint64_t tests = 0;           ///< enumerated triangle pairs
+  /// Only pairs that an earlier detection had kept were tested: see QueryOptions::reuse_pairs. There are no entries and
+  /// cells then, and mean_radius and cell_size are that detection's.
+  bool reused_pairs = false;
   std::uint64_t triangle_pairs = 0;  ///< that passed every test of the broad phase; neighbours are listed instead
   std::uint64_t flagged_pairs = 0;   ///< pairs of split triangles that had to be made unique
   std::uint64_t vt_candidates = 0;

@@ -203,6 +203,15 @@ SOFTCD_HD inline bool overlap(const Kdop18& a, const Kdop18& b) {
 #endif
 }
 
+/// Whether `inner` is not empty and lies within `outer`, borders included.
+SOFTCD_HD inline bool contains(const Kdop18& outer, const Kdop18& inner) {
+  bool is_within = !is_empty(inner);
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    is_within &= (outer.lo[axis] <= inner.lo[axis]) & (inner.hi[axis] <= outer.hi[axis]);
+  }
+  return is_within;
+}
+
 /// The first three axes of the volume.
 SOFTCD_HD constexpr Box box_of(const Kdop18& dop) {
   return {{dop.lo[0], dop.lo[1], dop.lo[2]}, {dop.hi[0], dop.hi[1], dop.hi[2]}};

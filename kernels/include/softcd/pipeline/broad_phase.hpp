@@ -9,6 +9,7 @@
 #include "softcd/stages/cell_assignment.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 #include "softcd/stages/grid_parameters.hpp"
+#include "softcd/stages/kept_pairs.hpp"
 #include "softcd/stages/pair_tests.hpp"
 
 /// The broad phase's stage order, once for all backends: triangles in, triangle pairs out.
@@ -35,9 +36,21 @@ class BroadPhaseStages {
         scene_(scene),
         settings_(settings) {}
 
-  /// Everything before the pair tests.
-  void prepare() {
-    bound_triangles();
+  void bound_triangles() { bound_triangles(scene_); }
+  /// As if the scene's bodies were those of `scene`.
+  void bound_triangles(const SceneView& scene) {
+    backend_.begin(Stage::volumes);
+    w_.volumes.reserve(backend_, scene_.triangle_count, 0);
+    w_.shapes.reserve(backend_, scene_.triangle_count, 0);
+    if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.triangle_count, 0);
+    backend_.for_each("bound_triangles", triangles(),
+                      BoundTriangle{scene, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
+  }
+
+  /// Of triangles that are bounded: everything before the pair tests. All pairs whose volumes overlap are wanted, or
+  /// only those that may meet where their triangles are at both ends of the step.
+  enum class Wanted { overlapping_volumes, meeting_triangles };
+  void prepare(Wanted wanted) {
     const SizeHistograms sizes = measure_triangles();
     typename Scheme::template Cells<Backend> cells(backend_, w_, scene_, settings_);
     backend_.run_once("choose_grid", cells.choose_grid(sizes));
@@ -48,49 +61,62 @@ class BroadPhaseStages {
       count_children();
       cells.register_children(lists_.splits.count(counters_));
     }
-    prepare_entries();
+    prepare_entries(scene_.is_swept && wanted == Wanted::meeting_triangles ? w_.end_volumes.data() : nullptr);
   }
 
   /// A share of the pairs that meet in cells.
   void test_pairs(Share share) {
-    backend_.begin(Stage::tests);
     if (scene_.is_swept) {
-      test_share<true>(share);
+      test_share<true>(share, lists_.pairs);
     } else {
-      test_share<false>(share);
+      test_share<false>(share, lists_.pairs);
     }
   }
 
   /// Once all shares are tested: the pairs that had to be made unique, and those with the BIG list.
   void add_remaining_pairs() {
-    if (lists_.flagged.capacity() > 0) {
-      auto& flagged = lists_.flagged.template column<0>();
-      backend_.sort_keys("sort_flagged", lists_.flagged.count(counters_), flagged,
-                         32 + bits_for(scene_.triangle_count));
-      append_pairs([&] {
-        backend_.for_each_append("keep_first", lists_.flagged.count(counters_), KeepFirst{flagged.data()},
-                                 lists_.pairs.appender(counters_));
-      });
-    }
-    if (lists_.bigs.capacity() == 0) return;
     if (scene_.is_swept) {
-      test_against_big<true>();
+      add_remaining<true>(lists_.pairs);
     } else {
-      test_against_big<false>();
+      add_remaining<false>(lists_.pairs);
+    }
+  }
+
+  /// Counts the triangles that are not within the kept look's volumes.
+  void find_escaped() {
+    const auto counter = [](std::uint64_t& count) { return Appender<CountTarget>{{}, &count, 0}; };
+    backend_.for_each_append("find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept.volumes.data()},
+                             counter(counters_->active), counter(counters_->escaped));
+  }
+
+  /// Lowers the counters' headroom to the least of all triangles.
+  void measure_headroom() {
+    backend_.minimum("measure_headroom", triangles(), MeasureHeadroom{w_.volumes.data(), w_.kept.volumes.data()},
+                     &counters_->headroom);
+  }
+
+  void keep_volumes(float slack) {
+    w_.kept.volumes.reserve(backend_, scene_.triangle_count, 0);
+    backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data(), slack});
+  }
+
+  /// Of triangles that are prepared: all pairs whose volumes overlap, wherever in these the triangles are.
+  void keep_pairs() {
+    test_share<false>({0, 1}, w_.kept.pairs);
+    add_remaining<false>(w_.kept.pairs);
+  }
+
+  /// The pairs among those kept.
+  void test_kept_pairs() {
+    if (scene_.is_swept) {
+      test_kept_pairs<true>();
+    } else {
+      test_kept_pairs<false>();
     }
   }
 
  private:
   using Control = typename Scheme::Control;
-
-  void bound_triangles() {
-    backend_.begin(Stage::volumes);
-    w_.volumes.reserve(backend_, scene_.triangle_count, 0);
-    w_.shapes.reserve(backend_, scene_.triangle_count, 0);
-    if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.triangle_count, 0);
-    backend_.for_each("bound_triangles", triangles(),
-                      BoundTriangle{scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
-  }
 
   SizeHistograms measure_triangles() {
     constexpr int kBins = MeasureTriangle::kHistograms * kSizeBins;
@@ -113,7 +139,7 @@ class BroadPhaseStages {
                             &counters_->children);
   }
 
-  void prepare_entries() {
+  void prepare_entries(const EndVolumes* end_volumes) {
     backend_.begin(Stage::sort);
     backend_.sort_pairs("sort_entries", lists_.entries.count(counters_), lists_.entries.template column<0>(),
                         lists_.entries.template column<1>(), kEntryKeyBits);
@@ -123,7 +149,7 @@ class BroadPhaseStages {
     w_.test_offsets.reserve(backend_, lists_.entries.capacity(), 0);
     const PrepareEntry<Control> prepare_entry{scene_,
                                               w_.volumes.data(),
-                                              scene_.is_swept ? w_.end_volumes.data() : nullptr,
+                                              end_volumes,
                                               &counters_->grid,
                                               lists_.entries.template column<0>().data(),
                                               lists_.entries.template column<1>().data(),
@@ -136,36 +162,56 @@ class BroadPhaseStages {
                             w_.test_offsets.data(), &counters_->tests);
   }
 
-  template <bool kSwept>
-  void test_share(Share share) {
+  template <bool kSwept, class Pairs>
+  void test_share(Share share, Pairs& pairs) {
+    backend_.begin(Stage::tests);
     const TestPair<Control, kSwept> test_pair{pair_test<kSwept>(), lists_.entries.template column<0>().data(),
                                               w_.boxed_entries.data(), w_.partner_begin.data()};
     produce(
         backend_, counters_,
         [&] {
           backend_.for_each_work_filtered("test_pairs", lists_.entries.count(counters_), w_.test_offsets.data(),
-                                          &counters_->tests, share, test_pair, lists_.pairs.appender(counters_),
+                                          &counters_->tests, share, test_pair, pairs.appender(counters_),
                                           lists_.flagged.appender(counters_));
         },
-        lists_.pairs, lists_.flagged);
+        pairs, lists_.flagged);
+  }
+
+  template <bool kSwept, class Pairs>
+  void add_remaining(Pairs& pairs) {
+    if (lists_.flagged.capacity() > 0) {
+      auto& flagged = lists_.flagged.template column<0>();
+      backend_.sort_keys("sort_flagged", lists_.flagged.count(counters_), flagged,
+                         32 + bits_for(scene_.triangle_count));
+      const auto keep_first = [&] {
+        backend_.for_each_append("keep_first", lists_.flagged.count(counters_), KeepFirst{flagged.data()},
+                                 pairs.appender(counters_));
+      };
+      produce(backend_, counters_, keep_first, pairs);
+    }
+    if (lists_.bigs.capacity() == 0) return;
+    const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), lists_.bigs.template column<0>().data(),
+                                          lists_.bigs.count(counters_)};
+    const auto test_against_big = [&] {
+      backend_.for_each_append("test_against_big", triangles(), test_big, pairs.appender(counters_));
+    };
+    produce(backend_, counters_, test_against_big, pairs);
+  }
+
+  template <bool kSwept>
+  void test_kept_pairs() {
+    backend_.begin(Stage::tests);
+    const TestKept<kSwept> test_kept{pair_test<kSwept>(), w_.kept.pairs.template column<0>().data()};
+    const auto test_all = [&] {
+      backend_.for_each_append("test_kept", w_.kept.pairs.count(counters_), test_kept,
+                               lists_.pairs.appender(counters_));
+    };
+    produce(backend_, counters_, test_all, lists_.pairs);
   }
 
   template <bool kSwept>
   PairTest<kSwept> pair_test() {
     return {scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
-  }
-
-  template <bool kSwept>
-  void test_against_big() {
-    const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), lists_.bigs.template column<0>().data(),
-                                          lists_.bigs.count(counters_)};
-    append_pairs(
-        [&] { backend_.for_each_append("test_against_big", triangles(), test_big, lists_.pairs.appender(counters_)); });
-  }
-
-  template <class Work>
-  void append_pairs(const Work& stage) {
-    produce(backend_, counters_, stage, lists_.pairs);
   }
 
   Count triangles() const { return {&counters_->scene.triangles, scene_.triangle_count}; }

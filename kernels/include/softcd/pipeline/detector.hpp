@@ -33,7 +33,7 @@ struct SceneArrays {
   Span<const std::uint32_t> triangle_body, vertex_body;
   /// What all bodies that list them have, in any order, as NeighbourFeatures.
   Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
-  std::uint64_t revision;  ///< another one where meshes have changed
+  std::uint64_t revision;  ///< another one where meshes, or what their triangles own, have changed
 };
 
 /// What of SceneArrays is not as it was.
@@ -63,6 +63,7 @@ struct DetectionSettings {
   bool edge_edge;
   bool both_ends;  ///< t0 and t1 count, and something moves
   bool at_t0;      ///< where not both count: t0 does
+  bool reuses_pairs;
 
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };

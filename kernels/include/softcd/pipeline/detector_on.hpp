@@ -8,6 +8,7 @@
 #include "softcd/pipeline/backend.hpp"
 #include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/kept_look.hpp"
 #include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/narrow_phase.hpp"
 #include "softcd/pipeline/workspace.hpp"
@@ -40,12 +41,15 @@ struct QueryOn final : QueryMemory {
   std::uint64_t revision = 0;                          ///< of the detector, then
   bool orders_in_runs = true;                          ///< until there are too long ones
   ChunkCounts total{};                                 ///< of the last detection
+  std::shared_ptr<Usefulness> usefulness = std::make_shared<Usefulness>();  ///< of what its looks leave
   typename Backend::Session session;
 };
 
 /// The detector on one backend. Another `Scheme` is in benchmarks/paper.
 template <DetectionBackend Backend, class Scheme = ExactScheme>
 class DetectorOn final : public Detector {
+  using Wanted = typename BroadPhaseStages<Backend, Scheme>::Wanted;
+
   static constexpr std::uint64_t kMostChunks = 4096;
   /// Where memory is short and counts are known at once chunks have no more tests than this, some 20 milliseconds'
   /// worth: what they lead to is known before they are all made.
@@ -93,6 +97,7 @@ class DetectorOn final : public Detector {
     first_chunk_ = 0;
     chunks_ = query_->revision == revision_ ? query_->chunks : 1;
     query_->orders_in_runs |= query_->revision != revision_;
+    may_keep_ = settings.reuses_pairs && chunks_ == 1 && !account_->is_limited();
     with_lists_or_without([&] {
       upload(query_->bodies, bodies.bodies);
       upload(query_->partner_begin, bodies.partner_begin);
@@ -256,6 +261,7 @@ class DetectorOn final : public Detector {
   /// and divides chunks so that theirs should fit into half of what is left. Throws std::bad_alloc when that is
   /// nothing.
   void make_room() {
+    may_keep_ = false;
     const Counters reached = counters_reached();
     found_ = reached.contacts;
     release_lists();
@@ -319,18 +325,23 @@ class DetectorOn final : public Detector {
     backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_});
     BroadPhaseStages<Backend, Scheme> broad_phase(backend_, w_, scene_, settings_);
     NarrowPhaseStages<Backend, Scheme> narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
-    const auto find_pairs = [&] {
-      broad_phase.prepare();
-      test_pairs_in_chunks(broad_phase, narrow_phase);
-      broad_phase.add_remaining_pairs();
-    };
-    const auto test_neighbours = [&] { narrow_phase.test_neighbours(); };
-    if (Backend::kKnowsCounts || chunks_ > 1) {  // each chunk's candidates are counted anew
-      find_pairs();
+    broad_phase.bound_triangles();
+    if constexpr (Backend::kKnowsCounts) {
+      find_pairs_or_reuse(broad_phase, narrow_phase);
       backend_.begin(Stage::features);
-      test_neighbours();
+      narrow_phase.test_neighbours();
     } else {
-      backend_.concurrently(find_pairs, test_neighbours);
+      const auto enqueue_pairs = [&] {
+        broad_phase.prepare(Wanted::meeting_triangles);
+        find_pairs(broad_phase, narrow_phase);
+      };
+      const auto enqueue_neighbours = [&] { narrow_phase.test_neighbours(); };
+      if (chunks_ > 1) {  // each chunk's candidates are counted anew
+        enqueue_pairs();
+        enqueue_neighbours();
+      } else {
+        backend_.concurrently(enqueue_pairs, enqueue_neighbours);
+      }
     }
     narrow_phase.find_contacts();
     reserve_sorted_contacts(w_.lists.found.capacity());
@@ -353,12 +364,24 @@ class DetectorOn final : public Detector {
     }
   }
 
-  template <class BroadPhase, class NarrowPhase>
-  void test_pairs_in_chunks(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
-    if (Backend::kKnowsCounts && (account_->is_limited() || chunks_ > 1)) {
+  /// Among those that an earlier look has kept, where these are all that there can be.
+  void find_pairs_or_reuse(BroadPhaseStages<Backend, Scheme>& broad_phase,
+                           NarrowPhaseStages<Backend, Scheme>& narrow_phase) {
+    LookKeeping<Backend, Scheme> keeping(backend_, w_, broad_phase, scene_, settings_, revision_, query_->usefulness);
+    has_reused_ = may_keep_ && keeping.reuse();
+    if (has_reused_) return;
+    if (may_keep_) keeping.begin();
+    broad_phase.prepare(keeping.keeps_pairs() ? Wanted::overlapping_volumes : Wanted::meeting_triangles);
+    if (may_keep_ && keeping.keep()) return;
+    if (account_->is_limited() || chunks_ > 1) {
       const std::uint64_t least_chunks = w_.counters.data()->tests / kMostTestsOfChunk + 1;
       chunks_ = std::max(chunks_, std::min(kMostChunks, least_chunks));
     }
+    find_pairs(broad_phase, narrow_phase);
+  }
+
+  /// In chunks: those of all but the last were narrowed down.
+  void find_pairs(BroadPhaseStages<Backend, Scheme>& broad_phase, NarrowPhaseStages<Backend, Scheme>& narrow_phase) {
     const auto chunks = static_cast<std::uint32_t>(chunks_);
     for (std::uint32_t i = 0; i < chunks; ++i) {
       if (i > 0) {
@@ -368,6 +391,7 @@ class DetectorOn final : public Detector {
       chunk_ = (first_chunk_ + i) % chunks;
       broad_phase.test_pairs({chunk_, chunks});
     }
+    broad_phase.add_remaining_pairs();
   }
 
   void launch() {
@@ -392,7 +416,8 @@ class DetectorOn final : public Detector {
     statistics.big_triangles = counters.bigs;
     statistics.entries = counters.entries;
     statistics.cells = counters.cells;
-    statistics.tests = counters.tests + counters.bigs * counters.grid.active_triangles;
+    statistics.tests = has_reused_ ? counters.kept : counters.tests + counters.bigs * counters.grid.active_triangles;
+    statistics.reused_pairs = has_reused_;
     statistics.triangle_pairs = query_->total.pairs;
     statistics.flagged_pairs = counters.flagged;
     statistics.vt_candidates = query_->total.vt_candidates;
@@ -421,6 +446,8 @@ class DetectorOn final : public Detector {
   Counters reached_{};             ///< by the detection's last attempt that was finished; 0 at its start
   bool has_released_ = false;      ///< the detection's lists have only what it needs itself
   bool is_launched_ = false;
+  bool may_keep_ = false;                           ///< pairs, for later looks, or reuse those of an earlier one
+  bool has_reused_ = false;                         ///< pairs of an earlier look
   MemoryNeed::For needs_ = MemoryNeed::For::scene;  ///< what is being done
   std::uint64_t found_ = 0;                         ///< contacts, when memory ran out
   Backend backend_;  ///< the last, so that it goes first: it waits for work that uses all the others

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <new>
 #include <tuple>
 
@@ -58,6 +59,9 @@ struct Counters {
   ChunkCounts done, most;                     ///< of the chunks before: together, and in one
   float earliest_toi;
   GridParameters grid;
+  std::uint64_t active, escaped;  ///< triangles, see FindEscaped
+  float headroom;                 ///< 0, or the least that is less: see MeasureHeadroom
+  std::uint64_t kept;             ///< pairs that a look keeps, or has kept
 };
 
 /// Begins the next chunk.
@@ -238,6 +242,74 @@ struct Lists {
   }
 };
 
+/// Whether what a query's looks leave is of use to those after them, and by how much volumes should be grown for that.
+/// Keeping pairs costs about a tenth of a look, and saves most of one.
+class Usefulness {
+ public:
+  bool is_likely() const { return credit_ > 0; }
+  float slack() const { return slack_; }
+
+  void confirm() { credit_ = kMostCredit; }
+  void doubt() {
+    if (credit_ == 0 || --credit_ > 0) return;
+    slack_ = 0.0F;
+    looks_to_rest_ = kRest;
+  }
+
+  /// From one look to the next no triangle moved further than this; `radius` is the mean triangle's.
+  void learn(float move, float radius) {
+    slack_ = 0.0F;
+    if (looks_to_rest_ > 0) {
+      --looks_to_rest_;
+    } else if (move > 0.0F && kFewestLooks * move <= kMostSlack * radius) {
+      slack_ = std::min(kLooks * move, kMostSlack * radius);
+      credit_ = std::max(credit_, 1);
+    }
+  }
+
+ private:
+  static constexpr int kMostCredit = 6;
+  static constexpr int kRest = 32;
+  /// How many looks volumes should last, and must for the pairs to pay.
+  static constexpr float kLooks = 6.0F;
+  static constexpr float kFewestLooks = 3.0F;
+  /// In mean radii: more has more pairs to be tested than a look would save.
+  static constexpr float kMostSlack = 0.4F;
+
+  int credit_ = 0;
+  int looks_to_rest_ = 0;
+  float slack_ = 0.0F;
+};
+
+/// What one look leaves to those after it, of the same query and of others: the volumes of all triangles, grown by some
+/// slack, and, where that is likely to be of use, all pairs of triangles whose volumes overlap. As long as each
+/// triangle's volume lies within the one that is kept, the pairs that a look would find are among those.
+template <class Backend>
+struct KeptLook {
+  template <class T>
+  using Buffer = typename Backend::template Buffer<T>;
+
+  Buffer<Kdop18> volumes;
+  List<Backend, DetectionCounter<&Counters::kept>, ArrayTarget<std::uint64_t>, Buffer<std::uint64_t>> pairs;
+  /// What was looked for; see SceneView.
+  Buffer<SceneBody> bodies;
+  Buffer<std::uint64_t> partner_begin;
+  Buffer<std::uint32_t> partners;
+  DetectionSettings settings{};
+  std::uint64_t revision = 0;  ///< of the detector; 0: there is nothing
+  GridParameters grid{};
+  std::uint64_t pair_count = 0;
+  bool has_pairs = false;
+  float slack = 0.0F;
+  int age = 0;                             ///< looks of the same query since
+  std::shared_ptr<Usefulness> usefulness;  ///< of the looks of the query that has left it
+  bool was_of_use = false;
+  int misses = 0;  ///< looks since the last that it was of use to
+  // Of the detector's last look that did not reuse pairs:
+  bool has_looked = false;  ///< there was one
+  bool has_split = false;   ///< some triangle: the next is likely to as well
+};
+
 /// Everything that decides which work a detection enqueues, and with which arguments: of two detections with equal ones
 /// the second enqueues the same work on the same memory.
 struct Signature {
@@ -260,6 +332,7 @@ struct Workspace {
   using SortBuffer = typename Backend::template SortBuffer<T>;
 
   Lists<Backend, Scheme> lists;
+  KeptLook<Backend> kept;
   Buffer<Counters> counters;
   Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kHistograms histograms of kSizeBins
 

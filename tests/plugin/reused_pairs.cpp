@@ -1,0 +1,546 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "expectations.hpp"
+#include "fans.hpp"
+#include "mesh_generators.hpp"
+#include "random.hpp"
+
+// Pairs of triangles that one detection has found serve later ones, which find what they would have found alone.
+namespace softcd::test {
+namespace {
+
+SceneOptions scene_options() {
+  SceneOptions options;
+  options.backend = backend_under_test();
+  return options;
+}
+
+BodyDesc desc_of(const SceneBody& body) {
+  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings};
+}
+
+/// What a scene's first detection finds.
+std::vector<Contact> detect_anew(const Scene& bodies, const QueryOptions& options, const PairFilter& filter) {
+  softcd::Scene scene(scene_options());
+  for (const SceneBody& body : bodies) scene.set_positions(scene.add_body(desc_of(body)), body.x_t0, body.x_t1);
+  Query query(scene, options);
+  query.set_pair_filter(filter);
+  const Span<const Contact> contacts = query.detect();
+  EXPECT_FALSE(query.statistics().reused_pairs);
+  return {contacts.begin(), contacts.end()};
+}
+
+QueryOptions looking_for(Detection detection, bool margins = true) {
+  QueryOptions options;
+  options.detection = detection;
+  options.margins = margins;
+  return options;
+}
+
+/// A scene, and queries that keep what they find.
+class Watched {
+ public:
+  explicit Watched(Scene bodies) : bodies_(std::move(bodies)) {
+    for (const SceneBody& body : bodies_) add(body);
+  }
+
+  Query& query(const QueryOptions& options) {
+    queries_.push_back(std::make_unique<Query>(*scene_, options));
+    return *queries_.back();
+  }
+
+  softcd::Scene& scene() { return *scene_; }
+  SceneBody& body(std::size_t i) { return bodies_[i]; }
+  BodyId id(std::size_t i) const { return ids_[i]; }
+  std::size_t size() const { return bodies_.size(); }
+
+  /// The body has other positions.
+  void move(std::size_t i) { scene_->set_positions(ids_[i], bodies_[i].x_t0, bodies_[i].x_t1); }
+  void move_all() {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) move(i);
+  }
+  void set_settings(std::size_t i) { scene_->set_settings(ids_[i], bodies_[i].settings); }
+  void update(std::size_t i) {
+    scene_->update_body(ids_[i], desc_of(bodies_[i]));
+    move(i);
+  }
+  void replace_last(const SceneBody& body) {
+    scene_->remove_body(ids_.back());
+    ids_.pop_back();
+    bodies_.back() = body;
+    add(body);
+  }
+
+  /// Contacts of a query, which are those of a detection of its own. Returns how many.
+  std::size_t expect_contacts(Query& query, const PairFilter& filter = {}) {
+    query.set_pair_filter(filter);
+    const Span<const Contact> found = query.detect();
+    const std::vector<Contact> expected = detect_anew(bodies_, query.options(), filter_by_place(filter));
+    // Ids differ where bodies were removed.
+    const std::vector<FeaturePair> places = places_of(found);
+    EXPECT_EQ(places, features_of(expected));
+    EXPECT_TRUE(ids_.back().value + 1 > ids_.size() || identical(expected, found));
+    return expected.size();
+  }
+
+ private:
+  void add(const SceneBody& body) {
+    ids_.push_back(scene_->add_body(desc_of(body)));
+    scene_->set_positions(ids_.back(), body.x_t0, body.x_t1);
+  }
+  std::uint32_t place_of(std::uint32_t id) const {
+    std::uint32_t place = 0;
+    while (ids_[place].value != id) ++place;
+    return place;
+  }
+  PairFilter filter_by_place(const PairFilter& filter) const {
+    if (!filter) return {};
+    return [&](BodyId a, BodyId b) { return filter(ids_[a.value], ids_[b.value]); };
+  }
+  std::vector<FeaturePair> places_of(Span<const Contact> contacts) const {
+    std::vector<FeaturePair> places = features_of(contacts);
+    for (FeaturePair& pair : places) {
+      pair.body_a = place_of(pair.body_a);
+      pair.body_b = place_of(pair.body_b);
+    }
+    return places;
+  }
+
+  Scene bodies_;
+  std::unique_ptr<softcd::Scene> scene_ = std::make_unique<softcd::Scene>(scene_options());
+  std::vector<BodyId> ids_;
+  std::vector<std::unique_ptr<Query>> queries_;
+};
+
+bool keeps() {
+  return backend_under_test() == Backend::cpu;
+}
+
+SceneBody cloth(double height, std::uint64_t seed, float margin = 0.05F) {
+  Mesh mesh = crumpled_cloth(12, 10, 0.2, 0.15, seed);
+  mesh.positions = translated(mesh.positions, {0.0, 0.0, height});
+  snap_to_grid(mesh.positions, 17);
+  return still(mesh, everything(margin));
+}
+
+Scene two_cloths() {
+  return {cloth(0.0, 1), cloth(0.1, 2)};
+}
+
+TEST(ReusedPairs, serve_a_scene_that_rests) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    Watched watched(two_cloths());
+    Query& query = watched.query(looking_for(detection));
+    for (int look = 0; look < 6; ++look) {
+      watched.move_all();
+      EXPECT_GT(watched.expect_contacts(query), 100U);
+      EXPECT_EQ(query.statistics().reused_pairs, keeps() && look >= 3) << "look " << look;
+    }
+  }
+}
+
+TEST(ReusedPairs, of_looks_with_margins_serve_those_without_in_a_step) {
+  Watched watched(two_cloths());
+  Query& contacts = watched.query(looking_for(Detection::ccd));
+  Query& crossings = watched.query(looking_for(Detection::ccd, /*margins=*/false));
+  std::size_t crossing_count = 0;
+  for (std::uint64_t step = 0; step < 8; ++step) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      SceneBody& body = watched.body(i);
+      body.x_t0 = body.x_t1;
+      body.x_t1 = translated(jittered(body.x_t0, 0.05, 10 * step + i), {0.0, 0.0, i == 0 ? 0.05 : -0.05});
+      watched.move(i);
+    }
+    EXPECT_GT(watched.expect_contacts(contacts), 100U);
+    EXPECT_FALSE(contacts.statistics().reused_pairs);
+    // As if contacts had been answered.
+    for (std::size_t i = 0; i < 2; ++i) {
+      watched.body(i).x_t1 = jittered(watched.body(i).x_t1, 0.02, 100 * step + i);
+      watched.move(i);
+    }
+    crossing_count += watched.expect_contacts(crossings);
+    EXPECT_EQ(crossings.statistics().reused_pairs, keeps() && step >= 2) << "step " << step;
+  }
+  EXPECT_GT(crossing_count, 100U);
+}
+
+TEST(ReusedPairs, are_tested_instead_of_cells) {
+  if (!keeps()) GTEST_SKIP();
+  Watched watched(two_cloths());
+  Query& query = watched.query(looking_for(Detection::dcd));
+  query.detect();
+  const Statistics fresh = query.statistics();
+  while (!query.statistics().reused_pairs) query.detect();
+  const Statistics reused = query.statistics();
+  EXPECT_EQ(reused.active_triangles, fresh.active_triangles);
+  EXPECT_EQ(reused.mean_radius, fresh.mean_radius);
+  EXPECT_EQ(reused.cell_size, fresh.cell_size);
+  EXPECT_EQ(reused.triangle_pairs, fresh.triangle_pairs);
+  EXPECT_EQ(reused.vt_candidates, fresh.vt_candidates);
+  EXPECT_EQ(reused.entries, 0U);
+  EXPECT_EQ(reused.cells, 0U);
+  EXPECT_GE(reused.tests, reused.triangle_pairs);
+  EXPECT_LT(reused.tests, fresh.tests / 4);
+  bool is_explained = false;
+  for (const StageReport& report : query.explain()) is_explained |= report.stage == "broad phase" && !report.ran;
+  EXPECT_TRUE(is_explained);
+}
+
+TEST(ReusedPairs, cost_no_memory_before_they_pay) {
+  Watched once(two_cloths());
+  Query& keeping = once.query(looking_for(Detection::ccd));
+  keeping.detect();
+  Watched never(two_cloths());
+  QueryOptions options = looking_for(Detection::ccd);
+  options.reuse_pairs = false;
+  Query& other = never.query(options);
+  for (int look = 0; look < 6; ++look) {
+    other.detect();
+    EXPECT_FALSE(other.statistics().reused_pairs);
+  }
+  EXPECT_EQ(keeping.statistics().peak_bytes, other.statistics().peak_bytes);
+}
+
+/// After looks that leave all pairs behind.
+void rest(Watched& watched, Query& query) {
+  for (int look = 0; look < 5; ++look) watched.expect_contacts(query);
+  ASSERT_EQ(query.statistics().reused_pairs, keeps());
+}
+
+/// Two sheets beside each other, out of each other's reach but for what a test changes.
+Scene apart() {
+  Mesh left = grid_cloth(6, 6, 1.0);
+  Mesh right = left;
+  right.positions = translated(right.positions, {0.0, 0.0, 0.5});
+  return {still(left, everything(0.1F)), still(right, everything(0.1F))};
+}
+
+TEST(ReusedPairs, do_not_serve_what_has_left_its_volume_on_any_axis) {
+  const std::vector<Vec3d> ways = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  std::size_t count = 0;
+  for (const Vec3d& way : ways) {
+    for (const double distance : {1e-5, 0.3, 0.45}) {
+      Watched watched(apart());
+      Query& query = watched.query(looking_for(Detection::ccd));
+      rest(watched, query);
+      Vec3d& moved = watched.body(1).x_t1[14];
+      moved = moved + distance * way;
+      watched.move(1);
+      count += watched.expect_contacts(query);
+      EXPECT_FALSE(query.statistics().reused_pairs);
+      count += watched.expect_contacts(query);
+    }
+  }
+  EXPECT_GT(count, 0U);
+}
+
+/// Where a corner of the triangle of a and b may be so that its 18-DOP is within that of a, b and c.
+Vec3d within_volume(Random& random, Vec3d a, Vec3d b, Vec3d c) {
+  const auto projections = [](Vec3d p) {
+    return std::vector<double>{p.x, p.y, p.z, p.x + p.y, p.x + p.z, p.y + p.z, p.x - p.y, p.x - p.z, p.y - p.z};
+  };
+  while (true) {
+    const Vec3d p = random.in_box(8.0);
+    bool is_within = true;
+    for (std::size_t axis = 0; axis < 9; ++axis) {
+      const auto [low, high] = std::minmax({projections(a)[axis], projections(b)[axis], projections(c)[axis]});
+      is_within &= projections(p)[axis] > low && projections(p)[axis] < high;
+    }
+    if (is_within) return p;
+  }
+}
+
+TEST(ReusedPairs, do_not_serve_split_triangles_that_turn_within_their_volumes) {
+  SoupOptions dust;
+  dust.triangle_count = 6000;
+  dust.half_extent = 6.0;
+  dust.largest = 0.7;
+  Scene scene = {still({{{{0, 1, 2}}}, {{-8, -3, 1}, {8, 2, -5}, {1, 8, 6}}}, everything(0.01F)),
+                 still(triangle_soup(dust), everything(0.01F))};
+  scene[1].settings.self_collision = false;
+  Watched watched(scene);
+  Query& query = watched.query(looking_for(Detection::dcd));
+  Random random(5);
+  std::size_t count = 0;
+  for (int look = 0; look < 8; ++look) {
+    count += watched.expect_contacts(query);
+    if (look < 4) {
+      EXPECT_EQ(query.statistics().split_triangles, 1U);
+      continue;
+    }
+    Positions3& x = watched.body(0).x_t1;
+    x[2] = within_volume(random, x[0], x[1], scene[0].x_t1[2]);
+    watched.body(0).x_t0 = x;
+    watched.move(0);
+  }
+  EXPECT_GT(count, 100U);
+}
+
+TEST(ReusedPairs, do_not_serve_neighbours_that_are_not_listed) {
+  std::vector<NamedFan> all = fans(120);
+  Watched watched({still(all.back().mesh, everything(0.02F))});
+  Query& query = watched.query(looking_for(Detection::ccd));
+  for (std::uint64_t look = 0; look < 6; ++look) {
+    watched.expect_contacts(query);
+    EXPECT_FALSE(query.statistics().reused_pairs);
+  }
+}
+
+TEST(ReusedPairs, do_not_serve_bodies_and_kinds_that_were_not_looked_for) {
+  Scene scene = two_cloths();
+  for (SceneBody& body : scene) {
+    body.settings.self_collision = false;
+    body.settings.features.edge_edge = false;
+  }
+  Watched watched(scene);
+  Query& query = watched.query(looking_for(Detection::ccd));
+  const PairFilter nobody = [](BodyId a, BodyId b) { return a == b; };
+  rest(watched, query);
+  watched.body(0).settings.self_collision = true;
+  watched.set_settings(0);
+  EXPECT_GT(watched.expect_contacts(query, nobody), 0U);
+  EXPECT_FALSE(query.statistics().reused_pairs);
+  for (int look = 0; look < 4; ++look) watched.expect_contacts(query, nobody);
+  EXPECT_EQ(query.statistics().reused_pairs, keeps());
+  watched.expect_contacts(query);
+  EXPECT_FALSE(query.statistics().reused_pairs);
+  rest(watched, query);
+  for (std::size_t i = 0; i < 2; ++i) {
+    watched.body(i).settings.features = {false, true};
+    watched.set_settings(i);
+  }
+  EXPECT_GT(watched.expect_contacts(query), 0U);
+  EXPECT_FALSE(query.statistics().reused_pairs);
+}
+
+TEST(ReusedPairs, serve_fewer_bodies_and_kinds) {
+  Watched watched(two_cloths());
+  Query& query = watched.query(looking_for(Detection::ccd));
+  rest(watched, query);
+  EXPECT_GT(watched.expect_contacts(query, [](BodyId a, BodyId b) { return a == b; }), 0U);
+  EXPECT_EQ(query.statistics().reused_pairs, keeps());
+  EXPECT_GT(watched.expect_contacts(query, [](BodyId a, BodyId b) { return a != b; }), 0U);
+  EXPECT_EQ(query.statistics().reused_pairs, keeps());
+  Query& edges = watched.query([] {
+    QueryOptions options = looking_for(Detection::dcd);
+    options.features = {false, true};
+    return options;
+  }());
+  EXPECT_GT(watched.expect_contacts(edges), 0U);
+  EXPECT_EQ(edges.statistics().reused_pairs, keeps());
+}
+
+TEST(ReusedPairs, do_not_serve_what_a_stray_vertex_leaves_to_its_neighbours) {
+  Scene scene = two_cloths();
+  for (SceneBody& body : scene) body.settings.features.edge_edge = false;  // half of the triangles own nothing
+  Watched watched(scene);
+  Query& query = watched.query(looking_for(Detection::ccd));
+  for (const std::size_t vertex : {13, 37, 62, 88}) {
+    rest(watched, query);
+    Vec3d& x = watched.body(0).x_t1[vertex];
+    for (const double stray : {std::numeric_limits<double>::quiet_NaN(), 1e38}) {
+      const Vec3d before = std::exchange(x, {stray, 0.0, 0.0});
+      watched.move(0);
+      EXPECT_GT(watched.expect_contacts(query), 100U);
+      x = before;
+      watched.move(0);
+      watched.expect_contacts(query);
+    }
+  }
+}
+
+TEST(ReusedPairs, are_given_up_where_memory_is_limited) {
+  Watched watched(two_cloths());
+  Query& query = watched.query(looking_for(Detection::ccd));
+  rest(watched, query);
+  SceneOptions options = watched.scene().options();
+  options.memory_limit = query.statistics().peak_bytes;
+  watched.scene().set_options(options);
+  for (int look = 0; look < 5; ++look) {
+    watched.expect_contacts(query);
+    EXPECT_FALSE(query.statistics().reused_pairs);
+  }
+  options.memory_limit = 0;
+  watched.scene().set_options(options);
+  rest(watched, query);
+}
+
+/// The bodies' next step, in which vertices go no further than `size`.
+void creep(Watched& watched, std::uint64_t step, double size) {
+  for (std::size_t i = 0; i < watched.size(); ++i) {
+    SceneBody& body = watched.body(i);
+    body.x_t0 = body.x_t1;
+    body.x_t1 = jittered(body.x_t0, size, 10 * step + i);
+  }
+  watched.move_all();
+}
+
+TEST(ReusedPairs, serve_while_triangles_move_little) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    Watched watched(two_cloths());
+    Query& query = watched.query(looking_for(detection));
+    int reused = 0;
+    for (std::uint64_t step = 0; step < 24; ++step) {
+      creep(watched, step, 0.002);
+      EXPECT_GT(watched.expect_contacts(query), 100U);
+      reused += query.statistics().reused_pairs ? 1 : 0;
+    }
+    EXPECT_EQ(reused > 12, keeps()) << reused;
+  }
+}
+
+TEST(ReusedPairs, are_not_kept_of_what_moves_far) {
+  Watched watched(two_cloths());
+  Query& query = watched.query(looking_for(Detection::dcd));
+  QueryOptions options = looking_for(Detection::dcd);
+  options.reuse_pairs = false;
+  Watched other(two_cloths());
+  Query& alone = other.query(options);
+  for (std::uint64_t step = 0; step < 6; ++step) {
+    creep(watched, step, 0.2);
+    creep(other, step, 0.2);
+    watched.expect_contacts(query);
+    alone.detect();
+    EXPECT_EQ(query.statistics().tests, alone.statistics().tests);
+    EXPECT_FALSE(query.statistics().reused_pairs);
+  }
+}
+
+/// Bodies that come within each other's reach little by little, so that more and more of their triangles take part.
+TEST(ReusedPairs, serve_triangles_that_come_within_reach) {
+  Mesh lower = grid_cloth(12, 12, 0.5);
+  Mesh upper = icosphere(3, 2.0);
+  upper.positions = translated(upper.positions, {2.7, 2.7, 2.2});
+  Watched watched({still(lower, everything(0.1F)), still(upper, everything(0.1F))});
+  Query& query = watched.query(looking_for(Detection::ccd));
+  int reused = 0;
+  std::size_t count = 0;
+  for (int step = 0; step < 40; ++step) {
+    SceneBody& ball = watched.body(1);
+    ball.x_t0 = ball.x_t1;
+    ball.x_t1 = translated(ball.x_t0, {0.0, 0.0, -0.005});
+    watched.move(1);
+    count += watched.expect_contacts(query);
+    reused += query.statistics().reused_pairs ? 1 : 0;
+  }
+  EXPECT_GT(count, 100U);
+  EXPECT_EQ(reused > 15, keeps()) << reused;
+}
+
+TEST(ReusedPairs, serve_looks_that_move_bodies_a_little_or_far) {
+  Watched watched(two_cloths());
+  Query& contacts = watched.query(looking_for(Detection::ccd));
+  Query& crossings = watched.query(looking_for(Detection::ccd, /*margins=*/false));
+  Random random(3);
+  int reused = 0;
+  for (std::uint64_t step = 0; step < 60; ++step) {
+    const double sizes[] = {0.0, 0.0005, 0.002, 0.002, 0.02, 0.3};
+    creep(watched, step, sizes[random.below(6)]);
+    for (Query* query : {&contacts, &crossings}) {
+      watched.expect_contacts(*query);
+      reused += query->statistics().reused_pairs ? 1 : 0;
+    }
+    if (step % 20 == 19) {
+      for (std::size_t i = 0; i < 2; ++i) {
+        watched.body(i).x_t1 = two_cloths()[i].x_t1;
+        watched.body(i).x_t0 = watched.body(i).x_t1;
+      }
+    }
+  }
+  EXPECT_EQ(reused > 30, keeps()) << reused;
+}
+
+/// One change of a scene of soups, of any kind.
+void change(Watched& watched, Random& random, std::uint64_t seed) {
+  const std::size_t i = random.below(static_cast<std::uint32_t>(watched.size()));
+  SceneBody& body = watched.body(i);
+  const std::uint32_t vertex = random.below(static_cast<std::uint32_t>(body.x_t1.size()));
+  switch (random.below(12)) {
+    case 0:
+      body.x_t1 = jittered(body.x_t1, 0.3, seed);
+      break;
+    case 1:
+      body.x_t0 = body.x_t1;
+      break;
+    case 2:
+      body.x_t1[vertex] = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
+      break;
+    case 3:
+      body.x_t1[vertex] = {50.0, 0.0, 0.0};
+      break;
+    case 4:
+      for (Vec3d& x : body.x_t1) {
+        if (!(std::abs(x.x) < 10.0)) x = {0.1, 0.2, 0.3};
+      }
+      break;
+    case 5:
+      body.settings.margin = static_cast<float>(random.uniform(0.0, 0.1));
+      watched.set_settings(i);
+      break;
+    case 6:
+      body.settings.self_collision = !body.settings.self_collision;
+      watched.set_settings(i);
+      break;
+    case 7:
+      std::swap(body.triangles.front(), body.triangles.back());
+      watched.update(i);
+      break;
+    case 8:
+      watched.replace_last(SceneBody(watched.body(watched.size() - 1)));
+      break;
+    case 9:
+      body.x_t1[vertex] = body.x_t1[0];
+      break;
+    default:
+      break;  // it rests
+  }
+  watched.move_all();
+}
+
+SceneBody soup(std::uint64_t seed) {
+  SoupOptions options;
+  options.triangle_count = 60;
+  options.half_extent = 1.0;
+  options.largest = 0.5;
+  options.size_ratio = 1.5;
+  options.joined_share = 0.5;
+  options.seed = seed;
+  const Mesh mesh = triangle_soup(options);
+  return moving(mesh, scattered(mesh, 0.2, seed + 100), everything(0.03F));
+}
+
+TEST(ReusedPairs, find_the_same_whatever_has_changed_in_between) {
+  int reused = 0;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    Watched watched({soup(3 * seed + 1), soup(3 * seed + 2), soup(3 * seed + 3)});
+    std::vector<Query*> queries = {&watched.query(looking_for(Detection::ccd)),
+                                   &watched.query(looking_for(Detection::ccd, /*margins=*/false)),
+                                   &watched.query(looking_for(Detection::dcd))};
+    for (std::uint64_t look = 0; look < 40; ++look) {
+      if (random.below(2) == 0) change(watched, random, look);
+      Query& query = *queries[random.below(3)];
+      if (random.below(10) == 0) {
+        QueryOptions options = query.options();
+        options.accuracy = options.accuracy == Accuracy::precise ? Accuracy::conservative : Accuracy::precise;
+        options.motion_margin = options.motion_margin > 0.0F ? 0.0F : 1.0F;
+        query.set_options(options);
+      }
+      const std::uint32_t left_out = random.below(6);
+      const PairFilter filter = [&](BodyId a, BodyId b) { return a.value + b.value != left_out; };
+      watched.expect_contacts(query, random.below(4) == 0 ? filter : PairFilter());
+      reused += query.statistics().reused_pairs ? 1 : 0;
+    }
+  }
+  EXPECT_TRUE(!keeps() || reused > 15) << reused;
+}
+
+}  // namespace
+}  // namespace softcd::test
