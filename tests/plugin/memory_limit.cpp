@@ -80,14 +80,14 @@ TEST(ContactOrder, is_the_same_however_it_is_made) {
 
 TEST(MemoryLimitErrors, a_limit_that_no_parts_can_meet_is_an_error_that_names_it) {
   PipelineOptions options = test_options(Detection::dcd);
-  options.memory_limit = 200'000;  // a GPU's copy of the scene takes 151,500
+  options.memory_limit = 400'000;  // a GPU's copy of the scene takes 205,500
   LoadedScene loaded = load(crowd(), options);
   try {
     loaded.pipeline.detect();
     FAIL() << "not enough for the triangles alone";
   } catch (const OutOfMemory& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("for lists of the cells and pairs"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("memory_limit of 200000 bytes, "));
+    EXPECT_THAT(error.what(), testing::HasSubstr("memory_limit of 400000 bytes, "));
     EXPECT_THAT(error.what(), testing::HasSubstr("bytes with what is held already"));
     EXPECT_THAT(error.what(), testing::HasSubstr("raise"));
   }
