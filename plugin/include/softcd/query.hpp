@@ -53,8 +53,8 @@ struct QueryOptions {
   /// A kind of feature pairs is tested between two bodies that both want it, where the query does too.
   Features features = {true, true};
   /// On the CPU, without memory_limit: pairs of triangles near each other are found once for several detections of the
-  /// scene's queries, as long as all triangles stay where those were looked for. Takes memory for these pairs, once that
-  /// has turned out to pay. Changes no contacts.
+  /// scene's queries, as long as all triangles stay where those were looked for. Takes memory for these pairs, once
+  /// that has turned out to pay. Changes no contacts.
   bool reuse_pairs = true;
 
   friend bool operator==(const QueryOptions& a, const QueryOptions& b) {

@@ -68,15 +68,10 @@ class SerialBroadPhase {
     std::vector<std::uint32_t> count(keys_.size());
     std::vector<BoxedEntry> boxed(keys_.size());
     Collector<std::uint32_t> cells;
-    const PrepareEntry<ExactControl> prepare{scene_,
-                                             bounds_.volumes.data(),
-                                             kContinuous ? bounds_.end_volumes.data() : nullptr,
-                                             &grid_,
-                                             keys_.data(),
-                                             sorted_.data(),
-                                             boxed.data(),
-                                             begin.data(),
-                                             count.data()};
+    const PrepareEntry<ExactControl> prepare{
+        scene_,       bounds_.volumes.data(), kContinuous ? bounds_.end_volumes.data() : nullptr,
+        &grid_,       keys_.data(),           sorted_.data(),
+        boxed.data(), begin.data(),           count.data()};
     for (std::uint32_t j = 0; j < keys_.size(); ++j) prepare(j, cells);
     const TestPair<ExactControl, kContinuous> test{pair_test<kContinuous>(scene_, bounds_), keys_.data(), boxed.data(),
                                                    begin.data()};

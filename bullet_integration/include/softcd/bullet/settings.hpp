@@ -79,7 +79,7 @@ struct Settings {
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;  ///< of contacts; what would pass through is looked for conservatively
   BroadPhase broad_phase = BroadPhase::exact;
-  float lambda = 0.0F;  ///< cell size, see PipelineOptions::lambda; 0 chooses
+  float lambda = 0.0F;      ///< cell size, see PipelineOptions::lambda; 0 chooses
   bool reuse_pairs = true;  ///< what one look finds serves later ones, see QueryOptions::reuse_pairs
   SelfCollision self_collision = SelfCollision::flagged;
   EdgeContacts edge_contacts = EdgeContacts::off;

@@ -32,11 +32,11 @@ struct Statistics {
   double mean_radius = 0;                ///< clipped mean of the active triangles' bounding radii
   double cell_size = 0;
   std::uint64_t split_triangles = 0;
-  std::uint64_t children = 0;        ///< virtual triangles that stand for the split ones
-  std::uint64_t big_triangles = 0;   ///< tested against all instead of through the grid
-  std::uint64_t entries = 0;         ///< (cell, triangle) registrations
-  std::uint64_t cells = 0;           ///< occupied
-  std::uint64_t tests = 0;           ///< enumerated triangle pairs
+  std::uint64_t children = 0;       ///< virtual triangles that stand for the split ones
+  std::uint64_t big_triangles = 0;  ///< tested against all instead of through the grid
+  std::uint64_t entries = 0;        ///< (cell, triangle) registrations
+  std::uint64_t cells = 0;          ///< occupied
+  std::uint64_t tests = 0;          ///< enumerated triangle pairs
   /// Only pairs that an earlier detection had kept were tested: see QueryOptions::reuse_pairs. There are no entries and
   /// cells then, and mean_radius and cell_size are that detection's.
   bool reused_pairs = false;
