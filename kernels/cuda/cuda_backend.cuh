@@ -210,7 +210,7 @@ class CudaBackend {
     enqueue(label, [&] { cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...); });
   }
 
-  /// What g enqueues need not wait for what f does. Neither may reserve memory, sort or scan.
+  /// What g enqueues, which must not reserve memory, sort or scan, need not wait for what f does.
   template <class F, class G>
   void concurrently(const F& f, const G& g) {
     SideStream::Fork fork(side_, stream_);

@@ -9,6 +9,7 @@
 
 #include "host_scene.hpp"
 #include "random.hpp"
+#include "softcd/stages/clear_word.hpp"
 
 namespace softcd::test {
 namespace {
@@ -73,7 +74,7 @@ Ordered order_in_runs(const std::vector<FeatureContact>& contacts, std::uint32_t
   const RunPlan plan = plan_runs(2ULL * features, contacts.size());
   const ContactRuns runs = {features, plan.shift};
   std::vector<std::uint32_t> counts(plan.run_count, 7);
-  for (std::uint32_t run = 0; run < plan.run_count; ++run) ClearRun{counts.data()}(run);
+  for (std::uint32_t run = 0; run < plan.run_count; ++run) ClearWord{counts.data()}(run);
   std::vector<std::uint32_t> order(contacts.size());
   Collector<std::uint32_t> longs;
   const auto count = static_cast<std::uint32_t>(contacts.size());

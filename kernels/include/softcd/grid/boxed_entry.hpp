@@ -29,10 +29,10 @@ constexpr int kBoxOrigin = 1 << 14;
 constexpr int kLastBoxStep = (1 << 15) - 1;
 constexpr std::uint32_t kTopBits = 0x80008000U;
 
-/// The coordinate, nearest to `near`, of the cells with this wrapped one.
-SOFTCD_HD constexpr int unwrapped(std::uint32_t wrapped, int near) {
-  constexpr int kBefore = kMaxSpan;
-  return near + (((static_cast<int>(wrapped) - near + kBefore) & kCellMask) - kBefore);
+/// The coordinate with this wrapped one of a cell that is at most kMaxSpan before `first`, or fewer than
+/// 2^kCellBits - kMaxSpan after it.
+SOFTCD_HD constexpr int unwrapped(std::uint32_t wrapped, int first) {
+  return first + (((static_cast<int>(wrapped) - first + kMaxSpan) & kCellMask) - kMaxSpan);
 }
 
 /// The wrapped coordinates of a cell.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "softcd/pipeline/broad_phase.hpp"
+#include "softcd/stages/clear_word.hpp"
 #include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/contact_output.hpp"
 #include "softcd/stages/contact_tests.hpp"
@@ -71,9 +72,11 @@ class NarrowPhaseStages {
 
   /// Room for order_contacts in runs.
   void reserve_runs() {
+    // A quarter more than there are, so that slowly growing numbers of contacts seldom grow them.
     const std::uint64_t runs = planned_runs().run_count;
-    w_.run_counts.reserve(backend_, runs, 0);
-    w_.run_begins.reserve(backend_, runs, 0);
+    if (runs <= w_.run_begins.capacity()) return;
+    w_.run_counts.reserve(backend_, runs + runs / 4, 0);
+    w_.run_begins.reserve(backend_, runs + runs / 4, 0);
   }
 
  private:
@@ -88,7 +91,7 @@ class NarrowPhaseStages {
     const ContactRuns runs = {scene_.vertex_count, plan.shift};
     const Count run_count = {&counters_->all, plan.run_count};
     std::uint32_t* places = w_.contact_order.data();
-    backend_.for_each("clear_runs", run_count, ClearRun{w_.run_counts.data()});
+    backend_.for_each("clear_runs", run_count, ClearWord{w_.run_counts.data()});
     backend_.for_each_append("count_in_runs", count, CountInRun{runs, found, w_.run_counts.data(), places},
                              Appender<CountTarget>{{}, &counters_->long_runs, 0});
     backend_.exclusive_scan("scan_runs", run_count, w_.run_counts.data(), w_.run_begins.data(),

@@ -29,7 +29,7 @@ template <class Control>
 struct PrepareEntry {
   SceneView scene;
   const Kdop18* volumes;
-  const EndVolumes* end_volumes;  ///< null unless swept
+  const EndVolumes* end_volumes;  ///< null: the boxes of `volumes` are those at both ends
   const GridParameters* grid;
   const std::uint32_t* keys;
   const Entry* entries;

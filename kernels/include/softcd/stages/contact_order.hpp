@@ -40,7 +40,7 @@ struct ContactRuns {
   SOFTCD_HD std::uint64_t run(std::uint64_t key) const { return key >> 32 >> shift; }
 };
 
-/// About twice as many runs as there are contacts, `contacts` at most, and no more than features.
+/// For at most this many contacts: up to twice as many runs and one, and no more than one for each feature and one.
 struct RunPlan {
   std::uint32_t shift;
   std::uint64_t run_count;
@@ -58,12 +58,6 @@ SOFTCD_HD inline std::uint32_t count_one_more(std::uint32_t* counter) {
   return __atomic_fetch_add(counter, 1U, __ATOMIC_RELAXED);
 #endif
 }
-
-struct ClearRun {
-  std::uint32_t* counts;
-
-  SOFTCD_HD void operator()(std::uint32_t run) const { counts[run] = 0; }
-};
 
 /// Counts each contact in its run, and notes how many were there before it. `longs` counts runs that become too long.
 struct CountInRun {

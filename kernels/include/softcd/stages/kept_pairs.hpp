@@ -67,15 +67,10 @@ struct TestKept {
     const auto t = static_cast<std::uint32_t>(kept[i] >> 32);
     const auto u = static_cast<std::uint32_t>(kept[i]);
     if (!overlap(test.volumes[t], test.volumes[u])) return;
-    const Entry a = entry_of(t);
-    const Entry b = entry_of(u);
+    const Entry a = test.entry_of(t);
+    const Entry b = test.entry_of(u);
     if (!test.classes_may_touch(test.touchable_classes(a), b) || !test.own_features(a, b)) return;
     if (test.may_touch(a, b)) pairs.push(kept[i]);
-  }
-
- private:
-  SOFTCD_HD Entry entry_of(std::uint32_t t) const {
-    return {t, entry_bits(0, test.scene.triangle_body[t], wanted_features(test.shapes[t].flags))};
   }
 };
 

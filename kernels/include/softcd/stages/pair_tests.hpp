@@ -85,6 +85,10 @@ struct PairTest {
   SOFTCD_HD bool classes_may_touch(std::uint32_t touchable_by_a, Entry b) const {
     return ((touchable_by_a >> body_class(b)) & 1U) != 0U;
   }
+  /// What stands for a triangle that is not in a cell.
+  SOFTCD_HD Entry entry_of(std::uint32_t t) const {
+    return {t, entry_bits(0, scene.triangle_body[t], wanted_features(shapes[t].flags))};
+  }
   SOFTCD_HD std::uint32_t touchable_classes(Entry a) const { return scene.class_may_touch[body_class(a)]; }
 
   /// For entries whose classes may touch. What neighbours may touch with is listed.
@@ -183,21 +187,16 @@ struct TestAgainstBig {
   template <class Pairs>
   SOFTCD_HD void operator()(std::uint32_t t, Pairs& pairs) const {
     if (is_empty(test.volumes[t])) return;
-    const Entry a = entry_of(t);
+    const Entry a = test.entry_of(t);
     const std::uint32_t touchable = test.touchable_classes(a);
     const bool is_big = (test.shapes[t].flags & kBigTriangle) != 0U;
     for (std::uint64_t i = 0; i < big_count.get(); ++i) {
       const std::uint32_t big = bigs[i];
       if (t == big || (is_big && t < big)) continue;
-      const Entry b = entry_of(big);
+      const Entry b = test.entry_of(big);
       if (!test.classes_may_touch(touchable, b) || !test.own_features(a, b)) continue;
       if (test.may_touch(a, b)) pairs.push(pair_key(t, big));
     }
-  }
-
- private:
-  SOFTCD_HD Entry entry_of(std::uint32_t t) const {
-    return {t, entry_bits(0, test.scene.triangle_body[t], wanted_features(test.shapes[t].flags))};
   }
 };
 

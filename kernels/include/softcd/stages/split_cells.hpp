@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "softcd/stages/cell_assignment.hpp"
+#include "softcd/stages/clear_word.hpp"
 
 /// The cells of split triangles. The cells around such a triangle are bits; its children mark theirs, and what
 /// is marked becomes one entry per cell, with the mask of control_bits.hpp read off the rows around.
@@ -49,12 +50,6 @@ struct BoundSplit {
                     cells.hi[2] - cells.lo[2] + 1};
     word_counts[split] = boxes[split].words();
   }
-};
-
-struct ClearWord {
-  std::uint32_t* words;
-
-  SOFTCD_HD void operator()(std::uint32_t i) const { words[i] = 0; }
 };
 
 /// Children overlap: most bits are set already.
