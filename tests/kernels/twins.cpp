@@ -187,49 +187,65 @@ BoxedEntry random_entry(Random& random) {
 }
 
 TEST(Twins, boxed_entries_are_apart) {
-  expect_the_same(3, random_entry, boxes_certainly_apart, generic::boxes_certainly_apart);
+  expect_the_same(3, random_entry, boxes_certainly_apart<true>, generic::boxes_certainly_apart<true>);
+  expect_the_same(3, random_entry, boxes_certainly_apart<false>, generic::boxes_certainly_apart<false>);
 }
 
-TEST(Twins, boxed_entries) {
+template <bool kSwept>
+void compare_boxed_entries() {
   Random random(8);
   for (int round = 0; round < kRounds; ++round) {
-    EndVolumes::Axis bounds[3];
+    BoxedBounds bounds;
     const double centre = random.chance(0.5) ? 0.0 : random.uniform(-1e6, 1e6);
     const auto bound = [&] { return static_cast<float>(centre + random.uniform(-200.0, 200.0)); };
     for (EndVolumes::Axis& axis : bounds) axis = {bound(), bound(), bound(), bound()};
     const auto cell = static_cast<std::uint32_t>(random.bits());
     const float inverse_size = random.chance(0.5) ? 1.0F : 0.7F;
-    const BoxedEntry entry = boxed(bounds, cell, inverse_size, {1, 2});
-    const BoxedEntry expected = generic::boxed(bounds, cell, inverse_size, {1, 2});
+    const BoxedEntry entry = boxed<kSwept>(bounds, cell, inverse_size, {1, 2});
+    const BoxedEntry expected = generic::boxed<kSwept>(bounds, cell, inverse_size, {1, 2});
     ASSERT_EQ(std::memcmp(&entry, &expected, sizeof entry), 0) << "round " << round;
   }
 }
 
+TEST(Twins, boxed_entries) {
+  compare_boxed_entries<true>();
+  compare_boxed_entries<false>();
+}
+
+struct AxisOutcomes {
+  Outcomes straight, diagonal;
+};
+
 template <bool kSwept, int kSplit>
-void compare_points(Random& random, Outcomes& outcomes, int round) {
-  std::array<Vec3f, 4> t0{};
-  std::array<Vec3f, 4> t1{};
+void compare_points(Random& random, AxisOutcomes& outcomes, int round) {
+  PointMotion<4> points{};
   for (int i = 0; i < 4; ++i) {
-    t0[static_cast<std::size_t>(i)] = point(random, -4, 4);
-    t1[static_cast<std::size_t>(i)] = point(random, -4, 4);
+    points.t0[i] = point(random, -4, 4);
+    points.t1[i] = point(random, -4, 4);
   }
   const std::uint32_t v[4] = {2, 0, 3, 1};
   const float reach = random.chance(0.5) ? 0.0F : straight_distance(random.chance(0.5) ? 1.0F : awkward(random));
-  const Vec3f* start = kSwept ? t0.data() : nullptr;
-  outcomes.add(certainly_apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach),
-               generic::certainly_apart_on_straight_axes<kSwept, kSplit>(start, t1.data(), v, reach), round);
+  const Vec3f* start = kSwept ? points.t0 : nullptr;
+  outcomes.straight.add(certainly_apart_on_straight_axes<kSwept, kSplit>(start, points.t1, v, reach),
+                        generic::certainly_apart_on_straight_axes<kSwept, kSplit>(start, points.t1, v, reach), round);
+  const AxisDistance distance = {reach, reach};
+  outcomes.diagonal.add(certainly_apart_on_diagonal_axes<kSwept, kSplit>(points, distance),
+                        generic::certainly_apart_on_diagonal_axes<kSwept, kSplit>(points, distance), round);
 }
 
-TEST(Twins, points_are_apart_on_straight_axes) {
+TEST(Twins, points_are_apart_on_axes) {
   Random random(4);
-  std::array<Outcomes, 4> outcomes;
+  std::array<AxisOutcomes, 4> outcomes;
   for (int round = 0; round < kRounds / 4; ++round) {
     compare_points<false, 1>(random, outcomes[0], round);
     compare_points<false, 2>(random, outcomes[1], round);
     compare_points<true, 1>(random, outcomes[2], round);
     compare_points<true, 2>(random, outcomes[3], round);
   }
-  for (const Outcomes& of_kind : outcomes) of_kind.expect_both();
+  for (const AxisOutcomes& of_kind : outcomes) {
+    of_kind.straight.expect_both();
+    of_kind.diagonal.expect_both();
+  }
 }
 
 }  // namespace

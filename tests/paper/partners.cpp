@@ -29,8 +29,8 @@ TEST(PaperPartners, are_all_entries_before_in_the_cell) {
     scene.self_collision = true;
     test::Collector<std::uint32_t> cells;
     const GridParameters grid{1.0F, 1.0F, 0.0F, 1};
-    const PrepareEntry<Control> prepare{scene,          &volume,      nullptr,      &grid,       keys.data(),
-                                        entries.data(), boxed.data(), begin.data(), count.data()};
+    const PrepareEntry<Control, false> prepare{scene,          &volume,      nullptr,      &grid,       keys.data(),
+                                               entries.data(), boxed.data(), begin.data(), count.data()};
     for (std::uint32_t j = 0; j < kCount; ++j) {
       prepare(j, cells);
       const auto first = std::lower_bound(keys.begin(), keys.end(), keys[j]) - keys.begin();

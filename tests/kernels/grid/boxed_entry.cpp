@@ -51,8 +51,8 @@ TEST(BoxedEntries, are_apart_where_their_boxes_are_by_a_step) {
     const MovingBox a = random_box(random, corner, static_cast<double>(size));
     const MovingBox b = random_box(random, corner, static_cast<double>(size));
     const std::uint32_t index = cell_index({cell, cell, cell});
-    const bool said =
-        boxes_certainly_apart(boxed(a.bounds, index, 1.0F / size, kEntry), boxed(b.bounds, index, 1.0F / size, kEntry));
+    const bool said = boxes_certainly_apart<true>(boxed<true>(a.bounds, index, 1.0F / size, kEntry),
+                                                  boxed<true>(b.bounds, index, 1.0F / size, kEntry));
     if (said) {
       ASSERT_TRUE(are_apart(a, b, 0.0F)) << round;
     } else {
@@ -76,7 +76,8 @@ TEST(BoxedEntries, are_never_apart_where_their_boxes_are_not_however_far_and_lar
     axis.t0_lo -= static_cast<float>(random.uniform(0.0, 100.0));
     axis.t1_hi = axis.t1_lo + static_cast<float>(random.uniform(0.0, 100.0));
     const std::uint32_t index = cell_index({cell, cell, cell});
-    const bool said = boxes_certainly_apart(boxed(a.bounds, index, 1.0F, kEntry), boxed(b.bounds, index, 1.0F, kEntry));
+    const bool said = boxes_certainly_apart<true>(boxed<true>(a.bounds, index, 1.0F, kEntry),
+                                                  boxed<true>(b.bounds, index, 1.0F, kEntry));
     if (said) {
       ASSERT_TRUE(are_apart(a, b, 0.0F)) << round;
     }
@@ -85,9 +86,56 @@ TEST(BoxedEntries, are_never_apart_where_their_boxes_are_not_however_far_and_lar
   EXPECT_GT(apart, 5000);
 }
 
+/// The volume of a triangle of which some corner is in the cell at `corner`, some far away.
+Kdop18 random_volume(Random& random, double corner) {
+  const double extent = random.chance(0.1) ? 100.0 : 1.5;
+  const Vec3d first = Vec3d{corner, corner, corner} + Vec3d{random.unit(), random.unit(), random.unit()};
+  Kdop18 volume = empty_kdop();
+  extend(volume, vec3_cast<float>(first));
+  extend(volume, vec3_cast<float>(first + random.in_box(extent)));
+  extend(volume, vec3_cast<float>(first + random.in_box(extent)));
+  return volume;
+}
+
+BoxedEntry at_rest(const Kdop18& volume, std::uint32_t index) {
+  BoxedBounds bounds;
+  for (int i = 0; i < 3; ++i) bounds[i] = {volume.lo[i], volume.hi[i], volume.lo[3 + i], volume.hi[3 + i]};
+  return boxed<false>(bounds, index, 1.0F, kEntry);
+}
+
+/// Whether one is more than `gap` beyond the other along one of `axes`.
+bool are_apart(const Kdop18& a, const Kdop18& b, int axes, float gap) {
+  bool is_apart = false;
+  for (int i = 0; i < axes; ++i) is_apart |= a.hi[i] + gap < b.lo[i] || b.hi[i] + gap < a.lo[i];
+  return is_apart;
+}
+
+TEST(BoxedEntries, at_rest_are_apart_where_their_volumes_are_by_a_step) {
+  Random random(3);
+  int straight = 0;
+  int diagonal = 0;
+  int together = 0;
+  for (int round = 0; round < 100000; ++round) {
+    const int cell = static_cast<int>(random.below(2001)) - 1000;
+    const Kdop18 a = random_volume(random, cell);
+    const Kdop18 b = random_volume(random, cell);
+    const std::uint32_t index = cell_index({cell, cell, cell});
+    if (boxes_certainly_apart<false>(at_rest(a, index), at_rest(b, index))) {
+      ASSERT_TRUE(are_apart(a, b, 6, 0.0F)) << round;
+      ++(are_apart(a, b, 3, 0.0F) ? straight : diagonal);
+    } else {
+      ASSERT_FALSE(are_apart(a, b, 6, 1.01F / (1 << kBoxStepBits))) << round;
+      ++together;
+    }
+  }
+  EXPECT_GT(straight, 10000);
+  EXPECT_GT(diagonal, 1000);
+  EXPECT_GT(together, 10000);
+}
+
 TEST(BoxedEntries, keep_triangle_and_bits) {
   const MovingBox box{};
-  const BoxedEntry entry = boxed(box.bounds, 0, 1.0F, kEntry);
+  const BoxedEntry entry = boxed<true>(box.bounds, 0, 1.0F, kEntry);
   EXPECT_EQ(entry.entry().root, kEntry.root);
   EXPECT_EQ(entry.entry().bits, kEntry.bits);
 }

@@ -68,7 +68,7 @@ class SerialBroadPhase {
     std::vector<std::uint32_t> count(keys_.size());
     std::vector<BoxedEntry> boxed(keys_.size());
     Collector<std::uint32_t> cells;
-    const PrepareEntry<ExactControl> prepare{
+    const PrepareEntry<ExactControl, kContinuous> prepare{
         scene_,       bounds_.volumes.data(), kContinuous ? bounds_.end_volumes.data() : nullptr,
         &grid_,       keys_.data(),           sorted_.data(),
         boxed.data(), begin.data(),           count.data()};

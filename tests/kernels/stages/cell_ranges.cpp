@@ -40,15 +40,15 @@ Ranges ranges_of(const SceneView& scene, const std::vector<std::uint32_t>& keys)
                 std::vector<BoxedEntry>(keys.size()),
                 {}};
   const GridParameters grid{1.0F, 1.0F, 0.0F, 3};
-  const PrepareEntry<ExactControl> stage{scene,
-                                         volumes.data(),
-                                         nullptr,
-                                         &grid,
-                                         keys.data(),
-                                         entries.data(),
-                                         ranges.boxed.data(),
-                                         ranges.begin.data(),
-                                         ranges.count.data()};
+  const PrepareEntry<ExactControl, false> stage{scene,
+                                                volumes.data(),
+                                                nullptr,
+                                                &grid,
+                                                keys.data(),
+                                                entries.data(),
+                                                ranges.boxed.data(),
+                                                ranges.begin.data(),
+                                                ranges.count.data()};
   for (std::uint32_t j = 0; j < keys.size(); ++j) stage(j, ranges.cells);
   return ranges;
 }
@@ -107,8 +107,8 @@ TEST(PrepareEntry, lays_the_triangles_boxes_beside_its_entry) {
   const Ranges ranges = ranges_of(scene_of(1, true), keys);
   for (std::uint32_t j = 0; j < 5; ++j) {
     const auto x = static_cast<float>(j % 3);
-    const EndVolumes::Axis bounds[3] = {{x, x, x, x}, {2.0F, 2.0F, 2.0F, 2.0F}, {5.0F, 5.0F, 5.0F, 5.0F}};
-    const BoxedEntry expected = boxed(bounds, key_cell(keys[j]), 1.0F, {j % 3, j});
+    const BoxedBounds bounds = {{x, x, x + 2.0F, x + 2.0F}, {2.0F, 2.0F, x + 5.0F, x + 5.0F}, {5.0F, 5.0F, 7.0F, 7.0F}};
+    const BoxedEntry expected = boxed<false>(bounds, key_cell(keys[j]), 1.0F, {j % 3, j});
     EXPECT_EQ(std::memcmp(&ranges.boxed[j], &expected, sizeof expected), 0);
   }
 }

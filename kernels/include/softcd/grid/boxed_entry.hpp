@@ -10,9 +10,10 @@
 
 namespace softcd {
 
-/// A sorted entry and its triangle's boxes at both ends of the step, all that most of its tests read, in two rows of
-/// four. Bounds along an axis are counted from the entry's cell in steps, 15 bits each: what is at t0 in the low half
-/// of a word, what is at t1 in the high one. The top bits of halves are 0 in `lo` and 1 in `hi`.
+/// A sorted entry and bounds of its triangle, all that most of its tests read, in two rows of four: where something is
+/// swept along x, y and z at t0, in the low halves of words, and at t1, in the high ones; else along x, y and z in the
+/// low halves, along x+y, x+z and y+z in the high ones. They are counted from the entry's cell in steps, 15 bits each.
+/// The top bits of halves are 0 in `lo` and 1 in `hi`.
 struct alignas(16) BoxedEntry {
   std::uint32_t lo[3];
   std::uint32_t root;
@@ -40,21 +41,38 @@ SOFTCD_HD constexpr std::uint32_t wrapped_coordinate(std::uint32_t cell, int axi
   return (cell >> (axis * kCellBits)) & static_cast<std::uint32_t>(kCellMask);
 }
 
+/// What the halves of a BoxedEntry are made of, as they stand in it: unless swept, t1 stands for a diagonal axis.
+using BoxedBounds = EndVolumes::Axis[3];
+
+/// Of the axes that the high halves of a BoxedEntry are along unless swept.
+SOFTCD_HD constexpr int first_of_diagonal(int i) {
+  return i == 2 ? 1 : 0;
+}
+SOFTCD_HD constexpr int second_of_diagonal(int i) {
+  return i == 0 ? 1 : 2;
+}
+
 namespace generic {
-SOFTCD_HD inline BoxedEntry boxed(const EndVolumes::Axis (&bounds)[3], std::uint32_t cell, float inverse_cell_size,
-                                  Entry entry) {
-  BoxedEntry box{{}, entry.root, {}, entry.bits};
+template <bool kSwept>
+SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float inverse_cell_size, Entry entry) {
+  int steps[3][4];
+  int cells[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float ends[4] = {bounds[axis].t0_lo, bounds[axis].t1_lo, bounds[axis].t0_hi, bounds[axis].t1_hi};
-    int steps[4];
     for (int i = 0; i < 4; ++i) {
-      steps[i] = static_cast<int>(floorf(ends[i] * inverse_cell_size * static_cast<float>(1 << kBoxStepBits)));
+      steps[axis][i] = static_cast<int>(floorf(ends[i] * inverse_cell_size * static_cast<float>(1 << kBoxStepBits)));
     }
-    const int first_cell = smaller(steps[0], steps[1]) >> kBoxStepBits;
-    const int origin = (unwrapped(wrapped_coordinate(cell, axis), first_cell) << kBoxStepBits) - kBoxOrigin;
+    const int first = kSwept ? smaller(steps[axis][0], steps[axis][1]) : steps[axis][0];
+    cells[axis] = unwrapped(wrapped_coordinate(cell, axis), first >> kBoxStepBits);
+  }
+  BoxedEntry box{{}, entry.root, {}, entry.bits};
+  for (int axis = 0; axis < 3; ++axis) {
+    const int diagonal_cell = cells[first_of_diagonal(axis)] + cells[second_of_diagonal(axis)];
+    const int origins[2] = {cells[axis], kSwept ? cells[axis] : diagonal_cell};
     std::uint32_t halves[4];
     for (int i = 0; i < 4; ++i) {
-      halves[i] = static_cast<std::uint32_t>(smaller(larger(steps[i] - origin, 0), kLastBoxStep));
+      const int from_origin = steps[axis][i] - ((origins[i % 2] << kBoxStepBits) - kBoxOrigin);
+      halves[i] = static_cast<std::uint32_t>(smaller(larger(from_origin, 0), kLastBoxStep));
     }
     box.lo[axis] = halves[0] | (halves[1] << 16);
     box.hi[axis] = halves[2] | (halves[3] << 16) | kTopBits;
@@ -62,32 +80,40 @@ SOFTCD_HD inline BoxedEntry boxed(const EndVolumes::Axis (&bounds)[3], std::uint
   return box;
 }
 
-SOFTCD_HD inline bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
+template <bool kSwept>
+SOFTCD_HD bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
   bool is_apart = false;
   for (int axis = 0; axis < 3; ++axis) {
-    is_apart |= ((b.hi[axis] - a.lo[axis]) & kTopBits) == 0U;
-    is_apart |= ((a.hi[axis] - b.lo[axis]) & kTopBits) == 0U;
+    const std::uint32_t b_above = (b.hi[axis] - a.lo[axis]) & kTopBits;
+    const std::uint32_t a_above = (a.hi[axis] - b.lo[axis]) & kTopBits;
+    is_apart |= kSwept ? (b_above == 0U) | (a_above == 0U) : (b_above & a_above) != kTopBits;
   }
   return is_apart;
 }
 }  // namespace generic
 
-/// The entry in the cell with this index of a triangle that is within_grid(), given its bounds along x, y and z. Steps
-/// are rounded down, lower and upper bounds alike: what is above in steps is above.
-SOFTCD_HD inline BoxedEntry boxed(const EndVolumes::Axis (&bounds)[3], std::uint32_t cell, float inverse_cell_size,
-                                  Entry entry) {
+/// The entry in the cell with this index of a triangle that is within_grid(), given its bounds. Steps are rounded down,
+/// lower and upper bounds alike: what is above in steps is above.
+template <bool kSwept>
+SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float inverse_cell_size, Entry entry) {
 #ifdef SOFTCD_SSE2
   const __m128 scale = _mm_set1_ps(inverse_cell_size);
   const __m128 steps_of_a_cell = _mm_set1_ps(static_cast<float>(1 << kBoxStepBits));
-  // Of 32 bits each: t0_lo, t0_hi, t1_lo, t1_hi. What 15 bits do not hold is brought to their border.
+  // Of 32 bits each: t0_lo, t0_hi, t1_lo, t1_hi.
+  __m128i on_grid[3];
+  int origins[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    on_grid[axis] = detail::floor_of(_mm_mul_ps(_mm_mul_ps(_mm_load_ps(&bounds[axis].t0_lo), scale), steps_of_a_cell));
+    int first = _mm_cvtsi128_si32(on_grid[axis]);
+    if (kSwept) first = smaller(first, _mm_cvtsi128_si32(_mm_unpackhi_epi64(on_grid[axis], on_grid[axis])));
+    origins[axis] = unwrapped(wrapped_coordinate(cell, axis), first >> kBoxStepBits) << kBoxStepBits;
+  }
+  // What 15 bits do not hold is brought to their border.
   const auto steps = [&](int axis) {
-    const __m128i on_grid =
-        detail::floor_of(_mm_mul_ps(_mm_mul_ps(_mm_load_ps(&bounds[axis].t0_lo), scale), steps_of_a_cell));
-    const int t0 = _mm_cvtsi128_si32(on_grid);
-    const int t1 = _mm_cvtsi128_si32(_mm_unpackhi_epi64(on_grid, on_grid));
-    const int first_cell = smaller(t0, t1) >> kBoxStepBits;
-    const int origin = (unwrapped(wrapped_coordinate(cell, axis), first_cell) << kBoxStepBits) - kBoxOrigin;
-    return _mm_sub_epi32(on_grid, _mm_set1_epi32(origin));
+    const int low = origins[axis] - kBoxOrigin;
+    if (kSwept) return _mm_sub_epi32(on_grid[axis], _mm_set1_epi32(low));
+    const int high = origins[first_of_diagonal(axis)] + origins[second_of_diagonal(axis)] - kBoxOrigin;
+    return _mm_sub_epi32(on_grid[axis], _mm_setr_epi32(low, low, high, high));
   };
   // Of 32 bits each: first axis' lo and hi, second one's.
   const auto words = [&](__m128i first, __m128i second) {
@@ -107,23 +133,30 @@ SOFTCD_HD inline BoxedEntry boxed(const EndVolumes::Axis (&bounds)[3], std::uint
   box.bits = entry.bits;
   return box;
 #else
-  return generic::boxed(bounds, cell, inverse_cell_size, entry);
+  return generic::boxed<kSwept>(bounds, cell, inverse_cell_size, entry);
 #endif
 }
 
-/// Whether, along x, y or z, one box lies beyond the other at both ends of the step; see EndVolumes. For entries of one
-/// cell: of other triangles with its index, which share no cell with this one's, anything may be said.
-SOFTCD_HD inline bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
+/// Whether one lies beyond the other: along x, y or z at both ends of the step, see EndVolumes, or, unless swept, along
+/// any axis that they have bounds of. For entries of one cell: of other triangles with its index, which share no cell
+/// with this one's, anything may be said.
+template <bool kSwept>
+SOFTCD_HD bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
 #ifdef SOFTCD_SSE2
   const auto row = [](const std::uint32_t* first) { return _mm_load_si128(reinterpret_cast<const __m128i*>(first)); };
   const __m128i top_bits = _mm_set1_epi32(static_cast<int>(kTopBits));
   const __m128i b_above = _mm_and_si128(_mm_sub_epi32(row(b.hi), row(a.lo)), top_bits);
   const __m128i a_above = _mm_and_si128(_mm_sub_epi32(row(a.hi), row(b.lo)), top_bits);
-  const __m128i none = _mm_setzero_si128();
-  const __m128i is_apart = _mm_or_si128(_mm_cmpeq_epi32(b_above, none), _mm_cmpeq_epi32(a_above, none));
-  return (_mm_movemask_ps(_mm_castsi128_ps(is_apart)) & 7) != 0;
+  if constexpr (kSwept) {
+    const __m128i none = _mm_setzero_si128();
+    const __m128i is_apart = _mm_or_si128(_mm_cmpeq_epi32(b_above, none), _mm_cmpeq_epi32(a_above, none));
+    return (_mm_movemask_ps(_mm_castsi128_ps(is_apart)) & 7) != 0;
+  } else {
+    const __m128i meets = _mm_cmpeq_epi32(_mm_and_si128(b_above, a_above), top_bits);
+    return (_mm_movemask_ps(_mm_castsi128_ps(meets)) & 7) != 7;
+  }
 #else
-  return generic::boxes_certainly_apart(a, b);
+  return generic::boxes_certainly_apart<kSwept>(a, b);
 #endif
 }
 

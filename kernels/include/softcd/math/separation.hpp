@@ -102,6 +102,11 @@ inline BoxLanes box_lanes(const Vec3f* x, const std::uint32_t (&v)[kCount]) {
   return box;
 }
 
+/// The distance in three lanes. The fourth ones' sum must not come near the subnormal numbers, which are slow.
+inline __m128 distances_of(float distance) {
+  return _mm_setr_ps(distance, distance, distance, 1.0F);
+}
+
 /// Along which axes a ends more than `distance` before b begins.
 inline __m128 below(const BoxLanes& a, const BoxLanes& b, __m128 distance) {
   return _mm_cmplt_ps(outward_up(_mm_add_ps(a.hi, distance)), b.lo);
@@ -116,8 +121,7 @@ template <bool kSwept, int kSplit, int kCount>
 SOFTCD_HD bool certainly_apart_on_straight_axes(const Vec3f* x_t0, const Vec3f* x_t1, const std::uint32_t (&v)[kCount],
                                                 float distance) {
 #ifdef SOFTCD_SSE2
-  // The fourth lanes' sum must not come near the subnormal numbers, which are slow.
-  const __m128 distances = _mm_setr_ps(distance, distance, distance, 1.0F);
+  const __m128 distances = detail::distances_of(distance);
   const detail::BoxLanes a_t1 = detail::box_lanes<0, kSplit>(x_t1, v);
   const detail::BoxLanes b_t1 = detail::box_lanes<kSplit, kCount>(x_t1, v);
   __m128 is_below = detail::below(a_t1, b_t1, distances);
@@ -134,8 +138,7 @@ SOFTCD_HD bool certainly_apart_on_straight_axes(const Vec3f* x_t0, const Vec3f* 
 #endif
 }
 
-/// Whether, along one of the six diagonal axes, the first kSplit points lie more than `distance` beyond the others at
-/// both ends of a straight-line motion, and so throughout; unless swept, at t1.
+namespace generic {
 template <bool kSwept, int kSplit, int kCount>
 SOFTCD_HD bool certainly_apart_on_diagonal_axes(const PointMotion<kCount>& points, AxisDistance distance) {
   const bool xy = apart_on_axis<kSwept, 3, kSplit>(points, distance.diagonal);
@@ -145,6 +148,71 @@ SOFTCD_HD bool certainly_apart_on_diagonal_axes(const PointMotion<kCount>& point
   const bool x_z = apart_on_axis<kSwept, 7, kSplit>(points, distance.diagonal);
   const bool y_z = apart_on_axis<kSwept, 8, kSplit>(points, distance.diagonal);
   return xy | xz | yz | x_y | x_z | y_z;
+}
+}  // namespace generic
+
+#ifdef SOFTCD_SSE2
+namespace detail {
+
+/// Boxes of sums, and of differences, of x and y, x and z, y and z.
+struct DiagonalLanes {
+  BoxLanes sums, differences;
+};
+
+template <int kBegin, int kEnd>
+inline DiagonalLanes diagonal_lanes(const Vec3f* points) {
+  DiagonalLanes lanes;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  for (int i = kBegin; i < kEnd; ++i) {
+    const __m128 p = lanes_of(points[i]);
+    const __m128 first = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 1, 0, 0));
+    const __m128 second = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 2, 2, 1));
+    const __m128 sum = _mm_add_ps(first, second);
+    const __m128 difference = _mm_sub_ps(first, second);
+    if (i == kBegin) {
+      lanes = {{sum, sum}, {difference, difference}};
+    } else {
+      lanes.sums = {_mm_min_ps(lanes.sums.lo, sum), _mm_max_ps(lanes.sums.hi, sum)};
+      lanes.differences = {_mm_min_ps(lanes.differences.lo, difference), _mm_max_ps(lanes.differences.hi, difference)};
+    }
+  }
+  return lanes;
+}
+
+/// Along which axes the first kSplit points end before the others begin, and the other way round.
+struct DiagonalGaps {
+  __m128 below_by_sum, above_by_sum, below_by_difference, above_by_difference;
+};
+
+template <int kSplit, int kCount>
+inline DiagonalGaps diagonal_gaps(const Vec3f (&points)[kCount], __m128 distances) {
+  const DiagonalLanes a = diagonal_lanes<0, kSplit>(points);
+  const DiagonalLanes b = diagonal_lanes<kSplit, kCount>(points);
+  return {below(a.sums, b.sums, distances), below(b.sums, a.sums, distances),
+          below(a.differences, b.differences, distances), below(b.differences, a.differences, distances)};
+}
+
+}  // namespace detail
+#endif
+
+/// Whether, along one of the six diagonal axes, the first kSplit points lie more than `distance` beyond the others at
+/// both ends of a straight-line motion, and so throughout; unless swept, at t1.
+template <bool kSwept, int kSplit, int kCount>
+SOFTCD_HD bool certainly_apart_on_diagonal_axes(const PointMotion<kCount>& points, AxisDistance distance) {
+#ifdef SOFTCD_SSE2
+  const __m128 distances = detail::distances_of(distance.diagonal);
+  detail::DiagonalGaps gaps = detail::diagonal_gaps<kSplit>(points.t1, distances);
+  if constexpr (kSwept) {
+    const detail::DiagonalGaps at_t0 = detail::diagonal_gaps<kSplit>(points.t0, distances);
+    gaps = {_mm_and_ps(gaps.below_by_sum, at_t0.below_by_sum), _mm_and_ps(gaps.above_by_sum, at_t0.above_by_sum),
+            _mm_and_ps(gaps.below_by_difference, at_t0.below_by_difference),
+            _mm_and_ps(gaps.above_by_difference, at_t0.above_by_difference)};
+  }
+  const __m128 is_apart = _mm_or_ps(_mm_or_ps(gaps.below_by_sum, gaps.above_by_sum),
+                                    _mm_or_ps(gaps.below_by_difference, gaps.above_by_difference));
+  return (_mm_movemask_ps(is_apart) & 7) != 0;
+#else
+  return generic::certainly_apart_on_diagonal_axes<kSwept, kSplit>(points, distance);
+#endif
 }
 
 }  // namespace softcd

@@ -61,7 +61,12 @@ class BroadPhaseStages {
       count_children();
       cells.register_children(lists_.splits.count(counters_));
     }
-    prepare_entries(scene_.is_swept && wanted == Wanted::meeting_triangles ? w_.end_volumes.data() : nullptr);
+    sort_entries();
+    if (scene_.is_swept && wanted == Wanted::meeting_triangles) {
+      prepare_entries<true>();
+    } else {
+      prepare_entries<false>();
+    }
   }
 
   /// A share of the pairs that meet in cells.
@@ -139,23 +144,27 @@ class BroadPhaseStages {
                             &counters_->children);
   }
 
-  void prepare_entries(const EndVolumes* end_volumes) {
+  void sort_entries() {
     backend_.begin(Stage::sort);
     backend_.sort_pairs("sort_entries", lists_.entries.count(counters_), lists_.entries.template column<0>(),
                         lists_.entries.template column<1>(), kEntryKeyBits);
+  }
+
+  template <bool kSwept>
+  void prepare_entries() {
     w_.boxed_entries.reserve(backend_, lists_.entries.capacity(), 0);
     w_.partner_begin.reserve(backend_, lists_.entries.capacity(), 0);
     w_.partner_count.reserve(backend_, lists_.entries.capacity(), 0);
     w_.test_offsets.reserve(backend_, lists_.entries.capacity(), 0);
-    const PrepareEntry<Control> prepare_entry{scene_,
-                                              w_.volumes.data(),
-                                              end_volumes,
-                                              &counters_->grid,
-                                              lists_.entries.template column<0>().data(),
-                                              lists_.entries.template column<1>().data(),
-                                              w_.boxed_entries.data(),
-                                              w_.partner_begin.data(),
-                                              w_.partner_count.data()};
+    const PrepareEntry<Control, kSwept> prepare_entry{scene_,
+                                                      w_.volumes.data(),
+                                                      kSwept ? w_.end_volumes.data() : nullptr,
+                                                      &counters_->grid,
+                                                      lists_.entries.template column<0>().data(),
+                                                      lists_.entries.template column<1>().data(),
+                                                      w_.boxed_entries.data(),
+                                                      w_.partner_begin.data(),
+                                                      w_.partner_count.data()};
     backend_.for_each_append("prepare_entries", lists_.entries.count(counters_), prepare_entry,
                              Appender<CountTarget>{{}, &counters_->cells, 0});
     backend_.exclusive_scan("scan_tests", lists_.entries.count(counters_), w_.partner_count.data(),

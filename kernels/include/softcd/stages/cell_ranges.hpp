@@ -24,12 +24,13 @@ SOFTCD_HD std::uint32_t partner_ranks(const SceneView& scene, std::uint32_t rank
 }
 
 /// Prepares each sorted entry for its tests: lays its triangle's boxes beside it, and finds where its cell begins and
-/// how many entries before it in the cell it may have to be tested with.
-template <class Control>
+/// how many entries before it in the cell it may have to be tested with. Swept: by where triangles are at both ends of
+/// the step, else by `volumes`.
+template <class Control, bool kSwept>
 struct PrepareEntry {
   SceneView scene;
   const Kdop18* volumes;
-  const EndVolumes* end_volumes;  ///< null: the boxes of `volumes` are those at both ends
+  const EndVolumes* end_volumes;  ///< null unless swept
   const GridParameters* grid;
   const std::uint32_t* keys;
   const Entry* entries;
@@ -41,9 +42,9 @@ struct PrepareEntry {
   SOFTCD_HD void operator()(std::uint32_t j, Cells& cells) const {
     const Entry entry = entries[j];
     const std::uint32_t key = keys[j];
-    EndVolumes::Axis bounds[3];
+    BoxedBounds bounds;
     for (int axis = 0; axis < 3; ++axis) bounds[axis] = bounds_along(axis, entry.root);
-    boxed_entries[j] = boxed(bounds, key_cell(key), grid->inverse_cell_size, entry);
+    boxed_entries[j] = boxed<kSwept>(bounds, key_cell(key), grid->inverse_cell_size, entry);
 
     const std::uint32_t cell = key & ~7U;
     const std::uint32_t begin = gallop_back(keys, j, cell);
@@ -59,10 +60,9 @@ struct PrepareEntry {
 
  private:
   SOFTCD_HD EndVolumes::Axis bounds_along(int axis, std::uint32_t t) const {
-    if (end_volumes != nullptr) return end_volumes[t].axes[axis];
-    const float lo = volumes[t].lo[axis];
-    const float hi = volumes[t].hi[axis];
-    return {lo, hi, lo, hi};
+    if constexpr (kSwept) return end_volumes[t].axes[axis];
+    const Kdop18& volume = volumes[t];
+    return {volume.lo[axis], volume.hi[axis], volume.lo[3 + axis], volume.hi[3 + axis]};
   }
 };
 

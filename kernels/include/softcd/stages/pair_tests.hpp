@@ -153,7 +153,7 @@ struct TestPair {
     const BoxedEntry boxed_partner = item.partners[k];  // by value: the device reads it in 16-byte pieces
     const Entry entry = item.boxed.entry();
     const Entry partner = boxed_partner.entry();
-    const bool boxes_meet = !boxes_certainly_apart(item.boxed, boxed_partner);
+    const bool boxes_meet = !boxes_certainly_apart<kSwept>(item.boxed, boxed_partner);
     const Verdict verdict = Control::judge(item.cell, entry, partner);
     candidate = {entry, partner};
     candidate.a.bits |= verdict == Verdict::execute_and_flag ? kFlaggedPair : 0U;
