@@ -3,11 +3,13 @@
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/parallel_scan.h>
 #include <tbb/task_group.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <tuple>
 #include <vector>
@@ -186,13 +188,17 @@ class CpuBackend {
 
   void exclusive_scan(const char* /*label*/, Count count, const std::uint32_t* values, std::uint64_t* sums,
                       std::uint64_t* total) {
-    std::uint64_t sum = 0;
-    const std::uint64_t n = count.get();
-    for (std::uint64_t i = 0; i < n; ++i) {
-      sums[i] = sum;
-      sum += values[i];
-    }
-    *total = sum;
+    const auto scan = [&](const Indices& range, std::uint64_t sum, bool is_final) {
+      for (std::uint64_t i = range.begin(); i < range.end(); ++i) {
+        if (is_final) sums[i] = sum;
+        sum += values[i];
+      }
+      return sum;
+    };
+    const Indices all(0, count.get(), kScanGrain);
+    *total = cpu::is_one_range(count.get(), kScanGrain)
+                 ? scan(all, 0, true)
+                 : tbb::parallel_scan(all, std::uint64_t{0}, scan, std::plus<>());
   }
 
   template <class Key>
@@ -233,8 +239,8 @@ class CpuBackend {
   template <class F>
   void minimum(const char* /*label*/, Count count, const F& f, float* least) {
     *least = tbb::parallel_reduce(
-        tbb::blocked_range<std::uint64_t>(0, count.get(), kGrain), *least,
-        [&](const tbb::blocked_range<std::uint64_t>& range, float value) {
+        Indices(0, count.get(), kGrain), *least,
+        [&](const Indices& range, float value) {
           for (std::uint64_t i = range.begin(); i < range.end(); ++i)
             value = std::min(value, f(static_cast<std::uint32_t>(i)));
           return value;
@@ -285,7 +291,10 @@ class CpuBackend {
 
  private:
   using Clock = std::chrono::steady_clock;
+  using Indices = tbb::blocked_range<std::uint64_t>;
   static constexpr std::uint64_t kGrain = 512;
+  /// Additions are cheap, and most are made twice in parallel.
+  static constexpr std::uint64_t kScanGrain = 1ULL << 15;
 
   struct BinCounter {
     std::uint32_t* bins;
