@@ -12,6 +12,7 @@
 #include "command_line/stage_times.hpp"
 #include "command_line/world_choices.hpp"
 #include "report.hpp"
+#include "scenes/step_profile.hpp"
 
 // What a whole step of Bullet's costs with each way of finding the contacts of its soft bodies. All variants run in one
 // process, one step of each in turn, so that what else the machine does falls on all of them.
@@ -39,10 +40,13 @@ class Variant {
     fill(world_, options.scene, options.size);
   }
 
-  void step() {
+  /// A step and what softcd took of it.
+  void step(demo::StepProfiler& profiler) {
+    profiler.take();
     const auto start = std::chrono::steady_clock::now();
     world_.step();
     step_ms_.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    our_ms_.push_back(profiler.take().total());
     if (world_.detection() != nullptr) detection_ms_.push_back(world_.detection()->contacts().statistics().ms.total);
     soft_contacts_.push_back(static_cast<double>(world_.count_soft_contacts()));
     rigid_contacts_.push_back(static_cast<double>(world_.count_rigid_contacts()));
@@ -50,6 +54,7 @@ class Variant {
 
   void forget_times() {
     step_ms_.clear();
+    our_ms_.clear();
     detection_ms_.clear();
     soft_contacts_.clear();
     rigid_contacts_.clear();
@@ -59,6 +64,15 @@ class Variant {
   SoftWorld& world() { return world_; }
   double last_ms() const { return step_ms_.back(); }
   double median_ms() const { return demo::median(step_ms_); }
+  double median_our_ms() const { return demo::median(our_ms_); }
+  /// Of what is left of each step without softcd's part of it and without the step that `floor` took in turn.
+  double median_answer_ms(const Variant& floor) const {
+    std::vector<double> answer_ms;
+    for (std::size_t i = 0; i < step_ms_.size(); ++i) {
+      answer_ms.push_back(step_ms_[i] - our_ms_[i] - floor.step_ms_[i]);
+    }
+    return demo::median(answer_ms);
+  }
   bool has_detection_ms() const { return !detection_ms_.empty(); }
   double median_detection_ms() const { return demo::median(detection_ms_); }
   double median_soft_contacts() const { return demo::median(soft_contacts_); }
@@ -90,7 +104,7 @@ class Variant {
 
   std::string name_;
   SoftWorld world_;
-  std::vector<double> step_ms_, detection_ms_, soft_contacts_, rigid_contacts_;
+  std::vector<double> step_ms_, our_ms_, detection_ms_, soft_contacts_, rigid_contacts_;
 };
 
 struct Comparison {
@@ -98,6 +112,9 @@ struct Comparison {
   std::vector<std::unique_ptr<Variant>> ours;
   std::unique_ptr<Variant> floor;
   Variant* original = nullptr;  ///< of `ours`, whose steps the floor takes
+
+  /// Its steps are told in three parts.
+  bool is_ours(const Variant& variant) const { return &variant != native.get() && &variant != floor.get(); }
 
   std::vector<Variant*> all() const {
     std::vector<Variant*> variants;
@@ -119,11 +136,11 @@ void copy_motion(const btSoftBody& from, btSoftBody& to) {
 
 /// The step that is left when detection costs nothing: no body asks for contacts with soft bodies, and no tree is kept
 /// for them. Starts each step where the bodies of `original` are.
-void step_floor(Variant& floor, Variant& original) {
+void step_floor(Variant& floor, Variant& original, demo::StepProfiler& profiler) {
   const std::vector<btSoftBody*>& from = original.world().bodies();
   const std::vector<btSoftBody*>& to = floor.world().bodies();
   for (std::size_t b = 0; b < to.size(); ++b) copy_motion(*from[b], *to[b]);
-  floor.step();
+  floor.step(profiler);
 }
 
 int faces_of_largest_body(const SoftWorld& world) {
@@ -178,17 +195,21 @@ std::string remarks(const BulletStepOptions& options, const Comparison& comparis
 }
 
 std::string table_of(const Comparison& comparison) {
-  Table table({"", "first ms", "step ms", "detection ms", "soft contacts", "rigid contacts", "speed-up", "step/floor"},
+  Table table({"", "first ms", "step ms", "answer ms", "ours ms", "detection ms", "soft contacts", "rigid contacts",
+               "speed-up", "step/floor"},
               1);
+  const Variant& floor = *comparison.floor;
   for (const Variant* variant : comparison.all()) {
     table.add(
         {variant->name(), fmt::format("{:.1f}", variant->first_step_ms), fmt::format("{:.2f}", variant->median_ms()),
+         comparison.is_ours(*variant) ? fmt::format("{:.2f}", variant->median_answer_ms(floor)) : "",
+         comparison.is_ours(*variant) ? fmt::format("{:.2f}", variant->median_our_ms()) : "",
          variant->has_detection_ms() ? fmt::format("{:.2f}", variant->median_detection_ms()) : "",
          fmt::format("{:.0f}", variant->median_soft_contacts()),
          fmt::format("{:.0f}", variant->median_rigid_contacts()),
          comparison.native != nullptr ? fmt::format("{:.2f}", comparison.native->median_ms() / variant->median_ms())
                                       : "",
-         fmt::format("{:.2f}", variant->median_ms() / comparison.floor->median_ms())});
+         fmt::format("{:.2f}", variant->median_ms() / floor.median_ms())});
   }
   return table.text();
 }
@@ -206,6 +227,10 @@ nlohmann::ordered_json to_json(const BulletStepOptions& options, const Compariso
     nlohmann::ordered_json row = {
         {"name", variant->name()}, {"first_step_ms", variant->first_step_ms}, {"median_step_ms", variant->median_ms()}};
     if (variant->has_detection_ms()) row["median_detection_ms"] = variant->median_detection_ms();
+    if (comparison.is_ours(*variant)) {
+      row["median_answer_ms"] = variant->median_answer_ms(*comparison.floor);
+      row["median_our_ms"] = variant->median_our_ms();
+    }
     row["median_soft_contacts"] = variant->median_soft_contacts();
     row["median_rigid_contacts"] = variant->median_rigid_contacts();
     row["lowest_node"] = heights.lowest;
@@ -219,14 +244,15 @@ void run(BulletStepOptions options) {
   if (options.warm_up_steps == 0) options.warm_up_steps = default_warm_up(options.scene, options.world);
   const Comparison comparison = make_comparison(options);
   const std::vector<Variant*> variants = comparison.all();
+  demo::StepProfiler profiler;
 
   for (int step = 0; step < options.warm_up_steps + options.measured_steps; ++step) {
     if (step == options.warm_up_steps) {
       for (Variant* variant : variants) variant->forget_times();
     }
-    step_floor(*comparison.floor, *comparison.original);
+    step_floor(*comparison.floor, *comparison.original, profiler);
     for (Variant* variant : variants) {
-      if (variant != comparison.floor.get()) variant->step();
+      if (variant != comparison.floor.get()) variant->step(profiler);
     }
     if (step == 0) {
       for (Variant* variant : variants) variant->first_step_ms = variant->last_ms();
@@ -249,7 +275,9 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
       "bullet",
       "A whole step of Bullet's with soft bodies: Bullet's own detection, softcd, and the floor. softcd on the CPU\n"
       "unless told otherwise. The floor is the step that is left of softcd's when contacts between soft bodies are\n"
-      "neither looked for nor answered, and no tree is kept for them; each of its steps starts where softcd's does.");
+      "neither looked for nor answered, and no tree is kept for them; each of its steps starts where softcd's does.\n"
+      "A step with softcd is told in three parts: the floor, Bullet's answer to the contacts, and ours, in which they\n"
+      "are found, written for Bullet, and crossings prevented");
   demo::add_choice(*command, "--scene", kBulletScenes, options.scene,
                    "two-cloths: one falls onto another that is held along its border; balls: of 1280\n"
                    "triangles each, which drop onto each other; draped: a cloth over rigid balls;\n"

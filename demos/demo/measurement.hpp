@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "scenes/scene.hpp"
-#include "step_profile.hpp"
+#include "scenes/step_profile.hpp"
 
 namespace softcd::demo {
 

@@ -1,4 +1,4 @@
-#include "step_profile.hpp"
+#include "scenes/step_profile.hpp"
 
 #include <string_view>
 #include <utility>

@@ -36,6 +36,11 @@ class BenchBullet : public testing::Test {
       EXPECT_GT(variant["lowest_node"], support - kSunkAtMost) << variant;
       variants[variant["name"]] = variant;
     }
+    EXPECT_FALSE(variants.at(kFloor).contains("median_our_ms"));
+    const nlohmann::json& ours = variants.at(kOurs);
+    EXPECT_GT(ours["median_our_ms"], 0.9 * ours["median_detection_ms"].get<double>()) << ours;
+    EXPECT_LT(ours["median_our_ms"], ours["median_step_ms"]) << ours;
+    EXPECT_TRUE(ours.contains("median_answer_ms")) << ours;
     EXPECT_EQ(variants.at(kFloor)["median_soft_contacts"], 0);
     EXPECT_EQ(variants.at(kFloor)["median_rigid_contacts"], variants.at(kOurs)["median_rigid_contacts"])
         << "the floor steps from the same state";
