@@ -39,8 +39,9 @@ if [ -z "${CUDAARCHS:-}" ]; then
   export CUDAARCHS
 fi
 
+# Everything is built from nothing as a rule, hence the sources of each library as one.
 # shellcheck disable=SC2086  # several arguments in one variable
-cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSOFTCD_CUDA="${cuda^^}" \
-  ${SOFTCD_CMAKE_ARGS:-} >&2
+cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON \
+  -DSOFTCD_CUDA="${cuda^^}" ${SOFTCD_CMAKE_ARGS:-} >&2
 targets=("$@")
 cmake --build "$root/build/release" --parallel "$(nproc)" ${targets[@]+--target "${targets[@]}"} >&2

@@ -62,7 +62,7 @@ class Sheets {
 class Apps : public testing::Test {
  protected:
   btSoftBodyRigidBodyCollisionConfiguration configuration;
-  btMultiBodyConstraintSolver solver;
+  btMultiBodyConstraintSolver solver{};  // worlds without multibodies read members that only {} initializes
 
   /// The contacts of one step in a world of that kind.
   template <class World>
