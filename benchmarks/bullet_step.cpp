@@ -35,8 +35,9 @@ struct Heights {
 
 class Variant {
  public:
-  Variant(std::string name, PlugIn plug_in, Backend backend, const BulletStepOptions& options)
-      : name_(std::move(name)), world_(options.world, plug_in, settings(backend, options)) {
+  Variant(std::string name, PlugIn plug_in, Backend backend, bullet::Contacts contacts,
+          const BulletStepOptions& options)
+      : name_(std::move(name)), world_(options.world, plug_in, settings(backend, contacts, options)) {
     fill(world_, options.scene, options.size);
   }
 
@@ -95,9 +96,10 @@ class Variant {
   double first_step_ms = 0;
 
  private:
-  static bullet::Settings settings(Backend backend, const BulletStepOptions& options) {
+  static bullet::Settings settings(Backend backend, bullet::Contacts contacts, const BulletStepOptions& options) {
     bullet::Settings settings;
     settings.backend = backend;
+    settings.contacts = contacts;
     settings.detection = options.detection;
     return settings;
   }
@@ -151,8 +153,9 @@ int faces_of_largest_body(const SoftWorld& world) {
 
 Comparison make_comparison(const BulletStepOptions& options) {
   Comparison comparison;
-  const auto make = [&](const std::string& name, PlugIn plug_in, Backend backend) {
-    return std::make_unique<Variant>(name, plug_in, backend, options);
+  const auto make = [&](const std::string& name, PlugIn plug_in, Backend backend,
+                        bullet::Contacts contacts = bullet::Contacts::all) {
+    return std::make_unique<Variant>(name, plug_in, backend, contacts, options);
   };
   comparison.floor = make("floor", PlugIn::one_line_world, Backend::cpu);
   comparison.floor->world().stop_soft_contacts();
@@ -160,12 +163,15 @@ Comparison make_comparison(const BulletStepOptions& options) {
     comparison.native = make("Bullet", PlugIn::none, Backend::cpu);
   }
   for (const Backend backend : options.backends) {
-    const char* name = name_of(demo::kBackends, backend);
-    if (options.world == World::classic) {
-      comparison.ours.push_back(make(fmt::format("softcd dispatcher, {}", name), PlugIn::dispatcher, backend));
+    for (const bullet::Contacts contacts : options.contacts) {
+      std::string how = name_of(demo::kBackends, backend);
+      if (contacts != bullet::Contacts::all) how += fmt::format(", {}", name_of(demo::kContacts, contacts));
+      if (options.world == World::classic) {
+        comparison.ours.push_back(make("softcd dispatcher, " + how, PlugIn::dispatcher, backend, contacts));
+      }
+      comparison.ours.push_back(make("softcd world, " + how, PlugIn::one_line_world, backend, contacts));
+      if (comparison.original == nullptr) comparison.original = comparison.ours.back().get();
     }
-    comparison.ours.push_back(make(fmt::format("softcd world, {}", name), PlugIn::one_line_world, backend));
-    if (comparison.original == nullptr) comparison.original = comparison.ours.back().get();
   }
   return comparison;
 }
@@ -309,6 +315,8 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
                     "Where softcd computes; with several, all are measured");
   demo::add_choice(*command, "--detection", demo::kDetections, options.detection, "softcd's; dcd is Bullet's rule");
+  demo::add_choices(*command, "--contacts", demo::kContacts, options.contacts,
+                    "Which contacts softcd gives to Bullet's solver; with several, all are measured");
   command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");

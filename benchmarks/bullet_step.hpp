@@ -18,6 +18,7 @@ struct BulletStepOptions {
   int most_native_faces = 50000;  ///< of a body; with more, Bullet's own detection is left out
   std::vector<Backend> backends = {Backend::cpu};
   Detection detection = Detection::dcd;
+  std::vector<bullet::Contacts> contacts = {bullet::Contacts::all};
   std::string machine;        ///< empty: the processor
   std::string markdown_file;  ///< empty: none
   std::string json_file;      ///< empty: none

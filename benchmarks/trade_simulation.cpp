@@ -36,6 +36,8 @@ struct Setting {
   double margin_in_cells = 0.25;
   float lambda = 0;
   int iterations = 4;
+  bullet::Contacts contacts = bullet::Contacts::all;
+  std::uint32_t contacts_per_node = 0;
   std::string knob, value;
 };
 
@@ -80,6 +82,10 @@ std::vector<Setting> settings(demo::World world) {
     turn("margin", fmt::format("{} cells", margin), &Setting::margin_in_cells, margin);
   }
   for (const float lambda : {1.2F, 2.4F}) turn("lambda", fmt::format("{:.1f}", lambda), &Setting::lambda, lambda);
+  turn("contacts", "closest feature", &Setting::contacts, bullet::Contacts::closest_feature);
+  for (const std::uint32_t most : {1U, 2U}) {
+    turn("contacts", fmt::format("{} a node", most), &Setting::contacts_per_node, most);
+  }
   for (const int iterations : {1, 2, 8, 16}) {
     if (world == demo::World::deformable) break;
     turn("iterations", fmt::to_string(iterations), &Setting::iterations, iterations);
@@ -94,6 +100,8 @@ demo::SoftWorld make_simulation(const Setting& setting, const SimulationOptions&
   ours.accuracy = setting.accuracy;
   ours.lambda = setting.lambda;
   ours.edge_contacts = setting.edge_contacts;
+  ours.contacts = setting.contacts;
+  ours.contacts_per_node = setting.contacts_per_node;
   const bool is_ours = setting.detector != Setting::Detector::bullet;
   return demo::SoftWorld(options.world, is_ours ? demo::PlugIn::one_line_world : demo::PlugIn::none, ours);
 }

@@ -22,6 +22,12 @@ void ContactDetection::set_settings(const Settings& settings) {
   settings_ = settings;
 }
 
+std::vector<StageReport> ContactDetection::explain() const {
+  std::vector<StageReport> stages = query_.explain();
+  stages.push_back(economy_.report());
+  return stages;
+}
+
 /// Else it looks at where the nodes are at one time.
 bool ContactDetection::looks_at_way() const {
   return query_.options().detection == Detection::ccd || query_.options().motion_margin > 0;
@@ -58,14 +64,17 @@ void ContactDetection::finish() {
   edge_contacts_.clear();
   const Span<const Contact> contacts = ticket_->wait();
   find_tangles(contacts);
+  economy_.choose(mirror_, contacts, settings_, [this](const MemberContact& found) { return use_of(found); });
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     if (found.contact.kind == ContactKind::edge_edge) edge_contacts_.push_back(edge_contact_of(found));
   });
   const bool keeps_notes = settings_.read_out != ReadOut::off;
   notes_.reset(keeps_notes ? contacts.size() : 0);
   // Nothing throws from here on: Bullet's arrays get all contacts or none.
-  mirror_.for_each_contact(contacts,
-                           [&](const MemberContact& found) { keeps_notes ? write_and_note(found) : write(found); });
+  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+    const std::uint32_t stands_for = economy_.stands_for(static_cast<std::size_t>(&found.contact - contacts.begin()));
+    if (stands_for > 0) keeps_notes ? write_and_note(found, stands_for) : write(found, stands_for);
+  });
   notes_.arrange();
 }
 
@@ -79,12 +88,19 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
   });
 }
 
+ContactUse ContactDetection::use_of(const MemberContact& found) const {
+  if (!is_with_face(found) || is_released(found) || !kind_.is_written(found, settings_.detection)) {
+    return ContactUse::none;
+  }
+  return kind_.may_close(found) ? ContactUse::may_close : ContactUse::cannot_close;
+}
+
 /// A contact stands with the nodes of one side, which for edges may be either.
-void ContactDetection::write_and_note(const MemberContact& found) {
+void ContactDetection::write_and_note(const MemberContact& found, std::uint32_t stands_for) {
   const bool is_edges = found.contact.kind == ContactKind::edge_edge;
   const btSoftBody* const sides[2] = {found.a.body, found.b.body};
   const int counts[2] = {kind_.soft_contact_count(*sides[0]), kind_.soft_contact_count(*sides[1])};
-  write(found);
+  write(found, stands_for);
   for (int i = 0; i < 2; ++i) {
     const int added = kind_.soft_contact_count(*sides[i]) - counts[i];
     if (added == 0) continue;
@@ -96,12 +112,17 @@ void ContactDetection::write_and_note(const MemberContact& found) {
   }
 }
 
-void ContactDetection::write(const MemberContact& found) const {
-  if (has_begun_before(found.contact) && tangled_.has_one_of(found)) return;
+/// Its features are through each other, and shall come apart.
+bool ContactDetection::is_released(const MemberContact& found) const {
+  return has_begun_before(found.contact) && tangled_.has_one_of(found);
+}
+
+void ContactDetection::write(const MemberContact& found, std::uint32_t stands_for) const {
+  if (is_released(found)) return;
   if (found.contact.kind == ContactKind::edge_edge) {
     if (settings_.edge_contacts == EdgeContacts::respond) kind_.write_edge_contact(found);
   } else if (is_with_face(found)) {
-    kind_.write_contact(found, settings_.detection);
+    kind_.write_contact(found, settings_.detection, stands_for);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "contact_economy.hpp"
 #include "tangles.hpp"
 
 namespace softcd::bullet {
@@ -18,6 +19,7 @@ class ContactDetection {
 
   void set_settings(const Settings& settings);
   const Query& query() const { return query_; }
+  std::vector<StageReport> explain() const;
   const std::vector<EdgeContact>& edge_contacts() const { return edge_contacts_; }
   /// With Settings::read_out: about the contacts that the last finish() wrote.
   const ContactNotes& notes() const { return notes_; }
@@ -34,8 +36,10 @@ class ContactDetection {
   bool looks_at_way() const;
   void require(btSoftBody& body);
   void find_tangles(Span<const Contact> contacts);
-  void write_and_note(const MemberContact& found);
-  void write(const MemberContact& found) const;
+  bool is_released(const MemberContact& found) const;
+  ContactUse use_of(const MemberContact& found) const;
+  void write_and_note(const MemberContact& found, std::uint32_t stands_for);
+  void write(const MemberContact& found, std::uint32_t stands_for) const;
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
@@ -44,6 +48,7 @@ class ContactDetection {
   std::optional<Ticket> ticket_;
   std::vector<EdgeContact> edge_contacts_;
   TangledNodes tangled_;
+  ContactEconomy economy_;
   ContactNotes notes_;
 };
 

@@ -59,6 +59,17 @@ std::tuple<std::uintptr_t, ContactArray, int> place_of(const ContactSource& sour
   return {reinterpret_cast<std::uintptr_t>(source.owner), source.array, source.first};
 }
 
+/// How far apart the solver wants node and face to be.
+btScalar margin_at(const btSoftBody::SContact& entry, const btSoftBody& /*owner*/, const btSoftBody& /*other*/) {
+  return entry.m_margin;
+}
+
+/// That of an entry that stands for several is larger: see write_deformable_contact().
+btScalar margin_at(const btSoftBody::DeformableFaceNodeContact& /*entry*/, const btSoftBody& owner,
+                   const btSoftBody& other) {
+  return margin_of(owner) + margin_of(other);
+}
+
 void turn_round(ReadContact& read) {
   std::swap(read.contact.a, read.contact.b);
   read.contact.normal = -read.contact.normal;
@@ -167,7 +178,8 @@ void ContactReader::read_soft(const btSoftBody& owner, const btAlignedObjectArra
     read.contact.a = node_side(owner, *entry.m_node);
     read.contact.b = face_side(*range->body, *entry.m_face, entry.*weights);
     read.contact.normal = entry.m_normal;
-    read.contact.depth = entry.m_margin - entry.m_normal.dot(read.contact.a.position - read.contact.b.position);
+    read.contact.depth =
+        margin_at(entry, owner, *range->body) - entry.m_normal.dot(read.contact.a.position - read.contact.b.position);
     read.contact.time_of_impact = note != nullptr ? btScalar(note->contact.time_of_impact) : btScalar(1);
     if (range->order < order_of(owner)) turn_round(read);
     contacts.push_back(read);

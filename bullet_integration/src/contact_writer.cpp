@@ -1,6 +1,7 @@
 #include "contact_writer.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "inverse_mass.hpp"
 #include "vectors.hpp"
@@ -129,6 +130,35 @@ bool is_away_from(const BodyMesh& mesh, std::uint32_t node, std::uint32_t face) 
                      [&](std::uint32_t other) { return !share_vertex(mesh.triangles[other], mesh.triangles[face]); });
 }
 
+/// As Bullet's CollideVF_SS has it; none where it has none.
+std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
+  const Contact& contact = found.contact;
+  btSoftBody& node_body = *found.a.body;
+  btSoftBody& face_body = *found.b.body;
+  if (!node_body.isActive()) return std::nullopt;
+  btSoftBody::Node& node = node_of(node_body, contact.feature_a);
+  btSoftBody::Face& face = face_body.m_faces[static_cast<int>(contact.feature_b)];
+  const btScalar margin = contact_margin(node_body, face_body, node, detection);
+  if (detection == Detection::dcd && btScalar(contact.distance) > margin) return std::nullopt;
+
+  const btVector3 weights = triangle_weights(contact.weights);
+  const btScalar node_inverse_mass = node.m_im;
+  const btScalar face_inverse_mass = inverse_mass_of(face, weights);
+  const btScalar sum = node_inverse_mass + face_inverse_mass;
+  if (!(sum > 0)) return std::nullopt;
+
+  btSoftBody::SContact soft_contact;
+  soft_contact.m_node = &node;
+  soft_contact.m_face = &face;
+  soft_contact.m_weights = weights;
+  soft_contact.m_normal = to_bullet(contact.normal);
+  soft_contact.m_margin = margin;
+  soft_contact.m_friction = btMax(node_body.m_cfg.kDF, face_body.m_cfg.kDF);
+  soft_contact.m_cfm[0] = node_inverse_mass / sum * node_body.m_cfg.kSHR;
+  soft_contact.m_cfm[1] = face_inverse_mass / sum * face_body.m_cfg.kSHR;
+  return soft_contact;
+}
+
 }  // namespace
 
 EdgeContact edge_contact_of(const MemberContact& found) {
@@ -145,32 +175,15 @@ EdgeContact edge_contact_of(const MemberContact& found) {
           btScalar(contact.time_of_impact)};
 }
 
-void write_soft_contact(const MemberContact& found, Detection detection) {
-  const Contact& contact = found.contact;
-  btSoftBody& node_body = *found.a.body;
-  btSoftBody& face_body = *found.b.body;
-  if (!node_body.isActive()) return;
-  btSoftBody::Node& node = node_of(node_body, contact.feature_a);
-  btSoftBody::Face& face = face_body.m_faces[static_cast<int>(contact.feature_b)];
-  const btScalar margin = contact_margin(node_body, face_body, node, detection);
-  if (detection == Detection::dcd && btScalar(contact.distance) > margin) return;
+bool is_soft_contact(const MemberContact& found, Detection detection) {
+  return soft_contact(found, detection).has_value();
+}
 
-  const btVector3 weights = triangle_weights(contact.weights);
-  const btScalar node_inverse_mass = node.m_im;
-  const btScalar face_inverse_mass = inverse_mass_of(face, weights);
-  const btScalar sum = node_inverse_mass + face_inverse_mass;
-  if (!(sum > 0)) return;
-
-  btSoftBody::SContact soft_contact;
-  soft_contact.m_node = &node;
-  soft_contact.m_face = &face;
-  soft_contact.m_weights = weights;
-  soft_contact.m_normal = to_bullet(contact.normal);
-  soft_contact.m_margin = margin;
-  soft_contact.m_friction = btMax(node_body.m_cfg.kDF, face_body.m_cfg.kDF);
-  soft_contact.m_cfm[0] = node_inverse_mass / sum * node_body.m_cfg.kSHR;
-  soft_contact.m_cfm[1] = face_inverse_mass / sum * face_body.m_cfg.kSHR;
-  node_body.m_scontacts.push_back(soft_contact);
+void write_soft_contact(const MemberContact& found, Detection detection, std::uint32_t stands_for) {
+  std::optional<btSoftBody::SContact> contact = soft_contact(found, detection);
+  if (!contact) return;
+  if (stands_for > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(stands_for));
+  found.a.body->m_scontacts.push_back(*contact);
 }
 
 void write_soft_edge_contact(const MemberContact& found) {
@@ -199,20 +212,46 @@ void write_soft_edge_contact(const MemberContact& found) {
   }
 }
 
-void write_deformable_contact(const MemberContact& found) {
+bool may_close(const MemberContact& found) {
+  const btVector3 normal = to_bullet(found.contact.normal);
+  const btVector3 weights = triangle_weights(found.contact.weights);
+  const auto travelled = [](const btSoftBody& body, const btSoftBody::Node& node) {
+    return body.isActive() ? node.m_x - node.m_q : btVector3(0, 0, 0);
+  };
+  const btSoftBody::Node& node = node_of(*found.a.body, found.contact.feature_a);
+  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
+  btVector3 point(0, 0, 0);
+  btVector3 point_travelled(0, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    point += weights[i] * face.m_n[i]->m_x;
+    point_travelled += weights[i] * travelled(*found.b.body, *face.m_n[i]);
+  }
+  const btScalar approach =
+      btMax(btScalar(0), -normal.dot(travelled(*found.a.body, node))) + btMax(btScalar(0), normal.dot(point_travelled));
+  return normal.dot(node.m_x - point) <=
+         margin_sum(*found.a.body, *found.b.body) + btScalar(kBulletMotionMargin) * approach;
+}
+
+bool is_deformable_contact(const MemberContact& found) {
+  if (!found.a.body->isActive()) return false;
   const Contact& contact = found.contact;
-  if (!found.a.body->isActive()) return;
   const bool is_within = &found.a == &found.b;
-  if (is_within && !is_away_from(found.a.mesh, contact.feature_a, contact.feature_b)) return;
+  if (is_within && !is_away_from(found.a.mesh, contact.feature_a, contact.feature_b)) return false;
+  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
+  return node_of(*found.a.body, contact.feature_a).m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;
+}
+
+void write_deformable_contact(const MemberContact& found, std::uint32_t stands_for) {
+  if (!is_deformable_contact(found)) return;
+  const Contact& contact = found.contact;
   btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
   btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
-  const btVector3 weights = triangle_weights(contact.weights);
-  if (!(node.m_im + inverse_mass_of(face, weights) > 0)) return;
-
   btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
-  deformable.m_bary = weights;
+  deformable.m_bary = triangle_weights(contact.weights);
   deformable.m_normal = deformable_normal(found, node, face);
-  deformable.m_margin = margin_sum(*found.a.body, *found.b.body);
+  const btScalar margin = margin_sum(*found.a.body, *found.b.body);
+  const btScalar depth = btMax(btScalar(0), margin - btScalar(contact.distance));
+  deformable.m_margin = margin + btScalar(stands_for - 1) * depth;
   found.a.body->m_faceNodeContacts.push_back(deformable);
 }
 

@@ -22,6 +22,7 @@ class CrossingPrevention {
 
   void set_settings(const Settings& settings);
   const Query& query() const { return query_; }
+  std::vector<StageReport> explain() const { return query_.explain(); }
 
   /// Changes m_v and WorldKind::end. True when anything was changed. When it throws, the nodes
   /// go on as they were about to.

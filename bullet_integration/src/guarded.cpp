@@ -7,13 +7,10 @@
 
 namespace softcd::bullet {
 
-void DetectorRecord::set_query(const Query* query) {
+void DetectorRecord::set_detector(const Query* query, Explain explain) {
   if (query_ != nullptr) statistics_ = query_->statistics();
   query_ = query;
-}
-
-std::vector<StageReport> DetectorRecord::explain() const {
-  return query_ != nullptr ? query_->explain() : std::vector<StageReport>();
+  explain_ = std::move(explain);
 }
 
 void DetectorRecord::note_failure(const Settings& settings) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -17,13 +18,15 @@ class DetectorRecord {
   /// `instead` completes the sentence that tells of a failure: what the step goes on with.
   DetectorRecord(const char* instead, const Scene& scene) : instead_(instead), scene_(scene) {}
 
-  /// The detector's; null when there is none. It is kept until the next call.
-  void set_query(const Query* query);
+  using Explain = std::function<std::vector<StageReport>()>;
+
+  /// The detector's; null and none when there is none. They are kept until the next call.
+  void set_detector(const Query* query, Explain explain);
   /// To be called while an exception is handled: throws it on unless it is softcd's and the step shall go on.
   void note_failure(const Settings& settings);
 
   const Statistics& statistics() const { return query_ != nullptr ? query_->statistics() : statistics_; }
-  std::vector<StageReport> explain() const;
+  std::vector<StageReport> explain() const { return explain_ ? explain_() : std::vector<StageReport>(); }
   Backend backend() const { return scene_.backend(); }
   std::uint64_t failed_steps() const { return failed_steps_; }
 
@@ -33,6 +36,7 @@ class DetectorRecord {
   const char* instead_;
   const Scene& scene_;
   const Query* query_ = nullptr;
+  Explain explain_;
   Statistics statistics_;  ///< of the query before
   std::uint64_t failed_steps_ = 0;
   bool has_warned_ = false;
@@ -56,7 +60,7 @@ class Guarded {
       return true;
     } catch (...) {
       mirror_.forget_all();
-      record_.set_query(nullptr);
+      record_.set_detector(nullptr, {});
       detector_.reset();
       record_.note_failure(settings);
       return false;
@@ -70,7 +74,7 @@ class Guarded {
  private:
   void make(const Settings& settings) {
     detector_ = std::make_unique<Detector>(kind_, mirror_, settings);
-    record_.set_query(&detector_->query());
+    record_.set_detector(&detector_->query(), [detector = detector_.get()] { return detector->explain(); });
   }
 
   const WorldKind& kind_;

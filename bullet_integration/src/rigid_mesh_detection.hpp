@@ -23,6 +23,7 @@ class RigidMeshDetection {
 
   void set_settings(const Settings& settings);
   const Query& query() const { return query_; }
+  std::vector<StageReport> explain() const { return query_.explain(); }
   /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
   const ContactNotes& notes() const { return notes_; }
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and

@@ -84,8 +84,17 @@ bool asks_gate(const Settings& settings) {
   return settings.filter_deformables;
 }
 
-void write_contact(const MemberContact& found, Detection /*detection*/) {
-  write_deformable_contact(found);
+bool is_written(const MemberContact& found, Detection /*detection*/) {
+  return is_deformable_contact(found);
+}
+
+/// All are within their margins.
+bool may_close(const MemberContact& /*found*/) {
+  return true;
+}
+
+void write_contact(const MemberContact& found, Detection /*detection*/, std::uint32_t stands_for) {
+  write_deformable_contact(found, stands_for);
 }
 
 int soft_contact_count(const btSoftBody& body) {
@@ -135,6 +144,8 @@ const WorldKind kClassicWorld = {
     .end = &Node::m_x,
     .contact_options = classic::contact_options,
     .asks_gate = classic::asks_gate,
+    .is_written = is_soft_contact,
+    .may_close = may_close,
     .write_contact = write_soft_contact,
     .write_edge_contact = write_soft_edge_contact,
     .soft_contact_count = classic::soft_contact_count,
@@ -153,6 +164,8 @@ const WorldKind kDeformableWorld = {
     .end = &Node::m_q,
     .contact_options = deformable::contact_options,
     .asks_gate = deformable::asks_gate,
+    .is_written = deformable::is_written,
+    .may_close = deformable::may_close,
     .write_contact = deformable::write_contact,
     .write_edge_contact = write_deformable_edge_contact,
     .soft_contact_count = deformable::soft_contact_count,

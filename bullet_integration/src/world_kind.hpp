@@ -31,8 +31,12 @@ struct WorldKind {
   QueryOptions (*contact_options)(const Settings&);
   /// Whether PairGate is asked about pairs of soft bodies.
   bool (*asks_gate)(const Settings&);
-  /// Put a contact into Bullet's arrays: see contact_writer.hpp.
-  void (*write_contact)(const MemberContact&, Detection);
+  /// Whether write_contact would put a contact into Bullet's arrays.
+  bool (*is_written)(const MemberContact&, Detection);
+  /// Whether Bullet's solver may have something to do for a contact that is written.
+  bool (*may_close)(const MemberContact&);
+  /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may stand for several.
+  void (*write_contact)(const MemberContact&, Detection, std::uint32_t stands_for);
   void (*write_edge_contact)(const MemberContact&);
   /// How many contacts with faces of soft bodies the body's array has.
   int (*soft_contact_count)(const btSoftBody&);

@@ -90,6 +90,8 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
              "softcd's. ccd: along the motion of a step; dcd: distances at its end, Bullet's rule");
   add_choice(app, "--edges", kEdgeContacts, options.settings.edge_contacts,
              "Whether softcd also looks for contacts between edges, and Bullet answers them");
+  add_choice(app, "--contacts", kContacts, options.settings.contacts,
+             "Which contacts of nodes with faces softcd gives to Bullet's solver. all: Bullet's rule");
   app.add_option("--steps", command.steps, "Steps of 1/120 second")
       ->option_text("N [600]")
       ->check(CLI::Range(1L, 1000000L));

@@ -28,6 +28,18 @@ enum class EdgeContacts : std::uint32_t {
   respond,  ///< and given to Bullet's solver, each as two of its vertex-face contacts
 };
 
+/// Which of a node's contacts with the faces of one body, of those within its margin, Bullet's solver is given.
+enum class Contacts : std::uint32_t {
+  all,  ///< Bullet's rule: a node over an edge has two, over a corner some six, of the same normal
+  /// One for each place where the body's surface is nearest to the node: a contact at an edge or a corner of its face
+  /// goes where a face there is nearer, or as near and before it in the body's array, with a normal less than a right
+  /// angle from its own. So one stays for each layer, wall of a fold or side of a valley that the node is between, the
+  /// nearest among them. What stays answers for what went: in the classic worlds with its friction, in the deformable
+  /// one with its springs. In the classic worlds what cannot close goes, too: what would not come within both bodies'
+  /// margins if both sides moved twice as far towards each other as in this step. Contacts of edges are all given.
+  closest_feature,
+};
+
 /// What becomes of a step in which softcd fails: with an Error, or std::bad_alloc.
 enum class OnError : std::uint32_t {
   /// The step goes on with Bullet's own detection, which has no contacts of edges nor, in classic worlds, within
@@ -83,6 +95,10 @@ struct Settings {
   bool reuse_pairs = true;  ///< what one look finds serves later ones, see QueryOptions::reuse_pairs
   SelfCollision self_collision = SelfCollision::flagged;
   EdgeContacts edge_contacts = EdgeContacts::off;
+  Contacts contacts = Contacts::all;
+  /// Bullet's solver is given a node's contact with a face of one body unless it is given so many nearer ones, or
+  /// earlier with `ccd`, with that body, whose normals are less than a right angle from its own. 0: no such bound.
+  std::uint32_t contacts_per_node = 0;
   /// Soft bodies against rigid triangle meshes (btBvhTriangleMeshShape, also scaled or with materials, GImpact and
   /// btHeightfieldTerrainShape; not those of multibody links): found by softcd, always on the way of a step, at the
   /// sum of both margins. Bullet collides with each triangle as with a plate 0.12 thick. False leaves them to Bullet.

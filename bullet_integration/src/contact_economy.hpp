@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "world_kind.hpp"
+
+namespace softcd::bullet {
+
+/// What a contact is to Bullet's solver.
+enum class ContactUse : std::uint8_t {
+  none,          ///< it is not written
+  cannot_close,  ///< node and face stay away from each other
+  may_close,
+};
+
+/// Chooses which of a step's vertex-face contacts Bullet's solver is given: see Settings::contacts and
+/// contacts_per_node. A node's contacts with one body are judged by themselves, so that threads share the work; what is
+/// chosen depends on the contacts alone. Those of edges are all given.
+class ContactEconomy {
+ public:
+  /// Called by several threads.
+  using Rule = std::function<ContactUse(const MemberContact&)>;
+
+  /// `contacts` as a query returns them.
+  void choose(const WorldMirror& mirror, Span<const Contact> contacts, const Settings& settings, const Rule& rule);
+  /// How many contacts, itself included, the solver answers in the one at this place; 0: it is not given.
+  std::uint32_t stands_for(std::size_t i) const { return i < stands_for_.size() ? stands_for_[i] : 1; }
+  /// A line of explain() about what was chosen last.
+  StageReport report() const;
+
+  /// Where on its face a contact's point lies, and how early and how near it is.
+  struct Nearest {
+    double distance;
+    float time;
+    std::array<bool, 3> has_corner;  ///< of the smallest feature with the point: the face, an edge or a corner
+    ContactUse use;
+  };
+
+ private:
+  bool is_choosing_ = false;
+  std::vector<Nearest> nearest_;           ///< of vertex-face contacts, which come first
+  std::vector<std::uint32_t> stands_for_;  ///< likewise; empty: each is given
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,453 @@
+// Settings::contacts and contacts_per_node: which of the contacts that Bullet's rule has its solver is given.
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "deformable_support.hpp"
+#include "random.hpp"
+#include "reference_distance.hpp"
+#include "soft_body_support.hpp"
+#include "softcd/bullet/soft_worlds.hpp"
+
+namespace softcd::test {
+namespace {
+
+using bullet::Contacts;
+using demo::PlugIn;
+using demo::Simulation;
+using SContact = btSoftBody::SContact;
+
+constexpr btScalar kMargin = btScalar(0.05);
+constexpr btScalar kCell = btScalar(0.125);
+constexpr int kNodes = 9;  // a side of a sheet
+constexpr long double kRounding = 2e-6L;
+
+bullet::Settings settings_with(Contacts contacts, std::uint32_t per_node = 0) {
+  bullet::Settings settings = test_settings();
+  settings.contacts = contacts;
+  settings.contacts_per_node = per_node;
+  return settings;
+}
+
+/// Bodies that stay where they are put: nothing pulls at them, and Bullet does not solve their contacts.
+class Still {
+ public:
+  explicit Still(const bullet::Settings& settings, PlugIn plug_in = PlugIn::one_line_world)
+      : simulation_(plug_in, settings) {
+    simulation_.world_info().m_gravity.setZero();
+  }
+
+  btSoftBody& add(const demo::ClothShape& shape) {
+    auto sheet = demo::make_cloth(simulation_.world_info(), shape, 1);
+    sheet->getCollisionShape()->setMargin(kMargin);
+    sheet->m_cfg.piterations = 0;
+    sheet->m_cfg.kDF = btScalar(0.25);
+    bodies_.push_back(&simulation_.add(std::move(sheet)));
+    return *bodies_.back();
+  }
+  void step() { simulation_.step(kStep); }
+
+  Simulation& simulation() { return simulation_; }
+  const std::vector<btSoftBody*>& bodies() const { return bodies_; }
+
+ private:
+  Simulation simulation_;
+  std::vector<btSoftBody*> bodies_;
+};
+
+demo::ClothShape flat(btScalar height, btScalar shift = 0) {
+  demo::ClothShape shape;
+  shape.columns = shape.rows = kNodes;
+  shape.position = [=](int column, int row) {
+    return btVector3(kCell * btScalar(column) + shift, height, kCell * btScalar(row) + shift);
+  };
+  return shape;
+}
+
+/// Each node off its place by up to `most` along every axis.
+demo::ClothShape bumpy(btScalar height, btScalar most, Random& random) {
+  demo::ClothShape shape = flat(height);
+  std::vector<btVector3> offsets;
+  for (int i = 0; i < kNodes * kNodes; ++i) {
+    const auto offset = [&] { return btScalar(random.uniform(double(-most), double(most))); };
+    offsets.emplace_back(offset(), offset(), offset());
+  }
+  shape.position = [=, on = shape.position](int column, int row) {
+    return on(column, row) + offsets[static_cast<std::size_t>(row * kNodes + column)];
+  };
+  return shape;
+}
+
+/// Two layers at heights 0 and `gap` that are joined along x = 0: one body, whatever is between them.
+demo::ClothShape folded(btScalar gap) {
+  demo::ClothShape shape;
+  shape.columns = 2 * kNodes;
+  shape.rows = kNodes;
+  shape.position = [=](int column, int row) {
+    const bool is_lower = column < kNodes;
+    const int from_bend = is_lower ? kNodes - 1 - column : column - kNodes;
+    return btVector3(kCell * btScalar(from_bend), is_lower ? 0 : gap, kCell * btScalar(row));
+  };
+  return shape;
+}
+
+/// Contacts of one node with one body: the body of a face is that whose array has it.
+struct Site {
+  const btSoftBody::Node* node;
+  const btSoftBody* body;
+
+  friend bool operator<(const Site& a, const Site& b) { return std::tie(a.node, a.body) < std::tie(b.node, b.body); }
+};
+using Sites = std::map<Site, std::vector<SContact>>;
+
+const btSoftBody* body_of(const btSoftBody::Face& face, const std::vector<btSoftBody*>& bodies) {
+  for (const btSoftBody* body : bodies) {
+    if (&face >= &body->m_faces[0] && &face < &body->m_faces[0] + body->m_faces.size()) return body;
+  }
+  ADD_FAILURE() << "a contact names a face of no body";
+  return nullptr;
+}
+
+Sites sites_of(const std::vector<btSoftBody*>& bodies) {
+  Sites sites;
+  for (const btSoftBody* owner : bodies) {
+    for (int i = 0; i < owner->m_scontacts.size(); ++i) {
+      const SContact& contact = owner->m_scontacts[i];
+      sites[{contact.m_node, body_of(*contact.m_face, bodies)}].push_back(contact);
+    }
+  }
+  return sites;
+}
+
+Vec3d position_of(const btSoftBody::Node& node) {
+  return {double(node.m_x.x()), double(node.m_x.y()), double(node.m_x.z())};
+}
+
+long double distance_of(const SContact& contact) {
+  return distance_vertex_triangle(position_of(*contact.m_node), position_of(*contact.m_face->m_n[0]),
+                                  position_of(*contact.m_face->m_n[1]), position_of(*contact.m_face->m_n[2]));
+}
+
+using Feature = std::set<const btSoftBody::Node*>;
+
+/// The nodes of the smallest feature with the contact's point.
+Feature feature_of(const SContact& contact) {
+  Feature feature;
+  for (int i = 0; i < 3; ++i) {
+    if (contact.m_weights[i] > 0) feature.insert(contact.m_face->m_n[i]);
+  }
+  return feature;
+}
+
+bool has(const btSoftBody::Face& face, const Feature& feature) {
+  return std::all_of(feature.begin(), feature.end(), [&](const btSoftBody::Node* node) {
+    return node == face.m_n[0] || node == face.m_n[1] || node == face.m_n[2];
+  });
+}
+
+/// Features at which the distance from the node has a minimum: no face at them is nearer by more than `slack`.
+std::set<Feature> minima_of(const std::vector<SContact>& all, long double slack) {
+  std::set<Feature> minima;
+  for (const SContact& contact : all) {
+    const Feature feature = feature_of(contact);
+    const bool is_minimum = std::none_of(all.begin(), all.end(), [&](const SContact& other) {
+      return has(*other.m_face, feature) && distance_of(other) < distance_of(contact) - slack;
+    });
+    if (is_minimum) minima.insert(feature);
+  }
+  return minima;
+}
+
+bool is_part_of(const Feature& a, const Feature& b) {
+  return std::includes(b.begin(), b.end(), a.begin(), a.end());
+}
+
+/// One contact for each minimum, and no other but what pushes away from its nearer ones. Where a node is so nearly over
+/// an edge or a corner that float cannot tell the distances apart, the feature may be the edge, the corner or a face
+/// there.
+void expect_minima(const std::vector<SContact>& all, const std::map<Feature, SContact>& chosen) {
+  const std::set<Feature> possible = minima_of(all, kRounding);
+  for (const auto& [feature, contact] : chosen) {
+    const bool faces_another = std::any_of(chosen.begin(), chosen.end(), [&, &mine = contact](const auto& other) {
+      return other.second.m_normal.dot(mine.m_normal) <= 0 && distance_of(other.second) <= distance_of(mine);
+    });
+    EXPECT_TRUE(possible.count(feature) > 0 || faces_another);
+  }
+  for (const Feature& minimum : minima_of(all, 1e-13L)) {
+    EXPECT_TRUE(std::any_of(chosen.begin(), chosen.end(), [&](const auto& choice) {
+      return is_part_of(choice.first, minimum) || is_part_of(minimum, choice.first);
+    }));
+  }
+}
+
+/// Judges what two worlds in the same state were given.
+struct Given {
+  Still all, chosen;
+  Sites all_sites, chosen_sites;
+
+  template <class Build>
+  Given(const bullet::Settings& settings, Build build) : all(settings_with(Contacts::all)), chosen(settings) {
+    for (Still* still : {&all, &chosen}) {
+      build(*still);
+      still->step();
+    }
+    all_sites = sites_of(all.bodies());
+    chosen_sites = sites_of(chosen.bodies());
+  }
+
+  /// The same nodes in the world with all contacts.
+  Feature in_all(const Feature& feature) const {
+    Feature twins;
+    for (std::size_t b = 0; b < all.bodies().size(); ++b) {
+      const btSoftBody::Node* const first = &chosen.bodies()[b]->m_nodes[0];
+      for (const btSoftBody::Node* node : feature) {
+        const auto index = node - first;
+        if (index >= 0 && index < chosen.bodies()[b]->m_nodes.size()) {
+          twins.insert(&all.bodies()[b]->m_nodes[static_cast<int>(index)]);
+        }
+      }
+    }
+    return twins;
+  }
+
+  /// Of a site in the world with all contacts.
+  std::vector<SContact> chosen_at(const Site& site) const {
+    for (std::size_t b = 0; b < all.bodies().size(); ++b) {
+      const btSoftBody& owner = *all.bodies()[b];
+      if (site.node < &owner.m_nodes[0] || site.node >= &owner.m_nodes[0] + owner.m_nodes.size()) continue;
+      const auto body = std::find(all.bodies().begin(), all.bodies().end(), site.body) - all.bodies().begin();
+      const Site twin{&chosen.bodies()[b]->m_nodes[static_cast<int>(site.node - &owner.m_nodes[0])],
+                      chosen.bodies()[static_cast<std::size_t>(body)]};
+      const auto found = chosen_sites.find(twin);
+      return found == chosen_sites.end() ? std::vector<SContact>() : found->second;
+    }
+    return {};
+  }
+};
+
+long double nearest_of(const std::vector<SContact>& contacts) {
+  long double nearest = 1e9L;
+  for (const SContact& contact : contacts) nearest = std::min(nearest, distance_of(contact));
+  return nearest;
+}
+
+std::vector<const char*> build_names() {
+  return {"bumps on bumps", "bumps on a plane", "nodes over corners", "nodes over edges", "between layers"};
+}
+
+/// Bodies to be judged, in states of which each is another one for another seed where there is chance in it.
+void build(Still& still, const std::string& name, std::uint64_t seed) {
+  Random random(seed);
+  if (name == "bumps on bumps" || name == "bumps on a plane") {
+    still.add(name == "bumps on bumps" ? bumpy(0, btScalar(0.04), random) : flat(0));
+    still.add(bumpy(btScalar(0.06), btScalar(0.04), random));
+  } else if (name == "between layers") {
+    still.add(folded(btScalar(0.12)));
+    still.add(bumpy(btScalar(0.06), btScalar(0.03), random));
+  } else {
+    still.add(flat(0));
+    still.add(flat(btScalar(0.0625), name == "nodes over edges" ? kCell / 2 : 0));
+  }
+}
+
+TEST(ContactEconomy, GivesOneContactForEachPlaceThatIsNearest) {
+  std::size_t chosen_count = 0, all_count = 0;
+  for (const std::string name : build_names()) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      SCOPED_TRACE(name + ", seed " + std::to_string(seed));
+      const Given given(settings_with(Contacts::closest_feature), [&](Still& still) { build(still, name, seed); });
+      ASSERT_FALSE(given.all_sites.empty());
+      for (const auto& [site, contacts] : given.all_sites) {
+        const std::vector<SContact> chosen = given.chosen_at(site);
+        EXPECT_NEAR(double(nearest_of(chosen)), double(nearest_of(contacts)), double(kRounding));
+        std::map<Feature, SContact> features;
+        for (const SContact& contact : chosen) features.emplace(given.in_all(feature_of(contact)), contact);
+        EXPECT_EQ(features.size(), chosen.size()) << "a feature has two contacts";
+        expect_minima(contacts, features);
+        chosen_count += chosen.size();
+        all_count += contacts.size();
+      }
+    }
+  }
+  EXPECT_LT(chosen_count, all_count / 2) << "the scenes have little to choose from";
+}
+
+TEST(ContactEconomy, AContactAnswersForThoseThatItStandsFor) {
+  const auto corners = [](Still& still) { build(still, "nodes over corners", 1); };
+  const Given given(settings_with(Contacts::closest_feature), corners);
+  for (const auto& [site, contacts] : given.all_sites) {
+    const std::vector<SContact> chosen = given.chosen_at(site);
+    ASSERT_EQ(chosen.size(), 1U);
+    const SContact& first = contacts.front();
+    EXPECT_EQ(chosen[0].m_normal, first.m_normal);
+    EXPECT_EQ(chosen[0].m_weights, first.m_weights);
+    EXPECT_EQ(chosen[0].m_margin, first.m_margin);
+    EXPECT_EQ(chosen[0].m_cfm[0], first.m_cfm[0]);
+    EXPECT_EQ(chosen[0].m_cfm[1], first.m_cfm[1]);
+    const double left = std::pow(1 - double(first.m_friction), double(contacts.size()));
+    EXPECT_NEAR(double(chosen[0].m_friction), 1 - left, 1e-6);
+  }
+}
+
+TEST(ContactEconomy, ANodeBetweenLayersOfOneBodyIsHeldByBoth) {
+  for (const std::uint32_t per_node : {0U, 1U}) {
+    for (const Contacts rule : {Contacts::all, Contacts::closest_feature}) {
+      if (rule == Contacts::all && per_node == 0) continue;
+      Still still(settings_with(rule, per_node));
+      still.add(folded(btScalar(0.12)));
+      btSoftBody& between = still.add(flat(btScalar(0.0625), kCell / 4));
+      still.step();
+      const Sites sites = sites_of(still.bodies());
+      for (int row = 0; row < kNodes - 1; ++row) {
+        for (int column = 1; column < kNodes - 1; ++column) {  // the first is at the bend, too
+          const auto site = sites.find({&between.m_nodes[row * kNodes + column], still.bodies()[0]});
+          ASSERT_NE(site, sites.end());
+          ASSERT_EQ(site->second.size(), 2U) << per_node;
+          EXPECT_LT(site->second[0].m_normal.dot(site->second[1].m_normal), btScalar(-0.99));
+        }
+      }
+    }
+  }
+}
+
+TEST(ContactEconomy, ABoundLeavesTheNearestOnEachSide) {
+  std::size_t dropped = 0;
+  for (const std::uint32_t most : {1U, 2U, 3U}) {
+    for (const std::string name : build_names()) {
+      const Given given(settings_with(Contacts::all, most), [&](Still& still) { build(still, name, 7); });
+      for (const auto& [site, contacts] : given.all_sites) {
+        const std::vector<SContact> chosen = given.chosen_at(site);
+        ASSERT_FALSE(chosen.empty()) << name;
+        EXPECT_NEAR(double(nearest_of(chosen)), double(nearest_of(contacts)), double(kRounding));
+        for (const SContact& contact : contacts) {
+          const auto count = std::count_if(chosen.begin(), chosen.end(), [&](const SContact& other) {
+            return other.m_normal.dot(contact.m_normal) > 0 && distance_of(other) <= distance_of(contact) + kRounding;
+          });
+          const bool is_given = std::any_of(chosen.begin(), chosen.end(), [&](const SContact& other) {
+            return other.m_normal == contact.m_normal && other.m_weights == contact.m_weights;
+          });
+          EXPECT_TRUE(is_given || count >= static_cast<std::ptrdiff_t>(most)) << name << ", " << most;
+        }
+        dropped += contacts.size() - chosen.size();
+      }
+    }
+  }
+  EXPECT_GT(dropped, 0U);
+}
+
+/// How many contacts a sheet has that moves like this above one that stays; their surfaces end 0.13 apart, both margins
+/// are 0.1 together.
+int contacts_of_moving_sheet(Contacts contacts, const btVector3& motion) {
+  Still still(settings_with(contacts));
+  still.add(flat(0));
+  btSoftBody& moving = still.add(flat(btScalar(0.13) - motion.y()));
+  moving.setVelocity(motion / kStep);
+  moving.m_cfg.kDP = 0;
+  still.step();
+  return moving.m_scontacts.size();
+}
+
+TEST(ContactEconomy, WhatCannotCloseIsNotGiven) {
+  const btVector3 motions[] = {{btScalar(0.05), 0, 0}, {0, btScalar(0.05), 0}, {0, btScalar(-0.05), 0}};
+  for (const btVector3& motion : motions) {
+    EXPECT_GT(contacts_of_moving_sheet(Contacts::all, motion), kNodes * kNodes / 2) << "Bullet's rule";
+    const int given = contacts_of_moving_sheet(Contacts::closest_feature, motion);
+    if (motion.y() < 0) {
+      EXPECT_GE(given, (kNodes - 1) * (kNodes - 1)) << "it comes closer";
+    } else {
+      EXPECT_EQ(given, 0) << "it moves sideways or away";
+    }
+  }
+}
+
+TEST(ContactEconomy, DependsNeitherOnThreadsNorOnTheWayIn) {
+  const auto contacts_with = [](std::size_t threads, PlugIn plug_in) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    Still still(settings_with(Contacts::closest_feature), plug_in);
+    Random random(3);
+    for (int i = 0; i < 12; ++i) still.add(bumpy(btScalar(0.03) * btScalar(i), btScalar(0.04), random));
+    still.step();
+    std::vector<std::tuple<int, long, long, btScalar, btScalar, btScalar>> contacts;
+    for (const btSoftBody* body : still.bodies()) {
+      for (int i = 0; i < body->m_scontacts.size(); ++i) {
+        const SContact& contact = body->m_scontacts[i];
+        const btSoftBody& other = *body_of(*contact.m_face, still.bodies());
+        contacts.emplace_back(i, contact.m_node - &body->m_nodes[0], contact.m_face - &other.m_faces[0],
+                              contact.m_weights.x(), contact.m_normal.y(), contact.m_friction);
+      }
+    }
+    return contacts;
+  };
+  const auto one = contacts_with(1, PlugIn::one_line_world);
+  EXPECT_GT(one.size(), 2000U) << "too few to be shared by threads";
+  EXPECT_EQ(contacts_with(2, PlugIn::one_line_world), one);
+  EXPECT_EQ(contacts_with(7, PlugIn::dispatcher), one);
+  EXPECT_EQ(contacts_with(3, PlugIn::multi_body_world), one);
+}
+
+TEST(ContactEconomy, IsExplained) {
+  const auto last_line = [](Still& still) { return still.simulation().detection()->contacts().explain().back(); };
+  Still all(settings_with(Contacts::all));
+  build(all, "nodes over corners", 1);
+  all.step();
+  EXPECT_EQ(last_line(all).stage, "contact economy");
+  EXPECT_FALSE(last_line(all).ran);
+  EXPECT_EQ(bullet::Settings().contacts, Contacts::all);
+  Still chosen(settings_with(Contacts::closest_feature));
+  build(chosen, "nodes over corners", 1);
+  chosen.step();
+  EXPECT_TRUE(last_line(chosen).ran);
+  EXPECT_NE(last_line(chosen).reason.find(" 162 of "), std::string::npos) << last_line(chosen).reason;
+}
+
+/// Mean gap, and contacts, of a sheet that has come to rest on a fixed one after a second.
+template <class AnySimulation>
+std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step) {
+  SheetOptions fixed;
+  fixed.fixed = true;
+  fixed.margin = btScalar(0.03);
+  simulation.add(make_sheet(simulation.world_info(), fixed));
+  SheetOptions free = fixed;
+  free.fixed = false;
+  free.side = btScalar(0.9);
+  free.height = btScalar(0.08);
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), free));
+  btScalar sum = 0;
+  std::size_t contacts = 0;
+  const int steps = static_cast<int>(1 / step);
+  for (int i = 0; i < steps; ++i) {
+    simulation.step(step);
+    if (i >= steps * 3 / 4) sum += mean_height(sheet);
+    contacts += static_cast<std::size_t>(sheet.m_scontacts.size() + sheet.m_faceNodeContacts.size());
+  }
+  return {sum / btScalar(steps - steps * 3 / 4), contacts};
+}
+
+void expect_same_rest(const std::pair<btScalar, std::size_t>& all, const std::pair<btScalar, std::size_t>& chosen) {
+  EXPECT_NEAR(double(chosen.first), double(all.first), 0.02 * double(all.first));
+  EXPECT_LE(chosen.second, all.second / 2);
+}
+
+TEST(ContactEconomy, ASheetRestsAsHighInTheClassicWorld) {
+  Simulation all(PlugIn::one_line_world, settings_with(Contacts::all));
+  Simulation chosen(PlugIn::one_line_world, settings_with(Contacts::closest_feature));
+  expect_same_rest(rest(all, kStep), rest(chosen, kStep));
+}
+
+TEST(ContactEconomy, ASheetRestsAsHighInTheDeformableWorld) {
+  demo::DeformableSimulation all(settings_with(Contacts::all));
+  demo::DeformableSimulation chosen(settings_with(Contacts::closest_feature));
+  expect_same_rest(rest(all, btScalar(1) / 240), rest(chosen, btScalar(1) / 240));
+}
+
+}  // namespace
+}  // namespace softcd::test
