@@ -261,5 +261,10 @@ void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
 // Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
 void softcd::bullet::give_face_tree(btSoftBody& body) {
   const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
-  if (is_wanted && !body.m_bUpdateRtCst && body.m_fdbvt.empty()) build_face_tree(body);
+  if (!is_wanted || body.m_bUpdateRtCst) return;
+  if (body.m_fdbvt.empty()) {
+    build_face_tree(body);
+  } else if (body.m_fdbvnt == nullptr) {
+    body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
+  }
 }

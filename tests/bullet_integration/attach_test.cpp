@@ -818,6 +818,20 @@ TEST_P(Attach, may_throw_an_error_where_that_is_asked_for) {
   EXPECT_THROW(sheets.step(), Error);
 }
 
+/// softcd builds bodies that touch rigid objects with their faces a tree, which has no twin with normals.
+TEST(AttachDeformable, gives_back_trees_in_which_bullet_finds_contacts_within_a_body) {
+  Sheets sheets(Kind::deformable);
+  sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
+                           btVector3(0, btScalar(0.22), 0));
+  sheets.free->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+  Attachment attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  EXPECT_GT(sheets.free->m_faceRigidContacts.size(), 0);
+  attachment.detach();
+  EXPECT_NE(sheets.free->m_fdbvnt, nullptr);
+}
+
 /// Vehicles do.
 TEST(AttachDeformable, casts_rays_in_actions_at_the_trees_that_there_are) {
   Sheets sheets(Kind::deformable);
