@@ -70,7 +70,7 @@ class ContactImpulses {
   bool add_to(Impulse& sum, const ContactSource& source) const;
 
   /// No impulse on this body is known.
-  void doubt(const btCollisionObject& body) { doubtful_.insert(&body); }
+  void doubt(const btCollisionObject* body) { doubtful_.insert(body); }
   bool is_doubtful(const btCollisionObject& body) const { return doubtful_.count(&body) != 0; }
 
  private:

@@ -1,8 +1,7 @@
 #include "softcd/bullet/deformable_world.hpp"
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
-#include "native_trees.hpp"
-#include "world_queries.hpp"
+#include "world_step.hpp"
 
 namespace softcd::bullet {
 
@@ -29,41 +28,33 @@ void DeformableWorld::predict(btScalar time_step) {
   predictUnconstraintMotion(time_step);
 }
 
-void DeformableWorld::detect_rigid_contacts(const PairGate& gate) {
+void DeformableWorld::detect_rigid_contacts() {
+  const WorldStep step{*this, getSoftBodyArray(), *detection_.queries_};
   updateAabbs();
-  if (detection_.settings().rigid_meshes) {
-    for (btSoftBody* body : span_of(getSoftBodyArray())) sweep_box(*body, *getBroadphase(), getDispatcher());
-  }
+  sweep_boxes(step);
   computeOverlappingPairs();
-  for_each_near_rigid(*getPairCache(), refit_deformable_trees);
-  detection_.queries_->begin_step(span_of(getSoftBodyArray()));
-  detection_.queries_->process_rigid_pairs(gate, [this] {
-    // Clusters go on.
-    const VertexFaceTestsOff off(getSoftBodyArray());
-    getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher());
-  });
+  process_deformable_pairs(
+      step, [this] { getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher()); });
 }
 
 // The steps of Bullet's internalSingleStepSimulation.
 void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
-  WorldQueries& queries = *detection_.queries_;
+  const WorldStep step{*this, getSoftBodyArray(), *detection_.queries_};
+  WorldQueries& queries = step.queries;
   queries.read_out.begin_step();
   if (m_internalPreTickCallback != nullptr) m_internalPreTickCallback(this, time_step);
   reinitialize(time_step);
   applyRigidBodyGravity(time_step);
   predict(time_step);
-  const PairGate gate(*getDispatcher(), *getPairCache(), getDispatchInfo());
-  detect_rigid_contacts(gate);
+  detect_rigid_contacts();
   calculateSimulationIslands();
   beforeSolverCallbacks(time_step);
   solveConstraints(time_step);
   afterSolverCallbacks(time_step);
 
-  const Span<btSoftBody* const> bodies = span_of(getSoftBodyArray());
-  queries.find_contacts(bodies, gate);
-  queries.read_contacts(bodies, *getBroadphase());
-  if (!queries.read_out.apply_repulsion(bodies, time_step)) applyRepulsionForce(time_step);
-  queries.prevent_crossings(bodies, gate, time_step);
+  find_soft_contacts(step);
+  if (!queries.read_out.apply_repulsion(step.body_span(), time_step)) applyRepulsionForce(time_step);
+  queries.prevent_crossings(step.body_span(), step.gate(), time_step);
 
   integrateTransforms(time_step);
   refit_face_trees(getSoftBodyArray());

@@ -1,5 +1,6 @@
 #include "native_trees.hpp"
 
+#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -48,6 +49,12 @@ void build_face_tree(btSoftBody& body) {
   body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
 }
 
+void remove_face_tree(btSoftBody& body) {
+  body.m_fdbvt.clear();
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = nullptr;
+}
+
 }  // namespace
 
 void hide_vertex_face_flag(btSoftBody& body) {
@@ -56,6 +63,14 @@ void hide_vertex_face_flag(btSoftBody& body) {
 
 void restore_vertex_face_flag(btSoftBody& body) {
   replace_bits(body.m_cfg.collisions, kHiddenVertexFace, Flags::VF_SS);
+}
+
+void hide_rigid_deformable_flag(btSoftBody& body) {
+  replace_bits(body.m_cfg.collisions, Flags::SDF_RD, kHiddenRigidDeformable);
+}
+
+void restore_rigid_deformable_flag(btSoftBody& body) {
+  replace_bits(body.m_cfg.collisions, kHiddenRigidDeformable, Flags::SDF_RD);
 }
 
 NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies) {
@@ -111,16 +126,49 @@ TreesOutOfSight::~TreesOutOfSight() {
   for (const Kept& kept : kept_) kept.tree->m_root = kept.root;
 }
 
+void FaceTreesAway::take(Span<btSoftBody* const> bodies) noexcept {
+  try {
+    taken_.reserve(bodies.size());
+  } catch (const std::bad_alloc&) {
+    for (btSoftBody* body : bodies) remove_face_tree(*body);
+    return;
+  }
+  for (btSoftBody* body : bodies) {
+    taken_.push_back({body, std::exchange(body->m_fdbvt.m_root, nullptr), std::exchange(body->m_fdbvnt, nullptr)});
+  }
+}
+
+void FaceTreesAway::give_back() {
+  for (const Taken& taken : taken_) give_back(taken);
+  taken_.clear();
+}
+
+void FaceTreesAway::give_back(const btSoftBody& body) {
+  const auto taken = std::find_if(taken_.begin(), taken_.end(), [&](const Taken& each) { return each.body == &body; });
+  if (taken == taken_.end()) return;
+  give_back(*taken);
+  taken_.erase(taken);
+}
+
+/// Where an app has cast a ray at the body meanwhile, it has a new tree, which its faces point into.
+void FaceTreesAway::give_back(const Taken& taken) {
+  btDbvt old;
+  (taken.body->m_fdbvt.m_root == nullptr ? taken.body->m_fdbvt : old).m_root = taken.root;
+  if (taken.body->m_fdbvnt == nullptr) {
+    taken.body->m_fdbvnt = taken.root_with_normals;
+  } else {
+    delete taken.root_with_normals;
+  }
+}
+
 FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
   for (int i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i]->m_bUpdateRtCst) replace_bits(bodies_[i]->m_cfg.collisions, Flags::SDF_RD, kHiddenRigidDeformable);
+    if (bodies_[i]->m_bUpdateRtCst) hide_rigid_deformable_flag(*bodies_[i]);
   }
 }
 
 FaceTreesUnbuilt::~FaceTreesUnbuilt() {
-  for (int i = 0; i < bodies_.size(); ++i) {
-    replace_bits(bodies_[i]->m_cfg.collisions, kHiddenRigidDeformable, Flags::SDF_RD);
-  }
+  for (int i = 0; i < bodies_.size(); ++i) restore_rigid_deformable_flag(*bodies_[i]);
 }
 
 VertexFaceTestsOff::VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
@@ -182,15 +230,14 @@ NativeTreesBuilt::~NativeTreesBuilt() {
   for (btSoftBody* body : bodies_) {
     if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
     replace_bits(body->m_cfg.collisions, kFaceTreeIsOurs, 0);
-    body->m_fdbvt.clear();
-    delete body->m_fdbvnt;
-    body->m_fdbvnt = nullptr;
+    remove_face_tree(*body);
   }
 }
 
 void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
-    if (!bodies[i]->isActive() || bodies[i]->m_fdbvt.empty()) continue;
+    // Where faces have changed, the next prediction throws the tree away.
+    if (!bodies[i]->isActive() || bodies[i]->m_fdbvt.empty() || bodies[i]->m_bUpdateRtCst) continue;
     bodies[i]->updateFaceTree(/*use_velocity=*/false, /*margin=*/false);
   }
 }
@@ -214,5 +261,10 @@ void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
 // Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
 void softcd::bullet::give_face_tree(btSoftBody& body) {
   const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
-  if (is_wanted && !body.m_bUpdateRtCst && body.m_fdbvt.empty()) build_face_tree(body);
+  if (!is_wanted || body.m_bUpdateRtCst) return;
+  if (body.m_fdbvt.empty()) {
+    build_face_tree(body);
+  } else if (body.m_fdbvnt == nullptr) {
+    body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
+  }
 }

@@ -54,8 +54,31 @@ class TreesOutOfSight {
   bool succeeded_ = false;
 };
 
+/// The same of SDF_RD: the deformable world's prediction then builds no face tree.
+void hide_rigid_deformable_flag(btSoftBody& body);
+void restore_rigid_deformable_flag(btSoftBody& body);
+
+/// Face trees that Bullet sees empty, with their twins for self-collision, for as long as it takes until they are given
+/// back. The bodies are there until then.
+class FaceTreesAway {
+ public:
+  /// Where memory does not suffice the trees are gone for good.
+  void take(Span<btSoftBody* const> bodies) noexcept;
+  void give_back();
+  void give_back(const btSoftBody& body);
+
+ private:
+  struct Taken {
+    btSoftBody* body;
+    btDbvtNode* root;
+    btDbvntNode* root_with_normals;
+  };
+  static void give_back(const Taken& taken);
+
+  std::vector<Taken> taken_;
+};
+
 /// The deformable world's prediction builds no face tree, quadratic in the faces, between construction and destruction.
-/// As with hide_vertex_face_flag, a bit of ours stands for SDF_RD meanwhile.
 class FaceTreesUnbuilt {
  public:
   /// The array stays as it is.

@@ -1,13 +1,10 @@
 #include "softcd/bullet/soft_worlds.hpp"
 
-#include "native_trees.hpp"
 #include "softcd/bullet/dispatcher.hpp"
-#include "world_queries.hpp"
+#include "world_step.hpp"
 
 namespace softcd::bullet {
 namespace {
-
-using SoftBodies = btAlignedObjectArray<btSoftBody*>;
 
 /// That of a softcd::bullet::Dispatcher that serves the broad phase; else null.
 WorldDetection* detection_of(btDispatcher* dispatcher, const btBroadphaseInterface* broadphase) {
@@ -27,32 +24,18 @@ void predict_without_trees(const SoftBodies& bodies, Prediction prediction) {
 }
 
 /// The first half of btCollisionWorld::performDiscreteCollisionDetection.
-void find_pairs(btCollisionWorld& world, const SoftBodies& bodies, const Settings& settings) {
-  world.updateAabbs();
-  if (settings.rigid_meshes) {
-    for (btSoftBody* body : span_of(bodies)) sweep_box(*body, *world.getBroadphase(), world.getDispatcher());
-  }
-  world.computeOverlappingPairs();
-  for_each_near_rigid(*world.getPairCache(),
+void find_pairs(const WorldStep& step) {
+  step.world.updateAabbs();
+  sweep_boxes(step);
+  step.world.computeOverlappingPairs();
+  for_each_near_rigid(*step.world.getPairCache(),
                       [](btSoftBody& body) { body.updateNodeTree(/*use_velocity=*/false, /*margin=*/true); });
 }
 
-void process_pairs_natively(btCollisionWorld& world) {
+/// The second half.
+void process_pairs(btCollisionWorld& world) {
   world.getDispatcher()->dispatchAllCollisionPairs(world.getPairCache(), world.getDispatchInfo(),
                                                    world.getDispatcher());
-}
-
-/// The second half, with ours beside it.
-void process_pairs(btCollisionWorld& world, const SoftBodies& bodies, WorldQueries& queries) {
-  const PairGate gate(*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo());
-  queries.process_pairs(span_of(bodies), gate, [&] {
-    const TreesOutOfSight out_of_sight(bodies, &btSoftBody::m_fdbvt);
-    if (!out_of_sight.succeeded()) {
-      // Those that there are belong to ray tests, which build new ones.
-      for (btSoftBody* body : span_of(bodies)) body->m_fdbvt.clear();
-    }
-    process_pairs_natively(world);
-  });
 }
 
 }  // namespace
@@ -81,24 +64,21 @@ void SoftWorld<BulletWorld>::predictUnconstraintMotion(btScalar time_step) {
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
-  find_pairs(*this, this->getSoftBodyArray(), detection_->settings());
+  const WorldStep step{*this, this->getSoftBodyArray(), *detection_->queries_};
+  find_pairs(step);
   if (own_detection_ != nullptr) {
-    process_pairs(*this, this->getSoftBodyArray(), *own_detection_->queries_);
-    own_detection_->queries_->read_contacts(span_of(this->getSoftBodyArray()), *this->getBroadphase());
+    process_classic_pairs(step, [this] { process_pairs(*this); });
   } else {
-    process_pairs_natively(*this);
+    process_pairs(*this);
   }
 }
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
-  WorldQueries& queries = *detection_->queries_;
-  queries.read_out.begin_step();
+  const WorldStep step{*this, this->getSoftBodyArray(), *detection_->queries_};
+  step.queries.read_out.begin_step();
   BulletWorld::internalSingleStepSimulation(time_step);
-  queries.read_out.take_rehearsed_impulses();
-  const PairGate gate(*this->getDispatcher(), *this->getPairCache(), this->getDispatchInfo());
-  queries.prevent_crossings(span_of(this->getSoftBodyArray()), gate, time_step);
-  queries.read_out.finish(*this->getBroadphase());
+  finish_classic_step(step, time_step);
 }
 
 /// The last that Bullet's step does before it solves its soft bodies.

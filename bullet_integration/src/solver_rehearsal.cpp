@@ -201,14 +201,15 @@ void SolverRehearsal::run(Span<btSoftBody* const> bodies) {
     BodySolver(*body, impulses_.of(*body, ContactArray::soft), impulses_.of(*body, ContactArray::rigid_node)).run();
   }
   for (btSoftBody* body : bodies) {
-    Ends& ends = ends_.emplace_back(Ends{body, {}});
+    Ends& ends = ends_.emplace_back(Ends{body, body, {}});
     for (const Node& node : nodes_of(*body)) ends.positions.push_back(node.m_x);
   }
 }
 
-const ContactImpulses& SolverRehearsal::confirmed() {
+const ContactImpulses& SolverRehearsal::confirmed(Span<btSoftBody* const> bodies) {
   for (const Ends& ends : ends_) {
-    if (!are_positions(*ends.body, ends.positions)) impulses_.doubt(*ends.body);
+    const bool is_there = std::find(bodies.begin(), bodies.end(), ends.body) != bodies.end();
+    if (!is_there || !are_positions(*ends.body, ends.positions)) impulses_.doubt(ends.object);
   }
   ends_.clear();
   return impulses_;

@@ -14,12 +14,13 @@ class SolverRehearsal {
  public:
   /// When the solver is about to run for these bodies, all of the world's.
   void run(Span<btSoftBody* const> bodies);
-  /// When it has run: the impulses, without those of bodies that went elsewhere.
-  const ContactImpulses& confirmed();
+  /// When it has run, and these are the bodies in the world: the impulses, without those of bodies that went elsewhere.
+  const ContactImpulses& confirmed(Span<btSoftBody* const> bodies);
 
  private:
   struct Ends {
     const btSoftBody* body;
+    const btCollisionObject* object;  ///< the same
     std::vector<btVector3> positions;
   };
 

@@ -32,6 +32,20 @@ void WorldMirror::begin_step(Span<btSoftBody* const> bodies) noexcept {
     const auto known = members_.find(body);
     if (known != members_.end()) known->second.is_in_world = keeps_some && known->second.last_step == step_;
   }
+  remove_unmarked();
+  ++step_;
+}
+
+void WorldMirror::resume_step(Span<btSoftBody* const> bodies) noexcept {
+  for (btSoftBody* body : bodies) {
+    const auto known = members_.find(body);
+    if (known != members_.end()) known->second.is_in_world = true;
+  }
+  remove_unmarked();
+  for (auto& [body, member] : members_) member.last_compared = 0;
+}
+
+void WorldMirror::remove_unmarked() noexcept {
   for (auto entry = members_.begin(); entry != members_.end();) {
     if (std::exchange(entry->second.is_in_world, false)) {
       ++entry;
@@ -41,7 +55,6 @@ void WorldMirror::begin_step(Span<btSoftBody* const> bodies) noexcept {
     members_by_id_.erase(entry->second.id.value);
     entry = members_.erase(entry);
   }
-  ++step_;
 }
 
 void WorldMirror::compare(Span<btSoftBody* const> bodies) {
@@ -65,7 +78,7 @@ WorldMirror::Member& WorldMirror::require(btSoftBody& body, bool needs_way) {
     return added;
   }
   Member& member = known->second;
-  if (member.last_step != step_) {
+  if (member.last_step != step_ || member.last_compared != step_) {
     update(member, read_settings(kind_, body, settings_));
     set_positions(member, needs_way);
     member.last_step = step_;

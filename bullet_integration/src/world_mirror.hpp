@@ -22,7 +22,7 @@ class WorldMirror {
     BodySettings settings;
     FaceTreeWatch face_tree;
     bool topology_changed = false;    ///< since the step before
-    std::uint64_t last_compared = 0;  ///< step
+    std::uint64_t last_compared = 0;  ///< step; 0 where it is to be compared again
     std::uint64_t last_step = 0;      ///< in which a query asked for it
     bool has_way = false;             ///< the scene has both ends of this step's
     bool is_in_world = false;
@@ -38,6 +38,8 @@ class WorldMirror {
 
   /// Before anything is asked for in a step: these are the world's soft bodies now.
   void begin_step(Span<btSoftBody* const> bodies) noexcept;
+  /// The app has had the world since begin_step(): these bodies are still there, and may have other faces and settings.
+  void resume_step(Span<btSoftBody* const> bodies) noexcept;
   /// What takes longest in require(), for all of them in parallel: to compare topologies.
   void compare(Span<btSoftBody* const> bodies);
   /// Sees to it that the body is in the scene as it is in this step, with where it is at the step's start, and, when
@@ -65,6 +67,7 @@ class WorldMirror {
   void update(Member& member, const BodySettings& settings);
   void compare(Member& member) const;
   void set_positions(Member& member, bool needs_way);
+  void remove_unmarked() noexcept;
 
   const WorldKind& kind_;
   Settings settings_;

@@ -61,6 +61,8 @@ class WorldQueries {
 
   /// Before process_rigid_pairs, where that is called for itself.
   void begin_step(Span<btSoftBody* const> bodies) { mirror_.begin_step(bodies); }
+  /// Before prevent_crossings, where the app has had the world in between.
+  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies); }
 
  private:
   WorldMirror mirror_;  ///< before what looks at it

@@ -30,9 +30,9 @@ void WorldReadOut::rehearse_solver(Span<btSoftBody* const> bodies) {
   run([&] { rehearsal_.run(bodies); });
 }
 
-void WorldReadOut::take_rehearsed_impulses() {
+void WorldReadOut::take_rehearsed_impulses(Span<btSoftBody* const> bodies) {
   if (settings_.read_out != ReadOut::impulses) return;
-  run([&] { contacts_.set_impulses(rehearsal_.confirmed()); });
+  run([&] { contacts_.set_impulses(rehearsal_.confirmed(bodies)); });
 }
 
 bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
@@ -41,6 +41,14 @@ bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time
   deformable_impulses_.apply_repulsion(bodies, time_step);
   run([&] { contacts_.set_impulses(deformable_impulses_.impulses()); });
   return true;
+}
+
+void WorldReadOut::take_rigid_impulses(Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] {
+    deformable_impulses_.read_rigid(bodies);
+    contacts_.set_impulses(deformable_impulses_.impulses());
+  });
 }
 
 const std::vector<BodyPairContacts>& WorldReadOut::since_last_call(btBroadphaseInterface* broadphase) {

@@ -25,11 +25,15 @@ class WorldReadOut {
             const ContactNotes& found_with_meshes);
   void finish(btBroadphaseInterface& broadphase);
 
-  /// Classic worlds: right before the solver of soft bodies runs, and right after it.
+  /// Classic worlds: right before the solver of soft bodies runs, and when it has run. `bodies` are in the world then.
   void rehearse_solver(Span<btSoftBody* const> bodies);
-  void take_rehearsed_impulses();
+  void take_rehearsed_impulses(Span<btSoftBody* const> bodies);
   /// Deformable world: in place of applyRepulsionForce; false where that is to be called.
   bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
+
+  /// Deformable world, where applyRepulsionForce was called: what contacts with rigid objects gave, as long as Bullet's
+  /// solver keeps it.
+  void take_rigid_impulses(Span<btSoftBody* const> bodies);
 
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);
 

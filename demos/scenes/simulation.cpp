@@ -60,6 +60,10 @@ void Simulation::make_world(PlugIn plug_in, const bullet::Settings& settings) {
     soft_rigid_world_ = world.get();
     world_ = std::move(world);
   }
+  if (plug_in == PlugIn::attached) {
+    attachment_ = bullet::attach(*world_, settings);
+    detection_ = &attachment_->detection();
+  }
   world_info_ = &soft_rigid_world_->getWorldInfo();
 }
 
@@ -104,6 +108,7 @@ btRigidBody& Simulation::add_static_box(const btVector3& half_extents, const btV
 
 void Simulation::step(btScalar seconds) {
   world_->stepSimulation(seconds, /*maxSubSteps=*/0);
+  if (attachment_.has_value()) attachment_->finish_step();
 }
 
 }  // namespace softcd::demo

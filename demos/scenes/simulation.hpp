@@ -1,10 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
-#include "softcd/bullet/world_detection.hpp"
+#include "softcd/bullet/attach.hpp"
 
 class btBroadphaseInterface;
 class btCollisionConfiguration;
@@ -22,6 +23,7 @@ enum class PlugIn : std::uint32_t {
   one_line_world,    ///< softcd::bullet::SoftRigidDynamicsWorld
   multi_body_world,  ///< softcd::bullet::SoftMultiBodyDynamicsWorld
   dispatcher,        ///< softcd::bullet::Broadphase and Dispatcher under Bullet's btSoftRigidDynamicsWorld
+  attached,          ///< softcd::bullet::attach() to Bullet's btSoftRigidDynamicsWorld
 };
 
 /// A classic soft world with everything that it needs, and the bodies in it.
@@ -65,6 +67,7 @@ class Simulation {
   btSoftRigidDynamicsWorld* soft_rigid_world_ = nullptr;           ///< world_, where it is one
   btSoftMultiBodyDynamicsWorld* soft_multi_body_world_ = nullptr;  ///< world_, where it is one
   btSoftBodyWorldInfo* world_info_ = nullptr;
+  std::optional<bullet::Attachment> attachment_;
   bullet::WorldDetection* detection_ = nullptr;
 };
 

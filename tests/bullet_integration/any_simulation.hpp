@@ -10,21 +10,27 @@
 
 namespace softcd::test {
 
-enum class World { one_line, multi_body, dispatcher, deformable };
+enum class World { one_line, multi_body, dispatcher, deformable, attached, attached_deformable };
 
-/// One of the four set-ups, or Bullet's own for comparison.
+inline bool is_deformable(World world) {
+  return world == World::deformable || world == World::attached_deformable;
+}
+
+/// One of the set-ups, or Bullet's own for comparison.
 class AnySimulation {
  public:
   AnySimulation(World world, const std::optional<bullet::Settings>& settings) {
-    if (world == World::deformable) {
-      deformable_ = std::make_unique<demo::DeformableSimulation>(settings);
-      return;
+    const bool attaches = settings.has_value() && (world == World::attached || world == World::attached_deformable);
+    if (is_deformable(world)) {
+      deformable_ = std::make_unique<demo::DeformableSimulation>(attaches ? std::nullopt : settings);
+    } else {
+      const demo::PlugIn plug_in = !settings.has_value() || attaches ? demo::PlugIn::none
+                                   : world == World::one_line        ? demo::PlugIn::one_line_world
+                                   : world == World::multi_body      ? demo::PlugIn::multi_body_world
+                                                                     : demo::PlugIn::dispatcher;
+      classic_ = std::make_unique<demo::Simulation>(plug_in, settings.value_or(bullet::Settings()));
     }
-    const demo::PlugIn plug_in = !settings.has_value()        ? demo::PlugIn::none
-                                 : world == World::one_line   ? demo::PlugIn::one_line_world
-                                 : world == World::multi_body ? demo::PlugIn::multi_body_world
-                                                              : demo::PlugIn::dispatcher;
-    classic_ = std::make_unique<demo::Simulation>(plug_in, settings.value_or(bullet::Settings()));
+    if (attaches) attachment_ = bullet::attach(this->world(), *settings);
   }
 
   btDiscreteDynamicsWorld& world() {
@@ -47,12 +53,18 @@ class AnySimulation {
     for (int i = 0; i < parts; ++i) {
       before(kStep / btScalar(parts));
       world().stepSimulation(kStep / btScalar(parts), /*maxSubSteps=*/0);
+      finish_step();
     }
+  }
+  /// After stepSimulation, where softcd is attached.
+  void finish_step() {
+    if (attachment_.has_value()) attachment_->finish_step();
   }
   std::unique_ptr<btSoftBody> remove(btSoftBody& body) {
     return deformable_ != nullptr ? deformable_->remove(body) : classic_->remove(body);
   }
   bullet::WorldDetection& detection() {
+    if (attachment_.has_value()) return attachment_->detection();
     return deformable_ != nullptr ? *deformable_->detection() : *classic_->detection();
   }
   static int count_contacts(const btSoftBody& body) {
@@ -62,13 +74,16 @@ class AnySimulation {
  private:
   std::unique_ptr<demo::Simulation> classic_;
   std::unique_ptr<demo::DeformableSimulation> deformable_;
+  std::optional<bullet::Attachment> attachment_;  ///< to either
 };
 
 inline std::string name_of(World world) {
-  constexpr std::array kNames = {"one_line", "multi_body", "dispatcher", "deformable"};
+  constexpr std::array kNames = {"one_line",   "multi_body", "dispatcher",
+                                 "deformable", "attached",   "attached_deformable"};
   return kNames[static_cast<std::size_t>(world)];
 }
 
-inline const auto kWorlds = testing::Values(World::one_line, World::multi_body, World::dispatcher, World::deformable);
+inline const auto kWorlds = testing::Values(World::one_line, World::multi_body, World::dispatcher, World::deformable,
+                                            World::attached, World::attached_deformable);
 
 }  // namespace softcd::test

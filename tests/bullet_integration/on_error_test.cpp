@@ -15,6 +15,7 @@
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "deformable_support.hpp"
 #include "failing_allocations.hpp"
+#include "softcd/bullet/attach.hpp"
 
 namespace softcd::test {
 namespace {
@@ -168,6 +169,23 @@ TEST(OnError, a_step_without_memory_has_bullets_contacts_in_classic_worlds) {
 TEST(OnError, a_step_without_memory_has_bullets_contacts_in_the_deformable_world) {
   Layers<DeformableSimulation> bullets(std::optional<bullet::Settings>{});
   const auto make = [] { return std::make_unique<Layers<DeformableSimulation>>(std::optional(cpu_settings())); };
+  expect_bullets_contacts_in_failing_steps(make, bullets);
+}
+
+/// Bullet's deformable world with softcd attached.
+class AttachedDeformableSimulation : public DeformableSimulation {
+ public:
+  explicit AttachedDeformableSimulation(const bullet::Settings& settings)
+      : DeformableSimulation(std::nullopt), attachment_(bullet::attach(world(), settings)) {}
+  WorldDetection* detection() { return &attachment_.detection(); }
+
+ private:
+  bullet::Attachment attachment_;
+};
+
+TEST(OnError, a_step_without_memory_has_bullets_contacts_in_a_deformable_world_that_softcd_is_attached_to) {
+  Layers<DeformableSimulation> bullets(std::optional<bullet::Settings>{});
+  const auto make = [] { return std::make_unique<Layers<AttachedDeformableSimulation>>(cpu_settings(Detection::ccd)); };
   expect_bullets_contacts_in_failing_steps(make, bullets);
 }
 

@@ -16,7 +16,7 @@ inline constexpr btScalar kStep = btScalar(1) / 60;
 
 /// Every way in which softcd is plugged into a classic soft world.
 inline const std::vector<demo::PlugIn> kPlugIns = {demo::PlugIn::one_line_world, demo::PlugIn::multi_body_world,
-                                                   demo::PlugIn::dispatcher};
+                                                   demo::PlugIn::dispatcher, demo::PlugIn::attached};
 
 inline std::string name_of(demo::PlugIn plug_in) {
   switch (plug_in) {
@@ -28,6 +28,8 @@ inline std::string name_of(demo::PlugIn plug_in) {
       return "multi_body_world";
     case demo::PlugIn::dispatcher:
       return "dispatcher";
+    case demo::PlugIn::attached:
+      return "attached";
   }
   return "?";
 }

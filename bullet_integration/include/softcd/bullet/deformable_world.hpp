@@ -6,9 +6,6 @@
 #include "softcd/version.hpp"
 
 namespace softcd::bullet {
-
-class PairGate;
-
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
@@ -46,7 +43,7 @@ class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld 
 
  private:
   void predict(btScalar time_step);
-  void detect_rigid_contacts(const PairGate& gate);
+  void detect_rigid_contacts();
 
   WorldDetection detection_;
 };

@@ -12,6 +12,7 @@
 
 namespace softcd::bullet {
 
+class AttachedWorld;
 class DetectorRecord;
 class WorldQueries;
 struct WorldKind;
@@ -90,6 +91,7 @@ class SOFTCD_EXPORT WorldDetection {
   const std::vector<BodyPairContacts>& body_contacts();
 
  private:
+  friend class bullet::AttachedWorld;
   friend class Dispatcher;
   friend class DeformableWorld;
   template <class BulletWorld>

@@ -1,0 +1,889 @@
+// softcd in worlds that somebody else made: what it does there, and what it leaves when it goes.
+
+#include "softcd/bullet/attach.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <stdexcept>
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h"
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
+#include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
+#include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "BulletDynamics/Dynamics/btActionInterface.h"
+#include "foreign_world.hpp"
+#include "softcd/bullet/dispatcher.hpp"
+
+namespace softcd::test {
+namespace {
+
+using bullet::attach;
+using bullet::Attachment;
+using bullet::EdgeContacts;
+using bullet::Limit;
+using bullet::OnError;
+using bullet::ReadOut;
+
+bullet::Settings reading(ReadOut read_out, Detection detection = Detection::dcd) {
+  bullet::Settings settings = cpu_settings(detection);
+  settings.read_out = read_out;
+  return settings;
+}
+
+void add(std::vector<btScalar>& values, const btVector3& vector) {
+  values.insert(values.end(), {vector.x(), vector.y(), vector.z()});
+}
+
+/// Positions and velocities of all nodes.
+std::vector<btScalar> states_in(ForeignWorld& world) {
+  std::vector<btScalar> states;
+  for (int b = 0; b < world.bodies().size(); ++b) {
+    for (int n = 0; n < world.bodies()[b]->m_nodes.size(); ++n) {
+      add(states, world.bodies()[b]->m_nodes[n].m_x);
+      add(states, world.bodies()[b]->m_nodes[n].m_v);
+    }
+  }
+  return states;
+}
+
+/// Everything that Bullet's solver is told about contacts, in its order.
+std::vector<btScalar> contacts_of(const btSoftBody& body, const btAlignedObjectArray<btSoftBody*>& bodies) {
+  std::vector<btScalar> values;
+  const auto add_soft = [&](const btSoftBody::Node* node, const btSoftBody::Face* face) {
+    values.push_back(btScalar(node - &body.m_nodes[0]));
+    for (int b = 0; b < bodies.size(); ++b) {
+      const btSoftBody::tFaceArray& faces = bodies[b]->m_faces;
+      if (faces.size() == 0 || face < &faces[0] || face > &faces[faces.size() - 1]) continue;
+      values.insert(values.end(), {btScalar(b), btScalar(face - &faces[0])});
+    }
+  };
+  for (int i = 0; i < body.m_scontacts.size(); ++i) {
+    const btSoftBody::SContact& contact = body.m_scontacts[i];
+    add_soft(contact.m_node, contact.m_face);
+    add(values, contact.m_weights);
+    add(values, contact.m_normal);
+    values.insert(values.end(), {contact.m_margin, contact.m_friction, contact.m_cfm[0], contact.m_cfm[1]});
+  }
+  for (int i = 0; i < body.m_faceNodeContacts.size(); ++i) {
+    const btSoftBody::DeformableFaceNodeContact& contact = body.m_faceNodeContacts[i];
+    add_soft(contact.m_node, contact.m_face);
+    add(values, contact.m_bary);
+    add(values, contact.m_normal);
+    values.insert(values.end(), {contact.m_margin, contact.m_friction});
+  }
+  const auto add_rigid = [&](const btSoftBody::Node* node, const btSoftBody::sCti& contact) {
+    values.push_back(btScalar(node - &body.m_nodes[0]));
+    add(values, contact.m_normal);
+    values.push_back(contact.m_offset);
+  };
+  for (int i = 0; i < body.m_rcontacts.size(); ++i) add_rigid(body.m_rcontacts[i].m_node, body.m_rcontacts[i].m_cti);
+  for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) {
+    add_rigid(body.m_nodeRigidContacts[i].m_node, body.m_nodeRigidContacts[i].m_cti);
+  }
+  return values;
+}
+
+std::vector<btScalar> contacts_in(ForeignWorld& world) {
+  std::vector<btScalar> values;
+  for (int b = 0; b < world.bodies().size(); ++b) append(values, contacts_of(*world.bodies()[b], world.bodies()));
+  return values;
+}
+
+std::unique_ptr<btSoftBody> make_grain(btSoftBodyWorldInfo& info, const btVector3& place, btScalar speed) {
+  auto grain = std::make_unique<btSoftBody>(&info, 1, &place, nullptr);
+  grain->setTotalMass(btScalar(0.02));
+  grain->getCollisionShape()->setMargin(btScalar(0.03));
+  grain->m_cfg.collisions = btSoftBody::fCollision::SDF_RS | btSoftBody::fCollision::VF_SS;
+  grain->setVelocity(btVector3(0, -speed, 0));
+  return grain;
+}
+
+/// Two triangles that hang at two corners.
+std::unique_ptr<btSoftBody> make_plate(btSoftBodyWorldInfo& info) {
+  auto plate = make_sheet(info, {/*nodes_per_side=*/2, /*side=*/2, /*height=*/0, /*margin=*/btScalar(0.03)});
+  for (const int node : {0, 3}) plate->setMass(node, 0);
+  return plate;
+}
+
+/// Grains that fall onto a plate, and a cloth onto a rigid mesh. No body has more than one contact with faces of
+/// others, which Bullet's deformable world would take in an order that depends on all worlds before it.
+class Grains {
+ public:
+  static constexpr int kSteps = 50;
+
+  Grains(Kind kind, const MaybeSettings& of_softcds_own, btScalar speed) : foreign_(kind, of_softcds_own) {
+    triangles_.addTriangle(btVector3(-3, -1, -3), btVector3(0, -1, 6), btVector3(3, -1, -3));
+    foreign_.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles_, true), btVector3(0, 0, 0));
+    foreign_.add(make_plate(foreign_.info()));
+    for (int i = 0; i < 6; ++i) {
+      const btVector3 place(btScalar(0.1) * btScalar(i) - btScalar(0.2), btScalar(0.25) + btScalar(0.05) * btScalar(i),
+                            btScalar(0.5) - btScalar(0.02) * btScalar(i));
+      foreign_.add(make_grain(foreign_.info(), place, speed));
+    }
+    auto cloth = make_sheet(foreign_.info(), {7, btScalar(0.8), btScalar(-0.75), btScalar(0.03)});
+    cloth->translate(btVector3(btScalar(1.7), 0, btScalar(-1.7)));
+    foreign_.add(std::move(cloth));
+  }
+
+  ForeignWorld& foreign() { return foreign_; }
+  btDiscreteDynamicsWorld& world() { return foreign_.world(); }
+  void step() { foreign_.step(); }
+
+ private:
+  btTriangleMesh triangles_;
+  ForeignWorld foreign_;
+};
+
+/// And cloths with many contacts, where Bullet keeps them in order.
+class Cloths {
+ public:
+  static constexpr int kSteps = 15;
+
+  Cloths(Kind kind, const MaybeSettings& of_softcds_own, btScalar speed) : grains_(kind, of_softcds_own, speed) {
+    SheetOptions options;
+    options.nodes_per_side = 5;
+    options.height = 1;
+    options.fixed = true;
+    foreign().add(make_sheet(foreign().info(), options));
+    options.fixed = false;
+    for (const btScalar height : {btScalar(1.2), btScalar(1.3)}) {
+      options.height = height;
+      ++options.nodes_per_side;
+      options.side -= btScalar(0.1);
+      btSoftBody& cloth = foreign().add(make_sheet(foreign().info(), options));
+      cloth.setVelocity(btVector3(0, -speed, btScalar(0.2)));
+      cloth.setSelfCollision(true);
+    }
+  }
+
+  ForeignWorld& foreign() { return grains_.foreign(); }
+  btDiscreteDynamicsWorld& world() { return foreign().world(); }
+  void step() { foreign().step(); }
+
+ private:
+  Grains grains_;
+};
+
+class Attach : public testing::TestWithParam<Kind> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, Attach, kKindsOfWorld, [](const auto& parameter) { return name_of(parameter.param); });
+
+class AttachClassic : public testing::TestWithParam<Kind> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, AttachClassic, testing::Values(Kind::soft_rigid, Kind::multi_body),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+/// Runs the scene in softcd's own world of that kind, and in Bullet's with softcd attached. Returns how many values the
+/// contacts of all steps have.
+template <class Scene>
+std::size_t expect_the_same(Kind kind, const bullet::Settings& settings, btScalar speed, bool finishes_steps) {
+  Scene own(kind, settings, speed);
+  Scene bullets(kind, std::nullopt, speed);
+  Attachment attachment = attach(bullets.world(), settings);
+  std::size_t values = 0;
+  for (int step = 0; step < Scene::kSteps; ++step) {
+    SCOPED_TRACE("step " + std::to_string(step));
+    own.step();
+    bullets.step();
+    const std::vector<btScalar> contacts = contacts_in(bullets.foreign());
+    EXPECT_EQ(contacts, contacts_in(own.foreign()));
+    values += contacts.size();
+    if (finishes_steps) {
+      attachment.finish_step();
+      EXPECT_EQ(states_in(bullets.foreign()), states_in(own.foreign()));
+    }
+    if (testing::Test::HasFailure()) break;
+  }
+  attachment.detach();
+  EXPECT_EQ(states_in(bullets.foreign()), states_in(own.foreign()));
+  EXPECT_EQ(attachment.detection().contacts().failed_steps(), 0U);
+  return values;
+}
+
+TEST_P(Attach, finds_what_softcds_own_world_finds_byte_by_byte) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    for (const btScalar speed : {btScalar(1), btScalar(40)}) {
+      for (const bool finishes_steps : {false, true}) {
+        SCOPED_TRACE(testing::Message() << (detection == Detection::ccd ? "ccd, " : "dcd, ") << speed << " m/s");
+        EXPECT_GT(expect_the_same<Grains>(GetParam(), cpu_settings(detection), speed, finishes_steps), 100U);
+      }
+    }
+  }
+}
+
+TEST_P(AttachClassic, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    bullet::Settings settings = cpu_settings(detection);
+    settings.edge_contacts = EdgeContacts::respond;
+    for (const bool finishes_steps : {false, true}) {
+      EXPECT_GT(expect_the_same<Cloths>(GetParam(), settings, 10, finishes_steps), 5000U);
+    }
+  }
+}
+
+/// The deformable world's nodes are where they were in the other, so that the order in which Bullet answers does not
+/// matter.
+void put_where_others_are(ForeignWorld& world, ForeignWorld& other) {
+  for (int b = 0; b < world.bodies().size(); ++b) {
+    for (int n = 0; n < world.bodies()[b]->m_nodes.size(); ++n) {
+      btSoftBody::Node& node = world.bodies()[b]->m_nodes[n];
+      const btSoftBody::Node& from = other.bodies()[b]->m_nodes[n];
+      node.m_x = from.m_x;
+      node.m_q = from.m_q;
+      node.m_v = from.m_v;
+      node.m_vn = from.m_vn;
+      node.m_n = from.m_n;
+      node.m_f = from.m_f;
+    }
+  }
+}
+
+TEST(AttachDeformable, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    bullet::Settings settings = cpu_settings(detection);
+    settings.edge_contacts = EdgeContacts::respond;
+    Cloths own(Kind::deformable, settings, 10);
+    Cloths bullets(Kind::deformable, std::nullopt, 10);
+    const Attachment attachment = attach(bullets.world(), settings);
+    std::size_t values = 0;
+    for (int step = 0; step < Cloths::kSteps; ++step) {
+      SCOPED_TRACE("step " + std::to_string(step));
+      put_where_others_are(own.foreign(), bullets.foreign());
+      own.step();
+      bullets.step();
+      const std::vector<btScalar> contacts = contacts_in(bullets.foreign());
+      ASSERT_EQ(contacts, contacts_in(own.foreign()));
+      values += contacts.size();
+    }
+    EXPECT_GT(values, 5000U);
+  }
+}
+
+/// Steps of a world that softcd is attached to between the two numbers of steps, and of one that it never is.
+void expect_steps_as_if_never_attached(Kind kind, int first, int last, bool reattaches) {
+  Grains never(kind, std::nullopt, 1);
+  Grains bullets(kind, std::nullopt, 1);
+  std::optional<Attachment> attachment;
+  std::size_t values = 0;
+  for (int step = 0; step < 80; ++step) {
+    SCOPED_TRACE("step " + std::to_string(step));
+    if (step >= first && step < last && !attachment.has_value()) attachment = attach(bullets.world(), cpu_settings());
+    if (step == last || reattaches) attachment.reset();
+    never.step();
+    bullets.step();
+    ASSERT_EQ(contacts_in(bullets.foreign()), contacts_in(never.foreign()));
+    ASSERT_EQ(states_in(bullets.foreign()), states_in(never.foreign()));
+    values += contacts_in(never.foreign()).size();
+  }
+  EXPECT_GT(values, 100U);
+}
+
+TEST_P(Attach, a_world_whose_bodies_touched_only_after_it_was_detached_goes_on_as_if_it_had_never_been_attached) {
+  expect_steps_as_if_never_attached(GetParam(), 1, 3, /*reattaches=*/false);
+}
+
+TEST_P(Attach, and_detaching_between_any_two_steps_changes_no_byte) {
+  expect_steps_as_if_never_attached(GetParam(), 0, 80, /*reattaches=*/true);
+}
+
+/// Bullet's face and node trees anew, as their shapes decide about the order of contacts.
+void renew_trees(ForeignWorld& world) {
+  for (int b = 0; b < world.bodies().size(); ++b) {
+    btSoftBody& body = *world.bodies()[b];
+    body.rebuildNodeTree();
+    if (body.m_faces.size() > 0) body.initializeFaceTree();
+  }
+}
+
+TEST_P(Attach, a_world_detached_in_mid_contact_goes_on_as_one_never_attached_in_that_state) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    Grains bullets(GetParam(), std::nullopt, 1);
+    Grains never(GetParam(), std::nullopt, 1);
+    Attachment attachment = attach(bullets.world(), cpu_settings(detection));
+    const int steps = GetParam() == Kind::deformable ? 50 : 14;
+    for (int step = 0; step < steps; ++step) bullets.step();
+    EXPECT_GT(attachment.detection().contacts().statistics().vt_contacts, 0U);
+    attachment.detach();
+    never.step();  // Bullet prepares bodies in their first step.
+    put_where_others_are(never.foreign(), bullets.foreign());
+    renew_trees(bullets.foreign());
+    renew_trees(never.foreign());
+    std::size_t values = 0;
+    for (int step = 0; step < 60; ++step) {
+      SCOPED_TRACE("step " + std::to_string(step));
+      bullets.step();
+      never.step();
+      ASSERT_EQ(contacts_in(bullets.foreign()), contacts_in(never.foreign()));
+      ASSERT_EQ(states_in(bullets.foreign()), states_in(never.foreign()));
+      values += contacts_in(never.foreign()).size();
+    }
+    EXPECT_GT(values, 100U);
+  }
+}
+
+/// A held sheet and a free one within its reach, where Bullet's classic solver leaves it, or above it.
+struct Sheets {
+  ForeignWorld foreign;
+  btSoftBody* held;
+  btSoftBody* free;
+
+  explicit Sheets(Kind kind, btScalar height = btScalar(0.08), const MaybeSettings& of_softcds_own = std::nullopt)
+      : foreign(kind, of_softcds_own) {
+    SheetOptions options;
+    options.nodes_per_side = 4;
+    options.fixed = true;
+    held = &foreign.add(make_sheet(foreign.info(), options));
+    options.fixed = false;
+    options.nodes_per_side = 5;
+    options.side = btScalar(0.7);
+    options.height = height;
+    free = &foreign.add(make_sheet(foreign.info(), options));
+    for (btSoftBody* body : {held, free}) body->m_cfg.piterations = 0;
+    if (kind != Kind::deformable) foreign.info().m_gravity.setZero();
+  }
+  btDiscreteDynamicsWorld& world() { return foreign.world(); }
+  void step() { foreign.step(); }
+};
+
+std::uint64_t found_by(const Attachment& attachment) {
+  return attachment.detection().contacts().statistics().vt_contacts;
+}
+
+std::uint64_t failed_steps_of(const Attachment& attachment) {
+  return attachment.detection().contacts().failed_steps();
+}
+
+TEST_P(Attach, says_what_it_cannot_do) {
+  Sheets sheets(GetParam());
+  const Attachment attachment = attach(sheets.world(), cpu_settings());
+  std::vector<Limit> limits;
+  for (const bullet::Limitation& limitation : attachment.limitations()) {
+    limits.push_back(limitation.limit);
+    EXPECT_THAT(std::string(limitation.text), testing::EndsWith("."));
+  }
+  const Limit other = GetParam() == Kind::deformable ? Limit::no_impulses_between_soft_bodies : Limit::ends_steps_late;
+  EXPECT_THAT(limits, testing::UnorderedElementsAre(Limit::updates_trees, other));
+}
+
+TEST_P(Attach, refuses_worlds_that_softcd_is_in_already) {
+  Sheets sheets(GetParam());
+  std::optional<Attachment> attachment = attach(sheets.world(), cpu_settings());
+  EXPECT_THROW((void)attach(sheets.world(), cpu_settings()), InvalidInput);
+  EXPECT_TRUE(attachment->is_attached());
+  sheets.step();
+  EXPECT_GT(found_by(*attachment), 0U);
+  attachment->detach();
+  EXPECT_FALSE(attachment->is_attached());
+  attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_GT(found_by(*attachment), 0U);
+  Sheets own(GetParam(), 1, cpu_settings());
+  EXPECT_THROW((void)attach(own.world(), cpu_settings()), InvalidInput);
+}
+
+TEST(Attach, refuses_a_world_under_softcds_dispatcher_and_one_without_soft_bodies) {
+  btSoftBodyRigidBodyCollisionConfiguration configuration;
+  btSequentialImpulseConstraintSolver solver;
+  bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
+  bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
+  btSoftRigidDynamicsWorld detected(&dispatcher, &broadphase, &solver, &configuration);
+  EXPECT_THROW((void)attach(detected, cpu_settings()), InvalidInput);
+  btDbvtBroadphase plain;
+  btDiscreteDynamicsWorld rigid(&dispatcher, &plain, &solver, &configuration);
+  EXPECT_THROW((void)attach(rigid, cpu_settings()), InvalidInput);
+  EXPECT_EQ(rigid.getBroadphase(), &plain);
+}
+
+/// An app's own dispatcher, which processes pairs itself.
+struct PassingBy : btCollisionDispatcher {
+  using btCollisionDispatcher::btCollisionDispatcher;
+  void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info, btDispatcher*) override {
+    for (int i = 0; i < pairs->getNumOverlappingPairs(); ++i) {
+      getNearCallback()(pairs->getOverlappingPairArrayPtr()[i], *this, info);
+    }
+  }
+};
+
+template <class Dispatcher>
+class UnderDispatcher : public testing::Test {};
+using PassingDispatchers = testing::Types<PassingBy, btCollisionDispatcherMt>;
+TYPED_TEST_SUITE(UnderDispatcher, PassingDispatchers);
+
+TYPED_TEST(UnderDispatcher, that_passes_the_pair_cache_by_attached_softcd_leaves_rigid_meshes_alone) {
+  btSetTaskScheduler(btGetSequentialTaskScheduler());  // Bullet's multithreaded one requires one
+  constexpr bool kIsKnown = std::is_same_v<TypeParam, btCollisionDispatcherMt>;
+  std::vector<std::string> said;
+  bullet::Settings settings = cpu_settings();
+  settings.log = [&](LogLevel, std::string_view text) { said.emplace_back(text); };
+  OwnWorld own;
+  own.dispatcher = std::make_unique<TypeParam>(&own.configuration);
+  own.make(std::nullopt);
+  btSoftBodyRigidBodyCollisionConfiguration configuration;
+  btSequentialImpulseConstraintSolver solver;
+  TypeParam dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSoftRigidDynamicsWorld classic(&dispatcher, &broadphase, &solver, &configuration);
+  classic.getWorldInfo().m_gravity.setZero();
+  const auto is_last_limit = [](const Attachment& attachment) {
+    return (attachment.limitations().end() - 1)->limit == Limit::leaves_rigid_meshes;
+  };
+
+  Attachment to_classic = attach(classic, settings);
+  Attachment to_deformable = attach(*own.world, settings);
+  std::vector<std::unique_ptr<btSoftBody>> sheets;
+  for (const btScalar height : {btScalar(0), btScalar(0.03)}) {
+    own.add(make_small_sheet(own.world->getWorldInfo(), height));
+    sheets.push_back(make_small_sheet(classic.getWorldInfo(), height));
+    sheets.back()->m_cfg.piterations = 0;
+    classic.addSoftBody(sheets.back().get());
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(is_last_limit(to_classic), kIsKnown || i > 0);
+    own.world->stepSimulation(kShortStep, 0);
+    classic.stepSimulation(kStep, 0);
+    EXPECT_EQ(sheets[0]->m_scontacts.size() + sheets[1]->m_scontacts.size(), int(found_by(to_classic)));
+    EXPECT_EQ(count_contacts(own.world->getSoftBodyArray()), int(found_by(to_deformable)));
+    EXPECT_GT(found_by(to_classic), 0U);
+    EXPECT_GT(found_by(to_deformable), 0U);
+  }
+  EXPECT_TRUE(is_last_limit(to_deformable));
+  EXPECT_EQ(to_classic.detection().rigid_meshes().failed_steps(), kIsKnown ? 0U : 1U);
+  EXPECT_EQ(said.size(), kIsKnown ? 0U : 2U);
+  to_deformable.detach();
+  to_classic.detach();
+  for (const auto& sheet : sheets) classic.removeSoftBody(sheet.get());
+}
+
+/// Of a world's tick callbacks.
+struct Ticks {
+  int before = 0, after = 0;
+  std::function<void()> on_before, on_after;
+
+  void set_in(btDynamicsWorld& world) {
+    world.setInternalTickCallback(count<&Ticks::before, &Ticks::on_before>, this, /*isPreTick=*/true);
+    world.setInternalTickCallback(count<&Ticks::after, &Ticks::on_after>, this, /*isPreTick=*/false);
+  }
+
+ private:
+  template <int Ticks::*counter, std::function<void()> Ticks::*on>
+  static void count(btDynamicsWorld* world, btScalar) {
+    auto& ticks = *static_cast<Ticks*>(world->getWorldUserInfo());
+    ++(ticks.*counter);
+    if (ticks.*on) (ticks.*on)();
+  }
+};
+
+TEST_P(Attach, calls_the_apps_tick_callbacks_and_gives_them_back) {
+  Sheets sheets(GetParam());
+  Ticks ticks;
+  ticks.set_in(sheets.world());
+  btBroadphaseInterface* const broadphase = sheets.world().getBroadphase();
+  std::optional<Attachment> attachment = attach(sheets.world(), cpu_settings());
+  EXPECT_NE(sheets.world().getBroadphase(), broadphase);
+  const btScalar step = sheets.foreign.step_length();
+  EXPECT_EQ(sheets.world().stepSimulation(3 * step + step / 8, 10, step), 3);
+  EXPECT_EQ(ticks.before, 3);
+  EXPECT_EQ(ticks.after, 3);
+  EXPECT_GT(found_by(*attachment), 0U);
+  attachment.reset();
+  EXPECT_EQ(sheets.world().getBroadphase(), broadphase);
+  EXPECT_EQ(sheets.world().getWorldUserInfo(), &ticks);
+  sheets.step();
+  EXPECT_EQ(ticks.before, 4);
+  EXPECT_EQ(ticks.after, 4);
+}
+
+TEST_P(Attach, goes_on_when_the_app_sets_tick_callbacks_meanwhile) {
+  Sheets sheets(GetParam());
+  Attachment attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
+  sheets.step();
+  Ticks ticks;
+  ticks.set_in(sheets.world());
+  for (int i = 1; i <= 3; ++i) {
+    sheets.step();
+    EXPECT_EQ(ticks.before, i);
+    EXPECT_EQ(ticks.after, i);
+    EXPECT_GT(found_by(attachment), 0U);
+    EXPECT_EQ(failed_steps_of(attachment), 0U);
+    EXPECT_EQ(attachment.detection().crossings().failed_steps(), GetParam() == Kind::deformable ? 0U : 1U);
+  }
+  attachment.finish_step();
+  ticks.set_in(sheets.world());
+  sheets.step();
+  EXPECT_LE(attachment.detection().crossings().failed_steps(), 1U) << "where the step was finished, nothing is missed";
+  Ticks others;
+  others.set_in(sheets.world());
+  attachment.detach();
+  sheets.step();
+  EXPECT_EQ(others.before, 1) << "those that were set last stay";
+  EXPECT_EQ(ticks.before, 4);
+}
+
+TEST_P(Attach, begins_and_ends_between_substeps) {
+  for (const bool before : {false, true}) {
+    Sheets sheets(GetParam());
+    Ticks ticks;
+    ticks.set_in(sheets.world());
+    std::optional<Attachment> attachment;
+    std::vector<std::uint64_t> found;
+    const auto on_tick = [&] {
+      found.push_back(attachment.has_value() && attachment->is_attached() ? found_by(*attachment) : 0);
+      if (found.size() == 2) attachment = attach(sheets.world(), cpu_settings());
+      if (found.size() == 5) attachment->detach();
+    };
+    (before ? ticks.on_before : ticks.on_after) = on_tick;
+    const btScalar step = sheets.foreign.step_length();
+    EXPECT_EQ(sheets.world().stepSimulation(7 * step + step / 8, 10, step), 7);
+    ASSERT_EQ(found.size(), 7U);
+    EXPECT_GT(found[3], 0U);
+    EXPECT_GT(found[4], 0U);
+    EXPECT_EQ(ticks.before, 7);
+    EXPECT_EQ(ticks.after, 7);
+    EXPECT_EQ(failed_steps_of(*attachment), 0U);
+    EXPECT_FALSE(contacts_in(sheets.foreign).empty());
+    sheets.step();
+  }
+}
+
+/// An app's action.
+struct Action : btActionInterface {
+  std::function<void()> on_update;
+  void updateAction(btCollisionWorld*, btScalar) override { on_update(); }
+  void debugDraw(btIDebugDraw*) override {}
+};
+
+TEST_P(Attach, begins_and_ends_in_actions) {
+  Sheets sheets(GetParam());
+  Action action;
+  std::optional<Attachment> attachment;
+  int updates = 0;
+  action.on_update = [&] {
+    if (++updates == 2) attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
+    if (updates == 4) {
+      EXPECT_GT(found_by(*attachment), 0U);
+    }
+    if (updates == 5) attachment->detach();
+  };
+  sheets.world().addAction(&action);
+  for (int i = 0; i < 7; ++i) sheets.step();
+  EXPECT_EQ(updates, 7);
+  EXPECT_EQ(failed_steps_of(*attachment), 0U);
+  EXPECT_FALSE(contacts_in(sheets.foreign).empty());
+  sheets.world().removeAction(&action);
+}
+
+TEST_P(Attach, follows_bodies_that_come_and_go) {
+  bullet::Settings settings = reading(ReadOut::impulses, Detection::ccd);
+  Sheets sheets(GetParam(), 5);
+  const Attachment attachment = attach(sheets.world(), settings);
+  const auto add = [&] {
+    SheetOptions options;
+    options.nodes_per_side = 5;
+    options.height = btScalar(0.08);
+    return &sheets.foreign.add(make_sheet(sheets.foreign.info(), options));
+  };
+  sheets.step();
+  EXPECT_EQ(found_by(attachment), 0U);
+  for (int i = 0; i < 3; ++i) {
+    btSoftBody* added = add();
+    sheets.step();
+    EXPECT_GT(found_by(attachment), 0U);
+    const std::unique_ptr<btSoftBody> removed = sheets.foreign.remove(*added);
+    const auto flags = removed->m_cfg.collisions;
+    EXPECT_NE(flags & (btSoftBody::fCollision::VF_SS | btSoftBody::fCollision::VF_DD), 0);
+  }
+  sheets.step();
+  EXPECT_EQ(found_by(attachment), 0U);
+  EXPECT_EQ(failed_steps_of(attachment), 0U);
+}
+
+/// Bullet's build of face trees, quadratic in the faces, never ends for faces that no links connect.
+TEST_P(Attach, spares_bodies_that_come_the_build_of_face_trees_until_it_is_detached) {
+  Sheets sheets(GetParam());
+  Attachment attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_TRUE(sheets.free->m_fdbvt.empty());
+  attachment.detach();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  sheets.step();
+  EXPECT_FALSE(contacts_in(sheets.foreign).empty()) << "Bullet's own";
+}
+
+TEST_P(Attach, may_be_destroyed_before_the_world) {
+  Sheets sheets(GetParam());
+  btBroadphaseInterface* const broadphase = sheets.world().getBroadphase();
+  {
+    Attachment first = attach(sheets.world(), cpu_settings(Detection::ccd));
+    sheets.step();
+    const Attachment second = std::move(first);
+    EXPECT_TRUE(second.is_attached());
+    EXPECT_FALSE(first.is_attached());  // NOLINT(bugprone-use-after-move): what it says then
+  }
+  EXPECT_EQ(sheets.world().getBroadphase(), broadphase);
+  sheets.step();
+}
+
+TEST_P(AttachClassic, notices_a_world_that_is_destroyed_with_bodies_in_it) {
+  Sheets sheets(GetParam());
+  Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses, Detection::ccd));
+  sheets.step();
+  sheets.foreign.destroy_world();
+  EXPECT_FALSE(attachment.is_attached());
+  attachment.finish_step();
+  attachment.detach();
+  EXPECT_NE(sheets.free->m_cfg.collisions & btSoftBody::fCollision::VF_SS, 0);
+  for (const bullet::BodyPairContacts& pair : attachment.detection().body_contacts()) EXPECT_EQ(pair.a, nullptr);
+}
+
+TEST(AttachDeformable, notices_a_world_that_is_destroyed_with_bodies_in_it) {
+  OwnWorld own;
+  own.make(std::nullopt);
+  for (const btScalar height : {btScalar(0), btScalar(0.03)}) {
+    own.add(make_small_sheet(own.world->getWorldInfo(), height));
+  }
+  btSoftBodyWorldInfo info = own.world->getWorldInfo();
+  Attachment attachment = attach(*own.world, cpu_settings());
+  own.world->stepSimulation(kShortStep, 0);
+  EXPECT_GT(found_by(attachment), 0U);
+  own.world.reset();
+  EXPECT_FALSE(attachment.is_attached());
+  attachment.detach();
+  own.bodies.clear();
+}
+
+TEST_P(AttachClassic, ends_a_step_when_the_next_begins_or_finish_step_is_called) {
+  const auto run = [&](bool finishes_steps) {
+    Sheets sheets(GetParam(), btScalar(0.3));
+    for (btSoftBody* body : {sheets.held, sheets.free}) body->m_cfg.piterations = 0;  // answers no contacts
+    sheets.free->setVelocity(btVector3(0, -40, 0));
+    Attachment attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
+    sheets.step();
+    EXPECT_LT(mean_height(*sheets.free), 0) << "where Bullet's solver has left it";
+    EXPECT_EQ(attachment.detection().crossing_answers().impacts, 0U);
+    if (finishes_steps) {
+      attachment.finish_step();
+      EXPECT_GT(lowest_height(*sheets.free), 0);
+      EXPECT_GT(attachment.detection().crossing_answers().impacts, 0U);
+    }
+    sheets.step();
+    attachment.detach();
+    EXPECT_GT(lowest_height(*sheets.free), 0);
+    return states_in(sheets.foreign);
+  };
+  EXPECT_EQ(run(true), run(false));
+}
+
+/// What the app changes before a step is finished: bodies are other ones, and have other faces.
+TEST_P(AttachClassic, finishes_a_step_with_bodies_that_are_no_more_what_they_were) {
+  Sheets sheets(GetParam(), btScalar(0.08));
+  const Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses, Detection::ccd));
+  sheets.step();
+  sheets.foreign.remove(*sheets.free).reset();
+  SheetOptions options;
+  options.nodes_per_side = 7;
+  options.height = btScalar(0.07);
+  sheets.free = &sheets.foreign.add(make_sheet(sheets.foreign.info(), options));
+  sheets.step();
+  sheets.free->appendNode(btVector3(0, 1, 0), 1);
+  sheets.free->appendFace(0, 1, sheets.free->m_nodes.size() - 1);
+  sheets.step();
+  EXPECT_GT(found_by(attachment), 0U);
+  EXPECT_EQ(failed_steps_of(attachment) + attachment.detection().crossings().failed_steps(), 0U);
+}
+
+TEST_P(Attach, knows_impulses_as_far_as_it_says) {
+  bullet::Settings settings = reading(ReadOut::impulses);
+  Sheets own(GetParam(), btScalar(0.08), settings);
+  Sheets bullets(GetParam());
+  for (btSoftBody* body : {own.free, bullets.free}) body->m_cfg.piterations = 4;
+  int callbacks = 0;
+  settings.on_contacts = [&](const std::vector<bullet::BodyPairContacts>&) { ++callbacks; };
+  Attachment attachment = attach(bullets.world(), settings);
+  for (int i = 1; i <= 3; ++i) {
+    own.step();
+    bullets.step();
+    attachment.finish_step();
+    EXPECT_EQ(callbacks, i);
+    const std::vector<bullet::BodyPairContacts>& pairs = attachment.detection().body_contacts();
+    const std::vector<bullet::BodyPairContacts>& expected = own.foreign.own_detection()->body_contacts();
+    ASSERT_EQ(pairs.size(), 1U);
+    ASSERT_EQ(expected.size(), 1U);
+    EXPECT_TRUE(expected[0].has_impulses);
+    EXPECT_EQ(pairs[0].has_impulses, GetParam() != Kind::deformable);
+    if (!pairs[0].has_impulses) continue;
+    EXPECT_EQ(pairs[0].impulse_a, expected[0].impulse_a);
+    EXPECT_EQ(pairs[0].impulse_b, expected[0].impulse_b);
+    EXPECT_TRUE(i > 1 || pairs[0].impulse_a.length() + pairs[0].impulse_b.length() > 0);
+  }
+}
+
+TEST_P(Attach, knows_the_impulses_of_rigid_objects) {
+  Sheets sheets(GetParam(), btScalar(1));
+  sheets.free->m_cfg.piterations = 4;
+  sheets.free->setVelocity(btVector3(0, -1, 0));
+  sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
+                           btVector3(0, btScalar(0.87), 0));
+  Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses));
+  sheets.step();
+  attachment.finish_step();
+  const std::vector<bullet::BodyPairContacts>& pairs = attachment.detection().body_contacts();
+  ASSERT_EQ(pairs.size(), 1U);
+  EXPECT_TRUE(pairs[0].has_impulses);
+  EXPECT_GT(pairs[0].impulse_a.y(), 0);
+}
+
+TEST_P(Attach, leaves_contacts_with_convex_objects_as_they_are_in_softcds_own_world_but_for_their_order) {
+  const auto nodes_in_contact = [&](const MaybeSettings& of_softcds_own) {
+    Sheets sheets(GetParam(), btScalar(1), of_softcds_own);
+    sheets.free->setVelocity(btVector3(0, -1, 0));
+    sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.3), btScalar(0.1), btScalar(0.3))),
+                             btVector3(btScalar(0.1), btScalar(0.87), 0));
+    std::optional<Attachment> attachment;
+    if (!of_softcds_own.has_value()) attachment = attach(sheets.world(), cpu_settings());
+    sheets.step();
+    const btSoftBody& body = *sheets.free;
+    std::multiset<const btSoftBody::Node*> nodes;
+    for (int i = 0; i < body.m_rcontacts.size(); ++i) nodes.insert(body.m_rcontacts[i].m_node);
+    for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) nodes.insert(body.m_nodeRigidContacts[i].m_node);
+    std::vector<std::ptrdiff_t> indices;
+    for (const btSoftBody::Node* node : nodes) indices.push_back(node - &body.m_nodes[0]);
+    return indices;
+  };
+  const std::vector<std::ptrdiff_t> attached = nodes_in_contact(std::nullopt);
+  EXPECT_GT(attached.size(), 3U);
+  EXPECT_LT(attached.size(), 25U);
+  EXPECT_EQ(attached, nodes_in_contact(cpu_settings()));
+}
+
+/// A step in which softcd fails has Bullet's own contacts, and one that an app's exception leaves is no obstacle.
+TEST_P(Attach, goes_on_after_exceptions) {
+  Sheets sheets(GetParam());
+  std::vector<std::string> said;
+  bullet::Settings settings = cpu_settings(Detection::ccd);
+  settings.log = [&](LogLevel, std::string_view text) {
+    said.emplace_back(text);
+    if (text.find("finite") != std::string_view::npos) throw Error("from the log");
+  };
+  Attachment attachment = attach(sheets.world(), settings);
+  sheets.step();
+  btSoftBody::Node& node = sheets.free->m_nodes[sheets.free->m_nodes.size() - 1];
+  const btVector3 place = node.m_x;
+  node.m_x.setX(std::numeric_limits<btScalar>::quiet_NaN());
+  EXPECT_NO_THROW(sheets.step());
+  EXPECT_EQ(failed_steps_of(attachment), 1U);
+  EXPECT_FALSE(said.empty());
+  EXPECT_FALSE(contacts_in(sheets.foreign).empty()) << "Bullet's own";
+  node.m_x = node.m_q = place;
+  node.m_v.setZero();
+  sheets.foreign.dispatcher().setNearCallback(
+      [](btBroadphasePair&, btCollisionDispatcher&, const btDispatcherInfo&) { throw std::domain_error("the app's"); });
+  EXPECT_THROW(sheets.step(), std::domain_error);
+  sheets.foreign.dispatcher().setNearCallback(btCollisionDispatcher::defaultNearCallback);
+  sheets.foreign.remove(*sheets.free).reset();
+  SheetOptions options;
+  options.height = btScalar(0.08);
+  sheets.free = &sheets.foreign.add(make_sheet(sheets.foreign.info(), options));
+  sheets.step();
+  EXPECT_EQ(failed_steps_of(attachment), 1U);
+  EXPECT_GT(found_by(attachment), 0U);
+}
+
+TEST_P(Attach, lets_an_action_throw) {
+  Sheets sheets(GetParam());
+  Action action;
+  action.on_update = [] { throw std::domain_error("the app's"); };
+  sheets.world().addAction(&action);
+  Attachment attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
+  EXPECT_THROW(sheets.step(), std::domain_error);
+  action.on_update = [] {};
+  bullet::give_face_tree(*sheets.free);
+  sheets.step();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  EXPECT_GT(found_by(attachment), 0U);
+  action.on_update = [] { throw std::domain_error("the app's"); };
+  EXPECT_THROW(sheets.step(), std::domain_error);
+  attachment.detach();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  sheets.world().removeAction(&action);
+}
+
+TEST_P(Attach, may_throw_an_error_where_that_is_asked_for) {
+  Sheets sheets(GetParam());
+  bullet::Settings settings = cpu_settings();
+  settings.on_error = OnError::throw_error;
+  settings.log = [&](LogLevel, std::string_view) { throw Error("from the log"); };
+  const Attachment attachment = attach(sheets.world(), settings);
+  sheets.free->m_nodes[0].m_x.setX(std::numeric_limits<btScalar>::quiet_NaN());
+  EXPECT_THROW(sheets.step(), Error);
+}
+
+/// softcd builds bodies that touch rigid objects with their faces a tree, which has no twin with normals.
+TEST(AttachDeformable, gives_back_trees_in_which_bullet_finds_contacts_within_a_body) {
+  Sheets sheets(Kind::deformable);
+  sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
+                           btVector3(0, btScalar(0.22), 0));
+  sheets.free->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+  Attachment attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  EXPECT_GT(sheets.free->m_faceRigidContacts.size(), 0);
+  attachment.detach();
+  EXPECT_NE(sheets.free->m_fdbvnt, nullptr);
+}
+
+/// Vehicles do.
+TEST(AttachDeformable, casts_rays_in_actions_at_the_trees_that_there_are) {
+  Sheets sheets(Kind::deformable);
+  Action action;
+  btCollisionWorld::ClosestRayResultCallback hit(btVector3(0, 3, 0), btVector3(0, -3, 0));
+  action.on_update = [&] { sheets.world().rayTest(btVector3(0, 3, 0), btVector3(0, -3, 0), hit); };
+  sheets.world().addAction(&action);
+  bullet::give_face_tree(*sheets.free);
+  sheets.step();
+  const btDbvtNode* const tree = sheets.free->m_fdbvt.m_root;
+  const Attachment attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_TRUE(hit.hasHit());
+  EXPECT_EQ(hit.m_collisionObject, sheets.free);
+  EXPECT_EQ(sheets.free->m_fdbvt.m_root, tree);
+  sheets.world().removeAction(&action);
+}
+
+TEST(AttachDeformable, keeps_a_tree_that_an_app_has_built_while_its_own_was_out_of_sight) {
+  Sheets sheets(Kind::deformable);
+  Action action;
+  action.on_update = [&] {
+    btSoftBody::sRayCast hit;
+    EXPECT_TRUE(sheets.free->rayFaceTest(btVector3(0, 3, 0), btVector3(0, -3, 0), hit));
+  };
+  sheets.world().addAction(&action);
+  sheets.step();
+  const Attachment attachment = attach(sheets.world(), cpu_settings());
+  for (int i = 0; i < 3; ++i) sheets.step();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  EXPECT_GT(found_by(attachment), 0U);
+  sheets.world().removeAction(&action);
+}
+
+TEST(AttachDeformable, leaves_anchored_nodes_where_anchors_hold_them) {
+  const auto run = [](const MaybeSettings& of_softcds_own) {
+    Sheets sheets(Kind::deformable, btScalar(0.3), of_softcds_own);
+    btRigidBody& box = sheets.foreign.add_rigid(
+        std::make_unique<btBoxShape>(btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05))),
+        btVector3(btScalar(-0.3), btScalar(0.3), btScalar(-0.3)));
+    sheets.free->appendDeformableAnchor(0, &box);
+    sheets.free->setVelocity(btVector3(0, -90, 0));
+    std::optional<Attachment> attachment;
+    if (!of_softcds_own.has_value()) attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
+    sheets.step();
+    const std::uint64_t impacts =
+        (attachment.has_value() ? attachment->detection() : *sheets.foreign.own_detection()).crossing_answers().impacts;
+    EXPECT_GT(impacts, 0U);
+    return states_in(sheets.foreign);
+  };
+  EXPECT_EQ(run(std::nullopt), run(cpu_settings(Detection::ccd)));
+}
+
+}  // namespace
+}  // namespace softcd::test
