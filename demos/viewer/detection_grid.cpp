@@ -39,7 +39,8 @@ class RecordingBackend : public CpuBackend {
     record_.splits = copy_of(count_children.splits, splits.get());
   }
 
-  void for_each_append(const char* label, Count entries, const PrepareEntry<ExactControl>& prepare_entry,
+  template <bool kSwept>
+  void for_each_append(const char* label, Count entries, const PrepareEntry<ExactControl, kSwept>& prepare_entry,
                        Appender<CountTarget> cells) {
     CpuBackend::for_each_append(label, entries, prepare_entry, cells);
     record_.keys = copy_of(prepare_entry.keys, entries.get());
