@@ -127,7 +127,9 @@ struct Collection {
     sheets.simulation().add_static_box(btVector3(1, 1, 1), btVector3(0, -1, 0));
     sheets.lower().appendNote("note", btVector3(0, 0, 0), &sheets.lower().m_nodes[0]);
     sheets.upper().setMass(0, 0);
-    clustered.balls[0]->appendLinearJoint(btSoftBody::LJoint::Specs(), clustered.balls[1]);
+    btSoftBody::LJoint::Specs joint;
+    joint.position = btVector3(btScalar(5.45), 0, 0);
+    clustered.balls[0]->appendLinearJoint(joint, clustered.balls[1]);
     for (int i = 0; i < 2; ++i) sheets.step();
   }
   btDiscreteDynamicsWorld& world() { return sheets.simulation().world(); }
