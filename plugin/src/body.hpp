@@ -35,7 +35,9 @@ struct Body {
   Place vertices, triangles, edges;
   BodyPositions positions;
 
-  std::vector<std::uint32_t> stray_vertices;  ///< that are not finite, ascending; their triangles are left out
+  /// Not finite where the detection that was prepared last looks, ascending; their triangles are left out.
+  std::vector<std::uint32_t> stray_vertices;
+  std::vector<std::uint32_t> named_strays;  ///< of these since there were none, ascending: in warnings
   std::uint64_t left_out_triangles = 0;
 
   /// The features of triangles that share a vertex are on the scene's lists, or are too many for that; by this

@@ -35,6 +35,10 @@ std::string positions_problem(BodyId id, const Positions& positions) {
                      id.value, positions.count() * position_size(positions));
 }
 
+LookedAt looked_at_by(const QueryOptions& options) {
+  return {looks_at_t0(options), looks_at_t1(options), measures_moves(options)};
+}
+
 }  // namespace
 
 SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories)
@@ -154,7 +158,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
 /// Everything that a detection needs, but for the detector's start.
 void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs) {
   const QueryOptions& options = query.options_;
-  store_.settle(looked_at());
+  store_.settle(looked_at(), looked_at_by(options));
   warn_of_strays();
   const std::vector<Body>& bodies = store_.bodies();
   const SceneSize size = count_elements(detection.statistics);
@@ -177,8 +181,10 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
 LookedAt SceneCore::looked_at() const {
   LookedAt result;
   for (const QueryCore* query : queries_) {
-    result.t0 |= looks_at_t0(query->options_);
-    result.moves |= measures_moves(query->options_);
+    const LookedAt by_query = looked_at_by(query->options_);
+    result.t0 |= by_query.t0;
+    result.t1 |= by_query.t1;
+    result.moves |= by_query.moves;
   }
   return result;
 }

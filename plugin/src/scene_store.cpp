@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 #include "validation.hpp"
@@ -144,11 +145,11 @@ void SceneStore::resize(const Sizes& sizes) noexcept {
   for_each_array([&](auto& array, const Kind& kind) { array.resize(sizes.*kind.size); });
 }
 
-void SceneStore::settle(const LookedAt& looked_at) {
+void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next) {
   newly_left_out_.clear();
   lay_out();
-  read_positions(looked_at);
-  leave_out_strays(looked_at.needs_t0());
+  read_positions(by_scene);
+  leave_out_strays(by_next);
   list_neighbours();
 }
 
@@ -314,6 +315,7 @@ void SceneStore::place_mesh(std::uint32_t index) {
   body.new_mesh.reset();
   body.is_placed = true;
   body.stray_vertices.clear();
+  body.named_strays.clear();
   body.left_out_triangles = 0;
   drop_neighbours(body);
   fill_rest(index);
@@ -409,26 +411,38 @@ void SceneStore::read_in_parallel(Vec3d origin, bool needs_t0) {
   }
 }
 
-std::vector<std::uint32_t> SceneStore::strays_of(const Body& body, bool t0) const {
+std::vector<std::uint32_t> SceneStore::strays_of(const Body& body, const LookedAt& looked_at) const {
   std::vector<std::uint32_t> strays;
   const StepSurvey& survey = body.positions.survey();
-  const bool has_strays = survey.t1.stray_count > 0 || (t0 && survey.t0.stray_count > 0);
-  if (!body.positions.are_set() || !has_strays) return strays;
+  const bool t0 = looked_at.needs_t0() && survey.t0.stray_count > 0;
+  const bool t1 = looked_at.needs_t1() && survey.t1.stray_count > 0;
+  if (!body.positions.are_set() || (!t0 && !t1)) return strays;
   for (std::uint32_t i = 0; i < body.vertices.count; ++i) {
     const std::uint32_t v = body.vertices.first + i;
-    if (!is_finite(x_t1_.data()[v]) || (t0 && !is_finite(x_t0_.data()[v]))) strays.push_back(i);
+    if ((t0 && !is_finite(x_t0_.data()[v])) || (t1 && !is_finite(x_t1_.data()[v]))) strays.push_back(i);
   }
   return strays;
 }
 
-void SceneStore::leave_out_strays(bool t0) {
+void SceneStore::leave_out_strays(const LookedAt& looked_at) {
   for (Body& body : bodies_) {
     if (body.is_removed) continue;
-    std::vector<std::uint32_t> strays = strays_of(body, t0);
-    if (strays == body.stray_vertices) continue;
-    if (!strays.empty()) newly_left_out_.push_back(&body);
-    leave_out(body, std::move(strays));
+    std::vector<std::uint32_t> strays = strays_of(body, looked_at);
+    name_strays(body, strays);
+    if (strays != body.stray_vertices) leave_out(body, std::move(strays));
   }
+}
+
+/// Queries that look at other ends of the step take turns: what one has named another need not name again.
+void SceneStore::name_strays(Body& body, const std::vector<std::uint32_t>& strays) {
+  std::vector<std::uint32_t>& named = body.named_strays;
+  const StepSurvey& survey = body.positions.survey();
+  if (survey.t0.stray_count == 0 && survey.t1.stray_count == 0) named.clear();
+  if (std::includes(named.begin(), named.end(), strays.begin(), strays.end())) return;
+  newly_left_out_.push_back(&body);
+  std::vector<std::uint32_t> all;
+  std::set_union(named.begin(), named.end(), strays.begin(), strays.end(), std::back_inserter(all));
+  named = std::move(all);
 }
 
 /// Triangles with a stray vertex own nothing and take no part; their other vertices and edges pass to neighbours.

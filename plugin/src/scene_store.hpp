@@ -11,9 +11,11 @@ namespace softcd {
 /// What a scene's queries look at, beside t1.
 struct LookedAt {
   bool t0 = false;     ///< contacts there, or on the way from there
-  bool moves = false;  ///< how far vertices have moved from there
+  bool t1 = false;     ///< contacts there, or on the way to there
+  bool moves = false;  ///< how far vertices move from one to the other
 
   bool needs_t0() const { return t0 || moves; }
+  bool needs_t1() const { return t1 || moves; }
 };
 
 /// How many bodies, and elements of theirs.
@@ -41,11 +43,11 @@ class SceneStore {
     x_t1_.share();
   }
 
-  /// Brings the arrays up to date; nothing reads them meanwhile. Where vertices are not finite, and how far away the
-  /// scene is, counts where it is looked at. Whatever is thrown, the caller's memory is not needed afterwards, and the
-  /// next call goes on.
-  void settle(const LookedAt& looked_at);
-  /// The bodies with vertices that are not finite, others than before the last settle().
+  /// Brings the arrays up to date; nothing reads them meanwhile. How far away the scene is counts where any of its
+  /// queries looks, where vertices are not finite where the next detection does. Whatever is thrown, the caller's
+  /// memory is not needed afterwards, and the next call goes on.
+  void settle(const LookedAt& by_scene, const LookedAt& by_next);
+  /// The bodies with vertices that are not finite, and were not said to be before the last settle().
   const std::vector<const Body*>& newly_left_out() const { return newly_left_out_; }
 
   /// Ascending ids, removed ones included: their places here are their numbers in triangle_body and vertex_body.
@@ -100,8 +102,9 @@ class SceneStore {
   void read_new_positions(Vec3d origin, bool needs_t0);
   void read_in_parallel(Vec3d origin, bool needs_t0);
 
-  std::vector<std::uint32_t> strays_of(const Body& body, bool t0) const;
-  void leave_out_strays(bool t0);
+  std::vector<std::uint32_t> strays_of(const Body& body, const LookedAt& looked_at) const;
+  void leave_out_strays(const LookedAt& looked_at);
+  void name_strays(Body& body, const std::vector<std::uint32_t>& strays);
   void leave_out(Body& body, std::vector<std::uint32_t> strays);
   void drop_neighbours(Body& body);
   void forget_dropped_neighbours();

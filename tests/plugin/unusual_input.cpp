@@ -87,6 +87,42 @@ TEST_P(NonFinite, only_its_triangles_are_left_out) {
   }
 }
 
+TEST_P(NonFinite, counts_only_where_a_query_looks) {
+  const Mesh mesh = soup(5);
+  SceneBody body = moving(mesh, jittered(mesh.positions, 0.1, 9), everything(0.02F));
+  body.x_t0[3].x = GetParam();
+  body.x_t1[40].z = GetParam();
+  QueryOptions at_t0, at_t1, on_the_way;
+  at_t0.step_end = StepEnd::t0;
+  on_the_way.detection = Detection::ccd;
+
+  SceneOptions scene_options;
+  scene_options.backend = backend_under_test();
+  const auto add_to = [&](softcd::Scene& scene) {
+    const BodyId id = scene.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
+    scene.set_positions(id, body.x_t0, body.x_t1);
+  };
+  std::vector<std::string> warnings;
+  softcd::Scene scene(scene_options, [&](LogLevel level, std::string_view text) {
+    if (level == LogLevel::warning) warnings.emplace_back(text);
+  });
+  add_to(scene);
+  Query queries[] = {Query(scene, at_t1), Query(scene, at_t0), Query(scene, on_the_way)};
+  const std::vector<std::uint32_t> strays[] = {{40}, {3}, {3, 40}};
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 3; ++i) {
+      const Span<const Contact> found = queries[i].detect();
+      softcd::Scene alone(scene_options);
+      add_to(alone);
+      Query only(alone, queries[i].options());
+      EXPECT_TRUE(identical(only.detect(), found));
+      EXPECT_GT(found.size(), 0U);
+      EXPECT_EQ(queries[i].statistics().left_out_triangles, triangles_with(body, strays[i]));
+    }
+  }
+  EXPECT_EQ(warnings.size(), 2U) << "one for each vertex";
+}
+
 TEST_P(NonFinite, recovers_when_positions_do) {
   const Scene good{still(soup(2), everything(0.02F))};
   Scene bad = good;

@@ -113,9 +113,9 @@ class SOFTCD_EXPORT Query {
   Query& operator=(Query&&) noexcept;
 
   /// Reads positions that were set and starts a detection. Bodies whose positions were never set are left out, as
-  /// explain() says. A triangle with a vertex that is not finite is left out, counted in statistics() and named in a
-  /// warning; by all queries of the scene, where one of them looks at the end of the step at which it is not. Contacts
-  /// of the query's detection before are gone. Throws Error when the scene is gone.
+  /// explain() says. A triangle with a vertex that is not finite, where the query looks, is left out, counted in
+  /// statistics() and named in a warning. Contacts of the query's detection before are gone. Throws Error when the
+  /// scene is gone.
   [[nodiscard]] Ticket start(Pairs pairs = Pairs::all);
   /// start() and Ticket::wait() in one.
   Span<const Contact> detect(Pairs pairs = Pairs::all);
