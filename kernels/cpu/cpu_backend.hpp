@@ -258,7 +258,7 @@ class CpuBackend {
     task_.run(std::move(f));
   }
 
-  void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count /*count*/) {
+  void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count /*count*/, bool /*to_host*/) {
     counters_ = counters.data();
     contacts_ = contacts.data();
   }

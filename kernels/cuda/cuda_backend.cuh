@@ -47,7 +47,7 @@ class CudaBackend {
     if (owns_stream_) cudaStreamDestroy(stream_);
   }
 
-  /// What it keeps of one query: its graph, and contacts on the host.
+  /// What it keeps of one query: its graph, and contacts that are on the host.
   struct Session {
     struct Key {
       Signature signature;
@@ -61,6 +61,7 @@ class CudaBackend {
     ExecutableGraph graph;
     std::size_t graph_parts = 0;
     PinnedBuffer<Contact> contacts;
+    const Contact* found = nullptr;  ///< there, or on the device
   };
 
   template <class T>
@@ -115,6 +116,21 @@ class CudaBackend {
         check_cuda(cudaMemcpyAsync(copy_.data() + range.begin, values.data() + range.begin,
                                    (range.end - range.begin) * sizeof(T), cudaMemcpyHostToDevice, backend.stream_),
                    "copying the scene");
+      }
+    }
+    /// What is in the device's memory already.
+    void place(CudaBackend& backend, const DevicePositions& x, Vec3d origin) {
+      T* const to = copy_.data() + x.first;
+      const auto place_as = [&](auto scalar) {
+        backend.enqueue("placing positions", [&] {
+          cuda::for_each_index<<<backend.blocks_for(x.count), cuda::kBlockSize, 0, backend.stream_>>>(
+              x.count, PlacePosition<decltype(scalar)>{x.positions, origin, to});
+        });
+      };
+      if (x.positions.is_double) {
+        place_as(0.0);
+      } else {
+        place_as(0.0F);
       }
     }
     const T* data() const { return copy_.data(); }
@@ -309,11 +325,14 @@ class CudaBackend {
     check_cuda(cudaGraphLaunch(session.graph.get(), stream_), "launching a graph");
   }
 
-  void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count count) {
-    session_->contacts.reserve(count.capacity);
+  /// Contacts stay where they are unless they go `to_host`.
+  void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count count, bool to_host) {
+    if (to_host) session_->contacts.reserve(count.capacity);
+    session_->found = to_host ? session_->contacts.data() : contacts.data();
     check_cuda(
         cudaMemcpyAsync(host_counters_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
         "reading counters");
+    if (!to_host) return;
     enqueue("reading contacts", [&] {
       cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(
           count, contacts.data(), session_->contacts.data());
@@ -328,7 +347,7 @@ class CudaBackend {
 
   Span<const Contact> contacts(std::uint64_t count) {
     read_clock();
-    return {session_->contacts.data(), count};
+    return {session_->found, count};
   }
 
   void begin_detection(Session& session) {

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "cuda_backend.cuh"
+#include "device_guard.hpp"
 #include "occupancy.cuh"
 #include "softcd/pipeline/detector_on.hpp"
 
@@ -15,37 +16,6 @@ std::string find_problem() {
   if (status != cudaSuccess) return std::string(cudaGetErrorString(status)) + " (is an NVIDIA driver installed?)";
   if (count == 0) return "there is no CUDA device";
   return {};
-}
-
-int current_device() {
-  int device = 0;
-  check_cuda(cudaGetDevice(&device), "cudaGetDevice");
-  return device;
-}
-
-/// Makes a device the calling thread's current one for as long as it lives.
-class DeviceGuard {
- public:
-  explicit DeviceGuard(int device) : before_(current_device()) {
-    if (device != before_) check_cuda(cudaSetDevice(device), "cudaSetDevice");
-  }
-  DeviceGuard(const DeviceGuard&) = delete;
-  DeviceGuard& operator=(const DeviceGuard&) = delete;
-  ~DeviceGuard() { cudaSetDevice(before_); }
-
- private:
-  int before_;
-};
-
-/// Runs f on the device. What it does is to free: where the device cannot be made current any more there is nothing
-/// left to be freed on it.
-template <class F>
-void free_on(int device, const F& f) noexcept {
-  try {
-    const DeviceGuard guard(device);
-    f();
-  } catch (...) {  // NOLINT(bugprone-empty-catch)
-  }
 }
 
 /// A query's memory on one device, whichever is the calling thread's current one.

@@ -6,6 +6,10 @@ DetectorFactory cuda_detector_factory(int /*device*/, void* /*stream*/) {
   return {};
 }
 
+DevicePositionReaderFactory cuda_position_reader_factory(int /*device*/) {
+  return {};
+}
+
 void* allocate_shared_memory(std::uint64_t /*bytes*/) {
   return nullptr;
 }

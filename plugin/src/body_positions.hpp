@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <vector>
 
+#include "softcd/mesh/given_positions.hpp"
 #include "softcd/positions.hpp"
 
 namespace softcd {
@@ -13,35 +13,9 @@ inline std::size_t position_size(const Positions& positions) {
   return positions.is_double() ? sizeof(Vec3d) : sizeof(Vec3f);
 }
 
-/// Extent of points.
-struct Extent {
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-  Vec3d lo{kInfinity, kInfinity, kInfinity}, hi{-kInfinity, -kInfinity, -kInfinity};
-
-  bool is_empty() const { return lo.x > hi.x; }
-  void extend(const Vec3d& low, const Vec3d& high);
-  void extend(const Vec3d& p) { extend(p, p); }
-  void extend(const Extent& other) { extend(other.lo, other.hi); }
-};
-
-/// What is known of one end of a body's step.
-struct EndSurvey {
-  Extent extent;                  ///< of the vertices that are finite
-  std::uint32_t stray_count = 0;  ///< of the others
-  double squared_rounding = 0;    ///< furthest that becoming float32 has moved a vertex
-
-  void merge(const EndSurvey& other);
-};
-
-/// What is known of both.
-struct StepSurvey {
-  EndSurvey t0, t1;
-  double squared_move = 0;  ///< largest distance between a vertex's two ends
-  bool moves = false;       ///< some vertex is not at t1 where it was at t0
-
-  void merge(const StepSurvey& other);
-};
+inline GivenPositions given(const Positions& positions) {
+  return {positions.data(), positions.stride(), positions.is_double()};
+}
 
 /// Where the scene's arrays have a body's positions: relative to the scene's origin, NaN where not finite.
 struct PositionArrays {
@@ -50,11 +24,17 @@ struct PositionArrays {
 };
 
 /// A body's positions at both ends of a step: the caller's memory until they are read, then the scene's arrays, and,
-/// where they are double, what they are in full. As long as nobody looks at t0 it is kept as it was given.
+/// where they are double, what they are in full. As long as nobody looks at t0 it is kept as it was given. Positions on
+/// a device stay in the caller's memory, which is read whenever they are needed.
 class BodyPositions {
  public:
-  bool are_set() const { return are_set_ || are_new(); }
-  bool are_new() const { return new_t1_.data() != nullptr; }
+  bool are_set() const { return are_set_ || are_new_; }
+  bool are_new() const { return are_new_; }
+  bool are_on_device() const { return new_t1_.is_on_device(); }
+  /// The caller's memory, and whether t0 is not t1.
+  const Positions& given_t0() const { return new_t0_; }
+  const Positions& given_t1() const { return new_t1_; }
+  bool have_two_ends() const { return have_two_ends_; }
   bool is_t0_placed() const { return is_t0_placed_; }
   /// Of what was read last.
   const StepSurvey& survey() const { return survey_; }
@@ -70,8 +50,10 @@ class BodyPositions {
   StepSurvey read(std::size_t begin, std::size_t end, Vec3d origin, bool needs_t0, PositionArrays out);
   /// What was seen of all of them.
   void set_survey(const StepSurvey& survey) { survey_ = survey; }
-  /// The caller's memory is not looked at any more.
+  /// The caller's memory is not looked at any more, unless it is a device's.
   void finish_reading(bool needs_t0);
+  /// What is on a device is to be looked at anew.
+  void distrust_device() { are_new_ |= are_on_device(); }
   /// Moves all that were read before from one origin to another.
   void move_origin(Vec3d from, Vec3d to, std::size_t count, PositionArrays out);
   /// Two steps where t0 was not needed before.
@@ -87,6 +69,7 @@ class BodyPositions {
   std::vector<Vec3d> full_t0_, full_t1_;  ///< empty where positions are floats
   StepSurvey survey_;
   bool are_set_ = false;
+  bool are_new_ = false;
   bool have_two_ends_ = false;  ///< not one and the same array
   bool is_t0_placed_ = false;
 };

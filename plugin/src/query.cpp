@@ -16,6 +16,10 @@ Span<const Contact> Ticket::wait() {
   if (query_ == nullptr) throw Error("this Ticket was moved from; wait for the one that it was moved to.");
   return query_->wait(number_);
 }
+DeviceContacts Ticket::wait_on_device() {
+  if (query_ == nullptr) throw Error("this Ticket was moved from; wait for the one that it was moved to.");
+  return query_->wait_on_device(number_);
+}
 
 Query::Query(Scene& scene, const QueryOptions& options)
     : core_(guarded([] { return detail::kNoMemoryAtAll; },
@@ -43,6 +47,9 @@ Ticket Query::start(Pairs pairs) {
 }
 Span<const Contact> Query::detect(Pairs pairs) {
   return core().wait(core().start(pairs));
+}
+DeviceContacts Query::detect_on_device(Pairs pairs) {
+  return core().wait_on_device(core().start(pairs));
 }
 void Query::set_options(const QueryOptions& options) {
   core().set_options(options);

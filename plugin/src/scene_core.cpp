@@ -72,7 +72,11 @@ void SceneCore::remove_body(BodyId id) {
 void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1) {
   Body& body = find(id);
   validate_positions(id, body.vertex_count(), x_t0, x_t1);
-  guarded([&] { return positions_problem(id, x_t1); }, [&] { store_.set_positions(body, x_t0, x_t1); });
+  guarded([&] { return positions_problem(id, x_t1); },
+          [&] {
+            if (x_t1.is_on_device()) detector_->position_reader();
+            store_.set_positions(body, x_t0, x_t1);
+          });
 }
 
 void SceneCore::set_options(const SceneOptions& options) {
@@ -135,6 +139,9 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
   finish_running();
   query.detection_.reset();
   query.has_contacts_ = false;
+  if (query.options_.contacts_on_device && options_.backend != Backend::cuda) {
+    throw BackendError("contacts_on_device needs a Scene with Backend::cuda; else the CPU may have to take over.");
+  }
   const Clock::time_point begin = Clock::now();
   PendingDetection& detection = query.detection_.emplace();
   try {
@@ -158,7 +165,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
 /// Everything that a detection needs, but for the detector's start.
 void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs) {
   const QueryOptions& options = query.options_;
-  store_.settle(looked_at(), looked_at_by(options));
+  settle(options);
   warn_of_strays();
   const std::vector<Body>& bodies = store_.bodies();
   const SceneSize size = count_elements(detection.statistics);
@@ -175,6 +182,15 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   detection.input = {selected.view(), settings, settings.both_ends || settings.at_t0, size.triangles};
   detection.has_work = selected.pair_count + selected.self_count > 0;
   detector_->set_memory_limit(options_.memory_limit);
+}
+
+void SceneCore::settle(const QueryOptions& options) {
+  try {
+    DevicePositionReader* const reader = store_.has_positions_on_device() ? &detector_->position_reader() : nullptr;
+    store_.settle(looked_at(), looked_at_by(options), reader);
+  } catch (const DeviceError& error) {
+    throw BackendError(fmt::format("{}. Positions in a device's memory could not be read.", error.what()));
+  }
 }
 
 /// By any of the scene's queries.
@@ -310,6 +326,22 @@ std::uint64_t QueryCore::start(Pairs pairs) {
 }
 
 Span<const Contact> QueryCore::wait(std::uint64_t number) {
+  if (options_.contacts_on_device) {
+    throw Error("a Ticket's contacts are on the device; use wait_on_device(), or a Query without contacts_on_device.");
+  }
+  return finished(number);
+}
+
+DeviceContacts QueryCore::wait_on_device(std::uint64_t number) {
+  if (!options_.contacts_on_device) {
+    throw Error("a Ticket's contacts are on the host; use wait(), or a Query with contacts_on_device.");
+  }
+  const Span<const Contact> contacts = finished(number);
+  return {contacts.data(), contacts.size()};
+}
+
+/// The contacts of the detection, once.
+Span<const Contact> QueryCore::finished(std::uint64_t number) {
   if (is_closed_) throw Error("a Ticket was waited for, but its Query is gone.");
   if (number != last_number_) {
     throw Error("a Ticket was waited for, but its Query has started another detection since; wait for each before.");

@@ -45,6 +45,7 @@ class QueryCore {
   /// The number of the detection.
   std::uint64_t start(Pairs pairs);
   Span<const Contact> wait(std::uint64_t number);
+  DeviceContacts wait_on_device(std::uint64_t number);
   /// Its query is gone.
   void close() noexcept;
 
@@ -59,6 +60,7 @@ class QueryCore {
   friend class SceneCore;
 
   void end() noexcept;
+  Span<const Contact> finished(std::uint64_t number);
   QueryMemories& free_memories();
 
   std::shared_ptr<SceneCore> scene_;
@@ -109,6 +111,7 @@ class SceneCore {
   Body& find(BodyId id);
   std::unique_ptr<SelectedDetector> detector_for(const SceneOptions& options, DetectorFactories factories);
   void use(std::unique_ptr<SelectedDetector> detector);
+  void settle(const QueryOptions& options);
   void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs);
   LookedAt looked_at() const;
   SceneSize count_elements(Statistics& statistics) const;

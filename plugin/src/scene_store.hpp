@@ -43,10 +43,15 @@ class SceneStore {
     x_t1_.share();
   }
 
+  bool has_positions_on_device() const;
+
   /// Brings the arrays up to date; nothing reads them meanwhile. How far away the scene is counts where any of its
   /// queries looks, where vertices are not finite where the next detection does. Whatever is thrown, the caller's
-  /// memory is not needed afterwards, and the next call goes on.
-  void settle(const LookedAt& by_scene, const LookedAt& by_next);
+  /// memory is not needed afterwards, and the next call goes on. `reader` where there are positions on a device: they
+  /// are not in the arrays, but are among changes().
+  void settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader);
+  /// Brings positions on a device into the arrays, as if they had been given on the host.
+  void take_to_host(DevicePositionReader& reader);
   /// The bodies with vertices that are not finite, and were not said to be before the last settle().
   const std::vector<const Body*>& newly_left_out() const { return newly_left_out_; }
 
@@ -98,9 +103,17 @@ class SceneStore {
   MeshView mesh_of(const Body& body) const;
   PositionArrays positions_of(const Body& body);
   Extent extent(bool t0) const;
-  void read_positions(const LookedAt& looked_at);
+  void read_positions(const LookedAt& looked_at, DevicePositionReader* reader);
   void read_new_positions(Vec3d origin, bool needs_t0);
   void read_in_parallel(Vec3d origin, bool needs_t0);
+  static void append_blocks(Body& body, std::vector<Block>& blocks);
+  static void merge_surveys(const std::vector<Block>& blocks, Span<const StepSurvey> surveys);
+  bool lacks_t0(const Body& body) const;
+  void finish_reading(Body& body, Vec3d origin);
+  template <class IsConcerned>
+  void survey_device_bodies(DevicePositionReader& reader, Vec3d origin, const IsConcerned& is_concerned);
+  void take_to_host(Body& body, DevicePositionReader& reader);
+  void take_strays_to_host(DevicePositionReader& reader);
 
   std::vector<std::uint32_t> strays_of(const Body& body, const LookedAt& looked_at) const;
   void leave_out_strays(const LookedAt& looked_at);
@@ -117,6 +130,7 @@ class SceneStore {
   Sizes planned_{0, 0, 0};  ///< of the arrays, once everything has its place
   bool has_new_layout_ = false;
   Vec3d origin_{0, 0, 0};
+  bool needs_t0_ = false;  ///< the queries did, when positions were read last
   HostArray<Vec3f> x_t0_, x_t1_;
   HostArray<Triangle> triangles_;
   HostArray<TriangleEdges> triangle_edges_;

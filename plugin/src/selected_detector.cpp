@@ -16,6 +16,7 @@ DetectorFactories machine_factories(const SceneOptions& options) {
   if (!factories.device_problem.empty()) return factories;
   try {
     factories.make_device = cuda_detector_factory(options.cuda_device, options.cuda_stream);
+    factories.make_reader = cuda_position_reader_factory(options.cuda_device);
   } catch (const DeviceError& error) {
     factories.device_problem = error.what();
   }
@@ -50,7 +51,7 @@ void SelectedDetector::use_device() {
 /// Where there is a device; else the choice was made for good.
 void SelectedDetector::choose(std::uint64_t triangles) {
   if (!may_use_device()) return;
-  if (wanted_ == Backend::automatic && triangles < kSmallScene) {
+  if (wanted_ == Backend::automatic && triangles < kSmallScene && !scene_->has_positions_on_device()) {
     use_cpu(fmt::format("a scene of {} triangles, fewer than {}, is done before a GPU has started", triangles,
                         kSmallScene));
   } else {
@@ -121,9 +122,38 @@ void SelectedDetector::start_in(Slot& slot) {
   slot.detector->start(*memory.memory, input_.bodies, input_.settings);
 }
 
+DevicePositionReader& SelectedDetector::position_reader() {
+  if (reader_ == nullptr) {
+    if (!factories_.make_reader) {
+      throw BackendError(
+          fmt::format("positions are in a CUDA device's memory, but the scene cannot use one: {}. Set positions in the "
+                      "host's memory, or choose another backend.",
+                      wanted_ == Backend::cpu ? "the CPU was asked for" : factories_.device_problem));
+    }
+    try {
+      reader_ = factories_.make_reader();
+    } catch (const DeviceError& error) {
+      throw BackendError(error.what());
+    }
+  }
+  return *reader_;
+}
+
+void SelectedDetector::take_positions_to_host() {
+  try {
+    scene_->take_to_host(position_reader());
+  } catch (const DeviceError& error) {
+    throw BackendError(
+        fmt::format("{}, so that the CPU cannot take over: positions are in the device's memory. Set positions in the "
+                    "host's memory.",
+                    error.what()));
+  }
+}
+
 /// The CPU's detector reads the scene where it is; only a device has to be told what has changed.
 void SelectedDetector::tell_scene(Slot& slot) {
   if (&slot == &cpu_) {
+    if (scene_->has_positions_on_device()) take_positions_to_host();
     slot.detector->set_scene(scene_->arrays(), {});
     return;
   }

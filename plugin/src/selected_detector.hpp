@@ -18,6 +18,7 @@ struct DetectorFactories {
   DetectorFactory make_cpu;
   DetectorFactory make_device;  ///< makes a detector, or throws; empty where there is no device
   std::string device_problem;
+  DevicePositionReaderFactory make_reader = {};  ///< of positions on the device; empty where there is none
 };
 
 /// This machine's.
@@ -66,6 +67,8 @@ class SelectedDetector {
   /// Why there, for explain().
   const std::string& reason() const { return reason_; }
   bool may_use_device() const { return static_cast<bool>(factories_.make_device); }
+  /// Of positions on the device. Throws BackendError where it cannot be had.
+  DevicePositionReader& position_reader();
 
  private:
   /// One of the two detectors.
@@ -82,6 +85,7 @@ class SelectedDetector {
   void take_over(const std::string& problem);
   void start_in(Slot& slot);
   void tell_scene(Slot& slot);
+  void take_positions_to_host();
   template <class F>
   bool succeeds_on_device(const F& f);
 
@@ -89,6 +93,7 @@ class SelectedDetector {
   LogCallback log_;
   DetectorFactories factories_;
   Slot cpu_, device_;
+  std::unique_ptr<DevicePositionReader> reader_;
   std::uint64_t last_number_ = 0;
   Backend backend_ = Backend::cpu;
   std::string reason_;

@@ -105,6 +105,11 @@ void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& 
     throw InvalidInput(fmt::format(
         "body {}: its positions at t0 and t1 are of different types; give both as float or both as double.", id.value));
   }
+  if (x_t0.is_on_device() != x_t1.is_on_device()) {
+    throw InvalidInput(fmt::format(
+        "body {}: its positions are at one end in the host's memory, at the other in a device's; give both in one.",
+        id.value));
+  }
 }
 
 }  // namespace softcd

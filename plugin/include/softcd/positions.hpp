@@ -19,7 +19,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 ///
 /// `count` positions of three consecutive floats or doubles, `stride` bytes apart, aligned as their coordinates are.
 /// The memory is read by the scene's next detection that is started, before that call returns or throws, and never
-/// after: a body whose positions are not set again stays where it was, to the last digit of what was given.
+/// after: a body whose positions are not set again stays where it was, to the last digit of what was given. For
+/// positions in a CUDA device's memory see on_device().
 class Positions {
  public:
   Positions() = default;
@@ -35,6 +36,19 @@ class Positions {
       : data_(first_x), count_(count), stride_(stride), is_double_(false) {}
   Positions(const double* first_x, std::size_t count, std::size_t stride)
       : data_(first_x), count_(count), stride_(stride), is_double_(true) {}
+  /// Positions in the memory of the scene's CUDA device, which go from there to where they are detected without passing
+  /// the host. The memory is not copied: it must hold them, unchanged, until the body's positions are set again or the
+  /// body is removed, and as long as a detection runs. `ready` is a cudaEvent_t after which they are there; what was
+  /// enqueued on the device's legacy default stream when a detection starts is waited for as well.
+  ///
+  /// Where a vertex is not finite, or the CPU takes over, the host reads a copy. A scene that cannot use a device
+  /// throws BackendError when such positions are set.
+  static Positions on_device(const float* first_x, std::size_t count, std::size_t stride, void* ready = nullptr) {
+    return Positions(first_x, count, stride).in_device_memory(ready);
+  }
+  static Positions on_device(const double* first_x, std::size_t count, std::size_t stride, void* ready = nullptr) {
+    return Positions(first_x, count, stride).in_device_memory(ready);
+  }
   /// A temporary container would be gone before it is read. Containers hand on their constness to their elements,
   /// views do not.
   template <class Container,
@@ -46,12 +60,23 @@ class Positions {
   std::size_t count() const { return count_; }
   std::size_t stride() const { return stride_; }
   bool is_double() const { return is_double_; }
+  bool is_on_device() const { return is_on_device_; }
+  /// A cudaEvent_t, or null.
+  void* ready() const { return ready_; }
 
  private:
+  Positions in_device_memory(void* ready) && {
+    is_on_device_ = true;
+    ready_ = ready;
+    return *this;
+  }
+
   const void* data_ = nullptr;
   std::size_t count_ = 0;
   std::size_t stride_ = 0;
   bool is_double_ = false;
+  bool is_on_device_ = false;
+  void* ready_ = nullptr;
 };
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

@@ -56,11 +56,15 @@ struct QueryOptions {
   /// scene's queries, as long as all triangles stay where those were looked for. Takes memory for these pairs, once
   /// that has turned out to pay. Changes no contacts.
   bool reuse_pairs = true;
+  /// Contacts stay in the memory of the scene's CUDA device, where Ticket::wait_on_device() tells of them; for scenes
+  /// with Backend::cuda.
+  bool contacts_on_device = false;
 
   friend bool operator==(const QueryOptions& a, const QueryOptions& b) {
     const auto values = [](const QueryOptions& o) {
       return std::tie(o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin, o.contact_rule,
-                      o.step_end, o.margins, o.features.vertex_triangle, o.features.edge_edge, o.reuse_pairs);
+                      o.step_end, o.margins, o.features.vertex_triangle, o.features.edge_edge, o.reuse_pairs,
+                      o.contacts_on_device);
     };
     return values(a) == values(b);
   }
@@ -79,6 +83,12 @@ enum class Pairs : std::uint32_t {
 /// b.
 using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 
+/// Contacts in a CUDA device's memory, as Ticket::wait() would return them.
+struct DeviceContacts {
+  const Contact* data = nullptr;
+  std::uint64_t count = 0;
+};
+
 /// A detection that was started.
 class SOFTCD_EXPORT Ticket {
  public:
@@ -88,9 +98,11 @@ class SOFTCD_EXPORT Ticket {
 
   /// All contacts, sorted by (kind, body_a, feature_a, body_b, feature_b), each once, once. Valid until the query's
   /// next detection is started, or its options are set, or it is destroyed. Throws Error when it was called before,
-  /// when the query has started another detection or is gone, or when the scene's options were set; else what has gone
-  /// wrong in the detection.
+  /// when the query has started another detection or is gone, or when the scene's options were set, or when contacts
+  /// are on the device; else what has gone wrong in the detection.
   Span<const Contact> wait();
+  /// The same for a query with contacts_on_device. They are there, completely, when the call returns.
+  DeviceContacts wait_on_device();
 
  private:
   friend class Query;
@@ -119,6 +131,8 @@ class SOFTCD_EXPORT Query {
   [[nodiscard]] Ticket start(Pairs pairs = Pairs::all);
   /// start() and Ticket::wait() in one.
   Span<const Contact> detect(Pairs pairs = Pairs::all);
+  /// start() and Ticket::wait_on_device() in one.
+  DeviceContacts detect_on_device(Pairs pairs = Pairs::all);
 
   /// A detection of the query that runs is ended, and its contacts are lost. Throws as the constructor does.
   void set_options(const QueryOptions& options);

@@ -84,7 +84,7 @@ TYPED_TEST_P(MemoryPrimitives, what_is_launched_comes_back_to_the_host) {
       this->backend().begin_detection(session);
       this->backend().launch(signature, [&] {
         this->backend().for_each("for_each", count, MoveLater{contacts.data()});
-        this->backend().download(counters, contacts, count);
+        this->backend().download(counters, contacts, count, true);
       });
       for (Contact& contact : expected) contact.time_of_impact += 1.0F;
       const Counters found = this->backend().finish();

@@ -82,7 +82,7 @@ concept RunsDetections = std::default_initializable<typename B::Session> &&
   b.begin_detection(session);
   b.begin(Stage::volumes);
   b.launch(signature, f);
-  b.download(counters, contacts, count);
+  b.download(counters, contacts, count, bool{});
   { b.finish() } -> std::same_as<Counters>;
   { b.contacts(std::uint64_t{}) } -> std::same_as<Span<const Contact>>;
   b.count_rerun();

@@ -7,6 +7,7 @@
 
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
+#include "softcd/mesh/given_positions.hpp"
 #include "softcd/mesh/scene_view.hpp"
 
 namespace softcd {
@@ -36,11 +37,20 @@ struct SceneArrays {
   std::uint64_t revision;  ///< another one where meshes, or what their triangles own, have changed
 };
 
+/// Positions on the detector's device, of vertices from `first` on.
+struct DevicePositions {
+  GivenPositions positions;
+  std::uint64_t first, count;
+};
+
 /// What of SceneArrays is not as it was.
 struct SceneChanges {
   std::vector<Range> vertices, triangles, edges;  ///< of the meshes
   std::vector<Range> ownership;                   ///< of triangles that are not in `triangles`
   std::vector<Range> x_t0, x_t1;
+  /// Positions that are not in the arrays, which begin at this origin.
+  std::vector<DevicePositions> device_x_t0, device_x_t1;
+  Vec3d origin{0, 0, 0};
   Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
 };
 
@@ -64,6 +74,7 @@ struct DetectionSettings {
   bool both_ends;  ///< t0 and t1 count, and something moves
   bool at_t0;      ///< where not both count: t0 does
   bool reuses_pairs;
+  bool contacts_stay;  ///< in the backend's memory
 
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };
@@ -100,14 +111,31 @@ class Detector {
   /// The detection before was finished, or failed. Reads `bodies` before it returns. Contacts of the query's last
   /// detection are gone.
   virtual void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) = 0;
-  /// Waits for the detection that was started last, and returns its contacts, which stay valid until the
-  /// query's next start(). Fills all of `statistics` that the detection determines.
+  /// Waits for the detection that was started last, and returns its contacts, on the host unless they stay, which are
+  /// valid until the query's next start(). Fills all of `statistics` that the detection determines.
   virtual Span<const Contact> finish(Statistics& statistics) = 0;
   /// Fills peak_bytes, reruns and chunks, also of a detection that failed.
   virtual void report_memory(Statistics& statistics) const = 0;
   /// Of the call that has thrown std::bad_alloc.
   virtual MemoryNeed memory_need() const = 0;
 };
+
+/// Reads positions in a device's memory for the host. Throws DeviceError, or std::bad_alloc.
+class DevicePositionReader {
+ public:
+  virtual ~DevicePositionReader() = default;
+
+  /// What is read from now on is there after this cudaEvent_t.
+  virtual void wait_for(void* ready) = 0;
+  /// What is known of each run of vertices when they are placed relative to the origin; nothing of t0 where it is not
+  /// t1 and not needed. Valid until the next call.
+  virtual Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) = 0;
+  /// To the host, one behind the other.
+  virtual void copy(const GivenPositions& from, std::uint64_t count, void* to) = 0;
+};
+
+/// Makes a reader, or throws as one does.
+using DevicePositionReaderFactory = std::function<std::unique_ptr<DevicePositionReader>()>;
 
 /// Makes a detector, or throws as one does.
 using DetectorFactory = std::function<std::unique_ptr<Detector>()>;
@@ -118,6 +146,9 @@ std::unique_ptr<Detector> make_cpu_detector();
 /// during this call. `stream` is a cudaStream_t of that device to enqueue on, null for one of their own. Empty when the
 /// library was built without CUDA. Throws DeviceError.
 DetectorFactory cuda_detector_factory(int device, void* stream);
+
+/// For positions on a CUDA device, as cuda_detector_factory.
+DevicePositionReaderFactory cuda_position_reader_factory(int device);
 
 /// Why no CUDA device can be used; empty when one can.
 const char* cuda_problem();

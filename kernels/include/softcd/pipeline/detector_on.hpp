@@ -167,6 +167,10 @@ class DetectorOn final : public Detector {
     mirror_.vertex_body.follow(backend_, scene.vertex_body, changes.vertices);
     mirror_.x_t0.follow(backend_, scene.x_t0, changes.x_t0);
     mirror_.x_t1.follow(backend_, scene.x_t1, changes.x_t1);
+    if constexpr (!Backend::kKnowsCounts) {
+      for (const DevicePositions& x : changes.device_x_t0) mirror_.x_t0.place(backend_, x, changes.origin);
+      for (const DevicePositions& x : changes.device_x_t1) mirror_.x_t1.place(backend_, x, changes.origin);
+    }
     const auto in_one = [](const Range& range) { return Span<const Range>(&range, 1); };
     mirror_.vertex_triangle_neighbours.follow(backend_, scene.vertex_triangle_neighbours,
                                               in_one(changes.vertex_triangle_neighbours));
@@ -347,7 +351,12 @@ class DetectorOn final : public Detector {
     reserve_sorted_contacts(w_.lists.found.capacity());
     narrow_phase.order_contacts(query_->contacts.data(), query_->orders_in_runs && has_runs(narrow_phase));
     backend_.begin(Stage::transfer);
-    backend_.download(w_.counters, query_->contacts, w_.lists.found.count(w_.counters.data()));
+    const Count found = w_.lists.found.count(w_.counters.data());
+    if (settings_.contacts_stay) {
+      backend_.run_once("count_vt_contacts",
+                        CountVertexTriangleContacts{query_->contacts.data(), found, &w_.counters.data()->vt_contacts});
+    }
+    backend_.download(w_.counters, query_->contacts, found, !settings_.contacts_stay);
   }
 
   /// Where memory is short contacts are sorted.
@@ -404,10 +413,15 @@ class DetectorOn final : public Detector {
     backend_.launch(signature, [this] { detect(); });
   }
 
-  void report(const Counters& counters, Span<const Contact> contacts, Statistics& statistics) const {
-    const auto* first_edge_contact = std::partition_point(contacts.begin(), contacts.end(), [](const Contact& contact) {
+  /// They are the first.
+  static std::uint64_t vertex_triangle_count(Span<const Contact> contacts) {
+    const auto* end = std::partition_point(contacts.begin(), contacts.end(), [](const Contact& contact) {
       return contact.kind == ContactKind::vertex_triangle;
     });
+    return static_cast<std::uint64_t>(end - contacts.begin());
+  }
+
+  void report(const Counters& counters, Span<const Contact> contacts, Statistics& statistics) const {
     statistics.active_triangles = counters.grid.active_triangles;
     statistics.mean_radius = static_cast<double>(counters.grid.mean_radius);
     statistics.cell_size = static_cast<double>(counters.grid.cell_size);
@@ -422,8 +436,8 @@ class DetectorOn final : public Detector {
     statistics.flagged_pairs = counters.flagged;
     statistics.vt_candidates = query_->total.vt_candidates;
     statistics.ee_candidates = query_->total.ee_candidates;
-    statistics.vt_contacts = static_cast<std::uint64_t>(first_edge_contact - contacts.begin());
-    statistics.ee_contacts = static_cast<std::uint64_t>(contacts.end() - first_edge_contact);
+    statistics.vt_contacts = settings_.contacts_stay ? counters.vt_contacts : vertex_triangle_count(contacts);
+    statistics.ee_contacts = contacts.size() - statistics.vt_contacts;
     statistics.unsettled_contacts = counters.unsettled;
     statistics.earliest_toi = static_cast<double>(counters.earliest_toi);
     report_memory(statistics);

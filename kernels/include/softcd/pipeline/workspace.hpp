@@ -62,6 +62,7 @@ struct Counters {
   std::uint64_t active, escaped;  ///< triangles, see FindEscaped
   float headroom;                 ///< 0, or the least that is less: see MeasureHeadroom
   std::uint64_t kept;             ///< pairs that a look keeps, or has kept
+  std::uint64_t vt_contacts;      ///< where contacts stay in the backend's memory
 };
 
 /// Begins the next chunk.

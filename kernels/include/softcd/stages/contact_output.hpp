@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "softcd/core/count.hpp"
 #include "softcd/stages/contact_tests.hpp"
 
 namespace softcd {
@@ -44,6 +45,29 @@ struct WriteContact {
     contact.distance = found.distance;
     contact.time_of_impact = found.time;
     out[i] = contact;
+  }
+};
+
+/// How many of the sorted contacts are vertex-triangle ones, which are the first.
+struct CountVertexTriangleContacts {
+  const Contact* contacts;
+  Count count;
+  std::uint64_t* vertex_triangle;
+
+  template <class Team>
+  SOFTCD_HD void operator()(Team& team) const {
+    if (!team.is_leader()) return;
+    std::uint64_t begin = 0;
+    std::uint64_t end = count.get();
+    while (begin < end) {
+      const std::uint64_t middle = begin + (end - begin) / 2;
+      if (contacts[middle].kind == ContactKind::vertex_triangle) {
+        begin = middle + 1;
+      } else {
+        end = middle;
+      }
+    }
+    *vertex_triangle = begin;
   }
 };
 

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include "check.hpp"
+
+namespace softcd {
+
+inline int current_device() {
+  int device = 0;
+  check_cuda(cudaGetDevice(&device), "cudaGetDevice");
+  return device;
+}
+
+/// Makes a device the calling thread's current one for as long as it lives.
+class DeviceGuard {
+ public:
+  explicit DeviceGuard(int device) : before_(current_device()) {
+    if (device != before_) check_cuda(cudaSetDevice(device), "cudaSetDevice");
+  }
+  DeviceGuard(const DeviceGuard&) = delete;
+  DeviceGuard& operator=(const DeviceGuard&) = delete;
+  ~DeviceGuard() { cudaSetDevice(before_); }
+
+ private:
+  int before_;
+};
+
+/// Runs f on the device. What it does is to free: where the device cannot be made current any more there is nothing
+/// left to be freed on it.
+template <class F>
+void free_on(int device, const F& f) noexcept {
+  try {
+    const DeviceGuard guard(device);
+    f();
+  } catch (...) {  // NOLINT(bugprone-empty-catch)
+  }
+}
+
+}  // namespace softcd

@@ -1,0 +1,121 @@
+#include <cub/block/block_reduce.cuh>
+
+#include <algorithm>
+#include <memory>
+
+#include "check.hpp"
+#include "device_guard.hpp"
+#include "device_memory.hpp"
+#include "softcd/pipeline/detector.hpp"
+
+namespace softcd {
+namespace {
+
+constexpr int kBlockSize = 256;
+
+struct Merge {
+  __device__ StepSurvey operator()(StepSurvey a, const StepSurvey& b) const {
+    a.merge(b);
+    return a;
+  }
+};
+
+template <class T>
+__device__ void survey_as(const SurveyedVertices& vertices, const Vec3d& origin, bool needs_t0, StepSurvey& survey) {
+  for (std::uint64_t v = vertices.begin + threadIdx.x; v < vertices.end; v += kBlockSize) {
+    survey_vertex<T>(vertices, v, origin, needs_t0, survey);
+  }
+}
+
+/// A block for each run of vertices. Both arrays are the host's.
+__global__ void __launch_bounds__(kBlockSize)
+    survey_vertices(const SurveyedVertices* runs, Vec3d origin, bool needs_t0, StepSurvey* surveys) {
+  using Reduce = cub::BlockReduce<StepSurvey, kBlockSize>;
+  __shared__ typename Reduce::TempStorage shared;
+  const SurveyedVertices vertices = runs[blockIdx.x];
+  StepSurvey survey;
+  if (vertices.x_t1.is_double) {
+    survey_as<double>(vertices, origin, needs_t0, survey);
+  } else {
+    survey_as<float>(vertices, origin, needs_t0, survey);
+  }
+  survey = Reduce(shared).Reduce(survey, Merge{});
+  if (threadIdx.x != 0) return;
+  if (!vertices.has_two_ends) survey.t0 = survey.t1;
+  surveys[blockIdx.x] = survey;
+}
+
+/// A stream that waits for what the legacy default stream was given, as whoever made the positions may expect.
+class Stream {
+ public:
+  Stream() { check_cuda(cudaStreamCreate(&stream_), "cudaStreamCreate"); }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  ~Stream() { cudaStreamDestroy(stream_); }
+
+  cudaStream_t get() const { return stream_; }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+/// On one device, whichever is the calling thread's current one.
+class CudaPositionReader final : public DevicePositionReader {
+ public:
+  explicit CudaPositionReader(int device) : device_(device) {
+    const DeviceGuard guard(device_);
+    on_device_ = std::make_unique<OnDevice>();
+  }
+  CudaPositionReader(const CudaPositionReader&) = delete;
+  CudaPositionReader& operator=(const CudaPositionReader&) = delete;
+  ~CudaPositionReader() noexcept override {
+    free_on(device_, [&] { on_device_.reset(); });
+  }
+
+  void wait_for(void* ready) override {
+    const DeviceGuard guard(device_);
+    check_cuda(cudaStreamWaitEvent(stream(), static_cast<cudaEvent_t>(ready), 0), "waiting for positions");
+  }
+
+  Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) override {
+    const DeviceGuard guard(device_);
+    on_device_->vertices.reserve(vertices.size());
+    on_device_->surveys.reserve(vertices.size());
+    std::copy(vertices.begin(), vertices.end(), on_device_->vertices.data());
+    survey_vertices<<<static_cast<unsigned>(vertices.size()), kBlockSize, 0, stream()>>>(
+        on_device_->vertices.data(), origin, needs_t0, on_device_->surveys.data());
+    check_cuda(cudaGetLastError(), "looking at positions");
+    check_cuda(cudaStreamSynchronize(stream()), "looking at positions");
+    return {on_device_->surveys.data(), vertices.size()};
+  }
+
+  void copy(const GivenPositions& from, std::uint64_t count, void* to) override {
+    const DeviceGuard guard(device_);
+    const std::size_t size = from.is_double ? sizeof(Vec3d) : sizeof(Vec3f);
+    const std::size_t stride = count > 1 ? from.stride : size;
+    check_cuda(cudaMemcpy2DAsync(to, size, from.data, stride, size, count, cudaMemcpyDeviceToHost, stream()),
+               "reading positions");
+    check_cuda(cudaStreamSynchronize(stream()), "reading positions");
+  }
+
+ private:
+  struct OnDevice {
+    Stream stream;
+    PinnedBuffer<SurveyedVertices> vertices;
+    PinnedBuffer<StepSurvey> surveys;
+  };
+
+  cudaStream_t stream() const { return on_device_->stream.get(); }
+
+  int device_;
+  std::unique_ptr<OnDevice> on_device_;
+};
+
+}  // namespace
+
+DevicePositionReaderFactory cuda_position_reader_factory(int device) {
+  if (device < 0) device = current_device();
+  return [device] { return std::make_unique<CudaPositionReader>(device); };
+}
+
+}  // namespace softcd

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/vec3.hpp"
+#include "softcd/math/scalar.hpp"
+
+namespace softcd {
+
+/// Three consecutive floats or doubles a position, `stride` bytes apart, in the host's memory or a device's.
+struct GivenPositions {
+  const void* data = nullptr;
+  std::uint64_t stride = 0;
+  bool is_double = false;
+};
+
+/// Vertices [begin, end) of one body.
+struct SurveyedVertices {
+  GivenPositions x_t0, x_t1;
+  std::uint64_t begin, end;
+  bool has_two_ends;  ///< x_t0 is not x_t1
+};
+
+/// Extent of points.
+struct Extent {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  Vec3d lo{kInfinity, kInfinity, kInfinity}, hi{-kInfinity, -kInfinity, -kInfinity};
+
+  SOFTCD_HD bool is_empty() const { return lo.x > hi.x; }
+  SOFTCD_HD void extend(const Vec3d& low, const Vec3d& high) {
+    lo = {smaller(low.x, lo.x), smaller(low.y, lo.y), smaller(low.z, lo.z)};
+    hi = {larger(high.x, hi.x), larger(high.y, hi.y), larger(high.z, hi.z)};
+  }
+  SOFTCD_HD void extend(const Vec3d& p) { extend(p, p); }
+  SOFTCD_HD void extend(const Extent& other) { extend(other.lo, other.hi); }
+};
+
+/// What is known of one end of a body's step.
+struct EndSurvey {
+  Extent extent;                  ///< of the vertices that are finite
+  std::uint32_t stray_count = 0;  ///< of the others
+  double squared_rounding = 0;    ///< furthest that becoming float32 has moved a vertex
+
+  SOFTCD_HD void merge(const EndSurvey& other) {
+    extent.extend(other.extent);
+    stray_count += other.stray_count;
+    squared_rounding = larger(squared_rounding, other.squared_rounding);
+  }
+};
+
+/// What is known of both.
+struct StepSurvey {
+  EndSurvey t0, t1;
+  double squared_move = 0;  ///< largest distance between a vertex's two ends
+  bool moves = false;       ///< some vertex is not at t1 where it was at t0
+
+  SOFTCD_HD void merge(const StepSurvey& other) {
+    t0.merge(other.t0);
+    t1.merge(other.t1);
+    squared_move = larger(squared_move, other.squared_move);
+    moves |= other.moves;
+  }
+};
+
+/// T is what they are.
+template <class T>
+SOFTCD_HD Vec3d position_at(const GivenPositions& positions, std::uint64_t vertex) {
+  const auto* const x =
+      reinterpret_cast<const T*>(static_cast<const std::byte*>(positions.data) + vertex * positions.stride);
+  return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
+}
+
+/// Beyond 1e37 sums of two coordinates might overflow float32.
+SOFTCD_HD inline bool is_usable(const Vec3d& p) {
+  constexpr double kLargestCoordinate = 1.0e37;
+  return magnitude(p.x) <= kLargestCoordinate && magnitude(p.y) <= kLargestCoordinate &&
+         magnitude(p.z) <= kLargestCoordinate;
+}
+
+SOFTCD_HD inline double rounding_of(double x) {
+  // g++ 12 forgets to round where it vectorises the conversion to and fro.
+  const volatile float rounded = static_cast<float>(x);
+  return x - static_cast<double>(rounded);
+}
+
+/// Relative to the origin as the scene has it, NaN where it is not finite. Floats lose nothing, see origin_of.
+SOFTCD_HD inline Vec3f placed(const Vec3d& x, const Vec3d& origin) {
+  return is_usable(x) ? vec3_cast<float>(x - origin) : Vec3f{NAN, NAN, NAN};
+}
+
+/// Writes where the scene has a vertex. T is what its position was given as.
+template <class T>
+struct PlacePosition {
+  GivenPositions positions;
+  Vec3d origin;
+  Vec3f* out;
+
+  SOFTCD_HD void operator()(std::uint64_t vertex) const {
+    out[vertex] = placed(position_at<T>(positions, vertex), origin);
+  }
+};
+
+SOFTCD_HD inline void survey_end(const Vec3d& x, EndSurvey& survey) {
+  if (is_usable(x)) {
+    survey.extent.extend(x);
+  } else {
+    ++survey.stray_count;
+  }
+}
+
+/// What becomes of it when it is placed. T is what it was given as: floats stay what they are.
+template <class T>
+SOFTCD_HD void survey_rounding(const Vec3d& x, const Vec3d& origin, EndSurvey& survey) {
+  if constexpr (std::is_same_v<T, double>) {
+    if (!is_usable(x)) return;
+    const Vec3d exact = x - origin;
+    const Vec3d rounding = {rounding_of(exact.x), rounding_of(exact.y), rounding_of(exact.z)};
+    survey.squared_rounding = larger(survey.squared_rounding, squared_norm(rounding));
+  }
+}
+
+SOFTCD_HD inline void survey_way(const Vec3d& x_t0, const Vec3d& x_t1, StepSurvey& survey) {
+  if (!is_usable(x_t0) || !is_usable(x_t1)) return;
+  survey.moves |= !(x_t0 == x_t1);
+  survey.squared_move = larger(survey.squared_move, squared_norm(x_t1 - x_t0));
+}
+
+/// One vertex of both ends; nothing of t0 where that is t1, or not needed.
+template <class T>
+SOFTCD_HD void survey_vertex(const SurveyedVertices& vertices, std::uint64_t vertex, const Vec3d& origin, bool needs_t0,
+                             StepSurvey& survey) {
+  const Vec3d x_t1 = position_at<T>(vertices.x_t1, vertex);
+  survey_end(x_t1, survey.t1);
+  survey_rounding<T>(x_t1, origin, survey.t1);
+  if (!vertices.has_two_ends || !needs_t0) return;
+  const Vec3d x_t0 = position_at<T>(vertices.x_t0, vertex);
+  survey_end(x_t0, survey.t0);
+  survey_rounding<T>(x_t0, origin, survey.t0);
+  survey_way(x_t0, x_t1, survey);
+}
+
+}  // namespace softcd
