@@ -21,11 +21,12 @@ namespace {
 
 using demo::name_of;
 
-constexpr std::array<demo::Choice<Sweep>, 5> kSweeps = {{{"stages", Sweep::stages},
+constexpr std::array<demo::Choice<Sweep>, 6> kSweeps = {{{"stages", Sweep::stages},
                                                          {"subdivision", Sweep::subdivision},
                                                          {"lambda", Sweep::lambda},
                                                          {"scaling", Sweep::scaling},
-                                                         {"threads", Sweep::threads}}};
+                                                         {"threads", Sweep::threads},
+                                                         {"ends", Sweep::ends}}};
 
 constexpr std::array<demo::Choice<Mode>, 3> kModes = {{{"dcd-fast", kDiscreteFast},
                                                        {"ccd-precise", kContinuousPrecise},
@@ -88,6 +89,7 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                                  {"broad_phase", broad_phase_of(m)},
                                  {"subdivision", m.options.subdivision},
                                  {"lambda", m.options.lambda},
+                                 {"ends", m.options.on_device ? "device" : "host"},
                                  {"threads", m.threads},
                                  {"repetitions", m.repetitions},
                                  {"triangles", s.triangles}};
@@ -117,6 +119,7 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                {"earliest_toi", s.earliest_toi},
                {"peak_bytes", s.peak_bytes}});
   for (const demo::StageTime& stage : demo::kStageTimes) json["ms"][stage.name] = s.ms.*stage.ms;
+  json["wall_ms"] = m.wall_ms;
   json["total_ms_quartiles"] = {{"first", m.first_quartile_ms}, {"third", m.third_quartile_ms}};
   return json;
 }
@@ -169,6 +172,11 @@ class Benchmark {
             }));
       case Sweep::scaling:
         return report_scaling(all_sizes(backend));
+      case Sweep::ends:
+        return report_ends(
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
+              return at_both_ends_of_the_bus(scene, options);
+            }));
       case Sweep::threads:
         return report_threads(
             for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
@@ -260,6 +268,13 @@ class Benchmark {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::min(threads, all));
       results.push_back(measure_one(scene, options));
     }
+    return results;
+  }
+
+  Measurements at_both_ends_of_the_bus(const DetectorScene& scene, MeasuredOptions options) const {
+    Measurements results = {measure_one(scene, options)};
+    options.on_device = true;
+    results.push_back(measure_one(scene, options));
     return results;
   }
 
@@ -366,6 +381,24 @@ class Benchmark {
     record(measurements);
   }
 
+  void report_ends(const Measurements& measurements) {
+    Table table({"scene", "detection", "ends", "triangles", "contacts", "wall ms", "ms"}, 3);
+    for (const Measurement& m : measurements) {
+      const char* const ends = m.options.on_device ? "device" : "host";
+      if (!m.left_out.empty()) {
+        table.add({m.scene, detection_of(m), ends, "", "", m.left_out});
+        continue;
+      }
+      table.add({m.scene, detection_of(m), ends, fmt::to_string(m.statistics.triangles),
+                 fmt::to_string(contact_count(m)), decimals(m.wall_ms, 3), decimals(work_ms(m), 3)});
+    }
+    add_section("Ends",
+                "Where positions and contacts are. Milliseconds; `wall ms` is what the caller waits for, `ms` the "
+                "detection without `transfer`.",
+                table, measurements);
+    record(measurements);
+  }
+
   void report_threads(const Measurements& measurements) {
     Table table({"scene", "detection", "threads", "ms", "speed-up"}, 2);
     double one_thread_ms = 0;
@@ -438,7 +471,8 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
   demo::add_choices(*command, "--sweep", kSweeps, options.sweeps,
                     "stages: time and work per stage. subdivision: with and without virtual subdivision, and the\n"
                     "uniform grid. lambda: cell sizes, of broad phases exact and paper. scaling: cloth-on-ball from\n"
-                    "about 10K triangles to --most. threads: on 1, 2, 4 ... threads of the CPU");
+                    "about 10K triangles to --most. threads: on 1, 2, 4 ... threads of the CPU. ends: positions and\n"
+                    "contacts in the host's memory and in the device's (with --backend cuda)");
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
   command
       ->add_option("--repeat", options.repetitions,

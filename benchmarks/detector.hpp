@@ -20,7 +20,7 @@ struct Mode {
 constexpr Mode kDiscreteFast = {Detection::dcd, Accuracy::fast};
 constexpr Mode kContinuousPrecise = {Detection::ccd, Accuracy::precise};
 
-enum class Sweep { stages, subdivision, lambda, scaling, threads };
+enum class Sweep { stages, subdivision, lambda, scaling, threads, ends };
 
 struct DetectorOptions {
   std::vector<MakeScene> scenes = {make_funnel, make_cloth_on_ball, make_n_body};

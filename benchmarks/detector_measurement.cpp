@@ -3,13 +3,17 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
 #include "command_line/stage_times.hpp"
+#include "device_memory.hpp"
 #include "paper/detector.hpp"
 #include "quartiles.hpp"
 #include "scene_core.hpp"
@@ -26,11 +30,10 @@ double seconds_since(Clock::time_point start) {
 }
 
 /// FNV-1a of the contacts' bytes.
-std::uint64_t checksum_of(Span<const Contact> contacts) {
+std::uint64_t checksum_of(const std::vector<std::byte>& contacts) {
   static_assert(sizeof(Contact) == 18 * 4, "padding would be part of the checksum");
   std::uint64_t hash = 0xCBF29CE484222325U;
-  const auto* bytes = reinterpret_cast<const unsigned char*>(contacts.data());
-  for (std::size_t i = 0; i < contacts.size() * sizeof(Contact); ++i) hash = (hash ^ bytes[i]) * 0x100000001B3U;
+  for (const std::byte byte : contacts) hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001B3U;
   return hash;
 }
 
@@ -64,30 +67,60 @@ void set_times(Measurement& measurement, const std::vector<StageTimes>& times) {
   measurement.repetitions = static_cast<int>(times.size());
 }
 
+/// Where the measured detector reads one end of a body's step.
+class MeasuredPositions {
+ public:
+  MeasuredPositions(const std::vector<Vec3f>& x, const MeasuredOptions& options) : positions_(x) {
+    if (!options.on_device) return;
+    const std::size_t bytes = x.size() * sizeof(Vec3f);
+    memory_.emplace(options.backend, bytes).write(x.data(), bytes);
+    positions_ = Positions::on_device(reinterpret_cast<const float*>(memory_->data()), x.size(), sizeof(Vec3f));
+  }
+
+  const Positions& get() const { return positions_; }
+
+ private:
+  Positions positions_;
+  std::optional<test::DeviceMemory> memory_;
+};
+
 Measurement measure_all(const DetectorScene& scene, const MeasuredOptions& options, int repetitions) {
   const auto measured = std::make_shared<detail::SceneCore>(
       options, LogCallback(), options.is_paper ? paper::detector_factories(options) : machine_factories(options));
-  detail::QueryCore query(measured, options);
+  QueryOptions query_options = options;
+  query_options.contacts_on_device = options.on_device;
+  detail::QueryCore query(measured, query_options);
   std::vector<BodyId> ids;
+  std::vector<std::array<MeasuredPositions, 2>> positions;
   for (const SceneBody& body : scene.bodies) {
     BodySettings settings = body.settings;
     settings.features = {true, true};
     if (options.detection == Detection::dcd) settings.margin = static_cast<float>(kMarginInEdges * scene.edge_length);
     ids.push_back(measured->add_body({body.triangles, static_cast<std::uint32_t>(body.x_t0.size()), settings}));
+    positions.push_back({MeasuredPositions(body.x_t0, options), MeasuredPositions(body.x_t1, options)});
   }
 
   Span<const Contact> contacts;
   const auto detect = [&] {
     for (std::size_t b = 0; b < ids.size(); ++b) {
-      measured->set_positions(ids[b], scene.bodies[b].x_t0, scene.bodies[b].x_t1);
+      measured->set_positions(ids[b], positions[b][0].get(), positions[b][1].get());
     }
-    contacts = query.wait(query.start(Pairs::all));
+    const std::uint64_t number = query.start(Pairs::all);
+    if (options.on_device) {
+      const DeviceContacts found = query.wait_on_device(number);
+      contacts = {found.data, found.count};
+    } else {
+      contacts = query.wait(number);
+    }
   };
   const Clock::time_point start = Clock::now();
   for (int i = 0; i < kWarmUps && (i == 0 || seconds_since(start) < kMostSeconds / 4); ++i) detect();
   std::vector<StageTimes> times;
+  std::vector<double> waits;
   do {
+    const Clock::time_point before = Clock::now();
     detect();
+    waits.push_back(1e3 * seconds_since(before));
     times.push_back(query.statistics().ms);
   } while (static_cast<int>(times.size()) < repetitions && seconds_since(start) < kMostSeconds);
 
@@ -96,7 +129,10 @@ Measurement measure_all(const DetectorScene& scene, const MeasuredOptions& optio
   result.options = options;
   result.statistics = query.statistics();
   set_times(result, times);
-  result.checksum = checksum_of(contacts);
+  result.wall_ms = demo::median(waits);
+  const std::vector<std::byte> bytes = test::read_device(options.on_device ? options.backend : Backend::cpu,
+                                                         contacts.data(), contacts.size() * sizeof(Contact));
+  result.checksum = checksum_of(bytes);
   result.options.backend = measured->backend();
   result.threads = static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
   return result;

@@ -13,7 +13,8 @@ struct MeasuredOptions : PipelineOptions {
   /// What is measured is a detection on its own, though repetitions look where the ones before them did.
   MeasuredOptions() { reuse_pairs = false; }
 
-  bool is_paper = false;  ///< the broad phase is the printed one (paper/scheme.hpp), instead of `broad_phase`
+  bool on_device = false;  ///< positions and contacts are in the device's memory
+  bool is_paper = false;   ///< the broad phase is the printed one (paper/scheme.hpp), instead of `broad_phase`
 };
 
 /// What one detector costs on one scene.
@@ -22,10 +23,11 @@ struct Measurement {
   MeasuredOptions options;                              ///< with the backend that was used, never `automatic`
   Statistics statistics;                                ///< of the last repetition, with median times
   double first_quartile_ms = 0, third_quartile_ms = 0;  ///< of `ms.total` of the repetitions
-  int repetitions = 0;                                  ///< that were measured
-  int threads = 0;                                      ///< that the CPU was allowed
-  std::uint64_t checksum = 0;                           ///< of the contacts: equal for equal contacts
-  std::string left_out;  ///< why nothing was measured and all figures are 0; empty: it was
+  double wall_ms = 0;          ///< median time that the caller waited, from setting positions to having contacts
+  int repetitions = 0;         ///< that were measured
+  int threads = 0;             ///< that the CPU was allowed
+  std::uint64_t checksum = 0;  ///< of the contacts: equal for equal contacts
+  std::string left_out;        ///< why nothing was measured and all figures are 0; empty: it was
 };
 
 /// Seconds after which a measurement ends, however many repetitions are left.

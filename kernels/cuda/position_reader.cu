@@ -72,6 +72,16 @@ class CudaPositionReader final : public DevicePositionReader {
     free_on(device_, [&] { on_device_.reset(); });
   }
 
+  int device() const override { return device_; }
+
+  bool can_read(const void* data) override {
+    cudaPointerAttributes attributes{};
+    const cudaError_t status = cudaPointerGetAttributes(&attributes, data);
+    cudaGetLastError();
+    return status == cudaSuccess && (attributes.type == cudaMemoryTypeManaged ||
+                                     (attributes.type == cudaMemoryTypeDevice && attributes.device == device_));
+  }
+
   void wait_for(void* ready) override {
     const DeviceGuard guard(device_);
     check_cuda(cudaStreamWaitEvent(stream(), static_cast<cudaEvent_t>(ready), 0), "waiting for positions");

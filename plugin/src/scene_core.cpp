@@ -74,7 +74,7 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
   validate_positions(id, body.vertex_count(), x_t0, x_t1);
   guarded([&] { return positions_problem(id, x_t1); },
           [&] {
-            if (x_t1.is_on_device()) detector_->position_reader();
+            if (x_t1.is_on_device()) validate_on_device(id, detector_->position_reader(), x_t0, x_t1);
             store_.set_positions(body, x_t0, x_t1);
           });
 }
@@ -337,7 +337,7 @@ DeviceContacts QueryCore::wait_on_device(std::uint64_t number) {
     throw Error("a Ticket's contacts are on the host; use wait(), or a Query with contacts_on_device.");
   }
   const Span<const Contact> contacts = finished(number);
-  return {contacts.data(), contacts.size()};
+  return {contacts.data(), contacts.size(), scene_->cuda_device()};
 }
 
 /// The contacts of the detection, once.

@@ -94,6 +94,8 @@ class SceneCore {
   Backend backend() const { return detector_->backend(); }
   /// Why there.
   std::string backend_reason() const { return is_closed_ ? "the scene is gone" : detector_->reason(); }
+  /// That detections on CUDA run on.
+  int cuda_device() { return detector_->position_reader().device(); }
   const SceneStore& store() const { return store_; }
 
   void start(QueryCore& query, Pairs pairs);

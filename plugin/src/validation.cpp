@@ -112,4 +112,15 @@ void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& 
   }
 }
 
+void validate_on_device(BodyId id, DevicePositionReader& reader, const Positions& x_t0, const Positions& x_t1) {
+  for (const Positions* const end : {&x_t0, &x_t1}) {
+    if (end->count() == 0 || reader.can_read(end->data())) continue;
+    throw InvalidInput(
+        fmt::format("body {}: its positions for {} are not in the memory of CUDA device {}, which the scene uses; copy "
+                    "them there, or "
+                    "give positions in the host's memory.",
+                    id.value, end == &x_t0 ? "t0" : "t1", reader.device()));
+  }
+}
+
 }  // namespace softcd

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "softcd/error.hpp"
+#include "softcd/pipeline/detector.hpp"
 #include "softcd/query.hpp"
 
 /// Checks of what the caller gives. Each throws InvalidInput that names what is wrong and what would be right.
@@ -14,5 +15,8 @@ void validate_settings(BodyId id, const BodySettings& settings);
 /// And the settings.
 void validate_mesh(BodyId id, const BodyDesc& desc);
 void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& x_t0, const Positions& x_t1);
+
+/// Positions on a device: that it is the reader's.
+void validate_on_device(BodyId id, DevicePositionReader& reader, const Positions& x_t0, const Positions& x_t1);
 
 }  // namespace softcd

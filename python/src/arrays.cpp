@@ -1,6 +1,7 @@
 #include "arrays.hpp"
 
 #include <fmt/format.h>
+#include <nanobind/stl/vector.h>
 
 #include <cmath>
 #include <cstdint>
@@ -28,17 +29,46 @@ std::string dlpack_problem(nb::handle object) {
 }
 
 nb::builtin_exception wrong_type(const char* name, nb::handle object, const char* expected) {
-  const std::string problem =
-      nb::hasattr(object, "__cuda_array_interface__") ? ": it is in a GPU's memory" : dlpack_problem(object);
-  return nb::type_error(fmt::format("{}: expected {} in the CPU's memory, got {} that cannot be read as such{}", name,
-                                    expected, name_of_type(object), problem)
+  return nb::type_error(fmt::format("{}: expected {}, got {} that cannot be read as such{}", name, expected,
+                                    name_of_type(object), dlpack_problem(object))
                             .c_str());
+}
+
+/// What numba and others have instead of DLPack, version 3: a dictionary.
+bool read_cuda_interface(nb::handle object, Array& array) {
+  if (!nb::hasattr(object, "__cuda_array_interface__")) return false;
+  const nb::object interface = object.attr("__cuda_array_interface__");
+  const auto type = nb::cast<std::string>(interface["typestr"]);
+  if (type != "<f4" && type != "<f8") return false;
+  const std::int64_t item_size = type == "<f4" ? sizeof(float) : sizeof(double);
+  const auto shape = nb::cast<std::vector<std::size_t>>(interface["shape"]);
+  std::vector<std::int64_t> strides(shape.size(), 1);
+  for (std::size_t i = shape.size(); i-- > 1;) strides[i - 1] = strides[i] * static_cast<std::int64_t>(shape[i]);
+  const nb::object given = interface.attr("get")("strides");
+  if (!given.is_none()) {
+    strides = nb::cast<std::vector<std::int64_t>>(given);
+    for (std::int64_t& stride : strides) {
+      if (stride % item_size != 0) return false;
+      stride /= item_size;
+    }
+  }
+  if (strides.size() != shape.size()) return false;
+  const auto address = nb::cast<std::uintptr_t>(interface["data"][0]);
+  array = Array(reinterpret_cast<const void*>(address), shape.size(), shape.data(), object, strides.data(),
+                item_size == sizeof(float) ? nb::dtype<float>() : nb::dtype<double>(), nb::device::cuda::value, 0);
+  return true;
 }
 
 bool is_on_cpu(const Array& array) {
   constexpr int kCpu = 1;
   constexpr int kPageLocked = 3;
   return array.device_type() == kCpu || array.device_type() == kPageLocked;
+}
+
+bool is_on_gpu(const Array& array) {
+  constexpr int kCuda = 2;
+  constexpr int kManaged = 13;
+  return array.device_type() == kCuda || array.device_type() == kManaged;
 }
 
 std::string dtype_name(const Array& array) {
@@ -54,12 +84,13 @@ std::string shape_of(const Array& array) {
   return fmt::format("({}{})", shape, array.ndim() == 1 ? "," : "");
 }
 
-Array read_array(const char* name, nb::handle object, const char* expected) {
+Array read_array(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu) {
   Array array;
-  if (object.is_none() || !nb::try_cast(object, array, /*convert=*/false)) throw wrong_type(name, object, expected);
-  if (!is_on_cpu(array)) {
-    throw nb::type_error(fmt::format("{}: expected {} in the CPU's memory, got one on device {} of DLPack's type {}; "
-                                     "copy it to the CPU",
+  const bool is_read = !object.is_none() && (nb::try_cast(object, array, /*convert=*/false) ||
+                                             (may_be_on_gpu && read_cuda_interface(object, array)));
+  if (!is_read) throw wrong_type(name, object, expected);
+  if (!is_on_cpu(array) && !(may_be_on_gpu && is_on_gpu(array))) {
+    throw nb::type_error(fmt::format("{}: expected {}, got one on device {} of DLPack's type {}; copy it to the CPU",
                                      name, expected, array.device_id(), array.device_type())
                              .c_str());
   }
@@ -93,7 +124,9 @@ Positions positions_in(const char* name, const Array& array) {
   if (reinterpret_cast<std::uintptr_t>(first) % alignof(Scalar) != 0) {
     throw InvalidInput(fmt::format("{}: its memory is not aligned; numpy.array makes a copy that is", name));
   }
-  return {first, array.shape(0), row_stride(name, array, sizeof(Scalar))};
+  const std::size_t stride = row_stride(name, array, sizeof(Scalar));
+  return is_on_gpu(array) ? Positions::on_device(first, array.shape(0), stride)
+                          : Positions(first, array.shape(0), stride);
 }
 
 template <class Scalar>
@@ -133,8 +166,9 @@ std::vector<Triangle> triangles_in(const char* name, const Array& array) {
 }  // namespace
 
 PositionsArray read_positions(const char* name, nb::handle object) {
-  constexpr const char* kExpected = "an array of float32 or float64 of shape (n, 3)";
-  Array array = read_array(name, object, kExpected);
+  constexpr const char* kExpected =
+      "an array of float32 or float64 of shape (n, 3) in the CPU's or a CUDA device's memory";
+  Array array = read_array(name, object, kExpected, true);
   Positions positions;
   if (array.dtype() == nb::dtype<float>()) {
     positions = positions_in<float>(name, array);
@@ -147,6 +181,7 @@ PositionsArray read_positions(const char* name, nb::handle object) {
 }
 
 void require_finite(const char* name, const Positions& positions) {
+  if (positions.is_on_device()) return;
   if (positions.is_double()) {
     require_finite_scalars<double>(name, positions);
   } else {
@@ -155,8 +190,8 @@ void require_finite(const char* name, const Positions& positions) {
 }
 
 std::vector<Triangle> read_triangles(const char* name, nb::handle object) {
-  constexpr const char* kExpected = "an array of integers of shape (n, 3)";
-  const Array array = read_array(name, object, kExpected);
+  constexpr const char* kExpected = "an array of integers of shape (n, 3) in the CPU's memory";
+  const Array array = read_array(name, object, kExpected, false);
   const auto is_of = [&](auto integer) { return array.dtype() == nb::dtype<decltype(integer)>(); };
   if (is_of(std::uint32_t{})) return triangles_in<std::uint32_t>(name, array);
   if (is_of(std::int32_t{})) return triangles_in<std::int32_t>(name, array);

@@ -21,11 +21,12 @@ struct PositionsArray {
   Positions positions;
 };
 
-/// Float32 or float64 of shape (n, 3), each row's three side by side, in the CPU's memory: anything with the buffer
-/// protocol or `__dlpack__`. Nothing is copied. Throws nb::type_error or InvalidInput, which begin with `name`.
+/// Float32 or float64 of shape (n, 3), each row's three side by side, in the CPU's memory or a GPU's: anything with the
+/// buffer protocol, `__dlpack__` or `__cuda_array_interface__`. Nothing is copied. Throws nb::type_error or
+/// InvalidInput, which begin with `name`.
 PositionsArray read_positions(const char* name, nb::handle object);
 
-/// Throws InvalidInput where a coordinate is one that the library leaves out.
+/// Throws InvalidInput where a coordinate in the CPU's memory is one that the library leaves out.
 void require_finite(const char* name, const Positions& positions);
 
 /// Integers of shape (n, 3), any strides, in the CPU's memory.

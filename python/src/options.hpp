@@ -24,6 +24,6 @@ inline constexpr auto kQueryOptions = fields_of<QueryOptions>(
     Field{"vertex_triangle", [](QueryOptions& o) -> bool& { return o.features.vertex_triangle; }},
     Field{"edge_edge", [](QueryOptions& o) -> bool& { return o.features.edge_edge; }},
     Field{"broad_phase", &QueryOptions::broad_phase}, Field{"subdivision", &QueryOptions::subdivision},
-    Field{"lambda_", &QueryOptions::lambda});
+    Field{"lambda_", &QueryOptions::lambda}, Field{"contacts_on_device", &QueryOptions::contacts_on_device});
 
 }  // namespace softcd::python

@@ -2,6 +2,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "bindings.hpp"
@@ -14,6 +15,7 @@ namespace {
 
 struct Found {
   Span<const Contact> contacts;
+  std::optional<DeviceContacts> on_device;  ///< instead
   std::shared_ptr<const void> memory;
 };
 
@@ -32,10 +34,13 @@ class BoundQuery {
     return scene_.call_and_read([&](Scene&) { return query_->start(pairs); });
   }
   nb::object wait(Ticket& ticket) {
-    return to_array(scene_.call([&](Scene&) { return hold(ticket.wait()); }));
+    return to_array(scene_.call([&](Scene&) { return wait_and_hold(ticket); }));
   }
   nb::object detect(Pairs pairs) {
-    return to_array(scene_.call_and_read([&](Scene&) { return hold(query_->detect(pairs)); }));
+    return to_array(scene_.call_and_read([&](Scene&) {
+      Ticket ticket = query_->start(pairs);
+      return wait_and_hold(ticket);
+    }));
   }
 
   QueryOptions options() {
@@ -68,9 +73,20 @@ class BoundQuery {
   void clear() { filter_.reset(); }
 
  private:
-  Found hold(Span<const Contact> contacts) { return {contacts, query_->hold_contacts()}; }
+  Found wait_and_hold(Ticket& ticket) {
+    Found found;
+    if (query_->options().contacts_on_device) {
+      found.on_device = ticket.wait_on_device();
+    } else {
+      found.contacts = ticket.wait();
+    }
+    found.memory = query_->hold_contacts();
+    return found;
+  }
   nb::object to_array(const Found& found) {
-    return contacts_array(found.contacts, HeldContacts(found.memory, scene_.discarded()));
+    HeldContacts held(found.memory, scene_.discarded());
+    if (found.on_device) return nb::cast(DeviceContactsArray(*found.on_device, std::move(held)));
+    return contacts_array(found.contacts, std::move(held));
   }
   bool ask(BodyId a, BodyId b) {
     const nb::gil_scoped_acquire interpreter;
@@ -121,7 +137,9 @@ PyType_Slot ticket_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_
 constexpr const char* kDetect =
     "Reads the positions that were set, finds all contacts and returns them as a read-only structured array "
     "(softcd.contact_dtype) over the library's memory, sorted by (kind, body_a, feature_a, body_b, feature_b), each "
-    "once. It stays as it is, whatever becomes of the query; detections use other memory as long as it lives.";
+    "once. It stays as it is, whatever becomes of the query; detections use other memory as long as it lives. With "
+    "contacts_on_device they are "
+    "DeviceContacts instead.";
 
 }  // namespace
 
@@ -146,7 +164,8 @@ void bind_query(nb::module_& module) {
       "scene"_a, nb::kw_only());
   query
       .def("detect", &BoundQuery::detect, "pairs"_a = Pairs::all,
-           nb::sig("def detect(self, pairs: Pairs = ...) -> numpy.typing.NDArray[numpy.void]"), kDetect)
+           nb::sig("def detect(self, pairs: Pairs = ...) -> numpy.typing.NDArray[numpy.void] | DeviceContacts"),
+           kDetect)
       .def(
           "start", [](nb::object self, Pairs pairs) { return new BoundTicket(std::move(self), pairs); },
           "pairs"_a = Pairs::all,

@@ -1,5 +1,7 @@
 #include "scene.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <optional>
 #include <string>
 
@@ -30,9 +32,14 @@ PyType_Slot scene_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_s
 constexpr const char* kSetPositions =
     "Where the body's vertices are at both ends of the step; without vertices_t1 it does not move. Arrays of float32 "
     "or "
-    "float64 of shape (vertices, 3), both of one type, on the CPU: numpy's, or anything with __dlpack__. They are "
-    "not copied but read when the next detection is started, and kept alive until then; what is written into them "
-    "before counts. With check_finite a coordinate that is not finite, or beyond 1e37, is refused; without, the "
+    "float64 of shape (vertices, 3), both of one type and in one place: numpy's, or anything with __dlpack__ or "
+    "__cuda_array_interface__. They are not copied. On the CPU they are read when the next detection is started, and "
+    "kept "
+    "alive until then; what is written into them before counts. On a GPU they stay where they are, and must stay as "
+    "they "
+    "are until others are set; they are read after what the device's default stream was given before the detection. "
+    "With "
+    "check_finite a coordinate on the CPU that is not finite, or beyond 1e37, is refused; without, and on a GPU, the "
     "triangles there are left out, with a warning.";
 
 }  // namespace
@@ -62,7 +69,10 @@ std::uint32_t BoundScene::add_body(nb::handle triangles, std::uint32_t vertex_co
 void BoundScene::update_body(std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count,
                              const BodySettings& settings) {
   const std::vector<Triangle> read = read_triangles("triangles", triangles);
-  call([&](Scene& scene) { scene.update_body({body}, desc_of(read, vertex_count, settings)); });
+  call([&](Scene& scene) {
+    scene.update_body({body}, desc_of(read, vertex_count, settings));
+    replace_on_device(body);
+  });
 }
 
 void BoundScene::set_settings(std::uint32_t body, const BodySettings& settings) {
@@ -72,6 +82,7 @@ void BoundScene::set_settings(std::uint32_t body, const BodySettings& settings) 
 void BoundScene::remove_body(std::uint32_t body) {
   call([&](Scene& scene) {
     scene.remove_body({body});
+    replace_on_device(body);
     --body_count_;
   });
 }
@@ -89,14 +100,26 @@ void BoundScene::set_positions(std::uint32_t body, nb::handle vertices_t0, nb::h
       require_finite("vertices_t0", t0.positions);
       require_finite("vertices_t1", t1.positions);
     }
-    std::array<Array, 2>& kept = kept_[body];
+    const bool is_on_device = t0.positions.is_on_device();
+    std::array<Array, 2>& kept = (is_on_device ? on_device_ : kept_)[body];
+    replaced_.reserve(replaced_.size() + 2);
     if (vertices_t1.is_none()) {
       scene.set_positions({body}, t0.positions);
     } else {
       scene.set_positions({body}, t0.positions, t1.positions);
     }
+    if (!is_on_device) replace_on_device(body);
     kept.swap(arrays);
+    if (is_on_device) std::move(arrays.begin(), arrays.end(), std::back_inserter(replaced_));
   });
+}
+
+/// A detection may still read what the body had.
+void BoundScene::replace_on_device(std::uint32_t body) {
+  const auto found = on_device_.find(body);
+  if (found == on_device_.end()) return;
+  for (Array& array : found->second) replaced_.push_back(std::move(array));
+  on_device_.erase(found);
 }
 
 SceneOptions BoundScene::options() {

@@ -53,7 +53,7 @@ class HeldContacts {
 };
 
 /// softcd::Scene for Python: calls from several threads wait for each other, without the interpreter's lock, and arrays
-/// that were set stay alive until they have been read.
+/// that were set stay alive until they have been read; those on a GPU until a detection has read others in their place.
 class BoundScene {
  public:
   BoundScene(const SceneOptions& options, nb::object log);
@@ -87,11 +87,17 @@ class BoundScene {
   template <class F>
   auto call_and_read(const F& f) {
     KeptArrays read;  // let go of with the interpreter's lock
+    std::vector<Array> replaced;
     return call([&](Scene& scene) {
       const struct Finally {
-        ~Finally() { mine.swap(its); }
-        KeptArrays &mine, &its;
-      } finally{read, kept_};
+        ~Finally() {
+          read.swap(self.kept_);
+          replaced.swap(self.replaced_);
+        }
+        KeptArrays& read;
+        std::vector<Array>& replaced;
+        BoundScene& self;
+      } finally{read, replaced, *this};
       return f(scene);
     });
   }
@@ -117,11 +123,14 @@ class BoundScene {
   };
 
   void log(LogLevel level, std::string_view text);
+  void replace_on_device(std::uint32_t body);
 
   std::mutex mutex_;
   std::atomic<std::thread::id> user_;
   nb::object log_;
-  KeptArrays kept_;  ///< read by the next detection
+  KeptArrays kept_;              ///< read by the next detection
+  KeptArrays on_device_;         ///< read by any
+  std::vector<Array> replaced_;  ///< that were on_device_, until the next detection
   std::shared_ptr<Discarded> discarded_ = std::make_shared<Discarded>();
   std::atomic<std::uint32_t> body_count_ = 0;
   Scene scene_;

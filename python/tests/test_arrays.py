@@ -57,6 +57,19 @@ class OnGpu:
         return 2, 1
 
 
+class OnlyCudaInterface:
+    """What numba's arrays show of themselves."""
+
+    def __init__(self, typestr, shape, strides=None):
+        self.__cuda_array_interface__ = {
+            "shape": shape,
+            "strides": strides,
+            "typestr": typestr,
+            "data": (0x1000, False),
+            "version": 3,
+        }
+
+
 def scene_of(triangles, vertex_count, **settings):
     scene = softcd.Scene()
     return scene, scene.add_body(triangles, vertex_count, self_collision=True, edge_edge=True, **settings)
@@ -186,16 +199,36 @@ def test_a_loop_takes_turns_with_two_memories():
     assert len(places) == 2
 
 
-def test_gpu_arrays_are_refused_by_name():
-    scene, body = scene_of(PIERCING_TRIANGLES, 6)
-    with pytest.raises(TypeError, match="vertices_t1: .*CPU.*device 1"):
+def test_gpu_arrays_are_refused_where_there_is_no_gpu():
+    scene = softcd.Scene(backend=softcd.Backend.cpu)
+    body = scene.add_body(PIERCING_TRIANGLES, 6)
+    with pytest.raises(softcd.InvalidInput, match="one end in the host's memory"):
         scene.set_positions(body, PIERCING_T0.astype(np.float32), OnGpu(6))
+    with pytest.raises(softcd.BackendError, match="CUDA device's memory"):
+        scene.set_positions(body, OnGpu(6))
+    with pytest.raises(softcd.BackendError, match="CUDA device's memory"):
+        scene.set_positions(body, OnlyCudaInterface("<f4", (6, 3)))
+    with pytest.raises(TypeError, match="triangles: .*CPU.*device 1"):
+        scene.add_body(OnGpu(2), 6)
+    with pytest.raises(softcd.BackendError, match="contacts_on_device"):
+        softcd.Query(scene, contacts_on_device=True).detect()
 
-    class OnlyCudaArrayInterface:
-        __cuda_array_interface__ = {"shape": (6, 3), "typestr": "<f4", "data": (0x1000, False), "version": 3}
 
-    with pytest.raises(TypeError, match="vertices_t0: .*GPU"):
-        scene.set_positions(body, OnlyCudaArrayInterface())
+@pytest.mark.parametrize(
+    ("typestr", "shape", "strides", "error", "message"),
+    [
+        ("<i4", (6, 3), None, TypeError, "vertices_t0: .*OnlyCudaInterface"),
+        ("<f4", (6, 2), None, softcd.InvalidInput, r"vertices_t0: .*\(6, 2\)"),
+        ("<f4", (6, 3), (12,), TypeError, "vertices_t0"),
+        ("<f4", (6, 3), (13, 4), TypeError, "vertices_t0"),
+        ("<f4", (6, 3), (4, 24), softcd.InvalidInput, "vertices_t0: .*side by side"),
+        ("<f8", (6, 3), (-24, 8), softcd.InvalidInput, "vertices_t0: rows"),
+    ],
+)
+def test_cuda_interfaces_are_checked(typestr, shape, strides, error, message):
+    scene, body = scene_of(PIERCING_TRIANGLES, 6)
+    with pytest.raises(error, match=message):
+        scene.set_positions(body, OnlyCudaInterface(typestr, shape, strides))
 
 
 def test_an_array_that_does_not_export_says_why():

@@ -72,6 +72,8 @@ class HostReader final : public DevicePositionReader {
  public:
   explicit HostReader(const bool& fails) : fails_(fails) {}
 
+  int device() const override { return 0; }
+  bool can_read(const void* data) override { return data != nullptr; }
   void wait_for(void* /*ready*/) override {}
   Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) override {
     if (fails_) throw DeviceError("the device fell off the bus");
@@ -156,7 +158,7 @@ class LoadedCore {
     const auto place = [&](const Positions3& x, std::optional<DeviceMemory>& device, std::vector<std::byte>& host) {
       std::vector<std::byte> bytes = bytes_of(x, form);
       if (!on_device) return positions_at((host = std::move(bytes)).data(), x.size(), form, false);
-      device.emplace(bytes.size()).write(bytes);
+      device.emplace(backend_under_test(), bytes.size()).write(bytes.data(), bytes.size());
       return positions_at(device->data(), x.size(), form, true);
     };
     const Positions x_t1 = place(body.x_t1, next.device_t1, next.host_t1);
@@ -377,7 +379,12 @@ TEST_F(DevicePositionsTest, are_refused_where_there_is_no_device) {
   std::vector<Vec3f> x(body.x_t1.size());
   const Positions on_the_host = x;
   const Positions on_a_device = Positions::on_device(&x.data()->x, x.size(), sizeof(Vec3f));
-  EXPECT_THROW(on_device().scene().set_positions(host.ids()[0], on_the_host, on_a_device), InvalidInput);
+  LoadedCore device = on_device();
+  device.add(body);
+  EXPECT_THROW(device.scene().set_positions(device.ids()[0], on_the_host, on_a_device), InvalidInput);
+  if (backend_under_test() == Backend::cuda) {
+    EXPECT_THROW(device.scene().set_positions(device.ids()[0], on_a_device, on_a_device), InvalidInput);
+  }
 }
 
 TEST_F(DevicePositionsTest, contacts_stay_on_the_device) {
@@ -396,7 +403,7 @@ TEST_F(DevicePositionsTest, contacts_stay_on_the_device) {
     device.set(0, body, {}, true, true);
     const DeviceContacts found = device.query().wait_on_device(device.query().start(Pairs::all));
     ASSERT_EQ(found.count, expected.size());
-    const std::vector<std::byte> bytes = read_device(found.data, found.count * sizeof(Contact));
+    const std::vector<std::byte> bytes = read_device(backend_under_test(), found.data, found.count * sizeof(Contact));
     EXPECT_EQ(std::memcmp(bytes.data(), expected.data(), bytes.size()), 0);
     EXPECT_EQ(device.query().statistics().vt_contacts, host.query().statistics().vt_contacts);
     EXPECT_EQ(device.query().statistics().ee_contacts, host.query().statistics().ee_contacts);

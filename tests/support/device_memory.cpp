@@ -4,7 +4,6 @@
 #include <new>
 #include <utility>
 
-#include "backend_under_test.hpp"
 #ifdef SOFTCD_HAS_CUDA
 #include <cuda_runtime_api.h>
 #endif
@@ -13,62 +12,71 @@ namespace softcd::test {
 namespace {
 
 #ifdef SOFTCD_HAS_CUDA
-bool is_on_gpu() {
-  return backend_under_test() == Backend::cuda;
-}
-
 void check(cudaError_t status) {
   if (status != cudaSuccess) throw std::bad_alloc();
 }
-#endif
 
-void copy(void* to, const void* from, std::size_t bytes) {
-  if (bytes == 0) return;
-#ifdef SOFTCD_HAS_CUDA
-  if (is_on_gpu()) {
-    check(cudaMemcpy(to, from, bytes, cudaMemcpyDefault));
-    return;
-  }
-#endif
-  std::memcpy(to, from, bytes);
+void* allocate(Backend backend, std::size_t bytes) {
+  if (backend != Backend::cuda) return ::operator new(bytes);
+  void* memory = nullptr;
+  check(cudaMalloc(&memory, bytes));
+  return memory;
 }
+
+void free_memory(Backend backend, void* memory) {
+  if (backend == Backend::cuda) {
+    cudaFree(memory);
+  } else {
+    ::operator delete(memory);
+  }
+}
+
+void copy(Backend backend, void* to, const void* from, std::size_t bytes) {
+  if (backend == Backend::cuda) {
+    check(cudaMemcpy(to, from, bytes, cudaMemcpyDefault));
+  } else if (bytes > 0) {
+    std::memcpy(to, from, bytes);
+  }
+}
+#else
+void* allocate(Backend /*backend*/, std::size_t bytes) {
+  return ::operator new(bytes);
+}
+
+void free_memory(Backend /*backend*/, void* memory) {
+  ::operator delete(memory);
+}
+
+void copy(Backend /*backend*/, void* to, const void* from, std::size_t bytes) {
+  if (bytes > 0) std::memcpy(to, from, bytes);
+}
+#endif
 
 }  // namespace
 
-DeviceMemory::DeviceMemory(std::size_t bytes) {
-#ifdef SOFTCD_HAS_CUDA
-  if (is_on_gpu()) {
-    check(cudaMalloc(&data_, bytes));
-    return;
-  }
-#endif
-  data_ = static_cast<std::byte*>(::operator new(bytes));
-}
+DeviceMemory::DeviceMemory(Backend backend, std::size_t bytes)
+    : backend_(backend), data_(static_cast<std::byte*>(allocate(backend, bytes))) {}
 
 DeviceMemory::~DeviceMemory() {
-#ifdef SOFTCD_HAS_CUDA
-  if (is_on_gpu()) {
-    cudaFree(data_);
-    return;
-  }
-#endif
-  ::operator delete(data_);
+  free_memory(backend_, data_);
 }
 
-DeviceMemory::DeviceMemory(DeviceMemory&& other) noexcept : data_(std::exchange(other.data_, nullptr)) {}
+DeviceMemory::DeviceMemory(DeviceMemory&& other) noexcept
+    : backend_(other.backend_), data_(std::exchange(other.data_, nullptr)) {}
 
 DeviceMemory& DeviceMemory::operator=(DeviceMemory&& other) noexcept {
+  std::swap(backend_, other.backend_);
   std::swap(data_, other.data_);
   return *this;
 }
 
-void DeviceMemory::write(const std::vector<std::byte>& bytes) {
-  copy(data_, bytes.data(), bytes.size());
+void DeviceMemory::write(const void* bytes, std::size_t count) {
+  copy(backend_, data_, bytes, count);
 }
 
-std::vector<std::byte> read_device(const void* data, std::size_t bytes) {
+std::vector<std::byte> read_device(Backend backend, const void* data, std::size_t bytes) {
   std::vector<std::byte> result(bytes);
-  copy(result.data(), data, bytes);
+  copy(backend, result.data(), data, bytes);
   return result;
 }
 

@@ -3,12 +3,14 @@
 #include <cstddef>
 #include <vector>
 
+#include "softcd/core/statistics.hpp"
+
 namespace softcd::test {
 
-/// Bytes in the memory of the backend under test: on the CPU the host's.
+/// Bytes in a backend's memory: on the CPU the host's.
 class DeviceMemory {
  public:
-  explicit DeviceMemory(std::size_t bytes);
+  DeviceMemory(Backend backend, std::size_t bytes);
   ~DeviceMemory();
   DeviceMemory(DeviceMemory&& other) noexcept;
   DeviceMemory& operator=(DeviceMemory&& other) noexcept;
@@ -16,13 +18,13 @@ class DeviceMemory {
   DeviceMemory& operator=(const DeviceMemory&) = delete;
 
   std::byte* data() { return data_; }
-  void write(const std::vector<std::byte>& bytes);
+  void write(const void* bytes, std::size_t count);
 
  private:
+  Backend backend_;
   std::byte* data_ = nullptr;
 };
 
-/// `bytes` from the memory of the backend under test.
-std::vector<std::byte> read_device(const void* data, std::size_t bytes);
+std::vector<std::byte> read_device(Backend backend, const void* data, std::size_t bytes);
 
 }  // namespace softcd::test

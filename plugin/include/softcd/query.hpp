@@ -87,6 +87,7 @@ using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 struct DeviceContacts {
   const Contact* data = nullptr;
   std::uint64_t count = 0;
+  std::int32_t device = 0;  ///< as cudaGetDeviceCount counts them
 };
 
 /// A detection that was started.

@@ -125,6 +125,10 @@ class DevicePositionReader {
  public:
   virtual ~DevicePositionReader() = default;
 
+  /// As cudaGetDeviceCount counts them.
+  virtual int device() const = 0;
+  /// Whether the device can read there.
+  virtual bool can_read(const void* data) = 0;
   /// What is read from now on is there after this cudaEvent_t.
   virtual void wait_for(void* ready) = 0;
   /// What is known of each run of vertices when they are placed relative to the origin; nothing of t0 where it is not

@@ -1,0 +1,164 @@
+"""Arrays on a GPU: positions from there, contacts that stay there."""
+
+import gc
+
+import numpy as np
+import pytest
+
+import softcd
+from meshes import sheet, soup
+
+try:
+    softcd.Scene(backend=softcd.Backend.cuda)
+except softcd.BackendError as error:
+    pytest.skip(f"no CUDA device: {error}", allow_module_level=True)
+
+torch = pytest.importorskip("torch")
+
+
+def torch_array(values):
+    return torch.tensor(values, device="cuda")
+
+
+def cupy_array(values):
+    return pytest.importorskip("cupy").asarray(values)
+
+
+def jax_array(values):
+    jax = pytest.importorskip("jax")
+    with jax.enable_x64(True):
+        return jax.device_put(values, jax.devices("gpu")[0])
+
+
+def numba_array(values):
+    return pytest.importorskip("numba.cuda").to_device(values)
+
+
+def step_of(seed, dtype):
+    vertices, triangles = soup(seed, 400, 0.1)
+    random = np.random.default_rng(seed)
+    return vertices.astype(dtype), (vertices + 0.05 * random.normal(size=vertices.shape)).astype(dtype), triangles
+
+
+def query_of(triangles, vertex_count, **options):
+    scene = softcd.Scene(backend=softcd.Backend.cuda)
+    body = scene.add_body(triangles, vertex_count, self_collision=True, edge_edge=True, margin=0.001)
+    return scene, body, softcd.Query(scene, detection=softcd.Detection.ccd, **options)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("on_gpu", [torch_array, cupy_array, jax_array, numba_array])
+def test_contacts_are_those_of_the_cpu_s_arrays(on_gpu, dtype):
+    t0, t1, triangles = step_of(1, dtype)
+    scene, body, query = query_of(triangles, len(t0))
+    scene.set_positions(body, t0, t1)
+    expected = query.detect().tobytes()
+    assert len(expected) > 0
+    scene.set_positions(body, on_gpu(t0), on_gpu(t1))
+    gc.collect()
+    assert query.detect().tobytes() == expected
+    assert query.statistics.backend == softcd.Backend.cuda
+
+
+def test_rows_may_lie_apart():
+    t0, t1, triangles = step_of(2, np.float32)
+    scene, body, query = query_of(triangles, len(t0))
+    scene.set_positions(body, t0, t1)
+    expected = query.detect().tobytes()
+    wide = [torch.zeros((len(t0), 4), device="cuda") for _ in range(2)]
+    for rows, values in zip(wide, (t0, t1)):
+        rows[:, :3] = torch_array(values)
+    scene.set_positions(body, wide[0][:, :3], wide[1][:, :3])
+    assert query.detect().tobytes() == expected
+
+
+def test_arrays_stay_alive_until_they_are_replaced():
+    t0, t1, triangles = step_of(3, np.float32)
+    scene, body, query = query_of(triangles, len(t0))
+    scene.set_positions(body, torch_array(t0), torch_array(t1))
+    expected = query.detect().tobytes()
+    gc.collect()
+    filler = [torch.full((len(t0), 3), float("nan"), device="cuda") for _ in range(8)]
+    second = softcd.Query(scene, detection=softcd.Detection.dcd)  # looks where the first one has not
+    second.detect()
+    assert query.detect().tobytes() == expected
+    before = torch.cuda.memory_allocated()
+    for _ in range(4):
+        scene.set_positions(body, torch_array(t0), torch_array(t1))
+        query.detect()
+    assert torch.cuda.memory_allocated() <= before + 2 * filler[0].nbytes
+
+
+def test_contacts_stay_on_the_gpu():
+    t0, t1, triangles = step_of(4, np.float32)
+    scene, body, query = query_of(triangles, len(t0))
+    scene.set_positions(body, t0, t1)
+    expected = query.detect()
+    on_device = softcd.Query(
+        scene, detection=softcd.Detection.ccd, contacts_on_device=True
+    )
+    scene.set_positions(body, torch_array(t0), torch_array(t1))
+    contacts = on_device.detect()
+    assert isinstance(contacts, softcd.DeviceContacts)
+    assert len(contacts) == len(expected) > 0
+    assert "CUDA device 0" in repr(contacts)
+    columns = {name: torch.from_dlpack(contacts[name]) for name in softcd.contact_dtype.names}
+    for name, column in columns.items():
+        assert column.device.type == "cuda"
+        np.testing.assert_array_equal(column.cpu().numpy(), expected[name].view(column.cpu().numpy().dtype))
+    first = columns["kind"].data_ptr()
+    for name, (_, offset) in softcd.contact_dtype.fields.items():
+        assert columns[name].data_ptr() == first + offset, "columns of one array, none of them copied"
+    assert torch.from_dlpack(contacts["distance"]).data_ptr() == columns["distance"].data_ptr()
+    cupy = pytest.importorskip("cupy")
+    assert cupy.from_dlpack(contacts["distance"]).data.ptr == columns["distance"].data_ptr()
+    # Detections use other memory as long as a column lives.
+    del contacts
+    gc.collect()
+    distances = columns["distance"].clone()
+    scene.set_positions(body, torch_array(t0 + 100), torch_array(t1[::-1].copy()))
+    on_device.detect()
+    on_device.detect()
+    assert torch.equal(distances, columns["distance"])
+
+
+def test_arguments_are_checked():
+    t0, _, triangles = step_of(5, np.float32)
+    scene, body, query = query_of(triangles, len(t0))
+    with pytest.raises(TypeError, match="vertices_t0.*int"):
+        scene.set_positions(body, torch.zeros((len(t0), 3), dtype=torch.int32, device="cuda"))
+    with pytest.raises(softcd.InvalidInput, match="side by side"):
+        scene.set_positions(body, torch.zeros((3, len(t0)), device="cuda").T)
+    with pytest.raises(softcd.InvalidInput, match="1 positions"):
+        scene.set_positions(body, torch.zeros((1, 3), device="cuda"))
+    with pytest.raises(softcd.InvalidInput, match="one end"):
+        scene.set_positions(body, t0, torch_array(t0))
+    with pytest.raises(KeyError, match="speed"):
+        scene.set_positions(body, torch_array(t0))
+        query.options = query.options.replace(contacts_on_device=True)
+        query.detect()["speed"]
+    with pytest.warns(RuntimeWarning, match="not finite"):
+        scene.set_positions(body, torch_array(t0).fill_(float("nan")))
+        assert len(query.detect()) == 0
+
+
+def test_a_simulation_on_the_gpu():
+    """Waits for torch's work on the default stream, without being told."""
+    vertices, triangles = sheet(64)
+    scene, body, query = query_of(
+        triangles, len(vertices), contacts_on_device=True, accuracy=softcd.Accuracy.conservative
+    )
+    x = torch_array(vertices.astype(np.float32))
+    rough = torch.linspace(0, 6, len(vertices), device="cuda").sin()
+    for step in range(8):
+        moved = x.clone()
+        for _ in range(50):
+            moved[:, 2] += 0.01 * rough
+        moved[:, 0] *= 0.9
+        scene.set_positions(body, x, moved)
+        contacts = query.detect()
+        expected = softcd.detect(
+            x.cpu().numpy(), triangles, moved.cpu().numpy(), margin=0.001, backend=softcd.Backend.cpu
+        )
+        assert len(contacts) == len(expected), f"step {step}"
+        x = moved
