@@ -5,6 +5,7 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "device_memory.hpp"
 #include "generic_kernels.cuh"
 #include "graph.hpp"
+#include "place_positions.cuh"
 #include "side_stream.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/memory_account.hpp"
@@ -118,25 +120,34 @@ class CudaBackend {
                    "copying the scene");
       }
     }
-    /// What is in the device's memory already.
-    void place(CudaBackend& backend, const DevicePositions& x, Vec3d origin) {
-      T* const to = copy_.data() + x.first;
-      const auto place_as = [&](auto scalar) {
-        backend.enqueue("placing positions", [&] {
-          cuda::for_each_index<<<backend.blocks_for(x.count), cuda::kBlockSize, 0, backend.stream_>>>(
-              x.count, PlacePosition<decltype(scalar)>{x.positions, origin, to});
-        });
-      };
-      if (x.positions.is_double) {
-        place_as(0.0);
-      } else {
-        place_as(0.0F);
+    /// What is in the device's memory already, from the host's list of it. No work that reads the one before is left.
+    void place(CudaBackend& backend, const std::vector<DevicePositions>& positions, Vec3d origin) {
+      if (positions.empty()) return;
+      runs_.clear();
+      for (const DevicePositions& x : positions) {
+        for (std::uint64_t begin = 0; begin < x.count; begin += kRunSize) runs_.push_back(part_of(x, begin));
       }
+      shared_runs_.reserve(runs_.size());
+      std::copy(runs_.begin(), runs_.end(), shared_runs_.data());
+      backend.enqueue("placing positions", [&] {
+        cuda::place_positions<<<static_cast<unsigned>(runs_.size()), cuda::kBlockSize, 0, backend.stream_>>>(
+            shared_runs_.data(), origin, copy_.data());
+      });
     }
     const T* data() const { return copy_.data(); }
 
    private:
+    static constexpr std::uint64_t kRunSize = 2048;  ///< that one block places
+
+    static DevicePositions part_of(const DevicePositions& x, std::uint64_t begin) {
+      GivenPositions given = x.positions;
+      given.data = static_cast<const std::byte*>(given.data) + begin * given.stride;
+      return {given, x.first + begin, std::min(kRunSize, x.count - begin)};
+    }
+
     Buffer<T> copy_;
+    std::vector<DevicePositions> runs_;
+    PinnedBuffer<DevicePositions> shared_runs_;
   };
 
   template <class T>

@@ -72,13 +72,6 @@ __device__ inline std::uint64_t grid_threads() {
   return static_cast<std::uint64_t>(gridDim.x) * blockDim.x;
 }
 
-/// For as many as the host knows.
-template <class F>
-__global__ void __launch_bounds__(kBlockSize) for_each_index(std::uint64_t count, F f) {
-  const std::uint64_t threads = std::uint64_t{gridDim.x} * blockDim.x;
-  for (std::uint64_t i = std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x; i < count; i += threads) f(i);
-}
-
 template <class F>
 __global__ void for_each(Count count, F f) {
   const std::uint64_t n = count.get();

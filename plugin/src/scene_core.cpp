@@ -74,7 +74,7 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
   validate_positions(id, body.vertex_count(), x_t0, x_t1);
   guarded([&] { return positions_problem(id, x_t1); },
           [&] {
-            if (x_t1.is_on_device()) validate_on_device(id, detector_->position_reader(), x_t0, x_t1);
+            if (x_t1.is_on_device()) validate_on_device(body, x_t0, x_t1, detector_->position_reader());
             store_.set_positions(body, x_t0, x_t1);
           });
 }

@@ -112,15 +112,18 @@ void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& 
   }
 }
 
-void validate_on_device(BodyId id, DevicePositionReader& reader, const Positions& x_t0, const Positions& x_t1) {
-  for (const Positions* const end : {&x_t0, &x_t1}) {
-    if (end->count() == 0 || reader.can_read(end->data())) continue;
+void validate_on_device(const Body& body, const Positions& x_t0, const Positions& x_t1, DevicePositionReader& reader) {
+  const auto validate = [&](const Positions& x, const Positions& before, const char* when) {
+    const bool is_known = before.is_on_device() && before.data() == x.data();
+    if (is_known || x.count() == 0 || reader.can_read(x.data())) return;
     throw InvalidInput(
         fmt::format("body {}: its positions for {} are not in the memory of CUDA device {}, which the scene uses; copy "
                     "them there, or "
                     "give positions in the host's memory.",
-                    id.value, end == &x_t0 ? "t0" : "t1", reader.device()));
-  }
+                    body.id.value, when, reader.device()));
+  };
+  validate(x_t0, body.positions.given_t0(), "t0");
+  validate(x_t1, body.positions.given_t1(), "t1");
 }
 
 }  // namespace softcd

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "body.hpp"
 #include "softcd/error.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/query.hpp"
@@ -16,7 +17,7 @@ void validate_settings(BodyId id, const BodySettings& settings);
 void validate_mesh(BodyId id, const BodyDesc& desc);
 void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& x_t0, const Positions& x_t1);
 
-/// Positions on a device: that it is the reader's.
-void validate_on_device(BodyId id, DevicePositionReader& reader, const Positions& x_t0, const Positions& x_t1);
+/// Positions on a device: that it is the reader's, unless the body has had them where they are.
+void validate_on_device(const Body& body, const Positions& x_t0, const Positions& x_t1, DevicePositionReader& reader);
 
 }  // namespace softcd

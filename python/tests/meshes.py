@@ -19,6 +19,15 @@ def sheet(side):
     return vertices, np.concatenate([np.stack([a, c, b], axis=1), np.stack([b, c, d], axis=1)]).astype(np.uint32)
 
 
+def write_ply(path, vertices, triangles):
+    header = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz")
+    header += f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = [" ".join(map(repr, row)) for row in vertices.tolist()]
+    rows += [f"3 {a} {b} {c}" for a, b, c in triangles.tolist()]
+    path.write_text(header + "\n".join(rows) + "\n")
+
+
 # Two triangles side by side: vertex 3 passes through the first at half of the step.
 PIERCING_TRIANGLES = np.array([[0, 1, 2], [3, 4, 5]], np.uint32)
 PIERCING_T0 = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 1], [1, 1.5, 8], [1.5, 1, 8]], float)

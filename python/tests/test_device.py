@@ -1,12 +1,16 @@
 """Arrays on a GPU: positions from there, contacts that stay there."""
 
 import gc
+import pathlib
+import re
 
 import numpy as np
 import pytest
 
 import softcd
-from meshes import sheet, soup
+from meshes import sheet, soup, write_ply
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 try:
     softcd.Scene(backend=softcd.Backend.cuda)
@@ -140,6 +144,20 @@ def test_arguments_are_checked():
     with pytest.warns(RuntimeWarning, match="not finite"):
         scene.set_positions(body, torch_array(t0).fill_(float("nan")))
         assert len(query.detect()) == 0
+
+
+def test_the_documented_example_runs(tmp_path, monkeypatch):
+    text = (ROOT / "docs" / "python.md").read_text()
+    (code,) = re.findall(r"^```python cuda\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    vertices, triangles = sheet(16)
+    vertices[:, 2] = 0.05 * np.cos(np.arange(len(vertices)))
+    vertices[:, 0] = np.abs(vertices[:, 0] - 7.5)  # folded, so that there are contacts
+    monkeypatch.chdir(tmp_path)
+    write_ply(tmp_path / "t0.ply", vertices, triangles)
+    names = {}
+    exec(compile(code, "example", "exec"), names)
+    assert len(names["contacts"]) > 0
+    assert names["velocity"].isfinite().all()
 
 
 def test_a_simulation_on_the_gpu():

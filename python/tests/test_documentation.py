@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from meshes import sheet
+from meshes import sheet, write_ply
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -17,15 +17,6 @@ def examples():
         for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
             line = text.count("\n", 0, block.start()) + 1
             yield pytest.param(block[1], id=f"{document.name}:{line}")
-
-
-def write_ply(path, vertices, triangles):
-    header = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
-    header += "".join(f"property double {axis}\n" for axis in "xyz")
-    header += f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
-    rows = [" ".join(map(repr, row)) for row in vertices.tolist()]
-    rows += [f"3 {a} {b} {c}" for a, b, c in triangles.tolist()]
-    path.write_text(header + "\n".join(rows) + "\n")
 
 
 def folding_sheet():

@@ -168,8 +168,8 @@ class DetectorOn final : public Detector {
     mirror_.x_t0.follow(backend_, scene.x_t0, changes.x_t0);
     mirror_.x_t1.follow(backend_, scene.x_t1, changes.x_t1);
     if constexpr (!Backend::kKnowsCounts) {
-      for (const DevicePositions& x : changes.device_x_t0) mirror_.x_t0.place(backend_, x, changes.origin);
-      for (const DevicePositions& x : changes.device_x_t1) mirror_.x_t1.place(backend_, x, changes.origin);
+      mirror_.x_t0.place(backend_, changes.device_x_t0, changes.origin);
+      mirror_.x_t1.place(backend_, changes.device_x_t1, changes.origin);
     }
     const auto in_one = [](const Range& range) { return Span<const Range>(&range, 1); };
     mirror_.vertex_triangle_neighbours.follow(backend_, scene.vertex_triangle_neighbours,
