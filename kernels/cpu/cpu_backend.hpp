@@ -133,6 +133,20 @@ class CpuBackend {
     });
   }
 
+  /// Calls f.begin(item, search, lists...), and unless that returns true f.advance(search) until it does and then
+  /// f.finish(search, lists...).
+  template <class F, class... Targets>
+  void for_each_search(const char* label, Count count, const F& f, Appender<Targets>... lists) {
+    const auto search_to_the_end = [&](std::uint32_t i, auto&... outputs) {
+      typename F::Search search;  // NOLINT(cppcoreguidelines-pro-type-member-init): begin() sets what is needed
+      if (f.begin(i, search, outputs...)) return;
+      while (!f.advance(search)) {
+      }
+      f.finish(search, outputs...);
+    };
+    for_each_append(label, count, search_to_the_end, lists...);
+  }
+
   /// f(i, k, lists...) for every item i and k < its share of work; offsets[i] is the work of the items before. Work is
   /// distributed evenly, however unevenly the items have it.
   template <class F, class... Targets>

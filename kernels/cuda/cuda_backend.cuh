@@ -201,6 +201,13 @@ class CudaBackend {
   }
 
   template <class F, class... Targets>
+  void for_each_search(const char* label, Count count, const F& f, Appender<Targets>... lists) {
+    if (count.capacity == 0) return;
+    const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 8));
+    enqueue(label, [&] { cuda::for_each_search<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...); });
+  }
+
+  template <class F, class... Targets>
   void for_each_work(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;

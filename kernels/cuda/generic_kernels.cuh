@@ -95,6 +95,44 @@ __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
 constexpr unsigned kWarpSize = 32;
 constexpr unsigned kWholeWarp = 0xFFFFFFFFU;
 
+/// So many threads of a warp wait for others before they begin new searches together.
+constexpr int kIdleThreads = 8;
+
+/// Searches take different numbers of steps: a thread that is done begins another one while its warp's others go on.
+template <class F, class... Targets>
+__global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
+    for_each_search(Count count, F f, Appender<Targets>... lists) {
+  const std::uint64_t n = count.get();
+  const unsigned lane = threadIdx.x % kWarpSize;
+  // A warp's items: 32 in a row, one such row of each warp's after the other.
+  std::uint64_t row = global_thread() - lane;
+  unsigned begun = 0;  // of the row
+  bool is_searching = false;
+  typename F::Search search;
+  [&](Output<Targets>... outputs) {
+    while (true) {
+      const unsigned idle = __ballot_sync(kWholeWarp, !is_searching);
+      const int idle_count = __popc(idle);
+      if (row < n && idle_count >= kIdleThreads) {
+        const unsigned place = begun + static_cast<unsigned>(__popc(idle & ((1U << lane) - 1U)));
+        const bool begins = !is_searching && place < kWarpSize && row + place < n;
+        if (begins) is_searching = !f.begin(static_cast<std::uint32_t>(row + place), search, outputs...);
+        begun += static_cast<unsigned>(idle_count);
+        if (begun >= kWarpSize) {
+          row += grid_threads();
+          begun = 0;
+        }
+      } else if (idle == kWholeWarp) {
+        return;
+      }
+      if (is_searching && f.advance(search)) {
+        f.finish(search, outputs...);
+        is_searching = false;
+      }
+    }
+  }(Output<Targets>(lists)...);
+}
+
 /// Last item whose offset is at most `at`, by all threads of a warp together; there must be one.
 __device__ inline std::uint32_t item_of(const std::uint64_t* offsets, std::uint32_t item_count, std::uint64_t at) {
   const std::uint32_t lane = threadIdx.x % kWarpSize;

@@ -19,7 +19,7 @@ constexpr int kResidentBlocks<ExpandPair<kKind, kSwept>> = 4;
 template <ContactKind kKind, bool kSwept>
 constexpr int kResidentBlocks<TestNeighbours<kKind, kSwept>> = 4;
 template <ContactKind kKind, class T>
-constexpr int kResidentBlocks<TestMotion<kKind, T, false>> = 2;
+constexpr int kResidentBlocks<TestMotion<kKind, T>> = 2;
 
 /// Large triangles have a hundred times the rows of others, and are often neighbours.
 template <>

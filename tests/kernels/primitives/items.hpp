@@ -52,6 +52,28 @@ struct PartsOfItems {
   }
 };
 
+/// Searches of up to hundreds of steps, of which a third are done when they begin.
+struct CountSteps {
+  struct Search {
+    std::uint32_t item;
+    std::uint32_t steps;
+  };
+
+  static SOFTCD_HD std::uint32_t steps_of(std::uint32_t i) { return i % 67U == 0U ? 200U : i % 3U; }
+
+  template <class Units>
+  SOFTCD_HD bool begin(std::uint32_t i, Search& search, Units& units) const {
+    search = {i, 0U};
+    if (steps_of(i) == 0U) units.push(unit_key(i, 0U));
+    return steps_of(i) == 0U;
+  }
+  SOFTCD_HD bool advance(Search& search) const { return ++search.steps == steps_of(search.item); }
+  template <class Units>
+  SOFTCD_HD void finish(const Search& search, Units& units) const {
+    if (search.item % 5U != 0U) units.push(unit_key(search.item, search.steps));
+  }
+};
+
 struct WriteSum {
   const std::uint64_t* from;
   std::uint64_t* to;
@@ -121,6 +143,22 @@ TYPED_TEST_P(ItemPrimitives, for_each_append_goes_on_where_a_list_ends) {
   }
 }
 
+TYPED_TEST_P(ItemPrimitives, for_each_search_goes_to_the_end_of_each) {
+  for (const std::uint32_t size : kSizes) {
+    std::vector<std::uint64_t> expected;
+    for (std::uint32_t i = 0; i < size; ++i) {
+      const std::uint32_t steps = CountSteps::steps_of(i);
+      if (steps == 0U || i % 5U != 0U) expected.push_back(unit_key(i, steps));
+    }
+    const auto value = this->one_count(size);
+    auto units = this->template make_list<std::uint64_t>(size);
+    this->backend().for_each_search("for_each_search", Count{value.data(), size}, CountSteps{}, units.appender());
+    std::vector<std::uint64_t> found = units.stored();
+    std::sort(found.begin(), found.end());
+    EXPECT_TRUE(found == expected) << size;
+  }
+}
+
 TYPED_TEST_P(ItemPrimitives, for_each_part_calls_with_every_part) {
   for (const std::uint32_t size : kSizes) {
     SCOPED_TRACE(size);
@@ -174,7 +212,8 @@ TYPED_TEST_P(ItemPrimitives, concurrently_does_both_between_what_comes_before_an
 REGISTER_TYPED_TEST_SUITE_P(ItemPrimitives, for_each_calls_with_every_item_that_exists,
                             for_each_append_appends_and_counts_what_does_not_fit,
                             for_each_append_gives_room_for_several, for_each_append_goes_on_where_a_list_ends,
-                            for_each_part_calls_with_every_part, for_each_part_filtered_tests_what_passes,
+                            for_each_search_goes_to_the_end_of_each, for_each_part_calls_with_every_part,
+                            for_each_part_filtered_tests_what_passes,
                             concurrently_does_both_between_what_comes_before_and_after);
 
 }  // namespace softcd::test

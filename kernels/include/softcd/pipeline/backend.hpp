@@ -51,6 +51,7 @@ concept RunsStages = requires(B b, const char* label, Count count, Share share, 
   b.run_once(label, f);
   b.for_each(label, count, f);
   b.for_each_append(label, count, f, list, list);
+  b.for_each_search(label, count, f, list, list);
   b.for_each_work(label, count, offsets, total, f, list, list);
   b.for_each_work_filtered(label, count, offsets, total, share, f, list, list);
   b.for_each_part(label, count, f, list, list);

@@ -184,10 +184,10 @@ class NarrowPhaseStages {
         [&] {
           const Count count = candidates.count(counters_);
           if (is_continuous() && scene_.is_conservative) {
-            backend_.for_each_append(label, count, TestMotion<kKind, double, true>{scene_, features},
+            backend_.for_each_search(label, count, TestApproach<kKind>{scene_, features},
                                      lists_.found.appender(counters_));
           } else if (is_continuous()) {
-            backend_.for_each_append(label, count, TestMotion<kKind, T, false>{scene_, features},
+            backend_.for_each_append(label, count, TestMotion<kKind, T>{scene_, features},
                                      lists_.found.appender(counters_));
           } else if (kKind == ContactKind::vertex_triangle && scene_.contact_rule == ContactRule::slab) {
             backend_.for_each_append(label, count, TestSlab<T>{scene_, features}, lists_.found.appender(counters_));

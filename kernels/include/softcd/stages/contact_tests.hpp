@@ -180,9 +180,31 @@ struct TestSlab {
   }
 };
 
-/// Keeps the candidates that come into contact between t0 and t1: by first_approach where kWholeWay, else by
-/// first_coplanar_impact. Times are rounded towards t0.
-template <ContactKind kKind, class T, bool kWholeWay>
+/// A candidate's corners at both ends of the step.
+template <class T>
+struct CandidateMotion {
+  Vec3<T> t0[4], t1[4];
+
+  SOFTCD_HD CandidateMotion(const SceneView& scene, const FeatureVertices& vertices) {
+    for (int corner = 0; corner < 4; ++corner) {
+      t0[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
+      t1[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    }
+  }
+};
+
+/// Times are rounded towards t0.
+template <ContactKind kKind, class T>
+SOFTCD_HD FeatureContact contact_of(std::uint64_t candidate, const Impact<T>& impact) {
+  FeatureContact contact{with_kind(kKind, candidate),     {},
+                         vec3_cast<float>(impact.normal), static_cast<float>(impact.distance),
+                         rounded_down(impact.time),       impact.state == ImpactState::unsettled ? 1U : 0U};
+  for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(impact.weights[corner]);
+  return contact;
+}
+
+/// Keeps the candidates that come into contact between t0 and t1 by first_coplanar_impact.
+template <ContactKind kKind, class T>
 struct TestMotion {
   SceneView scene;
   const std::uint64_t* candidates;
@@ -190,28 +212,41 @@ struct TestMotion {
   template <class Contacts>
   SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
     const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
-    Vec3<T> t0[4];
-    Vec3<T> t1[4];
-    for (int corner = 0; corner < 4; ++corner) {
-      t0[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
-      t1[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
-    }
-    const Impact<T> impact = first_impact(t0, t1, contact_margin<kKind, T>(scene, vertices));
-    if (impact.state == ImpactState::separated) return;
-    FeatureContact contact{with_kind(kKind, candidates[i]), {},
-                           vec3_cast<float>(impact.normal), static_cast<float>(impact.distance),
-                           rounded_down(impact.time),       impact.state == ImpactState::unsettled ? 1U : 0U};
-    for (int corner = 0; corner < 4; ++corner) contact.weights[corner] = static_cast<float>(impact.weights[corner]);
-    contacts.push(contact);
+    const CandidateMotion<T> motion(scene, vertices);
+    const Impact<T> impact =
+        first_coplanar_impact<kKind>(motion.t0, motion.t1, contact_margin<kKind, T>(scene, vertices));
+    if (impact.state != ImpactState::separated) contacts.push(contact_of<kKind>(candidates[i], impact));
   }
+};
 
- private:
-  static SOFTCD_HD Impact<T> first_impact(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
-    if constexpr (kWholeWay) {
-      return first_approach<kKind>(t0, t1, margin);
-    } else {
-      return first_coplanar_impact<kKind>(t0, t1, margin);
-    }
+/// Keeps those that do so by first_approach, as a search: a backend calls begin(), and unless that returns true
+/// advance() until it does and then finish().
+template <ContactKind kKind>
+struct TestApproach {
+  SceneView scene;
+  const std::uint64_t* candidates;
+
+  struct Search {
+    std::uint64_t candidate;
+    Approach<kKind, double> approach;
+  };
+
+  /// Whether nothing is left to do.
+  template <class Contacts>
+  SOFTCD_HD bool begin(std::uint32_t i, Search& search, Contacts& contacts) const {
+    search.candidate = candidates[i];
+    const FeatureVertices vertices = feature_vertices<kKind>(scene, search.candidate);
+    const CandidateMotion<double> motion(scene, vertices);
+    const double margin = contact_margin<kKind, double>(scene, vertices);
+    if (margin > 0.0) return search.approach.begin(motion.t0, motion.t1, margin);
+    const Impact<double> impact = first_approach<kKind>(motion.t0, motion.t1, margin);
+    if (impact.state != ImpactState::separated) contacts.push(contact_of<kKind>(search.candidate, impact));
+    return true;
+  }
+  SOFTCD_HD bool advance(Search& search) const { return search.approach.advance(); }
+  template <class Contacts>
+  SOFTCD_HD void finish(const Search& search, Contacts& contacts) const {
+    if (search.approach.is_hit()) contacts.push(contact_of<kKind>(search.candidate, search.approach.impact()));
   }
 };
 

@@ -184,15 +184,16 @@ SOFTCD_HD T most_approach(const RelativePair<T>& now, const RelativePair<T>& end
 }
 
 /// First time from `begin` on to find_end() at which the features are within reach, by steps that leave no such time
-/// behind. The end is asked for unless that is `begin`.
-template <ContactKind kKind, bool kWholeWay, class T, class FindEnd>
+/// behind. The end is asked for unless that is `begin`. A coplanar stretch is short as a rule: nothing comes near in
+/// it.
+template <ContactKind kKind, class T, class FindEnd>
 SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, const FindEnd& find_end) {
   Touch<T> touch = touch_nowhere<T>();
   touch.is_settled = false;
   T t = begin;
   T end = begin;
   RelativePair<T> last{};
-  for (int step = 0; step < (kWholeWay ? kMostApproachSteps : kMaxAdvances); ++step) {
+  for (int step = 0; step < kMaxAdvances; ++step) {
     const RelativePair<T> now = motion.at(t);
     touch.time = t;
     touch.nearest = nearest<kKind>(now);
@@ -205,15 +206,13 @@ SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, const FindEnd& 
       end = find_end();
       last = motion.at(end);
     }
-    // A coplanar stretch is short as a rule: nothing comes near in it.
-    if (!kWholeWay && distance > motion.reach() + most_approach(now, last)) {
+    if (distance > motion.reach() + most_approach(now, last)) {
       return touch;
     }
     if (distance > T(4) * motion.tolerance) {
       touch.approach = touch.nearest.offset;
     }
-    const T fraction = kWholeWay ? advance_far<kKind>(motion, now, last, touch.nearest, step)
-                                 : advance<kKind>(motion, now, last, touch.nearest);
+    const T fraction = advance<kKind>(motion, now, last, touch.nearest);
     if (fraction >= T(1)) {
       return touch;
     }
@@ -226,6 +225,58 @@ SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, const FindEnd& 
   touch.is_hit = true;
   return touch;
 }
+
+/// Looks for the first time at which the features are within reach, from beginning to end, by steps that leave no such
+/// time behind. Motions take one step to 64, most of them few: a GPU's threads go on with others as they are done.
+template <ContactKind kKind, class T>
+class ApproachSearch {
+ public:
+  ApproachSearch() = default;
+  SOFTCD_HD explicit ApproachSearch(const Motion<T>& motion)
+      : motion_(motion), touch_(touch_nowhere<T>()), t_(T(0)), step_(0) {
+    touch_.is_settled = false;
+  }
+
+  SOFTCD_HD const Motion<T>& motion() const { return motion_; }
+  /// Once advance() has said that the last step was made.
+  SOFTCD_HD const Touch<T>& touch() const { return touch_; }
+
+  /// Makes a step. Whether that was the last.
+  SOFTCD_HD bool advance() {
+    const RelativePair<T> now = motion_.at(t_);
+    touch_.time = t_;
+    touch_.nearest = nearest<kKind>(now);
+    const T distance = square_root(touch_.nearest.squared_distance);
+    if (distance <= motion_.reach()) {
+      touch_.is_settled = true;
+      return hit();
+    }
+    if (distance > T(4) * motion_.tolerance) {
+      touch_.approach = touch_.nearest.offset;
+    }
+    const T fraction = advance_far<kKind>(motion_, now, motion_.at(T(1)), touch_.nearest, step_);
+    if (fraction >= T(1)) {
+      return true;
+    }
+    const T next = smaller(t_ + fraction * (T(1) - t_), T(1));
+    if (!(next > t_)) {
+      return hit();
+    }
+    t_ = next;
+    return ++step_ == kMostApproachSteps && hit();
+  }
+
+ private:
+  SOFTCD_HD bool hit() {
+    touch_.is_hit = true;
+    return true;
+  }
+
+  Motion<T> motion_;
+  Touch<T> touch_;
+  T t_;
+  int step_;
+};
 
 template <ContactKind kKind, class T>
 SOFTCD_HD Touch<T> touch_at(const Motion<T>& motion, const RelativePair<T>& pair, T t) {

@@ -24,7 +24,7 @@ SOFTCD_HD Touch<T> first_coplanar_touch(const Motion<T>& motion, const Cubic<T>&
       const auto find_last = [&] {
         return last_clear(cubic, bound, end, begin, first + T(2.25) * bound / magnitude(cubic.slope(first)));
       };
-      const Touch<T> touch = first_touch<kKind, false>(motion, first, find_last);
+      const Touch<T> touch = first_touch<kKind>(motion, first, find_last);
       if (touch.is_hit) {
         return touch;
       }

@@ -98,17 +98,6 @@ SOFTCD_HD Impact<T> coplanar_impact(const Motion<T>& input) {
 }
 
 template <ContactKind kKind, class T>
-SOFTCD_HD Impact<T> approach(const Motion<T>& input) {
-  Query<T> query = make_query(input);
-  if (query.is_apart_throughout) {
-    return separated<T>();
-  }
-  query.motion.tolerance = T(2) * query.motion.tolerance + kMarginTolerance<T> * query.motion.margin;
-  const Touch<T> touch = first_touch<kKind, true>(query.motion, T(0), [] { return T(1); });
-  return touch.is_hit ? to_impact<kKind>(query.motion, touch, query.side, query.scale) : separated<T>();
-}
-
-template <ContactKind kKind, class T>
 SOFTCD_HD Motion<T> motion_of(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
   return {relative_pair<kKind>(t0), relative_pair<kKind>(t1), margin, T(0)};
 }
@@ -131,12 +120,40 @@ SOFTCD_HD Impact<T> first_coplanar_impact(const Vec3<T> (&t0)[4], const Vec3<T> 
   return impact;
 }
 
+/// first_approach with a margin, in steps: begin() and advance() until one of them says that it is done.
+template <ContactKind kKind, class T>
+class Approach {
+ public:
+  /// Whether it is done: they are certainly apart.
+  SOFTCD_HD bool begin(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
+    detail::Query<T> query = detail::make_query(detail::motion_of<kKind>(t0, t1, margin));
+    query.motion.tolerance = T(2) * query.motion.tolerance + detail::kMarginTolerance<T> * query.motion.margin;
+    search_ = detail::ApproachSearch<kKind, T>(query.motion);
+    side_ = query.side;
+    scale_ = query.scale;
+    return query.is_apart_throughout;
+  }
+  SOFTCD_HD bool advance() { return search_.advance(); }
+  SOFTCD_HD bool is_hit() const { return search_.touch().is_hit; }
+  /// Where it is a hit.
+  SOFTCD_HD Impact<T> impact() const {
+    return detail::to_impact<kKind>(search_.motion(), search_.touch(), side_, scale_);
+  }
+
+ private:
+  detail::ApproachSearch<kKind, T> search_;
+  T side_, scale_;
+};
+
 /// When the features first come within the margin; without one, when they first touch, which they do when coplanar.
 /// Corners as above.
 template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
-  const detail::Motion<T> motion = detail::motion_of<kKind>(t0, t1, margin);
-  return margin > T(0) ? detail::approach<kKind>(motion) : detail::coplanar_impact<kKind>(motion);
+  if (!(margin > T(0))) return detail::coplanar_impact<kKind>(detail::motion_of<kKind>(t0, t1, margin));
+  Approach<kKind, T> approach;
+  bool is_done = approach.begin(t0, t1, margin);
+  while (!is_done) is_done = approach.advance();
+  return approach.is_hit() ? approach.impact() : detail::separated<T>();
 }
 
 /// Cheap and certain: true only where first_coplanar_impact of the same features would be `separated`, and in most such
