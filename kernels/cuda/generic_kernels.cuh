@@ -96,7 +96,7 @@ constexpr unsigned kWarpSize = 32;
 constexpr unsigned kWholeWarp = 0xFFFFFFFFU;
 
 /// So many threads of a warp wait for others before they begin new searches together.
-constexpr int kIdleThreads = 8;
+constexpr int kIdleThreads = 4;
 
 /// Searches take different numbers of steps: a thread that is done begins another one while its warp's others go on.
 template <class F, class... Targets>

@@ -20,6 +20,8 @@ template <ContactKind kKind, bool kSwept>
 constexpr int kResidentBlocks<TestNeighbours<kKind, kSwept>> = 4;
 template <ContactKind kKind, class T>
 constexpr int kResidentBlocks<TestMotion<kKind, T>> = 2;
+template <ContactKind kKind>
+constexpr int kResidentBlocks<TestApproach<kKind>> = 2;
 
 /// Large triangles have a hundred times the rows of others, and are often neighbours.
 template <>
