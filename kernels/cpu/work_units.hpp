@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <concepts>
 #include <cstdint>
 #include <tuple>
 
@@ -22,6 +24,18 @@ struct AllUnits {
   }
   template <class... Outputs>
   void finish(Outputs&... /*outputs*/) const {}
+};
+
+constexpr std::uint32_t kUnitsAtOnce = 64;
+
+/// For functors whose filter can be asked about several units of an item at once: bit k of may_pass(f, item, begin,
+/// count), where count <= kUnitsAtOnce, is clear only where f.filter(item, begin + k, candidate) is false.
+template <class F>
+struct UnitLanes;
+
+template <class F>
+concept HasUnitLanes = requires(const F& f, const typename F::Item& item) {
+  { UnitLanes<F>::may_pass(f, item, 0U, 0U) } -> std::same_as<std::uint64_t>;
 };
 
 /// Units of work that pass f's filter, gathered before they are tested: whether one passes is hard to foresee, and
@@ -63,7 +77,16 @@ class FilteredUnits {
   template <class... Outputs>
   void run(std::uint32_t i, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) {
     const typename F::Item item = f_.load_item(i);
-    for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
+    if constexpr (HasUnitLanes<F>) {
+      for (; begin < end; begin += kUnitsAtOnce) {
+        std::uint64_t left = UnitLanes<F>::may_pass(f_, item, begin, std::min(end - begin, kUnitsAtOnce));
+        for (; left != 0; left &= left - 1) {
+          survivors_.offer(item, begin + static_cast<std::uint32_t>(std::countr_zero(left)), outputs...);
+        }
+      }
+    } else {
+      for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
+    }
   }
   template <class... Outputs>
   void finish(Outputs&... outputs) {
