@@ -70,6 +70,9 @@ HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
   return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
           hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
+HWY_INLINE Float norm(const Vector& a) {
+  return hn::Sqrt(dot(a, a));
+}
 HWY_INLINE Float max_norm(const Vector& a) {
   return larger(larger(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
 }
@@ -230,9 +233,14 @@ HWY_INLINE Mask certainly_apart(const RelativePair& pair, const Sizes& size, Flo
   return hn::And(size.has_volume(), cannot_reach(height, plane, size.reach(margin)));
 }
 
-/// detail::make_query, of it is_apart_when_coplanar().
-HWY_INLINE Mask certainly_apart_when_coplanar(const RelativePair& t0, const RelativePair& t1, const Sizes& size,
-                                              Float margin) {
+/// Whether all that lies between the two is further than `bound` to one side of 0.
+HWY_INLINE Mask is_beyond(Float lowest, Float highest, Float bound) {
+  return hn::Or(hn::Gt(lowest, bound), hn::Lt(highest, hn::Neg(bound)));
+}
+
+/// detail::make_query, of it is_apart_throughout where the accuracy is conservative, else is_apart_when_coplanar().
+HWY_INLINE Mask certainly_apart_in_motion(const RelativePair& t0, const RelativePair& t1, const Sizes& size,
+                                          Float margin, bool is_conservative) {
   const Float reach = size.reach(margin);
   const Float error = hn::Mul(all(detail::kCoefficientError<float>), size.volume());
   const Vector plane_t0 = cross(t0.b, t0.c);
@@ -245,10 +253,23 @@ HWY_INLINE Mask certainly_apart_when_coplanar(const RelativePair& t0, const Rela
   const Float third = all(1.0F / 3.0F);
   const Float lowest = smaller(smaller(b0, b3), hn::Mul(third, smaller(b1, b2)));
   const Float highest = larger(larger(b0, b3), hn::Mul(third, larger(b1, b2)));
-  const Mask is_never_coplanar = hn::Or(hn::Gt(lowest, error), hn::Lt(highest, hn::Neg(error)));
+  if (is_conservative) {
+    const Float longest = larger(larger(norm(plane_t0), hn::Mul(all(0.5F), norm(plane_mixed))), norm(plane_t1));
+    const Float length = hn::Mul(all(1.0F + detail::kLengthError<float>), hn::Mul(reach, longest));
+    return hn::And(
+        size.has_volume(),
+        is_beyond(lowest, highest, hn::Add(hn::Mul(all(detail::kHeightError<float>), size.volume()), length)));
+  }
   const Mask cannot_reach_t0 = cannot_reach(hn::Sub(hn::Abs(b0), error), plane_t0, reach);
   const Mask cannot_reach_t1 = cannot_reach(hn::Sub(hn::Abs(b3), error), plane_t1, reach);
-  return hn::And(hn::And(size.has_volume(), is_never_coplanar), hn::And(cannot_reach_t0, cannot_reach_t1));
+  return hn::And(hn::And(size.has_volume(), is_beyond(lowest, highest, error)),
+                 hn::And(cannot_reach_t0, cannot_reach_t1));
+}
+
+HWY_INLINE std::uint64_t bits_of(Mask mask) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(Floats(), mask, bits);
+  return bits[0] | (std::uint64_t{bits[1]} << 8);
 }
 
 /// Bits of as many candidates as registers have lanes.
@@ -263,30 +284,29 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
   const Points t0 = kSwept ? Points(test.scene.x_t0, candidates) : t1;
   Mask is_apart = apart_on_straight_axes<kKind, kSwept>(t0, t1, hn::IfThenElseZero(has_margin, margin));
   if (hn::AllTrue(floats, is_apart)) return 0;
+  constexpr bool kIsOfSlabs = !kSwept && kKind == ContactKind::vertex_triangle;
+  if (kIsOfSlabs && test.scene.contact_rule == ContactRule::slab) {
+    return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
+  }
   const RelativePair pair_t1 = relative_pair<kKind>(t1);
   if constexpr (kSwept) {
     const RelativePair pair_t0 = relative_pair<kKind>(t0);
     const Sizes size = larger(sizes(pair_t0), sizes(pair_t1));
-    if (!size.are_ordinary()) return generic::candidates_to_keep(test, candidates, kLanes);
-    is_apart = hn::Or(is_apart, certainly_apart_when_coplanar(pair_t0, pair_t1, size, margin));
+    if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
+    is_apart = hn::Or(is_apart, certainly_apart_in_motion(pair_t0, pair_t1, size, margin, test.scene.is_conservative));
   } else {
     const Sizes size = sizes(pair_t1);
-    if (!size.are_ordinary()) return generic::candidates_to_keep(test, candidates, kLanes);
+    if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
     is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
   }
   if (!hn::AllTrue(floats, is_apart)) {
     is_apart = hn::Or(is_apart, apart_on_diagonal_axes<kKind, kSwept>(t0, t1, margin, has_margin));
   }
-  std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(floats, hn::Not(is_apart), bits);
-  return bits[0] | (std::uint64_t{bits[1]} << 8);
+  return bits_of(hn::Not(is_apart));
 }
 
 template <ContactKind kKind, bool kSwept>
 std::uint64_t keep(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates, std::uint32_t count) {
-  if (kSwept ? test.scene.is_conservative : test.scene.contact_rule == ContactRule::slab) {
-    return generic::candidates_to_keep(test, candidates, count);
-  }
   std::uint64_t bits = 0;
   std::uint32_t i = 0;
   for (; i + kLanes <= count; i += kLanes) bits |= keep_register(test, candidates + i) << i;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "softcd/stages/feature_pairs.hpp"
@@ -21,6 +22,15 @@ std::uint64_t candidates_to_keep(const FeatureTest<kKind, kSwept>& test, const F
   return bits;
 }
 }  // namespace generic
+
+/// Of the candidates with these bits, which pass the filter, those that the test keeps.
+template <class Test>
+std::uint64_t kept_one_by_one(const Test& test, const FeatureCandidate* candidates, std::uint64_t bits) {
+  for (std::uint64_t left = bits; left != 0; left &= left - 1) {
+    if (!test.keeps(candidates[std::countr_zero(left)])) bits &= ~(left & -left);
+  }
+  return bits;
+}
 
 /// Which candidates the test keeps, bit i for candidates[i]. Several at once, in whatever registers the processor has.
 template <ContactKind kKind, bool kSwept>

@@ -155,6 +155,17 @@ TEST_P(FeaturesInLanes, conservative_ones_answer_as_one_by_one) {
   expect_the_generic_answers(settings);
 }
 
+TEST_P(FeaturesInLanes, those_of_slabs_answer_as_one_by_one) {
+  const std::vector<std::uint32_t> vertex_body(kVertices, 0);
+  SceneBody body{};
+  body.margin = 0.2F * scale_of(GetParam());
+  SceneView settings;
+  settings.contact_rule = ContactRule::slab;
+  settings.bodies = &body;
+  settings.vertex_body = vertex_body.data();
+  expect_the_generic_answers(settings);
+}
+
 std::string name_of(const testing::TestParamInfo<Input>& input) {
   constexpr std::array<const char*, 6> kNames = {"grid", "near", "tiny", "subnormal", "huge", "awkward"};
   return kNames[static_cast<std::size_t>(input.param)];
