@@ -6,7 +6,7 @@
 #include "lanes/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "lanes/features.cpp"
+#define HWY_TARGET_INCLUDE "lanes/features.cpp"  // NOLINT(readability-identifier-naming): Highway wants it
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

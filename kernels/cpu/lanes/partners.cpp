@@ -3,7 +3,7 @@
 #include "lanes/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "lanes/partners.cpp"
+#define HWY_TARGET_INCLUDE "lanes/partners.cpp"  // NOLINT(readability-identifier-naming): Highway wants it
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
