@@ -9,8 +9,8 @@ usage: benchmarks/offline.sh [--prefix DIR] [--build DIR] [--arch ARCHS] [--back
 Configures and builds softcd (Release, with the CUDA backend where there is an nvcc), runs every test, and then
 benchmarks/performance.sh. Fetches nothing and writes only below --build and to --output.
 
-  --prefix DIR        a folder with the dependencies (Bullet, oneTBB, Eigen, CLI11, fmt, nlohmann_json, GoogleTest,
-                      Boost, GMP, libpng) in DIR/include and DIR/lib, or unpacked from Debian packages: DIR/usr/include,
+  --prefix DIR        a folder with the dependencies (Bullet, oneTBB, Highway, Eigen, CLI11, fmt, nlohmann_json,
+                      GoogleTest, Boost, GMP, libpng) in DIR/include and DIR/lib, or unpacked from Debian packages: DIR/usr/include,
                       DIR/usr/lib/x86_64-linux-gnu. Left out: the system's
   --build DIR         where to build; default build/offline
   --arch ARCHS        CUDA architectures, e.g. 90; default native, this machine's GPU, where there is one

@@ -179,15 +179,15 @@ class CpuBackend {
   void for_each_part_filtered(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
     cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       std::tuple<cpu::Output<Targets>...> outputs(lists...);
-      cpu::Survivors<F> survivors(f);
+      cpu::GatheredUnits<F> gathered(f);
       std::apply(
           [&](auto&... output) {
             for (std::uint64_t i = begin; i < end; ++i) {
               const typename F::Item item = f.load_item(static_cast<std::uint32_t>(i));
               const std::uint32_t parts = item.part_count();
-              for (std::uint32_t part = 0; part < parts; ++part) survivors.offer(item, part, output...);
+              for (std::uint32_t part = 0; part < parts; ++part) gathered.offer(item, part, output...);
             }
-            survivors.test(output...);
+            gathered.test(output...);
           },
           outputs);
     });

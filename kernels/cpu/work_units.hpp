@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <concepts>
 #include <cstdint>
 #include <tuple>
 
@@ -22,6 +24,18 @@ struct AllUnits {
   }
   template <class... Outputs>
   void finish(Outputs&... /*outputs*/) const {}
+};
+
+constexpr std::uint32_t kUnitsAtOnce = 64;
+
+/// For functors whose filter can be asked about several units of an item at once: bit k of may_pass(f, item, begin,
+/// count), where count <= kUnitsAtOnce, is clear only where f.filter(item, begin + k, candidate) is false.
+template <class F>
+struct UnitLanes;
+
+template <class F>
+concept HasUnitLanes = requires(const F& f, const typename F::Item& item) {
+  { UnitLanes<F>::may_pass(f, item, 0U, 0U) } -> std::same_as<std::uint64_t>;
 };
 
 /// Units of work that pass f's filter, gathered before they are tested: whether one passes is hard to foresee, and
@@ -54,6 +68,57 @@ class Survivors {
   std::array<typename F::Candidate, kRoom> candidates_;
 };
 
+constexpr std::uint32_t kCandidatesAtOnce = 64;
+
+/// For functors whose filter and test are one test of a candidate, which f.list(item, unit, candidate) makes and
+/// f.append(candidate, outputs...) writes, and that can be made of several candidates at once: bit i of keep(f,
+/// candidates, count), where count <= kCandidatesAtOnce, is set where candidate i passes both.
+template <class F>
+struct CandidateLanes;
+
+template <class F>
+concept HasCandidateLanes = requires(const F& f, const typename F::Candidate* candidates) {
+  { CandidateLanes<F>::keep(f, candidates, 0U) } -> std::same_as<std::uint64_t>;
+};
+
+/// Instead of Survivors where candidates can be tested several at once: all are gathered.
+template <class F>
+class Candidates {
+ public:
+  explicit Candidates(const F& f) : f_(f) {}
+
+  template <class... Outputs>
+  void offer(const typename F::Item& item, std::uint32_t unit, Outputs&... outputs) {
+    size_ += f_.list(item, unit, candidates_[size_]) ? 1U : 0U;
+    if (size_ == kCandidatesAtOnce) test(outputs...);
+  }
+  template <class... Outputs>
+  void test(Outputs&... outputs) {
+    if (size_ == 0) return;
+    std::uint64_t left = CandidateLanes<F>::keep(f_, candidates_.data(), size_);
+    for (; left != 0; left &= left - 1) {
+      f_.append(candidates_[static_cast<std::size_t>(std::countr_zero(left))], outputs...);
+    }
+    size_ = 0;
+  }
+
+ private:
+  const F& f_;
+  std::uint32_t size_ = 0;
+  std::array<typename F::Candidate, kCandidatesAtOnce> candidates_;
+};
+
+template <class F, bool kHasLanes = HasCandidateLanes<F>>
+struct Gathering {
+  using Type = Survivors<F>;
+};
+template <class F>
+struct Gathering<F, true> {
+  using Type = Candidates<F>;
+};
+template <class F>
+using GatheredUnits = typename Gathering<F>::Type;
+
 /// The units of an item's work that pass the filter.
 template <class F>
 class FilteredUnits {
@@ -63,7 +128,16 @@ class FilteredUnits {
   template <class... Outputs>
   void run(std::uint32_t i, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) {
     const typename F::Item item = f_.load_item(i);
-    for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
+    if constexpr (HasUnitLanes<F>) {
+      for (; begin < end; begin += kUnitsAtOnce) {
+        std::uint64_t left = UnitLanes<F>::may_pass(f_, item, begin, std::min(end - begin, kUnitsAtOnce));
+        for (; left != 0; left &= left - 1) {
+          survivors_.offer(item, begin + static_cast<std::uint32_t>(std::countr_zero(left)), outputs...);
+        }
+      }
+    } else {
+      for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
+    }
   }
   template <class... Outputs>
   void finish(Outputs&... outputs) {

@@ -11,7 +11,6 @@
 #include "softcd/grid/uniform_grid.hpp"
 #include "softcd/math/end_volumes.hpp"
 #include "softcd/math/kdop.hpp"
-#include "softcd/math/separation.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 
 // What the host computes with SSE2 is what everybody else's code in namespace generic computes, for any input.
@@ -172,25 +171,6 @@ TEST(Twins, integer_volumes) {
   }
 }
 
-/// Bounds of few values, in halves with the top bits of BoxedEntry. What is beside them is any pattern of bits.
-BoxedEntry random_entry(Random& random) {
-  BoxedEntry entry{{}, static_cast<std::uint32_t>(random.bits()), {}, static_cast<std::uint32_t>(random.bits())};
-  const auto halves = [&](std::uint32_t lowest) {
-    const auto half = [&] { return random.chance(0.04) ? random.below(1U << 15) : lowest + random.below(6); };
-    return half() | (half() << 16);
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    entry.lo[axis] = halves(0);
-    entry.hi[axis] = halves(1) | kTopBits;
-  }
-  return entry;
-}
-
-TEST(Twins, boxed_entries_are_apart) {
-  expect_the_same(3, random_entry, boxes_certainly_apart<true>, generic::boxes_certainly_apart<true>);
-  expect_the_same(3, random_entry, boxes_certainly_apart<false>, generic::boxes_certainly_apart<false>);
-}
-
 template <bool kSwept>
 void compare_boxed_entries() {
   Random random(8);
@@ -210,42 +190,6 @@ void compare_boxed_entries() {
 TEST(Twins, boxed_entries) {
   compare_boxed_entries<true>();
   compare_boxed_entries<false>();
-}
-
-struct AxisOutcomes {
-  Outcomes straight, diagonal;
-};
-
-template <bool kSwept, int kSplit>
-void compare_points(Random& random, AxisOutcomes& outcomes, int round) {
-  PointMotion<4> points{};
-  for (int i = 0; i < 4; ++i) {
-    points.t0[i] = point(random, -4, 4);
-    points.t1[i] = point(random, -4, 4);
-  }
-  const std::uint32_t v[4] = {2, 0, 3, 1};
-  const float reach = random.chance(0.5) ? 0.0F : straight_distance(random.chance(0.5) ? 1.0F : awkward(random));
-  const Vec3f* start = kSwept ? points.t0 : nullptr;
-  outcomes.straight.add(certainly_apart_on_straight_axes<kSwept, kSplit>(start, points.t1, v, reach),
-                        generic::certainly_apart_on_straight_axes<kSwept, kSplit>(start, points.t1, v, reach), round);
-  const AxisDistance distance = {reach, reach};
-  outcomes.diagonal.add(certainly_apart_on_diagonal_axes<kSwept, kSplit>(points, distance),
-                        generic::certainly_apart_on_diagonal_axes<kSwept, kSplit>(points, distance), round);
-}
-
-TEST(Twins, points_are_apart_on_axes) {
-  Random random(4);
-  std::array<AxisOutcomes, 4> outcomes;
-  for (int round = 0; round < kRounds / 4; ++round) {
-    compare_points<false, 1>(random, outcomes[0], round);
-    compare_points<false, 2>(random, outcomes[1], round);
-    compare_points<true, 1>(random, outcomes[2], round);
-    compare_points<true, 2>(random, outcomes[3], round);
-  }
-  for (const AxisOutcomes& of_kind : outcomes) {
-    of_kind.straight.expect_both();
-    of_kind.diagonal.expect_both();
-  }
 }
 
 }  // namespace

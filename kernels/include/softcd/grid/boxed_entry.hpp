@@ -79,17 +79,6 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
   }
   return box;
 }
-
-template <bool kSwept>
-SOFTCD_HD bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
-  bool is_apart = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::uint32_t b_above = (b.hi[axis] - a.lo[axis]) & kTopBits;
-    const std::uint32_t a_above = (a.hi[axis] - b.lo[axis]) & kTopBits;
-    is_apart |= kSwept ? (b_above == 0U) | (a_above == 0U) : (b_above & a_above) != kTopBits;
-  }
-  return is_apart;
-}
 }  // namespace generic
 
 /// The entry in the cell with this index of a triangle that is within_grid(), given its bounds. Steps are rounded down,
@@ -142,22 +131,13 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
 /// with this one's, anything may be said.
 template <bool kSwept>
 SOFTCD_HD bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
-#ifdef SOFTCD_SSE2
-  const auto row = [](const std::uint32_t* first) { return _mm_load_si128(reinterpret_cast<const __m128i*>(first)); };
-  const __m128i top_bits = _mm_set1_epi32(static_cast<int>(kTopBits));
-  const __m128i b_above = _mm_and_si128(_mm_sub_epi32(row(b.hi), row(a.lo)), top_bits);
-  const __m128i a_above = _mm_and_si128(_mm_sub_epi32(row(a.hi), row(b.lo)), top_bits);
-  if constexpr (kSwept) {
-    const __m128i none = _mm_setzero_si128();
-    const __m128i is_apart = _mm_or_si128(_mm_cmpeq_epi32(b_above, none), _mm_cmpeq_epi32(a_above, none));
-    return (_mm_movemask_ps(_mm_castsi128_ps(is_apart)) & 7) != 0;
-  } else {
-    const __m128i meets = _mm_cmpeq_epi32(_mm_and_si128(b_above, a_above), top_bits);
-    return (_mm_movemask_ps(_mm_castsi128_ps(meets)) & 7) != 7;
+  bool is_apart = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::uint32_t b_above = (b.hi[axis] - a.lo[axis]) & kTopBits;
+    const std::uint32_t a_above = (a.hi[axis] - b.lo[axis]) & kTopBits;
+    is_apart |= kSwept ? (b_above == 0U) | (a_above == 0U) : (b_above & a_above) != kTopBits;
   }
-#else
-  return generic::boxes_certainly_apart<kSwept>(a, b);
-#endif
+  return is_apart;
 }
 
 }  // namespace softcd

@@ -65,24 +65,33 @@ struct FeatureTest {
     return kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
   }
 
-  template <class Candidates>
-  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
+  /// False where the features, which pass the filter, are certain to stay apart.
+  SOFTCD_HD bool keeps(const FeatureCandidate& candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = candidate.distance;
     if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
-      if (scene.contact_rule == ContactRule::slab && certainly_beside_slab(candidate)) return;
+      if (scene.contact_rule == ContactRule::slab && certainly_beside_slab(candidate)) return false;
     }
     if constexpr (kSwept) {
       const bool is_out = scene.is_conservative ? certainly_apart_throughout<kKind>(points.t0, points.t1, margin)
                                                 : certainly_apart_when_coplanar<kKind>(points.t0, points.t1, margin);
-      if (is_out) return;
+      if (is_out) return false;
     } else {
-      if (certainly_apart<kKind>(points.t1, margin)) return;
+      if (certainly_apart<kKind>(points.t1, margin)) return false;
     }
-    if (certainly_apart_on_diagonals(candidate)) return;
+    return !certainly_apart_on_diagonals(candidate);
+  }
+
+  template <class Candidates>
+  SOFTCD_HD void append(const FeatureCandidate& candidate, Candidates& candidates) const {
     const bool in_order = kKind == ContactKind::vertex_triangle || candidate.first < candidate.second;
     const std::uint64_t high = in_order ? candidate.first : candidate.second;
     candidates.push((high << 32) | (in_order ? candidate.second : candidate.first));
+  }
+
+  template <class Candidates>
+  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
+    if (keeps(candidate)) append(candidate, candidates);
   }
 
  private:
@@ -151,6 +160,30 @@ struct ExpandPair {
 
   /// False where the features share a vertex or are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
+    if (!pick(work, part, candidate) || !feature_test.filter(candidate)) return false;
+    name(work, part, candidate);
+    return true;
+  }
+
+  /// The same without the test: false where the features share a vertex.
+  SOFTCD_HD bool list(const Item& work, std::uint32_t part, Candidate& candidate) const {
+    if (!pick(work, part, candidate)) return false;
+    name(work, part, candidate);
+    return true;
+  }
+
+  template <class Candidates>
+  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
+    feature_test.test(candidate, candidates);
+  }
+  template <class Candidates>
+  SOFTCD_HD void append(const FeatureCandidate& candidate, Candidates& candidates) const {
+    feature_test.append(candidate, candidates);
+  }
+
+ private:
+  /// The vertices of a part and their distance; false where two are the same.
+  SOFTCD_HD bool pick(const Item& work, std::uint32_t part, Candidate& candidate) const {
     if constexpr (kKind == ContactKind::vertex_triangle) {
       const std::uint32_t count_a = count_bits3(work.owned_a);
       const bool is_of_a = part < count_a;
@@ -159,10 +192,6 @@ struct ExpandPair {
       const Triangle& t = is_of_a ? work.corners_b : work.corners_a;
       if (v == t.v[0] || v == t.v[1] || v == t.v[2]) return false;
       candidate.vertices = {{v, t.v[0], t.v[1], t.v[2]}};
-      candidate.first = v;
-      candidate.second = is_of_a ? work.b : work.a;
-      candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin);
-      return feature_test.filter(candidate);
     } else {
       const std::uint32_t count_b = count_bits3(work.owned_b);
       const int side_a = nth_bit3(work.owned_a, part / count_b);
@@ -175,18 +204,22 @@ struct ExpandPair {
       const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
       if (p == r || p == s || q == r || q == s) return false;
       candidate.vertices = {{p, q, r, s}};
-      candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin);
-      if (!feature_test.filter(candidate)) return false;
-      const TriangleEdges* edges = feature_test.scene.triangle_edges;
-      candidate.first = edges[work.a].e[side_a];
-      candidate.second = edges[work.b].e[side_b];
-      return true;
     }
+    candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin);
+    return true;
   }
 
-  template <class Candidates>
-  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
-    feature_test.test(candidate, candidates);
+  /// The features' indices.
+  SOFTCD_HD void name(const Item& work, std::uint32_t part, Candidate& candidate) const {
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      candidate.first = candidate.vertices.v[0];
+      candidate.second = part < count_bits3(work.owned_a) ? work.b : work.a;
+    } else {
+      const std::uint32_t count_b = count_bits3(work.owned_b);
+      const TriangleEdges* edges = feature_test.scene.triangle_edges;
+      candidate.first = edges[work.a].e[nth_bit3(work.owned_a, part / count_b)];
+      candidate.second = edges[work.b].e[nth_bit3(work.owned_b, part % count_b)];
+    }
   }
 };
 
@@ -206,19 +239,28 @@ struct TestNeighbours {
 
   SOFTCD_HD Item load_item(std::uint32_t i) const { return {neighbours[i]}; }
 
-  SOFTCD_HD bool filter(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
+  SOFTCD_HD bool filter(const Item& item, std::uint32_t part, FeatureCandidate& candidate) const {
+    return list(item, part, candidate) && feature_test.filter(candidate);
+  }
+
+  /// False where the body wants no such contacts.
+  SOFTCD_HD bool list(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
     const SceneView& scene = feature_test.scene;
     const FeatureVertices vertices = feature_vertices<kKind>(scene, item.features);
     const SceneBody& body = scene.bodies[scene.vertex_body[vertices.v[0]]];
     candidate = {vertices, first_feature(item.features), second_feature(item.features),
                  feature_test.contact_distance(vertices, body.margin + body.margin)};
     const bool is_wanted = kKind == ContactKind::vertex_triangle ? body.vertex_triangle : body.edge_edge;
-    return body.lists_neighbours && is_wanted && feature_test.filter(candidate);
+    return body.lists_neighbours && is_wanted;
   }
 
   template <class Candidates>
   SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
     feature_test.test(candidate, candidates);
+  }
+  template <class Candidates>
+  SOFTCD_HD void append(const FeatureCandidate& candidate, Candidates& candidates) const {
+    feature_test.append(candidate, candidates);
   }
 };
 

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "lanes/features.hpp"
+#include "softcd/stages/feature_pairs.hpp"
+#include "work_units.hpp"
+
+namespace softcd::cpu {
+
+template <class F>
+struct FeatureLanes {
+  static std::uint64_t keep(const F& f, const FeatureCandidate* candidates, std::uint32_t count) {
+    static_assert(kCandidatesAtOnce <= kMostCandidates);
+    return candidates_to_keep(f.feature_test, candidates, count);
+  }
+};
+
+template <ContactKind kKind, bool kSwept>
+struct CandidateLanes<ExpandPair<kKind, kSwept>> : FeatureLanes<ExpandPair<kKind, kSwept>> {};
+template <ContactKind kKind, bool kSwept>
+struct CandidateLanes<TestNeighbours<kKind, kSwept>> : FeatureLanes<TestNeighbours<kKind, kSwept>> {};
+
+}  // namespace softcd::cpu

@@ -1,0 +1,377 @@
+#include "lanes/features.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "lanes/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "lanes/features.cpp"  // NOLINT(readability-identifier-naming): Highway wants it
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// Compiled once for each kind of processor, in a namespace of its own. Each operation and its order are those of the
+// functions of the same names in softcd, so that roundings are the same.
+HWY_BEFORE_NAMESPACE();
+namespace softcd::cpu::HWY_NAMESPACE {
+#if HWY_TARGET == HWY_SCALAR
+
+template <ContactKind kKind, bool kSwept>
+std::uint64_t keep(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates, std::uint32_t count) {
+  return generic::candidates_to_keep(test, candidates, count);
+}
+
+#else
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// A lane has one candidate.
+using Floats = hn::ScalableTag<float>;
+using Float = hn::Vec<Floats>;
+using Mask = hn::Mask<Floats>;
+
+constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+
+HWY_INLINE Float all(float x) {
+  return hn::Set(Floats(), x);
+}
+HWY_INLINE Float smaller(Float a, Float b) {
+#if HWY_ARCH_X86
+  return hn::Min(a, b);
+#else
+  return hn::IfThenElse(hn::Lt(a, b), a, b);
+#endif
+}
+HWY_INLINE Float larger(Float a, Float b) {
+#if HWY_ARCH_X86
+  return hn::Max(a, b);
+#else
+  return hn::IfThenElse(hn::Gt(a, b), a, b);
+#endif
+}
+HWY_INLINE Float outward_up(Float x) {
+  return hn::Add(x, hn::Add(hn::Mul(hn::Abs(x), all(epsilon<float>())), all(FLT_MIN)));
+}
+
+struct Vector {
+  Float x, y, z;
+};
+
+HWY_INLINE Vector operator-(const Vector& a, const Vector& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE Vector operator+(const Vector& a, const Vector& b) {
+  return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+}
+HWY_INLINE Float dot(const Vector& a, const Vector& b) {
+  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+}
+HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
+  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+HWY_INLINE Float norm(const Vector& a) {
+  return hn::Sqrt(dot(a, a));
+}
+HWY_INLINE Float max_norm(const Vector& a) {
+  return larger(larger(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
+}
+
+/// x, y, y, z of every fourth candidate's vertex, one in each block of four lanes. Nothing beyond the vertex is read.
+template <class Tag>
+HWY_INLINE hn::Vec<Tag> rows(Tag tag, const Vec3f* x, const FeatureCandidate* candidates, int vertex) {
+  if constexpr (hn::MaxLanes(Tag()) == 4) {
+    const hn::FixedTag<float, 2> two;
+    const Vec3f& point = x[candidates->vertices.v[vertex]];
+    return hn::Combine(tag, hn::LoadU(two, &point.y), hn::LoadU(two, &point.x));
+  } else {
+    const hn::Half<Tag> half;
+    return hn::Combine(tag, rows(half, x, candidates + hn::MaxLanes(half), vertex), rows(half, x, candidates, vertex));
+  }
+}
+
+HWY_INLINE Vector load(const Vec3f* x, const FeatureCandidate* candidates, int vertex) {
+  const Floats floats;
+  const hn::RepartitionToWide<Floats> twos;
+  const Float row0 = rows(floats, x, candidates, vertex);
+  const Float row1 = rows(floats, x, candidates + 1, vertex);
+  const Float row2 = rows(floats, x, candidates + 2, vertex);
+  const Float row3 = rows(floats, x, candidates + 3, vertex);
+  const auto xy01 = hn::BitCast(twos, hn::InterleaveLower(floats, row0, row1));
+  const auto xy23 = hn::BitCast(twos, hn::InterleaveLower(floats, row2, row3));
+  const auto yz01 = hn::BitCast(twos, hn::InterleaveUpper(floats, row0, row1));
+  const auto yz23 = hn::BitCast(twos, hn::InterleaveUpper(floats, row2, row3));
+  return {hn::BitCast(floats, hn::InterleaveLower(twos, xy01, xy23)),
+          hn::BitCast(floats, hn::InterleaveUpper(twos, xy01, xy23)),
+          hn::BitCast(floats, hn::InterleaveUpper(twos, yz01, yz23))};
+}
+
+/// The vertices of as many candidates as registers have lanes.
+struct Points {
+  Vector p[4];
+
+  HWY_INLINE Points(const Vec3f* x, const FeatureCandidate* candidates)
+      : p{load(x, candidates, 0), load(x, candidates, 1), load(x, candidates, 2), load(x, candidates, 3)} {}
+};
+
+template <int kAxis>
+HWY_INLINE Float project(const Vector& p) {
+  if constexpr (kAxis < 3) {
+    return kAxis == 0 ? p.x : (kAxis == 1 ? p.y : p.z);
+  } else {
+    const Float first = kAxis == 5 || kAxis == 8 ? p.y : p.x;
+    const Float second = kAxis == 3 || kAxis == 6 ? p.y : p.z;
+    return kAxis < 6 ? hn::Add(first, second) : hn::Sub(first, second);
+  }
+}
+
+/// Which candidates' features a, and b, end before the other begins.
+struct Gaps {
+  Mask below, above;
+};
+
+template <ContactKind kKind, int kAxis>
+HWY_INLINE Gaps gaps(const Points& points, Float distance) {
+  constexpr int kSplit = kKind == ContactKind::vertex_triangle ? 1 : 2;
+  Float a_lo = project<kAxis>(points.p[0]);
+  Float a_hi = a_lo;
+  for (int i = 1; i < kSplit; ++i) {
+    const Float at = project<kAxis>(points.p[i]);
+    a_lo = smaller(a_lo, at);
+    a_hi = larger(a_hi, at);
+  }
+  Float b_lo = project<kAxis>(points.p[kSplit]);
+  Float b_hi = b_lo;
+  for (int i = kSplit + 1; i < 4; ++i) {
+    const Float at = project<kAxis>(points.p[i]);
+    b_lo = smaller(b_lo, at);
+    b_hi = larger(b_hi, at);
+  }
+  return {hn::Lt(outward_up(hn::Add(a_hi, distance)), b_lo), hn::Lt(outward_up(hn::Add(b_hi, distance)), a_lo)};
+}
+
+/// At one time unless swept, then at both: the same points.
+template <ContactKind kKind, bool kSwept, int kAxis>
+HWY_INLINE Mask apart_on_axis(const Points& t0, const Points& t1, Float distance) {
+  const Gaps end = gaps<kKind, kAxis>(t1, distance);
+  if constexpr (!kSwept) return hn::Or(end.below, end.above);
+  const Gaps begin = gaps<kKind, kAxis>(t0, distance);
+  return hn::Or(hn::And(end.below, begin.below), hn::And(end.above, begin.above));
+}
+
+template <ContactKind kKind, bool kSwept>
+HWY_INLINE Mask apart_on_straight_axes(const Points& t0, const Points& t1, Float distance) {
+  return hn::Or(
+      hn::Or(apart_on_axis<kKind, kSwept, 0>(t0, t1, distance), apart_on_axis<kKind, kSwept, 1>(t0, t1, distance)),
+      apart_on_axis<kKind, kSwept, 2>(t0, t1, distance));
+}
+
+template <ContactKind kKind, bool kSwept>
+HWY_INLINE Mask apart_on_diagonal_axes(const Points& t0, const Points& t1, Float margin, Mask has_margin) {
+  Float furthest = hn::Zero(Floats());
+  for (int i = 0; i < 4; ++i) {
+    furthest = larger(furthest, max_norm(t1.p[i]));
+    if (kSwept) furthest = larger(furthest, max_norm(t0.p[i]));
+  }
+  const Float grown = hn::Add(outward_up(hn::Mul(margin, all(1.41421357F))), hn::Mul(all(kCoordinateError), furthest));
+  const Float distance = hn::IfThenElseZero(has_margin, grown);
+  const Mask sums = hn::Or(
+      hn::Or(apart_on_axis<kKind, kSwept, 3>(t0, t1, distance), apart_on_axis<kKind, kSwept, 4>(t0, t1, distance)),
+      apart_on_axis<kKind, kSwept, 5>(t0, t1, distance));
+  const Mask differences = hn::Or(
+      hn::Or(apart_on_axis<kKind, kSwept, 6>(t0, t1, distance), apart_on_axis<kKind, kSwept, 7>(t0, t1, distance)),
+      apart_on_axis<kKind, kSwept, 8>(t0, t1, distance));
+  return hn::Or(sums, differences);
+}
+
+struct RelativePair {
+  Vector a, b, c;
+};
+
+template <ContactKind kKind>
+HWY_INLINE RelativePair relative_pair(const Points& x) {
+  if constexpr (kKind == ContactKind::vertex_triangle) return {x.p[0] - x.p[1], x.p[2] - x.p[1], x.p[3] - x.p[1]};
+  return {x.p[0] - x.p[2], x.p[1] - x.p[0], x.p[3] - x.p[2]};
+}
+
+/// Sizes of the features that a plane's test goes by.
+struct Sizes {
+  Float a, b, c;
+
+  HWY_INLINE Float volume() const { return hn::Mul(hn::Mul(a, b), c); }
+  HWY_INLINE Float reach(Float margin) const {
+    return hn::Add(margin, hn::Mul(all(detail::kDistanceError<float>), hn::Add(hn::Add(a, b), c)));
+  }
+  HWY_INLINE Mask has_volume() const {
+    return hn::Ge(smaller(volume(), hn::Mul(b, c)), all(detail::smallest_product<float>()));
+  }
+  /// Whether safe_scale() is 1 for all.
+  HWY_INLINE bool are_ordinary() const {
+    const Float extent = larger(larger(a, b), c);
+    const Mask is_in_range = hn::And(hn::Ge(extent, all(0x1p-16F)), hn::Le(extent, all(0x1p+28F)));
+    return hn::AllTrue(Floats(), hn::Or(is_in_range, hn::Not(hn::Gt(extent, hn::Zero(Floats())))));
+  }
+};
+
+HWY_INLINE Sizes sizes(const RelativePair& pair) {
+  return {max_norm(pair.a), max_norm(pair.b), max_norm(pair.c)};
+}
+HWY_INLINE Sizes larger(const Sizes& s, const Sizes& t) {
+  return {larger(s.a, t.a), larger(s.b, t.b), larger(s.c, t.c)};
+}
+
+HWY_INLINE Mask cannot_reach(Float height, const Vector& plane, Float reach) {
+  const Float reachable = hn::Mul(hn::Mul(reach, reach), dot(plane, plane));
+  return hn::And(hn::Gt(height, hn::Zero(Floats())), hn::Gt(hn::Mul(height, height), reachable));
+}
+
+/// detail::is_certainly_apart.
+HWY_INLINE Mask certainly_apart(const RelativePair& pair, const Sizes& size, Float margin) {
+  const Vector plane = cross(pair.b, pair.c);
+  const Float error = hn::Mul(all(detail::kCoefficientError<float>), size.volume());
+  const Float height = hn::Sub(hn::Abs(dot(pair.a, plane)), error);
+  return hn::And(size.has_volume(), cannot_reach(height, plane, size.reach(margin)));
+}
+
+/// Whether all that lies between the two is further than `bound` to one side of 0.
+HWY_INLINE Mask is_beyond(Float lowest, Float highest, Float bound) {
+  return hn::Or(hn::Gt(lowest, bound), hn::Lt(highest, hn::Neg(bound)));
+}
+
+/// detail::make_query, of it is_apart_throughout where the accuracy is conservative, else is_apart_when_coplanar().
+HWY_INLINE Mask certainly_apart_in_motion(const RelativePair& t0, const RelativePair& t1, const Sizes& size,
+                                          Float margin, bool is_conservative) {
+  const Float reach = size.reach(margin);
+  const Float error = hn::Mul(all(detail::kCoefficientError<float>), size.volume());
+  const Vector plane_t0 = cross(t0.b, t0.c);
+  const Vector plane_t1 = cross(t1.b, t1.c);
+  const Vector plane_mixed = cross(t0.b, t1.c) + cross(t1.b, t0.c);
+  const Float b0 = dot(t0.a, plane_t0);
+  const Float b1 = hn::Add(dot(t1.a, plane_t0), dot(t0.a, plane_mixed));
+  const Float b2 = hn::Add(dot(t1.a, plane_mixed), dot(t0.a, plane_t1));
+  const Float b3 = dot(t1.a, plane_t1);
+  const Float third = all(1.0F / 3.0F);
+  const Float lowest = smaller(smaller(b0, b3), hn::Mul(third, smaller(b1, b2)));
+  const Float highest = larger(larger(b0, b3), hn::Mul(third, larger(b1, b2)));
+  if (is_conservative) {
+    const Float longest = larger(larger(norm(plane_t0), hn::Mul(all(0.5F), norm(plane_mixed))), norm(plane_t1));
+    const Float length = hn::Mul(all(1.0F + detail::kLengthError<float>), hn::Mul(reach, longest));
+    return hn::And(
+        size.has_volume(),
+        is_beyond(lowest, highest, hn::Add(hn::Mul(all(detail::kHeightError<float>), size.volume()), length)));
+  }
+  const Mask cannot_reach_t0 = cannot_reach(hn::Sub(hn::Abs(b0), error), plane_t0, reach);
+  const Mask cannot_reach_t1 = cannot_reach(hn::Sub(hn::Abs(b3), error), plane_t1, reach);
+  return hn::And(hn::And(size.has_volume(), is_beyond(lowest, highest, error)),
+                 hn::And(cannot_reach_t0, cannot_reach_t1));
+}
+
+HWY_INLINE std::uint64_t bits_of(Mask mask) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(Floats(), mask, bits);
+  return bits[0] | (std::uint64_t{bits[1]} << 8);
+}
+
+/// Bits of as many candidates as registers have lanes.
+template <ContactKind kKind, bool kSwept>
+HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates) {
+  const Floats floats;
+  alignas(64) float distances[kLanes];
+  for (std::size_t i = 0; i < kLanes; ++i) distances[i] = candidates[i].distance;
+  const Float margin = hn::Load(floats, distances);
+  const Mask has_margin = hn::Gt(margin, hn::Zero(floats));
+  const Points t1(test.scene.x_t1, candidates);
+  const Points t0 = kSwept ? Points(test.scene.x_t0, candidates) : t1;
+  Mask is_apart = apart_on_straight_axes<kKind, kSwept>(t0, t1, hn::IfThenElseZero(has_margin, margin));
+  if (hn::AllTrue(floats, is_apart)) return 0;
+  constexpr bool kIsOfSlabs = !kSwept && kKind == ContactKind::vertex_triangle;
+  if (kIsOfSlabs && test.scene.contact_rule == ContactRule::slab) {
+    return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
+  }
+  const RelativePair pair_t1 = relative_pair<kKind>(t1);
+  if constexpr (kSwept) {
+    const RelativePair pair_t0 = relative_pair<kKind>(t0);
+    const Sizes size = larger(sizes(pair_t0), sizes(pair_t1));
+    if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
+    is_apart = hn::Or(is_apart, certainly_apart_in_motion(pair_t0, pair_t1, size, margin, test.scene.is_conservative));
+  } else {
+    const Sizes size = sizes(pair_t1);
+    if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
+    is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
+  }
+  if (!hn::AllTrue(floats, is_apart)) {
+    is_apart = hn::Or(is_apart, apart_on_diagonal_axes<kKind, kSwept>(t0, t1, margin, has_margin));
+  }
+  return bits_of(hn::Not(is_apart));
+}
+
+template <ContactKind kKind, bool kSwept>
+std::uint64_t keep(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates, std::uint32_t count) {
+  std::uint64_t bits = 0;
+  std::uint32_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) bits |= keep_register(test, candidates + i) << i;
+  if (i == count) return bits;
+  // The lanes that are left have the last candidate.
+  std::array<FeatureCandidate, kLanes> padded;
+  padded.fill(candidates[count - 1]);
+  std::copy(candidates + i, candidates + count, padded.begin());
+  const std::uint64_t last = keep_register(test, padded.data()) & ((1ULL << (count - i)) - 1U);
+  return bits | (last << i);
+}
+
+#endif
+
+using VertexTriangleTest = FeatureTest<ContactKind::vertex_triangle, false>;
+using VertexTriangleSweep = FeatureTest<ContactKind::vertex_triangle, true>;
+using EdgeEdgeTest = FeatureTest<ContactKind::edge_edge, false>;
+using EdgeEdgeSweep = FeatureTest<ContactKind::edge_edge, true>;
+
+std::uint64_t keep_vertex_triangle(const VertexTriangleTest& test, const FeatureCandidate* candidates,
+                                   std::uint32_t count) {
+  return keep(test, candidates, count);
+}
+std::uint64_t keep_vertex_triangle_swept(const VertexTriangleSweep& test, const FeatureCandidate* candidates,
+                                         std::uint32_t count) {
+  return keep(test, candidates, count);
+}
+std::uint64_t keep_edge_edge(const EdgeEdgeTest& test, const FeatureCandidate* candidates, std::uint32_t count) {
+  return keep(test, candidates, count);
+}
+std::uint64_t keep_edge_edge_swept(const EdgeEdgeSweep& test, const FeatureCandidate* candidates, std::uint32_t count) {
+  return keep(test, candidates, count);
+}
+
+}  // namespace softcd::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace softcd::cpu {
+
+HWY_EXPORT(keep_vertex_triangle);
+HWY_EXPORT(keep_vertex_triangle_swept);
+HWY_EXPORT(keep_edge_edge);
+HWY_EXPORT(keep_edge_edge_swept);
+
+template <>
+std::uint64_t candidates_to_keep(const FeatureTest<ContactKind::vertex_triangle, false>& test,
+                                 const FeatureCandidate* candidates, std::uint32_t count) {
+  return HWY_DYNAMIC_DISPATCH(keep_vertex_triangle)(test, candidates, count);
+}
+template <>
+std::uint64_t candidates_to_keep(const FeatureTest<ContactKind::vertex_triangle, true>& test,
+                                 const FeatureCandidate* candidates, std::uint32_t count) {
+  return HWY_DYNAMIC_DISPATCH(keep_vertex_triangle_swept)(test, candidates, count);
+}
+template <>
+std::uint64_t candidates_to_keep(const FeatureTest<ContactKind::edge_edge, false>& test,
+                                 const FeatureCandidate* candidates, std::uint32_t count) {
+  return HWY_DYNAMIC_DISPATCH(keep_edge_edge)(test, candidates, count);
+}
+template <>
+std::uint64_t candidates_to_keep(const FeatureTest<ContactKind::edge_edge, true>& test,
+                                 const FeatureCandidate* candidates, std::uint32_t count) {
+  return HWY_DYNAMIC_DISPATCH(keep_edge_edge_swept)(test, candidates, count);
+}
+
+}  // namespace softcd::cpu
+#endif
