@@ -9,6 +9,7 @@
 #include <iterator>
 #include <utility>
 
+#include "softcd/mesh/closed_surface.hpp"
 #include "validation.hpp"
 
 namespace softcd {
@@ -317,6 +318,7 @@ void SceneStore::place_mesh(std::uint32_t index) {
   body.stray_vertices.clear();
   body.named_strays.clear();
   body.left_out_triangles = 0;
+  body.is_closed.reset();
   drop_neighbours(body);
   fill_rest(index);
 }
@@ -335,14 +337,20 @@ PositionArrays SceneStore::positions_of(const Body& body) {
   return {x_t0_.data() + body.vertices.first, x_t1_.data() + body.vertices.first};
 }
 
-/// Of all positions at t1, and at t0.
-Extent SceneStore::extent(bool t0) const {
+Extent SceneStore::extent_at(bool t0) const {
   Extent extent;
   for (const Body& body : bodies_) {
     if (!body.positions.are_set()) continue;
-    extent.extend(body.positions.survey().t1.extent);
-    if (t0) extent.extend(body.positions.survey().t0.extent);
+    const StepSurvey& survey = body.positions.survey();
+    extent.extend((t0 ? survey.t0 : survey.t1).extent);
   }
+  return extent;
+}
+
+/// Of all positions at t1, and at t0.
+Extent SceneStore::extent(bool t0) const {
+  Extent extent = extent_at(false);
+  if (t0) extent.extend(extent_at(true));
   return extent;
 }
 
@@ -372,6 +380,7 @@ void SceneStore::read_positions(const LookedAt& looked_at) {
       body.positions.move_origin(origin_, origin, body.vertices.count, positions_of(body));
     }
     const bool gets_t0 = lacks_t0(body);
+    if (are_new || has_moved || gets_t0) ++position_revision_;
     if (gets_t0) body.positions.place_t0(origin, body.vertices.count, positions_of(body));
     body.unsent.x_t0 |= are_new || has_moved || gets_t0;
     body.unsent.x_t1 |= are_new || has_moved;
@@ -463,9 +472,17 @@ void SceneStore::leave_out(Body& body, std::vector<std::uint32_t> strays) {
   }
   body.stray_vertices = std::move(strays);
   body.left_out_triangles = left_out_count;
+  body.is_closed.reset();
   body.unsent.ownership = true;
   ++mesh_revision_;
   drop_neighbours(body);
+}
+
+void SceneStore::find_closed_surfaces() {
+  for (Body& body : bodies_) {
+    if (body.is_removed || body.is_closed) continue;
+    body.is_closed = body.left_out_triangles == 0 && is_closed_surface(mesh_of(body));
+  }
 }
 
 void SceneStore::drop_neighbours(Body& body) {
