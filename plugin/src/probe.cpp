@@ -35,6 +35,12 @@ Span<const ClosestPoint> Probe::closest_points(Span<const QueryPoint> points) {
 ClosestPoint Probe::closest_point(const QueryPoint& point) {
   return core().closest_points({&point, 1})[0];
 }
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QuerySphere> spheres) {
+  return core().overlaps(spheres);
+}
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryBox> boxes) {
+  return core().overlaps(boxes);
+}
 void Probe::set_options(const ProbeOptions& options) {
   core().set_options(options);
 }

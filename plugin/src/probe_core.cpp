@@ -45,6 +45,16 @@ Span<const ClosestPoint> ProbeCore::closest_points(Span<const QueryPoint> points
                                            [&](SpatialQueries& queries) { return queries.closest_points(points); });
 }
 
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QuerySphere> spheres) {
+  return answers<AnswerLists<TriangleOverlap>>(spheres.size(), false,
+                                               [&](SpatialQueries& queries) { return queries.overlaps(spheres); });
+}
+
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryBox> boxes) {
+  return answers<AnswerLists<TriangleOverlap>>(boxes.size(), false,
+                                               [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
+}
+
 void ProbeCore::set_options(const ProbeOptions& options) {
   validate_options(options);
   options_ = options;

@@ -19,6 +19,8 @@ class ProbeCore {
   Span<const RayHit> first_hits(Span<const Ray> rays);
   AnswerLists<RayHit> all_hits(Span<const Ray> rays);
   Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
 
   void set_options(const ProbeOptions& options);
   const ProbeOptions& options() const { return options_; }

@@ -61,6 +61,11 @@ class SOFTCD_EXPORT Probe {
   Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
   ClosestPoint closest_point(const QueryPoint& point);
 
+  /// For each sphere, or box, all triangles that have a point in common with it, borders included, in the order of
+  /// bodies and indices; what only touches by as much as doubles are rounded may be there or not.
+  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
+
   /// Throws as the constructor does.
   void set_options(const ProbeOptions& options);
   const ProbeOptions& options() const;

@@ -64,6 +64,24 @@ struct ClosestPoint {
   bool has_point() const { return body != BodyId(); }
 };
 
+/// All points at most `radius` from the centre, in world coordinates. Nothing where anything is NaN, the radius is
+/// negative, or the centre is further than 1e37 from the scene's origin.
+struct QuerySphere {
+  Vec3d centre;
+  double radius;
+};
+
+/// All points between lo and hi, in world coordinates; where one of them is NaN, or lo is above hi, none.
+struct QueryBox {
+  Vec3d lo, hi;
+};
+
+/// A triangle that has a point in common with a shape.
+struct TriangleOverlap {
+  BodyId body;
+  std::uint32_t triangle;  ///< of the body
+};
+
 /// Lists of answers, one for each question of a batch, in the questions' order.
 template <class T>
 class AnswerLists {

@@ -26,6 +26,8 @@ class SpatialQueries {
   virtual Span<const RayHit> first_hits(Span<const Ray> rays) = 0;
   virtual AnswerLists<RayHit> all_hits(Span<const Ray> rays) = 0;
   virtual Span<const ClosestPoint> closest_points(Span<const QueryPoint> points) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) = 0;
 };
 
 /// Asks. May be called again, where memory did not suffice at first.

@@ -10,6 +10,7 @@
 #include "softcd/pipeline/spatial_queries.hpp"
 #include "softcd/stages/answer_lists.hpp"
 #include "softcd/stages/closest_points.hpp"
+#include "softcd/stages/overlaps.hpp"
 #include "softcd/stages/ray_casting.hpp"
 
 namespace softcd {
@@ -31,10 +32,13 @@ struct ProbeOn final : QueryMemory {
     question_count = {};
     rays = {};
     points = {};
+    spheres = {};
+    boxes = {};
     counts = {};
     begins = {};
     hits = {};
     closest = {};
+    overlaps = {};
   }
 
   std::shared_ptr<MemoryAccount> account;  ///< of the buffers
@@ -42,13 +46,17 @@ struct ProbeOn final : QueryMemory {
   Buffer<std::uint64_t> question_count;
   Mirror<Ray> rays;
   Mirror<QueryPoint> points;
+  Mirror<QuerySphere> spheres;
+  Mirror<QueryBox> boxes;
   Buffer<std::uint32_t> counts;  ///< of answers, per question
   Buffer<std::uint64_t> begins;  ///< and where they begin; then how many there are
   Buffer<RayHit> hits;
   Buffer<ClosestPoint> closest;
+  Buffer<TriangleOverlap> overlaps;
   Readback<std::uint64_t> read_begins;
   Readback<RayHit> read_hits;
   Readback<ClosestPoint> read_closest;
+  Readback<TriangleOverlap> read_overlaps;
 };
 
 /// Hierarchies of both ends of the step, each of what was there when somebody last asked.
@@ -79,6 +87,18 @@ class SpatialQueriesOn final : public SpatialQueries {
     probe_.closest.reserve(backend_, points.size(), 0);
     backend_.for_each("closest_points", count, FindClosestPoint{scene_, probe_.points.data(), probe_.closest.data()});
     return probe_.read_closest.read(backend_, probe_.closest, points.size());
+  }
+
+  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) override {
+    const Count count = send(probe_.spheres, spheres);
+    return list(count, ListOverlaps<QuerySphere, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps,
+                probe_.read_overlaps);
+  }
+
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) override {
+    const Count count = send(probe_.boxes, boxes);
+    return list(count, ListOverlaps<QueryBox, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps,
+                probe_.read_overlaps);
   }
 
  private:

@@ -47,6 +47,12 @@ SOFTCD_HD inline NearestOnLeaf nearest_on(const BvhLeaf& leaf, std::uint32_t pla
           inverse * points.offset};
 }
 
+/// What boxes of triangles that are computed to be within a distance are within: rounding moves a distance d by at most
+/// 2^-50 (d + extent), its square by less than 2^-39 of it and 2^-57 of the extent's.
+SOFTCD_HD inline double reach_of(double squared_distance, const ProbedSceneView& scene) {
+  return squared_distance * (1.0 + 0x1p-38) + 0x1p-57 * scene.extent * scene.extent;
+}
+
 /// The nearest of all leaves. Boxes are passed over where they are further away by more than rounding: which of several
 /// equally distant triangles it is does not depend on the order in which they are visited.
 class NearestVisitor {
@@ -57,8 +63,7 @@ class NearestVisitor {
     best_.place = kNoIndex;
     best_.triangle = kNoIndex;
     best_.squared_distance = max_distance * max_distance;
-    slack_ = 0x1p-57 * scene.extent * scene.extent;
-    set_reach();
+    reach_ = reach_of(best_.squared_distance, scene);
   }
 
   SOFTCD_HD bool enters(const Box& box, double& key) const {
@@ -71,21 +76,17 @@ class NearestVisitor {
     const NearestOnLeaf nearest = nearest_on(leaf, place, p_);
     if (!nearest.is_before(best_)) return;
     best_ = nearest;
-    set_reach();
+    reach_ = reach_of(best_.squared_distance, scene_);
   }
 
   /// Its place is kNoIndex where there is none.
   SOFTCD_HD const NearestOnLeaf& best() const { return best_; }
 
  private:
-  /// Rounding moves a distance d by at most 2^-50 (d + extent): its square by less than 2^-39 of it and 2^-57 of the
-  /// extent's.
-  SOFTCD_HD void set_reach() { reach_ = best_.squared_distance * (1.0 + 0x1p-38) + slack_; }
-
   const ProbedSceneView& scene_;
   Vec3d p_;
   NearestOnLeaf best_;
-  double slack_, reach_;
+  double reach_;
 };
 
 /// The angle-weighted normal of a vertex, or, of an edge, the sum of its triangles' normals. Triangles of the feature
