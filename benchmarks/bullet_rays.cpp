@@ -39,6 +39,9 @@ class BulletScene final : public RivalScene {
     return hits;
   }
 
+  /// Its test takes rays that pass a triangle by for hits: 13 of 1,000 on the generated cloth on a ball.
+  bool counts_exactly() const override { return false; }
+
   double sum_distances(const std::vector<QueryPoint>& /*points*/) const override { return -1; }
 
  private:

@@ -20,6 +20,8 @@ class RivalScene {
   virtual void build() = 0;
   /// How many of the rays meet a triangle, each looked for to the first.
   virtual std::size_t count_hits(const std::vector<Ray>& rays) const = 0;
+  /// Whether these are those of exact arithmetic, but for a few in a thousand.
+  virtual bool counts_exactly() const { return true; }
   /// The sum of the points' distances from the mesh; negative where it does not tell.
   virtual double sum_distances(const std::vector<QueryPoint>& points) const = 0;
 };
