@@ -12,6 +12,7 @@
 #include "mesh_io/mesh_io.hpp"
 #include "report.hpp"
 #include "softcd/version.hpp"
+#include "spatial_queries.hpp"
 #include "trade.hpp"
 
 namespace {
@@ -44,6 +45,8 @@ int main(int argc, char** argv) {
     SimulatedScenesOptions simulated_scenes;
     add_simulated_scenes(app, simulated_scenes);
 #endif
+    SpatialQueryOptions spatial_queries;
+    add_spatial_queries(app, spatial_queries);
     TradeOptions trade;
     add_trade(app, trade);
     CompareOptions compare;

@@ -22,6 +22,14 @@ void DeformableWorld::performDiscreteCollisionDetection() {
   detection_.queries_->forget_algorithms();
 }
 
+void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayResultCallback& callback) const {
+  const auto test_natively = [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
+    rayTestSingle(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(), callback);
+  };
+  detection_.queries_->rays.test(*m_broadphasePairCache, span_of(getSoftBodyArray()), from, to, callback,
+                                 test_natively);
+}
+
 void DeformableWorld::predict(btScalar time_step) {
   const TreesOutOfSight out_of_sight(getSoftBodyArray(), &btSoftBody::m_ndbvt);
   const FaceTreesUnbuilt unbuilt(getSoftBodyArray());

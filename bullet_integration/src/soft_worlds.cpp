@@ -74,6 +74,16 @@ void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
 }
 
 template <class BulletWorld>
+void SoftWorld<BulletWorld>::rayTest(const btVector3& from, const btVector3& to,
+                                     btCollisionWorld::RayResultCallback& callback) const {
+  const auto test_natively = [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
+    BulletWorld::rayTestSingle(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(), callback);
+  };
+  detection_->queries_->rays.test(*this->m_broadphasePairCache, span_of(this->getSoftBodyArray()), from, to, callback,
+                                  test_natively);
+}
+
+template <class BulletWorld>
 void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
   const WorldStep step{*this, this->getSoftBodyArray(), *detection_->queries_};
   step.queries.read_out.begin_step();

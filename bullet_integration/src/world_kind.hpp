@@ -8,6 +8,7 @@
 #include "pair_gate.hpp"
 #include "softcd/bullet/settings.hpp"
 #include "velocity_response.hpp"
+#include "world_rays.hpp"
 
 namespace softcd::bullet {
 
@@ -26,6 +27,8 @@ struct WorldKind {
   int vertex_face_flag;
   /// Where the nodes are at the step's ends while softcd looks for contacts and crossings.
   NodePosition start, end;
+  /// What Bullet's ray tests of the world look at.
+  RayTargets ray_targets;
 
   /// How contacts between soft bodies are looked for.
   QueryOptions (*contact_options)(const Settings&);

@@ -10,6 +10,7 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       crossings("without softcd's look at crossings", kind, mirror_, settings),
       rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind, mirror_, settings),
       read_out(kind, mirror_.scene(), settings),
+      rays(kind.ray_targets, settings),
       kind_(kind),
       settings_(settings) {}
 
@@ -19,6 +20,7 @@ void WorldQueries::set_settings(const Settings& settings) {
   if (crossings.get() != nullptr) crossings.get()->set_settings(settings);
   if (rigid_meshes.get() != nullptr) rigid_meshes.get()->set_settings(settings);
   read_out.set_settings(settings);
+  rays.set_settings(settings);
   if (settings.rigid_meshes && !settings_.rigid_meshes) forget_algorithms();
   settings_ = settings;
 }

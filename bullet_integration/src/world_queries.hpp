@@ -8,6 +8,7 @@
 #include "crossing_prevention.hpp"
 #include "guarded.hpp"
 #include "rigid_mesh_detection.hpp"
+#include "world_rays.hpp"
 #include "world_read_out.hpp"
 
 namespace softcd::bullet {
@@ -72,6 +73,7 @@ class WorldQueries {
   Guarded<CrossingPrevention> crossings;
   Guarded<RigidMeshDetection> rigid_meshes;
   WorldReadOut read_out;
+  WorldRays rays;
   /// Where the world's bodies are; null when that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
 

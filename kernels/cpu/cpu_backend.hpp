@@ -76,6 +76,16 @@ class CpuBackend {
     std::uint64_t capacity_ = 0;
   };
 
+  /// What the host reads of a buffer, where it is.
+  template <class T>
+  class Readback {
+   public:
+    /// The first `count` values, once all that writes them is done. Valid until the buffer is written to again.
+    Span<const T> read(CpuBackend& /*backend*/, const Buffer<T>& buffer, std::uint64_t count) {
+      return {buffer.data(), count};
+    }
+  };
+
   /// A buffer and the scratch that sorting it needs.
   template <class T>
   class SortBuffer {

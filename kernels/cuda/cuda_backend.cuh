@@ -150,6 +150,25 @@ class CudaBackend {
     PinnedBuffer<DevicePositions> shared_runs_;
   };
 
+  /// What the host reads of a buffer, in page-locked memory.
+  template <class T>
+  class Readback {
+   public:
+    Span<const T> read(CudaBackend& backend, const Buffer<T>& buffer, std::uint64_t count) {
+      copy_.reserve(count);
+      if (count > 0) {
+        check_cuda(
+            cudaMemcpyAsync(copy_.data(), buffer.data(), count * sizeof(T), cudaMemcpyDeviceToHost, backend.stream_),
+            "reading answers");
+      }
+      check_cuda(cudaStreamSynchronize(backend.stream_), "reading answers");
+      return {copy_.data(), count};
+    }
+
+   private:
+    PinnedBuffer<T> copy_;
+  };
+
   template <class T>
   class SortBuffer {
    public:

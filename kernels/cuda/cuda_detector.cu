@@ -28,6 +28,10 @@ class QueryOnDevice final : public QueryMemory {
     free_on(device_, [&] { query_.reset(); });
   }
 
+  void release() override {
+    const DeviceGuard guard(device_);
+    query_->release();
+  }
   QueryMemory& query() { return *query_; }
 
  private:
@@ -67,6 +71,14 @@ class DetectorOnDevice final : public Detector {
   Span<const Contact> finish(Statistics& statistics) override {
     const DeviceGuard guard(device_);
     return detector_->finish(statistics);
+  }
+  std::unique_ptr<QueryMemory> make_probe() override {
+    const DeviceGuard guard(device_);
+    return std::make_unique<QueryOnDevice>(device_, detector_->make_probe());
+  }
+  void answer(QueryMemory& probe, const ProbedScene& scene, const Questions& ask) override {
+    const DeviceGuard guard(device_);
+    detector_->answer(static_cast<QueryOnDevice&>(probe).query(), scene, ask);
   }
   void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
   MemoryNeed memory_need() const override { return detector_->memory_need(); }

@@ -46,6 +46,8 @@ struct Body {
   bool lists_neighbours = false;
   Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
 
+  std::optional<bool> is_closed;  ///< of the mesh with its left out triangles, where somebody has asked
+
   Unsent unsent;
   std::uint64_t last_change = 0;  ///< of the scene's changes, in which somebody changed the body
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "detection_settings.hpp"
+#include "probe_core.hpp"
 #include "validation.hpp"
 
 namespace softcd::detail {
@@ -97,6 +98,7 @@ void SceneCore::set_options(const SceneOptions& options) {
       query->memories_.clear();
       query->has_contacts_ = false;
     }
+    for (ProbeCore* probe : probes_) probe->memories_ = {};
     use(std::move(detector));
   }
   if (options.max_threads != before.max_threads) {
@@ -165,7 +167,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
 /// Everything that a detection needs, but for the detector's start.
 void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs) {
   const QueryOptions& options = query.options_;
-  settle(options);
+  settle(looked_at_by(options));
   warn_of_strays();
   const std::vector<Body>& bodies = store_.bodies();
   const SceneSize size = count_elements(detection.statistics);
@@ -184,18 +186,53 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   detector_->set_memory_limit(options_.memory_limit);
 }
 
-void SceneCore::settle(const QueryOptions& options) {
+void SceneCore::settle(const LookedAt& by_next) {
   try {
     DevicePositionReader* const reader = store_.has_positions_on_device() ? &detector_->position_reader() : nullptr;
-    store_.settle(looked_at(), looked_at_by(options), reader);
+    store_.settle(looked_at(), by_next, reader);
   } catch (const DeviceError& error) {
     throw BackendError(fmt::format("{}. Positions in a device's memory could not be read.", error.what()));
   }
 }
 
-/// By any of the scene's queries.
+void SceneCore::answer(ProbeCore& probe, bool wants_sides, const Questions& ask) {
+  finish_running();
+  Statistics unused;
+  guarded_in_memory(
+      unused, [&] { return answer_problem(); },
+      [&] {
+        const ProbedScene scene = probed_scene(probe, wants_sides);
+        detector_->set_memory_limit(options_.memory_limit);
+        detector_->answer(store_, probe.memories_, store_.size().triangles, scene, ask);
+      });
+}
+
+ProbedScene SceneCore::probed_scene(ProbeCore& probe, bool wants_sides) {
+  const bool at_t0 = probe.options_.step_end == StepEnd::t0;
+  settle(probe.looked_at());
+  warn_of_strays();
+  if (wants_sides) store_.find_closed_surfaces();
+  probe.bodies_.clear();
+  for (const Body& body : store_.bodies()) {
+    const bool is_asked =
+        !body.is_removed && body.positions.are_set() && (!probe.filter_ || call_back(probe.filter_, body.id));
+    probe.bodies_.push_back({body.id.value, body.triangles.first, is_asked, body.is_closed.value_or(false)});
+  }
+  const Vec3d origin = store_.origin();
+  const Extent extent = store_.extent_at(at_t0);
+  const Box bounds = extent.is_empty()
+                         ? box_of(Vec3f{0, 0, 0})
+                         : Box{vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
+  return {probe.bodies_, origin, bounds, at_t0, store_.revision()};
+}
+
+/// By any of the scene's queries and probes.
 LookedAt SceneCore::looked_at() const {
   LookedAt result;
+  for (const ProbeCore* probe : probes_) {
+    result.t0 |= probe->looked_at().t0;
+    result.t1 |= probe->looked_at().t1;
+  }
   for (const QueryCore* query : queries_) {
     const LookedAt by_query = looked_at_by(query->options_);
     result.t0 |= by_query.t0;
@@ -279,6 +316,13 @@ std::string SceneCore::detection_problem() const {
       "memory ran out for the contacts of {} triangles {}: {} were found so far{}. Reduce the margins, or detect fewer "
       "bodies at a time{}.",
       triangles, where(), need.contacts, bytes, or_raise);
+}
+
+std::string SceneCore::answer_problem() const {
+  return fmt::format(
+      "memory ran out for a hierarchy of {} triangles, or for answers about them, {}. Free memory, or ask less at a "
+      "time{}.",
+      store_.size().triangles, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
 }
 
 /// Whose memory it is.

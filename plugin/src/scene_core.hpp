@@ -18,6 +18,7 @@
 
 namespace softcd::detail {
 
+class ProbeCore;
 class SceneCore;
 
 constexpr const char* kNoMemoryAtAll = "memory ran out where hardly any is needed; free memory.";
@@ -109,12 +110,18 @@ class SceneCore {
   void enter(QueryCore& query) { queries_.push_back(&query); }
   void leave(const QueryCore& query) { std::erase(queries_, &query); }
 
+  /// Once no detection runs.
+  void answer(ProbeCore& probe, bool wants_sides, const Questions& ask);
+  void enter(ProbeCore& probe) { probes_.push_back(&probe); }
+  void leave(const ProbeCore& probe) { std::erase(probes_, &probe); }
+
  private:
   Body& find(BodyId id);
   std::unique_ptr<SelectedDetector> detector_for(const SceneOptions& options, DetectorFactories factories);
   void use(std::unique_ptr<SelectedDetector> detector);
-  void settle(const QueryOptions& options);
+  void settle(const LookedAt& by_next);
   void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs);
+  ProbedScene probed_scene(ProbeCore& probe, bool wants_sides);
   LookedAt looked_at() const;
   SceneSize count_elements(Statistics& statistics) const;
   void warn_of_strays() const;
@@ -123,6 +130,7 @@ class SceneCore {
   void guarded_in_memory(Statistics& statistics, const MemoryProblem& memory_problem, const F& f);
   std::string preparation_problem() const;
   std::string detection_problem() const;
+  std::string answer_problem() const;
   std::string where() const;
 
   SceneOptions options_;
@@ -131,6 +139,7 @@ class SceneCore {
   SceneStore store_;
   std::unique_ptr<SelectedDetector> detector_;
   std::vector<QueryCore*> queries_;
+  std::vector<ProbeCore*> probes_;
   QueryCore* running_ = nullptr;
   bool is_closed_ = false;
 };

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <utility>
 
+#include "softcd/mesh/closed_surface.hpp"
 #include "validation.hpp"
 
 namespace softcd {
@@ -326,6 +327,7 @@ void SceneStore::place_mesh(std::uint32_t index) {
   body.stray_vertices.clear();
   body.named_strays.clear();
   body.left_out_triangles = 0;
+  body.is_closed.reset();
   drop_neighbours(body);
   fill_rest(index);
 }
@@ -344,14 +346,20 @@ PositionArrays SceneStore::positions_of(const Body& body) {
   return {x_t0_.data() + body.vertices.first, x_t1_.data() + body.vertices.first};
 }
 
-/// Of all positions at t1, and at t0.
-Extent SceneStore::extent(bool t0) const {
+Extent SceneStore::extent_at(bool t0) const {
   Extent extent;
   for (const Body& body : bodies_) {
     if (!body.positions.are_set()) continue;
-    extent.extend(body.positions.survey().t1.extent);
-    if (t0) extent.extend(body.positions.survey().t0.extent);
+    const StepSurvey& survey = body.positions.survey();
+    extent.extend((t0 ? survey.t0 : survey.t1).extent);
   }
+  return extent;
+}
+
+/// Of all positions at t1, and at t0.
+Extent SceneStore::extent(bool t0) const {
+  Extent extent = extent_at(false);
+  if (t0) extent.extend(extent_at(true));
   return extent;
 }
 
@@ -403,6 +411,7 @@ bool SceneStore::lacks_t0(const Body& body) const {
 void SceneStore::finish_reading(Body& body, Vec3d origin) {
   const bool has_moved = !(origin == origin_);
   const bool are_new = body.positions.are_new();
+  if (are_new || has_moved || lacks_t0(body)) ++position_revision_;
   if (body.positions.are_on_device()) {
     body.unsent.x_t0 |= are_new || has_moved || lacks_t0(body);
     body.positions.finish_reading(needs_t0_);
@@ -565,9 +574,17 @@ void SceneStore::leave_out(Body& body, std::vector<std::uint32_t> strays) {
   }
   body.stray_vertices = std::move(strays);
   body.left_out_triangles = left_out_count;
+  body.is_closed.reset();
   body.unsent.ownership = true;
   ++mesh_revision_;
   drop_neighbours(body);
+}
+
+void SceneStore::find_closed_surfaces() {
+  for (Body& body : bodies_) {
+    if (body.is_removed || body.is_closed) continue;
+    body.is_closed = body.left_out_triangles == 0 && is_closed_surface(mesh_of(body));
+  }
 }
 
 void SceneStore::drop_neighbours(Body& body) {

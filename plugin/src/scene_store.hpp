@@ -60,6 +60,12 @@ class SceneStore {
   SceneArrays arrays() const;
   SceneSize size() const;
   Vec3d origin() const { return origin_; }
+  /// Another one where meshes, what their triangles own, or positions have changed; never 0.
+  std::uint64_t revision() const { return 1 + mesh_revision_ + position_revision_; }
+  /// Of all positions at one end.
+  Extent extent_at(bool t0) const;
+  /// Fills Body::is_closed of all that have a place.
+  void find_closed_surfaces();
   /// Changes of bodies are counted, see Body::last_change.
   std::uint64_t last_change() const { return last_change_; }
 
@@ -127,6 +133,7 @@ class SceneStore {
   std::uint32_t next_id_ = 0;
   std::uint64_t last_change_ = 0;
   std::uint64_t mesh_revision_ = 0;
+  std::uint64_t position_revision_ = 0;
   Sizes planned_{0, 0, 0};  ///< of the arrays, once everything has its place
   bool has_new_layout_ = false;
   Vec3d origin_{0, 0, 0};

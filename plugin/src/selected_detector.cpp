@@ -107,19 +107,38 @@ void SelectedDetector::take_over(const std::string& problem) {
   }
 }
 
-/// Makes its detector where there is none yet.
+void SelectedDetector::answer(SceneStore& scene, QueryMemories& probe, std::uint64_t triangle_count,
+                              const ProbedScene& probed, const Questions& ask) {
+  scene_ = &scene;
+  query_ = &probe;
+  input_ = {};
+  input_.reads_t0 = probed.at_t0;
+  const auto answer_in = [&](Slot& slot) {
+    const Ready there = ready(slot, &Detector::make_probe);
+    there.detector.answer(there.memory, probed, ask);
+  };
+  choose(triangle_count);
+  if (!succeeds_on_device([&] { answer_in(device_); })) answer_in(cpu_);
+}
+
 void SelectedDetector::start_in(Slot& slot) {
+  const Ready there = ready(slot, &Detector::make_query);
+  there.detector.start(there.memory, input_.bodies, input_.settings);
+}
+
+/// Makes its detector where there is none yet.
+SelectedDetector::Ready SelectedDetector::ready(Slot& slot, MakeMemory make_memory) {
   if (slot.detector == nullptr) {
     slot = {&slot == &cpu_ ? factories_.make_cpu() : factories_.make_device(), ++last_number_, false};
   }
   NumberedMemory& memory = &slot == &cpu_ ? query_->cpu : query_->device;
   if (memory.detector != slot.number) {
     memory = {};
-    memory = {slot.detector->make_query(), slot.number};
+    memory = {(*slot.detector.*make_memory)(), slot.number};
   }
   if (!slot.detector->set_memory_limit(memory_limit_, *memory.memory)) slot.knows_scene = false;
   tell_scene(slot);
-  slot.detector->start(*memory.memory, input_.bodies, input_.settings);
+  return {*slot.detector, *memory.memory};
 }
 
 DevicePositionReader& SelectedDetector::position_reader() {

@@ -58,6 +58,9 @@ class SelectedDetector {
   void start(SceneStore& scene, QueryMemories& query, const DetectionInput& input);
   /// Contacts stay valid until the next detection of the query, however long the detector lives.
   Span<const Contact> finish(Statistics& statistics);
+  /// Asks about the settled scene, which `triangle_count` decides where. No detection runs.
+  void answer(SceneStore& scene, QueryMemories& probe, std::uint64_t triangle_count, const ProbedScene& probed,
+              const Questions& ask);
   void report_memory(Statistics& statistics) const;
   /// Of the start or finish that has thrown std::bad_alloc.
   MemoryNeed memory_need() const;
@@ -83,6 +86,14 @@ class SelectedDetector {
   void use_device();
   void choose(std::uint64_t triangles);
   void take_over(const std::string& problem);
+  using MakeMemory = std::unique_ptr<QueryMemory> (Detector::*)();
+
+  /// What is behind a slot, which knows the scene and its limit on memory then.
+  struct Ready {
+    Detector& detector;
+    QueryMemory& memory;
+  };
+  Ready ready(Slot& slot, MakeMemory make_memory);
   void start_in(Slot& slot);
   void tell_scene(Slot& slot);
   void take_positions_to_host();

@@ -74,6 +74,10 @@ void validate_options(const QueryOptions& options) {
   }
 }
 
+void validate_options(const ProbeOptions& options) {
+  validate_choice("step_end", options.step_end, StepEnd::t0);
+}
+
 void validate_settings(BodyId id, const BodySettings& settings) {
   if (!(settings.margin >= 0.0F && std::isfinite(settings.margin))) {
     throw InvalidInput(fmt::format("body {}: its margin is {}, but a margin must be finite and at least 0.", id.value,

@@ -3,6 +3,7 @@
 #include "body.hpp"
 #include "softcd/error.hpp"
 #include "softcd/pipeline/detector.hpp"
+#include "softcd/probe.hpp"
 #include "softcd/query.hpp"
 
 /// Checks of what the caller gives. Each throws InvalidInput that names what is wrong and what would be right.
@@ -12,6 +13,7 @@ constexpr std::uint64_t kMostElements = 1ULL << 31;  ///< triangles, vertices or
 
 void validate_options(const SceneOptions& options);
 void validate_options(const QueryOptions& options);
+void validate_options(const ProbeOptions& options);
 void validate_settings(BodyId id, const BodySettings& settings);
 /// And the settings.
 void validate_mesh(BodyId id, const BodyDesc& desc);

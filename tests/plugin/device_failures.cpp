@@ -8,6 +8,7 @@
 
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
+#include "probe_core.hpp"
 #include "scene.hpp"
 #include "scene_core.hpp"
 #include "selected_detector.hpp"
@@ -15,7 +16,7 @@
 namespace softcd::test {
 namespace {
 
-enum class Failing { nothing, construction, query, scene, start, finish };
+enum class Failing { nothing, construction, query, scene, start, finish, probe, answer };
 
 struct Fault {
   Failing where = Failing::nothing;
@@ -57,6 +58,14 @@ class FaultyDevice final : public Detector {
     fault_.at(Failing::finish);
     return contacts;
   }
+  std::unique_ptr<QueryMemory> make_probe() override {
+    fault_.at(Failing::probe);
+    return detector_->make_probe();
+  }
+  void answer(QueryMemory& probe, const ProbedScene& scene, const Questions& ask) override {
+    detector_->answer(probe, scene, ask);
+    fault_.at(Failing::answer);
+  }
   void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
   MemoryNeed memory_need() const override { return detector_->memory_need(); }
 
@@ -75,7 +84,8 @@ class FailingScene {
               if (level == LogLevel::warning) warnings.emplace_back(message);
             },
             DetectorFactories{make_cpu_detector, [&fault] { return std::make_unique<FaultyDevice>(fault); }, ""})),
-        query_(scene_, {}) {
+        query_(scene_, {}),
+        probe_(scene_, {}) {
     const auto vertex_count = static_cast<std::uint32_t>(body.x_t0.size());
     const BodyId id = scene_->add_body({body.triangles, vertex_count, body.settings});
     scene_->set_positions(id, body.x_t0, body.x_t1);
@@ -93,6 +103,12 @@ class FailingScene {
     return {contacts.begin(), contacts.end()};
   }
 
+  /// Of a ray straight through.
+  std::size_t hits() {
+    const Ray ray{{0.1, 0.2, 100}, {0, 0, -1}};
+    return probe_.all_hits({&ray, 1})[0].size();
+  }
+
  private:
   static SceneOptions options(Backend wanted) {
     SceneOptions result;
@@ -102,6 +118,7 @@ class FailingScene {
 
   std::shared_ptr<detail::SceneCore> scene_;
   detail::QueryCore query_;
+  detail::ProbeCore probe_;
 };
 
 class DeviceFailures : public testing::Test {
@@ -179,6 +196,35 @@ TEST_F(DeviceFailures, nobody_takes_over_where_cuda_was_asked_for) {
     EXPECT_EQ(failing.backend(), Backend::cuda);
   }
   EXPECT_TRUE(warnings_.empty());
+}
+
+TEST_F(DeviceFailures, the_cpu_answers_instead) {
+  FailingScene sound = scene();
+  const std::size_t hits = sound.hits();
+  EXPECT_GT(hits, 5U);
+  EXPECT_EQ(sound.backend(), Backend::cuda);
+  for (const Failing where : {Failing::construction, Failing::probe, Failing::scene, Failing::answer}) {
+    for (const bool is_memory : {false, true}) {
+      fault_ = {where, is_memory};
+      warnings_.clear();
+      FailingScene failing = scene();
+      EXPECT_EQ(failing.hits(), hits);
+      EXPECT_EQ(failing.backend(), Backend::cpu);
+      EXPECT_EQ(failing.hits(), hits);
+      EXPECT_EQ(warnings_.size(), 1U);
+      fault_ = {};
+      FailingScene wanted = scene(Backend::cuda);
+      fault_ = {where, is_memory};
+      if (is_memory) {
+        EXPECT_THROW(wanted.hits(), OutOfMemory);
+      } else {
+        EXPECT_THROW(wanted.hits(), BackendError);
+      }
+      fault_ = {};
+      EXPECT_EQ(wanted.hits(), hits);
+      EXPECT_EQ(wanted.backend(), Backend::cuda);
+    }
+  }
 }
 
 TEST_F(DeviceFailures, a_failed_device_is_not_tried_again) {

@@ -122,6 +122,7 @@ class SOFTCD_EXPORT Scene {
   Backend backend() const;
 
  private:
+  friend class Probe;
   friend class Query;
   detail::SceneCore& core() const;
   /// Throws Error where the scene was moved from.

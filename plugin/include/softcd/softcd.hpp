@@ -17,10 +17,16 @@
 ///     softcd::Ticket ticket = contacts.start();
 ///     scene.set_positions(cloth, next_positions);  // of the next detection
 ///     for (const softcd::Contact& contact : ticket.wait()) { ... }
+///
+/// What is at a place, rays and nearest points, a Probe tells:
+///
+///     softcd::Probe probe(scene);
+///     const softcd::RayHit hit = probe.first_hit({eye, direction});
 
 #include "softcd/collision_pipeline.hpp"
 #include "softcd/error.hpp"
 #include "softcd/positions.hpp"
+#include "softcd/probe.hpp"
 #include "softcd/query.hpp"
 #include "softcd/scene.hpp"
 #include "softcd/version.hpp"

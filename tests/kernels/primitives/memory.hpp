@@ -118,8 +118,24 @@ TYPED_TEST_P(MemoryPrimitives, mirrors_follow_the_ranges_that_they_are_told_of) 
   follow({});
 }
 
+// Once it is written, and again, of another length.
+TYPED_TEST_P(MemoryPrimitives, the_host_reads_buffers) {
+  typename TypeParam::Backend::template Readback<Contact> readback;
+  for (const std::uint32_t size : kSizes) {
+    const std::vector<Contact> values(size, Contact{});
+    auto contacts = this->uploaded(values);
+    const auto count = this->one_count(size);
+    for (int run = 0; run < 2; ++run) {
+      this->backend().for_each("for_each", Count{count.data(), size}, MoveLater{contacts.data()});
+      const Span<const Contact> read = readback.read(this->backend(), contacts, size);
+      ASSERT_EQ(read.size(), size);
+      for (const Contact& contact : read) ASSERT_EQ(contact.time_of_impact, static_cast<float>(run + 1));
+    }
+  }
+}
+
 REGISTER_TYPED_TEST_SUITE_P(MemoryPrimitives, buffers_keep_what_they_are_told_to_when_they_grow,
                             teams_give_every_member_the_same_answers, what_is_launched_comes_back_to_the_host,
-                            mirrors_follow_the_ranges_that_they_are_told_of);
+                            mirrors_follow_the_ranges_that_they_are_told_of, the_host_reads_buffers);
 
 }  // namespace softcd::test

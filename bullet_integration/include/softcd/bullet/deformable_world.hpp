@@ -19,8 +19,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Bullet's response takes contacts in an order that it shuffles with a generator that all worlds of a process share:
 /// runs repeat from process to process, not within one.
 ///
-/// Face trees are built for bodies with SDF_RDF or SDF_MDF that are close to a rigid one, and by Bullet's ray tests of
-/// a soft body; only those are refitted. Node trees are for bodies whose boxes overlap a rigid one's. The trees have
+/// Face trees are built for bodies with SDF_RDF or SDF_MDF that are close to a rigid one, and by btSoftBody's own ray
+/// tests; only those are refitted. Node trees are for bodies whose boxes overlap a rigid one's. The trees have
 /// other shapes than Bullet's, and so contacts with rigid bodies, the same ones, come in another order, which Bullet's
 /// solver is sensitive to.
 ///
@@ -37,6 +37,8 @@ class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld 
 
   /// Between steps: Bullet's own.
   void performDiscreteCollisionDetection() override;
+  /// As that of SoftWorld. Bullet's looks at faces alone, not at tetrahedra.
+  void rayTest(const btVector3& from, const btVector3& to, RayResultCallback& callback) const override;
 
  protected:
   void internalSingleStepSimulation(btScalar time_step) override;

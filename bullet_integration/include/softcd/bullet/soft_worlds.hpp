@@ -41,6 +41,12 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
   const WorldDetection& detection() const { return *detection_; }
 
   void performDiscreteCollisionDetection() override;
+  /// As Bullet's, of soft bodies where their nodes are now, whatever has moved them. Faces' normals are those of now;
+  /// Bullet's face trees, which the first ray builds in time quadratic in the faces, are not needed. No ray slips
+  /// through between faces. A body that a ray comes near is read in whole, once for each ray. With OnError::throw_error
+  /// throws Error where memory does not suffice.
+  void rayTest(const btVector3& from, const btVector3& to,
+               btCollisionWorld::RayResultCallback& callback) const override;
 
  protected:
   void predictUnconstraintMotion(btScalar time_step) override;

@@ -31,16 +31,19 @@ concept BackendMemory = std::default_initializable<M> && std::movable<M> && requ
   memory.rewind();
 };
 
-/// Memory: Buffer, SortBuffer, which has what sorting needs beside it, and Mirror, which follows an array of the host.
+/// Memory: Buffer, SortBuffer, which has what sorting needs beside it, Mirror, which follows an array of the host, and
+/// Readback, where the host reads a buffer.
 template <class B>
 concept HasMemory = BackendMemory<typename B::template Buffer<std::uint32_t>, B, std::uint32_t> &&
     BackendMemory<typename B::template SortBuffer<std::uint64_t>, B, std::uint64_t> &&
     requires(B b, typename B::template Buffer<std::uint32_t> buffer, typename B::template Mirror<std::uint32_t> mirror,
-             Span<const std::uint32_t> values, Span<const Range> changes) {
+             typename B::template Readback<std::uint32_t> readback, Span<const std::uint32_t> values,
+             Span<const Range> changes) {
   { buffer.capacity() } -> std::same_as<std::uint64_t>;
   mirror.follow(b, values, changes);
   { mirror.data() } -> std::same_as<const std::uint32_t*>;
   b.upload(buffer, values);
+  { readback.read(b, buffer, std::uint64_t{}) } -> std::same_as<Span<const std::uint32_t>>;
   b.give_scratch_back();
 };
 

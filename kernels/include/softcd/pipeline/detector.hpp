@@ -9,6 +9,7 @@
 #include "softcd/core/statistics.hpp"
 #include "softcd/mesh/given_positions.hpp"
 #include "softcd/mesh/scene_view.hpp"
+#include "softcd/pipeline/spatial_queries.hpp"
 
 namespace softcd {
 
@@ -80,10 +81,13 @@ struct DetectionSettings {
 };
 
 /// What one query keeps on a backend from one detection to the next: its last contacts, and what it has learnt of the
-/// sizes of lists. May outlive the detector.
+/// sizes of lists; or one probe its last answers. May outlive the detector.
 class QueryMemory {
  public:
   virtual ~QueryMemory() = default;
+
+  /// Gives back what is on the detector's account, and with it what was found last.
+  virtual void release() = 0;
 };
 
 /// What memory ran out for, and how many bytes would have been held with it; 0 where that is not known.
@@ -114,6 +118,9 @@ class Detector {
   /// Waits for the detection that was started last, and returns its contacts, on the host unless they stay, which are
   /// valid until the query's next start(). Fills all of `statistics` that the detection determines.
   virtual Span<const Contact> finish(Statistics& statistics) = 0;
+  virtual std::unique_ptr<QueryMemory> make_probe() = 0;
+  /// Calls ask() with what answers about the scene, in a probe's memory. No detection runs.
+  virtual void answer(QueryMemory& probe, const ProbedScene& scene, const Questions& ask) = 0;
   /// Fills peak_bytes, reruns and chunks, also of a detection that failed.
   virtual void report_memory(Statistics& statistics) const = 0;
   /// Of the call that has thrown std::bad_alloc.

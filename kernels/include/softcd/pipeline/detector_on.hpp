@@ -11,6 +11,7 @@
 #include "softcd/pipeline/kept_look.hpp"
 #include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/narrow_phase.hpp"
+#include "softcd/pipeline/spatial_queries_on.hpp"
 #include "softcd/pipeline/workspace.hpp"
 
 namespace softcd {
@@ -23,7 +24,7 @@ struct QueryOn final : QueryMemory {
 
   explicit QueryOn(std::shared_ptr<MemoryAccount> its_account) : account(std::move(its_account)) {}
 
-  void release() {
+  void release() override {
     bodies = {};
     partner_begin = {};
     partners = {};
@@ -67,7 +68,7 @@ class DetectorOn final : public Detector {
     if (bytes == account_->limit()) return true;
     const auto is_exceeded = [&] { return bytes > 0 && account_->bytes() > bytes; };
     if (is_exceeded()) release_lists();
-    if (is_exceeded()) static_cast<QueryOn<Backend>&>(query).release();
+    if (is_exceeded()) query.release();
     const bool keeps_scene = !is_exceeded();
     if (!keeps_scene) mirror_ = {};
     account_->set_limit(bytes);
@@ -138,6 +139,18 @@ class DetectorOn final : public Detector {
     return contacts;
   }
 
+  std::unique_ptr<QueryMemory> make_probe() override { return std::make_unique<ProbeOn<Backend>>(account_); }
+
+  void answer(QueryMemory& memory, const ProbedScene& scene, const Questions& ask) override {
+    auto& probe = static_cast<ProbeOn<Backend>&>(memory);
+    account_->forget_refusals();
+    with_lists_or_without([&] {
+      upload(probe.bodies, scene.bodies);
+      SpatialQueriesOn<Backend> queries(backend_, probe, probed_view(scene, probe));
+      ask(queries);
+    });
+  }
+
   void report_memory(Statistics& statistics) const override {
     statistics.peak_bytes = account_->peak_bytes();
     statistics.reruns = backend_.reruns();
@@ -198,6 +211,20 @@ class DetectorOn final : public Detector {
     scene_.contact_rule = continuous ? ContactRule::distance : settings_.contact_rule;
   }
 
+  /// With the hierarchy of that end.
+  ProbedSceneView probed_view(const ProbedScene& scene, const ProbeOn<Backend>& probe) {
+    const Vec3f* const x = scene.at_t0 ? mirror_.x_t0.data() : mirror_.x_t1.data();
+    Bvh<Backend>& bvh = bvhs_[scene.at_t0 ? 0 : 1];
+    bvh.build(backend_,
+              {x, mirror_.triangles.data(), mirror_.ownership.data(), mirror_.triangle_body.data(),
+               scene_.triangle_count, scene.bounds},
+              scene.revision);
+    const Vec3d lo = vec3_cast<double>(scene.bounds.lo);
+    const Vec3d hi = vec3_cast<double>(scene.bounds.hi);
+    return {bvh.view(),   probe.bodies.data(), mirror_.triangles.data(),
+            scene.origin, 0.5 * (lo + hi),     0.5 * max_norm(hi - lo)};
+  }
+
   /// Lists are shared by all queries, which need them of different sizes.
   void restore_capacities() {
     w_.lists.with_all([&](auto&... lists) {
@@ -210,6 +237,7 @@ class DetectorOn final : public Detector {
   void release_lists() {
     backend_.give_scratch_back();
     w_ = {};
+    bvhs_ = {};
   }
 
   /// Runs f, which takes memory for the scene; again without the lists when it does not suffice.
@@ -447,6 +475,7 @@ class DetectorOn final : public Detector {
   std::shared_ptr<MemoryAccount> account_;
   SceneMirror<Backend> mirror_;
   Workspace<Backend, Scheme> w_;
+  Bvhs<Backend> bvhs_;
   SceneView scene_;
   SceneCounts counts_{};
   std::uint64_t scene_revision_ = 0;  ///< see SceneArrays

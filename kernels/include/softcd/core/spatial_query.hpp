@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "softcd/core/contact.hpp"
+#include "softcd/core/span.hpp"
+#include "softcd/core/vec3.hpp"
+#include "softcd/version.hpp"
+
+namespace softcd {
+inline namespace SOFTCD_VERSION_NAMESPACE {
+
+/// The points origin + t direction, t_min <= t <= t_max, in world coordinates. Of any length but 0: t counts in
+/// directions. A ray hits nothing where its direction is 0, where t_min <= t_max is false, where anything but t_min and
+/// t_max is not finite, and where its origin is further than 1e37 from the scene's.
+struct Ray {
+  Vec3d origin;
+  Vec3d direction;
+  double t_min = 0;
+  double t_max = std::numeric_limits<double>::infinity();
+};
+
+/// From t = 0 to t = 1.
+inline Ray segment(Vec3d from, Vec3d to) {
+  return {from, to - from, 0, 1};
+}
+
+/// Where a ray meets a triangle.
+struct RayHit {
+  BodyId body;                        ///< BodyId() where the ray hits nothing; all else is 0 then
+  std::uint32_t triangle = kNoIndex;  ///< of the body
+  double t = 0;                       ///< the point is origin + t direction
+  float weights[3] = {0, 0, 0};       ///< of the triangle's vertices there, in [0, 1]; their sum is 1
+  /// Unit vector along (x1 - x0) x (x2 - x0), whichever side the ray comes from; 0 for a triangle without area.
+  Vec3f normal{0, 0, 0};
+
+  bool has_hit() const { return body != BodyId(); }
+};
+
+/// A point in world coordinates that is asked for what is nearest to it, and at most max_distance away. There is
+/// nothing where a coordinate or max_distance is NaN, where max_distance is negative, and where the point is further
+/// than 1e37 from the scene's origin.
+struct QueryPoint {
+  Vec3d point;
+  double max_distance = std::numeric_limits<double>::infinity();
+};
+
+/// The nearest point of a scene's triangles.
+struct ClosestPoint {
+  BodyId body;                        ///< BodyId() where there is nothing within max_distance; all else is 0 then
+  std::uint32_t triangle = kNoIndex;  ///< of the body
+  Vec3d position{0, 0, 0};            ///< in world coordinates
+  double distance = 0;                ///< at least 0
+  float weights[3] = {0, 0, 0};       ///< of the triangle's vertices there, in [0, 1]; their sum is 1
+  /// Where the body's surface is closed: 1 on the side that normals point to, -1 on the other, 0 on the surface. Where
+  /// it is not, 0. Closed: every edge has two triangles that pass through it in opposite directions, the triangles of
+  /// each vertex surround it once, and all vertices of triangles are finite. By the angle-weighted normal of the
+  /// nearest feature (Baerentzen and Aanaes 2005), which means inside and outside where the surface does not intersect
+  /// itself.
+  std::int32_t side = 0;
+
+  bool has_point() const { return body != BodyId(); }
+};
+
+/// All points at most `radius` from the centre, in world coordinates. Nothing where anything is NaN, the radius is
+/// negative, or the centre is further than 1e37 from the scene's origin.
+struct QuerySphere {
+  Vec3d centre;
+  double radius;
+};
+
+/// All points between lo and hi, in world coordinates; where one of them is NaN, or lo is above hi, none.
+struct QueryBox {
+  Vec3d lo, hi;
+};
+
+/// A triangle that has a point in common with a shape.
+struct TriangleOverlap {
+  BodyId body;
+  std::uint32_t triangle;  ///< of the body
+};
+
+/// Lists of answers, one for each question of a batch, in the questions' order.
+template <class T>
+class AnswerLists {
+ public:
+  AnswerLists() = default;
+  /// Question i has the answers begins[i] <= j < begins[i + 1].
+  AnswerLists(Span<const std::uint64_t> begins, Span<const T> answers) : begins_(begins), answers_(answers) {}
+
+  /// Questions.
+  std::size_t size() const { return begins_.empty() ? 0 : begins_.size() - 1; }
+  Span<const T> operator[](std::size_t question) const {
+    const std::uint64_t begin = begins_[question];
+    return {answers_.data() + begin, static_cast<std::size_t>(begins_[question + 1] - begin)};
+  }
+  /// All answers, those of one question behind those of the one before.
+  Span<const T> all() const { return answers_; }
+
+ private:
+  Span<const std::uint64_t> begins_;
+  Span<const T> answers_;
+};
+
+}  // namespace SOFTCD_VERSION_NAMESPACE
+}  // namespace softcd

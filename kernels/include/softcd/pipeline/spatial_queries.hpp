@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "softcd/core/spatial_query.hpp"
+#include "softcd/math/box.hpp"
+#include "softcd/stages/probed_scene.hpp"
+
+namespace softcd {
+
+/// What spatial queries are asked about, beside the detector's scene.
+struct ProbedScene {
+  Span<const ProbedBody> bodies;  ///< all of the scene's, in its order
+  Vec3d origin;                   ///< what the scene's positions are relative to
+  Box bounds;                     ///< of all positions that are finite, at that end
+  bool at_t0;                     ///< else at t1
+  std::uint64_t revision;         ///< another one where anything of the scene has changed
+};
+
+/// Answers of one backend; see softcd/probe.hpp. They stay valid until the same memory is asked with again.
+class SpatialQueries {
+ public:
+  virtual ~SpatialQueries() = default;
+
+  virtual Span<const RayHit> first_hits(Span<const Ray> rays) = 0;
+  virtual AnswerLists<RayHit> all_hits(Span<const Ray> rays) = 0;
+  virtual Span<const ClosestPoint> closest_points(Span<const QueryPoint> points) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) = 0;
+};
+
+/// Asks. May be called again, where memory did not suffice at first.
+using Questions = std::function<void(SpatialQueries&)>;
+
+}  // namespace softcd

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+
+/// Lists of answers, one for each question: counted first, then written one behind the other, each in order. `Lister`
+/// has list(question, sink), which calls sink.add(make) for each answer make(), and is_before(a, b), a total order.
+namespace softcd {
+
+template <class Lister>
+struct CountAnswers {
+  Lister lister;
+  std::uint32_t* counts;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    Counter counter;
+    lister.list(i, counter);
+    counts[i] = counter.count;
+  }
+
+ private:
+  struct Counter {
+    std::uint32_t count = 0;
+
+    template <class Make>
+    SOFTCD_HD void add(const Make& /*make*/) {
+      ++count;
+    }
+  };
+};
+
+template <class Lister>
+struct WriteAnswers {
+  using Answer = typename Lister::Answer;
+
+  Lister lister;
+  const std::uint64_t* begins;
+  Answer* answers;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    Writer writer{answers + begins[i]};
+    lister.list(i, writer);
+    sort(answers + begins[i], writer.count);
+  }
+
+ private:
+  struct Writer {
+    Answer* answers;
+    std::uint32_t count = 0;
+
+    template <class Make>
+    SOFTCD_HD void add(const Make& make) {
+      answers[count++] = make();
+    }
+  };
+
+  static SOFTCD_HD void swap(Answer& a, Answer& b) {
+    const Answer kept = a;
+    a = b;
+    b = kept;
+  }
+
+  /// Heapsort: no scratch, and no worst case.
+  static SOFTCD_HD void sort(Answer* values, std::uint32_t count) {
+    for (std::uint32_t root = count / 2; root-- > 0;) sift(values, root, count);
+    for (std::uint32_t end = count; end-- > 1;) {
+      swap(values[0], values[end]);
+      sift(values, 0, end);
+    }
+  }
+
+  static SOFTCD_HD void sift(Answer* values, std::uint32_t root, std::uint32_t end) {
+    while (2 * root + 1 < end) {
+      std::uint32_t child = 2 * root + 1;
+      if (child + 1 < end && Lister::is_before(values[child], values[child + 1])) ++child;
+      if (!Lister::is_before(values[root], values[child])) return;
+      swap(values[root], values[child]);
+      root = child;
+    }
+  }
+};
+
+}  // namespace softcd

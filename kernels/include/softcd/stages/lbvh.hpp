@@ -1,0 +1,262 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/math/box.hpp"
+
+/// A linear bounding volume hierarchy: triangles in the order of their centres' Morton codes, and the binary radix tree
+/// over them (Karras, Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees, 2012). It depends on
+/// the triangles alone, not on who builds it.
+namespace softcd {
+
+/// Bits of a Morton code.
+constexpr int kMortonBitsPerAxis = 14;
+constexpr int kMortonBits = 3 * kMortonBitsPerAxis;
+
+/// Leaves below any node have more of their Morton code, and then of their place, in common than those below its parent
+/// have: no path from the root is longer than this.
+constexpr int kBvhDepth = kMortonBits + 32;
+
+/// Marks a child that is a leaf.
+constexpr std::uint32_t kLeafBit = 0x80000000u;
+
+/// What no box overlaps.
+SOFTCD_HD constexpr Box empty_box() {
+  constexpr float kMost = 3.402823466e38F;
+  return {{kMost, kMost, kMost}, {-kMost, -kMost, -kMost}};
+}
+
+/// Node 0 is the root.
+struct alignas(16) BvhNode {
+  Box boxes[2];               ///< of its children
+  std::uint32_t children[2];  ///< nodes, or kLeafBit | leaf
+  std::uint32_t parent;       ///< twice the node that it is a child of, plus which; of the root kNoIndex
+  std::uint32_t unused;
+};
+
+/// A triangle where it is.
+struct alignas(16) BvhLeaf {
+  Vec3f x[3];
+  std::uint32_t triangle;  ///< of the scene; kNoIndex: none
+  std::uint32_t body;
+  std::uint32_t unused;
+};
+
+/// At least two leaves.
+struct BvhView {
+  const BvhNode* nodes;
+  const BvhLeaf* leaves;
+};
+
+/// What a hierarchy is built of; see SceneView.
+struct BvhInput {
+  const Vec3f* x;
+  const Triangle* triangles;
+  const Ownership* ownership;
+  const std::uint32_t* triangle_body;
+  std::uint32_t triangle_count;
+  Box bounds;  ///< of all triangles
+
+  /// Of leaf i some triangle, of those beyond the triangles none.
+  SOFTCD_HD bool has_triangle(std::uint32_t i) const { return i < triangle_count && (ownership[i] & kLeftOut) == 0U; }
+};
+
+SOFTCD_HD inline Box box_of(const Vec3f (&x)[3]) {
+  return merged(merged(box_of(x[0]), box_of(x[1])), box_of(x[2]));
+}
+
+/// Every third bit, from the lowest on.
+SOFTCD_HD constexpr std::uint64_t spread_bits(std::uint64_t bits) {
+  bits = (bits | (bits << 32)) & 0x001F00000000FFFFULL;
+  bits = (bits | (bits << 16)) & 0x001F0000FF0000FFULL;
+  bits = (bits | (bits << 8)) & 0x100F00F00F00F00FULL;
+  bits = (bits | (bits << 4)) & 0x10C30C30C30C30C3ULL;
+  return (bits | (bits << 2)) & 0x1249249249249249ULL;
+}
+
+/// The leaves' sort keys. Those without a triangle come last.
+struct KeyLeaf {
+  BvhInput input;
+  std::uint64_t* keys;
+  std::uint32_t* triangles;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    triangles[i] = i;
+    keys[i] = (1ULL << kMortonBits) - 1;
+    if (!input.has_triangle(i)) return;
+    const Triangle triangle = input.triangles[i];
+    const Vec3f x[3] = {input.x[triangle.v[0]], input.x[triangle.v[1]], input.x[triangle.v[2]]};
+    const Box box = box_of(x);
+    const Vec3f centre = 0.5F * box.lo + 0.5F * box.hi;
+    keys[i] = spread_bits(cell(centre, 0)) | (spread_bits(cell(centre, 1)) << 1) | (spread_bits(cell(centre, 2)) << 2);
+  }
+
+ private:
+  SOFTCD_HD std::uint64_t cell(Vec3f centre, int axis) const {
+    constexpr float kCells = 1 << kMortonBitsPerAxis;
+    const float lo = input.bounds.lo[axis];
+    const float width = input.bounds.hi[axis] - lo;
+    const float place = width > 0.0F ? (centre[axis] - lo) / width * kCells : 0.0F;
+    return static_cast<std::uint64_t>(smaller(larger(place, 0.0F), kCells - 1.0F));
+  }
+};
+
+/// The leaves in order.
+struct PlaceLeaf {
+  BvhInput input;
+  const std::uint32_t* triangles;
+  BvhLeaf* leaves;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    BvhLeaf leaf{};
+    leaf.triangle = kNoIndex;
+    const std::uint32_t t = triangles[i];
+    if (input.has_triangle(t)) {
+      const Triangle triangle = input.triangles[t];
+      for (int corner = 0; corner < 3; ++corner) leaf.x[corner] = input.x[triangle.v[corner]];
+      leaf.triangle = t;
+      leaf.body = input.triangle_body[t];
+    }
+    leaves[i] = leaf;
+  }
+};
+
+SOFTCD_HD inline int leading_zeros(std::uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __clzll(static_cast<long long>(bits));
+#else
+  return bits == 0 ? 64 : __builtin_clzll(bits);
+#endif
+}
+
+/// Links inner node i to its children: it stands for the leaves that share the most with leaf i on the side of i that
+/// shares more.
+struct LinkNode {
+  const std::uint64_t* keys;
+  std::uint32_t leaf_count;
+  BvhNode* nodes;
+  std::uint32_t* leaf_parents;  ///< as BvhNode::parent
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    const auto first = static_cast<std::int64_t>(i);
+    const std::int64_t step = common_prefix(first, first + 1) > common_prefix(first, first - 1) ? 1 : -1;
+    const std::int64_t last = first + step * length(first, step);
+    const std::int64_t split = split_of(first, last);
+    const std::int64_t low = first < last ? first : last;
+    const std::int64_t high = first < last ? last : first;
+    link(i, 0, split, split == low);
+    link(i, 1, split + 1, split + 1 == high);
+    if (i == 0) nodes[0].parent = kNoIndex;
+  }
+
+ private:
+  /// Bits that the keys have in common, equal ones told apart by their places; -1 where there is no leaf j.
+  SOFTCD_HD int common_prefix(std::int64_t i, std::int64_t j) const {
+    if (j < 0 || j >= static_cast<std::int64_t>(leaf_count)) return -1;
+    const std::uint64_t difference = keys[i] ^ keys[j];
+    return difference != 0 ? leading_zeros(difference) : 64 + leading_zeros(static_cast<std::uint64_t>(i ^ j));
+  }
+
+  /// How many leaves beyond the first the node has.
+  SOFTCD_HD std::int64_t length(std::int64_t first, std::int64_t step) const {
+    const int least = common_prefix(first, first - step);
+    std::int64_t bound = 2;
+    while (common_prefix(first, first + bound * step) > least) bound *= 2;
+    std::int64_t length = 0;
+    for (std::int64_t part = bound / 2; part > 0; part /= 2) {
+      if (common_prefix(first, first + (length + part) * step) > least) length += part;
+    }
+    return length;
+  }
+
+  /// The last leaf of the first child.
+  SOFTCD_HD std::int64_t split_of(std::int64_t first, std::int64_t last) const {
+    const int common = common_prefix(first, last);
+    const std::int64_t step = first < last ? 1 : -1;
+    const std::int64_t length = (last - first) * step;
+    std::int64_t beyond = 0;
+    for (std::int64_t part = length; part > 1;) {
+      part = (part + 1) / 2;
+      if (common_prefix(first, first + (beyond + part) * step) > common) beyond += part;
+    }
+    return first + beyond * step + (step < 0 ? -1 : 0);
+  }
+
+  SOFTCD_HD void link(std::uint32_t node, std::uint32_t side, std::int64_t child, bool is_leaf) const {
+    const auto index = static_cast<std::uint32_t>(child);
+    nodes[node].children[side] = is_leaf ? kLeafBit | index : index;
+    (is_leaf ? leaf_parents[index] : nodes[index].parent) = 2 * node + side;
+  }
+};
+
+/// Whether the other child's box is there too: the second of two that arrive sees what the first has written.
+SOFTCD_HD inline bool arrives_second(std::uint32_t* arrivals) {
+#if defined(__CUDA_ARCH__)
+  __threadfence();
+  const bool is_second = atomicAdd(arrivals, 1U) == 1U;
+  __threadfence();
+  return is_second;
+#else
+  return __atomic_fetch_add(arrivals, 1U, __ATOMIC_ACQ_REL) == 1U;
+#endif
+}
+
+/// Boxes from leaf i upwards, as far as the other children's are known.
+struct FitBoxes {
+  const BvhLeaf* leaves;
+  const std::uint32_t* leaf_parents;
+  BvhNode* nodes;
+  std::uint32_t* arrivals;  ///< per node, 0 before
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    Box box = leaves[i].triangle == kNoIndex ? empty_box() : box_of(leaves[i].x);
+    std::uint32_t parent = leaf_parents[i];
+    while (parent != kNoIndex) {
+      BvhNode& node = nodes[parent / 2];
+      node.boxes[parent % 2] = box;
+      if (!arrives_second(arrivals + parent / 2)) return;
+      box = merged(node.boxes[0], node.boxes[1]);
+      parent = node.parent;
+    }
+  }
+};
+
+/// Calls visitor.visit(leaf, place) for the leaves that visitor.enters(box, key) leads to, those with lower keys first,
+/// as long as visitor.still_enters(key).
+template <class Visitor>
+SOFTCD_HD void visit_leaves(const BvhView& bvh, Visitor& visitor) {
+  using Key = typename Visitor::Key;
+  struct Waiting {
+    Key key;
+    std::uint32_t child;
+  };
+  // One of two children waits at each node of the path.
+  Waiting waiting[kBvhDepth];
+  int count = 0;
+  std::uint32_t current = 0;
+  while (true) {
+    if ((current & kLeafBit) != 0U) {
+      visitor.visit(bvh.leaves[current & ~kLeafBit], current & ~kLeafBit);
+    } else {
+      const BvhNode& node = bvh.nodes[current];
+      Key keys[2];
+      const bool enters_first = visitor.enters(node.boxes[0], keys[0]);
+      const bool enters_second = visitor.enters(node.boxes[1], keys[1]);
+      if (enters_first || enters_second) {
+        const int next = enters_first && (!enters_second || keys[0] <= keys[1]) ? 0 : 1;
+        if (enters_first && enters_second) waiting[count++] = {keys[1 - next], node.children[1 - next]};
+        current = node.children[next];
+        continue;
+      }
+    }
+    do {
+      if (count == 0) return;
+      --count;
+    } while (!visitor.still_enters(waiting[count].key));
+    current = waiting[count].child;
+  }
+}
+
+}  // namespace softcd

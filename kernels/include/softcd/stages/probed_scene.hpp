@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cfloat>
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+#include "softcd/core/types.hpp"
+#include "softcd/math/scalar.hpp"
+#include "softcd/stages/lbvh.hpp"
+
+namespace softcd {
+
+/// What spatial queries need to know of a body.
+struct ProbedBody {
+  std::uint32_t id;
+  std::uint32_t first_triangle;
+  bool is_asked;   ///< it has positions, and nobody has left it out
+  bool is_closed;  ///< see ClosestPoint::side
+};
+
+/// A scene at one end of the step, as spatial queries read it.
+struct ProbedSceneView {
+  BvhView bvh;
+  const ProbedBody* bodies;
+  const Triangle* triangles;
+  Vec3d origin;   ///< what positions are relative to
+  Vec3d centre;   ///< of all positions, relative to the origin
+  double extent;  ///< no vertex is further from the centre along any axis
+
+  /// Whether somebody asks for the leaf's triangle.
+  SOFTCD_HD bool is_asked(const BvhLeaf& leaf) const { return leaf.triangle != kNoIndex && bodies[leaf.body].is_asked; }
+};
+
+/// The nearest float.
+SOFTCD_HD inline float to_float(double x) {
+  return x > static_cast<double>(FLT_MAX) ? FLT_MAX
+                                          : (x < -static_cast<double>(FLT_MAX) ? -FLT_MAX : static_cast<float>(x));
+}
+
+}  // namespace softcd

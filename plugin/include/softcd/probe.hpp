@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "softcd/core/spatial_query.hpp"
+#include "softcd/export.hpp"
+#include "softcd/query.hpp"
+#include "softcd/scene.hpp"
+#include "softcd/version.hpp"
+
+namespace softcd {
+
+namespace detail {
+class ProbeCore;
+}
+
+inline namespace SOFTCD_VERSION_NAMESPACE {
+
+struct ProbeOptions {
+  /// Which end of the step is asked about.
+  StepEnd step_end = StepEnd::t1;
+
+  friend bool operator==(const ProbeOptions& a, const ProbeOptions& b) { return a.step_end == b.step_end; }
+  friend bool operator!=(const ProbeOptions& a, const ProbeOptions& b) { return !(a == b); }
+};
+
+/// False leaves the body out of the questions that are asked. Called on the thread that asks, in ascending order of
+/// ids, for every body that has positions.
+using BodyFilter = std::function<bool(BodyId body)>;
+
+/// Asks what of a scene's bodies is at a place, in batches: questions in, as many answers out, in their order.
+/// Kinematic bodies answer too; groups, masks and margins do not count. Bodies whose positions were never set are left
+/// out, and so is a triangle with a vertex that is not finite, with a warning as by Query.
+///
+/// Every call reads positions that were set, waits for a detection that runs, and throws Error when the scene is gone,
+/// OutOfMemory when memory runs out for the hierarchy of triangles that answers are found in, or for the answers. The
+/// hierarchy is built when something is asked for the first time after positions, topology or bodies have changed.
+/// Answers stay valid until the probe's next call, and until it is destroyed or the scene's options are set.
+///
+/// Answers are computed in double from the positions as the scene has them (see Positions), rays and points in full.
+/// The same input gives the same bytes, whatever the number of threads or backend.
+class SOFTCD_EXPORT Probe {
+ public:
+  /// Throws InvalidInput when an option is out of range.
+  explicit Probe(Scene& scene, const ProbeOptions& options = {});
+  ~Probe();
+  Probe(Probe&&) noexcept;
+  Probe& operator=(Probe&&) noexcept;
+
+  /// For each ray what it meets first, of several triangles at the same t that of the lowest body and index. No ray
+  /// passes between triangles that share an edge or a vertex (Woop, Benthin and Wald 2013); through these it may be
+  /// said to meet any of their triangles. A triangle that the ray lies in the plane of is not met.
+  Span<const RayHit> first_hits(Span<const Ray> rays);
+  RayHit first_hit(const Ray& ray);
+  /// For each ray all triangles that it meets, in the order of t, then of bodies and indices.
+  AnswerLists<RayHit> all_hits(Span<const Ray> rays);
+
+  /// For each point the nearest of all triangles' points. Of triangles that are equally near, as computed, that of the
+  /// lowest body and index.
+  Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
+  ClosestPoint closest_point(const QueryPoint& point);
+
+  /// For each sphere, or box, all triangles that have a point in common with it, borders included, in the order of
+  /// bodies and indices; what only touches by as much as doubles are rounded may be there or not.
+  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
+
+  /// Throws as the constructor does.
+  void set_options(const ProbeOptions& options);
+  const ProbeOptions& options() const;
+  /// Asked by every call from the next one on; none leaves nobody out. It must not call the scene or its queries and
+  /// probes.
+  void set_body_filter(BodyFilter filter);
+
+ private:
+  detail::ProbeCore& core() const;
+
+  std::unique_ptr<detail::ProbeCore> core_;
+};
+
+}  // namespace SOFTCD_VERSION_NAMESPACE
+}  // namespace softcd

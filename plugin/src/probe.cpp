@@ -1,0 +1,54 @@
+#include "softcd/probe.hpp"
+
+#include <utility>
+
+#include "probe_core.hpp"
+
+namespace softcd {
+
+Probe::Probe(Scene& scene, const ProbeOptions& options)
+    : core_(guarded([] { return detail::kNoMemoryAtAll; },
+                    [&] { return std::make_unique<detail::ProbeCore>(scene.shared_core(), options); })) {}
+Probe::Probe(Probe&&) noexcept = default;
+Probe::~Probe() = default;
+Probe& Probe::operator=(Probe&&) noexcept = default;
+
+detail::ProbeCore& Probe::core() const {
+  if (core_ == nullptr) {
+    throw Error("this Probe was moved from; assign one to it, or use the one that it was moved to.");
+  }
+  return *core_;
+}
+
+Span<const RayHit> Probe::first_hits(Span<const Ray> rays) {
+  return core().first_hits(rays);
+}
+RayHit Probe::first_hit(const Ray& ray) {
+  return core().first_hits({&ray, 1})[0];
+}
+AnswerLists<RayHit> Probe::all_hits(Span<const Ray> rays) {
+  return core().all_hits(rays);
+}
+Span<const ClosestPoint> Probe::closest_points(Span<const QueryPoint> points) {
+  return core().closest_points(points);
+}
+ClosestPoint Probe::closest_point(const QueryPoint& point) {
+  return core().closest_points({&point, 1})[0];
+}
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QuerySphere> spheres) {
+  return core().overlaps(spheres);
+}
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryBox> boxes) {
+  return core().overlaps(boxes);
+}
+void Probe::set_options(const ProbeOptions& options) {
+  core().set_options(options);
+}
+const ProbeOptions& Probe::options() const {
+  return core().options();
+}
+void Probe::set_body_filter(BodyFilter filter) {
+  core().set_body_filter(std::move(filter));
+}
+
+}  // namespace softcd

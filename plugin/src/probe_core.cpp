@@ -1,0 +1,67 @@
+#include "probe_core.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "validation.hpp"
+
+namespace softcd::detail {
+
+ProbeCore::ProbeCore(std::shared_ptr<SceneCore> scene, const ProbeOptions& options)
+    : scene_(std::move(scene)), options_(options) {
+  validate_options(options);
+  scene_->enter(*this);
+}
+
+ProbeCore::~ProbeCore() {
+  scene_->leave(*this);
+}
+
+template <class Answers, class Ask>
+Answers ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& ask) {
+  if (scene_->is_closed()) throw Error("the Scene of this Probe is gone; make a Probe of a Scene that lives as long.");
+  if (questions >= kMostElements) {
+    throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several.", questions));
+  }
+  Answers answers;
+  if (questions == 0) return answers;
+  scene_->answer(*this, wants_sides, [&](SpatialQueries& queries) { answers = ask(queries); });
+  return answers;
+}
+
+Span<const RayHit> ProbeCore::first_hits(Span<const Ray> rays) {
+  return answers<Span<const RayHit>>(rays.size(), false,
+                                     [&](SpatialQueries& queries) { return queries.first_hits(rays); });
+}
+
+AnswerLists<RayHit> ProbeCore::all_hits(Span<const Ray> rays) {
+  return answers<AnswerLists<RayHit>>(rays.size(), false,
+                                      [&](SpatialQueries& queries) { return queries.all_hits(rays); });
+}
+
+Span<const ClosestPoint> ProbeCore::closest_points(Span<const QueryPoint> points) {
+  return answers<Span<const ClosestPoint>>(points.size(), true,
+                                           [&](SpatialQueries& queries) { return queries.closest_points(points); });
+}
+
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QuerySphere> spheres) {
+  return answers<AnswerLists<TriangleOverlap>>(spheres.size(), false,
+                                               [&](SpatialQueries& queries) { return queries.overlaps(spheres); });
+}
+
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryBox> boxes) {
+  return answers<AnswerLists<TriangleOverlap>>(boxes.size(), false,
+                                               [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
+}
+
+void ProbeCore::set_options(const ProbeOptions& options) {
+  validate_options(options);
+  options_ = options;
+}
+
+LookedAt ProbeCore::looked_at() const {
+  return {options_.step_end == StepEnd::t0, options_.step_end == StepEnd::t1, false};
+}
+
+}  // namespace softcd::detail

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "scene_core.hpp"
+#include "softcd/probe.hpp"
+
+namespace softcd::detail {
+
+/// What is behind a Probe.
+class ProbeCore {
+ public:
+  ProbeCore(std::shared_ptr<SceneCore> scene, const ProbeOptions& options);
+  ProbeCore(const ProbeCore&) = delete;
+  ProbeCore& operator=(const ProbeCore&) = delete;
+  ~ProbeCore();
+
+  Span<const RayHit> first_hits(Span<const Ray> rays);
+  AnswerLists<RayHit> all_hits(Span<const Ray> rays);
+  Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
+
+  void set_options(const ProbeOptions& options);
+  const ProbeOptions& options() const { return options_; }
+  void set_body_filter(BodyFilter filter) { filter_ = std::move(filter); }
+
+ private:
+  friend class SceneCore;
+
+  /// What `ask` answers to so many questions, unless there are none.
+  template <class Answers, class Ask>
+  Answers answers(std::size_t questions, bool wants_sides, const Ask& ask);
+  LookedAt looked_at() const;
+
+  std::shared_ptr<SceneCore> scene_;
+  ProbeOptions options_;
+  BodyFilter filter_;
+  QueryMemories memories_;
+  std::vector<ProbedBody> bodies_;  ///< of the scene, for those that are asked last
+};
+
+}  // namespace softcd::detail

@@ -1,0 +1,225 @@
+// Rays through softcd's worlds, as apps cast them, against Bullet's own ray tests of the same bodies.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
+#include "any_simulation.hpp"
+#include "failing_allocations.hpp"
+#include "random.hpp"
+#include "scenes/cloth.hpp"
+#include "softcd/bullet/deformable_world.hpp"
+#include "softcd/bullet/soft_worlds.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// What a callback was told of one object.
+struct Told {
+  const btCollisionObject* object;
+  int part, triangle;
+  btVector3 normal;
+  btScalar fraction;
+};
+
+/// All that it is told, first the nearest.
+struct Listener : btCollisionWorld::RayResultCallback {
+  std::vector<Told> told;
+  bool keeps_nearest = false;
+
+  btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_in_world_space) override {
+    EXPECT_TRUE(is_in_world_space || !result.m_collisionObject->getCollisionShape()->isSoftBody());
+    const btCollisionWorld::LocalShapeInfo* shape = result.m_localShapeInfo;
+    told.push_back({result.m_collisionObject, shape != nullptr ? shape->m_shapePart : -1,
+                    shape != nullptr ? shape->m_triangleIndex : -1, result.m_hitNormalLocal, result.m_hitFraction});
+    std::sort(told.begin(), told.end(), [](const Told& a, const Told& b) { return a.fraction < b.fraction; });
+    if (keeps_nearest) m_closestHitFraction = result.m_hitFraction;
+    m_collisionObject = result.m_collisionObject;
+    return m_closestHitFraction;
+  }
+};
+
+/// Bullet's own, in whichever of softcd's worlds.
+void bullets_ray_test(const btDiscreteDynamicsWorld& world, const btVector3& from, const btVector3& to,
+                      btCollisionWorld::RayResultCallback& callback) {
+  if (const auto* classic = dynamic_cast<const btSoftRigidDynamicsWorld*>(&world)) {
+    classic->btSoftRigidDynamicsWorld::rayTest(from, to, callback);
+  } else if (const auto* multi_body = dynamic_cast<const btSoftMultiBodyDynamicsWorld*>(&world)) {
+    multi_body->btSoftMultiBodyDynamicsWorld::rayTest(from, to, callback);
+  } else {
+    dynamic_cast<const btDeformableMultiBodyDynamicsWorld&>(world).btDeformableMultiBodyDynamicsWorld::rayTest(
+        from, to, callback);
+  }
+}
+
+class RayTests : public testing::TestWithParam<World> {
+ protected:
+  AnySimulation simulation{GetParam(), cpu_settings()};
+
+  btSoftBody& add_sheet(btScalar height) {
+    SheetOptions options;
+    options.height = height;
+    options.fixed = true;
+    return simulation.add(make_sheet(simulation.world_info(), options));
+  }
+
+  Listener told(const btVector3& from, const btVector3& to) {
+    Listener listener;
+    simulation.world().rayTest(from, to, listener);
+    return listener;
+  }
+
+  /// From high above straight down.
+  std::vector<const btCollisionObject*> objects_below(btScalar x, btScalar z) {
+    std::vector<const btCollisionObject*> objects;
+    for (const Told& one : told({x, 10, z}, {x, -10, z}).told) objects.push_back(one.object);
+    return objects;
+  }
+};
+
+const btVector3 kHigh(btScalar(0.11), 10, btScalar(0.07));
+const btVector3 kLow(btScalar(0.11), -10, btScalar(0.07));
+
+TEST_P(RayTests, TellWhatBulletsTell) {
+  add_sheet(0);
+  btSoftBody& ball = simulation.add(demo::make_ball(simulation.world_info(), btVector3(0, 1, 0), btScalar(0.5), 2));
+  simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)), btVector3(0, -1, 0));
+  simulation.step();
+  ball.updateNormals();
+  Random random(3);
+  int hits = 0;
+  for (int i = 0; i < 400; ++i) {
+    const auto point = [&](double size) {
+      const Vec3d p = random.in_box(size);
+      return btVector3(btScalar(p.x), btScalar(p.y), btScalar(p.z));
+    };
+    const btVector3 from = point(3);
+    const btVector3 to = from + 3 * (point(0.7) - from);
+    for (const bool keeps_nearest : {false, true}) {
+      Listener ours, bullets;
+      ours.keeps_nearest = bullets.keeps_nearest = keeps_nearest;
+      simulation.world().rayTest(from, to, ours);
+      bullets_ray_test(simulation.world(), from, to, bullets);
+      ASSERT_EQ(ours.hasHit(), bullets.hasHit()) << "ray " << i;
+      if (!ours.hasHit()) continue;
+      const std::size_t count = keeps_nearest ? 1 : ours.told.size();
+      ASSERT_TRUE(keeps_nearest || bullets.told.size() == count) << "ray " << i;
+      for (std::size_t j = 0; j < count; ++j) {
+        ASSERT_EQ(ours.told[j].object, bullets.told[j].object) << "ray " << i;
+        EXPECT_EQ(ours.told[j].part, bullets.told[j].part);
+        EXPECT_NEAR(ours.told[j].fraction, bullets.told[j].fraction, 1e-5);
+        if (ours.told[j].triangle != bullets.told[j].triangle) continue;  // at an edge
+        EXPECT_LT((ours.told[j].normal - bullets.told[j].normal).length(), 1e-3);
+        ++hits;
+      }
+    }
+  }
+  EXPECT_GT(hits, 500);
+}
+
+TEST_P(RayTests, FollowWhateverTheAppDoes) {
+  btSoftBody& lower = add_sheet(0);
+  btSoftBody& upper = add_sheet(1);
+  using Objects = std::vector<const btCollisionObject*>;
+  EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&upper, &lower}));
+  lower.translate(btVector3(0, 2, 0));
+  EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&lower, &upper}));
+  EXPECT_NEAR(told(kHigh, kLow).told[0].fraction, 0.4, 1e-6);
+  simulation.step();
+  EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&lower, &upper}));
+  // One node, and nobody is told.
+  for (int i = 0; i < upper.m_nodes.size(); ++i) upper.m_nodes[i].m_x.setY(btScalar(1.5));
+  EXPECT_NEAR(told(kHigh, kLow).told[1].fraction, 0.425, 1e-6);
+  // Faces go.
+  while (lower.m_faces.size() > 0) lower.m_faces.pop_back();
+  EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&upper}));
+  const std::unique_ptr<btSoftBody> removed = simulation.remove(upper);
+  EXPECT_TRUE(objects_below(btScalar(0.11), btScalar(0.07)).empty());
+  btSoftBody& third = add_sheet(3);
+  EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&third}));
+}
+
+TEST_P(RayTests, AskTheCallbackAboutEveryBody) {
+  add_sheet(0);
+  Listener listener;
+  listener.m_collisionFilterMask = btBroadphaseProxy::StaticFilter;
+  simulation.world().rayTest(kHigh, kLow, listener);
+  EXPECT_FALSE(listener.hasHit());
+  listener.m_collisionFilterMask = btBroadphaseProxy::AllFilter;
+  simulation.world().rayTest(kHigh, kLow, listener);
+  EXPECT_TRUE(listener.hasHit());
+}
+
+TEST_P(RayTests, GoNowhereWithoutALength) {
+  add_sheet(0);
+  EXPECT_FALSE(told(btVector3(0, 0, 0), btVector3(0, 0, 0)).hasHit());
+  btCollisionWorld::ClosestRayResultCallback closest(kHigh, kLow);
+  simulation.world().rayTest(kHigh, kLow, closest);
+  ASSERT_TRUE(closest.hasHit());
+  EXPECT_NEAR(closest.m_hitPointWorld.y(), 0, 1e-5);
+  EXPECT_NEAR(closest.m_hitNormalWorld.y(), 1, 1e-5);
+}
+
+TEST_P(RayTests, GoOnAsBulletsWhereMemoryRunsOut) {
+  add_sheet(0);
+  std::vector<std::string> warnings;
+  bullet::Settings settings = cpu_settings();
+  settings.log = [&](LogLevel level, std::string_view text) {
+    if (level == LogLevel::warning) warnings.emplace_back(text);
+  };
+  simulation.detection().set_settings(settings);
+  EXPECT_TRUE(told(kHigh, kLow).hasHit());
+  warnings.clear();
+  for_every_allocation([&](std::uint64_t n) {
+    simulation.detection().set_settings(settings);
+    Listener listener;
+    listener.told.reserve(4);
+    bool has_failed = false;
+    {
+      const FailingAllocation failing(n);
+      try {
+        simulation.world().rayTest(kHigh, kLow, listener);
+      } catch (const std::bad_alloc&) {
+        listener.told.push_back({});  // of a list of what is near, or of Bullet's: nothing is left behind
+      }
+      has_failed = failing.has_failed();
+    }
+    EXPECT_EQ(listener.told.size(), 1U) << "allocation " << n;
+    EXPECT_EQ(told(kHigh, kLow).told.size(), 1U);
+    return has_failed && !HasFailure();
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, RayTests, testing::Values(World::one_line, World::multi_body, World::deformable),
+                         [](const auto& test) { return name_of(test.param); });
+
+/// A tetrahedron without faces.
+TEST(RayTestsOfTetrahedra, TellTheirIndexInClassicWorlds) {
+  AnySimulation simulation(World::one_line, cpu_settings());
+  const btVector3 x[4] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+  const btScalar masses[4] = {1, 1, 1, 1};
+  auto body = std::make_unique<btSoftBody>(&simulation.world_info(), 4, x, masses);
+  body->appendTetra(0, 1, 2, 3);
+  const btSoftBody& tetrahedron = simulation.add(std::move(body));
+  for (const bool is_bullets : {false, true}) {
+    Listener listener;
+    const btVector3 from(btScalar(0.1), 5, btScalar(0.2));
+    const btVector3 to(btScalar(0.1), -5, btScalar(0.2));
+    if (is_bullets) {
+      bullets_ray_test(simulation.world(), from, to, listener);
+    } else {
+      simulation.world().rayTest(from, to, listener);
+    }
+    ASSERT_EQ(listener.told.size(), 1U);
+    EXPECT_EQ(listener.told[0].object, &tetrahedron);
+    EXPECT_EQ(listener.told[0].triangle, 0);
+    EXPECT_NEAR(listener.told[0].normal.y(), 1, 1e-6);
+    EXPECT_NEAR(listener.told[0].fraction, 0.43, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,106 @@
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "failing_allocations.hpp"
+#include "probing.hpp"
+
+// Whichever allocation fails while a probe answers, it answers the next time.
+namespace softcd::test {
+namespace {
+
+struct Answers {
+  std::vector<std::uint32_t> hits, all, closest;
+
+  friend bool operator==(const Answers&, const Answers&) = default;
+};
+
+/// Questions that a probe is asked, and room for what it answers.
+class Interview {
+ public:
+  Interview() {
+    Random random(4);
+    for (int i = 0; i < 40; ++i) {
+      rays_.push_back({random.in_box(2), random.direction()});
+      points_.push_back({random.in_box(2)});
+    }
+  }
+
+  /// One call of each kind, without any allocation of the test's. How many answers there are.
+  std::size_t count(Probe& probe) const {
+    const std::size_t hits = probe.first_hits(rays_).size();
+    const std::size_t all = probe.all_hits(rays_).all().size();
+    return hits + all + probe.closest_points(points_).size();
+  }
+
+  Answers ask(Probe& probe) const {
+    Answers answers;
+    for (const RayHit& hit : probe.first_hits(rays_)) answers.hits.push_back(hit.triangle);
+    for (const RayHit& hit : probe.all_hits(rays_).all()) answers.all.push_back(hit.triangle);
+    for (const ClosestPoint& point : probe.closest_points(points_)) answers.closest.push_back(point.triangle);
+    return answers;
+  }
+
+ private:
+  std::vector<Ray> rays_;
+  std::vector<QueryPoint> points_;
+};
+
+Scene small_scene() {
+  return {still(outward_ball(1, 1.0), {}), still(soup_with_everything(3), {})};
+}
+
+TEST(FailedProbes, answer_the_next_time) {
+  const Interview interview;
+  ProbedBodies sound(small_scene());
+  const Answers expected = interview.ask(sound.probe);
+  const std::size_t count = interview.count(sound.probe);
+  for (const bool is_first : {true, false}) {
+    const std::uint64_t failures = for_every_allocation([&](std::uint64_t n) {
+      SCOPED_TRACE(testing::Message() << "allocation " << n);
+      ProbedBodies probed(small_scene());
+      if (!is_first) {
+        interview.ask(probed.probe);
+        probed.scene.set_positions(probed.ids[0], probed.bodies[0].x_t1);
+      }
+      std::size_t found = 0;
+      bool has_failed = false;
+      {
+        const FailingAllocation failing(n);
+        try {
+          found = interview.count(probed.probe);
+        } catch (const OutOfMemory&) {
+          found = count;
+        }
+        has_failed = failing.has_failed();
+      }
+      EXPECT_EQ(found, count);
+      EXPECT_EQ(interview.ask(probed.probe), expected);
+      return has_failed && !HasFailure();
+    });
+    EXPECT_GT(failures, is_first ? 20U : 0U);
+  }
+}
+
+TEST(FailedProbes, leave_the_scene_as_it_was_where_none_can_be_made) {
+  const Interview interview;
+  ProbedBodies probed(small_scene());
+  const Answers expected = interview.ask(probed.probe);
+  const std::uint64_t failures = for_every_allocation([&](std::uint64_t n) {
+    bool has_thrown = false;
+    {
+      const FailingAllocation failing(n);
+      try {
+        const Probe probe(probed.scene);
+      } catch (const OutOfMemory&) {
+        has_thrown = true;
+      }
+    }
+    EXPECT_EQ(interview.ask(probed.probe), expected);
+    return has_thrown && !testing::Test::HasFailure();
+  });
+  EXPECT_GT(failures, 0U);
+}
+
+}  // namespace
+}  // namespace softcd::test

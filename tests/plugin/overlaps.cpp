@@ -1,0 +1,139 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "probing.hpp"
+#include "softcd/math/closest_point.hpp"
+
+// Triangles that spheres and boxes overlap, against every triangle tried by itself.
+namespace softcd::test {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool has(Span<const TriangleOverlap> overlaps, const PlacedTriangle& triangle) {
+  return std::any_of(overlaps.begin(), overlaps.end(), [&](const TriangleOverlap& overlap) {
+    return overlap.body == triangle.body && overlap.triangle == triangle.index;
+  });
+}
+
+void expect_in_order(Span<const TriangleOverlap> overlaps) {
+  for (std::size_t i = 1; i < overlaps.size(); ++i) {
+    const TriangleOverlap& a = overlaps[i - 1];
+    const TriangleOverlap& b = overlaps[i];
+    ASSERT_TRUE(a.body < b.body || (a.body == b.body && a.triangle < b.triangle)) << "at " << i;
+  }
+}
+
+TEST(Overlaps, of_spheres_are_triangles_within_their_radius) {
+  for (NamedScene& named : odd_scenes()) {
+    SCOPED_TRACE(named.name);
+    const double extent = extent_of(named.bodies);
+    ProbedBodies probed(std::move(named.bodies));
+    const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+    Random random(3);
+    std::vector<QuerySphere> spheres;
+    for (int i = 0; i < 150; ++i) {
+      spheres.push_back({random.in_box(1.2 * extent), random.uniform(0, 0.5) * extent});
+      spheres.push_back({triangles[random.below(static_cast<std::uint32_t>(triangles.size()))].x[random.below(3)], 0});
+    }
+    spheres.push_back({{0, 0, 0}, kInfinity});
+    const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(spheres);
+    ASSERT_EQ(found.size(), spheres.size());
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+      expect_in_order(found[i]);
+      std::size_t count = 0;
+      for (const PlacedTriangle& t : triangles) {
+        const ClosestPoints<double> points = closest_points_vertex_triangle(spheres[i].centre, t.x[0], t.x[1], t.x[2]);
+        const double squared = points.squared_distance / points.scale / points.scale;
+        if (!(squared <= spheres[i].radius * spheres[i].radius)) continue;
+        ++count;
+        ASSERT_TRUE(has(found[i], t)) << "sphere " << i;
+      }
+      ASSERT_EQ(found[i].size(), count) << "sphere " << i;
+    }
+    EXPECT_EQ(found[spheres.size() - 1].size(), triangles.size());
+  }
+}
+
+using Wide = Vec3<long double>;
+
+/// What of the polygon is on the inner side of the box's side.
+std::vector<Wide> clipped(const std::vector<Wide>& polygon, int axis, long double bound, long double sign) {
+  std::vector<Wide> kept;
+  const auto depth = [&](const Wide& p) { return sign * (bound - p[axis]); };
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Wide& p = polygon[i];
+    const Wide& q = polygon[(i + 1) % polygon.size()];
+    if (depth(p) >= 0) kept.push_back(p);
+    if ((depth(p) >= 0) != (depth(q) >= 0)) kept.push_back(lerp(p, q, depth(p) / (depth(p) - depth(q))));
+  }
+  return kept;
+}
+
+/// Whether something of the triangle is left when all of it outside of the box, grown by so much, is cut off.
+bool is_in_box(const PlacedTriangle& triangle, const QueryBox& box, double growth) {
+  std::vector<Wide> polygon;
+  for (const Vec3d& x : triangle.x) polygon.push_back(vec3_cast<long double>(x));
+  for (int axis = 0; axis < 3; ++axis) {
+    polygon = clipped(polygon, axis, static_cast<long double>(box.hi[axis]) + growth, 1);
+    polygon = clipped(polygon, axis, static_cast<long double>(box.lo[axis]) - growth, -1);
+  }
+  return !polygon.empty();
+}
+
+TEST(Overlaps, of_boxes_are_triangles_that_are_partly_inside) {
+  std::size_t certain = 0;
+  for (NamedScene& named : odd_scenes()) {
+    SCOPED_TRACE(named.name);
+    const double extent = extent_of(named.bodies);
+    ProbedBodies probed(std::move(named.bodies));
+    const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+    Random random(4);
+    std::vector<QueryBox> boxes;
+    for (int i = 0; i < 200; ++i) {
+      const Vec3d centre = random.in_box(1.2 * extent);
+      const double size = std::exp2(random.uniform(-6, 0)) * extent;
+      const Vec3d half{size * random.unit(), size * random.unit(), size * random.unit()};
+      boxes.push_back({centre - half, centre + half});
+    }
+    boxes.push_back({{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}});
+    const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(boxes);
+    ASSERT_EQ(found.size(), boxes.size());
+    for (std::size_t i = 0; i + 1 < boxes.size(); ++i) {
+      expect_in_order(found[i]);
+      for (const PlacedTriangle& t : triangles) {
+        const bool is_found = has(found[i], t);
+        if (is_in_box(t, boxes[i], -1e-12 * extent)) {
+          ASSERT_TRUE(is_found) << "box " << i;
+          ++certain;
+        } else if (is_found) {
+          ASSERT_TRUE(is_in_box(t, boxes[i], 1e-12 * extent)) << "box " << i;
+        }
+      }
+    }
+    EXPECT_EQ(found[boxes.size() - 1].size(), triangles.size());
+  }
+  EXPECT_GT(certain, 3000U);
+}
+
+TEST(Overlaps, of_no_shape_are_none) {
+  ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
+  const std::vector<QuerySphere> spheres = {
+      {{0, 0, 0}, 1}, {{kNaN, 0, 0}, 1}, {{0, 0, 0}, kNaN}, {{0, 0, 0}, -1}, {{1e38, 0, 0}, 1e39}};
+  const AnswerLists<TriangleOverlap> in_spheres = probed.probe.overlaps(spheres);
+  EXPECT_FALSE(in_spheres[0].empty());
+  for (std::size_t i = 1; i < spheres.size(); ++i) EXPECT_TRUE(in_spheres[i].empty()) << "sphere " << i;
+  const std::vector<QueryBox> boxes = {
+      {{-1, -1, 0}, {1, 1, 0}}, {{-1, kNaN, 0}, {1, 1, 0}}, {{-1, -1, 0}, {1, 1, kNaN}}, {{1, -1, 0}, {-1, 1, 0}}};
+  const AnswerLists<TriangleOverlap> in_boxes = probed.probe.overlaps(boxes);
+  EXPECT_FALSE(in_boxes[0].empty());
+  for (std::size_t i = 1; i < boxes.size(); ++i) EXPECT_TRUE(in_boxes[i].empty()) << "box " << i;
+}
+
+}  // namespace
+}  // namespace softcd::test

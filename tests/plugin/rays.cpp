@@ -1,0 +1,294 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "probing.hpp"
+#include "softcd/math/ray_triangle.hpp"
+
+// Rays through a scene against every triangle tried by itself.
+namespace softcd::test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+using HitKey = std::tuple<double, std::uint32_t, std::uint32_t>;
+
+HitKey key_of(const RayHit& hit) {
+  return {hit.t, hit.body.value, hit.triangle};
+}
+
+std::vector<HitKey> keys_of(Span<const RayHit> hits) {
+  std::vector<HitKey> keys;
+  for (const RayHit& hit : hits) keys.push_back(key_of(hit));
+  return keys;
+}
+
+/// By the test that softcd uses: nothing that it finds may be passed over.
+std::vector<HitKey> all_crossings(const std::vector<PlacedTriangle>& triangles, const Ray& ray) {
+  std::vector<HitKey> keys;
+  ShearedRay sheared;
+  if (!shear(ray, {0, 0, 0}, sheared)) return keys;
+  for (const PlacedTriangle& triangle : triangles) {
+    const Vec3f x[3] = {vec3_cast<float>(triangle.x[0]), vec3_cast<float>(triangle.x[1]),
+                        vec3_cast<float>(triangle.x[2])};
+    RayCrossing crossing;
+    if (!find_crossing(sheared, x, crossing) || crossing.t < ray.t_min || crossing.t > ray.t_max) continue;
+    keys.emplace_back(crossing.t, triangle.body.value, triangle.index);
+  }
+  std::sort(keys.begin(), keys.end());
+  return keys;
+}
+
+/// Through and past a scene, along axes, through vertices, and of many lengths.
+std::vector<Ray> many_rays(const std::vector<PlacedTriangle>& triangles, double extent, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Ray> rays;
+  const auto vertex = [&] {
+    return triangles[random.below(static_cast<std::uint32_t>(triangles.size()))].x[random.below(3)];
+  };
+  for (int i = 0; i < 60; ++i) {
+    const Vec3d from = random.in_box(1.5 * extent);
+    const double length = std::exp2(random.uniform(-20, 20));
+    rays.push_back({from, length * random.direction()});
+    rays.push_back({from, vertex() - from});
+    rays.push_back(segment(from, vertex()));
+    rays.push_back(segment(vertex(), vertex()));
+    rays.push_back({from, random.direction(), -kInfinity, kInfinity});
+    rays.push_back({1e5 * from, -length * from, 0, kInfinity});
+    Vec3d along{0, 0, 0};
+    (i % 3 == 0 ? along.x : (i % 3 == 1 ? along.y : along.z)) = i % 2 == 0 ? 1.0 : -1.0;
+    rays.push_back({vertex() - (2 * extent) * along, along});
+    rays.push_back({from, along, random.uniform(-3, 0) * extent, random.uniform(0, 3) * extent});
+  }
+  return rays;
+}
+
+TEST(Rays, meet_what_they_meet_of_all_triangles) {
+  for (NamedScene& named : odd_scenes()) {
+    SCOPED_TRACE(named.name);
+    const double extent = extent_of(named.bodies);
+    ProbedBodies probed(std::move(named.bodies));
+    const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+    const std::vector<Ray> rays = many_rays(triangles, extent, 7);
+    const AnswerLists<RayHit> all = probed.probe.all_hits(rays);
+    ASSERT_EQ(all.size(), rays.size());
+    std::vector<std::vector<HitKey>> expected;
+    std::size_t hits = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      expected.push_back(all_crossings(triangles, rays[i]));
+      ASSERT_EQ(keys_of(all[i]), expected[i]) << "ray " << i;
+      hits += expected[i].size();
+    }
+    EXPECT_EQ(all.all().size(), hits);
+    EXPECT_TRUE(hits > 50U || named.name == "one point") << hits;
+    const Span<const RayHit> first = probed.probe.first_hits(rays);
+    ASSERT_EQ(first.size(), rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(first[i].has_hit(), !expected[i].empty()) << "ray " << i;
+      if (!expected[i].empty()) {
+        ASSERT_EQ(key_of(first[i]), expected[i].front()) << "ray " << i;
+      }
+    }
+  }
+}
+
+/// The usual test, in long double; how deep inside of the triangle, in weights.
+struct PlainCrossing {
+  long double t, depth;
+};
+PlainCrossing plain_crossing(const PlacedTriangle& triangle, const Ray& ray) {
+  using Wide = Vec3<long double>;
+  const Wide a = vec3_cast<long double>(triangle.x[0]);
+  const Wide b = vec3_cast<long double>(triangle.x[1]) - a;
+  const Wide c = vec3_cast<long double>(triangle.x[2]) - a;
+  const Wide d = vec3_cast<long double>(ray.direction);
+  const Wide from = vec3_cast<long double>(ray.origin) - a;
+  const Wide across = cross(d, c);
+  const long double determinant = dot(b, across);
+  const long double v = dot(from, across) / determinant;
+  const long double w = dot(d, cross(from, b)) / determinant;
+  return {dot(c, cross(from, b)) / determinant, std::min({v, w, 1 - v - w})};
+}
+
+TEST(Rays, meet_what_another_test_meets) {
+  ProbedBodies probed({still(crumpled_cloth(12, 10, 0.25, 0.1, 3), {}), still(outward_ball(2, 1.0), {})});
+  const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+  Random random(5);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3d from = random.in_box(3);
+    rays.push_back({from, random.in_box(1) - from});
+  }
+  const AnswerLists<RayHit> all = probed.probe.all_hits(rays);
+  std::size_t certain = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    for (const PlacedTriangle& triangle : triangles) {
+      const PlainCrossing crossing = plain_crossing(triangle, rays[i]);
+      if (std::abs(crossing.depth) < 1e-9L || std::abs(crossing.t) < 1e-9L || std::isnan(crossing.depth)) continue;
+      const bool is_met = crossing.depth > 0 && crossing.t > 0;
+      const auto* const found = std::find_if(all[i].begin(), all[i].end(), [&](const RayHit& hit) {
+        return hit.body == triangle.body && hit.triangle == triangle.index;
+      });
+      ASSERT_EQ(found != all[i].end(), is_met) << "ray " << i;
+      if (!is_met) continue;
+      ASSERT_NEAR(found->t, static_cast<double>(crossing.t), 1e-7 * (1 + found->t));
+      ++certain;
+    }
+  }
+  EXPECT_GT(certain, 300U);
+}
+
+TEST(Rays, tell_where_they_meet) {
+  ProbedBodies probed({still(outward_ball(2, 1.0), {})});
+  Random random(3);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3d from = 2.0 * random.direction();
+    rays.push_back({from, random.in_box(0.6) - from});
+  }
+  std::size_t hits = 0;
+  const std::vector<RayHit> found = copy_of(probed.probe.first_hits(rays));
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const RayHit& hit = found[i];
+    if (!hit.has_hit()) continue;
+    ++hits;
+    const auto& v = probed.bodies[0].triangles[hit.triangle].v;
+    const Positions3& x = probed.bodies[0].x_t1;
+    const Vec3d by_weights =
+        double(hit.weights[0]) * x[v[0]] + double(hit.weights[1]) * x[v[1]] + double(hit.weights[2]) * x[v[2]];
+    EXPECT_LT(norm(by_weights - (rays[i].origin + hit.t * rays[i].direction)), 1e-6);
+    EXPECT_NEAR(hit.weights[0] + hit.weights[1] + hit.weights[2], 1, 1e-6);
+    const Vec3d across = cross(x[v[1]] - x[v[0]], x[v[2]] - x[v[0]]);
+    EXPECT_LT(norm(vec3_cast<double>(hit.normal) - (1 / norm(across)) * across), 1e-6);
+    EXPECT_LT(dot(vec3_cast<double>(hit.normal), rays[i].direction), 0) << "met from outside";
+    EXPECT_EQ(key_of(probed.probe.first_hit(rays[i])), key_of(hit));
+  }
+  EXPECT_GT(hits, 50U);
+}
+
+/// Rays exactly at vertices, at the middles of edges and at other points of them, from inside and outside; `core` is a
+/// place inside from which the point can be seen.
+template <class Core>
+void expect_no_holes(const Mesh& mesh, const Core& core) {
+  ProbedBodies probed({still(mesh, {})});
+  Random random(11);
+  std::vector<Ray> rays;
+  for (const PlacedTriangle& triangle : placed_triangles(probed)) {
+    const auto& x = triangle.x;
+    for (const Vec3d& target : {x[0], lerp(x[0], x[1], random.unit()), 0.5 * (x[1] + x[2])}) {
+      const Vec3d inside = core(target);
+      const Vec3d outside = target + 3.0 * (target - inside);
+      rays.push_back({inside, target - inside, 1 - 1e-6, 1 + 1e-6});
+      rays.push_back({outside, target - outside, 1 - 1e-6, 1 + 1e-6});
+    }
+  }
+  const Span<const RayHit> hits = probed.probe.first_hits(rays);
+  for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_TRUE(hits[i].has_hit()) << "ray " << i;
+}
+
+TEST(Rays, do_not_slip_through_a_closed_surface) {
+  expect_no_holes(outward_ball(3, 1.0), [](Vec3d /*target*/) { return Vec3d{0.01, -0.02, 0.03}; });
+  expect_no_holes(scaled(outward_ball(2, 1.0), 0x1p-60), [](Vec3d /*target*/) { return Vec3d{0, 0, 0}; });
+  Mesh ring = torus(1.0, 0.4, 40, 24);
+  snap_to_grid(ring.positions, 17);
+  expect_no_holes(ring, [](Vec3d target) {
+    const double distance = std::hypot(target.x, target.y);
+    return Vec3d{target.x / distance, target.y / distance, 0.01};
+  });
+}
+
+// Vertices that are exact in every arithmetic: rays along axes and diagonals through vertices and edges of a cube.
+TEST(Rays, pass_through_corners_and_edges_of_a_cube) {
+  Mesh cube;
+  for (int i = 0; i < 8; ++i) cube.positions.push_back({double(i & 1), double((i >> 1) & 1), double(i >> 2)});
+  for (const auto& q : {std::array<std::uint32_t, 4>{0, 2, 3, 1},
+                        {4, 5, 7, 6},
+                        {0, 1, 5, 4},
+                        {2, 6, 7, 3},
+                        {0, 4, 6, 2},
+                        {1, 3, 7, 5}}) {
+    cube.triangles.push_back({{q[0], q[1], q[2]}});
+    cube.triangles.push_back({{q[0], q[2], q[3]}});
+  }
+  ProbedBodies probed({still(cube, {})});
+  const Vec3d centre{0.5, 0.5, 0.5};
+  std::vector<Ray> rays;
+  for (int x = -2; x <= 2; ++x) {
+    for (int y = -2; y <= 2; ++y) {
+      for (int z = -2; z <= 2; ++z) {
+        if (x != 0 || y != 0 || z != 0) rays.push_back({centre, {double(x), double(y), double(z)}});
+      }
+    }
+  }
+  const Span<const RayHit> hits = probed.probe.first_hits(rays);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_TRUE(hits[i].has_hit());
+    EXPECT_EQ(hits[i].t, 0.5 / max_norm(rays[i].direction));
+  }
+}
+
+TEST(Rays, end_where_they_are_told) {
+  ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
+  const Vec3d above{0.3, 0.4, 2};
+  const auto hits = [&](const Ray& ray) { return probed.probe.first_hit(ray).has_hit(); };
+  EXPECT_TRUE(hits(segment(above, {0.3, 0.4, 0})));
+  EXPECT_TRUE(hits(segment(above, {0.3, 0.4, -1})));
+  EXPECT_FALSE(hits(segment(above, {0.3, 0.4, 0.0001})));
+  EXPECT_TRUE(hits({above, {0, 0, -1}, 2, 2}));
+  EXPECT_FALSE(hits({above, {0, 0, -1}, 2.0001, 5}));
+  EXPECT_FALSE(hits({above, {0, 0, 1}}));
+  EXPECT_TRUE(hits({above, {0, 0, 1}, -3, 5}));
+  EXPECT_TRUE(hits({above, {0, 0, -1e-300}}));
+  EXPECT_TRUE(hits({above, {0, 0, -1e300}}));
+  // In its plane.
+  EXPECT_FALSE(hits({{-1, 0.4, 0}, {1, 0, 0}}));
+}
+
+TEST(Rays, that_are_none_meet_nothing) {
+  ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
+  const Vec3d from{0.3, 0.4, 2};
+  const Vec3d down{0, 0, -1};
+  std::vector<Ray> rays = {{from, down},
+                           {from, {0, 0, 0}},
+                           {{kNaN, 0, 0}, down},
+                           {from, {0, kNaN, -1}},
+                           {{0.3, 0.4, kInfinity}, down},
+                           {from, {0, 0, -kInfinity}},
+                           {from, down, kNaN, kInfinity},
+                           {from, down, 0, kNaN},
+                           {from, down, 3, 1},
+                           {{0.3, 0.4, 1e38}, down},
+                           {{0.3, 1e300, 2}, {0, -1, 0}}};
+  const std::vector<RayHit> first = copy_of(probed.probe.first_hits(rays));
+  EXPECT_TRUE(first[0].has_hit());
+  const AnswerLists<RayHit> all = probed.probe.all_hits(rays);
+  EXPECT_EQ(all[0].size(), 1U);
+  for (std::size_t i = 1; i < rays.size(); ++i) {
+    EXPECT_FALSE(first[i].has_hit()) << "ray " << i;
+    EXPECT_TRUE(all[i].empty()) << "ray " << i;
+  }
+}
+
+// Doubles are kept in full on the side of the ray.
+TEST(Rays, meet_a_scene_that_is_far_away) {
+  const Vec3d far{3e6, -5e6, 1e6};
+  ProbedBodies probed({still(moved(outward_ball(2, 1.0), far), {})});
+  Random random(2);
+  for (int i = 0; i < 50; ++i) {
+    const Vec3d out = random.direction();
+    const RayHit hit = probed.probe.first_hit({far + 3.0 * out, -out});
+    ASSERT_TRUE(hit.has_hit());
+    EXPECT_NEAR(hit.t, 2, 0.06);
+  }
+  EXPECT_NEAR(probed.probe.first_hit({{0, 0, 0}, far}).t, 1, 1e-6);
+}
+
+}  // namespace
+}  // namespace softcd::test
