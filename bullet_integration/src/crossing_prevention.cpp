@@ -26,6 +26,22 @@ QueryOptions crossing_options(const Settings& settings) {
   return options;
 }
 
+/// Of the nodes' own velocities.
+void add_gain(const btSoftBody& body, const NodeStates& before, CrossingAnswers& answers) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btSoftBody::Node& node = body.m_nodes[i];
+    if (!(node.m_im > 0)) continue;
+    const btVector3& old_velocity = before.velocities[static_cast<std::size_t>(i)];
+    double gain = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double change = (double(node.m_v[axis]) - double(old_velocity[axis])) / double(node.m_im);
+      answers.momentum[axis] += change;
+      gain += change * (double(node.m_v[axis]) + double(old_velocity[axis])) / 2;
+    }
+    answers.energy += gain;
+  }
+}
+
 }  // namespace
 
 CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
@@ -74,10 +90,16 @@ bool CrossingPrevention::is_let_go(const MemberContact& found) const {
 
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   std::vector<Impact> impacts;
+  std::uint64_t excepted = 0;
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
-    const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
-    if (has_faces && !is_let_go(found)) impacts.push_back(impact_of(found));
+    if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
+    if (is_let_go(found)) {
+      ++excepted;
+    } else {
+      impacts.push_back(impact_of(found));
+    }
   });
+  answers_.excepted = std::max(answers_.excepted, excepted);
   return impacts;
 }
 
@@ -129,6 +151,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   answers_.held_nodes = held.size();
   count_unavoidable(impacts);
   kind_.settle(answered_, answered, zones);
+  for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
 /// Of those that are left when all nodes that could be are held. What touched when the step began may move on as one.
