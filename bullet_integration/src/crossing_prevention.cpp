@@ -63,6 +63,12 @@ void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
     before.ends.push_back(body.m_nodes[i].*kind_.end);
   }
   kind_.take_up(body, time_step);
+  constrained_.add(body);
+}
+
+void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
+  for (btSoftBody* body : impact.bodies) take_up(*body, time_step);
+  for (int i = 0; i < 4; ++i) impact.constraints[i] = constrained_.find(*impact.nodes[i]);
 }
 
 void CrossingPrevention::take_back() {
@@ -114,6 +120,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   }
   query_.set_pair_filter(pair_filter(mirror_, rule));
   answered_.clear();
+  constrained_.clear();
   answers_ = {};
   const std::vector<Impact> impacts = find_impacts(Pairs::all);
   if (impacts.empty()) return false;
@@ -128,13 +135,11 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
 
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
   std::vector<Impact> answered;
-  ImpactZones zones;
+  ImpactZones zones(kind_.start, time_step);
   HeldNodes held(kind_);
   answers_.impacts = impacts.size();
   while (!impacts.empty()) {
-    for (const Impact& impact : impacts) {
-      for (btSoftBody* body : impact.bodies) take_up(*body, time_step);
-    }
+    for (Impact& impact : impacts) take_up(impact, time_step);
     if (answers_.rounds < kImpulseRounds) {
       // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());

@@ -35,6 +35,7 @@ class CrossingPrevention {
   bool is_let_go(const MemberContact& found) const;
   std::vector<Impact> find_impacts(Pairs pairs);
   void answer(std::vector<Impact> impacts, btScalar time_step);
+  void take_up(Impact& impact, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);
   void take_back();
   void look_again(const HeldNodes& held, btScalar time_step);
@@ -45,6 +46,7 @@ class CrossingPrevention {
   Settings settings_;
   Query query_;
   AnsweredBodies answered_;
+  ConstrainedNodes constrained_;
   CrossingAnswers answers_;
 };
 

@@ -5,13 +5,11 @@
 #include <vector>
 
 #include "contact_reader.hpp"
+#include "impact_zones.hpp"
 #include "pair_gate.hpp"
 #include "softcd/bullet/settings.hpp"
-#include "velocity_response.hpp"
 
 namespace softcd::bullet {
-
-using NodePosition = btVector3 btSoftBody::Node::*;
 
 /// The bodies whose nodes' velocities were changed so that they do not pass through each other, with what their nodes
 /// had before.
