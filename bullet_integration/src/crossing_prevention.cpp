@@ -11,12 +11,6 @@
 namespace softcd::bullet {
 namespace {
 
-/// Impulses as often as Bullet's own loop in the deformable world tries; then zones; then single nodes are held, and in
-/// the end whole bodies.
-constexpr std::uint64_t kImpulseRounds = 5;
-constexpr std::uint64_t kLastZoneRound = 25;
-constexpr std::uint64_t kLastNodeRound = 40;
-
 /// Whatever Settings::accuracy is: nothing may be overlooked.
 QueryOptions crossing_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
@@ -44,13 +38,34 @@ void add_gain(const btSoftBody& body, const NodeStates& before, CrossingAnswers&
 
 }  // namespace
 
-CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), crossing_options(settings)) {}
+CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings,
+                                       const AnswerRounds& rounds)
+    : kind_(kind),
+      mirror_(mirror),
+      settings_(settings),
+      rounds_(rounds),
+      query_(mirror.scene(), crossing_options(settings)) {}
 
 void CrossingPrevention::set_settings(const Settings& settings) {
   query_.set_options(crossing_options(settings));
   settings_ = settings;
   answers_ = {};
+}
+
+void CrossingPrevention::keep_starts(Span<btSoftBody* const> bodies) {
+  starts_.clear();
+  for (const btSoftBody* body : bodies) {
+    if (body->m_cfg.diterations <= 0 || !has_vertex_face_contacts(kind_, *body)) continue;
+    std::vector<btVector3>& starts = starts_[body];
+    for (int i = 0; i < body->m_nodes.size(); ++i) starts.push_back(body->m_nodes[i].*kind_.start);
+  }
+}
+
+void CrossingPrevention::restore_start(btSoftBody& body) const {
+  const auto kept = starts_.find(&body);
+  if (kept == starts_.end() || kept->second.size() != static_cast<std::size_t>(body.m_nodes.size())) return;
+  int i = 0;
+  for (const btVector3& start : kept->second) body.m_nodes[i++].*kind_.start = start;
 }
 
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
@@ -115,6 +130,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     if (!has_vertex_face_contacts(kind_, *body)) continue;
     WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
     if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+    restore_start(*body);
     kind_.set_out(*body, time_step);
     mirror_.update_way(member);
   }
@@ -136,17 +152,17 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
   std::vector<Impact> answered;
   ImpactZones zones(kind_.start, time_step);
-  HeldNodes held(kind_);
+  HeldNodes held(kind_, constrained_);
   answers_.impacts = impacts.size();
-  while (!impacts.empty()) {
+  while (!impacts.empty() && answers_.rounds < rounds_.last) {
     for (Impact& impact : impacts) take_up(impact, time_step);
-    if (answers_.rounds < kImpulseRounds) {
+    if (answers_.rounds < rounds_.impulses) {
       // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
       apply_inelastic_impulses(answered);
-    } else if (answers_.rounds < kLastZoneRound && held.empty() && zones.join(impacts)) {
+    } else if (answers_.rounds < rounds_.zones && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
-    } else if (answers_.rounds < kLastNodeRound ? !held.add(impacts) : !held.add_bodies(impacts)) {
+    } else if (answers_.rounds < rounds_.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
       break;
     }
     ++answers_.rounds;
@@ -172,7 +188,7 @@ void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
       LogLevel::warning,
       "continuous detection: in " + std::to_string(answers_.unavoidable) +
           " impacts something passes through nodes that were held where they were: nodes without mass that the "
-          "app moves; move them less in a step, or leave more room before them");
+          "app moves, or nodes on anchors; move them less in a step, or leave more room before them");
 }
 
 }  // namespace softcd::bullet
