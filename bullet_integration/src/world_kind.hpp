@@ -25,6 +25,10 @@ struct WorldKind {
   /// Where the nodes are at the step's ends while softcd looks for contacts and crossings.
   NodePosition start, end;
 
+  /// Whether bodies are solved in turns, with the links of each: what is not a number in a body is so everywhere in it
+  /// when the step ends, and in all that it touches.
+  bool solves_in_turns;
+
   /// How contacts between soft bodies are looked for.
   QueryOptions (*contact_options)(const Settings&);
   /// Whether PairGate is asked about pairs of soft bodies.
