@@ -103,7 +103,6 @@ TEST_P(MovedByAnchors, push_what_is_free_out_of_their_way) {
 
 // Five metres a second, through five cloths that nobody holds.
 TEST_P(MovedByOthers, a_ball_takes_a_pile_of_cloths_along) {
-  std::vector<btSoftBody*> cloths;
   for (int i = 0; i < 5; ++i) add_sheet(btScalar(0.05) * btScalar(i), /*fixed=*/false);
   auto ball = demo::make_ball(simulation_.world_info(), btVector3(btScalar(0.03), btScalar(-0.3), 0), btScalar(0.2), 2);
   for (int n = 0; n < ball->m_nodes.size(); ++n) ball->setMass(n, 0);
