@@ -4,6 +4,7 @@
 
 #ifdef SOFTCD_BENCH_HAS_BULLET
 #include "bullet_step.hpp"
+#include "crossings.hpp"
 #include "simulated_scenes.hpp"
 #endif
 #include "command_line/standard_output.hpp"
@@ -44,6 +45,8 @@ int main(int argc, char** argv) {
     add_bullet_step(app, bullet_step);
     SimulatedScenesOptions simulated_scenes;
     add_simulated_scenes(app, simulated_scenes);
+    CrossingsOptions crossings;
+    add_crossings(app, crossings);
 #endif
     SpatialQueryOptions spatial_queries;
     add_spatial_queries(app, spatial_queries);

@@ -1,5 +1,7 @@
 #include "contact_detection.hpp"
 
+#include <cmath>
+
 #include "LinearMath/btQuickprof.h"
 
 // Defined by the libraries of both precisions: the linker refuses a program that holds parts of both, by this name.
@@ -7,6 +9,21 @@ extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_flo
 
 namespace softcd::bullet {
 namespace {
+
+bool is_finite(const btSoftBody& body) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btSoftBody::Node& node = body.m_nodes[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(node.m_x[axis]) || !std::isfinite(node.m_q[axis])) return false;
+    }
+  }
+  return true;
+}
+
+/// Whether solving it spreads what is no number over its links.
+bool is_spoilt(const btSoftBody& body) {
+  return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
+}
 
 bool has_begun_before(const Contact& contact) {
   return contact.time_of_impact <= 0;
@@ -63,6 +80,7 @@ void ContactDetection::finish() {
   BT_PROFILE("softcd contacts");
   edge_contacts_.clear();
   const Span<const Contact> contacts = ticket_->wait();
+  find_spoilt(contacts);
   find_tangles(contacts);
   economy_.choose(mirror_, contacts, settings_, [this](const MemberContact& found) { return use_of(found); });
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
@@ -76,6 +94,17 @@ void ContactDetection::finish() {
     if (stands_for > 0) keeps_notes ? write_and_note(found, stands_for) : write(found, stands_for);
   });
   notes_.arrange();
+}
+
+void ContactDetection::find_spoilt(Span<const Contact> contacts) {
+  spoilt_.clear();
+  if (!kind_.solves_in_turns || query_.statistics().left_out_triangles == 0) return;
+  std::unordered_set<const btSoftBody*> seen;
+  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+    for (const btSoftBody* body : {found.a.body, found.b.body}) {
+      if (seen.insert(body).second && is_spoilt(*body)) spoilt_.insert(body);
+    }
+  });
 }
 
 /// A discrete detection looks at one time alone, and holds nothing on a side.
@@ -112,9 +141,11 @@ void ContactDetection::write_and_note(const MemberContact& found, std::uint32_t 
   }
 }
 
-/// Its features are through each other, and shall come apart.
+/// Its features are through each other, and shall come apart; or the one body would spoil the other.
 bool ContactDetection::is_released(const MemberContact& found) const {
-  return has_begun_before(found.contact) && tangled_.has_one_of(found);
+  const bool would_spoil =
+      !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
+  return would_spoil || (has_begun_before(found.contact) && tangled_.has_one_of(found));
 }
 
 void ContactDetection::write(const MemberContact& found, std::uint32_t stands_for) const {

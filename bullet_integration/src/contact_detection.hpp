@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <unordered_set>
 #include <vector>
 
 #include "contact_economy.hpp"
@@ -35,6 +36,7 @@ class ContactDetection {
  private:
   bool looks_at_way() const;
   void require(btSoftBody& body);
+  void find_spoilt(Span<const Contact> contacts);
   void find_tangles(Span<const Contact> contacts);
   bool is_released(const MemberContact& found) const;
   ContactUse use_of(const MemberContact& found) const;
@@ -47,6 +49,7 @@ class ContactDetection {
   Query query_;
   std::optional<Ticket> ticket_;
   std::vector<EdgeContact> edge_contacts_;
+  std::unordered_set<const btSoftBody*> spoilt_;  ///< of their nodes some are not finite, and more will be
   TangledNodes tangled_;
   ContactEconomy economy_;
   ContactNotes notes_;

@@ -11,12 +11,6 @@
 namespace softcd::bullet {
 namespace {
 
-/// Impulses as often as Bullet's own loop in the deformable world tries; then zones; then single nodes are held, and in
-/// the end whole bodies.
-constexpr std::uint64_t kImpulseRounds = 5;
-constexpr std::uint64_t kLastZoneRound = 25;
-constexpr std::uint64_t kLastNodeRound = 40;
-
 /// Whatever Settings::accuracy is: nothing may be overlooked.
 QueryOptions crossing_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
@@ -26,15 +20,52 @@ QueryOptions crossing_options(const Settings& settings) {
   return options;
 }
 
+/// Of the nodes' own velocities.
+void add_gain(const btSoftBody& body, const NodeStates& before, CrossingAnswers& answers) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btSoftBody::Node& node = body.m_nodes[i];
+    if (!(node.m_im > 0)) continue;
+    const btVector3& old_velocity = before.velocities[static_cast<std::size_t>(i)];
+    double gain = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double change = (double(node.m_v[axis]) - double(old_velocity[axis])) / double(node.m_im);
+      answers.momentum[axis] += change;
+      gain += change * (double(node.m_v[axis]) + double(old_velocity[axis])) / 2;
+    }
+    answers.energy += gain;
+  }
+}
+
 }  // namespace
 
-CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), crossing_options(settings)) {}
+CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings,
+                                       const AnswerRounds& rounds)
+    : kind_(kind),
+      mirror_(mirror),
+      settings_(settings),
+      rounds_(rounds),
+      query_(mirror.scene(), crossing_options(settings)) {}
 
 void CrossingPrevention::set_settings(const Settings& settings) {
   query_.set_options(crossing_options(settings));
   settings_ = settings;
   answers_ = {};
+}
+
+void CrossingPrevention::keep_starts(Span<btSoftBody* const> bodies) {
+  starts_.clear();
+  for (const btSoftBody* body : bodies) {
+    if (body->m_cfg.diterations <= 0 || !has_vertex_face_contacts(kind_, *body)) continue;
+    std::vector<btVector3>& starts = starts_[body];
+    for (int i = 0; i < body->m_nodes.size(); ++i) starts.push_back(body->m_nodes[i].*kind_.start);
+  }
+}
+
+void CrossingPrevention::restore_start(btSoftBody& body) const {
+  const auto kept = starts_.find(&body);
+  if (kept == starts_.end() || kept->second.size() != static_cast<std::size_t>(body.m_nodes.size())) return;
+  int i = 0;
+  for (const btVector3& start : kept->second) body.m_nodes[i++].*kind_.start = start;
 }
 
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
@@ -47,6 +78,12 @@ void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
     before.ends.push_back(body.m_nodes[i].*kind_.end);
   }
   kind_.take_up(body, time_step);
+  constrained_.add(body);
+}
+
+void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
+  for (btSoftBody* body : impact.bodies) take_up(*body, time_step);
+  for (int i = 0; i < 4; ++i) impact.constraints[i] = constrained_.find(*impact.nodes[i]);
 }
 
 void CrossingPrevention::take_back() {
@@ -74,10 +111,16 @@ bool CrossingPrevention::is_let_go(const MemberContact& found) const {
 
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   std::vector<Impact> impacts;
+  std::uint64_t excepted = 0;
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
-    const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
-    if (has_faces && !is_let_go(found)) impacts.push_back(impact_of(found));
+    if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
+    if (is_let_go(found)) {
+      ++excepted;
+    } else {
+      impacts.push_back(impact_of(found));
+    }
   });
+  answers_.excepted = std::max(answers_.excepted, excepted);
   return impacts;
 }
 
@@ -87,11 +130,13 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     if (!has_vertex_face_contacts(kind_, *body)) continue;
     WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
     if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+    restore_start(*body);
     kind_.set_out(*body, time_step);
     mirror_.update_way(member);
   }
   query_.set_pair_filter(pair_filter(mirror_, rule));
   answered_.clear();
+  constrained_.clear();
   answers_ = {};
   const std::vector<Impact> impacts = find_impacts(Pairs::all);
   if (impacts.empty()) return false;
@@ -106,20 +151,18 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
 
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
   std::vector<Impact> answered;
-  ImpactZones zones;
-  HeldNodes held(kind_);
+  ImpactZones zones(kind_.start, time_step);
+  HeldNodes held(kind_, constrained_);
   answers_.impacts = impacts.size();
-  while (!impacts.empty()) {
-    for (const Impact& impact : impacts) {
-      for (btSoftBody* body : impact.bodies) take_up(*body, time_step);
-    }
-    if (answers_.rounds < kImpulseRounds) {
+  while (!impacts.empty() && answers_.rounds < rounds_.last) {
+    for (Impact& impact : impacts) take_up(impact, time_step);
+    if (answers_.rounds < rounds_.impulses) {
       // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
       apply_inelastic_impulses(answered);
-    } else if (answers_.rounds < kLastZoneRound && held.empty() && zones.join(impacts)) {
+    } else if (answers_.rounds < rounds_.zones && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
-    } else if (answers_.rounds < kLastNodeRound ? !held.add(impacts) : !held.add_bodies(impacts)) {
+    } else if (answers_.rounds < rounds_.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
       break;
     }
     ++answers_.rounds;
@@ -129,6 +172,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   answers_.held_nodes = held.size();
   count_unavoidable(impacts);
   kind_.settle(answered_, answered, zones);
+  for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
 /// Of those that are left when all nodes that could be are held. What touched when the step began may move on as one.
@@ -144,7 +188,7 @@ void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
       LogLevel::warning,
       "continuous detection: in " + std::to_string(answers_.unavoidable) +
           " impacts something passes through nodes that were held where they were: nodes without mass that the "
-          "app moves; move them less in a step, or leave more room before them");
+          "app moves, or nodes on anchors; move them less in a step, or leave more room before them");
 }
 
 }  // namespace softcd::bullet

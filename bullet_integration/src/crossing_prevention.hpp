@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
+#include <unordered_map>
 #include <vector>
 
 #include "held_nodes.hpp"
@@ -7,6 +10,15 @@
 #include "world_kind.hpp"
 
 namespace softcd::bullet {
+
+/// Of answers to what would meet, after how many rounds the next kind begins: impulses, as often as Bullet's own loop
+/// in the deformable world tries; zones; single nodes that are held; then whole bodies, until `last`.
+struct AnswerRounds {
+  std::uint64_t impulses = 5;
+  std::uint64_t zones = 25;
+  std::uint64_t nodes = 40;
+  std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
+};
 
 /// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
 /// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
@@ -16,13 +28,18 @@ namespace softcd::bullet {
 class CrossingPrevention {
  public:
   /// `kind` and `mirror` outlive it.
-  CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings);
+  CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings,
+                     const AnswerRounds& rounds = {});
   CrossingPrevention(const CrossingPrevention&) = delete;
   CrossingPrevention& operator=(const CrossingPrevention&) = delete;
 
   void set_settings(const Settings& settings);
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
+
+  /// In classic worlds, when the nodes have been predicted: Bullet's solver puts its own result in place of where a
+  /// body started where that is to drift back (Config::diterations).
+  void keep_starts(Span<btSoftBody* const> bodies);
 
   /// Changes m_v and WorldKind::end. True when anything was changed. When it throws, the nodes
   /// go on as they were about to.
@@ -34,7 +51,9 @@ class CrossingPrevention {
  private:
   bool is_let_go(const MemberContact& found) const;
   std::vector<Impact> find_impacts(Pairs pairs);
+  void restore_start(btSoftBody& body) const;
   void answer(std::vector<Impact> impacts, btScalar time_step);
+  void take_up(Impact& impact, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);
   void take_back();
   void look_again(const HeldNodes& held, btScalar time_step);
@@ -43,8 +62,11 @@ class CrossingPrevention {
   const WorldKind& kind_;
   WorldMirror& mirror_;
   Settings settings_;
+  AnswerRounds rounds_;
   Query query_;
+  std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;
   AnsweredBodies answered_;
+  ConstrainedNodes constrained_;
   CrossingAnswers answers_;
 };
 

@@ -1,6 +1,7 @@
 #include "softcd/bullet/deformable_world.hpp"
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "BulletSoftBody/btDeformableBodySolver.h"
 #include "world_step.hpp"
 
 namespace softcd::bullet {
@@ -9,6 +10,7 @@ DeformableWorld::DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface
                                  btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                                  btDeformableBodySolver* deformable_solver, const Settings& settings)
     : btDeformableMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration, deformable_solver),
+      deformable_solver_(deformable_solver),
       detection_(kDeformableWorld, settings) {
   detection_.queries_->broadphase = [this] { return getBroadphase(); };
 }
@@ -62,9 +64,13 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
 
   find_soft_contacts(step);
   if (!queries.read_out.apply_repulsion(step.body_span(), time_step)) applyRepulsionForce(time_step);
-  queries.prevent_crossings(step.body_span(), step.gate(), time_step);
 
-  integrateTransforms(time_step);
+  // Bullet's integrateTransforms(); where rigid objects go, anchors take their nodes.
+  positionCorrection(time_step);
+  btMultiBodyDynamicsWorld::integrateTransforms(time_step);
+  queries.prevent_crossings(step.body_span(), step.gate(), time_step);
+  deformable_solver_->applyTransforms(time_step);
+
   refit_face_trees(getSoftBodyArray());
   updateActions(time_step);
   updateActivationState(time_step);

@@ -13,14 +13,14 @@ namespace softcd::bullet {
 /// held, and has the motion of its zone.
 class HeldNodes {
  public:
-  /// `kind` outlives it.
-  explicit HeldNodes(const WorldKind& kind) : kind_(kind) {}
+  /// `kind` and `constrained` outlive it.
+  HeldNodes(const WorldKind& kind, const ConstrainedNodes& constrained) : kind_(kind), constrained_(constrained) {}
 
   bool empty() const { return nodes_.empty(); }
   std::size_t size() const { return nodes_.size(); }
 
-  /// Holds the impacts' nodes. False when all are held already that have a mass and do not touch: where others move,
-  /// only whoever moves them could prevent it.
+  /// Holds the impacts' nodes. False when all are held already that nobody else moves and that do not touch: the rest
+  /// only whoever moves nodes without mass and anchors could prevent.
   bool add(const std::vector<Impact>& impacts);
   /// And all other nodes of the impacts' bodies.
   bool add_bodies(const std::vector<Impact>& impacts);
@@ -28,9 +28,10 @@ class HeldNodes {
   void put_back() const;
 
  private:
-  bool add(btSoftBody::Node& node) { return node.m_im > 0 && nodes_.insert(&node).second; }
+  bool add(btSoftBody::Node& node);
 
   const WorldKind& kind_;
+  const ConstrainedNodes& constrained_;
   std::unordered_set<btSoftBody::Node*> nodes_;
 };
 

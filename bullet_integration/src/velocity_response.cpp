@@ -1,7 +1,5 @@
 #include "velocity_response.hpp"
 
-#include <utility>
-
 #include "inverse_mass.hpp"
 #include "vectors.hpp"
 
@@ -12,35 +10,56 @@ constexpr int kMostSweeps = 10;
 /// Sweeps end when no approach is faster than this share of the fastest.
 constexpr btScalar kNegligibleApproach = btScalar(1e-3);
 
-btScalar movability(const btSoftBody::Node& node) {
-  return node.m_constrained != 0 ? btScalar(0) : node.m_im;
+/// Of an impulse upon a node, what moves it.
+btVector3 free_part(const Impact& impact, int node, const btVector3& impulse) {
+  const NodeConstraint* constraint = impact.constraints[node];
+  return constraint == nullptr ? impulse : constraint->free_part(impulse);
 }
 
-void apply_impulse(const Impact& impact, const btVector3& impulse) {
+/// Of the first point relative to the second, along a unit vector.
+struct RelativeMotion {
+  btScalar speed;
+  btScalar inverse_mass;
+};
+
+/// What nodes do in the directions of contacts with rigid objects does not count: an impulse in other directions that
+/// made up for it would add energy. Who moves nodes without mass and anchors may do so.
+RelativeMotion motion_along(const Impact& impact, const btVector3& direction) {
+  btScalar speed = 0;
+  ContactInverseMass inverse_mass;
   for (int i = 0; i < 4; ++i) {
-    btSoftBody::Node& node = *impact.nodes[i];
-    node.m_v += impulse * (impact.weights[i] * movability(node));
+    const NodeConstraint* constraint = impact.constraints[i];
+    const bool is_in_contact = constraint != nullptr && !constraint->is_anchored();
+    const btVector3 moving = free_part(impact, i, direction);
+    speed += impact.weights[i] * (is_in_contact ? moving : direction).dot(impact.nodes[i]->m_v);
+    inverse_mass.add(impact.weights[i], impact.nodes[i]->m_im * moving.length2());
   }
+  return {speed, inverse_mass.value()};
 }
 
 // Returns how fast the points approached each other. What an answer of nodes with small weights does not prevent the
 // zones do.
 btScalar make_inelastic(const Impact& impact) {
   btVector3 velocity(0, 0, 0);
-  ContactInverseMass contact_inverse_mass;
-  for (int i = 0; i < 4; ++i) {
-    velocity += impact.nodes[i]->m_v * impact.weights[i];
-    contact_inverse_mass.add(impact.weights[i], movability(*impact.nodes[i]));
-  }
-  const btScalar inverse_mass = contact_inverse_mass.value();
-  const btScalar approach = -velocity.dot(impact.normal);
-  if (!(approach > 0) || !(inverse_mass > 0)) return 0;
+  for (int i = 0; i < 4; ++i) velocity += impact.nodes[i]->m_v * impact.weights[i];
+  const RelativeMotion normal = motion_along(impact, impact.normal);
+  const btScalar approach = btMin(-velocity.dot(impact.normal), -normal.speed);
+  if (!(approach > 0) || !(normal.inverse_mass > 0)) return 0;
 
-  const btVector3 tangential = velocity + impact.normal * approach;
+  const btScalar push = approach / normal.inverse_mass;
+  btVector3 impulse = impact.normal * push;
+  const btVector3 tangential = velocity - impact.normal * velocity.dot(impact.normal);
   const btScalar sliding = tangential.safeNorm();
-  btVector3 change = impact.normal * approach;
-  if (sliding > SIMD_EPSILON) change -= tangential * btMin(impact.friction * approach / sliding, btScalar(1));
-  apply_impulse(impact, change / inverse_mass);
+  if (sliding > SIMD_EPSILON) {
+    const RelativeMotion along = motion_along(impact, tangential / sliding);
+    if (along.speed > 0 && along.inverse_mass > 0) {
+      impulse -= tangential / sliding * btMin(impact.friction * push, btMin(sliding, along.speed) / along.inverse_mass);
+    }
+  }
+  for (int i = 0; i < 4; ++i) {
+    btSoftBody::Node& node = *impact.nodes[i];
+    node.m_v += node.m_im * impact.weights[i] * free_part(impact, i, impulse);
+  }
   return approach;
 }
 
@@ -70,64 +89,6 @@ void apply_inelastic_impulses(const std::vector<Impact>& impacts) {
     for (const Impact& impact : impacts) fastest_now = btMax(fastest_now, make_inelastic(impact));
     fastest = btMax(fastest, fastest_now);
     if (!(fastest_now > kNegligibleApproach * fastest)) return;
-  }
-}
-
-ImpactZones::Node* ImpactZones::root_of(Node* node) {
-  const auto [entry, is_new] = parents_.try_emplace(node, node);
-  if (is_new) nodes_.push_back(node);
-  Node* root = entry->second;
-  while (parents_.at(root) != root) root = parents_.at(root);
-  while (node != root) node = std::exchange(parents_.at(node), root);
-  return root;
-}
-
-bool ImpactZones::join(const std::vector<Impact>& impacts) {
-  bool has_joined = false;
-  for (const Impact& impact : impacts) {
-    Node* const root = root_of(impact.nodes[0]);
-    for (Node* node : impact.nodes) {
-      Node* const other = root_of(node);
-      if (other == root) continue;
-      parents_.at(other) = root;
-      has_joined = true;
-    }
-  }
-  return has_joined;
-}
-
-void ImpactZones::move_as_one() {
-  average(&Node::m_v);
-  average(&Node::m_splitv);
-}
-
-void ImpactZones::average(btVector3 Node::*velocity) {
-  struct Motion {
-    btVector3 momentum{0, 0, 0}, constrained{0, 0, 0}, fixed{0, 0, 0};
-    btScalar mass = 0;
-    int constrained_count = 0, fixed_count = 0;
-
-    btVector3 velocity() const {
-      if (fixed_count > 0) return fixed / btScalar(fixed_count);
-      return constrained_count > 0 ? constrained / btScalar(constrained_count) : momentum / mass;
-    }
-  };
-  std::unordered_map<const Node*, Motion> motions;
-  for (Node* node : nodes_) {
-    Motion& motion = motions[root_of(node)];
-    if (!(node->m_im > 0)) {
-      motion.fixed += node->*velocity;
-      ++motion.fixed_count;
-    } else if (node->m_constrained != 0) {
-      motion.constrained += node->*velocity;
-      ++motion.constrained_count;
-    } else {
-      motion.momentum += node->*velocity / node->m_im;
-      motion.mass += 1 / node->m_im;
-    }
-  }
-  for (Node* node : nodes_) {
-    if (node->m_im > 0) node->*velocity = motions.at(root_of(node)).velocity();
   }
 }
 

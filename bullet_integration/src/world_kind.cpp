@@ -101,13 +101,17 @@ int soft_contact_count(const btSoftBody& body) {
   return body.m_faceNodeContacts.size();
 }
 
-/// As Bullet will when it moves the nodes.
+/// As Bullet will when it moves the nodes, whose rigid objects it has moved.
 void move_end(btSoftBody& body, btScalar time_step) {
   const btScalar fastest = body.getWorldInfo()->m_maxDisplacement / time_step;
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     Node& node = body.m_nodes[i];
     for (int axis = 0; axis < 3; ++axis) btClamp(node.m_v[axis], -fastest, fastest);
     node.m_q = node.m_x + time_step * (node.m_v + node.m_splitv);
+  }
+  for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
+    const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
+    anchor.m_node->m_q = anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local;
   }
 }
 
@@ -117,9 +121,23 @@ void hold(Node& node) {
   node.m_q = node.m_x;
 }
 
-/// The velocities are those that were answered.
-void take_up(btSoftBody& /*body*/, btScalar /*time_step*/) {}
-void settle(const AnsweredBodies& /*answered*/, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {}
+/// Nodes on anchors go where these are, whatever their velocities, which get them there until they are put back.
+void take_up(btSoftBody& body, btScalar time_step) {
+  for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
+    Node& node = *body.m_deformableAnchors[i].m_node;
+    node.m_v = (node.m_q - node.m_x) / time_step - node.m_splitv;
+  }
+}
+
+/// The velocities of others are those that were answered.
+void settle(const AnsweredBodies& answered, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {
+  for (const auto& [body, before] : answered) {
+    for (int i = 0; i < body->m_deformableAnchors.size(); ++i) {
+      Node& node = *body->m_deformableAnchors[i].m_node;
+      node.m_v = before.velocities[static_cast<std::size_t>(&node - &body->m_nodes[0])];
+    }
+  }
+}
 
 }  // namespace deformable
 
@@ -143,6 +161,7 @@ const WorldKind kClassicWorld = {
     .start = &Node::m_q,
     .end = &Node::m_x,
     .ray_targets = RayTargets::faces_and_tetrahedra,
+    .solves_in_turns = true,
     .contact_options = classic::contact_options,
     .asks_gate = classic::asks_gate,
     .is_written = is_soft_contact,
@@ -164,6 +183,7 @@ const WorldKind kDeformableWorld = {
     .start = &Node::m_x,
     .end = &Node::m_q,
     .ray_targets = RayTargets::faces,
+    .solves_in_turns = false,
     .contact_options = deformable::contact_options,
     .asks_gate = deformable::asks_gate,
     .is_written = deformable::is_written,

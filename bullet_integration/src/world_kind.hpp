@@ -5,14 +5,12 @@
 #include <vector>
 
 #include "contact_reader.hpp"
+#include "impact_zones.hpp"
 #include "pair_gate.hpp"
 #include "softcd/bullet/settings.hpp"
-#include "velocity_response.hpp"
 #include "world_rays.hpp"
 
 namespace softcd::bullet {
-
-using NodePosition = btVector3 btSoftBody::Node::*;
 
 /// The bodies whose nodes' velocities were changed so that they do not pass through each other, with what their nodes
 /// had before.
@@ -29,6 +27,10 @@ struct WorldKind {
   NodePosition start, end;
   /// What Bullet's ray tests of the world look at.
   RayTargets ray_targets;
+
+  /// Whether bodies are solved in turns, with the links of each: what is not a number in a body is so everywhere in it
+  /// when the step ends, and in all that it touches.
+  bool solves_in_turns;
 
   /// How contacts between soft bodies are looked for.
   QueryOptions (*contact_options)(const Settings&);

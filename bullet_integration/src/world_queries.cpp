@@ -46,6 +46,11 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const b
   for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, info);
 }
 
+void WorldQueries::keep_starts(Span<btSoftBody* const> bodies) {
+  if (settings_.detection != Detection::ccd) return;
+  crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
+}
+
 void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step) {
   if (settings_.detection != Detection::ccd) return;
   crossings.run(settings_, [&](CrossingPrevention& prevention) {

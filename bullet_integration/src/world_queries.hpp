@@ -51,6 +51,8 @@ class WorldQueries {
   void find_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
     finish_contacts(start_contacts(bodies, gate), bodies, gate);
   }
+  /// In classic worlds before the solver: see CrossingPrevention.
+  void keep_starts(Span<btSoftBody* const> bodies);
   /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
   void prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step);
 

@@ -35,6 +35,7 @@ void process_classic_pairs(const WorldStep& step, Native process_natively) {
     process_natively();
   });
   step.queries.read_contacts(step.body_span(), *step.world.getBroadphase());
+  step.queries.keep_starts(step.body_span());
 }
 
 /// When Bullet's solver of soft bodies has run in a classic world.

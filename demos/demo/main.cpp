@@ -81,7 +81,7 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
                                  {"collision", name_of(command.options.collision)},
                                  {"detection", name_of(kDetections, command.options.settings.detection)},
                                  {"steps", command.steps},
-                                 {"time_step", double(Scene::kTimeStep)},
+                                 {"time_step", double(scene.time_step())},
                                  {"first_step_ms", measurement.first_step_ms},
                                  {"median_step_ms", measurement.median_step_ms},
                                  {"total_seconds", measurement.total_seconds},

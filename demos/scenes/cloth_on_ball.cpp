@@ -47,7 +47,7 @@ btScalar ClothOnBall::angle_at(btScalar time) {
 }
 
 void ClothOnBall::animate() {
-  const btQuaternion rotation(btVector3(0, 1, 0), angle_at(time() + kTimeStep));
+  const btQuaternion rotation(btVector3(0, 1, 0), angle_at(time() + time_step()));
   std::vector<btVector3> goals;
   goals.reserve(ball_at_rest_.size());
   for (const btVector3& x : ball_at_rest_) goals.push_back(kCenter + quatRotate(rotation, x - kCenter));

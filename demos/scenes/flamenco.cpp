@@ -125,7 +125,7 @@ void Flamenco::animate() {
   const auto goals = [this](const std::vector<btVector3>& at_rest) {
     std::vector<btVector3> positions;
     positions.reserve(at_rest.size());
-    for (const btVector3& x : at_rest) positions.push_back(pose(x, time() + kTimeStep));
+    for (const btVector3& x : at_rest) positions.push_back(pose(x, time() + time_step()));
     return positions;
   };
   send(*dancer_, goals(dancer_at_rest_));

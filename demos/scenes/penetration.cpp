@@ -150,7 +150,7 @@ bool is_below(const btSoftBody& cloth, const btVector3& point) {
 
 }  // namespace
 
-Intersections find_intersections(const std::vector<const btSoftBody*>& bodies) {
+Intersections find_intersections(const std::vector<const btSoftBody*>& bodies, const IntersectionFilter& counts) {
   Intersections found;
   found.vertices.reserve(bodies.size());
   for (const btSoftBody* body : bodies) {
@@ -161,13 +161,17 @@ Intersections find_intersections(const std::vector<const btSoftBody*>& bodies) {
   const auto mark = [&](const Corner& corner) {
     found.vertices[static_cast<std::size_t>(corner.body)][static_cast<std::size_t>(corner.node)] = true;
   };
+  const auto do_count = [&](int edges, int faces) {
+    return !counts || counts(*bodies[static_cast<std::size_t>(edges)], *bodies[static_cast<std::size_t>(faces)]);
+  };
   for (const auto& [a, b] : edges_of(triangles)) {
     const Box box = box_of(std::array{a, b});
     bool is_apart = true;
     grid.for_each_near(box, [&, &a = a, &b = b](std::uint32_t index) {
       const Corners& t = triangles[index];
       is_apart = is_apart && (!overlap(box, box_of(t)) || has_vertex(t, a) || has_vertex(t, b) ||
-                              !intersects(a.position, b.position, {t[0].position, t[1].position, t[2].position}));
+                              !intersects(a.position, b.position, {t[0].position, t[1].position, t[2].position}) ||
+                              !do_count(a.body, t[0].body));
     });
     if (is_apart) continue;
     ++found.edge_count;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
@@ -14,8 +15,10 @@ struct Intersections {
 
 /// Edges that have a point in common with a triangle, of the same body or another, to which neither of their vertices
 /// belongs. Exact for the nodes' positions as they are, touching included. Looks at every pair that is near on a
-/// uniform grid.
-Intersections find_intersections(const std::vector<const btSoftBody*>& bodies);
+/// uniform grid. `counts` is asked about the bodies of an edge and of a triangle that intersect; without it all count.
+using IntersectionFilter = std::function<bool(const btSoftBody& edges, const btSoftBody& triangles)>;
+Intersections find_intersections(const std::vector<const btSoftBody*>& bodies,
+                                 const IntersectionFilter& counts = nullptr);
 
 /// Whether the point is inside a closed mesh, by the winding number.
 bool is_inside(const btSoftBody& closed, const btVector3& point);

@@ -30,12 +30,13 @@ std::unique_ptr<Scene> make(const SceneOptions& options) {
 Scene::Scene(const SceneOptions& options)
     : simulation_(options.world, options.collision == Collision::softcd ? options.plug_in : PlugIn::none,
                   options.settings),
-      collision_(options.collision) {}
+      collision_(options.collision),
+      time_step_(options.time_step > 0 ? options.time_step : kTimeStep),
+      bullets_steps_(options.time_step > 0 ? 1 : std::lround(kTimeStep / simulation_.time_step())) {}
 
 void Scene::step() {
   animate();
-  const long steps = std::lround(kTimeStep / simulation_.time_step());
-  for (long i = 0; i < steps; ++i) simulation_.step();
+  for (long i = 0; i < bullets_steps_; ++i) simulation_.step(time_step_ / btScalar(bullets_steps_));
   ++step_count_;
 }
 
@@ -63,11 +64,11 @@ btSoftBody& Scene::add(std::unique_ptr<btSoftBody> body) {
   return added;
 }
 
-void Scene::send(btSoftBody& body, const std::vector<btVector3>& goals) {
+void Scene::send(btSoftBody& body, const std::vector<btVector3>& goals) const {
   int i = 0;
   for (const btVector3& goal : goals) {
     btSoftBody::Node& node = body.m_nodes[i++];
-    node.m_v = (goal - node.m_x) / kTimeStep;
+    node.m_v = (goal - node.m_x) / time_step_;
   }
 }
 

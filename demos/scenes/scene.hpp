@@ -21,6 +21,7 @@ struct SceneOptions {
   PlugIn plug_in = PlugIn::one_line_world;  ///< of softcd, in the classic world
   bullet::Settings settings;                ///< of softcd
   int size = 0;                             ///< in the scene's unit; 0: its default
+  btScalar time_step = 0;                   ///< of the scene and of Bullet, seconds; 0: see Scene
 };
 
 struct Color {
@@ -50,7 +51,7 @@ struct Penetration {
   std::size_t edges = 0;  ///< that intersect a triangle; exact, see find_intersections()
 };
 
-/// A simulation that shows something, in fixed steps of kTimeStep.
+/// A simulation that shows something, in fixed steps: of kTimeStep unless SceneOptions::time_step says otherwise.
 class Scene {
  public:
   static constexpr btScalar kTimeStep = btScalar(1) / 120;
@@ -60,9 +61,10 @@ class Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  /// kTimeStep seconds, in the deformable world of several steps of Bullet's.
+  /// In the deformable world a step of kTimeStep is several of Bullet's.
   void step();
-  btScalar time() const { return btScalar(step_count_) * kTimeStep; }
+  btScalar time() const { return btScalar(step_count_) * time_step_; }
+  btScalar time_step() const { return time_step_; }
 
   /// Takes over the time, and the nodes' positions and velocities, of the same scene in another world.
   void go_on_from(const Scene& other);
@@ -86,7 +88,7 @@ class Scene {
   /// Moves what moves by itself during the coming step.
   virtual void animate() {}
   /// Gives the body's first nodes the velocities with which they are at `goals` after the coming step.
-  static void send(btSoftBody& body, const std::vector<btVector3>& goals);
+  void send(btSoftBody& body, const std::vector<btVector3>& goals) const;
   static std::vector<btVector3> positions_of(const btSoftBody& body);
   /// Marks the vertices of `body` that have passed through something altogether.
   virtual void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const = 0;
@@ -94,6 +96,8 @@ class Scene {
  private:
   SoftWorld simulation_;
   Collision collision_;
+  btScalar time_step_;
+  long bullets_steps_;  ///< in one step
   long step_count_ = 0;
 };
 

@@ -40,6 +40,10 @@ class CopyingDevice final : public Detector {
     detector_->start(query, bodies, settings);
   }
   Span<const Contact> finish(Statistics& statistics) override { return detector_->finish(statistics); }
+  std::unique_ptr<QueryMemory> make_probe() override { return detector_->make_probe(); }
+  void answer(QueryMemory& probe, const ProbedScene& scene, const Questions& ask) override {
+    detector_->answer(probe, scene, ask);
+  }
   void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
   MemoryNeed memory_need() const override { return detector_->memory_need(); }
 

@@ -47,6 +47,7 @@ class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld 
   void predict(btScalar time_step);
   void detect_rigid_contacts();
 
+  btDeformableBodySolver* deformable_solver_;
   WorldDetection detection_;
 };
 

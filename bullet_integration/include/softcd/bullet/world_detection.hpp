@@ -43,8 +43,15 @@ struct CrossingAnswers {
   std::uint64_t impacts = 0;     ///< pairs of features that would have met
   std::uint64_t rounds = 0;      ///< of answering and looking again
   std::uint64_t held_nodes = 0;  ///< nodes that stay where the step began: neither impulses nor common motion helped
-  /// Pairs that meet nonetheless: a node without mass, which the app moves, and one that has nowhere to go.
+  /// Pairs that meet nonetheless: a node without mass, which the app moves, or one on an anchor, and one that has
+  /// nowhere to go.
   std::uint64_t unavoidable = 0;
+  /// Pairs that were let go, with EdgeContacts::respond: faces at them intersect already when the step begins.
+  std::uint64_t excepted = 0;
+  /// What the velocities of nodes with mass gain by the answers: kinetic energy, J, which is less than 0 where nothing
+  /// that the app moves pushes them, and momentum, kg m/s, 0 but for rounding where all nodes that meet are free.
+  double energy = 0;
+  double momentum[3] = {};
 };
 
 /// softcd in a world: its settings, and what it found in the last step. Lives as long as the world, or as the

@@ -1,0 +1,121 @@
+// What an app may hand over by mistake, or on purpose: nothing hangs, and nobody else is harmed.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "any_simulation.hpp"
+#include "scenes/penetration.hpp"
+#include "small_scenes.hpp"
+
+namespace softcd::test {
+namespace {
+
+constexpr btScalar kNotANumber = std::numeric_limits<btScalar>::quiet_NaN();
+
+class BadInput : public testing::TestWithParam<World> {
+ protected:
+  BadInput() : simulation_(GetParam(), settings()) {}
+
+  bullet::Settings settings() {
+    bullet::Settings settings = cpu_settings(Detection::ccd);
+    settings.edge_contacts = bullet::EdgeContacts::respond;
+    settings.self_collision = bullet::SelfCollision::all;
+    settings.log = [this](LogLevel level, std::string_view text) {
+      if (level == LogLevel::warning) warnings_.emplace_back(text);
+    };
+    return settings;
+  }
+
+  std::unique_ptr<btSoftBody> make_at(btScalar height, bool fixed = false) {
+    SheetOptions options;
+    options.nodes_per_side = 5;
+    options.height = height;
+    options.margin = btScalar(0.02);
+    options.fixed = fixed;
+    return make_sheet(simulation_.world_info(), options);
+  }
+
+  /// A held sheet with one that falls onto it.
+  void add_good_ones() {
+    good_ = {&simulation_.add(make_at(0, /*fixed=*/true)), &simulation_.add(make_at(btScalar(0.1)))};
+  }
+  void expect_good_ones_unharmed() const {
+    for (const btSoftBody* body : good_) {
+      for (const btScalar x : coordinates_of(*body)) EXPECT_TRUE(std::isfinite(x));
+    }
+    EXPECT_EQ(demo::find_intersections({good_.begin(), good_.end()}).edge_count, 0U);
+  }
+  void step(int count) {
+    for (int i = 0; i < count; ++i) simulation_.step();
+  }
+  void step_of(btScalar seconds) {
+    simulation_.world().stepSimulation(seconds, /*maxSubSteps=*/0);
+    simulation_.finish_step();
+  }
+
+  AnySimulation simulation_;
+  std::vector<const btSoftBody*> good_;
+  std::vector<std::string> warnings_;
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, BadInput, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
+
+TEST_P(BadInput, velocities_that_are_no_numbers_stay_with_their_body) {
+  add_good_ones();
+  btSoftBody& spoilt = simulation_.add(make_at(btScalar(0.2)));
+  step(1);
+  spoilt.m_nodes[7].m_v = btVector3(0, kNotANumber, 0);
+  step(10);
+  EXPECT_TRUE(std::isnan(spoilt.m_nodes[7].m_x.y()));
+  expect_good_ones_unharmed();
+  ASSERT_FALSE(warnings_.empty());
+  EXPECT_NE(warnings_[0].find("not finite"), std::string::npos) << warnings_[0];
+}
+
+TEST_P(BadInput, bodies_without_mass_pass_through_each_other_unanswered) {
+  add_good_ones();
+  btSoftBody& first = simulation_.add(make_at(2, /*fixed=*/true));
+  btSoftBody& second = simulation_.add(make_at(btScalar(2.2), /*fixed=*/true));
+  for (int n = 0; n < second.m_nodes.size(); ++n) second.m_nodes[n].m_v = btVector3(0, -30, 0);
+  step(4);
+  EXPECT_LT(second.m_nodes[0].m_x.y(), first.m_nodes[0].m_x.y());
+  expect_good_ones_unharmed();
+}
+
+TEST_P(BadInput, bodies_of_a_node_and_of_none_are_let_be) {
+  add_good_ones();
+  const btVector3 place(0, btScalar(0.3), 0);
+  btSoftBody& single = simulation_.add(std::make_unique<btSoftBody>(&simulation_.world_info(), 1, &place, nullptr));
+  single.m_nodes[0].m_v = btVector3(0, -100, 0);
+  simulation_.add(std::make_unique<btSoftBody>(&simulation_.world_info(), 0, nullptr, nullptr));
+  step(10);
+  expect_good_ones_unharmed();
+  EXPECT_TRUE(warnings_.empty());
+}
+
+TEST_P(BadInput, steps_of_no_time_and_of_ten_seconds_end) {
+  add_good_ones();
+  step_of(0);
+  step(1);
+  if (GetParam() == World::dispatcher) return;  // nobody prevents crossings
+  step_of(10);
+  step_of(0);
+  step(5);
+  expect_good_ones_unharmed();
+}
+
+TEST_P(BadInput, nodes_in_one_place_are_let_be) {
+  add_good_ones();
+  btSoftBody& collapsed = simulation_.add(make_at(btScalar(0.3)));
+  for (int n = 0; n < collapsed.m_nodes.size(); ++n) collapsed.m_nodes[n].m_x = btVector3(0, btScalar(0.3), 0);
+  step(5);
+  for (const btSoftBody* body : good_) {
+    for (const btScalar x : coordinates_of(*body)) EXPECT_TRUE(std::isfinite(x));
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test

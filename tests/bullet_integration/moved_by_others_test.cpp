@@ -1,0 +1,165 @@
+// Nodes that somebody else moves: softcd gives way where it can, and tells what it cannot prevent.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
+#include "BulletDynamics/Dynamics/btRigidBody.h"
+#include "any_simulation.hpp"
+#include "scenes/penetration.hpp"
+#include "soft_body_steps.hpp"
+
+namespace softcd::test {
+namespace {
+
+class MovedByOthers : public testing::TestWithParam<World> {
+ protected:
+  MovedByOthers() : simulation_(GetParam(), settings()) { simulation_.world_info().m_gravity.setZero(); }
+
+  bullet::Settings settings() {
+    bullet::Settings settings = cpu_settings(Detection::ccd);
+    settings.edge_contacts = bullet::EdgeContacts::respond;
+    settings.log = [this](LogLevel level, std::string_view text) {
+      if (level == LogLevel::warning) warnings_.emplace_back(text);
+    };
+    return settings;
+  }
+
+  btSoftBody& add_sheet(btScalar height, bool fixed, int nodes_per_side = 7) {
+    SheetOptions options;
+    options.nodes_per_side = nodes_per_side;
+    options.height = height;
+    options.margin = btScalar(0.01);
+    options.fixed = fixed;
+    bodies_.push_back(&simulation_.add(make_sheet(simulation_.world_info(), options)));
+    return *bodies_.back();
+  }
+
+  static void send(btSoftBody& body, const btVector3& velocity) {
+    for (int n = 0; n < body.m_nodes.size(); ++n) body.m_nodes[n].m_v = velocity;
+  }
+  std::size_t count_intersections() const {
+    // No body here asks for contacts within itself.
+    return demo::find_intersections({bodies_.begin(), bodies_.end()},
+                                    [](const btSoftBody& a, const btSoftBody& b) { return &a != &b; })
+        .edge_count;
+  }
+
+  AnySimulation simulation_;
+  std::vector<btSoftBody*> bodies_;
+  std::vector<std::string> warnings_;
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, MovedByOthers,
+                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
+                                         World::attached_deformable),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+class MovedByAnchors : public MovedByOthers {};
+INSTANTIATE_TEST_SUITE_P(Worlds, MovedByAnchors, testing::Values(World::deformable, World::attached_deformable),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+// Bullet puts nodes on anchors where these are, whatever velocity they were given.
+TEST_P(MovedByAnchors, through_something_are_counted_and_named) {
+  add_sheet(0, /*fixed=*/true);
+  btSoftBody& pulled = add_sheet(btScalar(0.05), /*fixed=*/false, 4);
+  const btVector3 place = pulled.m_nodes[5].m_x;
+  btRigidBody& hand = simulation_.add_rigid(std::make_unique<btBoxShape>(btVector3(1, 1, 1) * btScalar(0.01)), place);
+  hand.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  hand.setActivationState(DISABLE_DEACTIVATION);
+  pulled.appendDeformableAnchor(5, &hand);
+  std::uint64_t unavoidable = 0;
+  for (int step = 0; step < 3; ++step) {
+    simulation_.step([&](btScalar) {
+      hand.getWorldTransform().getOrigin() -= btVector3(0, btScalar(0.02), 0);
+      unavoidable += simulation_.detection().crossing_answers().unavoidable;
+    });
+  }
+  EXPECT_LT(pulled.m_nodes[5].m_x.y(), 0) << "the hand went there";
+  EXPECT_GT(count_intersections(), 0U);
+  EXPECT_GT(unavoidable, 0U);
+  ASSERT_FALSE(warnings_.empty());
+  EXPECT_NE(warnings_[0].find("anchors"), std::string::npos) << warnings_[0];
+}
+
+TEST_P(MovedByAnchors, push_what_is_free_out_of_their_way) {
+  btSoftBody& free_one = add_sheet(0, /*fixed=*/false);
+  btSoftBody& pulled = add_sheet(btScalar(0.05), /*fixed=*/false, 4);
+  const btVector3 place = pulled.m_nodes[5].m_x;
+  btRigidBody& hand = simulation_.add_rigid(std::make_unique<btBoxShape>(btVector3(1, 1, 1) * btScalar(0.001)), place);
+  hand.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  hand.setActivationState(DISABLE_DEACTIVATION);
+  hand.setIgnoreCollisionCheck(&free_one, true);
+  pulled.appendDeformableAnchor(5, &hand);
+  for (int step = 0; step < 8; ++step) {
+    simulation_.step([&](btScalar) { hand.getWorldTransform().getOrigin() -= btVector3(0, btScalar(0.005), 0); });
+    EXPECT_EQ(count_intersections(), 0U);
+  }
+  EXPECT_LT(pulled.m_nodes[5].m_x.y(), btScalar(-0.05));
+  EXPECT_TRUE(warnings_.empty()) << warnings_[0];
+}
+
+// Five metres a second, through five cloths that nobody holds.
+TEST_P(MovedByOthers, a_ball_takes_a_pile_of_cloths_along) {
+  for (int i = 0; i < 5; ++i) add_sheet(btScalar(0.05) * btScalar(i), /*fixed=*/false);
+  auto ball = demo::make_ball(simulation_.world_info(), btVector3(btScalar(0.03), btScalar(-0.3), 0), btScalar(0.2), 2);
+  for (int n = 0; n < ball->m_nodes.size(); ++n) ball->setMass(n, 0);
+  ball->getCollisionShape()->setMargin(btScalar(0.01));
+  bodies_.push_back(&simulation_.add(std::move(ball)));
+  for (int step = 0; step < 20; ++step) {
+    simulation_.step([&](btScalar) { send(*bodies_.back(), btVector3(0, 5, 0)); });
+    EXPECT_EQ(count_intersections(), 0U) << "step " << step;
+  }
+  EXPECT_GT(mean_height(*bodies_.back()), 1);
+  EXPECT_GT(mean_height(*bodies_[4]), mean_height(*bodies_.back()) - btScalar(0.5));
+  EXPECT_TRUE(warnings_.empty()) << warnings_[0];
+}
+
+// What the app puts through something is let off, and nothing else.
+TEST_P(MovedByOthers, a_sheet_put_through_another_is_excepted_alone) {
+  btSoftBody& first = add_sheet(0, /*fixed=*/true);
+  btSoftBody& second = add_sheet(btScalar(0.04), /*fixed=*/false, 6);
+  btSoftBody& third = add_sheet(btScalar(0.5), /*fixed=*/false, 5);
+  simulation_.step();
+  EXPECT_EQ(count_intersections(), 0U);
+  second.rotate(btQuaternion(btVector3(0, 0, 1), btScalar(0.5)));
+  std::uint64_t excepted = 0;
+  CrossingFinder finder({&first, &third});
+  for (int step = 0; step < 20; ++step) {
+    send(second, btVector3(0, 1, 0));
+    simulation_.step([&](btScalar) {
+      send(third, btVector3(0, -3, 0));
+      excepted += simulation_.detection().crossing_answers().excepted;
+    });
+    EXPECT_TRUE(finder.find().empty()) << "nothing excepts the third";
+    EXPECT_EQ(demo::find_intersections({&first, &third}).edge_count, 0U);
+    EXPECT_EQ(demo::find_intersections({&second, &third}).edge_count, 0U);
+  }
+  EXPECT_GT(excepted, 0U);
+}
+
+// A piston that comes down to a third of their gap, stays, and goes.
+TEST_P(MovedByOthers, sheets_under_a_piston_get_no_energy) {
+  add_sheet(0, /*fixed=*/true);
+  for (int i = 1; i < 4; ++i) add_sheet(btScalar(0.03) * btScalar(i), /*fixed=*/false, 5 + i);
+  btSoftBody& piston = add_sheet(btScalar(0.12), /*fixed=*/true, 6);
+  btScalar fastest = 0;
+  for (int step = 0; step < 60; ++step) {
+    simulation_.step([&](btScalar) {
+      const btScalar speed = step < 10 ? btScalar(-0.36) : (step < 40 ? btScalar(0) : btScalar(1));
+      send(piston, btVector3(0, speed, 0));
+    });
+    EXPECT_EQ(count_intersections(), 0U) << "step " << step;
+    for (std::size_t b = 1; b < 4; ++b) {
+      for (int n = 0; n < bodies_[b]->m_nodes.size(); ++n) {
+        fastest = btMax(fastest, bodies_[b]->m_nodes[n].m_v.length());
+      }
+    }
+  }
+  EXPECT_LT(fastest, 2) << "the piston's own speed is 1";
+}
+
+}  // namespace
+}  // namespace softcd::test
