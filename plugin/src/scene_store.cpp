@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <exception>
 #include <iterator>
 #include <utility>
 
@@ -15,8 +14,6 @@
 
 namespace softcd {
 namespace {
-
-constexpr std::size_t kBlockSize = 2048;
 
 /// Room for `count` elements: a quarter more than that where the body has outgrown its place.
 std::uint32_t capacity_for(std::size_t count, const Place& place, bool is_placed) {
@@ -46,10 +43,6 @@ void append(std::vector<Range>& ranges, std::uint64_t begin, std::uint64_t end) 
 }
 void append(std::vector<Range>& ranges, const Place& place) {
   append(ranges, place.first, std::uint64_t{place.first} + place.capacity);
-}
-
-bool is_new_on_host(const Body& body) {
-  return body.positions.are_new() && !body.positions.are_on_device();
 }
 
 std::uint64_t end_of(const Place& place) {
@@ -149,10 +142,6 @@ void SceneStore::reserve(const Sizes& sizes) {
 
 void SceneStore::resize(const Sizes& sizes) noexcept {
   for_each_array([&](auto& array, const Kind& kind) { array.resize(sizes.*kind.size); });
-}
-
-bool SceneStore::has_positions_on_device() const {
-  return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.positions.are_on_device(); });
 }
 
 void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader) {
@@ -340,186 +329,6 @@ MeshView SceneStore::mesh_of(const Body& body) const {
           body.vertices.first,
           body.triangles.first,
           body.edges.first};
-}
-
-PositionArrays SceneStore::positions_of(const Body& body) {
-  return {x_t0_.data() + body.vertices.first, x_t1_.data() + body.vertices.first};
-}
-
-Extent SceneStore::extent_at(bool t0) const {
-  Extent extent;
-  for (const Body& body : bodies_) {
-    if (!body.positions.are_set()) continue;
-    const StepSurvey& survey = body.positions.survey();
-    extent.extend((t0 ? survey.t0 : survey.t1).extent);
-  }
-  return extent;
-}
-
-/// Of all positions at t1, and at t0.
-Extent SceneStore::extent(bool t0) const {
-  Extent extent = extent_at(false);
-  if (t0) extent.extend(extent_at(true));
-  return extent;
-}
-
-/// Reads what was set, once, unless the scene's origin moves. What is on the host cannot fail, and is read even where
-/// what is on a device does.
-void SceneStore::read_positions(const LookedAt& looked_at, DevicePositionReader* reader) {
-  const bool needs_t0 = needs_t0_ = looked_at.needs_t0();
-  for (Body& body : bodies_) {
-    if (body.positions.are_on_device()) continue;
-    if (body.positions.are_new()) {
-      body.positions.prepare_reading();
-    } else if (lacks_t0(body)) {
-      body.positions.survey_t0(origin_, body.vertices.count, positions_of(body));
-    }
-  }
-  read_new_positions(origin_, needs_t0);
-  std::exception_ptr device_problem;
-  const auto survey_on_device = [&](Vec3d origin, const auto& is_concerned) {
-    if (reader == nullptr || device_problem) return;
-    try {
-      survey_device_bodies(*reader, origin, is_concerned);
-    } catch (...) {
-      device_problem = std::current_exception();
-    }
-  };
-  survey_on_device(origin_, [&](const Body& body) { return body.positions.are_new() || lacks_t0(body); });
-  const Vec3d origin = origin_of(extent(looked_at.t0));
-  const bool has_moved = !(origin == origin_);
-  if (has_moved) {
-    read_new_positions(origin, needs_t0);
-    survey_on_device(origin, [](const Body& body) { return body.positions.given_t1().is_double(); });
-  }
-  for (Body& body : bodies_) {
-    if (body.positions.are_set()) finish_reading(body, origin);
-  }
-  origin_ = origin;
-  if (device_problem) {
-    for (Body& body : bodies_) body.positions.distrust_device();
-    std::rethrow_exception(device_problem);
-  }
-  if (reader != nullptr) take_strays_to_host(*reader);
-}
-
-/// Somebody looks at t0 who did not before.
-bool SceneStore::lacks_t0(const Body& body) const {
-  return needs_t0_ && body.positions.are_set() && !body.positions.is_t0_placed();
-}
-
-void SceneStore::finish_reading(Body& body, Vec3d origin) {
-  const bool has_moved = !(origin == origin_);
-  const bool are_new = body.positions.are_new();
-  if (are_new || has_moved || lacks_t0(body)) ++position_revision_;
-  if (body.positions.are_on_device()) {
-    body.unsent.x_t0 |= are_new || has_moved || lacks_t0(body);
-    body.positions.finish_reading(needs_t0_);
-  } else {
-    if (are_new) {
-      body.positions.finish_reading(needs_t0_);
-    } else if (has_moved) {
-      body.positions.move_origin(origin_, origin, body.vertices.count, positions_of(body));
-    }
-    const bool gets_t0 = lacks_t0(body);
-    if (gets_t0) body.positions.place_t0(origin, body.vertices.count, positions_of(body));
-    body.unsent.x_t0 |= are_new || has_moved || gets_t0;
-  }
-  body.unsent.x_t1 |= are_new || has_moved;
-}
-
-void SceneStore::read_new_positions(Vec3d origin, bool needs_t0) {
-  try {
-    read_in_parallel(origin, needs_t0);
-  } catch (...) {
-    // Without memory, or threads.
-    for (Body& body : bodies_) {
-      if (!is_new_on_host(body)) continue;
-      body.positions.set_survey(body.positions.read(0, body.vertices.count, origin, needs_t0, positions_of(body)));
-    }
-  }
-}
-
-void SceneStore::read_in_parallel(Vec3d origin, bool needs_t0) {
-  std::vector<Block> blocks;
-  for (Body& body : bodies_) {
-    if (!is_new_on_host(body)) continue;
-    append_blocks(body, blocks);
-  }
-  std::vector<StepSurvey> surveys(blocks.size());
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-    const Block& block = blocks[i];
-    surveys[i] = block.body->positions.read(block.begin, block.end, origin, needs_t0, positions_of(*block.body));
-  });
-  merge_surveys(blocks, surveys);
-}
-
-void SceneStore::append_blocks(Body& body, std::vector<Block>& blocks) {
-  for (std::size_t begin = 0; begin < body.vertices.count; begin += kBlockSize) {
-    blocks.push_back({&body, begin, std::min<std::size_t>(begin + kBlockSize, body.vertices.count)});
-  }
-}
-
-void SceneStore::merge_surveys(const std::vector<Block>& blocks, Span<const StepSurvey> surveys) {
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    StepSurvey survey = blocks[i].begin == 0 ? StepSurvey() : blocks[i].body->positions.survey();
-    survey.merge(surveys[i]);
-    blocks[i].body->positions.set_survey(survey);
-  }
-}
-
-template <class IsConcerned>
-void SceneStore::survey_device_bodies(DevicePositionReader& reader, Vec3d origin, const IsConcerned& is_concerned) {
-  std::vector<Block> blocks;
-  for (Body& body : bodies_) {
-    if (!body.positions.are_on_device() || !is_concerned(body)) continue;
-    append_blocks(body, blocks);
-    for (const Positions* const end : {&body.positions.given_t0(), &body.positions.given_t1()}) {
-      if (end->ready() != nullptr) reader.wait_for(end->ready());
-    }
-  }
-  if (blocks.empty()) return;
-  std::vector<SurveyedVertices> vertices(blocks.size());
-  std::transform(blocks.begin(), blocks.end(), vertices.begin(), [](const Block& block) {
-    const BodyPositions& positions = block.body->positions;
-    return SurveyedVertices{given(positions.given_t0()), given(positions.given_t1()), block.begin, block.end,
-                            positions.have_two_ends()};
-  });
-  merge_surveys(blocks, reader.survey(vertices, origin, needs_t0_));
-}
-
-void SceneStore::take_to_host(DevicePositionReader& reader) {
-  for (Body& body : bodies_) {
-    if (body.positions.are_on_device()) take_to_host(body, reader);
-  }
-}
-
-void SceneStore::take_strays_to_host(DevicePositionReader& reader) {
-  for (Body& body : bodies_) {
-    const StepSurvey& survey = body.positions.survey();
-    if (body.positions.are_on_device() && survey.t0.stray_count + survey.t1.stray_count > 0) take_to_host(body, reader);
-  }
-}
-
-void SceneStore::take_to_host(Body& body, DevicePositionReader& reader) {
-  BodyPositions& positions = body.positions;
-  const std::size_t size = position_size(positions.given_t1());
-  const std::size_t count = body.vertices.count;
-  std::vector<std::byte> x_t0(positions.have_two_ends() ? count * size : 0);
-  std::vector<std::byte> x_t1(count * size);
-  if (!x_t0.empty()) reader.copy(given(positions.given_t0()), count, x_t0.data());
-  reader.copy(given(positions.given_t1()), count, x_t1.data());
-  const bool is_double = positions.given_t1().is_double();
-  const auto on_host = [&](const std::vector<std::byte>& x) {
-    return is_double ? Positions(reinterpret_cast<const double*>(x.data()), count, size)
-                     : Positions(reinterpret_cast<const float*>(x.data()), count, size);
-  };
-  positions.set(on_host(x_t0.empty() ? x_t1 : x_t0), on_host(x_t1));
-  positions.prepare_reading();
-  positions.set_survey(positions.read(0, count, origin_, needs_t0_, positions_of(body)));
-  positions.finish_reading(needs_t0_);
-  if (lacks_t0(body)) positions.place_t0(origin_, count, positions_of(body));
-  body.unsent.x_t0 = body.unsent.x_t1 = true;
 }
 
 std::vector<std::uint32_t> SceneStore::strays_of(const Body& body, const LookedAt& looked_at) const {
