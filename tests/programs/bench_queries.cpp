@@ -21,8 +21,8 @@ class BenchQueries : public testing::Test {
 
 // Others answer the same questions: the program fails where they answer something else.
 TEST_F(BenchQueries, RaysAndPointsAreMeasured) {
-  const Result result = run("--questions 1000 --repeat 1 --json " + folder_.file("json") + " --markdown " +
-                            folder_.file("table.md"));
+  const Result result =
+      run("--questions 1000 --repeat 1 --json " + folder_.file("json") + " --markdown " + folder_.file("table.md"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, folder_.read("table.md"));
   EXPECT_THAT(result.output, HasSubstr("1000 rays"));
