@@ -39,7 +39,8 @@ class BulletScene final : public RivalScene {
     return hits;
   }
 
-  /// Its test takes rays that pass a triangle by for hits: 13 of 1,000 on the generated cloth on a ball.
+  /// Not compared with softcd's: of 1,000 rays at the generated cloth on a ball it reports 828 as hits, where softcd,
+  /// Embree and a test of every triangle in long double report 815.
   bool counts_exactly() const override { return false; }
 
   double sum_distances(const std::vector<QueryPoint>& /*points*/) const override { return -1; }

@@ -75,7 +75,7 @@ std::vector<Triangle> tetrahedron_faces(const btSoftBody& body) {
   return triangles;
 }
 
-bool is_same(const Triangle& a, const Triangle& b) {
+bool has_same_corners(const Triangle& a, const Triangle& b) {
   return std::equal(a.v, a.v + 3, b.v);
 }
 
@@ -135,7 +135,7 @@ class WorldRays::Bodies {
     member.last_call = call_;
     if (!is_known || !is_up_to_date(member.mesh, body) ||
         !std::equal(tetrahedra.begin(), tetrahedra.end(), member.tetrahedron_faces.begin(),
-                    member.tetrahedron_faces.end(), is_same)) {
+                    member.tetrahedron_faces.end(), has_same_corners)) {
       set_mesh(member, body, std::move(tetrahedra));
     }
     update_positions(member, body);

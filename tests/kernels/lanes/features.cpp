@@ -7,7 +7,6 @@
 #include <cfloat>
 #include <cstdint>
 #include <iterator>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -24,22 +23,14 @@ enum class Input {
   tiny,       ///< the same, so small that products underflow
   subnormal,  ///< the same, so small that many are not normal
   huge,       ///< the same, so large that products overflow
-  awkward,    ///< on the grid, and now and then infinite, NaN or at the ends of the range
+  awkward,    ///< on the grid, and now and then at the ends of the range
 };
 
+/// What a scene may have: triangles with vertices that are not finite, or beyond 1e37, are left out before. With NaN
+/// the generic functions are not the same either, when g++ 13 makes vectors of them.
 float awkward(Random& random) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  constexpr float kValues[] = {0.0F,
-                               -0.0F,
-                               FLT_TRUE_MIN,
-                               -FLT_TRUE_MIN,
-                               FLT_MIN,
-                               1.0F + FLT_EPSILON,
-                               FLT_MAX,
-                               -FLT_MAX,
-                               kInfinity,
-                               -kInfinity,
-                               std::numeric_limits<float>::quiet_NaN()};
+  constexpr float kValues[] = {0.0F,    -0.0F,   FLT_TRUE_MIN, -FLT_TRUE_MIN, FLT_MIN, 1.0F + FLT_EPSILON,
+                               1.0e37F, -1.0e37F};
   return kValues[random.below(static_cast<std::uint32_t>(std::size(kValues)))];
 }
 
