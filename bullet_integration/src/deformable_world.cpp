@@ -67,6 +67,7 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
 
   // Bullet's integrateTransforms(); where rigid objects go, anchors take their nodes.
   positionCorrection(time_step);
+  // NOLINTNEXTLINE(bugprone-parent-virtual-call): that of the class between would do the other two as well
   btMultiBodyDynamicsWorld::integrateTransforms(time_step);
   queries.prevent_crossings(step.body_span(), step.gate(), time_step);
   deformable_solver_->applyTransforms(time_step);
