@@ -14,6 +14,8 @@
 #include <tuple>
 #include <vector>
 
+#include "lanes/feature_pairs.hpp"
+#include "lanes/pair_tests.hpp"
 #include "output.hpp"
 #include "parallel_ranges.hpp"
 #include "radix_sort.hpp"

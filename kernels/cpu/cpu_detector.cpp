@@ -1,6 +1,4 @@
 #include "cpu_backend.hpp"
-#include "lanes/feature_pairs.hpp"
-#include "lanes/pair_tests.hpp"
 #include "softcd/pipeline/detector_on.hpp"
 
 namespace softcd {

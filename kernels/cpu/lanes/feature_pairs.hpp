@@ -1,8 +1,8 @@
 #pragma once
 
-#include "lanes/features.hpp"
+#include "../work_units.hpp"
+#include "features.hpp"
 #include "softcd/stages/feature_pairs.hpp"
-#include "work_units.hpp"
 
 namespace softcd::cpu {
 

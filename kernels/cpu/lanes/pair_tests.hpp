@@ -1,8 +1,8 @@
 #pragma once
 
-#include "lanes/partners.hpp"
+#include "../work_units.hpp"
+#include "partners.hpp"
 #include "softcd/stages/pair_tests.hpp"
-#include "work_units.hpp"
 
 namespace softcd::cpu {
 
