@@ -26,6 +26,11 @@ class NodeConstraint {
   bool is_anchored_ = false;
 };
 
+/// Whether others say where the node goes; `constraint` may be null.
+inline bool is_moved_by_others(const btSoftBody::Node& node, const NodeConstraint* constraint) {
+  return !(node.m_im > 0) || (constraint != nullptr && constraint->is_anchored());
+}
+
 /// The nodes of the deformable world with Node::m_constrained. In these directions answers to crossings leave their
 /// velocities alone, so that nothing is pushed into what is rigid. In others the nodes are as movable as their mass
 /// is: taken for immovable they would push what is in their way, and add energy.

@@ -3,9 +3,7 @@
 namespace softcd::bullet {
 
 bool HeldNodes::add(btSoftBody::Node& node) {
-  const NodeConstraint* constraint = constrained_.find(node);
-  const bool is_moved = !(node.m_im > 0) || (constraint != nullptr && constraint->is_anchored());
-  return !is_moved && nodes_.insert(&node).second;
+  return !is_moved_by_others(node, constrained_.find(node)) && nodes_.insert(&node).second;
 }
 
 bool HeldNodes::add(const std::vector<Impact>& impacts) {

@@ -163,11 +163,6 @@ bool ImpactZones::join(const std::vector<Impact>& impacts) {
   return has_joined;
 }
 
-bool ImpactZones::is_prescribed(const Node& node) const {
-  const NodeConstraint* constraint = constraint_of(node);
-  return !(node.m_im > 0) || (constraint != nullptr && constraint->is_anchored());
-}
-
 void ImpactZones::move_as_one() {
   std::unordered_map<const Node*, std::size_t> zone_of_root;
   std::vector<std::vector<Node*>> zones;

@@ -34,8 +34,7 @@ class ImpactZones {
   void keep_within_constraints(const std::vector<Node*>& zone, btVector3 Node::*velocity, RigidMotion& motion) const;
   Vec3d place_of(const Node& node) const;
   const NodeConstraint* constraint_of(const Node& node) const { return constraints_.at(&node); }
-  /// Whether others say where it goes.
-  bool is_prescribed(const Node& node) const;
+  bool is_prescribed(const Node& node) const { return is_moved_by_others(node, constraint_of(node)); }
 
   NodePosition start_;
   double time_step_;

@@ -15,6 +15,17 @@
 
 namespace softcd::test {
 
+/// What `call` throws.
+template <class Call>
+std::string error_of(const Call& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no exception";
+}
+
 /// Half the longest side of the box around both ends of every finite vertex.
 inline double half_extent_of(const Scene& scene) {
   double low = INFINITY;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "expectations.hpp"
 #include "mesh_generators.hpp"
 #include "random.hpp"
 #include "scene.hpp"
@@ -129,17 +130,6 @@ inline double extent_of(const Scene& bodies) {
 template <class T>
 std::vector<T> copy_of(Span<const T> values) {
   return {values.begin(), values.end()};
-}
-
-/// What `call` throws.
-template <class Call>
-std::string error_of(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no exception";
 }
 
 }  // namespace softcd::test

@@ -76,17 +76,6 @@ PipelineOptions alone(const QueryOptions& query) {
   return options;
 }
 
-/// What `call` throws.
-template <class Call>
-std::string error_of(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no exception";
-}
-
 TEST(Queries, of_one_scene_find_what_each_would_alone) {
   FilledScene filled(three_soups());
   std::vector<QueryOptions> all(6);

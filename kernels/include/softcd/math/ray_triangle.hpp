@@ -5,6 +5,7 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/spatial_query.hpp"
+#include "softcd/math/coordinate_range.hpp"
 #include "softcd/math/scalar.hpp"
 
 /// The watertight test of Woop, Benthin and Wald, Watertight Ray/Triangle Intersection (JCGT 2013), in double. Vertices
@@ -12,14 +13,6 @@
 /// asks, and on which side of a side's image the origin lies is decided exactly and is the opposite for the triangle on
 /// the other side: no ray slips through between triangles that share an edge, or around a vertex.
 namespace softcd {
-
-/// Coordinates further away count as not finite; see Positions.
-constexpr double kFurthestCoordinate = 1.0e37;
-
-SOFTCD_HD inline bool is_within_reach(Vec3d p) {
-  return magnitude(p.x) <= kFurthestCoordinate && magnitude(p.y) <= kFurthestCoordinate &&
-         magnitude(p.z) <= kFurthestCoordinate;
-}
 
 /// A ray as the test wants it, relative to the scene's origin.
 struct ShearedRay {
@@ -35,7 +28,7 @@ SOFTCD_HD inline bool shear(const Ray& ray, Vec3d scene_origin, ShearedRay& shea
   sheared.origin = ray.origin - scene_origin;
   sheared.direction = d;
   const bool is_finite = magnitude(d.x) <= DBL_MAX && magnitude(d.y) <= DBL_MAX && magnitude(d.z) <= DBL_MAX;
-  if (!is_finite || !is_within_reach(sheared.origin) || !(max_norm(d) > 0.0) || !(ray.t_min <= ray.t_max)) return false;
+  if (!is_finite || !is_usable(sheared.origin) || !(max_norm(d) > 0.0) || !(ray.t_min <= ray.t_max)) return false;
   sheared.kz = magnitude(d.x) >= magnitude(d.y) ? (magnitude(d.x) >= magnitude(d.z) ? 0 : 2)
                                                 : (magnitude(d.y) >= magnitude(d.z) ? 1 : 2);
   sheared.kx = sheared.kz == 2 ? 0 : sheared.kz + 1;

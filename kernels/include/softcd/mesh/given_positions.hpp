@@ -8,6 +8,7 @@
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/vec3.hpp"
+#include "softcd/math/coordinate_range.hpp"
 #include "softcd/math/scalar.hpp"
 
 namespace softcd {
@@ -74,13 +75,6 @@ SOFTCD_HD Vec3d position_at(const GivenPositions& positions, std::uint64_t verte
   const auto* const x =
       reinterpret_cast<const T*>(static_cast<const std::byte*>(positions.data) + vertex * positions.stride);
   return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-}
-
-/// Beyond 1e37 sums of two coordinates might overflow float32.
-SOFTCD_HD inline bool is_usable(const Vec3d& p) {
-  constexpr double kLargestCoordinate = 1.0e37;
-  return magnitude(p.x) <= kLargestCoordinate && magnitude(p.y) <= kLargestCoordinate &&
-         magnitude(p.z) <= kLargestCoordinate;
 }
 
 SOFTCD_HD inline double rounding_of(double x) {

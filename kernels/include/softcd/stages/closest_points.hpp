@@ -156,7 +156,7 @@ struct FindClosestPoint {
     const Vec3d p = points[i].point - scene.origin;
     const double max_distance = points[i].max_distance;
     ClosestPoint result;
-    if (is_within_reach(p) && max_distance >= 0.0) {
+    if (is_usable(p) && max_distance >= 0.0) {
       NearestVisitor visitor(scene, p, max_distance);
       visit_leaves(scene.bvh, visitor);
       if (visitor.best().place != kNoIndex) describe(visitor.best(), points[i].point, result);

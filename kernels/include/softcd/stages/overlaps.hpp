@@ -43,7 +43,7 @@ class SphereShape {
   SOFTCD_HD SphereShape(const QuerySphere& sphere, const ProbedSceneView& scene)
       : centre_(sphere.centre - scene.origin),
         squared_radius_(sphere.radius * sphere.radius),
-        is_usable_(is_within_reach(centre_) && sphere.radius >= 0.0),
+        is_usable_(softcd::is_usable(centre_) && sphere.radius >= 0.0),
         reach_(reach_of(squared_radius_, scene)) {}
 
   SOFTCD_HD bool is_usable() const { return is_usable_; }
@@ -80,7 +80,7 @@ class BoxShape {
  private:
   /// Beyond, there are no triangles.
   static SOFTCD_HD double within_reach(double x) {
-    return smaller(larger(x, -2.0 * kFurthestCoordinate), 2.0 * kFurthestCoordinate);
+    return smaller(larger(x, -2.0 * kLargestCoordinate), 2.0 * kLargestCoordinate);
   }
   static SOFTCD_HD Vec3d within_reach(Vec3d p) { return {within_reach(p.x), within_reach(p.y), within_reach(p.z)}; }
 
