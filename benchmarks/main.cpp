@@ -11,6 +11,7 @@
 #include "compare.hpp"
 #include "detector.hpp"
 #include "mesh_io/mesh_io.hpp"
+#include "ranks.hpp"
 #include "report.hpp"
 #include "softcd/version.hpp"
 #include "spatial_queries.hpp"
@@ -50,6 +51,8 @@ int main(int argc, char** argv) {
 #endif
     SpatialQueryOptions spatial_queries;
     add_spatial_queries(app, spatial_queries);
+    RankOptions ranks;
+    add_ranks(app, ranks);
     TradeOptions trade;
     add_trade(app, trade);
     CompareOptions compare;

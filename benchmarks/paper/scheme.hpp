@@ -13,6 +13,7 @@ class Cells;
 
 struct Scheme {
   using Control = paper::Control;
+  static constexpr bool kMayBePartitioned = false;
   using Split = paper::Split;
   template <class Backend>
   using SplitCells =

@@ -82,6 +82,7 @@ class DetectorOnDevice final : public Detector {
   }
   void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
   MemoryNeed memory_need() const override { return detector_->memory_need(); }
+  TestSamples test_samples() const override { return detector_->test_samples(); }
 
  private:
   int device_;

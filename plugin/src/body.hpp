@@ -31,6 +31,7 @@ struct Body {
   bool is_removed = false;  ///< only its place is left
   bool is_placed = false;   ///< in the scene's arrays; bodies that are not come after all that are
   BodySettings settings;
+  std::int32_t rank = -1;            ///< see BodyDesc
   std::optional<Topology> new_mesh;  ///< to be put into the scene's arrays
   Place vertices, triangles, edges;
   BodyPositions positions;

@@ -49,7 +49,8 @@ inline Selecting selecting(const QueryOptions& options, bool moves, std::uint64_
   return result;
 }
 
-inline DetectionSettings detection_settings(const QueryOptions& options, const PairSelection& pairs, bool moves) {
+inline DetectionSettings detection_settings(const QueryOptions& options, const PairSelection& pairs, bool moves,
+                                            const Partition& partition) {
   const bool has_pairs = pairs.pair_count > 0;
   return {.detection = options.detection,
           .accuracy = options.accuracy,
@@ -63,7 +64,8 @@ inline DetectionSettings detection_settings(const QueryOptions& options, const P
           .both_ends = moves || (measures_moves(options) && has_pairs),
           .at_t0 = options.detection == Detection::dcd && options.step_end == StepEnd::t0,
           .reuses_pairs = options.reuse_pairs,
-          .contacts_stay = options.contacts_on_device};
+          .contacts_stay = options.contacts_on_device,
+          .partition = partition};
 }
 
 }  // namespace softcd

@@ -42,6 +42,18 @@ StageReport explain_big(const Statistics& statistics) {
           fmt::format("{} triangles would take more cells than they are worth", statistics.big_triangles)};
 }
 
+StageReport explain_ranks(const Decisions& decisions, const Statistics& statistics) {
+  const std::uint64_t fewest = decisions.fewest_triangles_of_ranks;
+  if (statistics.triangles < fewest) {
+    return {"ranks", false,
+            fmt::format("rank 0 is done with {} triangles, fewer than {}, before several could be",
+                        statistics.triangles, fewest)};
+  }
+  return {"ranks", true,
+          fmt::format("rank {} of {} made {:.1f} % of the tests", decisions.rank, decisions.rank_count,
+                      100.0 * decisions.share_of_tests)};
+}
+
 StageReport explain_kind(const char* stage, bool wanted, std::uint64_t candidates) {
   if (!wanted) return {stage, false, "no two bodies that may touch both want it"};
   return {stage, true, fmt::format("{} candidates", candidates)};
@@ -67,6 +79,7 @@ std::vector<StageReport> explain_stages(const QueryOptions& options, const Decis
         {"detection", false, "no two bodies may touch, by their groups, masks, features, boxes and the pair filter"});
     return report;
   }
+  if (decisions.rank_count > 1) report.push_back(explain_ranks(decisions, statistics));
   report.push_back(explain_grid(options, statistics));
   report.push_back(explain_sweep(options, decisions));
   report.push_back(explain_subdivision(options, statistics));

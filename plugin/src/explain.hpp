@@ -16,6 +16,10 @@ struct Decisions {
   bool edge_edge = false;
   bool moves = false;                   ///< in a continuous detection: some vertex
   std::uint64_t without_positions = 0;  ///< bodies
+  int rank = 0;
+  int rank_count = 1;
+  std::uint64_t fewest_triangles_of_ranks = 0;  ///< fewer are one rank's
+  double share_of_tests = 1.0;                  ///< this rank's
 };
 
 std::vector<StageReport> explain_stages(const QueryOptions& options, const Decisions& decisions,

@@ -63,6 +63,9 @@ void Query::set_pair_filter(PairFilter filter) {
 std::shared_ptr<const void> Query::hold_contacts() {
   return core().hold_contacts();
 }
+std::vector<Contact> Query::gather_contacts() {
+  return core().gather_contacts();
+}
 const Statistics& Query::statistics() const {
   return core().statistics();
 }

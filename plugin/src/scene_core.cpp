@@ -45,19 +45,24 @@ LookedAt looked_at_by(const QueryOptions& options) {
 SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories)
     : options_(options), log_(std::move(log)), arena_(concurrency(options)) {
   validate_options(options);
+  const std::shared_ptr<RankLink>& link = options.communicator.link();
+  if (link != nullptr && link->size() > 1) ranks_ = std::make_unique<RankExchange>(link);
   use(detector_for(options, std::move(factories)));
 }
 
 BodyId SceneCore::add_body(const BodyDesc& desc) {
   const BodyId id = store_.next_id();
   validate_mesh(id, desc);
+  validate_rank(id, desc);
   return guarded([&] { return topology_problem(id, desc); }, [&] { return store_.add_body(desc); });
 }
 
 void SceneCore::update_body(BodyId id, const BodyDesc& desc) {
   Body& body = find(id);
   validate_mesh(id, desc);
+  validate_rank(id, desc);
   guarded([&] { return topology_problem(id, desc); }, [&] { store_.update_body(body, desc); });
+  if (ranks_ != nullptr) ranks_->forget(id);
 }
 
 void SceneCore::set_settings(BodyId id, const BodySettings& settings) {
@@ -68,20 +73,32 @@ void SceneCore::set_settings(BodyId id, const BodySettings& settings) {
 
 void SceneCore::remove_body(BodyId id) {
   store_.remove_body(find(id));
+  if (ranks_ != nullptr) ranks_->forget(id);
 }
 
 void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1) {
   Body& body = find(id);
   validate_positions(id, body.vertex_count(), x_t0, x_t1);
+  if (ranks_ != nullptr && ranks_->is_given_elsewhere(body)) {
+    throw InvalidInput(fmt::format("body {}: its positions are rank {}'s to set; this is rank {}.", id.value, body.rank,
+                                   options_.communicator.rank()));
+  }
   guarded([&] { return positions_problem(id, x_t1); },
           [&] {
             if (x_t1.is_on_device()) validate_on_device(body, x_t0, x_t1, detector_->position_reader());
-            store_.set_positions(body, x_t0, x_t1);
+            if (ranks_ != nullptr && ranks_->is_exchanged(body)) {
+              ranks_->set_positions(body, x_t0, x_t1);
+            } else {
+              store_.set_positions(body, x_t0, x_t1);
+            }
           });
 }
 
 void SceneCore::set_options(const SceneOptions& options) {
   validate_options(options);
+  if (options.communicator != options_.communicator) {
+    throw InvalidInput("a Scene keeps its communicator for as long as it lives; make another Scene.");
+  }
   const SceneOptions before = options_;
   const bool is_elsewhere = options.backend != before.backend || options.cuda_device != before.cuda_device ||
                             options.cuda_stream != before.cuda_stream;
@@ -118,6 +135,13 @@ void SceneCore::use(std::unique_ptr<SelectedDetector> detector) {
   if (detector_->may_use_device()) store_.share_positions();
 }
 
+void SceneCore::validate_rank(BodyId id, const BodyDesc& desc) const {
+  const int size = options_.communicator.size();
+  if (desc.rank >= -1 && desc.rank < size) return;
+  throw InvalidInput(
+      fmt::format("body {}: rank is {}; ranks count from 0 to {}, and -1 is all.", id.value, desc.rank, size - 1));
+}
+
 Body& SceneCore::find(BodyId id) {
   Body* const body = store_.find(id);
   if (body == nullptr) {
@@ -145,23 +169,58 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
     throw BackendError("contacts_on_device needs a Scene with Backend::cuda; else the CPU may have to take over.");
   }
   const Clock::time_point begin = Clock::now();
+  if (ranks_ != nullptr) meet_ranks(query.options_, pairs);
   PendingDetection& detection = query.detection_.emplace();
   try {
-    guarded_in_memory(
-        query.statistics_, [&] { return preparation_problem(); }, [&] { prepare(query, detection, pairs); });
-    if (detection.has_work) {
-      guarded_in_memory(
-          query.statistics_, [&] { return detection_problem(); },
-          [&] { detector_->start(store_, query.free_memories(), detection.input); });
-    }
+    start_detector(query, detection, pairs);
   } catch (...) {
-    query.detection_.reset();
-    throw;
+    if (ranks_ == nullptr) {
+      query.detection_.reset();
+      throw;
+    }
+    // The others have started theirs: all are told when they wait.
+    detection.has_work = false;
+    detection.problem = std::current_exception();
   }
   if (detection.has_work) running_ = &query;
   detection.statistics.backend = detector_->backend();
   detection.statistics.ms.transfer = detection.statistics.ms.total = milliseconds_since(begin);
   query.last_change_ = store_.last_change();
+}
+
+/// Before a detection: all ranks make the same one, and have all positions that were set.
+void SceneCore::meet_ranks(const QueryOptions& options, Pairs pairs) {
+  guarded([&] { return preparation_problem(); },
+          [&] {
+            ranks_->compare(store_.bodies(), options, pairs);
+            ranks_->exchange_positions(store_.bodies(), [&](BodyId id, const Positions& x_t0, const Positions& x_t1) {
+              store_.set_positions(find(id), x_t0, x_t1);
+            });
+          });
+}
+
+void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs) {
+  guarded_in_memory(
+      query.statistics_, [&] { return preparation_problem(); }, [&] { prepare(query, detection, pairs); });
+  if (!detection.has_work) return;
+  guarded_in_memory(
+      query.statistics_, [&] { return detection_problem(); },
+      [&] { detector_->start(store_, query.free_memories(), detection.input); });
+}
+
+void SceneCore::conclude(PendingDetection& detection) {
+  if (ranks_ != nullptr) {
+    guarded([] { return kNoMemoryAtAll; }, [&] { ranks_->conclude(detection.problem, detection.tests); });
+    detection.decisions.share_of_tests = ranks_->share_of_tests();
+  } else if (detection.problem) {
+    std::rethrow_exception(detection.problem);
+  }
+}
+
+std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
+  if (ranks_ == nullptr) return {contacts.begin(), contacts.end()};
+  return guarded([] { return "memory ran out for the contacts of all ranks. Free memory, or gather none."; },
+                 [&] { return ranks_->gather(contacts); });
 }
 
 /// Everything that a detection needs, but for the detector's start.
@@ -180,9 +239,14 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   detection.decisions = {
       size.bodies, selected.pair_count,          selected.self_count, selected.vertex_triangle, selected.edge_edge,
       moves,       size.bodies_without_positions};
-  const DetectionSettings settings = detection_settings(options, selected, moves);
+  const bool is_idle = ranks_ != nullptr && !ranks_->has_part(size.triangles);
+  const Partition partition = ranks_ != nullptr ? ranks_->partition(size.triangles) : Partition{};
+  detection.decisions.rank_count = options_.communicator.size();
+  detection.decisions.rank = options_.communicator.rank();
+  detection.decisions.fewest_triangles_of_ranks = ranks_ != nullptr ? ranks_->fewest_triangles() : 0;
+  const DetectionSettings settings = detection_settings(options, selected, moves, partition);
   detection.input = {selected.view(), settings, settings.both_ends || settings.at_t0, size.triangles};
-  detection.has_work = selected.pair_count + selected.self_count > 0;
+  detection.has_work = selected.pair_count + selected.self_count > 0 && !is_idle;
   detector_->set_memory_limit(options_.memory_limit);
 }
 
@@ -270,6 +334,7 @@ void SceneCore::finish_running() noexcept {
     Statistics found = detection.statistics;
     guarded_in_memory(
         query.statistics_, [&] { return detection_problem(); }, [&] { detection.contacts = detector_->finish(found); });
+    detection.tests = detector_->test_samples();
     found.ms.transfer += detection.statistics.ms.transfer;
     found.ms.total += detection.statistics.ms.total;
     detection.statistics = found;
@@ -395,12 +460,22 @@ Span<const Contact> QueryCore::finished(std::uint64_t number) {
     throw Error("a Ticket was waited for, but was before, or options were set that have ended its detection.");
   }
   if (scene_->is_running(*this)) scene_->finish_running();
-  const PendingDetection detection = *std::exchange(detection_, std::nullopt);
-  if (detection.problem) std::rethrow_exception(detection.problem);
+  PendingDetection detection = *std::exchange(detection_, std::nullopt);
+  scene_->conclude(detection);
   statistics_ = detection.statistics;
   decisions_ = detection.decisions;
   has_contacts_ = true;
-  return detection.contacts;
+  contacts_ = detection.contacts;
+  return contacts_;
+}
+
+std::vector<Contact> QueryCore::gather_contacts() {
+  if (!has_contacts_ || options_.contacts_on_device) {
+    throw Error(
+        "a Query has no contacts on the host to gather; wait for a detection first, and gather before the next "
+        "one is started.");
+  }
+  return scene_->gather(contacts_);
 }
 
 void QueryCore::set_options(const QueryOptions& options) {

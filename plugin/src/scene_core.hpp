@@ -11,6 +11,7 @@
 #include "explain.hpp"
 #include "guarded.hpp"
 #include "pair_selection.hpp"
+#include "rank_exchange.hpp"
 #include "scene_store.hpp"
 #include "selected_detector.hpp"
 #include "softcd/error.hpp"
@@ -32,6 +33,7 @@ struct PendingDetection {
   Decisions decisions;
   bool has_work = false;  ///< of the detector's
   Span<const Contact> contacts;
+  TestSamples tests;  ///< where it was one rank's
   std::exception_ptr problem;
 };
 
@@ -54,6 +56,7 @@ class QueryCore {
   const QueryOptions& options() const { return options_; }
   void set_pair_filter(PairFilter filter) { filter_ = std::move(filter); }
   std::shared_ptr<const void> hold_contacts();
+  std::vector<Contact> gather_contacts();
   const Statistics& statistics() const { return statistics_; }
   std::vector<StageReport> explain() const;
 
@@ -70,6 +73,7 @@ class QueryCore {
   /// The last detection's at the end, before them those that somebody holds.
   std::vector<std::shared_ptr<QueryMemories>> memories_;
   bool has_contacts_ = false;  ///< that were waited for, and are valid
+  Span<const Contact> contacts_;
   std::uint64_t last_number_ = 0;
   std::uint64_t last_change_ = 0;  ///< of the scene, when the last detection was started
   std::optional<PendingDetection> detection_;
@@ -106,6 +110,10 @@ class SceneCore {
   /// Ends what runs; there are no further detections.
   void close() noexcept;
   bool is_closed() const { return is_closed_; }
+  /// Throws what has gone wrong in a detection that is not running any more, on any rank.
+  void conclude(PendingDetection& detection);
+  /// All ranks' contacts, in order.
+  std::vector<Contact> gather(Span<const Contact> contacts);
 
   void enter(QueryCore& query) { queries_.push_back(&query); }
   void leave(const QueryCore& query) { std::erase(queries_, &query); }
@@ -117,6 +125,9 @@ class SceneCore {
 
  private:
   Body& find(BodyId id);
+  void validate_rank(BodyId id, const BodyDesc& desc) const;
+  void meet_ranks(const QueryOptions& options, Pairs pairs);
+  void start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs);
   std::unique_ptr<SelectedDetector> detector_for(const SceneOptions& options, DetectorFactories factories);
   void use(std::unique_ptr<SelectedDetector> detector);
   void settle(const LookedAt& by_next);
@@ -137,6 +148,7 @@ class SceneCore {
   LogCallback log_;
   tbb::task_arena arena_;  ///< of our own, so that whoever waits works on nothing but this scene
   SceneStore store_;
+  std::unique_ptr<RankExchange> ranks_;  ///< null where there is one
   std::unique_ptr<SelectedDetector> detector_;
   std::vector<QueryCore*> queries_;
   std::vector<ProbeCore*> probes_;

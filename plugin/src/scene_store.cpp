@@ -55,6 +55,7 @@ BodyId SceneStore::add_body(const BodyDesc& desc) {
   Body body;
   body.id = next_id();
   body.settings = desc.settings;
+  body.rank = desc.rank;
   Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count));
   body.vertices.next_capacity = mesh.vertex_count;
   body.triangles.next_capacity = static_cast<std::uint32_t>(mesh.triangles.size());
@@ -84,6 +85,7 @@ void SceneStore::update_body(Body& body, const BodyDesc& desc) {
   body.edges.next_capacity = edges;
   body.new_mesh = std::move(mesh);
   body.settings = desc.settings;
+  body.rank = desc.rank;
   body.positions.forget();
   change(body);
   has_new_layout_ = true;

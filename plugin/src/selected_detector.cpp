@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "softcd/error.hpp"
+#include "softcd/pipeline/rank_link.hpp"
 
 namespace softcd {
 
@@ -15,8 +16,10 @@ DetectorFactories machine_factories(const SceneOptions& options) {
   factories.device_problem = cuda_problem();
   if (!factories.device_problem.empty()) return factories;
   try {
-    factories.make_device = cuda_detector_factory(options.cuda_device, options.cuda_stream);
-    factories.make_reader = cuda_position_reader_factory(options.cuda_device);
+    const auto& ranks = options.communicator.link();
+    const int device = ranks != nullptr && ranks->device() >= 0 ? ranks->device() : options.cuda_device;
+    factories.make_device = cuda_detector_factory(device, options.cuda_stream);
+    factories.make_reader = cuda_position_reader_factory(device);
   } catch (const DeviceError& error) {
     factories.device_problem = error.what();
   }
@@ -189,6 +192,11 @@ void SelectedDetector::report_memory(Statistics& statistics) const {
 MemoryNeed SelectedDetector::memory_need() const {
   const Detector* const detector = detector_in_use();
   return detector != nullptr ? detector->memory_need() : MemoryNeed{};
+}
+
+TestSamples SelectedDetector::test_samples() const {
+  const Detector* const detector = detector_in_use();
+  return detector != nullptr ? detector->test_samples() : TestSamples{};
 }
 
 }  // namespace softcd

@@ -64,6 +64,8 @@ class SelectedDetector {
   void report_memory(Statistics& statistics) const;
   /// Of the start or finish that has thrown std::bad_alloc.
   MemoryNeed memory_need() const;
+  /// Of the last detection that was finished.
+  TestSamples test_samples() const;
 
   /// Where the last detection ran, or the next one is expected to.
   Backend backend() const { return backend_; }

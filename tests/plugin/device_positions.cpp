@@ -46,6 +46,7 @@ class CopyingDevice final : public Detector {
   }
   void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
   MemoryNeed memory_need() const override { return detector_->memory_need(); }
+  TestSamples test_samples() const override { return detector_->test_samples(); }
 
  private:
   static void follow(std::vector<Vec3f>& copy, Span<const Vec3f> values, const std::vector<Range>& changes,

@@ -38,6 +38,10 @@ void copy(Backend backend, void* to, const void* from, std::size_t bytes) {
     std::memcpy(to, from, bytes);
   }
 }
+
+void make_current(int device) {
+  check(cudaSetDevice(device));
+}
 #else
 void* allocate(Backend /*backend*/, std::size_t bytes) {
   return ::operator new(bytes);
@@ -50,9 +54,15 @@ void free_memory(Backend /*backend*/, void* memory) {
 void copy(Backend /*backend*/, void* to, const void* from, std::size_t bytes) {
   if (bytes > 0) std::memcpy(to, from, bytes);
 }
+
+void make_current(int /*device*/) {}
 #endif
 
 }  // namespace
+
+void use_device(int device) {
+  make_current(device);
+}
 
 DeviceMemory::DeviceMemory(Backend backend, std::size_t bytes)
     : backend_(backend), data_(static_cast<std::byte*>(allocate(backend, bytes))) {}

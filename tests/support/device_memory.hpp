@@ -7,6 +7,9 @@
 
 namespace softcd::test {
 
+/// From now on the calling thread's memory on the GPU is this device's.
+void use_device(int device);
+
 /// Bytes in a backend's memory: on the CPU the host's.
 class DeviceMemory {
  public:

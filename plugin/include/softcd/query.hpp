@@ -147,7 +147,12 @@ class SOFTCD_EXPORT Query {
   /// contacts are not valid any more. Giving it back counts as using the scene: one thread at a time.
   std::shared_ptr<const void> hold_contacts();
 
-  /// Of the last detection that was waited for.
+  /// Where the scene has a communicator: the contacts that all ranks' last detections found, in order, which all of
+  /// them ask for together; else those that were returned last. Throws Error when those are not valid any more, or on
+  /// the device.
+  std::vector<Contact> gather_contacts();
+
+  /// Of the last detection that was waited for, and of this rank's part of it.
   const Statistics& statistics() const;
   /// Which stages that detection ran or left out, and why.
   std::vector<StageReport> explain() const;

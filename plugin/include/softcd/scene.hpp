@@ -5,6 +5,7 @@
 #include <memory>
 #include <string_view>
 
+#include "softcd/communicator.hpp"
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
 #include "softcd/core/types.hpp"
@@ -47,6 +48,9 @@ struct BodyDesc {
   Span<const Triangle> triangles;  ///< read during the call
   std::uint32_t vertex_count = 0;
   BodySettings settings;
+  /// With SceneOptions::communicator: the only rank that sets the body's positions, which all others are given by the
+  /// next detection that is started. -1: every rank sets them, the same everywhere.
+  std::int32_t rank = -1;
 };
 
 enum class LogLevel : std::uint32_t { information, warning };
@@ -69,10 +73,12 @@ struct SceneOptions {
   /// A cudaStream_t that the GPU's work is enqueued on, which must live as long as the scene; null for a stream of
   /// the scene's own. No other work may be captured on it.
   void* cuda_stream = nullptr;
+  /// The ranks that detect in this scene together, for as long as it lives.
+  Communicator communicator;
 
   friend bool operator==(const SceneOptions& a, const SceneOptions& b) {
     return a.backend == b.backend && a.memory_limit == b.memory_limit && a.max_threads == b.max_threads &&
-           a.cuda_device == b.cuda_device && a.cuda_stream == b.cuda_stream;
+           a.cuda_device == b.cuda_device && a.cuda_stream == b.cuda_stream && a.communicator == b.communicator;
   }
   friend bool operator!=(const SceneOptions& a, const SceneOptions& b) { return !(a == b); }
 };

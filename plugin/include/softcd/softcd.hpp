@@ -24,6 +24,7 @@
 ///     const softcd::RayHit hit = probe.first_hit({eye, direction});
 
 #include "softcd/collision_pipeline.hpp"
+#include "softcd/communicator.hpp"
 #include "softcd/error.hpp"
 #include "softcd/positions.hpp"
 #include "softcd/probe.hpp"

@@ -20,6 +20,8 @@ struct Share {
   std::uint32_t index;
   std::uint32_t count;
 
+  friend bool operator==(const Share&, const Share&) = default;
+
   SOFTCD_HD std::uint64_t begin(std::uint64_t work) const { return bound(work, index); }
   SOFTCD_HD std::uint64_t end(std::uint64_t work) const { return bound(work, index + 1ULL); }
 

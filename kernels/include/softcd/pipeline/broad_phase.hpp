@@ -11,6 +11,7 @@
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/kept_pairs.hpp"
 #include "softcd/stages/pair_tests.hpp"
+#include "softcd/stages/shared_pairs.hpp"
 
 /// The broad phase's stage order, once for all backends: triangles in, triangle pairs out.
 namespace softcd {
@@ -52,7 +53,7 @@ class BroadPhaseStages {
   enum class Wanted { overlapping_volumes, meeting_triangles };
   void prepare(Wanted wanted) {
     const SizeHistograms sizes = measure_triangles();
-    typename Scheme::template Cells<Backend> cells(backend_, w_, scene_, settings_);
+    Cells cells = this->cells();
     backend_.run_once("choose_grid", cells.choose_grid(sizes));
     backend_.begin(Stage::assignment);
     cells.register_triangles();
@@ -122,6 +123,9 @@ class BroadPhaseStages {
 
  private:
   using Control = typename Scheme::Control;
+  using Cells = typename Scheme::template Cells<Backend>;
+
+  Cells cells() { return {backend_, w_, scene_, settings_}; }
 
   SizeHistograms measure_triangles() {
     constexpr int kBins = MeasureTriangle::kHistograms * kSizeBins;
@@ -169,6 +173,11 @@ class BroadPhaseStages {
                              Appender<CountTarget>{{}, &counters_->cells, 0});
     backend_.exclusive_scan("scan_tests", lists_.entries.count(counters_), w_.partner_count.data(),
                             w_.test_offsets.data(), &counters_->tests);
+    if (!settings_.partition.is_whole()) {
+      const SampleTests sample_tests{lists_.entries.template column<0>().data(), w_.test_offsets.data(),
+                                     lists_.entries.count(counters_), &counters_->tests, counters_->test_samples};
+      backend_.for_each("sample_tests", {&counters_->all, kTestSamples}, sample_tests);
+    }
   }
 
   template <bool kSwept, class Pairs>
@@ -192,19 +201,26 @@ class BroadPhaseStages {
       auto& flagged = lists_.flagged.template column<0>();
       backend_.sort_keys("sort_flagged", lists_.flagged.count(counters_), flagged,
                          32 + bits_for(scene_.triangle_count));
-      const auto keep_first = [&] {
-        backend_.for_each_append("keep_first", lists_.flagged.count(counters_), KeepFirst{flagged.data()},
-                                 pairs.appender(counters_));
-      };
+      const auto keep_first = [&] { keep_first_of(lists_.flagged.count(counters_), flagged.data(), pairs); };
       produce(backend_, counters_, keep_first, pairs);
     }
     if (lists_.bigs.capacity() == 0) return;
+    const std::uint64_t first = settings_.partition.rank.begin(scene_.triangle_count);
+    const std::uint64_t end = settings_.partition.rank.end(scene_.triangle_count);
     const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), lists_.bigs.template column<0>().data(),
-                                          lists_.bigs.count(counters_)};
+                                          lists_.bigs.count(counters_), static_cast<std::uint32_t>(first)};
     const auto test_against_big = [&] {
-      backend_.for_each_append("test_against_big", triangles(), test_big, pairs.appender(counters_));
+      backend_.for_each_append("test_against_big", {&counters_->all, end - first}, test_big, pairs.appender(counters_));
     };
     produce(backend_, counters_, test_against_big, pairs);
+  }
+
+  template <class Pairs>
+  void keep_first_of(Count count, const std::uint64_t* sorted, Pairs& pairs) {
+    if constexpr (Scheme::kMayBePartitioned) {
+      if (!settings_.partition.is_whole()) return cells().keep_own_first(count, sorted, pairs.appender(counters_));
+    }
+    backend_.for_each_append("keep_first", count, KeepFirst{sorted}, pairs.appender(counters_));
   }
 
   template <bool kSwept>

@@ -7,6 +7,7 @@
 
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
+#include "softcd/grid/partition.hpp"
 #include "softcd/mesh/given_positions.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/pipeline/spatial_queries.hpp"
@@ -76,8 +77,15 @@ struct DetectionSettings {
   bool at_t0;      ///< where not both count: t0 does
   bool reuses_pairs;
   bool contacts_stay;  ///< in the backend's memory
+  Partition partition;
 
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
+};
+
+/// How many tests a rank has made, and where: the cell of the test before which i / kTestSamples of them lie.
+struct TestSamples {
+  std::uint64_t tests = 0;
+  std::uint32_t cells[kTestSamples] = {};
 };
 
 /// What one query keeps on a backend from one detection to the next: its last contacts, and what it has learnt of the
@@ -125,6 +133,8 @@ class Detector {
   virtual void report_memory(Statistics& statistics) const = 0;
   /// Of the call that has thrown std::bad_alloc.
   virtual MemoryNeed memory_need() const = 0;
+  /// Of the last detection that was finished, where it was one rank's.
+  virtual TestSamples test_samples() const = 0;
 };
 
 /// Reads positions in a device's memory for the host. Throws DeviceError, or std::bad_alloc.

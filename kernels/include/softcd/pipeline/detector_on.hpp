@@ -98,7 +98,7 @@ class DetectorOn final : public Detector {
     first_chunk_ = 0;
     chunks_ = query_->revision == revision_ ? query_->chunks : 1;
     query_->orders_in_runs |= query_->revision != revision_;
-    may_keep_ = settings.reuses_pairs && chunks_ == 1 && !account_->is_limited();
+    may_keep_ = settings.reuses_pairs && chunks_ == 1 && !account_->is_limited() && settings.partition.is_whole();
     with_lists_or_without([&] {
       upload(query_->bodies, bodies.bodies);
       upload(query_->partner_begin, bodies.partner_begin);
@@ -136,6 +136,8 @@ class DetectorOn final : public Detector {
     query_->revision = revision_;
     const Span<const Contact> contacts = backend_.contacts(counters.contacts);
     report(counters, contacts, statistics);
+    test_samples_.tests = counters.tests;
+    std::copy(std::begin(counters.test_samples), std::end(counters.test_samples), test_samples_.cells);
     return contacts;
   }
 
@@ -162,6 +164,8 @@ class DetectorOn final : public Detector {
     const bool are_contacts = needs_ == MemoryNeed::For::lists && found_ * kBytesOfContact > bytes / 2;
     return {are_contacts ? MemoryNeed::For::contacts : needs_, bytes, found_};
   }
+
+  TestSamples test_samples() const override { return test_samples_; }
 
  private:
   template <class Buffer, class T>
@@ -254,7 +258,7 @@ class DetectorOn final : public Detector {
   /// First guesses, so that an ordinary first detection need not repeat a stage. None where memory is limited, or does
   /// not suffice.
   void guess_lists() {
-    const std::uint64_t triangles = scene_.triangle_count;
+    const std::uint64_t triangles = scene_.triangle_count / settings_.partition.rank.count;
     if (query_->guessed_for == triangles || account_->is_limited()) return;
     query_->guessed_for = triangles;
     Lists<Backend, Scheme>& lists = w_.lists;
@@ -493,6 +497,7 @@ class DetectorOn final : public Detector {
   bool has_reused_ = false;                         ///< pairs of an earlier look
   MemoryNeed::For needs_ = MemoryNeed::For::scene;  ///< what is being done
   std::uint64_t found_ = 0;                         ///< contacts, when memory ran out
+  TestSamples test_samples_;
   Backend backend_;  ///< the last, so that it goes first: it waits for work that uses all the others
 };
 

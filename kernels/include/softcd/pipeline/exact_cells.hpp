@@ -7,6 +7,7 @@
 #include "softcd/pipeline/workspace.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 #include "softcd/stages/grid_parameters.hpp"
+#include "softcd/stages/shared_pairs.hpp"
 #include "softcd/stages/split_cells.hpp"
 
 namespace softcd {
@@ -18,6 +19,8 @@ class ExactCells;
 /// those that they share two of them are tested.
 struct ExactScheme {
   using Control = ExactControl;
+  /// Several ranks may have a part each.
+  static constexpr bool kMayBePartitioned = true;
   /// A triangle that is represented by children.
   using Split = SplitRoot;
   /// The list that children mark their cells on, before these are entries.
@@ -50,8 +53,8 @@ class ExactCells {
   /// Entries of whole triangles, and the lists of those to split and of those tested against all.
   void register_triangles() {
     const Count triangles = {&counters_->scene.triangles, scene_.triangle_count};
-    const RegisterTriangle register_triangle{scene_, w_.volumes.data(), w_.shapes.data(), &counters_->grid,
-                                             subdivides()};
+    const RegisterTriangle register_triangle{scene_,           w_.volumes.data(), w_.shapes.data(),
+                                             &counters_->grid, subdivides(),      settings_.partition};
     produce(
         backend_, counters_,
         [&] {
@@ -64,6 +67,7 @@ class ExactCells {
   /// Entries of split triangles, one per cell, whose children were counted.
   void register_children(Count split_count) {
     const SplitRoot* roots = lists_.splits.template column<0>().data();
+    if (!settings_.partition.is_whole()) number_splits(split_count);
     w_.split_boxes.reserve(backend_, lists_.splits.capacity(), 0);
     w_.word_counts.reserve(backend_, lists_.splits.capacity(), 0);
     w_.word_offsets.reserve(backend_, lists_.splits.capacity(), 0);
@@ -77,8 +81,7 @@ class ExactCells {
                                   &counters_->split_cells);
         },
         lists_.split_cells);
-    const SplitBits bits{w_.split_boxes.data(), w_.word_offsets.data(), lists_.split_cells.template column<0>().data(),
-                         lists_.split_cells.capacity()};
+    const SplitBits bits = split_bits();
     backend_.for_each("clear_split_words", lists_.split_cells.count(counters_), ClearWord{bits.words});
     backend_.for_each_work("mark_children", split_count, w_.child_offsets.data(), &counters_->children,
                            MarkChild{scene_, w_.shapes.data(), roots, &counters_->grid, bits});
@@ -86,13 +89,35 @@ class ExactCells {
         backend_, counters_,
         [&] {
           backend_.for_each_work("register_marked_cells", split_count, w_.word_offsets.data(), &counters_->split_cells,
-                                 RegisterMarkedCells{scene_, w_.shapes.data(), roots, bits},
+                                 RegisterMarkedCells{scene_, w_.shapes.data(), roots, bits, settings_.partition},
                                  lists_.entries.appender(counters_));
         },
         lists_.entries);
   }
 
+  /// As KeepFirst, where there are several ranks.
+  template <class Pairs>
+  void keep_own_first(Count count, const std::uint64_t* sorted, Pairs pairs) {
+    backend_.for_each_append("keep_own_first", count,
+                             KeepOwnFirst{sorted, settings_.partition, w_.volumes.data(), &counters_->grid,
+                                          w_.split_of.data(), split_bits()},
+                             pairs);
+  }
+
  private:
+  void number_splits(Count split_count) {
+    w_.split_of.reserve(backend_, scene_.triangle_count, 0);
+    backend_.for_each("forget_splits", {&counters_->scene.triangles, scene_.triangle_count},
+                      ForgetSplit{w_.split_of.data()});
+    backend_.for_each("number_splits", split_count,
+                      NumberSplit{lists_.splits.template column<0>().data(), w_.split_of.data()});
+  }
+
+  SplitBits split_bits() {
+    return {w_.split_boxes.data(), w_.word_offsets.data(), lists_.split_cells.template column<0>().data(),
+            lists_.split_cells.capacity()};
+  }
+
   Backend& backend_;
   Workspace<Backend, ExactScheme>& w_;
   Lists<Backend, ExactScheme>& lists_;

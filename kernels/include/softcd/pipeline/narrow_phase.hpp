@@ -132,18 +132,20 @@ class NarrowPhaseStages {
         [&] {
           test_neighbours<ContactKind::vertex_triangle, kSwept>(
               "test_vertex_triangle_neighbours", mirror_.vertex_triangle_neighbours.data(),
-              {&counters_->scene.vertex_triangle_neighbours, counts_.vertex_triangle_neighbours}, lists_.vt_candidates);
+              counts_.vertex_triangle_neighbours, lists_.vt_candidates);
         },
         [&] {
-          test_neighbours<ContactKind::edge_edge, kSwept>(
-              "test_edge_edge_neighbours", mirror_.edge_edge_neighbours.data(),
-              {&counters_->scene.edge_edge_neighbours, counts_.edge_edge_neighbours}, lists_.ee_candidates);
+          test_neighbours<ContactKind::edge_edge, kSwept>("test_edge_edge_neighbours",
+                                                          mirror_.edge_edge_neighbours.data(),
+                                                          counts_.edge_edge_neighbours, lists_.ee_candidates);
         });
   }
 
   template <ContactKind kKind, bool kSwept, class Candidates>
-  void test_neighbours(const char* label, const std::uint64_t* neighbours, Count count, Candidates& candidates) {
-    const TestNeighbours<kKind, kSwept> test{{scene_}, neighbours};
+  void test_neighbours(const char* label, const std::uint64_t* neighbours, std::uint64_t all, Candidates& candidates) {
+    const std::uint64_t first = settings_.partition.rank.begin(all);
+    const Count count = {&counters_->all, settings_.partition.rank.end(all) - first};
+    const TestNeighbours<kKind, kSwept> test{{scene_}, neighbours + first};
     produce(
         backend_, counters_,
         [&] { backend_.for_each_part_filtered(label, count, test, candidates.appender(counters_)); }, candidates);

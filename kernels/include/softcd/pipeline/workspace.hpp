@@ -59,10 +59,11 @@ struct Counters {
   ChunkCounts done, most;                     ///< of the chunks before: together, and in one
   float earliest_toi;
   GridParameters grid;
-  std::uint64_t active, escaped;  ///< triangles, see FindEscaped
-  float headroom;                 ///< 0, or the least that is less: see MeasureHeadroom
-  std::uint64_t kept;             ///< pairs that a look keeps, or has kept
-  std::uint64_t vt_contacts;      ///< where contacts stay in the backend's memory
+  std::uint64_t active, escaped;             ///< triangles, see FindEscaped
+  float headroom;                            ///< 0, or the least that is less: see MeasureHeadroom
+  std::uint64_t kept;                        ///< pairs that a look keeps, or has kept
+  std::uint64_t vt_contacts;                 ///< where contacts stay in the backend's memory
+  std::uint32_t test_samples[kTestSamples];  ///< see TestSamples
 };
 
 /// Begins the next chunk.
@@ -348,6 +349,7 @@ struct Workspace {
   Buffer<SplitBox> split_boxes;
   Buffer<std::uint32_t> word_counts;
   Buffer<std::uint64_t> word_offsets;
+  Buffer<std::uint32_t> split_of;  ///< per triangle, where there are several ranks; see NumberSplit
   // Per entry:
   Buffer<BoxedEntry> boxed_entries;
   Buffer<std::uint32_t> partner_begin, partner_count;

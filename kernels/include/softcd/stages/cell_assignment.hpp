@@ -4,6 +4,7 @@
 
 #include "softcd/core/count.hpp"
 #include "softcd/grid/control_bits.hpp"
+#include "softcd/grid/partition.hpp"
 #include "softcd/grid/uniform_grid.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
@@ -73,6 +74,7 @@ struct RegisterTriangle {
   TriangleShape* shapes;
   const GridParameters* grid;
   bool subdivision;
+  Partition partition;
 
   SOFTCD_HD Registration load_item(std::uint32_t t) const {
     Registration work{};
@@ -91,6 +93,9 @@ struct RegisterTriangle {
     if (level > 0 && !pay_off(split_cells(shape))) return work;
     if (level == 0 && span > kFewCellsAcross && !pay_off(whole_cells(volume, shape))) return work;
     work.placement = level > 0 ? Placement::split : Placement::whole;
+    if (level == 0 && !partition.is_whole() && !partition.has_layers(work.cells.lo[2], work.cells.hi[2])) {
+      work.placement = Placement::nowhere;
+    }
     work.level = static_cast<std::uint32_t>(level);
     work.body = scene.triangle_body[t];
     work.bits = entry_bits(ExactControl::pack(0, false, span <= 2), work.body, wanted_features(shape.flags));
@@ -127,6 +132,13 @@ struct RegisterTriangle {
     return 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
   }
 
+  SOFTCD_HD std::uint32_t own_cells(CellInterval row, int y, int z) const {
+    if (partition.is_whole()) return static_cast<std::uint32_t>(row.hi - row.lo + 1);
+    std::uint32_t count = 0;
+    for (int x = row.lo; x <= row.hi; ++x) count += partition.has(Cell{x, y, z}) ? 1U : 0U;
+    return count;
+  }
+
   template <class Entries>
   SOFTCD_HD void register_row(const Registration& work, std::uint32_t part, Entries& entries) const {
     const IntegerDop& cells = work.cells;
@@ -135,8 +147,9 @@ struct RegisterTriangle {
     const int y = cells.lo[1] + static_cast<int>(part) % rows_in_layer;
     if (cells.row(y, z).empty()) return;
     const CellRow row(cells, y, z);
-    auto room = entries.allocate(static_cast<std::uint32_t>(row.cells.hi - row.cells.lo + 1));
+    auto room = entries.allocate(own_cells(row.cells, y, z));
     for (int x = row.cells.lo; x <= row.cells.hi; ++x) {
+      if (!partition.has(Cell{x, y, z})) continue;
       const std::uint32_t mask = row.mask(x);
       const std::uint32_t rank = entry_rank(scene, work.body, missing_face_neighbours(mask));
       room.put(KeyedEntry{entry_key(cell_index(Cell{x, y, z}), rank),

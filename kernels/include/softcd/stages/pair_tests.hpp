@@ -177,21 +177,23 @@ struct TestPair {
   static constexpr std::uint32_t kFlaggedPair = 1U << 31;  ///< a spare bit of Entry
 };
 
-/// Triangle t against every triangle on the BIG list, each pair once.
+/// A rank's triangle t against every triangle on the BIG list, each pair once.
 template <bool kSwept>
 struct TestAgainstBig {
   PairTest<kSwept> test;
   const std::uint32_t* bigs;
   Count big_count;
+  std::uint32_t first_triangle = 0;
 
   template <class Pairs>
-  SOFTCD_HD void operator()(std::uint32_t t, Pairs& pairs) const {
+  SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs) const {
+    const std::uint32_t t = first_triangle + i;
     if (is_empty(test.volumes[t])) return;
     const Entry a = test.entry_of(t);
     const std::uint32_t touchable = test.touchable_classes(a);
     const bool is_big = (test.shapes[t].flags & kBigTriangle) != 0U;
-    for (std::uint64_t i = 0; i < big_count.get(); ++i) {
-      const std::uint32_t big = bigs[i];
+    for (std::uint64_t k = 0; k < big_count.get(); ++k) {
+      const std::uint32_t big = bigs[k];
       if (t == big || (is_big && t < big)) continue;
       const Entry b = test.entry_of(big);
       if (!test.classes_may_touch(touchable, b) || !test.own_features(a, b)) continue;

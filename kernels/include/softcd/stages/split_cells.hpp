@@ -112,6 +112,7 @@ struct RegisterMarkedCells {
   const TriangleShape* shapes;
   const SplitRoot* splits;
   SplitBits bits;
+  Partition partition;
 
   template <class Entries>
   SOFTCD_HD void operator()(std::uint32_t split, std::uint32_t k, Entries& entries) const {
@@ -130,9 +131,10 @@ struct RegisterMarkedCells {
     const std::uint32_t root = splits[split].root;
     const std::uint32_t body = scene.triangle_body[root];
     const std::uint32_t features = wanted_features(shapes[root].flags);
-    auto room = entries.allocate(count_bits(marked));
+    const std::uint32_t registered = own_bits(marked, {box.x + 32 * word, box.y + y, box.z + z});
+    auto room = entries.allocate(count_bits(registered));
     for (int bit = 0; bit < 32; ++bit) {
-      if (((marked >> bit) & 1U) == 0U) continue;
+      if (((registered >> bit) & 1U) == 0U) continue;
       std::uint32_t mask = static_cast<std::uint32_t>((own >> bit) & 1U) << 12;
       for (int r = 0; r < 4; ++r) mask |= static_cast<std::uint32_t>((rows[r] >> bit) & 7U) << (3 * r);
       const std::uint32_t rank = entry_rank(scene, body, missing_face_neighbours(mask));
@@ -143,6 +145,14 @@ struct RegisterMarkedCells {
   }
 
  private:
+  /// The bits of a row of cells from `first` on that are the rank's.
+  SOFTCD_HD std::uint32_t own_bits(std::uint32_t marked, Cell first) const {
+    if (partition.is_whole()) return marked;
+    for (int bit = 0; bit < 32; ++bit) {
+      if (!partition.has(Cell{first.x + bit, first.y, first.z})) marked &= ~(1U << bit);
+    }
+    return marked;
+  }
   /// Bits 0 to 33: the cells from the one before the word to the one after it.
   SOFTCD_HD std::uint64_t around(std::uint32_t split, const SplitBox& box, int word, int y, int z) const {
     if (y < 0 || z < 0 || y >= box.height) return 0;

@@ -1,0 +1,134 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/count.hpp"
+#include "softcd/grid/partition.hpp"
+#include "softcd/mesh/triangle_edges.hpp"
+#include "softcd/stages/cell_assignment.hpp"
+#include "softcd/stages/split_cells.hpp"
+
+/// Several ranks find pairs of split triangles in several cells, as one detection finds them several times. The rank
+/// that has the first cell of both keeps them, which each rank finds out alone: all know where all children are.
+namespace softcd {
+
+struct ForgetSplit {
+  std::uint32_t* split_of;
+
+  SOFTCD_HD void operator()(std::uint32_t triangle) const { split_of[triangle] = kNoIndex; }
+};
+
+/// split_of[t] is where triangle t is among the split ones.
+struct NumberSplit {
+  const SplitRoot* splits;
+  std::uint32_t* split_of;
+
+  SOFTCD_HD void operator()(std::uint32_t split) const { split_of[splits[split].root] = split; }
+};
+
+SOFTCD_HD inline int lowest_bit(std::uint32_t word) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(word)) - 1;
+#else
+  return __builtin_ctz(word);
+#endif
+}
+
+/// The cells that a triangle is registered in, whole or split, row by row.
+class TriangleCells {
+ public:
+  SOFTCD_HD TriangleCells(const Kdop18& volume, float inverse_cell_size, std::uint32_t split, const SplitBits& bits)
+      : cells_(integer_dop(volume, inverse_cell_size)),
+        box_(split == kNoIndex ? SplitBox{} : bits.boxes[split]),
+        words_(split == kNoIndex ? nullptr : bits.of(split)) {}
+
+  SOFTCD_HD int lo(int axis) const { return cells_.lo[axis]; }
+  SOFTCD_HD int hi(int axis) const { return cells_.hi[axis]; }
+
+  /// Bit i says whether it is in cell (x + i, y, z), which is within its box for i = 0.
+  SOFTCD_HD std::uint32_t bits_from(int x, int y, int z) const {
+    if (words_ == nullptr) return bits_of(cells_.row(y, z), x);
+    const auto row = static_cast<std::uint32_t>((z - box_.z) * box_.height + (y - box_.y));
+    const std::uint32_t* word = words_ + row * box_.words_per_row() + static_cast<std::uint32_t>(x - box_.x) / 32U;
+    const std::uint32_t shift = static_cast<std::uint32_t>(x - box_.x) & 31U;
+    const bool has_next = static_cast<std::uint32_t>(x - box_.x) / 32U + 1U < box_.words_per_row();
+    return shift == 0U ? *word : (*word >> shift) | (has_next ? word[1] << (32U - shift) : 0U);
+  }
+
+ private:
+  static SOFTCD_HD std::uint32_t bits_of(CellInterval row, int x) {
+    const int first = larger(row.lo - x, 0);
+    const int last = smaller(row.hi - x, 31);
+    return last < first ? 0U : (0xFFFFFFFFU >> (31 - (last - first))) << first;
+  }
+
+  IntegerDop cells_;
+  SplitBox box_;
+  const std::uint32_t* words_;  ///< null where the triangle is whole
+};
+
+/// Sets `cell` to the first that both are in, by z, then y, then x; false where there is none.
+SOFTCD_HD inline bool first_common_cell(const TriangleCells& a, const TriangleCells& b, Cell& cell) {
+  const int begin = larger(a.lo(0), b.lo(0));
+  const int end = smaller(a.hi(0), b.hi(0));
+  for (int z = larger(a.lo(2), b.lo(2)); z <= smaller(a.hi(2), b.hi(2)); ++z) {
+    for (int y = larger(a.lo(1), b.lo(1)); y <= smaller(a.hi(1), b.hi(1)); ++y) {
+      for (int x = begin; x <= end; x += 32) {
+        const std::uint32_t common = a.bits_from(x, y, z) & b.bits_from(x, y, z);
+        if (common == 0U) continue;
+        cell = {x + lowest_bit(common), y, z};
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Keeps the first of each run of equal pairs where it is the rank's.
+struct KeepOwnFirst {
+  const std::uint64_t* pairs;
+  Partition partition;
+  const Kdop18* volumes;
+  const GridParameters* grid;
+  const std::uint32_t* split_of;
+  SplitBits bits;
+
+  template <class Pairs>
+  SOFTCD_HD void operator()(std::uint32_t i, Pairs& kept) const {
+    if (i > 0 && pairs[i - 1] == pairs[i]) return;
+    const auto a = static_cast<std::uint32_t>(pairs[i] >> 32);
+    const auto b = static_cast<std::uint32_t>(pairs[i]);
+    if (!have_room(a) || !have_room(b)) return;
+    Cell cell{};
+    // They met in one of this rank's; were there none, a pair too often would be better than one that is lost.
+    const bool is_found = first_common_cell(cells_of(a), cells_of(b), cell);
+    if (!is_found || partition.has(cell)) kept.push(pairs[i]);
+  }
+
+ private:
+  /// What does not fit has the detection repeated.
+  SOFTCD_HD bool have_room(std::uint32_t t) const { return split_of[t] == kNoIndex || bits.has(split_of[t]); }
+  SOFTCD_HD TriangleCells cells_of(std::uint32_t t) const {
+    return {volumes[t], grid->inverse_cell_size, split_of[t], bits};
+  }
+};
+
+/// Where the tests of sorted entries are, see TestSamples.
+struct SampleTests {
+  const std::uint32_t* keys;
+  const std::uint64_t* test_offsets;
+  Count entries;
+  const std::uint64_t* tests;
+  std::uint32_t* cells;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    const std::uint64_t count = entries.get();
+    if (count == 0) return;
+    const std::uint64_t wanted = *tests * i / kTestSamples;
+    // The last entry whose tests begin there, or before: those with none of their own come first.
+    const std::uint64_t after = lower_bound_index<std::uint64_t>(test_offsets, 0, count, wanted + 1);
+    cells[i] = key_cell(keys[after - 1]);
+  }
+};
+
+}  // namespace softcd

@@ -1,0 +1,172 @@
+#include "softcd/communicator.hpp"
+
+#include <fmt/format.h>
+
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <utility>
+
+#include "guarded.hpp"
+#include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/rank_link.hpp"
+
+namespace softcd {
+namespace {
+
+void validate_size(int size) {
+  if (size < 1) throw InvalidInput(fmt::format("{} ranks were asked for; there must be at least 1.", size));
+}
+
+/// Where threads meet, which are ranks.
+class MeetingPoint {
+ public:
+  MeetingPoint(int size, std::chrono::milliseconds patience) : patience_(patience), given_(std::size_t(size)) {}
+
+  int size() const { return static_cast<int>(given_.size()); }
+
+  void all_gather(int rank, const void* mine, std::uint64_t bytes, void* all) {
+    {
+      std::unique_lock lock(mutex_);
+      given_[static_cast<std::size_t>(rank)] = {mine, bytes};
+      meet(lock);
+    }
+    bool is_equal = true;
+    for (std::size_t r = 0; r < given_.size(); ++r) {
+      is_equal &= given_[r].bytes == bytes;
+      if (is_equal && bytes > 0) std::memcpy(static_cast<std::byte*>(all) + r * bytes, given_[r].data, bytes);
+    }
+    std::unique_lock lock(mutex_);
+    meet(lock);
+    if (!is_equal) fail("ranks exchange different numbers of bytes");
+  }
+
+ private:
+  struct Given {
+    const void* data = nullptr;
+    std::uint64_t bytes = 0;
+  };
+
+  void meet(std::unique_lock<std::mutex>& lock) {
+    if (is_broken_) throw LinkError("a rank has failed to take part before");
+    const std::uint64_t round = round_;
+    if (++arrived_ == size()) {
+      arrived_ = 0;
+      ++round_;
+      all_are_there_.notify_all();
+      return;
+    }
+    const bool are_there =
+        all_are_there_.wait_for(lock, patience_, [&] { return round_ != round || is_broken_; }) && round_ != round;
+    if (!are_there) fail(fmt::format("another rank has not taken part within {} ms", patience_.count()));
+  }
+
+  [[noreturn]] void fail(const std::string& problem) {
+    is_broken_ = true;
+    all_are_there_.notify_all();
+    throw LinkError(problem);
+  }
+
+  std::chrono::milliseconds patience_;
+  std::mutex mutex_;
+  std::condition_variable all_are_there_;
+  std::vector<Given> given_;
+  int arrived_ = 0;
+  std::uint64_t round_ = 0;
+  bool is_broken_ = false;
+};
+
+class ThreadLink final : public RankLink {
+ public:
+  ThreadLink(int rank, std::shared_ptr<MeetingPoint> place) : rank_(rank), place_(std::move(place)) {}
+
+  int rank() const override { return rank_; }
+  int size() const override { return place_->size(); }
+  void all_gather(const void* mine, std::uint64_t bytes, void* all) override {
+    place_->all_gather(rank_, mine, bytes, all);
+  }
+
+ private:
+  int rank_;
+  std::shared_ptr<MeetingPoint> place_;
+};
+
+class CallerLink final : public RankLink {
+ public:
+  CallerLink(int rank, int size, Communicator::AllGather all_gather)
+      : rank_(rank), size_(size), all_gather_(std::move(all_gather)) {}
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+  void all_gather(const void* mine, std::uint64_t bytes, void* all) override {
+    call_back(all_gather_, mine, static_cast<std::size_t>(bytes), all);
+  }
+
+ private:
+  int rank_;
+  int size_;
+  Communicator::AllGather all_gather_;
+};
+
+void require_nccl() {
+  const std::string problem = nccl_problem();
+  if (!problem.empty()) throw BackendError(fmt::format("NCCL cannot be used: {}.", problem));
+}
+
+/// Calls f, which makes links.
+template <class F>
+auto made(const F& f) {
+  try {
+    return f();
+  } catch (const LinkError& error) {
+    throw BackendError(error.what());
+  } catch (const DeviceError& error) {
+    throw BackendError(error.what());
+  }
+}
+
+}  // namespace
+
+Communicator::Communicator(std::shared_ptr<RankLink> link) : link_(std::move(link)) {}
+
+Communicator::Communicator(int rank, int size, AllGather all_gather) {
+  validate_size(size);
+  if (rank < 0 || rank >= size) {
+    throw InvalidInput(fmt::format("rank is {} of {}; ranks count from 0.", rank, size));
+  }
+  if (!all_gather) throw InvalidInput("all_gather is empty; give a function that does as MPI_Allgather.");
+  link_ = std::make_shared<CallerLink>(rank, size, std::move(all_gather));
+}
+
+std::vector<Communicator> Communicator::of_threads(int size, std::chrono::milliseconds patience) {
+  validate_size(size);
+  const auto place = std::make_shared<MeetingPoint>(size, patience);
+  std::vector<Communicator> ranks;
+  for (int rank = 0; rank < size; ++rank) ranks.push_back(Communicator(std::make_shared<ThreadLink>(rank, place)));
+  return ranks;
+}
+
+Communicator Communicator::of_nccl(void* comm, void* stream, std::chrono::milliseconds patience) {
+  require_nccl();
+  return Communicator(made([&] { return make_nccl_link(comm, stream, patience); }));
+}
+
+std::vector<Communicator> Communicator::of_devices(Span<const int> devices, std::chrono::milliseconds patience) {
+  validate_size(static_cast<int>(devices.size()));
+  require_nccl();
+  std::vector<Communicator> ranks;
+  for (std::shared_ptr<RankLink>& link : made([&] { return make_nccl_links(devices, patience); })) {
+    ranks.push_back(Communicator(std::move(link)));
+  }
+  return ranks;
+}
+
+int Communicator::rank() const {
+  return link_ == nullptr ? 0 : link_->rank();
+}
+
+int Communicator::size() const {
+  return link_ == nullptr ? 1 : link_->size();
+}
+
+}  // namespace softcd
