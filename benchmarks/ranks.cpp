@@ -46,6 +46,7 @@ struct Result {
   double wait_ms = 0;        ///< median of the slowest rank's
   double work_ms = 0;        ///< of the rank with most: its detection without transfers
   double least_work_ms = 0;  ///< of the rank with least
+  StageTimes stages;         ///< of the rank with most
   std::uint64_t triangles = 0, contacts = 0, peak_bytes = 0, checksum = 0;
 };
 
@@ -219,6 +220,7 @@ class Benchmark {
       for (std::size_t i = 0; i < waits.size(); ++i) waits[i] = std::max(waits[i], rank.waits[i]);
       const StageTimes stages = demo::median(rank.stages);
       const double work = stages.total - stages.transfer;
+      if (work >= result.work_ms) result.stages = stages;
       result.work_ms = std::max(result.work_ms, work);
       result.least_work_ms = &rank == &ranks.front() ? work : std::min(result.least_work_ms, work);
       result.contacts += rank.contacts;
@@ -240,18 +242,20 @@ class Benchmark {
                 fmt::format("{:.3f}", result.work_ms), fmt::format("{:.2f}", first.wait_ms / result.wait_ms),
                 fmt::format("{:.1f}", static_cast<double>(result.peak_bytes) / 1e6),
                 fmt::format("{:.2f}", static_cast<double>(result.peak_bytes) / static_cast<double>(first.peak_bytes))});
-    json_["rows"].push_back({{"scene", result.scene},
-                             {"detection", is_ccd ? "ccd" : "dcd"},
-                             {"accuracy", demo::name_of(demo::kAccuracies, result.mode.accuracy)},
-                             {"weak", options_.is_weak},
-                             {"triangles", result.triangles},
-                             {"contacts", result.contacts},
-                             {"contacts_checksum", fmt::format("{:016x}", result.checksum)},
-                             {"ranks", result.ranks},
-                             {"wait_ms", result.wait_ms},
-                             {"least_work_ms", result.least_work_ms},
-                             {"most_work_ms", result.work_ms},
-                             {"peak_bytes", result.peak_bytes}});
+    nlohmann::ordered_json row = {{"scene", result.scene},
+                                  {"detection", is_ccd ? "ccd" : "dcd"},
+                                  {"accuracy", demo::name_of(demo::kAccuracies, result.mode.accuracy)},
+                                  {"weak", options_.is_weak},
+                                  {"triangles", result.triangles},
+                                  {"contacts", result.contacts},
+                                  {"contacts_checksum", fmt::format("{:016x}", result.checksum)},
+                                  {"ranks", result.ranks},
+                                  {"wait_ms", result.wait_ms},
+                                  {"least_work_ms", result.least_work_ms},
+                                  {"most_work_ms", result.work_ms},
+                                  {"peak_bytes", result.peak_bytes}};
+    for (const demo::StageTime& stage : demo::kStageTimes) row["ms"][stage.name] = result.stages.*stage.ms;
+    json_["rows"].push_back(row);
   }
 
   const RankOptions& options_;

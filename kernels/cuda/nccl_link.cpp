@@ -9,6 +9,7 @@
 #include "check.hpp"
 #include "device_guard.hpp"
 #include "device_memory.hpp"
+#include "softcd/pipeline/meeting_point.hpp"
 #include "softcd/pipeline/rank_link.hpp"
 
 namespace softcd {
@@ -74,9 +75,11 @@ void check_nccl(ncclResult_t result, const char* what) {
 
 class NcclLink final : public RankLink {
  public:
-  /// `stream` null: one of its own, as the communicator is then.
-  NcclLink(ncclComm_t comm, cudaStream_t stream, std::chrono::milliseconds patience)
-      : comm_(comm), stream_(stream), is_own_(stream == nullptr), patience_(patience) {
+  /// Of ranks that are threads of this process, which meet at `place`: the communicator and its stream are its own
+  /// then.
+  NcclLink(ncclComm_t comm, cudaStream_t stream, std::chrono::milliseconds patience,
+           std::shared_ptr<MeetingPoint> place = nullptr)
+      : comm_(comm), stream_(stream), is_own_(place != nullptr), patience_(patience), place_(std::move(place)) {
     const Nccl& nccl = Nccl::instance();
     check_nccl(nccl.user_rank(comm_, &rank_), "ncclCommUserRank");
     check_nccl(nccl.count(comm_, &size_), "ncclCommCount");
@@ -102,6 +105,7 @@ class NcclLink final : public RankLink {
   int device() const override { return device_; }
 
   void all_gather(const void* mine, std::uint64_t bytes, void* all) override {
+    if (place_ != nullptr) return place_->all_gather(rank_, mine, bytes, all);
     const DeviceGuard guard(device_);
     const std::uint64_t all_bytes = bytes * static_cast<std::uint64_t>(size_);
     host_.reserve(all_bytes);
@@ -144,6 +148,9 @@ class NcclLink final : public RankLink {
     for (const DeviceBroadcast& one : all) {
       if (one.root == rank_ && one.count > 0) take(one);
     }
+    // A kernel that waits for another GPU's keeps that one's thread from taking or freeing memory, which may have to
+    // come before.
+    if (place_ != nullptr) place_->meet();
     talk([&](const Nccl& nccl) {
       ncclResult_t result = nccl.group_start();
       for (const DeviceBroadcast& one : all) {
@@ -204,6 +211,7 @@ class NcclLink final : public RankLink {
   cudaStream_t stream_;
   bool is_own_;
   std::chrono::milliseconds patience_;
+  std::shared_ptr<MeetingPoint> place_;
   int rank_ = 0;
   int size_ = 1;
   int device_ = 0;
@@ -225,7 +233,8 @@ std::vector<std::shared_ptr<RankLink>> make_nccl_links(Span<const int> devices, 
   check_nccl(Nccl::instance().init_all(comms.data(), static_cast<int>(devices.size()), devices.data()),
              "ncclCommInitAll");
   std::vector<std::shared_ptr<RankLink>> links;
-  for (ncclComm_t comm : comms) links.push_back(std::make_shared<NcclLink>(comm, nullptr, patience));
+  const auto place = std::make_shared<MeetingPoint>(static_cast<int>(devices.size()), patience);
+  for (ncclComm_t comm : comms) links.push_back(std::make_shared<NcclLink>(comm, nullptr, patience, place));
   return links;
 }
 

@@ -2,13 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <condition_variable>
-#include <cstring>
-#include <mutex>
 #include <utility>
 
 #include "guarded.hpp"
 #include "softcd/pipeline/detector.hpp"
+#include "softcd/pipeline/meeting_point.hpp"
 #include "softcd/pipeline/rank_link.hpp"
 
 namespace softcd {
@@ -17,64 +15,6 @@ namespace {
 void validate_size(int size) {
   if (size < 1) throw InvalidInput(fmt::format("{} ranks were asked for; there must be at least 1.", size));
 }
-
-/// Where threads meet, which are ranks.
-class MeetingPoint {
- public:
-  MeetingPoint(int size, std::chrono::milliseconds patience) : patience_(patience), given_(std::size_t(size)) {}
-
-  int size() const { return static_cast<int>(given_.size()); }
-
-  void all_gather(int rank, const void* mine, std::uint64_t bytes, void* all) {
-    {
-      std::unique_lock lock(mutex_);
-      given_[static_cast<std::size_t>(rank)] = {mine, bytes};
-      meet(lock);
-    }
-    bool is_equal = true;
-    for (std::size_t r = 0; r < given_.size(); ++r) {
-      is_equal &= given_[r].bytes == bytes;
-      if (is_equal && bytes > 0) std::memcpy(static_cast<std::byte*>(all) + r * bytes, given_[r].data, bytes);
-    }
-    std::unique_lock lock(mutex_);
-    meet(lock);
-    if (!is_equal) fail("ranks exchange different numbers of bytes");
-  }
-
- private:
-  struct Given {
-    const void* data = nullptr;
-    std::uint64_t bytes = 0;
-  };
-
-  void meet(std::unique_lock<std::mutex>& lock) {
-    if (is_broken_) throw LinkError("a rank has failed to take part before");
-    const std::uint64_t round = round_;
-    if (++arrived_ == size()) {
-      arrived_ = 0;
-      ++round_;
-      all_are_there_.notify_all();
-      return;
-    }
-    const bool are_there =
-        all_are_there_.wait_for(lock, patience_, [&] { return round_ != round || is_broken_; }) && round_ != round;
-    if (!are_there) fail(fmt::format("another rank has not taken part within {} ms", patience_.count()));
-  }
-
-  [[noreturn]] void fail(const std::string& problem) {
-    is_broken_ = true;
-    all_are_there_.notify_all();
-    throw LinkError(problem);
-  }
-
-  std::chrono::milliseconds patience_;
-  std::mutex mutex_;
-  std::condition_variable all_are_there_;
-  std::vector<Given> given_;
-  int arrived_ = 0;
-  std::uint64_t round_ = 0;
-  bool is_broken_ = false;
-};
 
 class ThreadLink final : public RankLink {
  public:

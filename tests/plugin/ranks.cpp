@@ -252,6 +252,28 @@ TEST(Ranks, in_parts_where_one_has_little_memory) {
   EXPECT_GT(in_parts, 0);
 }
 
+TEST(Ranks, have_room_for_what_does_not_fit_one) {
+  const Scene scene = mixed_sizes();
+  const PipelineOptions options = test_options(Detection::ccd);
+  const std::vector<Contact> expected = detect_once(scene, options);
+  // The least that one can do with, to a twentieth.
+  PipelineOptions limited = options;
+  for (std::uint64_t limit = outcome_of(scene, options).statistics.peak_bytes;; limit -= limit / 20) {
+    limited.memory_limit = limit;
+    try {
+      detect_once(scene, limited);
+    } catch (const OutOfMemory&) {
+      break;
+    }
+  }
+  expect_no_problem(in_ranks(Communicator::of_threads(2), [&](const Communicator& rank) {
+    RankScene part(scene, rank, limited);
+    part.set_positions(scene);
+    part.query().detect();
+    EXPECT_TRUE(identical(expected, part.query().gather_contacts()));
+  }));
+}
+
 TEST(Ranks, are_all_told_what_goes_wrong_on_one) {
   const Scene scene = crumpled();
   const PipelineOptions options = test_options(Detection::ccd);

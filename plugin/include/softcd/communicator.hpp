@@ -38,12 +38,11 @@ class SOFTCD_EXPORT Communicator {
   Communicator(int rank, int size, AllGather all_gather);
   /// Of ranks that are threads of this process, one for each.
   static std::vector<Communicator> of_threads(int size, std::chrono::milliseconds patience = kPatience);
-  /// `comm` is an ncclComm_t, and `stream` a cudaStream_t of its device, which the caller keeps as long as this is
-  /// used, and destroys. The scene must be on that device, with Backend::cuda. Throws BackendError where the library
-  /// was built without NCCL, or it cannot be loaded.
+  /// Of processes with a CUDA device each. `comm` is an ncclComm_t, and `stream` a cudaStream_t of its device, which
+  /// the caller keeps as long as this is used, and destroys. The scene is on that device. Throws BackendError where the
+  /// library was built without NCCL, or libnccl.so.2 cannot be loaded.
   static Communicator of_nccl(void* comm, void* stream, std::chrono::milliseconds patience = kPatience);
-  /// By NCCL between CUDA devices, as cudaGetDeviceCount counts them, of this process: one for a thread each. Throws
-  /// as of_nccl.
+  /// Of threads of this process with a CUDA device each, as cudaGetDeviceCount counts them, by NCCL. Throws as of_nccl.
   static std::vector<Communicator> of_devices(Span<const int> devices, std::chrono::milliseconds patience = kPatience);
 
   int rank() const;
