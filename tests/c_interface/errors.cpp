@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -236,6 +237,21 @@ TEST_F(CErrors, a_callback_that_throws) {
   ASSERT_EQ(softcd_query_set_pair_filter(query(), filter, nullptr), SOFTCD_OK);
   EXPECT_EQ(softcd_query_start(query(), SOFTCD_PAIRS_ALL), SOFTCD_ERROR);
   EXPECT_STRNE(softcd_last_error(), "");
+  ASSERT_EQ(softcd_query_set_pair_filter(query(), nullptr, nullptr), SOFTCD_OK);
+}
+
+TEST_F(CErrors, a_long_text_ends_with_a_whole_character) {
+  const softcd_pair_filter filter = [](void* beginning, softcd_body, softcd_body) -> std::uint32_t {
+    std::string text = static_cast<const char*>(beginning);
+    for (int i = 0; i < 1000; ++i) text += "\u00e9";  // two bytes
+    throw std::runtime_error(text);
+  };
+  for (char beginning[2] = {'x', '\0'}; const std::size_t length : {1023U, 1022U}) {
+    ASSERT_EQ(softcd_query_set_pair_filter(query(), filter, beginning), SOFTCD_OK);
+    EXPECT_EQ(softcd_query_start(query(), SOFTCD_PAIRS_ALL), SOFTCD_ERROR);
+    EXPECT_EQ(std::strlen(softcd_last_error()), length);
+    beginning[0] = '\0';
+  }
   ASSERT_EQ(softcd_query_set_pair_filter(query(), nullptr, nullptr), SOFTCD_OK);
 }
 

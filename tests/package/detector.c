@@ -22,8 +22,8 @@ static softcd_status detect(softcd_scene* scene, softcd_query* query, uint64_t* 
 
 /* Its argument is the version that the package says it has. */
 int main(int count, char** arguments) {
-  const int has_version = count == 2 && strcmp(arguments[1], SOFTCD_VERSION_STRING) == 0 &&
-                          softcd_version() == SOFTCD_VERSION;
+  const int has_version =
+      count == 2 && strcmp(arguments[1], SOFTCD_VERSION_STRING) == 0 && softcd_version() == SOFTCD_VERSION;
   softcd_scene* scene = NULL;
   softcd_query* query = NULL;
   uint64_t contacts = 0;
