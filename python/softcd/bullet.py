@@ -40,7 +40,8 @@ def attach(client: int = 0, **settings: str | int | bool) -> Attachment:
 
 
 class Attachment:
-    """softcd in a world of PyBullet's. resetSimulation and disconnect end it; so does leaving a `with` statement."""
+    """softcd in a world of PyBullet's, also when nobody keeps this object. detach(), resetSimulation, disconnect and
+    the end of a `with` statement end it."""
 
     def __init__(self, client: int, plugin: int) -> None:
         self._client = client

@@ -143,6 +143,18 @@ def test_a_disconnect_ends_the_attachment(world):
         attachment.finish_step()
 
 
+def test_clients_do_not_share_anything(world, tmp_path):
+    other = World(tmp_path, world.kind)
+    try:
+        attachments = [softcd.bullet.attach(each.client, detection="ccd") for each in (world, other)]
+        pybullet.unloadPlugin(attachments[1]._plugin, physicsClientId=other.client)
+        for each in (world, other):
+            each.throw(60, 2)
+        assert world.nodes_below() == 0 and other.nodes_below() == SIDE * SIDE
+    finally:
+        pybullet.disconnect(other.client)
+
+
 def test_nothing_else_is_seen_of_it(world):
     before = pybullet.getOverlappingObjects([-9, -9, -9], [9, 9, 9], physicsClientId=world.client)
     with softcd.bullet.attach(world.client) as attachment:
