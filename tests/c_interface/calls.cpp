@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <vector>
 
+#include "device_memory.hpp"
 #include "handles.hpp"
 #include "softcd/softcd.hpp"
 
@@ -143,6 +145,38 @@ TEST_F(CCalls, options_are_changed_later) {
   scene_options.max_threads = 1;
   ASSERT_EQ(softcd_scene_set_options(scene(), &scene_options), SOFTCD_OK);
   EXPECT_EQ(detect(), 1U);
+}
+
+// On a GPU nothing passes the bus but the count.
+TEST_F(CCalls, both_ends_may_stay_on_a_device) {
+  const Backend backend = backend_under_test();
+  if (backend != Backend::cuda) GTEST_SKIP() << "of a GPU";
+  DeviceMemory lower(backend, sizeof kLower);
+  DeviceMemory upper(backend, sizeof kUpper);
+  lower.write(kLower, sizeof kLower);
+  upper.write(kUpper, sizeof kUpper);
+  softcd_positions x = positions(reinterpret_cast<const float*>(lower.data()));
+  x.memory = SOFTCD_CUDA_DEVICE;
+  ASSERT_EQ(softcd_scene_set_positions(scene(), lower_, nullptr, &x), SOFTCD_OK) << softcd_last_error();
+  x.data = upper.data();
+  ASSERT_EQ(softcd_scene_set_positions(scene(), upper_, nullptr, &x), SOFTCD_OK) << softcd_last_error();
+
+  softcd_query_options options{};
+  ASSERT_EQ(softcd_query_options_init(&options, sizeof options), SOFTCD_OK);
+  options.contacts_on_device = 1;
+  ASSERT_EQ(softcd_query_set_options(query(), &options), SOFTCD_OK);
+  const softcd_contact* contacts = nullptr;
+  std::uint64_t count = 0;
+  std::int32_t device = -1;
+  ASSERT_EQ(softcd_query_start(query(), SOFTCD_PAIRS_ALL), SOFTCD_OK) << softcd_last_error();
+  ASSERT_EQ(softcd_query_wait_on_device(query(), &contacts, &count, &device), SOFTCD_OK) << softcd_last_error();
+  ASSERT_EQ(count, 1U);
+  EXPECT_GE(device, 0);
+  const std::vector<std::byte> bytes = read_device(backend, contacts, sizeof(softcd_contact));
+  softcd_contact contact{};
+  std::memcpy(&contact, bytes.data(), sizeof contact);
+  EXPECT_EQ(contact.body_a, upper_);
+  EXPECT_EQ(contact.body_b, lower_);
 }
 
 class CProbes : public TwoTriangles {

@@ -62,12 +62,15 @@ TEST_F(FailedCCalls, are_out_of_memory_or_do_without) {
 }
 
 TEST_F(FailedCCalls, scenes_that_cannot_be_made) {
+  softcd_scene_options options{};
+  ASSERT_EQ(softcd_scene_options_init(&options, sizeof options), SOFTCD_OK);
+  options.backend = SOFTCD_BACKEND_CPU;
   const std::uint64_t failures = for_every_allocation([&](std::uint64_t n) {
     softcd_scene* made = scene();
     softcd_status status = SOFTCD_OK;
     {
       const FailingAllocation failing(n);
-      status = softcd_scene_create(nullptr, &made);
+      status = softcd_scene_create(&options, &made);
     }
     EXPECT_EQ(made == nullptr, status != SOFTCD_OK);
     EXPECT_TRUE(status == SOFTCD_OK || status == SOFTCD_OUT_OF_MEMORY) << softcd_last_error();
