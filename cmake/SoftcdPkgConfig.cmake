@@ -20,7 +20,7 @@ set(softcd_pc_libs "")
 if(NOT softcd_is_shared)
   set(softcd_pc_requires "fmt, libhwy, tbb")
   set(softcd_pc_bullet_requires "tbb")
-  set(softcd_pc_libs "-pthread")
+  set(softcd_pc_libs "-pthread -lstdc++ -lm")  # C programs ask for neither of the last two
   if(SOFTCD_HAS_CUDA)
     string(PREPEND softcd_pc_libs "${CUDA_cudart_static_LIBRARY} -ldl -lrt ")
   endif()

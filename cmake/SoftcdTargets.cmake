@@ -3,9 +3,9 @@
 # Sanitizers reach every target, so that no part of a program is compiled without them.
 set(SOFTCD_SANITIZE "" CACHE STRING "Sanitizers of the whole build, e.g. address,undefined or thread")
 if(SOFTCD_SANITIZE)
-  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${SOFTCD_SANITIZE}>
-                      $<$<COMPILE_LANGUAGE:CXX>:-fno-omit-frame-pointer>
-                      $<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize-recover=all>)
+  add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-fsanitize=${SOFTCD_SANITIZE}>
+                      $<$<COMPILE_LANGUAGE:C,CXX>:-fno-omit-frame-pointer>
+                      $<$<COMPILE_LANGUAGE:C,CXX>:-fno-sanitize-recover=all>)
   add_link_options(-fsanitize=${SOFTCD_SANITIZE})
 endif()
 

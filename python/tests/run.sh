@@ -11,6 +11,7 @@ there and runs python/tests with pytest, which ARGUMENTs go to.
 
   PYTHON=python3            the interpreter to build for, 3.10 or newer
   SOFTCD_CUDA=auto|on|off   the CUDA backend; off here where nothing is said
+  SOFTCD_PYBULLET_SOURCE=   PyBullet's sources: builds the plugin for it too, and tests it in that version's wheel
 
 Exit code 77: the interpreter, its headers or venv are missing, or no package index can be reached.
 TEXT
@@ -42,8 +43,13 @@ rm -rf "$build/venv" "$build/wheel"
 pip=("$build/venv/bin/python" -m pip --quiet --disable-pip-version-check)
 "${pip[@]}" install pytest numpy || skip "pip cannot fetch pytest and numpy"
 
-"${pip[@]}" wheel "$root/python" --no-deps --wheel-dir "$build/wheel" -C build-dir="$build/{wheel_tag}" \
-  -C cmake.define.SOFTCD_CUDA="${cuda^^}"
+defines=(-C cmake.define.SOFTCD_CUDA="${cuda^^}")
+if [ -n "${SOFTCD_PYBULLET_SOURCE:-}" ]; then
+  pybullet=$(sed -n "s/^ *version *= *'\([0-9.]*\)'.*/\1/p" "$SOFTCD_PYBULLET_SOURCE/setup.py")
+  "${pip[@]}" install --only-binary :all: "pybullet==$pybullet" || skip "pip cannot fetch PyBullet $pybullet"
+  defines+=(-C cmake.define.SOFTCD_PYBULLET_SOURCE="$(cd "$SOFTCD_PYBULLET_SOURCE" && pwd)")
+fi
+"${pip[@]}" wheel "$root/python" --no-deps --wheel-dir "$build/wheel" -C build-dir="$build/{wheel_tag}" "${defines[@]}"
 "${pip[@]}" install "$build"/wheel/softcd-*.whl
 cd "$root/python/tests"
 exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"

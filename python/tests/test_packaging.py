@@ -21,4 +21,16 @@ def test_annotations_are_installed():
 
 def test_everything_public_is_there():
     assert all(hasattr(softcd, name) for name in softcd.__all__)
-    assert {name for name in vars(softcd) if not name.startswith("_")} <= set(softcd.__all__)
+    names = {name for name in vars(softcd) if not name.startswith("_")}
+    assert names <= {*softcd.__all__, "bullet"}  # which is there when it is imported by itself
+
+
+def test_licences_of_what_is_bundled_are_installed():
+    texts = [file for file in importlib.metadata.files("softcd") if "licenses" in file.parts]
+    packages = {file.parent.name for file in texts}
+    bundled = {file.name.split(".")[0] for file in FOLDER.glob("lib*.so*")}
+    for name in ["softcd", "nanobind", *bundled]:
+        assert any(package.startswith(name) for package in packages), name
+    joined = "\n".join(file.read_text() for file in texts)
+    for words in ("provided 'as-is'", "Wenzel Jakob", "Victor Zverovich", "Google LLC", "Apache License"):
+        assert words in joined

@@ -98,6 +98,8 @@ class AnswerLists {
   }
   /// All answers, those of one question behind those of the one before.
   Span<const T> all() const { return answers_; }
+  /// Where each question's answers begin in all(), and where the last one's end: none where there are no questions.
+  Span<const std::uint64_t> begins() const { return begins_; }
 
  private:
   Span<const std::uint64_t> begins_;

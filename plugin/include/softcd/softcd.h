@@ -1,0 +1,453 @@
+#ifndef SOFTCD_SOFTCD_H
+#define SOFTCD_SOFTCD_H
+
+/**
+ * softcd's interface for C, and for languages that bind to it. Valid as C99 and as C++; the C++ interface is
+ * softcd/softcd.hpp, which this one is a thin layer over.
+ *
+ *     softcd_scene* scene;
+ *     softcd_query* query;
+ *     softcd_body cloth;
+ *     softcd_scene_create(NULL, &scene);
+ *     softcd_query_create(scene, NULL, &query);
+ *     softcd_scene_add_body(scene, triangles, triangle_count, vertex_count, NULL, &cloth);
+ *
+ *     const softcd_positions x = {sizeof x, SOFTCD_FLOAT32, SOFTCD_HOST, positions, vertex_count, 12, NULL};
+ *     softcd_scene_set_positions(scene, cloth, NULL, &x);
+ *     softcd_query_detect(query, SOFTCD_PAIRS_ALL, &contacts, &count);
+ *
+ * Errors. Functions return SOFTCD_OK, or what has gone wrong, which softcd_last_error() puts into words; everything is
+ * as it was then, and usable. No exception leaves a function. A pointer is required unless it is said that it may be
+ * NULL: where it is, the function returns SOFTCD_INVALID_INPUT. Results are written where all went well, else 0, or
+ * SOFTCD_NO_BODY.
+ *
+ * Threads. One thread at a time for a scene with its queries and probes; several scenes may be used from several
+ * threads.
+ *
+ * Handles are pointers that a ..._create() returns, to be given to ..._destroy() once. Queries and probes of a scene
+ * that was destroyed return SOFTCD_ERROR, and are still to be destroyed.
+ *
+ * Binary interface. Structs that softcd reads or fills in begin with struct_size, sizeof of the struct, by which it
+ * knows the caller's version; a size that it does not know is SOFTCD_INVALID_INPUT. ..._init() writes the defaults, as
+ * a NULL in place of the struct gives. Compatible versions of softcd only add functions, values, and members at the end
+ * of such structs. Structs without struct_size, of which softcd reads or returns arrays, stay as they are. Enumerations
+ * are integers of 32 bits, as are truth values: 0 is false, all else true. Shared libraries show these names with the
+ * version, so that incompatible ones can be in one process.
+ */
+
+/* NOLINTBEGIN(modernize-*, readability-identifier-naming): C has neither C++'s words nor its namespaces. */
+
+#include <stdint.h>
+
+/* Both have nothing but macros. */
+#include "softcd/export.hpp"
+#include "softcd/version.hpp"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** The library's SOFTCD_VERSION (softcd/version.hpp), 10203 for version 1.2.3; the headers' is the macro. */
+SOFTCD_EXPORT uint32_t softcd_version(void);
+
+/* -- Errors -------------------------------------------------------------------------------------------------------- */
+
+typedef int32_t softcd_status;
+enum {
+  SOFTCD_OK = 0,
+  /** All that is none of the others: a detection waited for twice, a scene that is gone. */
+  SOFTCD_ERROR = 1,
+  /** The caller's data cannot be used: NULL, an index out of range, arrays of unequal length, an option out of its
+   *  range, a struct_size of another version. */
+  SOFTCD_INVALID_INPUT = 2,
+  /** SOFTCD_BACKEND_CUDA was asked for and cannot be had: not built in, no device, or the device failed. */
+  SOFTCD_BACKEND_ERROR = 3,
+  /** A mesh, its positions or a detection would need more memory than there is. */
+  SOFTCD_OUT_OF_MEMORY = 4
+};
+
+/** The problem, its cause and the remedy, in UTF-8, of the last function that failed on the calling thread; "" where
+ *  none has. Cut off after 1023 bytes. Valid until the thread's next call that fails. */
+SOFTCD_EXPORT const char* softcd_last_error(void);
+
+/* -- Scenes -------------------------------------------------------------------------------------------------------- */
+
+/** Bodies, of which queries find the contacts, and which probes are asked about. Everything may be called while a
+ *  detection runs, and concerns the next one that is started. */
+typedef struct softcd_scene softcd_scene;
+
+/** A body's number for as long as it is in its scene. Numbers of removed bodies are not used again. */
+typedef uint32_t softcd_body;
+#define SOFTCD_NO_BODY UINT32_C(0xFFFFFFFF)
+
+typedef uint32_t softcd_backend;
+enum {
+  /** CUDA where there is a usable device and the scene is not tiny, else the CPU, also when the device fails. */
+  SOFTCD_BACKEND_AUTOMATIC = 0,
+  SOFTCD_BACKEND_CPU = 1,
+  /** An NVIDIA GPU; an error where there is none, or when it fails. */
+  SOFTCD_BACKEND_CUDA = 2
+};
+
+/** Where the detections on a scene run, and with how much memory. */
+typedef struct softcd_scene_options {
+  uint32_t struct_size;
+  softcd_backend backend; /**< SOFTCD_BACKEND_AUTOMATIC */
+  /** Most bytes of the backend's memory that the scene may hold at once; 0, the default, for no limit. Where they do
+   *  not suffice for all pairs of triangles at once these are tested in parts, with the same contacts; where they do
+   *  not suffice for less, a detection is SOFTCD_OUT_OF_MEMORY. Meshes and positions on the host do not count. */
+  uint64_t memory_limit;
+  /** Most threads that work on detections on the CPU, the calling one included; 0, the default, for all processors. */
+  uint32_t max_threads;
+  /** As cudaGetDeviceCount counts; -1, the default, for the calling thread's current one. */
+  int32_t cuda_device;
+  /** A cudaStream_t for the GPU's work that lives as long as the scene; NULL, the default, for one of the scene's. */
+  void* cuda_stream;
+} softcd_scene_options;
+
+/** Writes the defaults and struct_size, where `size` is sizeof(softcd_scene_options). */
+SOFTCD_EXPORT softcd_status softcd_scene_options_init(softcd_scene_options* options, uint64_t size);
+
+/** `options` may be NULL. SOFTCD_BACKEND_ERROR when options->backend cannot be had. */
+SOFTCD_EXPORT softcd_status softcd_scene_create(const softcd_scene_options* options, softcd_scene** scene);
+/** Ends detections that run. NULL is nothing to destroy. */
+SOFTCD_EXPORT void softcd_scene_destroy(softcd_scene* scene);
+
+/** Ends a detection that runs, whose contacts are lost; with another backend, device or stream all queries' contacts
+ *  are. `options` may be NULL. Returns what softcd_scene_create() does. */
+SOFTCD_EXPORT softcd_status softcd_scene_set_options(softcd_scene* scene, const softcd_scene_options* options);
+
+/** The backend of the last detection, before the first one the expected: never SOFTCD_BACKEND_AUTOMATIC. */
+SOFTCD_EXPORT softcd_status softcd_scene_backend(const softcd_scene* scene, softcd_backend* backend);
+
+typedef uint32_t softcd_log_level;
+enum { SOFTCD_LOG_INFORMATION = 0, SOFTCD_LOG_WARNING = 1 };
+
+/** `text` ends with 0 and is gone when the call returns. Called on the thread that calls a function of the scene, its
+ *  queries or probes. It must not call these, and must return: no exception, no longjmp. */
+typedef void (*softcd_log)(void* user_data, softcd_log_level level, const char* text);
+
+/** `log` is told warnings and what else may be of interest from now on. NULL, as at first, for nobody. */
+SOFTCD_EXPORT softcd_status softcd_scene_set_log(softcd_scene* scene, softcd_log log, void* user_data);
+
+/* -- Bodies -------------------------------------------------------------------------------------------------------- */
+
+/** What may change from one detection to the next without a change of topology. */
+typedef struct softcd_body_settings {
+  uint32_t struct_size;
+  /** Two features are in contact when their distance is at most the sum of their bodies' margins. Unit: the
+   *  positions'. Finite, at least 0, the default. */
+  float margin;
+  /** Bodies a and b are compared when (a.filter_group & b.filter_mask) and (b.filter_group & a.filter_mask). Defaults:
+   *  1 and all bits. */
+  uint32_t filter_group;
+  uint32_t filter_mask;
+  /** Also find contacts between features of this body that share no vertex, whatever its group and mask. Default: 0. */
+  uint32_t self_collision;
+  /** Moved by somebody else: two such bodies are never compared, nor is one with itself. Default: 0. */
+  uint32_t kinematic;
+  /** Which pairs of features the body takes part in; a kind is tested where both bodies want it. Defaults: 1 and 0. */
+  uint32_t vertex_triangle;
+  uint32_t edge_edge;
+} softcd_body_settings;
+
+/** Writes the defaults and struct_size, where `size` is sizeof(softcd_body_settings). */
+SOFTCD_EXPORT softcd_status softcd_body_settings_init(softcd_body_settings* settings, uint64_t size);
+
+/** Adds a mesh: 3 * triangle_count indices of vertices, each below vertex_count, read during the call. A vertex in no
+ *  triangle does not collide; give it a triangle {v, v, v} when it should. `triangles` may be NULL where there are
+ *  none, `settings` may be NULL. SOFTCD_INVALID_INPUT where an index or a setting is out of range. */
+SOFTCD_EXPORT softcd_status softcd_scene_add_body(softcd_scene* scene, const uint32_t* triangles,
+                                                  uint64_t triangle_count, uint32_t vertex_count,
+                                                  const softcd_body_settings* settings, softcd_body* body);
+/** New topology, vertex count and settings for a body, whose positions have to be set again. As
+ *  softcd_scene_add_body(), and SOFTCD_INVALID_INPUT where there is no such body. */
+SOFTCD_EXPORT softcd_status softcd_scene_update_body(softcd_scene* scene, softcd_body body, const uint32_t* triangles,
+                                                     uint64_t triangle_count, uint32_t vertex_count,
+                                                     const softcd_body_settings* settings);
+/** `settings` may be NULL. */
+SOFTCD_EXPORT softcd_status softcd_scene_set_settings(softcd_scene* scene, softcd_body body,
+                                                      const softcd_body_settings* settings);
+SOFTCD_EXPORT softcd_status softcd_scene_remove_body(softcd_scene* scene, softcd_body body);
+/** `has_body` is 1 where the body was added and not removed, else 0. */
+SOFTCD_EXPORT softcd_status softcd_scene_has_body(const softcd_scene* scene, softcd_body body, uint32_t* has_body);
+
+typedef uint32_t softcd_scalar;
+enum { SOFTCD_FLOAT32 = 0, SOFTCD_FLOAT64 = 1 };
+
+typedef uint32_t softcd_memory;
+enum { SOFTCD_HOST = 0, SOFTCD_CUDA_DEVICE = 1 };
+
+/** `count` positions of three consecutive coordinates, `stride` bytes apart, aligned as their coordinates are. What
+ *  the detector makes of doubles, softcd/positions.hpp tells. */
+typedef struct softcd_positions {
+  uint32_t struct_size;
+  softcd_scalar scalar;
+  softcd_memory memory;
+  /** The first x. On the host: read by the scene's next detection that is started, before that call returns, and never
+   *  after. On the scene's CUDA device: not copied, it must hold them, unchanged, until the body's positions are set
+   *  again or the body is removed, and as long as a detection runs. */
+  const void* data;
+  uint64_t count;
+  uint64_t stride;
+  /** For positions on a device a cudaEvent_t after which they are there, or NULL. What was enqueued on the device's
+   *  legacy default stream when a detection starts is waited for as well. */
+  void* ready;
+} softcd_positions;
+
+/** Where the body's vertices are at both ends of the step. NULL for x_t0: where x_t1 says, the body does not move.
+ *  SOFTCD_INVALID_INPUT when a count is not the body's, a pointer is null, a stride is shorter than a position, or
+ *  the ends are of two types or in two places; SOFTCD_BACKEND_ERROR for positions on a device where the scene cannot
+ *  use one. */
+SOFTCD_EXPORT softcd_status softcd_scene_set_positions(softcd_scene* scene, softcd_body body,
+                                                       const softcd_positions* x_t0, const softcd_positions* x_t1);
+
+/* -- Queries ------------------------------------------------------------------------------------------------------- */
+
+/** Finds contacts between the bodies of a scene. The same input gives the same bytes, whatever the number of threads
+ *  or backend. The detections of one scene run one after another. */
+typedef struct softcd_query softcd_query;
+
+typedef uint32_t softcd_detection;
+enum {
+  SOFTCD_DCD = 0, /**< positions at one end of the step */
+  SOFTCD_CCD = 1  /**< straight-line motion from t0 to t1 */
+};
+
+/** What is computed in, and what that promises: docs/accuracy.md. */
+typedef uint32_t softcd_accuracy;
+enum {
+  SOFTCD_FAST = 0,        /**< float32 */
+  SOFTCD_PRECISE = 1,     /**< float64 */
+  SOFTCD_CONSERVATIVE = 2 /**< float64 that misses nothing within a margin, along the way either */
+};
+
+/** How pairs of triangles are found, none of which is ever lost. */
+typedef uint32_t softcd_broad_phase;
+enum {
+  SOFTCD_EXACT = 0,  /**< virtual subdivision with exact control bits */
+  SOFTCD_UNIFORM = 1 /**< one grid sized by the largest triangle: many more tests */
+};
+
+/** When a vertex and a triangle are in contact in a discrete detection. */
+typedef uint32_t softcd_contact_rule;
+enum {
+  SOFTCD_DISTANCE = 0, /**< at most a margin apart */
+  SOFTCD_SLAB = 1      /**< Bullet's rule for deformable bodies: at most a margin from the triangle's plane */
+};
+
+/** An end of the step. */
+typedef uint32_t softcd_step_end;
+enum { SOFTCD_T1 = 0, SOFTCD_T0 = 1 };
+
+/** What is looked for. */
+typedef struct softcd_query_options {
+  uint32_t struct_size;
+  softcd_detection detection;       /**< SOFTCD_DCD */
+  softcd_accuracy accuracy;         /**< SOFTCD_PRECISE */
+  softcd_broad_phase broad_phase;   /**< SOFTCD_EXACT */
+  softcd_contact_rule contact_rule; /**< SOFTCD_DISTANCE */
+  softcd_step_end step_end;         /**< of a discrete detection: SOFTCD_T1 */
+  /** 0: no triangle is split. Changes the number of tests only, not the contacts. Default: 1. */
+  uint32_t subdivision;
+  /** Cell size of SOFTCD_EXACT in mean bounding radii of triangles, 0.1 to 100; 0, the default, chooses one. */
+  float lambda;
+  /** Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
+   *  that it moves from t0 to t1. At least 0, the default. */
+  float motion_margin;
+  /** 0: every body's margin counts as 0. Default: 1. */
+  uint32_t margins;
+  /** A kind of feature pairs is tested between two bodies that both want it, where the query does too. Defaults: 1. */
+  uint32_t vertex_triangle;
+  uint32_t edge_edge;
+  /** On the CPU, without memory_limit: pairs of triangles are found once for several detections, as long as all stay
+   *  where these were looked for. Takes memory, changes no contacts. Default: 1. */
+  uint32_t reuse_pairs;
+  /** Contacts stay in the memory of the scene's CUDA device, where softcd_query_wait_on_device() tells of them; for
+   *  scenes with SOFTCD_BACKEND_CUDA. Default: 0. */
+  uint32_t contacts_on_device;
+} softcd_query_options;
+
+/** Writes the defaults and struct_size, where `size` is sizeof(softcd_query_options). */
+SOFTCD_EXPORT softcd_status softcd_query_options_init(softcd_query_options* options, uint64_t size);
+
+/** `options` may be NULL. SOFTCD_INVALID_INPUT when an option is out of range. */
+SOFTCD_EXPORT softcd_status softcd_query_create(softcd_scene* scene, const softcd_query_options* options,
+                                                softcd_query** query);
+/** Ends a detection that still runs. NULL is nothing to destroy. */
+SOFTCD_EXPORT void softcd_query_destroy(softcd_query* query);
+/** Ends a detection of the query that runs, whose contacts are lost. `options` may be NULL. */
+SOFTCD_EXPORT softcd_status softcd_query_set_options(softcd_query* query, const softcd_query_options* options);
+
+/** Called for pairs of bodies that pass groups, masks and bounding boxes, and, with a == b, for bodies that collide
+ *  with themselves; 0 leaves the pair out of this detection. Called on the thread that starts the detection, a <= b. It
+ *  must not call the scene, its queries or probes, and must return: no exception, no longjmp. */
+typedef uint32_t (*softcd_pair_filter)(void* user_data, softcd_body a, softcd_body b);
+
+/** Asked by every detection from the next one on. NULL, as at first, lets all pairs through. */
+SOFTCD_EXPORT softcd_status softcd_query_set_pair_filter(softcd_query* query, softcd_pair_filter filter,
+                                                         void* user_data);
+
+typedef uint8_t softcd_contact_kind;
+enum { SOFTCD_VERTEX_TRIANGLE = 0, SOFTCD_EDGE_EDGE = 1 };
+
+/** Two features in contact. Indices count within their own body. 72 bytes. */
+typedef struct softcd_contact {
+  softcd_contact_kind kind;
+  /** 1: reported because SOFTCD_CONSERVATIVE could not tell within its bound on work; else 0. */
+  uint8_t is_unsettled;
+  uint16_t unused;    /**< 0 */
+  softcd_body body_a; /**< the vertex's body, or the first edge's */
+  softcd_body body_b; /**< the triangle's body, or the second edge's */
+  /** Vertex and triangle, or the two edges: a body's edges are numbered in the order of their sorted vertex pairs. */
+  uint32_t feature_a;
+  uint32_t feature_b;
+  /** The vertex, then the triangle's three; or the first edge's, lower one first, then the second's. */
+  uint32_t vertices[4];
+  /** Where on the features: {1, w0, w1, w2}, or {u0, u1, w0, w1}; each side sums to 1. */
+  float weights[4];
+  /** Unit vector from side b's point towards side a's. With SOFTCD_CCD it points to the side that a came from. */
+  float normal[3];
+  float distance;       /**< between the two points at time_of_impact; unit: the positions' */
+  float time_of_impact; /**< in [0, 1], t0 to t1; 1 for a discrete detection */
+} softcd_contact;
+
+/** Which pairs of bodies a detection compares, of those that groups, masks, boxes and the filter leave. */
+typedef uint32_t softcd_pairs;
+enum {
+  SOFTCD_PAIRS_ALL = 0,
+  /** Those of which a body was added or updated, or given positions or settings, since the query's last detection. */
+  SOFTCD_PAIRS_CHANGED = 1
+};
+
+/** Reads positions that were set and starts a detection. Bodies whose positions were never set are left out, and so is
+ *  a triangle with a vertex that is not finite, with a warning. Contacts of the query's detection before are gone. */
+SOFTCD_EXPORT softcd_status softcd_query_start(softcd_query* query, softcd_pairs pairs);
+/** Waits for the detection that was started last, once. All contacts, sorted by (kind, body_a, feature_a, body_b,
+ *  feature_b), each once, in the query's memory: valid until its next detection is started, its options are set, or it
+ *  is destroyed. SOFTCD_ERROR where none was started, it was waited for already, or contacts are on the device; else
+ *  what has gone wrong in the detection. */
+SOFTCD_EXPORT softcd_status softcd_query_wait(softcd_query* query, const softcd_contact** contacts, uint64_t* count);
+/** The same for a query with contacts_on_device: `contacts` is in the memory of CUDA device `device`. They are there,
+ *  completely, when the call returns. */
+SOFTCD_EXPORT softcd_status softcd_query_wait_on_device(softcd_query* query, const softcd_contact** contacts,
+                                                        uint64_t* count, int32_t* device);
+/** softcd_query_start() and softcd_query_wait() in one. */
+SOFTCD_EXPORT softcd_status softcd_query_detect(softcd_query* query, softcd_pairs pairs,
+                                                const softcd_contact** contacts, uint64_t* count);
+
+/** What the last detection that was waited for did. softcd/core/statistics.hpp tells more of each. */
+typedef struct softcd_statistics {
+  uint32_t struct_size;
+  softcd_backend backend;
+  uint64_t bodies;
+  uint64_t triangles;
+  uint64_t vertices;
+  uint64_t edges;
+  uint64_t active_triangles;   /**< that can reach a partner */
+  uint64_t left_out_triangles; /**< with a vertex that is not finite */
+  uint64_t triangle_pairs;     /**< that passed every test of the broad phase */
+  uint64_t vt_candidates;
+  uint64_t ee_candidates;
+  uint64_t vt_contacts;
+  uint64_t ee_contacts;
+  uint64_t unsettled_contacts;
+  double earliest_toi; /**< 1 when nothing hits */
+  uint64_t peak_bytes; /**< the most of the backend's memory that was held at once */
+  uint64_t reruns;     /**< stages, or detections, that were repeated as lists had to grow */
+  uint64_t chunks;     /**< parts that the pairs were tested in */
+  double total_ms;     /**< the detection's time, in milliseconds */
+} softcd_statistics;
+
+/** Fills in *statistics, whose struct_size the caller has set. */
+SOFTCD_EXPORT softcd_status softcd_query_statistics(const softcd_query* query, softcd_statistics* statistics);
+
+/* -- Probes -------------------------------------------------------------------------------------------------------- */
+
+/** Asks what of a scene's bodies is at a place, in batches: questions in, as many answers out, in their order.
+ *  Kinematic bodies answer too; groups, masks and margins do not count. Bodies whose positions were never set are left
+ *  out, and so are triangles with a vertex that is not finite. Every call reads positions that were set and waits for a
+ *  detection that runs. Answers are in the probe's memory: valid until its next call, until it is destroyed, or the
+ *  scene's options are set. Questions may be NULL where there are none. */
+typedef struct softcd_probe softcd_probe;
+
+/** Asks about the end `step_end` of the step. */
+SOFTCD_EXPORT softcd_status softcd_probe_create(softcd_scene* scene, softcd_step_end step_end, softcd_probe** probe);
+/** NULL is nothing to destroy. */
+SOFTCD_EXPORT void softcd_probe_destroy(softcd_probe* probe);
+
+/** The points origin + t direction, t_min <= t <= t_max. t counts in directions, whose length is any but 0. */
+typedef struct softcd_ray {
+  double origin[3];
+  double direction[3];
+  double t_min;
+  double t_max; /**< INFINITY for no end */
+} softcd_ray;
+
+typedef struct softcd_ray_hit {
+  softcd_body body;  /**< SOFTCD_NO_BODY where the ray hits nothing */
+  uint32_t triangle; /**< of the body; UINT32_MAX where the ray hits nothing */
+  double t;          /**< the point is origin + t direction */
+  float weights[3];  /**< of the triangle's vertices there; their sum is 1 */
+  float normal[3];   /**< unit vector along (x1 - x0) x (x2 - x0); 0 for a triangle without area */
+} softcd_ray_hit;
+
+/** For each of `count` rays what it meets first. */
+SOFTCD_EXPORT softcd_status softcd_probe_first_hits(softcd_probe* probe, const softcd_ray* rays, uint64_t count,
+                                                    const softcd_ray_hit** hits);
+/** For each of `count` rays all triangles that it meets, in the order of t: ray i has hits[begins[i]] up to, but
+ *  without, hits[begins[i + 1]]. There are count + 1 begins, and none where there are no rays. */
+SOFTCD_EXPORT softcd_status softcd_probe_all_hits(softcd_probe* probe, const softcd_ray* rays, uint64_t count,
+                                                  const uint64_t** begins, const softcd_ray_hit** hits);
+
+/** A point that is asked for what is nearest to it, and at most max_distance away: INFINITY for any distance. */
+typedef struct softcd_point {
+  double point[3];
+  double max_distance;
+} softcd_point;
+
+typedef struct softcd_closest_point {
+  softcd_body body;   /**< SOFTCD_NO_BODY where there is nothing within max_distance */
+  uint32_t triangle;  /**< of the body; UINT32_MAX where there is nothing */
+  double position[3]; /**< in world coordinates */
+  double distance;
+  float weights[3]; /**< of the triangle's vertices there; their sum is 1 */
+  /** Where the body's surface is closed 1 on the side that normals point to, -1 on the other, 0 on it; else 0. */
+  int32_t side;
+} softcd_closest_point;
+
+/** For each of `count` points the nearest of all triangles' points. */
+SOFTCD_EXPORT softcd_status softcd_probe_closest_points(softcd_probe* probe, const softcd_point* points, uint64_t count,
+                                                        const softcd_closest_point** closest);
+
+typedef struct softcd_sphere {
+  double centre[3];
+  double radius;
+} softcd_sphere;
+
+typedef struct softcd_box {
+  double lo[3];
+  double hi[3];
+} softcd_box;
+
+typedef struct softcd_overlap {
+  softcd_body body;
+  uint32_t triangle; /**< of the body */
+} softcd_overlap;
+
+/** For each of `count` spheres all triangles that have a point in common with it, borders included, in the order of
+ *  bodies and indices; in lists as those of softcd_probe_all_hits(). */
+SOFTCD_EXPORT softcd_status softcd_probe_sphere_overlaps(softcd_probe* probe, const softcd_sphere* spheres,
+                                                         uint64_t count, const uint64_t** begins,
+                                                         const softcd_overlap** overlaps);
+/** The same for boxes. */
+SOFTCD_EXPORT softcd_status softcd_probe_box_overlaps(softcd_probe* probe, const softcd_box* boxes, uint64_t count,
+                                                      const uint64_t** begins, const softcd_overlap** overlaps);
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+
+/* NOLINTEND(modernize-*, readability-identifier-naming) */
+
+#endif /* SOFTCD_SOFTCD_H */

@@ -1,0 +1,165 @@
+#include <cstddef>
+
+#include "c_interface.hpp"
+
+namespace softcd::c_interface {
+namespace {
+
+static_assert(sizeof(softcd_contact) == sizeof(Contact) && alignof(softcd_contact) <= alignof(Contact));
+static_assert(offsetof(softcd_contact, is_unsettled) == offsetof(Contact, is_unsettled) &&
+              offsetof(softcd_contact, body_a) == offsetof(Contact, body_a) &&
+              offsetof(softcd_contact, body_b) == offsetof(Contact, body_b) &&
+              offsetof(softcd_contact, feature_a) == offsetof(Contact, feature_a) &&
+              offsetof(softcd_contact, feature_b) == offsetof(Contact, feature_b) &&
+              offsetof(softcd_contact, vertices) == offsetof(Contact, vertices) &&
+              offsetof(softcd_contact, weights) == offsetof(Contact, weights) &&
+              offsetof(softcd_contact, normal) == offsetof(Contact, normal) &&
+              offsetof(softcd_contact, distance) == offsetof(Contact, distance) &&
+              offsetof(softcd_contact, time_of_impact) == offsetof(Contact, time_of_impact));
+static_assert(SOFTCD_NO_BODY == BodyId().value);
+
+const softcd_contact* to_c(const Contact* contacts) {
+  return reinterpret_cast<const softcd_contact*>(contacts);
+}
+
+softcd_query_options to_c(const QueryOptions& options) {
+  return {sizeof(softcd_query_options),
+          static_cast<softcd_detection>(options.detection),
+          static_cast<softcd_accuracy>(options.accuracy),
+          static_cast<softcd_broad_phase>(options.broad_phase),
+          static_cast<softcd_contact_rule>(options.contact_rule),
+          static_cast<softcd_step_end>(options.step_end),
+          options.subdivision,
+          options.lambda,
+          options.motion_margin,
+          options.margins,
+          options.features.vertex_triangle,
+          options.features.edge_edge,
+          options.reuse_pairs,
+          options.contacts_on_device};
+}
+
+QueryOptions query_options(const softcd_query_options* given) {
+  QueryOptions options;
+  if (given == nullptr) return options;
+  const softcd_query_options& read = sized(given, "options");
+  options.detection = static_cast<Detection>(read.detection);
+  options.accuracy = static_cast<Accuracy>(read.accuracy);
+  options.broad_phase = static_cast<BroadPhase>(read.broad_phase);
+  options.contact_rule = static_cast<ContactRule>(read.contact_rule);
+  options.step_end = static_cast<StepEnd>(read.step_end);
+  options.subdivision = read.subdivision != 0;
+  options.lambda = read.lambda;
+  options.motion_margin = read.motion_margin;
+  options.margins = read.margins != 0;
+  options.features = {read.vertex_triangle != 0, read.edge_edge != 0};
+  options.reuse_pairs = read.reuse_pairs != 0;
+  options.contacts_on_device = read.contacts_on_device != 0;
+  return options;
+}
+
+softcd_statistics to_c(const Statistics& statistics) {
+  return {sizeof(softcd_statistics),   static_cast<softcd_backend>(statistics.backend),
+          statistics.bodies,           statistics.triangles,
+          statistics.vertices,         statistics.edges,
+          statistics.active_triangles, statistics.left_out_triangles,
+          statistics.triangle_pairs,   statistics.vt_candidates,
+          statistics.ee_candidates,    statistics.vt_contacts,
+          statistics.ee_contacts,      statistics.unsettled_contacts,
+          statistics.earliest_toi,     statistics.peak_bytes,
+          statistics.reruns,           statistics.chunks,
+          statistics.ms.total};
+}
+
+void start(softcd_query& query, softcd_pairs pairs) {
+  if (pairs > SOFTCD_PAIRS_CHANGED) refuse_choice("pairs", pairs, SOFTCD_PAIRS_CHANGED);
+  query.ticket.emplace(query.query.start(static_cast<Pairs>(pairs)));
+}
+
+Ticket& started(softcd_query& query) {
+  if (!query.ticket.has_value()) throw Error("no detection was started; call softcd_query_start() first.");
+  return *query.ticket;
+}
+
+}  // namespace
+}  // namespace softcd::c_interface
+
+namespace c = softcd::c_interface;
+
+softcd_status softcd_query_options_init(softcd_query_options* options, uint64_t size) {
+  return c::initialize(options, size, "options", c::to_c(softcd::QueryOptions()));
+}
+
+softcd_status softcd_query_create(softcd_scene* scene, const softcd_query_options* options, softcd_query** query) {
+  return c::guarded_call([&] {
+    softcd_query*& out = c::result(query, "query");
+    out = new softcd_query{softcd::Query(c::required(scene, "scene").scene, c::query_options(options)), {}};
+  });
+}
+
+void softcd_query_destroy(softcd_query* query) {
+  delete query;
+}
+
+softcd_status softcd_query_set_options(softcd_query* query, const softcd_query_options* options) {
+  return c::guarded_call([&] { c::required(query, "query").query.set_options(c::query_options(options)); });
+}
+
+softcd_status softcd_query_set_pair_filter(softcd_query* query, softcd_pair_filter filter, void* user_data) {
+  return c::guarded_call([&] {
+    softcd::PairFilter callback;
+    if (filter != nullptr) {
+      callback = [filter, user_data](softcd::BodyId a, softcd::BodyId b) {
+        return filter(user_data, a.value, b.value) != 0;
+      };
+    }
+    c::required(query, "query").query.set_pair_filter(std::move(callback));
+  });
+}
+
+softcd_status softcd_query_start(softcd_query* query, softcd_pairs pairs) {
+  return c::guarded_call([&] { c::start(c::required(query, "query"), pairs); });
+}
+
+softcd_status softcd_query_wait(softcd_query* query, const softcd_contact** contacts, uint64_t* count) {
+  return c::guarded_call([&] {
+    const softcd_contact*& out = c::result(contacts, "contacts");
+    uint64_t& out_count = c::result(count, "count");
+    const softcd::Span<const softcd::Contact> found = c::started(c::required(query, "query")).wait();
+    out = c::to_c(found.data());
+    out_count = found.size();
+  });
+}
+
+softcd_status softcd_query_wait_on_device(softcd_query* query, const softcd_contact** contacts, uint64_t* count,
+                                          int32_t* device) {
+  return c::guarded_call([&] {
+    const softcd_contact*& out = c::result(contacts, "contacts");
+    uint64_t& out_count = c::result(count, "count");
+    int32_t& out_device = c::result(device, "device");
+    const softcd::DeviceContacts found = c::started(c::required(query, "query")).wait_on_device();
+    out = c::to_c(found.data);
+    out_count = found.count;
+    out_device = found.device;
+  });
+}
+
+softcd_status softcd_query_detect(softcd_query* query, softcd_pairs pairs, const softcd_contact** contacts,
+                                  uint64_t* count) {
+  return c::guarded_call([&] {
+    const softcd_contact*& out = c::result(contacts, "contacts");
+    uint64_t& out_count = c::result(count, "count");
+    softcd_query& detecting = c::required(query, "query");
+    c::start(detecting, pairs);
+    const softcd::Span<const softcd::Contact> found = detecting.ticket->wait();
+    out = c::to_c(found.data());
+    out_count = found.size();
+  });
+}
+
+softcd_status softcd_query_statistics(const softcd_query* query, softcd_statistics* statistics) {
+  return c::guarded_call([&] {
+    softcd_statistics& out = c::sized(statistics, "statistics");
+    out = c::to_c(c::required(query, "query").query.statistics());
+  });
+}

@@ -1,0 +1,177 @@
+#include <string>
+
+#include "c_interface.hpp"
+
+namespace softcd::c_interface {
+namespace {
+
+softcd_scene_options to_c(const SceneOptions& options) {
+  return {sizeof(softcd_scene_options), static_cast<softcd_backend>(options.backend),
+          options.memory_limit,         options.max_threads,
+          options.cuda_device,          options.cuda_stream};
+}
+
+softcd_body_settings to_c(const BodySettings& settings) {
+  return {sizeof(softcd_body_settings),
+          settings.margin,
+          settings.filter_group,
+          settings.filter_mask,
+          settings.self_collision,
+          settings.kinematic,
+          settings.features.vertex_triangle,
+          settings.features.edge_edge};
+}
+
+SceneOptions scene_options(const softcd_scene_options* given) {
+  SceneOptions options;
+  if (given == nullptr) return options;
+  const softcd_scene_options& read = sized(given, "options");
+  options.backend = static_cast<Backend>(read.backend);
+  options.memory_limit = read.memory_limit;
+  options.max_threads = read.max_threads;
+  options.cuda_device = read.cuda_device;
+  options.cuda_stream = read.cuda_stream;
+  return options;
+}
+
+BodySettings body_settings(const softcd_body_settings* given) {
+  BodySettings settings;
+  if (given == nullptr) return settings;
+  const softcd_body_settings& read = sized(given, "settings");
+  settings.margin = read.margin;
+  settings.filter_group = read.filter_group;
+  settings.filter_mask = read.filter_mask;
+  settings.self_collision = read.self_collision != 0;
+  settings.kinematic = read.kinematic != 0;
+  settings.features = {read.vertex_triangle != 0, read.edge_edge != 0};
+  return settings;
+}
+
+static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t) && alignof(Triangle) == alignof(std::uint32_t));
+
+BodyDesc body_desc(const uint32_t* triangles, uint64_t triangle_count, uint32_t vertex_count,
+                   const softcd_body_settings* settings) {
+  if (triangle_count > 0) required(triangles, "triangles");
+  const auto* const first = reinterpret_cast<const Triangle*>(triangles);
+  return {{first, static_cast<std::size_t>(triangle_count)}, vertex_count, body_settings(settings)};
+}
+
+template <class Scalar>
+Positions positions_of(const softcd_positions& given) {
+  const auto* const first_x = static_cast<const Scalar*>(given.data);
+  const auto count = static_cast<std::size_t>(given.count);
+  const auto stride = static_cast<std::size_t>(given.stride);
+  switch (given.memory) {
+    case SOFTCD_HOST:
+      return {first_x, count, stride};
+    case SOFTCD_CUDA_DEVICE:
+      return Positions::on_device(first_x, count, stride, given.ready);
+    default:
+      refuse_choice("memory", given.memory, SOFTCD_CUDA_DEVICE);
+  }
+}
+
+Positions read_positions(const softcd_positions* given, const char* argument) {
+  const softcd_positions& read = sized(given, argument);
+  switch (read.scalar) {
+    case SOFTCD_FLOAT32:
+      return positions_of<float>(read);
+    case SOFTCD_FLOAT64:
+      return positions_of<double>(read);
+    default:
+      refuse_choice("scalar", read.scalar, SOFTCD_FLOAT64);
+  }
+}
+
+}  // namespace
+}  // namespace softcd::c_interface
+
+namespace c = softcd::c_interface;
+
+softcd_status softcd_scene_options_init(softcd_scene_options* options, uint64_t size) {
+  return c::initialize(options, size, "options", c::to_c(softcd::SceneOptions()));
+}
+
+softcd_status softcd_scene_create(const softcd_scene_options* options, softcd_scene** scene) {
+  return c::guarded_call([&] {
+    softcd_scene*& out = c::result(scene, "scene");
+    out = new softcd_scene{softcd::Scene(c::scene_options(options))};
+  });
+}
+
+void softcd_scene_destroy(softcd_scene* scene) {
+  delete scene;
+}
+
+softcd_status softcd_scene_set_options(softcd_scene* scene, const softcd_scene_options* options) {
+  return c::guarded_call([&] { c::required(scene, "scene").scene.set_options(c::scene_options(options)); });
+}
+
+softcd_status softcd_scene_backend(const softcd_scene* scene, softcd_backend* backend) {
+  return c::guarded_call([&] {
+    softcd_backend& out = c::result(backend, "backend");
+    out = static_cast<softcd_backend>(c::required(scene, "scene").scene.backend());
+  });
+}
+
+softcd_status softcd_scene_set_log(softcd_scene* scene, softcd_log log, void* user_data) {
+  return c::guarded_call([&] {
+    softcd::LogCallback callback;
+    if (log != nullptr) {
+      callback = [log, user_data](softcd::LogLevel level, std::string_view text) {
+        log(user_data, static_cast<softcd_log_level>(level), std::string(text).c_str());
+      };
+    }
+    c::required(scene, "scene").scene.set_log(std::move(callback));
+  });
+}
+
+softcd_status softcd_body_settings_init(softcd_body_settings* settings, uint64_t size) {
+  return c::initialize(settings, size, "settings", c::to_c(softcd::BodySettings()));
+}
+
+softcd_status softcd_scene_add_body(softcd_scene* scene, const uint32_t* triangles, uint64_t triangle_count,
+                                    uint32_t vertex_count, const softcd_body_settings* settings, softcd_body* body) {
+  return c::guarded_call([&] {
+    softcd_body& out = c::result(body, "body") = SOFTCD_NO_BODY;
+    const softcd::BodyDesc desc = c::body_desc(triangles, triangle_count, vertex_count, settings);
+    out = c::required(scene, "scene").scene.add_body(desc).value;
+  });
+}
+
+softcd_status softcd_scene_update_body(softcd_scene* scene, softcd_body body, const uint32_t* triangles,
+                                       uint64_t triangle_count, uint32_t vertex_count,
+                                       const softcd_body_settings* settings) {
+  return c::guarded_call([&] {
+    const softcd::BodyDesc desc = c::body_desc(triangles, triangle_count, vertex_count, settings);
+    c::required(scene, "scene").scene.update_body({body}, desc);
+  });
+}
+
+softcd_status softcd_scene_set_settings(softcd_scene* scene, softcd_body body, const softcd_body_settings* settings) {
+  return c::guarded_call([&] { c::required(scene, "scene").scene.set_settings({body}, c::body_settings(settings)); });
+}
+
+softcd_status softcd_scene_remove_body(softcd_scene* scene, softcd_body body) {
+  return c::guarded_call([&] { c::required(scene, "scene").scene.remove_body({body}); });
+}
+
+softcd_status softcd_scene_has_body(const softcd_scene* scene, softcd_body body, uint32_t* has_body) {
+  return c::guarded_call([&] {
+    uint32_t& out = c::result(has_body, "has_body");
+    out = c::required(scene, "scene").scene.has_body({body}) ? 1 : 0;
+  });
+}
+
+softcd_status softcd_scene_set_positions(softcd_scene* scene, softcd_body body, const softcd_positions* x_t0,
+                                         const softcd_positions* x_t1) {
+  return c::guarded_call([&] {
+    softcd::Scene& changed = c::required(scene, "scene").scene;
+    const softcd::Positions end = c::read_positions(x_t1, "x_t1");
+    if (x_t0 == nullptr) {
+      changed.set_positions({body}, end);
+    } else {
+      changed.set_positions({body}, c::read_positions(x_t0, "x_t0"), end);
+    }
+  });
+}

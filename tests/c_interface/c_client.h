@@ -1,0 +1,34 @@
+#ifndef C_CLIENT_H
+#define C_CLIENT_H
+
+/* A user of softcd.h in C, for tests in C++. */
+
+#include <softcd/softcd.h>
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct client_body {
+  const uint32_t* triangles;
+  uint64_t triangle_count;
+  uint32_t vertex_count;
+  softcd_body_settings settings;
+  softcd_positions x_t0, x_t1;
+} client_body;
+
+/** Detects with start and wait, and with detect. Writes up to `capacity` contacts, whose number is *count, unless the
+ *  two differ: SOFTCD_ERROR. */
+softcd_status client_detect(const client_body* bodies, size_t body_count, const softcd_scene_options* scene_options,
+                            const softcd_query_options* query_options, softcd_contact* contacts, uint64_t capacity,
+                            uint64_t* count);
+
+/** sizeof of each struct as C has it, in the order in which softcd.h declares them. Returns how many. */
+size_t client_struct_sizes(size_t* sizes, size_t capacity);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

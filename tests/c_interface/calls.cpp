@@ -1,0 +1,240 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "device_memory.hpp"
+#include "handles.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::test {
+namespace {
+
+using CCalls = TwoTriangles;
+
+TEST_F(CCalls, the_library_has_the_headers_version) {
+  EXPECT_EQ(softcd_version(), static_cast<std::uint32_t>(SOFTCD_VERSION));
+}
+
+TEST_F(CCalls, defaults_are_those_of_the_cpp_interface) {
+  softcd_query_options options{};
+  ASSERT_EQ(softcd_query_options_init(&options, sizeof options), SOFTCD_OK);
+  EXPECT_EQ(options.struct_size, sizeof options);
+  EXPECT_EQ(options.accuracy, static_cast<softcd_accuracy>(SOFTCD_PRECISE));
+  EXPECT_TRUE(options.margins && options.subdivision && options.vertex_triangle && options.edge_edge);
+  softcd_scene_options scene_options{};
+  ASSERT_EQ(softcd_scene_options_init(&scene_options, sizeof scene_options), SOFTCD_OK);
+  EXPECT_EQ(scene_options.cuda_device, -1);
+  softcd_body_settings settings{};
+  ASSERT_EQ(softcd_body_settings_init(&settings, sizeof settings), SOFTCD_OK);
+  EXPECT_EQ(settings.filter_mask, BodySettings().filter_mask);
+  EXPECT_TRUE(settings.vertex_triangle && !settings.edge_edge);
+}
+
+TEST_F(CCalls, a_contact_says_who_touches_what) {
+  const softcd_contact* contacts = nullptr;
+  std::uint64_t count = 0;
+  ASSERT_EQ(softcd_query_detect(query(), SOFTCD_PAIRS_ALL, &contacts, &count), SOFTCD_OK);
+  ASSERT_EQ(count, 1U);
+  EXPECT_EQ(contacts[0].kind, SOFTCD_VERTEX_TRIANGLE);
+  EXPECT_EQ(contacts[0].body_a, upper_);
+  EXPECT_EQ(contacts[0].body_b, lower_);
+  EXPECT_EQ(contacts[0].vertices[0], 0U);
+  EXPECT_FLOAT_EQ(contacts[0].weights[1], 0.5F);
+  EXPECT_FLOAT_EQ(contacts[0].normal[2], 1.0F);
+  EXPECT_FLOAT_EQ(contacts[0].distance, 0.1F);
+}
+
+TEST_F(CCalls, bodies_change_and_go) {
+  std::uint32_t has_body = 0;
+  EXPECT_EQ(softcd_scene_has_body(scene(), upper_, &has_body), SOFTCD_OK);
+  EXPECT_EQ(has_body, 1U);
+  settings_.margin = 0;
+  EXPECT_EQ(softcd_scene_set_settings(scene(), upper_, &settings_), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);  // the other's margin is 0.1 still
+  EXPECT_EQ(softcd_scene_set_settings(scene(), lower_, nullptr), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+
+  settings_.margin = 0.2F;
+  const softcd_positions upper = positions(kUpper);
+  EXPECT_EQ(softcd_scene_update_body(scene(), upper_, kTriangle, 1, 3, &settings_), SOFTCD_OK);
+  EXPECT_EQ(softcd_scene_set_positions(scene(), upper_, nullptr, &upper), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+
+  EXPECT_EQ(softcd_scene_remove_body(scene(), upper_), SOFTCD_OK);
+  EXPECT_EQ(softcd_scene_has_body(scene(), upper_, &has_body), SOFTCD_OK);
+  EXPECT_EQ(has_body, 0U);
+  EXPECT_EQ(detect(), 0U);
+}
+
+TEST_F(CCalls, pairs_may_be_those_that_changed) {
+  EXPECT_EQ(detect(), 1U);
+  EXPECT_EQ(detect(SOFTCD_PAIRS_CHANGED), 0U);
+  const softcd_positions lower = positions(kLower);
+  EXPECT_EQ(softcd_scene_set_positions(scene(), lower_, nullptr, &lower), SOFTCD_OK);
+  EXPECT_EQ(detect(SOFTCD_PAIRS_CHANGED), 1U);
+}
+
+TEST_F(CCalls, a_pair_filter_is_asked_with_its_data) {
+  struct Asked {
+    std::vector<std::pair<softcd_body, softcd_body>> pairs;
+    std::uint32_t answer = 0;
+  } asked;
+  const softcd_pair_filter filter = [](void* data, softcd_body a, softcd_body b) {
+    static_cast<Asked*>(data)->pairs.emplace_back(a, b);
+    return static_cast<Asked*>(data)->answer;
+  };
+  ASSERT_EQ(softcd_query_set_pair_filter(query(), filter, &asked), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+  asked.answer = 2;
+  EXPECT_EQ(detect(), 1U);
+  EXPECT_EQ(asked.pairs, (decltype(asked.pairs)(2, {lower_, upper_})));
+  ASSERT_EQ(softcd_query_set_pair_filter(query(), nullptr, nullptr), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+  EXPECT_EQ(asked.pairs.size(), 2U);
+}
+
+TEST_F(CCalls, warnings_are_logged) {
+  std::vector<std::string> warnings;
+  const softcd_log log = [](void* data, softcd_log_level level, const char* text) {
+    if (level == SOFTCD_LOG_WARNING) static_cast<std::vector<std::string>*>(data)->emplace_back(text);
+  };
+  ASSERT_EQ(softcd_scene_set_log(scene(), log, &warnings), SOFTCD_OK);
+  float strays[9] = {NAN};
+  const softcd_positions x = positions(strays);
+  ASSERT_EQ(softcd_scene_set_positions(scene(), upper_, nullptr, &x), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("vertex 0 is not finite"), std::string::npos) << warnings[0];
+}
+
+TEST_F(CCalls, statistics_are_of_the_last_detection) {
+  detect();
+  softcd_statistics statistics{};
+  statistics.struct_size = sizeof statistics;
+  ASSERT_EQ(softcd_query_statistics(query(), &statistics), SOFTCD_OK);
+  EXPECT_EQ(statistics.struct_size, sizeof statistics);
+  EXPECT_EQ(statistics.bodies, 2U);
+  EXPECT_EQ(statistics.triangles, 2U);
+  EXPECT_EQ(statistics.vertices, 6U);
+  EXPECT_EQ(statistics.vt_contacts, 1U);
+  EXPECT_EQ(statistics.ee_contacts, 0U);
+  EXPECT_GT(statistics.total_ms, 0.0);
+  softcd_backend backend = SOFTCD_BACKEND_AUTOMATIC;
+  ASSERT_EQ(softcd_scene_backend(scene(), &backend), SOFTCD_OK);
+  EXPECT_EQ(backend, statistics.backend);
+  EXPECT_NE(backend, static_cast<softcd_backend>(SOFTCD_BACKEND_AUTOMATIC));
+}
+
+TEST_F(CCalls, options_are_changed_later) {
+  softcd_query_options options{};
+  ASSERT_EQ(softcd_query_options_init(&options, sizeof options), SOFTCD_OK);
+  options.step_end = SOFTCD_T0;
+  ASSERT_EQ(softcd_query_set_options(query(), &options), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);  // 0.2 is the sum of the margins
+  options.margins = 0;
+  ASSERT_EQ(softcd_query_set_options(query(), &options), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+  ASSERT_EQ(softcd_query_set_options(query(), nullptr), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+  softcd_scene_options scene_options{};
+  ASSERT_EQ(softcd_scene_options_init(&scene_options, sizeof scene_options), SOFTCD_OK);
+  scene_options.backend = static_cast<softcd_backend>(backend_under_test());
+  scene_options.max_threads = 1;
+  ASSERT_EQ(softcd_scene_set_options(scene(), &scene_options), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+}
+
+// On a GPU nothing passes the bus but the count.
+TEST_F(CCalls, both_ends_may_stay_on_a_device) {
+  const Backend backend = backend_under_test();
+  if (backend != Backend::cuda) GTEST_SKIP() << "of a GPU";
+  DeviceMemory lower(backend, sizeof kLower);
+  DeviceMemory upper(backend, sizeof kUpper);
+  lower.write(kLower, sizeof kLower);
+  upper.write(kUpper, sizeof kUpper);
+  softcd_positions x = positions(reinterpret_cast<const float*>(lower.data()));
+  x.memory = SOFTCD_CUDA_DEVICE;
+  ASSERT_EQ(softcd_scene_set_positions(scene(), lower_, nullptr, &x), SOFTCD_OK) << softcd_last_error();
+  x.data = upper.data();
+  ASSERT_EQ(softcd_scene_set_positions(scene(), upper_, nullptr, &x), SOFTCD_OK) << softcd_last_error();
+
+  softcd_query_options options{};
+  ASSERT_EQ(softcd_query_options_init(&options, sizeof options), SOFTCD_OK);
+  options.contacts_on_device = 1;
+  ASSERT_EQ(softcd_query_set_options(query(), &options), SOFTCD_OK);
+  const softcd_contact* contacts = nullptr;
+  std::uint64_t count = 0;
+  std::int32_t device = -1;
+  ASSERT_EQ(softcd_query_start(query(), SOFTCD_PAIRS_ALL), SOFTCD_OK) << softcd_last_error();
+  ASSERT_EQ(softcd_query_wait_on_device(query(), &contacts, &count, &device), SOFTCD_OK) << softcd_last_error();
+  ASSERT_EQ(count, 1U);
+  EXPECT_GE(device, 0);
+  const std::vector<std::byte> bytes = read_device(backend, contacts, sizeof(softcd_contact));
+  softcd_contact contact{};
+  std::memcpy(&contact, bytes.data(), sizeof contact);
+  EXPECT_EQ(contact.body_a, upper_);
+  EXPECT_EQ(contact.body_b, lower_);
+}
+
+class CProbes : public TwoTriangles {
+ protected:
+  CProbes() {
+    softcd_probe* created = nullptr;
+    EXPECT_EQ(softcd_probe_create(scene(), SOFTCD_T1, &created), SOFTCD_OK);
+    probe_.reset(created);
+  }
+  softcd_probe* probe() const { return probe_.get(); }
+
+  ProbePointer probe_;
+};
+
+TEST_F(CProbes, rays_meet_triangles) {
+  const softcd_ray rays[] = {{{0.3, 0.3, 9}, {0, 0, -1}, 0, INFINITY}, {{3, 3, 9}, {0, 0, -1}, 0, INFINITY}};
+  const softcd_ray_hit* hits = nullptr;
+  ASSERT_EQ(softcd_probe_first_hits(probe(), rays, 2, &hits), SOFTCD_OK);
+  EXPECT_EQ(hits[0].body, upper_);
+  EXPECT_EQ(hits[1].body, SOFTCD_NO_BODY);
+  const std::uint64_t* begins = nullptr;
+  ASSERT_EQ(softcd_probe_all_hits(probe(), rays, 2, &begins, &hits), SOFTCD_OK);
+  EXPECT_EQ(begins[0], 0U);
+  ASSERT_EQ(begins[1], 2U);
+  EXPECT_EQ(begins[2], 2U);
+  EXPECT_LT(hits[0].t, hits[1].t);
+  EXPECT_DOUBLE_EQ(hits[1].t, 9.0);
+  EXPECT_FLOAT_EQ(std::abs(hits[1].normal[2]), 1.0F);
+}
+
+TEST_F(CProbes, nearest_points_and_overlaps) {
+  const softcd_point points[] = {{{0.25, 0.25, -1}, INFINITY}, {{0.25, 0.25, -1}, 0.5}};
+  const softcd_closest_point* closest = nullptr;
+  ASSERT_EQ(softcd_probe_closest_points(probe(), points, 2, &closest), SOFTCD_OK);
+  EXPECT_EQ(closest[0].body, lower_);
+  EXPECT_DOUBLE_EQ(closest[0].distance, 1.0);
+  EXPECT_DOUBLE_EQ(closest[0].position[2], 0.0);
+  EXPECT_EQ(closest[1].body, SOFTCD_NO_BODY);
+
+  const std::uint64_t* begins = nullptr;
+  const softcd_overlap* overlaps = nullptr;
+  const softcd_sphere spheres[] = {{{9, 9, 9}, 1}, {{0.25, 0.25, 0}, 0.2}};
+  ASSERT_EQ(softcd_probe_sphere_overlaps(probe(), spheres, 2, &begins, &overlaps), SOFTCD_OK);
+  EXPECT_EQ(begins[1], 0U);
+  ASSERT_EQ(begins[2], 2U);
+  EXPECT_EQ(overlaps[0].body, lower_);
+  EXPECT_EQ(overlaps[1].body, upper_);
+  const softcd_box box = {{-1, -1, -1}, {2, 2, 0.05}};
+  ASSERT_EQ(softcd_probe_box_overlaps(probe(), &box, 1, &begins, &overlaps), SOFTCD_OK);
+  EXPECT_EQ(begins[1], 1U);
+}
+
+TEST_F(CProbes, nothing_may_be_asked) {
+  const softcd_ray_hit* hits = nullptr;
+  EXPECT_EQ(softcd_probe_first_hits(probe(), nullptr, 0, &hits), SOFTCD_OK);
+  const std::uint64_t* begins = nullptr;
+  EXPECT_EQ(softcd_probe_all_hits(probe(), nullptr, 0, &begins, &hits), SOFTCD_OK);
+}
+
+}  // namespace
+}  // namespace softcd::test
