@@ -1,9 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <memory>
 #include <new>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "expectations.hpp"
@@ -78,9 +80,10 @@ class FaultyDevice final : public Detector {
 /// A scene with one query and a device that fails.
 class FailingScene {
  public:
-  FailingScene(Backend wanted, Fault& fault, const SceneBody& body, std::vector<std::string>& warnings)
+  FailingScene(Backend wanted, Fault& fault, const SceneBody& body, std::vector<std::string>& warnings,
+               const Communicator& communicator = {})
       : scene_(std::make_shared<detail::SceneCore>(
-            options(wanted),
+            options(wanted, communicator),
             [&warnings](LogLevel level, std::string_view message) {
               if (level == LogLevel::warning) warnings.emplace_back(message);
             },
@@ -104,6 +107,8 @@ class FailingScene {
     return {contacts.begin(), contacts.end()};
   }
 
+  std::vector<Contact> gather() { return query_.gather_contacts(); }
+
   /// Of a ray straight through.
   std::size_t hits() {
     const Ray ray{{0.1, 0.2, 100}, {0, 0, -1}};
@@ -111,9 +116,10 @@ class FailingScene {
   }
 
  private:
-  static SceneOptions options(Backend wanted) {
+  static SceneOptions options(Backend wanted, const Communicator& communicator) {
     SceneOptions result;
     result.backend = wanted;
+    result.communicator = communicator;
     return result;
   }
 
@@ -270,6 +276,60 @@ TEST_F(DeviceFailures, no_device_is_an_error_only_when_one_was_asked_for) {
   const SelectedDetector automatic(Backend::automatic, {}, without_device);
   EXPECT_EQ(automatic.backend(), Backend::cpu);
   EXPECT_THAT(automatic.reason(), testing::HasSubstr("it is a toaster"));
+}
+
+/// Two ranks, of which the second's device fails: what each has found, or thrown.
+struct RankOutcome {
+  std::vector<Contact> all;
+  std::string problem;
+  Backend backend = Backend::automatic;
+};
+std::vector<RankOutcome> detect_on_ranks(Backend wanted, std::array<Fault, 2>& faults, const SceneBody& body) {
+  const std::vector<Communicator> ranks = Communicator::of_threads(2);
+  std::vector<RankOutcome> outcomes(2);
+  std::vector<std::thread> threads;
+  for (std::size_t rank = 0; rank < 2; ++rank) {
+    threads.emplace_back([&, rank] {
+      std::vector<std::string> warnings;
+      FailingScene failing(wanted, faults[rank], body, warnings, ranks[rank]);
+      try {
+        failing.detect();
+      } catch (const BackendError& error) {
+        outcomes[rank].problem = error.what();
+        faults[rank].where = Failing::nothing;
+        failing.detect();  // the device is tried again, on all ranks
+      }
+      outcomes[rank].all = failing.gather();
+      outcomes[rank].backend = failing.backend();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  return outcomes;
+}
+
+TEST_F(DeviceFailures, one_rank_s_are_told_to_all_of_them) {
+  const std::vector<Contact> contacts = expected(Detection::ccd);
+  for (const Failing where : {Failing::construction, Failing::query, Failing::scene, Failing::start, Failing::finish}) {
+    std::array<Fault, 2> faults{Fault{}, Fault{where}};
+    const std::vector<RankOutcome> outcomes = detect_on_ranks(Backend::cuda, faults, body_);
+    EXPECT_THAT(outcomes[0].problem, testing::HasSubstr("rank 1: the device fell off the bus"));
+    EXPECT_EQ(outcomes[1].problem, outcomes[0].problem);
+    for (const RankOutcome& outcome : outcomes) EXPECT_TRUE(identical(contacts, outcome.all));
+  }
+}
+
+TEST_F(DeviceFailures, the_cpu_takes_over_one_rank_s_part) {
+  const std::vector<Contact> contacts = expected(Detection::ccd);
+  for (const Failing where : {Failing::construction, Failing::query, Failing::scene, Failing::start, Failing::finish}) {
+    std::array<Fault, 2> faults{Fault{}, Fault{where}};
+    const std::vector<RankOutcome> outcomes = detect_on_ranks(Backend::automatic, faults, body_);
+    EXPECT_EQ(outcomes[0].backend, Backend::cuda);
+    EXPECT_EQ(outcomes[1].backend, Backend::cpu);
+    for (const RankOutcome& outcome : outcomes) {
+      EXPECT_EQ(outcome.problem, "");
+      EXPECT_TRUE(identical(contacts, outcome.all));
+    }
+  }
 }
 
 }  // namespace

@@ -43,11 +43,11 @@ TEST(MpiRanks, find_each_contact_once) {
   const TemporaryFolder folder;
   for (const int processes : {2, 3}) {
     // Open MPI's, which refuses to start as root and more processes than cores otherwise.
-    const Result result =
-        run_shell("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
-                  "'" SOFTCD_MPI_START "' " SOFTCD_MPI_PROCESSES " " +
-                      std::to_string(processes) + " '" SOFTCD_APP_RANKS "'",
-                  folder);
+    const Result result = run_shell(
+        "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
+        "'" SOFTCD_MPI_START "' " SOFTCD_MPI_PROCESSES " " +
+            std::to_string(processes) + " '" SOFTCD_APP_RANKS "'",
+        folder);
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     const std::map<int, Step> steps = steps_of(result.output);
     ASSERT_EQ(steps.size(), 3U) << result.output;
