@@ -31,7 +31,9 @@ std::map<int, Step> steps_of(const std::string& output) {
       continue;
     }
     Step& step = steps[number];
-    if (step.ranks > 0) EXPECT_EQ(of_all, step.of_all) << line;
+    if (step.ranks > 0) {
+      EXPECT_EQ(of_all, step.of_all) << line;
+    }
     ++step.ranks;
     step.found += found;
     step.of_all = of_all;
