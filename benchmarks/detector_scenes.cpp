@@ -383,6 +383,20 @@ DetectorScene make_n_body(double scale) {
   return scene;
 }
 
+DetectorScene make_batches(double scale) {
+  constexpr double kScaleOfOne = 0.0111;
+  DetectorScene one = make_cloth_on_ball(kScaleOfOne);
+  DetectorScene scene;
+  scene.name = "batches";
+  scene.edge_length = one.edge_length;
+  const auto batches = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(1024 * scale)));
+  for (std::uint32_t batch = 0; batch < batches; ++batch) {
+    for (SceneBody& body : one.bodies) body.settings.batch = batch;
+    scene.bodies.insert(scene.bodies.end(), one.bodies.begin(), one.bodies.end());
+  }
+  return scene;
+}
+
 DetectorScene make_many_bodies(double scale) {
   const std::vector<Triangle> triangles = {{{0, 1, 3}}, {{0, 3, 2}}, {{4, 7, 5}}, {{4, 6, 7}},
                                            {{0, 5, 1}}, {{0, 4, 5}}, {{2, 3, 7}}, {{2, 7, 6}},

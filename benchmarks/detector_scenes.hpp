@@ -37,6 +37,10 @@ DetectorScene make_cloth_on_ball(double scale);
 /// as large as a ball's. 144K triangles at scale 1, which multiplies the number of bodies.
 DetectorScene make_n_body(double scale);
 
+/// 1,024 cloths on balls of 1K triangles, all at one place and each a batch. 1M triangles at scale 1, which multiplies
+/// the number of batches.
+DetectorScene make_batches(double scale);
+
 /// 1,000 boxes of 12 triangles each, strewn so that few meet, which move by a tenth of an edge. 12K triangles at scale
 /// 1, which multiplies the number of bodies.
 DetectorScene make_many_bodies(double scale);
@@ -50,9 +54,10 @@ DetectorScene read_recorded_step(const std::filesystem::path& step);
 using MakeScene = DetectorScene (*)(double scale);
 
 /// The benchmarks of the paper (its section 4.1) that a formula can stand for, and one for the number of bodies.
-inline constexpr std::array<demo::Choice<MakeScene>, 4> kScenes = {{{"funnel", make_funnel},
+inline constexpr std::array<demo::Choice<MakeScene>, 5> kScenes = {{{"funnel", make_funnel},
                                                                     {"cloth-on-ball", make_cloth_on_ball},
                                                                     {"n-body", make_n_body},
-                                                                    {"many-bodies", make_many_bodies}}};
+                                                                    {"many-bodies", make_many_bodies},
+                                                                    {"batches", make_batches}}};
 
 }  // namespace softcd::benchmarks

@@ -19,7 +19,8 @@ softcd_body_settings to_c(const BodySettings& settings) {
           settings.self_collision,
           settings.kinematic,
           settings.features.vertex_triangle,
-          settings.features.edge_edge};
+          settings.features.edge_edge,
+          settings.batch};
 }
 
 SceneOptions scene_options(const softcd_scene_options* given) {
@@ -44,6 +45,7 @@ BodySettings body_settings(const softcd_body_settings* given) {
   settings.self_collision = read.self_collision != 0;
   settings.kinematic = read.kinematic != 0;
   settings.features = {read.vertex_triangle != 0, read.edge_edge != 0};
+  settings.batch = read.batch;
   return settings;
 }
 

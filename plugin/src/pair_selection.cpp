@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "box_pairs.hpp"
+#include "softcd/grid/uniform_grid.hpp"
 
 namespace softcd {
 namespace {
@@ -53,6 +54,28 @@ Features wanted_features(const BodySettings& a, const BodySettings& b, const Fea
   if (a.kinematic && b.kinematic) return {false, false};
   return {a.features.vertex_triangle && b.features.vertex_triangle && features.vertex_triangle,
           a.features.edge_edge && b.features.edge_edge && features.edge_edge};
+}
+
+/// Spreads batches over all cells of the grid; batch 0 stays where it is.
+std::uint32_t cell_offset_of(std::uint32_t batch) {
+  return (batch * 0x9E3779B1U) >> (32 - 3 * kCellBits);
+}
+
+/// All pairs of boxes of one batch that overlap, batch by batch.
+std::vector<IndexPair> overlapping_pairs_in_batches(const std::vector<Body>& bodies, const std::vector<Box>& boxes) {
+  std::vector<std::uint32_t> order(bodies.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto batch_of = [&](std::uint32_t b) { return bodies[b].settings.batch; };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return batch_of(a) < batch_of(b); });
+  std::vector<IndexPair> pairs;
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    std::vector<Box> of_batch;
+    while (end < order.size() && batch_of(order[end]) == batch_of(order[begin]))
+      of_batch.push_back(boxes[order[end++]]);
+    for (const auto& [a, b] : overlapping_pairs(of_batch)) pairs.emplace_back(order[begin + a], order[begin + b]);
+  }
+  return pairs;
 }
 
 /// Takes pairs that may touch.
@@ -117,7 +140,8 @@ PairSelection select_pairs(const std::vector<Body>& bodies, Vec3d origin, const 
     const float margin = detected_margin(body, selecting);
     out.bodies.push_back({body.id.value, body.vertices.first, body.triangles.first, body.edges.first, margin,
                           features.vertex_triangle && selecting.features.vertex_triangle,
-                          features.edge_edge && selecting.features.edge_edge, /*lists_neighbours=*/false, kNowhere});
+                          features.edge_edge && selecting.features.edge_edge, /*lists_neighbours=*/false, kNowhere,
+                          cell_offset_of(body.settings.batch)});
     boxes.push_back(grown_box(body, origin, margin, selecting));
   }
 
@@ -127,7 +151,9 @@ PairSelection select_pairs(const std::vector<Body>& bodies, Vec3d origin, const 
     if (!bodies[b].settings.self_collision || is_nowhere(b)) continue;
     if (selection.offer(b, b)) out.bodies[b].lists_neighbours = bodies[b].lists_neighbours;
   }
-  for (const auto& [a, b] : overlapping_pairs(boxes)) {
+  const bool has_batches =
+      std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.settings.batch != 0; });
+  for (const auto& [a, b] : has_batches ? overlapping_pairs_in_batches(bodies, boxes) : overlapping_pairs(boxes)) {
     // Infinite boxes reach those that are nowhere, too.
     if (is_nowhere(a) || is_nowhere(b)) continue;
     if (groups_allow(bodies[a].settings, bodies[b].settings)) selection.offer(a, b);

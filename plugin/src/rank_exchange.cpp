@@ -146,7 +146,7 @@ void RankExchange::compare(const std::vector<Body>& bodies, const QueryOptions& 
   for (const Body& body : bodies) {
     const BodySettings& s = body.settings;
     scene.add(body.id.value, body.is_removed, body.rank, body.vertex_count(), body.triangle_count(), s.margin,
-              s.filter_group, s.filter_mask, s.self_collision, s.kinematic, s.features.vertex_triangle,
+              s.filter_group, s.filter_mask, s.batch, s.self_collision, s.kinematic, s.features.vertex_triangle,
               s.features.edge_edge);
   }
   Digest query;

@@ -15,7 +15,7 @@ inline constexpr auto kBodySettings = fields_of<BodySettings>(
     Field{"vertex_triangle", [](BodySettings& s) -> bool& { return s.features.vertex_triangle; }},
     Field{"edge_edge", [](BodySettings& s) -> bool& { return s.features.edge_edge; }},
     Field{"kinematic", &BodySettings::kinematic}, Field{"filter_group", &BodySettings::filter_group},
-    Field{"filter_mask", &BodySettings::filter_mask});
+    Field{"filter_mask", &BodySettings::filter_mask}, Field{"batch", &BodySettings::batch});
 
 inline constexpr auto kQueryOptions = fields_of<QueryOptions>(
     Field{"detection", &QueryOptions::detection}, Field{"accuracy", &QueryOptions::accuracy},

@@ -40,6 +40,8 @@ struct BodySettings {
   /// Moved by somebody else (static or animated): two such bodies are never compared, nor is one with itself.
   bool kinematic = false;
   Features features;
+  /// Bodies of different batches never touch, wherever they are: many small scenes in one, which are detected together.
+  std::uint32_t batch = 0;
 };
 
 /// A mesh: triangles over vertices 0 .. vertex_count - 1. A vertex in no triangle does not collide;

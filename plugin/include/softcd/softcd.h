@@ -149,6 +149,8 @@ typedef struct softcd_body_settings {
   /** Which pairs of features the body takes part in; a kind is tested where both bodies want it. Defaults: 1 and 0. */
   uint32_t vertex_triangle;
   uint32_t edge_edge;
+  /** Bodies of different batches never touch, wherever they are. Default: 0. */
+  uint32_t batch;
 } softcd_body_settings;
 
 /** Writes the defaults and struct_size, where `size` is sizeof(softcd_body_settings). */

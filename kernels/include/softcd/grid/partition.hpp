@@ -24,7 +24,6 @@ struct Partition {
 
   SOFTCD_HD constexpr bool is_whole() const { return rank.count == 1; }
   SOFTCD_HD constexpr bool has(std::uint32_t cell) const { return first_cell <= cell && cell < end_cell; }
-  SOFTCD_HD constexpr bool has(Cell cell) const { return has(cell_index(cell)); }
   /// Whether cells between these layers, lo and hi included, may be the rank's. Layers are contiguous indices.
   SOFTCD_HD constexpr bool has_layers(int lo, int hi) const {
     for (int z = lo; z <= hi; ++z) {

@@ -32,6 +32,25 @@ SOFTCD_HD constexpr std::uint32_t cell_index(Cell cell) {
          (static_cast<std::uint32_t>(cell.y & kCellMask) << kCellBits) | static_cast<std::uint32_t>(cell.x & kCellMask);
 }
 
+/// Wrapped indices of cells that were moved by as many cells along each axis as that of `offset` is from the origin's.
+SOFTCD_HD constexpr std::uint32_t moved_cell(std::uint32_t cell, std::uint32_t offset) {
+  std::uint32_t moved = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto along = static_cast<std::uint32_t>(kCellMask) << (axis * kCellBits);
+    moved |= ((cell & along) + (offset & along)) & along;
+  }
+  return moved;
+}
+/// The opposite of `offset`.
+SOFTCD_HD constexpr std::uint32_t opposite_cell(std::uint32_t offset) {
+  std::uint32_t opposite = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto along = static_cast<std::uint32_t>(kCellMask) << (axis * kCellBits);
+    opposite |= (0U - (offset & along)) & along;
+  }
+  return opposite;
+}
+
 /// The cell that holds `point`; `inverse_size` is 1 / s, and a fraction rounds down on both sides of zero.
 SOFTCD_HD inline Cell cell_of(Vec3f point, float inverse_size) {
   return {static_cast<int>(floorf(point.x * inverse_size)), static_cast<int>(floorf(point.y * inverse_size)),

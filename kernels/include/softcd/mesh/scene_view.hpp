@@ -27,6 +27,8 @@ struct SceneBody {
   /// Union of the volumes of all bodies that this one may touch, grown by their margins; empty when there are none.
   /// A triangle outside takes no part in the detection.
   Box partner_box;
+  /// What the cells of its batch are moved by, see moved_cell: batches are apart in the grid, wherever they are.
+  std::uint32_t cell_offset = 0;
 };
 
 /// All bodies concatenated in ascending order of ids; memory of the backend. Positions are float32, relative to the
@@ -55,12 +57,16 @@ struct SceneView {
   bool is_swept = false;         ///< some vertex moves, and what lies on its way counts
   bool self_collision = false;   ///< some body may touch itself
   bool is_conservative = false;  ///< Accuracy::conservative
+  bool has_batches = false;      ///< some body's cells are moved
   /// See PipelineOptions::motion_margin.
   float motion_margin = 0.0F;
   /// What counts as a contact in a discrete detection.
   ContactRule contact_rule = ContactRule::distance;
 
   friend bool operator==(const SceneView&, const SceneView&) = default;
+
+  /// What the cells of this body are moved by.
+  SOFTCD_HD std::uint32_t cell_offset(std::uint32_t body) const { return has_batches ? bodies[body].cell_offset : 0U; }
 
   /// Looked up in the shorter of the two rows.
   SOFTCD_HD bool bodies_may_touch(std::uint32_t a, std::uint32_t b) const {

@@ -209,6 +209,8 @@ class DetectorOn final : public Detector {
     scene_.partners = query_->partners.data();
     scene_.body_count = static_cast<std::uint32_t>(bodies.bodies.size());
     scene_.summarize_pairs(bodies.partner_begin, bodies.partners);
+    scene_.has_batches = std::any_of(bodies.bodies.begin(), bodies.bodies.end(),
+                                     [](const SceneBody& body) { return body.cell_offset != 0; });
     scene_.is_swept = continuous && settings_.both_ends;
     scene_.motion_margin = continuous ? 0.0F : settings_.motion_margin;
     scene_.is_conservative = settings_.accuracy == Accuracy::conservative;

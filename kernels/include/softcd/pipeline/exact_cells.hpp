@@ -99,7 +99,7 @@ class ExactCells {
   template <class Pairs>
   void keep_own_first(Count count, const std::uint64_t* sorted, Pairs pairs) {
     backend_.for_each_append("keep_own_first", count,
-                             KeepOwnFirst{sorted, settings_.partition, w_.volumes.data(), &counters_->grid,
+                             KeepOwnFirst{sorted, scene_, settings_.partition, w_.volumes.data(), &counters_->grid,
                                           w_.split_of.data(), split_bits()},
                              pairs);
   }

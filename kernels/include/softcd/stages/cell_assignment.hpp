@@ -55,7 +55,8 @@ struct Registration {
   std::uint32_t body;
   std::uint32_t bits;   ///< whole: of its entries, with an empty mask
   std::uint32_t level;  ///< split: number of 1-to-4 splits
-  IntegerDop cells;     ///< whole
+  std::uint32_t cell_offset;
+  IntegerDop cells;  ///< whole
 
   /// Whole triangles are registered row by row (fixed y and z).
   SOFTCD_HD std::uint32_t part_count() const {
@@ -93,7 +94,10 @@ struct RegisterTriangle {
     if (level > 0 && !pay_off(split_cells(shape))) return work;
     if (level == 0 && span > kFewCellsAcross && !pay_off(whole_cells(volume, shape))) return work;
     work.placement = level > 0 ? Placement::split : Placement::whole;
-    if (level == 0 && !partition.is_whole() && !partition.has_layers(work.cells.lo[2], work.cells.hi[2])) {
+    work.cell_offset = scene.cell_offset(scene.triangle_body[t]);
+    const int layers_up = static_cast<int>(work.cell_offset >> (2 * kCellBits));
+    if (level == 0 && !partition.is_whole() &&
+        !partition.has_layers(work.cells.lo[2] + layers_up, work.cells.hi[2] + layers_up)) {
       work.placement = Placement::nowhere;
     }
     work.level = static_cast<std::uint32_t>(level);
@@ -132,10 +136,12 @@ struct RegisterTriangle {
     return 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
   }
 
-  SOFTCD_HD std::uint32_t own_cells(CellInterval row, int y, int z) const {
+  SOFTCD_HD std::uint32_t own_cells(const Registration& work, CellInterval row, int y, int z) const {
     if (partition.is_whole()) return static_cast<std::uint32_t>(row.hi - row.lo + 1);
     std::uint32_t count = 0;
-    for (int x = row.lo; x <= row.hi; ++x) count += partition.has(Cell{x, y, z}) ? 1U : 0U;
+    for (int x = row.lo; x <= row.hi; ++x) {
+      count += partition.has(moved_cell(cell_index({x, y, z}), work.cell_offset)) ? 1U : 0U;
+    }
     return count;
   }
 
@@ -147,13 +153,13 @@ struct RegisterTriangle {
     const int y = cells.lo[1] + static_cast<int>(part) % rows_in_layer;
     if (cells.row(y, z).empty()) return;
     const CellRow row(cells, y, z);
-    auto room = entries.allocate(own_cells(row.cells, y, z));
+    auto room = entries.allocate(own_cells(work, row.cells, y, z));
     for (int x = row.cells.lo; x <= row.cells.hi; ++x) {
-      if (!partition.has(Cell{x, y, z})) continue;
+      const std::uint32_t cell = moved_cell(cell_index({x, y, z}), work.cell_offset);
+      if (!partition.has(cell)) continue;
       const std::uint32_t mask = row.mask(x);
       const std::uint32_t rank = entry_rank(scene, work.body, missing_face_neighbours(mask));
-      room.put(KeyedEntry{entry_key(cell_index(Cell{x, y, z}), rank),
-                          {work.triangle, work.bits | ExactControl::pack(mask, false, false)}});
+      room.put(KeyedEntry{entry_key(cell, rank), {work.triangle, work.bits | ExactControl::pack(mask, false, false)}});
     }
   }
 };

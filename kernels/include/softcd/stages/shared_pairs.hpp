@@ -87,6 +87,7 @@ SOFTCD_HD inline bool first_common_cell(const TriangleCells& a, const TriangleCe
 /// Keeps the first of each run of equal pairs where it is the rank's.
 struct KeepOwnFirst {
   const std::uint64_t* pairs;
+  SceneView scene;
   Partition partition;
   const Kdop18* volumes;
   const GridParameters* grid;
@@ -102,7 +103,8 @@ struct KeepOwnFirst {
     Cell cell{};
     // They met in one of this rank's; were there none, a pair too often would be better than one that is lost.
     const bool is_found = first_common_cell(cells_of(a), cells_of(b), cell);
-    if (!is_found || partition.has(cell)) kept.push(pairs[i]);
+    const std::uint32_t offset = scene.cell_offset(scene.triangle_body[a]);
+    if (!is_found || partition.has(moved_cell(cell_index(cell), offset))) kept.push(pairs[i]);
   }
 
  private:

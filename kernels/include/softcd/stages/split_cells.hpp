@@ -131,7 +131,8 @@ struct RegisterMarkedCells {
     const std::uint32_t root = splits[split].root;
     const std::uint32_t body = scene.triangle_body[root];
     const std::uint32_t features = wanted_features(shapes[root].flags);
-    const std::uint32_t registered = own_bits(marked, {box.x + 32 * word, box.y + y, box.z + z});
+    const std::uint32_t offset = scene.cell_offset(body);
+    const std::uint32_t registered = own_bits(marked, {box.x + 32 * word, box.y + y, box.z + z}, offset);
     auto room = entries.allocate(count_bits(registered));
     for (int bit = 0; bit < 32; ++bit) {
       if (((registered >> bit) & 1U) == 0U) continue;
@@ -139,17 +140,18 @@ struct RegisterMarkedCells {
       for (int r = 0; r < 4; ++r) mask |= static_cast<std::uint32_t>((rows[r] >> bit) & 7U) << (3 * r);
       const std::uint32_t rank = entry_rank(scene, body, missing_face_neighbours(mask));
       const Cell cell = {box.x + 32 * word + bit, box.y + y, box.z + z};
-      room.put(KeyedEntry{entry_key(cell_index(cell), rank),
+      room.put(KeyedEntry{entry_key(moved_cell(cell_index(cell), offset), rank),
                           {root, entry_bits(ExactControl::pack(mask, true, false), body, features)}});
     }
   }
 
  private:
   /// The bits of a row of cells from `first` on that are the rank's.
-  SOFTCD_HD std::uint32_t own_bits(std::uint32_t marked, Cell first) const {
+  SOFTCD_HD std::uint32_t own_bits(std::uint32_t marked, Cell first, std::uint32_t offset) const {
     if (partition.is_whole()) return marked;
     for (int bit = 0; bit < 32; ++bit) {
-      if (!partition.has(Cell{first.x + bit, first.y, first.z})) marked &= ~(1U << bit);
+      const std::uint32_t cell = cell_index({first.x + bit, first.y, first.z});
+      if (!partition.has(moved_cell(cell, offset))) marked &= ~(1U << bit);
     }
     return marked;
   }
