@@ -28,7 +28,7 @@ inline void register_split_triangles(const SceneView& scene, const Kdop18* volum
       MarkChild{scene, shapes, splits.data(), &grid, bits}(s, child);
     }
     for (std::uint32_t k = 0; k < counts[s]; ++k) {
-      RegisterMarkedCells{scene, shapes, splits.data(), bits}(s, k, entries);
+      RegisterMarkedCells{scene, shapes, splits.data(), bits, {}}(s, k, entries);
     }
   }
 }

@@ -27,7 +27,7 @@ class SerialBroadPhase {
  public:
   SerialBroadPhase(const SceneView& scene, float cell_size, bool subdivision)
       : scene_(scene), bounds_(scene), grid_(grid_of(cell_size)) {
-    const RegisterTriangle whole{scene, bounds_.volumes.data(), bounds_.shapes.data(), &grid_, subdivision};
+    const RegisterTriangle whole{scene, bounds_.volumes.data(), bounds_.shapes.data(), &grid_, subdivision, {}};
     for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
       const Registration work = whole.load_item(t);
       for (std::uint32_t part = 0; part < work.part_count(); ++part) whole(work, part, entries_, splits_, bigs_);

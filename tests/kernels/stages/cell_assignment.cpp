@@ -28,7 +28,7 @@ class CellAssignment : public testing::Test {
   CellAssignment() : host_({{uneven_soup(), {}, 0.01F}}, false), scene_(host_.view()), bounds_(scene_) {}
 
   void register_all(const GridParameters& grid, bool subdivision) {
-    const RegisterTriangle stage{scene_, bounds_.volumes.data(), bounds_.shapes.data(), &grid, subdivision};
+    const RegisterTriangle stage{scene_, bounds_.volumes.data(), bounds_.shapes.data(), &grid, subdivision, {}};
     for (std::uint32_t t = 0; t < scene_.triangle_count; ++t) {
       const Registration work = stage.load_item(t);
       for (std::uint32_t part = 0; part < work.part_count(); ++part) stage(work, part, entries_, splits_, bigs_);
