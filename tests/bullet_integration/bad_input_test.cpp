@@ -25,7 +25,9 @@ class BadInput : public testing::TestWithParam<World> {
     settings.edge_contacts = bullet::EdgeContacts::respond;
     settings.self_collision = bullet::SelfCollision::all;
     settings.log = [this](LogLevel level, std::string_view text) {
-      if (level == LogLevel::warning) warnings_.emplace_back(text);
+      // A dispatcher has that to say whatever the input is.
+      const bool is_of_dispatcher = text.find("softcd::bullet::Dispatcher") != std::string_view::npos;
+      if (level == LogLevel::warning && !is_of_dispatcher) warnings_.emplace_back(text);
     };
     return settings;
   }
