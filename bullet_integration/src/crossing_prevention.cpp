@@ -116,6 +116,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_let_go(found)) {
       ++excepted;
+      let_go_.add(found);
     } else {
       impacts.push_back(impact_of(found));
     }
@@ -137,16 +138,17 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   query_.set_pair_filter(pair_filter(mirror_, rule));
   answered_.clear();
   constrained_.clear();
+  let_go_.begin_step(mirror_, kind_);
   answers_ = {};
   const std::vector<Impact> impacts = find_impacts(Pairs::all);
-  if (impacts.empty()) return false;
   try {
-    answer(impacts, time_step);
+    if (!impacts.empty()) answer(impacts, time_step);
+    name_let_go(bodies);
   } catch (...) {
     take_back();
     throw;
   }
-  return true;
+  return !impacts.empty();
 }
 
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
@@ -189,6 +191,16 @@ void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
       "continuous detection: in " + std::to_string(answers_.unavoidable) +
           " impacts something passes through nodes that were held where they were: nodes without mass that the "
           "app moves, or nodes on anchors; move them less in a step, or leave more room before them");
+}
+
+void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
+  const std::string pairs = settings_.log ? let_go_.describe_new(mirror_, bodies) : std::string();
+  if (pairs.empty()) return;
+  settings_.log(LogLevel::warning,
+                "continuous detection: bodies are through each other when a step begins, so that they may move on "
+                "through each other there until they are apart, in " +
+                    std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
+                    " (of these nothing is said again until they are apart; nothing else is let go)");
 }
 
 }  // namespace softcd::bullet

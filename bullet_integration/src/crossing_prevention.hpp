@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "held_nodes.hpp"
+#include "let_go_pairs.hpp"
 #include "softcd/bullet/world_detection.hpp"
 #include "world_kind.hpp"
 
@@ -58,6 +59,7 @@ class CrossingPrevention {
   void take_back();
   void look_again(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
+  void name_let_go(Span<btSoftBody* const> bodies) const;
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
@@ -67,6 +69,7 @@ class CrossingPrevention {
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;
   AnsweredBodies answered_;
   ConstrainedNodes constrained_;
+  LetGoPairs let_go_;
   CrossingAnswers answers_;
 };
 
