@@ -77,6 +77,37 @@ TEST_P(BadInput, velocities_that_are_no_numbers_stay_with_their_body) {
   EXPECT_NE(warnings_[0].find("not finite"), std::string::npos) << warnings_[0];
 }
 
+TEST_P(BadInput, velocities_that_are_no_numbers_stay_with_a_body_that_touches_others) {
+  add_good_ones();
+  btSoftBody& spoilt = simulation_.add(make_at(btScalar(0.12)));
+  step(5);
+  for (int n = 0; n < 5; ++n) spoilt.m_nodes[n].m_v = btVector3(kNotANumber, 0, 0);
+  step(10);
+  expect_good_ones_unharmed();
+  ASSERT_FALSE(warnings_.empty());
+  EXPECT_NE(warnings_[0].find("not finite"), std::string::npos) << warnings_[0];
+}
+
+TEST_P(BadInput, velocities_beyond_all_bounds_stay_with_their_body) {
+  add_good_ones();
+  btSoftBody& thrown = simulation_.add(make_at(btScalar(0.3)));
+  step(1);
+  thrown.m_nodes[3].m_v = btVector3(0, btScalar(1e30), 0);
+  step(10);
+  expect_good_ones_unharmed();
+}
+
+TEST_P(BadInput, bodies_all_of_whose_nodes_are_fixed_hold_what_falls_onto_them) {
+  add_good_ones();
+  const std::vector<btScalar> before = coordinates_of(*good_[0]);
+  btSoftBody& thrown = simulation_.add(make_at(btScalar(0.5)));
+  thrown.setVelocity(btVector3(0, -50, 0));
+  step(10);
+  expect_good_ones_unharmed();
+  EXPECT_EQ(coordinates_of(*good_[0]), before);
+  EXPECT_TRUE(warnings_.empty());
+}
+
 TEST_P(BadInput, bodies_without_mass_pass_through_each_other_unanswered) {
   add_good_ones();
   btSoftBody& first = simulation_.add(make_at(2, /*fixed=*/true));
