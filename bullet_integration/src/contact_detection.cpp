@@ -10,28 +10,19 @@ extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_flo
 namespace softcd::bullet {
 namespace {
 
-bool is_finite(const btVector3& v) {
-  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
-}
-
-/// Whether `holds` for each of the body's nodes.
-template <class Predicate>
-bool all_nodes(const btSoftBody& body, Predicate holds) {
+bool is_finite(const btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
-    if (!holds(body.m_nodes[i])) return false;
+    const btSoftBody::Node& node = body.m_nodes[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(node.m_x[axis]) || !std::isfinite(node.m_q[axis])) return false;
+    }
   }
   return true;
 }
 
 /// Whether solving it spreads what is no number over its links.
-bool is_spoilt_in_turns(const btSoftBody& body) {
-  const auto is_placed = [](const btSoftBody::Node& node) { return is_finite(node.m_x) && is_finite(node.m_q); };
-  return body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0 && !all_nodes(body, is_placed);
-}
-
-/// Whether it has velocities that contacts would pass on, of nodes that are still where they were.
-bool has_spoilt_velocities(const btSoftBody& body) {
-  return !all_nodes(body, [](const btSoftBody::Node& node) { return is_finite(node.m_v); });
+bool is_spoilt(const btSoftBody& body) {
+  return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
 }
 
 bool has_begun_before(const Contact& contact) {
@@ -107,8 +98,7 @@ void ContactDetection::finish() {
 
 void ContactDetection::find_spoilt(Span<const Contact> contacts) {
   spoilt_.clear();
-  if (kind_.solves_in_turns && query_.statistics().left_out_triangles == 0) return;
-  const auto is_spoilt = kind_.solves_in_turns ? is_spoilt_in_turns : has_spoilt_velocities;
+  if (!kind_.solves_in_turns || query_.statistics().left_out_triangles == 0) return;
   std::unordered_set<const btSoftBody*> seen;
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     for (const btSoftBody* body : {found.a.body, found.b.body}) {
