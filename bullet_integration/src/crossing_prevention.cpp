@@ -11,6 +11,12 @@
 namespace softcd::bullet {
 namespace {
 
+/// Of where nodes are, by how much what moves as one and still meets is set apart, and what that grows by each time:
+/// well above the rounding of positions, which may close a gap that is no wider.
+constexpr btScalar kLeastGap = 16 * btScalar(std::numeric_limits<float>::epsilon());
+constexpr btScalar kGapGrowth = 4;
+constexpr int kMostGaps = 4;
+
 /// Whatever Settings::accuracy is: nothing may be overlooked.
 QueryOptions crossing_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
@@ -155,6 +161,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   std::vector<Impact> answered;
   ImpactZones zones(kind_.start, time_step);
   HeldNodes held(kind_, constrained_);
+  int gaps = 0;
   answers_.impacts = impacts.size();
   while (!impacts.empty() && answers_.rounds < rounds_.last) {
     for (Impact& impact : impacts) take_up(impact, time_step);
@@ -164,6 +171,9 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
       apply_inelastic_impulses(answered);
     } else if (answers_.rounds < rounds_.zones && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
+    } else if (gaps < kMostGaps && held.empty() &&
+               set_apart(impacts, kind_.passing_velocity, kLeastGap * btPow(kGapGrowth, btScalar(gaps)), time_step)) {
+      ++gaps;
     } else if (answers_.rounds < rounds_.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
       break;
     }

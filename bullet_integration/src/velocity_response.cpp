@@ -96,4 +96,25 @@ void apply_inelastic_impulses(const std::vector<Impact>& impacts) {
   }
 }
 
+bool set_apart(const std::vector<Impact>& impacts, btVector3 btSoftBody::Node::*velocity, btScalar share,
+               btScalar time_step) {
+  bool has_moved = false;
+  for (const Impact& impact : impacts) {
+    const btScalar inverse_mass = motion_along(impact, impact.normal).inverse_mass;
+    if (impact.is_from_start || !(inverse_mass > 0)) continue;
+    btScalar extent = 0;
+    for (const btSoftBody::Node* node : impact.nodes) {
+      const btVector3 x = node->m_x.absolute();
+      extent = btMax(extent, x[x.maxAxis()]);
+    }
+    const btScalar push = share * extent / (time_step * inverse_mass);
+    for (int i = 0; i < 4; ++i) {
+      btSoftBody::Node& node = *impact.nodes[i];
+      node.*velocity += node.m_im * impact.weights[i] * push * free_part(impact, i, impact.normal);
+    }
+    has_moved = true;
+  }
+  return has_moved;
+}
+
 }  // namespace softcd::bullet
