@@ -35,7 +35,8 @@ class LockedBodies : public testing::TestWithParam<World> {
     options.fixed = fixed;
     auto sheet = make_sheet(simulation_.world_info(), options);
     sheet->rotate(btQuaternion(btVector3(0, 0, 1), slope));
-    sheet->translate(btVector3(btScalar(0.03), height, btScalar(0.02)) * (slope != 0 ? 1 : btScalar(0.5)));
+    const btScalar off_others_nodes = btScalar(0.003) * btScalar(nodes_per_side);
+    sheet->translate(btVector3(off_others_nodes, height, off_others_nodes));
     return simulation_.add(std::move(sheet));
   }
 
@@ -105,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Worlds, LockedBodies,
 
 TEST_P(LockedBodies, are_named_once_and_nothing_else_is_let_go_with_them) {
   lock_two();
-  btSoftBody& third = add_sheet(btScalar(0.7), 6);
+  btSoftBody& third = add_sheet(btScalar(0.35), 6);
   third.setVelocity(btVector3(0, -3, 0));
   second_->setVelocity(away());
   CrossingFinder finder({first_, &third});
