@@ -17,13 +17,13 @@ namespace {
 
 class LockedBodies : public testing::TestWithParam<World> {
  protected:
-  LockedBodies() : simulation_(GetParam(), settings()) { simulation_.world_info().m_gravity.setZero(); }
+  LockedBodies() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
 
   bullet::Settings settings() {
     bullet::Settings settings = cpu_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
     settings.log = [this](LogLevel level, std::string_view text) {
-      if (level == LogLevel::warning) warnings_.emplace_back(text);
+      if (level == LogLevel::warning) warnings.emplace_back(text);
     };
     return settings;
   }
@@ -33,18 +33,18 @@ class LockedBodies : public testing::TestWithParam<World> {
     options.nodes_per_side = nodes_per_side;
     options.margin = btScalar(0.001);
     options.fixed = fixed;
-    auto sheet = make_sheet(simulation_.world_info(), options);
+    auto sheet = make_sheet(simulation.world_info(), options);
     sheet->rotate(btQuaternion(btVector3(0, 0, 1), slope));
     const btScalar off_others_nodes = btScalar(0.003) * btScalar(nodes_per_side);
     sheet->translate(btVector3(off_others_nodes, height, off_others_nodes));
-    return simulation_.add(std::move(sheet));
+    return simulation.add(std::move(sheet));
   }
 
   /// A level sheet, and a steeper one through it.
   void lock_two(bool is_first_fixed = false) {
-    first_ = &add_sheet(0, 8, 0, is_first_fixed);
-    second_ = &add_sheet(btScalar(0.013), 7, kSlope);
-    EXPECT_GT(count_edges(*first_, *second_), 5U);
+    first = &add_sheet(0, 8, 0, is_first_fixed);
+    second = &add_sheet(btScalar(0.013), 7, kSlope);
+    EXPECT_GT(count_edges(*first, *second), 5U);
   }
 
   /// Up the steeper one.
@@ -56,7 +56,7 @@ class LockedBodies : public testing::TestWithParam<World> {
 
   /// Sees the answers of all steps of the world that a step of the simulation takes.
   void step(const std::function<void()>& before = [] {}) {
-    simulation_.step([&](btScalar) {
+    simulation.step([&](btScalar) {
       see_answers();
       before();
     });
@@ -77,27 +77,27 @@ class LockedBodies : public testing::TestWithParam<World> {
     return energy - double(momentum.length2()) / mass / 2;
   }
   void see_answers() {
-    const bullet::CrossingAnswers answers = simulation_.detection().crossing_answers();
-    excepted_ = answers.excepted;
-    impacts_ += answers.impacts;
-    most_energy_ = std::max(most_energy_, answers.energy);
+    const bullet::CrossingAnswers answers = simulation.detection().crossing_answers();
+    excepted = answers.excepted;
+    impacts += answers.impacts;
+    most_energy = std::max(most_energy, answers.energy);
     const auto& [x, y, z] = answers.momentum;
-    most_momentum_ = std::max(most_momentum_, std::hypot(x, y, z));
+    most_momentum = std::max(most_momentum, std::hypot(x, y, z));
   }
   void expect_no_push() const {
-    EXPECT_LT(most_energy_, 1e-6);
-    EXPECT_LT(most_momentum_, 1e-5);
+    EXPECT_LT(most_energy, 1e-6);
+    EXPECT_LT(most_momentum, 1e-5);
   }
 
   static constexpr btScalar kSlope = btScalar(0.5);
 
-  AnySimulation simulation_;
-  btSoftBody* first_ = nullptr;
-  btSoftBody* second_ = nullptr;
-  std::vector<std::string> warnings_;
-  std::uint64_t excepted_ = 0;                  ///< in the last step
-  std::uint64_t impacts_ = 0;                   ///< in all steps
-  double most_energy_ = 0, most_momentum_ = 0;  ///< that the answers of one step gave to all bodies together
+  AnySimulation simulation;
+  btSoftBody* first = nullptr;
+  btSoftBody* second = nullptr;
+  std::vector<std::string> warnings;
+  std::uint64_t excepted = 0;                 ///< in the last step
+  std::uint64_t impacts = 0;                  ///< in all steps
+  double most_energy = 0, most_momentum = 0;  ///< that the answers of one step gave to all bodies together
 };
 INSTANTIATE_TEST_SUITE_P(Worlds, LockedBodies,
                          testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
@@ -108,50 +108,50 @@ TEST_P(LockedBodies, are_named_once_and_nothing_else_is_let_go_with_them) {
   lock_two();
   btSoftBody& third = add_sheet(btScalar(0.35), 6);
   third.setVelocity(btVector3(0, -3, 0));
-  second_->setVelocity(away());
-  CrossingFinder finder({first_, &third});
-  CrossingFinder other_finder({second_, &third});
+  second->setVelocity(away());
+  CrossingFinder finder({first, &third});
+  CrossingFinder other_finder({second, &third});
   for (int i = 0; i < 40; ++i) {
     step();
     EXPECT_TRUE(finder.find().empty());
     EXPECT_TRUE(other_finder.find().empty());
-    EXPECT_EQ(count_edges(*first_, third), 0U);
-    EXPECT_EQ(count_edges(*second_, third), 0U);
+    EXPECT_EQ(count_edges(*first, third), 0U);
+    EXPECT_EQ(count_edges(*second, third), 0U);
   }
-  EXPECT_GT(impacts_, 0U) << "with the third";
+  EXPECT_GT(impacts, 0U) << "with the third";
   expect_no_push();
-  ASSERT_EQ(warnings_.size(), 1U);
-  EXPECT_NE(warnings_[0].find("soft bodies 0 and 1 "), std::string::npos) << warnings_[0];
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("soft bodies 0 and 1 "), std::string::npos) << warnings[0];
 }
 
 TEST_P(LockedBodies, stay_at_rest_when_nothing_moves_them) {
   lock_two();
   for (int i = 0; i < 60; ++i) {
     step();
-    EXPECT_LT(energy_about_center({first_, second_}), 1e-3) << "step " << i;
+    EXPECT_LT(energy_about_center({first, second}), 1e-3) << "step " << i;
   }
   expect_no_push();
 }
 
 TEST_P(LockedBodies, come_apart_and_are_named_again_when_they_are_put_through_each_other_again) {
   lock_two(/*is_first_fixed=*/true);
-  const btVector3 start = second_->m_nodes[0].m_x;
+  const btVector3 start = second->m_nodes[0].m_x;
   for (int i = 0; i < 75; ++i) {
     step([&] {
-      for (int n = 0; n < second_->m_nodes.size(); ++n) second_->m_nodes[n].m_v = away();
+      for (int n = 0; n < second->m_nodes.size(); ++n) second->m_nodes[n].m_v = away();
     });
   }
-  EXPECT_EQ(count_edges(*first_, *second_), 0U);
-  EXPECT_EQ(excepted_, 0U);
-  EXPECT_LT(most_energy_, 1e-6);
-  ASSERT_EQ(warnings_.size(), 1U);
-  second_->translate(start - second_->m_nodes[0].m_x);
-  EXPECT_GT(count_edges(*first_, *second_), 5U);
+  EXPECT_EQ(count_edges(*first, *second), 0U);
+  EXPECT_EQ(excepted, 0U);
+  EXPECT_LT(most_energy, 1e-6);
+  ASSERT_EQ(warnings.size(), 1U);
+  second->translate(start - second->m_nodes[0].m_x);
+  EXPECT_GT(count_edges(*first, *second), 5U);
   for (int i = 0; i < 5; ++i) {
-    second_->setVelocity(away());
+    second->setVelocity(away());
     step();
   }
-  EXPECT_EQ(warnings_.size(), 2U);
+  EXPECT_EQ(warnings.size(), 2U);
 }
 
 }  // namespace

@@ -52,18 +52,18 @@ struct Tumbling {
 
 class TumblingCloth : public testing::TestWithParam<World> {
  protected:
-  TumblingCloth() : box_(box_mesh()), simulation_(GetParam(), settings()) {
-    auto walls = std::make_unique<btBvhTriangleMeshShape>(box_.get(), true);
+  TumblingCloth() : box(box_mesh()), simulation(GetParam(), settings()) {
+    auto walls = std::make_unique<btBvhTriangleMeshShape>(box.get(), true);
     walls->setMargin(btScalar(0.15));  // Bullet's solver lets links pull nodes into it
-    simulation_.add_rigid(std::move(walls), btVector3(0, 0, 0));
+    simulation.add_rigid(std::move(walls), btVector3(0, 0, 0));
     SheetOptions options;
     options.nodes_per_side = 10;
     options.side = btScalar(0.6);
     options.margin = btScalar(0.016);
-    cloth_ = &simulation_.add(make_sheet(simulation_.world_info(), options));
-    cloth_->m_cfg.kKHR = 1;
-    cloth_->setSelfCollision(true);
-    cloth_->setActivationState(DISABLE_DEACTIVATION);
+    cloth = &simulation.add(make_sheet(simulation.world_info(), options));
+    cloth->m_cfg.kKHR = 1;
+    cloth->setSelfCollision(true);
+    cloth->setActivationState(DISABLE_DEACTIVATION);
   }
 
   static bullet::Settings settings() {
@@ -74,79 +74,79 @@ class TumblingCloth : public testing::TestWithParam<World> {
 
   void tumble(int steps) {
     for (int step = 0; step < steps; ++step) {
-      simulation_.step([&](btScalar seconds) {
+      simulation.step([&](btScalar seconds) {
         see_answers();
         turn_gravity(seconds);
       });
       see_answers();
-      const std::size_t edges = demo::find_intersections({cloth_}).edge_count;
-      seen_.most_edges = std::max(seen_.most_edges, edges);
-      seen_.steps_with_edges += edges > 0 ? 1 : 0;
+      const std::size_t edges = demo::find_intersections({cloth}).edge_count;
+      seen.most_edges = std::max(seen.most_edges, edges);
+      seen.steps_with_edges += edges > 0 ? 1 : 0;
       see_nodes();
     }
   }
 
   /// Which the worlds have downward.
   void turn_gravity(btScalar seconds) {
-    time_ += seconds;
-    const btScalar angle = time_ * SIMD_HALF_PI;
+    time += seconds;
+    const btScalar angle = time * SIMD_HALF_PI;
     const btVector3 change(kGravity * btSin(angle), kGravity * (1 - btCos(angle)), 0);
-    for (int n = 0; n < cloth_->m_nodes.size(); ++n) cloth_->m_nodes[n].m_v += change * seconds;
+    for (int n = 0; n < cloth->m_nodes.size(); ++n) cloth->m_nodes[n].m_v += change * seconds;
   }
 
   void see_answers() {
-    const bullet::CrossingAnswers answers = simulation_.detection().crossing_answers();
-    seen_.answered_steps += answers.rounds > 0 ? 1 : 0;
-    seen_.rounds += answers.rounds;
-    seen_.most_rounds = std::max(seen_.most_rounds, answers.rounds);
-    seen_.unavoidable += answers.unavoidable;
-    seen_.excepted += answers.excepted;
-    seen_.most_given = std::max(seen_.most_given, answers.energy);
+    const bullet::CrossingAnswers answers = simulation.detection().crossing_answers();
+    seen.answered_steps += answers.rounds > 0 ? 1 : 0;
+    seen.rounds += answers.rounds;
+    seen.most_rounds = std::max(seen.most_rounds, answers.rounds);
+    seen.unavoidable += answers.unavoidable;
+    seen.excepted += answers.excepted;
+    seen.most_given = std::max(seen.most_given, answers.energy);
   }
 
   /// Along the axis along which it is farthest.
   btScalar distance_of_center() const {
     btVector3 center(0, 0, 0);
-    for (int n = 0; n < cloth_->m_nodes.size(); ++n) center += cloth_->m_nodes[n].m_x / cloth_->m_nodes.size();
+    for (int n = 0; n < cloth->m_nodes.size(); ++n) center += cloth->m_nodes[n].m_x / cloth->m_nodes.size();
     center = center.absolute();
     return center[center.maxAxis()];
   }
 
   void see_nodes() {
     double energy = 0;
-    for (int n = 0; n < cloth_->m_nodes.size(); ++n) {
-      const btSoftBody::Node& node = cloth_->m_nodes[n];
+    for (int n = 0; n < cloth->m_nodes.size(); ++n) {
+      const btSoftBody::Node& node = cloth->m_nodes[n];
       energy += double(node.m_v.length2()) / double(node.m_im) / 2;
       const btVector3 x = node.m_x.absolute();
-      seen_.farthest_out = btMax(seen_.farthest_out, x[x.maxAxis()] - kHalfSide);
+      seen.farthest_out = btMax(seen.farthest_out, x[x.maxAxis()] - kHalfSide);
     }
-    seen_.most_energy = std::max(seen_.most_energy, energy);
-    seen_.steps_in_touch += simulation_.detection().contacts().statistics().vt_contacts > 0 ? 1 : 0;
+    seen.most_energy = std::max(seen.most_energy, energy);
+    seen.steps_in_touch += simulation.detection().contacts().statistics().vt_contacts > 0 ? 1 : 0;
   }
 
-  std::unique_ptr<btTriangleMesh> box_;
-  AnySimulation simulation_;
-  btSoftBody* cloth_ = nullptr;
-  btScalar time_ = 0;
-  Tumbling seen_;
+  std::unique_ptr<btTriangleMesh> box;
+  AnySimulation simulation;
+  btSoftBody* cloth = nullptr;
+  btScalar time = 0;
+  Tumbling seen;
 };
 INSTANTIATE_TEST_SUITE_P(Worlds, TumblingCloth, testing::Values(World::one_line, World::deformable),
                          [](const auto& parameter) { return name_of(parameter.param); });
 
 TEST_P(TumblingCloth, is_never_through_itself) {
   tumble(kTumblingSteps);
-  const double mean_rounds = double(seen_.rounds) / double(std::max(1L, seen_.answered_steps));
-  std::cout << kTumblingSteps << " steps: " << seen_.steps_with_edges << " with edges in triangles, at most "
-            << seen_.most_edges << "; answers in " << seen_.answered_steps << ", rounds " << mean_rounds << ", most "
-            << seen_.most_rounds << "; energy up to " << seen_.most_energy << " J, given by one step's answers up to "
-            << seen_.most_given << " J; in touch with itself in " << seen_.steps_in_touch
-            << "; nodes out of the box by up to " << seen_.farthest_out << " m\n";
-  EXPECT_EQ(seen_.most_edges, 0U);
-  EXPECT_EQ(seen_.unavoidable, 0U);
-  EXPECT_EQ(seen_.excepted, 0U);
+  const double mean_rounds = double(seen.rounds) / double(std::max(1L, seen.answered_steps));
+  std::cout << kTumblingSteps << " steps: " << seen.steps_with_edges << " with edges in triangles, at most "
+            << seen.most_edges << "; answers in " << seen.answered_steps << ", rounds " << mean_rounds << ", most "
+            << seen.most_rounds << "; energy up to " << seen.most_energy << " J, given by one step's answers up to "
+            << seen.most_given << " J; in touch with itself in " << seen.steps_in_touch
+            << "; nodes out of the box by up to " << seen.farthest_out << " m\n";
+  EXPECT_EQ(seen.most_edges, 0U);
+  EXPECT_EQ(seen.unavoidable, 0U);
+  EXPECT_EQ(seen.excepted, 0U);
   EXPECT_LT(distance_of_center(), kHalfSide) << "it is still in the box";
-  EXPECT_GT(seen_.steps_in_touch, kTumblingSteps / 4);
-  EXPECT_LT(seen_.most_given, 1e-6);
+  EXPECT_GT(seen.steps_in_touch, kTumblingSteps / 4);
+  EXPECT_LT(seen.most_given, 1e-6);
 }
 
 }  // namespace
