@@ -1,6 +1,8 @@
 #include "contact_writer.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "inverse_mass.hpp"
@@ -98,6 +100,14 @@ btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
     inverse_mass += edge.weights[corner] * edge.face->m_n[corner]->m_im;
   }
   return inverse_mass;
+}
+
+/// Whether Bullet's deformable response can do with the velocities: what is no number it passes on, even where it has
+/// no weight.
+bool have_velocities(const btSoftBody::Node& node, const btSoftBody::Face& face) {
+  return std::isfinite(node.m_v.length2()) &&
+         std::all_of(std::begin(face.m_n), std::end(face.m_n),
+                     [](const auto* each) { return std::isfinite(each->m_v.length2()); });
 }
 
 btSoftBody::DeformableFaceNodeContact deformable_contact(btSoftBody& node_body, btSoftBody::Node& node,
@@ -238,7 +248,8 @@ bool is_deformable_contact(const MemberContact& found) {
   const bool is_within = &found.a == &found.b;
   if (is_within && !is_away_from(found.a.mesh, contact.feature_a, contact.feature_b)) return false;
   const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
-  return node_of(*found.a.body, contact.feature_a).m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;
+  const btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
+  return have_velocities(node, face) && node.m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;
 }
 
 void write_deformable_contact(const MemberContact& found, std::uint32_t stands_for) {
@@ -258,6 +269,7 @@ void write_deformable_contact(const MemberContact& found, std::uint32_t stands_f
 void write_deformable_edge_contact(const MemberContact& found) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
+  if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;
   for (int side = 0; side < 2; ++side) {
     if (!(edge.nodes[side]->m_im + inverse_mass_of(*edge.face, edge.weights) > 0)) continue;
     btSoftBody::DeformableFaceNodeContact deformable =

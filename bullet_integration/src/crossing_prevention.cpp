@@ -11,6 +11,12 @@
 namespace softcd::bullet {
 namespace {
 
+/// Of where nodes are, by how much what moves as one and still meets is set apart, and what that grows by each time:
+/// well above the rounding of positions, which may close a gap that is no wider.
+constexpr btScalar kLeastGap = 16 * btScalar(std::numeric_limits<float>::epsilon());
+constexpr btScalar kGapGrowth = 4;
+constexpr int kMostGaps = 4;
+
 /// Whatever Settings::accuracy is: nothing may be overlooked.
 QueryOptions crossing_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
@@ -116,6 +122,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_let_go(found)) {
       ++excepted;
+      let_go_.add(found);
     } else {
       impacts.push_back(impact_of(found));
     }
@@ -137,22 +144,24 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   query_.set_pair_filter(pair_filter(mirror_, rule));
   answered_.clear();
   constrained_.clear();
+  let_go_.begin_step(mirror_, kind_);
   answers_ = {};
   const std::vector<Impact> impacts = find_impacts(Pairs::all);
-  if (impacts.empty()) return false;
   try {
-    answer(impacts, time_step);
+    if (!impacts.empty()) answer(impacts, time_step);
+    name_let_go(bodies);
   } catch (...) {
     take_back();
     throw;
   }
-  return true;
+  return !impacts.empty();
 }
 
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
   std::vector<Impact> answered;
   ImpactZones zones(kind_.start, time_step);
   HeldNodes held(kind_, constrained_);
+  int gaps = 0;
   answers_.impacts = impacts.size();
   while (!impacts.empty() && answers_.rounds < rounds_.last) {
     for (Impact& impact : impacts) take_up(impact, time_step);
@@ -162,6 +171,9 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
       apply_inelastic_impulses(answered);
     } else if (answers_.rounds < rounds_.zones && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
+    } else if (gaps < kMostGaps && held.empty() &&
+               set_apart(impacts, kind_.passing_velocity, kLeastGap * btPow(kGapGrowth, btScalar(gaps)), time_step)) {
+      ++gaps;
     } else if (answers_.rounds < rounds_.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
       break;
     }
@@ -189,6 +201,16 @@ void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
       "continuous detection: in " + std::to_string(answers_.unavoidable) +
           " impacts something passes through nodes that were held where they were: nodes without mass that the "
           "app moves, or nodes on anchors; move them less in a step, or leave more room before them");
+}
+
+void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
+  const std::string pairs = settings_.log ? let_go_.describe_new(mirror_, bodies) : std::string();
+  if (pairs.empty()) return;
+  settings_.log(LogLevel::warning,
+                "continuous detection: bodies are through each other when a step begins, so that they may move on "
+                "through each other there until they are apart, in " +
+                    std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
+                    " (of these nothing is said again until they are apart; nothing else is let go)");
 }
 
 }  // namespace softcd::bullet

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "held_nodes.hpp"
+#include "let_go_pairs.hpp"
 #include "softcd/bullet/world_detection.hpp"
 #include "world_kind.hpp"
 
@@ -23,8 +24,9 @@ struct AnswerRounds {
 /// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
 /// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
 /// Looks again only at what bodies that it changed may meet: others are where they were when they were found not to.
-/// Impulses come first, then zones that move as one; what still meets then stays where the step began, where nothing
-/// was through anything else, and more and more around it, until nothing meets.
+/// Impulses come first, then zones that move as one, then a little room for what these leave within the rounding of
+/// positions; what still meets then stays where the step began, where nothing was through anything else, and more and
+/// more around it, until nothing meets.
 class CrossingPrevention {
  public:
   /// `kind` and `mirror` outlive it.
@@ -58,6 +60,7 @@ class CrossingPrevention {
   void take_back();
   void look_again(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
+  void name_let_go(Span<btSoftBody* const> bodies) const;
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
@@ -67,6 +70,7 @@ class CrossingPrevention {
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;
   AnsweredBodies answered_;
   ConstrainedNodes constrained_;
+  LetGoPairs let_go_;
   CrossingAnswers answers_;
 };
 

@@ -1,5 +1,7 @@
 #include "softcd/bullet/dispatcher.hpp"
 
+#include <utility>
+
 #include "world_queries.hpp"
 
 namespace softcd::bullet {
@@ -53,6 +55,17 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
       contacts->drop_unread_face_trees(broadphase_.soft_bodies());
   });
   queries.read_contacts(broadphase_.soft_bodies(), broadphase_);
+  if (!std::exchange(queries.world_ends_step, false)) warn_of_crossings();
+}
+
+void Dispatcher::warn_of_crossings() {
+  const Settings& settings = detection_.settings();
+  if (settings.detection != Detection::ccd || !settings.log || std::exchange(has_warned_, true)) return;
+  settings.log(LogLevel::warning,
+               "continuous detection: a softcd::bullet::Dispatcher under a world of Bullet's own is not called after "
+               "the solver, so that what the solver leaves on its way through something can pass through it; to "
+               "prevent that make the world a softcd::bullet::SoftRigidDynamicsWorld or SoftMultiBodyDynamicsWorld, or "
+               "use a btCollisionDispatcher and softcd::bullet::attach (this is not said again)");
 }
 
 bool Dispatcher::serves(const btBroadphaseInterface& broadphase) const {

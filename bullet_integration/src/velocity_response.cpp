@@ -10,10 +10,11 @@ constexpr int kMostSweeps = 10;
 /// Sweeps end when no approach is faster than this share of the fastest.
 constexpr btScalar kNegligibleApproach = btScalar(1e-3);
 
-/// Of an impulse upon a node, what moves it.
-btVector3 free_part(const Impact& impact, int node, const btVector3& impulse) {
+/// Of an impulse along a unit vector upon a node, what moves it. What is left of rounding depends on the direction: so
+/// impulses are added when each has been freed, or they would move nodes that were not counted.
+btVector3 free_part(const Impact& impact, int node, const btVector3& direction) {
   const NodeConstraint* constraint = impact.constraints[node];
-  return constraint == nullptr ? impulse : constraint->free_part(impulse);
+  return constraint == nullptr ? direction : constraint->free_part(direction);
 }
 
 /// Of the first point relative to the second, along a unit vector.
@@ -47,18 +48,21 @@ btScalar make_inelastic(const Impact& impact) {
   if (!(approach > 0) || !(normal.inverse_mass > 0)) return 0;
 
   const btScalar push = approach / normal.inverse_mass;
-  btVector3 impulse = impact.normal * push;
   const btVector3 tangential = velocity - impact.normal * velocity.dot(impact.normal);
   const btScalar sliding = tangential.safeNorm();
+  btVector3 direction(0, 0, 0);
+  btScalar drag = 0;
   if (sliding > SIMD_EPSILON) {
-    const RelativeMotion along = motion_along(impact, tangential / sliding);
+    direction = tangential / sliding;
+    const RelativeMotion along = motion_along(impact, direction);
     if (along.speed > 0 && along.inverse_mass > 0) {
-      impulse -= tangential / sliding * btMin(impact.friction * push, btMin(sliding, along.speed) / along.inverse_mass);
+      drag = btMin(impact.friction * push, btMin(sliding, along.speed) / along.inverse_mass);
     }
   }
   for (int i = 0; i < 4; ++i) {
     btSoftBody::Node& node = *impact.nodes[i];
-    node.m_v += node.m_im * impact.weights[i] * free_part(impact, i, impulse);
+    const btVector3 impulse = push * free_part(impact, i, impact.normal) - drag * free_part(impact, i, direction);
+    node.m_v += node.m_im * impact.weights[i] * impulse;
   }
   return approach;
 }
@@ -90,6 +94,27 @@ void apply_inelastic_impulses(const std::vector<Impact>& impacts) {
     fastest = btMax(fastest, fastest_now);
     if (!(fastest_now > kNegligibleApproach * fastest)) return;
   }
+}
+
+bool set_apart(const std::vector<Impact>& impacts, btVector3 btSoftBody::Node::*velocity, btScalar share,
+               btScalar time_step) {
+  bool has_moved = false;
+  for (const Impact& impact : impacts) {
+    const btScalar inverse_mass = motion_along(impact, impact.normal).inverse_mass;
+    if (impact.is_from_start || !(inverse_mass > 0)) continue;
+    btScalar extent = 0;
+    for (const btSoftBody::Node* node : impact.nodes) {
+      const btVector3 x = node->m_x.absolute();
+      extent = btMax(extent, x[x.maxAxis()]);
+    }
+    const btScalar push = share * extent / (time_step * inverse_mass);
+    for (int i = 0; i < 4; ++i) {
+      btSoftBody::Node& node = *impact.nodes[i];
+      node.*velocity += node.m_im * impact.weights[i] * push * free_part(impact, i, impact.normal);
+    }
+    has_moved = true;
+  }
+  return has_moved;
 }
 
 }  // namespace softcd::bullet

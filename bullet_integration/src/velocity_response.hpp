@@ -27,4 +27,10 @@ Impact impact_of(const MemberContact& found);
 /// Bullet's (btSoftBody::applyRepulsionForce).
 void apply_inelastic_impulses(const std::vector<Impact>& impacts);
 
+/// Gives the points of impacts, by impulses along their normals, a `velocity` that moves them apart by this share of
+/// where they are in a step. False where no node of theirs can give way. What touches when the step begins is left out:
+/// its normal may be any.
+bool set_apart(const std::vector<Impact>& impacts, btVector3 btSoftBody::Node::*velocity, btScalar share,
+               btScalar time_step);
+
 }  // namespace softcd::bullet

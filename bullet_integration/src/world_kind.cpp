@@ -174,6 +174,7 @@ const WorldKind kClassicWorld = {
     .set_out = classic::set_out,
     .take_up = classic::take_up,
     .move_end = classic::move_end,
+    .passing_velocity = &Node::m_v,
     .hold = classic::hold,
     .settle = classic::settle,
 };
@@ -196,6 +197,7 @@ const WorldKind kDeformableWorld = {
     .set_out = deformable::move_end,
     .take_up = deformable::take_up,
     .move_end = deformable::move_end,
+    .passing_velocity = &Node::m_splitv,
     .hold = deformable::hold,
     .settle = deformable::settle,
 };

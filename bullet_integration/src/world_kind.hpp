@@ -55,6 +55,8 @@ struct WorldKind {
   void (*set_out)(btSoftBody&, btScalar time_step);
   void (*take_up)(btSoftBody&, btScalar time_step);
   void (*move_end)(btSoftBody&, btScalar time_step);
+  /// Of a node, what moves its `end` in this step alone, and is gone when the ends stand.
+  btVector3 btSoftBody::Node::*passing_velocity;
   /// After move_end: to leave a node where the step began, with its velocity.
   void (*hold)(btSoftBody::Node&);
   /// And to all of them when the ends stand: `impacts` and `zones` are those that were answered.

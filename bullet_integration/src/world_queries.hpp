@@ -78,6 +78,8 @@ class WorldQueries {
   WorldRays rays;
   /// Where the world's bodies are; null when that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
+  /// Set by a world that leaves its contacts to a Dispatcher, before each dispatch: it calls prevent_crossings itself.
+  bool world_ends_step = false;
 
  private:
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);

@@ -108,7 +108,7 @@ const std::vector<SceneInfo>& scenes() {
        190, true, make<ClothOnBall>},
       {"funnel", "A cloth falls into a funnel and is pulled through its spout", "nodes a side", 12, 40, 84, true,
        make<Funnel>},
-      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 15, 50, false,
+      {"flamenco", "A dancer turns and sways in a skirt of three layers", "cells along the skirt", 8, 15, 50, true,
        make<Flamenco>},
       {"n-body", "Soft balls fall onto cones, a floor and each other", "balls", 1, 40, 455, true, make<NBody>},
       {"reef-knot", "Two ribbons in a loose reef knot are pulled tight", "nodes along each ribbon", 80, 150, 430, true,

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <string>
+#include <vector>
 
 #include "BulletCollision/BroadphaseCollision/btAxisSweep3.h"
 #include "BulletCollision/BroadphaseCollision/btDbvtBroadphase.h"
@@ -109,6 +111,46 @@ TEST_F(Apps, AOneLineWorldLeavesDetectionToSoftcdsDispatcher) {
   EXPECT_GT(sheets.step(), 0);
   EXPECT_FALSE(sheets.has_duplicates());
   EXPECT_EQ(&world.detection(), &dispatcher.detection());
+}
+
+/// Of three steps in a world of that class on softcd's Dispatcher.
+template <class World>
+std::vector<std::string> warnings_on_dispatcher(btCollisionConfiguration& configuration,
+                                                btMultiBodyConstraintSolver& solver, Detection first_step,
+                                                Detection later_steps) {
+  std::vector<std::string> warnings;
+  bullet::Settings settings = cpu_settings(first_step);
+  settings.log = [&warnings](LogLevel level, std::string_view text) {
+    if (level == LogLevel::warning) warnings.emplace_back(text);
+  };
+  bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
+  bullet::Dispatcher dispatcher(&configuration, broadphase, settings);
+  World world(&dispatcher, &broadphase, &solver, &configuration);
+  Sheets sheets(world);
+  sheets.step();
+  settings.detection = later_steps;
+  dispatcher.detection().set_settings(settings);
+  for (int step = 0; step < 2; ++step) sheets.step();
+  return warnings;
+}
+
+TEST_F(Apps, ADispatcherUnderBulletsWorldSaysOnceThatItPreventsNoCrossings) {
+  const auto warnings = [this](Detection first_step, Detection later_steps) {
+    return warnings_on_dispatcher<btSoftRigidDynamicsWorld>(configuration, solver, first_step, later_steps);
+  };
+  EXPECT_TRUE(warnings(Detection::dcd, Detection::dcd).empty());
+  EXPECT_EQ(warnings(Detection::ccd, Detection::dcd).size(), 1U);
+  EXPECT_EQ(warnings(Detection::dcd, Detection::ccd).size(), 1U);
+  const std::vector<std::string> both = warnings(Detection::ccd, Detection::ccd);
+  ASSERT_EQ(both.size(), 1U);
+  EXPECT_NE(both[0].find("pass through"), std::string::npos) << both[0];
+  EXPECT_NE(both[0].find("softcd::bullet::attach"), std::string::npos) << "what to use instead";
+}
+
+TEST_F(Apps, ADispatcherUnderAOneLineWorldHasNothingToSayOfCrossings) {
+  EXPECT_EQ(
+      warnings_on_dispatcher<bullet::SoftRigidDynamicsWorld>(configuration, solver, Detection::ccd, Detection::ccd),
+      std::vector<std::string>());
 }
 
 TEST_F(Apps, AOneLineWorldWithAnotherBroadPhaseThanTheDispatchersDetectsItself) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -382,6 +383,58 @@ TEST(AnswersToCrossings, do_not_hold_what_touches_from_the_start) {
     for (const btSoftBody* body : bodies) {
       EXPECT_NEAR((body->m_nodes[0].*kind->end).y(), -kStep, 1e-5) << "they fall together";
     }
+  }
+}
+
+/// A triangle of nodes that go where the app sends them, but for one that may be free.
+std::unique_ptr<btSoftBody> make_triangle(btSoftBodyWorldInfo& world_info, const WorldKind& kind,
+                                          const std::array<btVector3, 3>& places,
+                                          const std::array<btVector3, 3>& ways) {
+  auto body = std::make_unique<btSoftBody>(&world_info, 3, places.data(), nullptr);
+  body->appendFace(0, 1, 2);
+  body->m_cfg.collisions = kind.vertex_face_flag;
+  for (int n = 0; n < 3; ++n) {
+    btSoftBody::Node& node = body->m_nodes[n];
+    body->setMass(n, 0);
+    node.m_v = ways[static_cast<std::size_t>(n)] / kStep;
+    node.m_splitv.setZero();
+    node.m_q = node.m_x;
+    node.*kind.end += node.m_v * kStep;
+  }
+  return body;
+}
+
+// A dancer, her skirt's waist that turns with her, and a node of the skirt whose edge lies on an edge of hers but for
+// the rounding of their positions. Recorded; what moves as one with her meets her by rounding.
+TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) {
+  const btVector3 way_a(btScalar(-0.00257956), 0, btScalar(-0.00108461));
+  const btVector3 way_b(btScalar(-0.00216515), btScalar(1.19209e-07), btScalar(-0.000929065));
+  const btVector3 way_c(btScalar(-0.00187558), btScalar(1.19209e-07), btScalar(-0.001725));
+  const btVector3 a(btScalar(0.0624395832), btScalar(1.01499999), btScalar(0.135462478));
+  const btVector3 b(btScalar(0.0710173696), btScalar(1.07999992), btScalar(0.11198011));
+  const btVector3 c(btScalar(0.02591943), btScalar(1.07999992), btScalar(0.0960227251));
+  const btVector3 free_node(btScalar(0.146585181), btScalar(0.974621773), btScalar(0.181709215));
+  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+    btSoftBodyWorldInfo world_info;
+    const auto dancer =
+        make_triangle(world_info, *kind, {a, b, btVector3(0, btScalar(1.05), 0)}, {way_a, way_b, way_b});
+    const auto skirt =
+        make_triangle(world_info, *kind, {c, free_node, btVector3(btScalar(0.09), btScalar(1.05), btScalar(0.3))},
+                      {way_c, btVector3(0, 0, 0), way_c});
+    skirt->setMass(1, btScalar(0.01));
+    btSoftBody* const bodies[] = {dancer.get(), skirt.get()};
+    bullet::Settings settings = test_settings(Detection::ccd);
+    settings.edge_contacts = bullet::EdgeContacts::respond;
+    bullet::WorldMirror mirror(*kind, settings);
+    CrossingPrevention prevention(*kind, mirror, settings);
+    EXPECT_TRUE(prevention.run(
+        {bodies, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep));
+    EXPECT_EQ(prevention.answers().unavoidable, 0U);
+    for (btSoftBody* body : bodies) {
+      for (int n = 0; n < 3; ++n) body->m_nodes[n].m_x = body->m_nodes[n].*kind->end;
+    }
+    EXPECT_EQ(demo::find_intersections({dancer.get(), skirt.get()}).edge_count, 0U);
+    EXPECT_LT((skirt->m_nodes[1].m_x - free_node).length(), btScalar(0.01)) << "it goes with them";
   }
 }
 

@@ -21,7 +21,9 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Three flaws of Bullet's remain here and are gone in the one-line worlds of soft_worlds.hpp, which have a hook around
 /// Bullet's prediction: the update of every body's node tree; the build of its face tree after every change of a body's
 /// topology, which takes time quadratic in the faces, and never ends for faces that links do not connect; and, with
-/// Settings::detection ccd, what Bullet's solver makes of the contacts is not looked at again.
+/// Settings::detection ccd, what Bullet's solver makes of the contacts is not looked at again, so that something may
+/// still pass through: nothing of a btSoftRigidDynamicsWorld calls a dispatcher after its solver of soft bodies. The
+/// log says so once. For a world of Bullet's own class with that look there is attach() (attach.hpp).
 class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
  public:
   Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings = {});
@@ -36,9 +38,12 @@ class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
   bool serves(const btBroadphaseInterface& broadphase) const;
 
  private:
+  void warn_of_crossings();
+
   Broadphase& broadphase_;
   std::weak_ptr<Broadphase> living_broadphase_;  ///< apps delete the two in either order
   WorldDetection detection_;
+  bool has_warned_ = false;
 };
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

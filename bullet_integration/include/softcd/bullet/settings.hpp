@@ -83,11 +83,11 @@ struct Settings {
   /// ccd: the motion of the whole step is tested, so that nothing passes through however fast it is. In the classic
   /// worlds instead of the rule above: the margin does not grow with speed; in the deformable world after it. Last of
   /// all, in either, what is on its way through something (nodes through faces; with EdgeContacts::respond edges
-  /// through edges, too) gets impulses, then one common motion, and then stays where it was until the next step. Only
-  /// nodes without mass, which the app moves, can still end a step within others: see
-  /// WorldDetection::crossing_answers(). What is through each other already when a step begins cannot be told to belong
-  /// on either side: in the classic worlds such features get no contacts, and with EdgeContacts::respond nothing keeps
-  /// them from coming apart.
+  /// through edges, too) gets impulses, then one common motion, and then stays where it was until the next step; not
+  /// under a softcd::bullet::Dispatcher alone, which warns that it cannot. Only nodes without mass, which the app
+  /// moves, can still end a step within others: see WorldDetection::crossing_answers(). What is through each other
+  /// already when a step begins cannot be told to belong on either side: in the classic worlds such features get no
+  /// contacts, and with EdgeContacts::respond nothing keeps them from coming apart.
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;  ///< of contacts; what would pass through is looked for conservatively
   BroadPhase broad_phase = BroadPhase::exact;

@@ -46,7 +46,8 @@ struct CrossingAnswers {
   /// Pairs that meet nonetheless: a node without mass, which the app moves, or one on an anchor, and one that has
   /// nowhere to go.
   std::uint64_t unavoidable = 0;
-  /// Pairs that were let go, with EdgeContacts::respond: faces at them intersect already when the step begins.
+  /// Pairs that were let go, with EdgeContacts::respond: faces at them intersect already when the step begins. The log
+  /// names their bodies, by their numbers among the world's soft bodies, once until they are apart.
   std::uint64_t excepted = 0;
   /// What the velocities of nodes with mass gain by the answers: kinetic energy, J, which is less than 0 where nothing
   /// that the app moves pushes them, and momentum, kg m/s, 0 but for rounding where all nodes that meet are free.

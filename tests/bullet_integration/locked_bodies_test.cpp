@@ -1,0 +1,158 @@
+// Free bodies that are locked through each other when a step begins: they are let go and named, once, and nothing else
+// is let go with them; what the answers do to them neither adds energy nor momentum.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "any_simulation.hpp"
+#include "scenes/penetration.hpp"
+#include "soft_body_steps.hpp"
+
+namespace softcd::test {
+namespace {
+
+class LockedBodies : public testing::TestWithParam<World> {
+ protected:
+  LockedBodies() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
+
+  bullet::Settings settings() {
+    bullet::Settings settings = cpu_settings(Detection::ccd);
+    settings.edge_contacts = bullet::EdgeContacts::respond;
+    settings.log = [this](LogLevel level, std::string_view text) {
+      if (level == LogLevel::warning) warnings.emplace_back(text);
+    };
+    return settings;
+  }
+
+  btSoftBody& add_sheet(btScalar height, int nodes_per_side, btScalar slope = 0, bool fixed = false) {
+    SheetOptions options;
+    options.nodes_per_side = nodes_per_side;
+    options.margin = btScalar(0.001);
+    options.fixed = fixed;
+    auto sheet = make_sheet(simulation.world_info(), options);
+    sheet->rotate(btQuaternion(btVector3(0, 0, 1), slope));
+    const btScalar off_others_nodes = btScalar(0.003) * btScalar(nodes_per_side);
+    sheet->translate(btVector3(off_others_nodes, height, off_others_nodes));
+    return simulation.add(std::move(sheet));
+  }
+
+  /// A level sheet, and a steeper one through it.
+  void lock_two(bool is_first_fixed = false) {
+    first = &add_sheet(0, 8, 0, is_first_fixed);
+    second = &add_sheet(btScalar(0.013), 7, kSlope);
+    EXPECT_GT(count_edges(*first, *second), 5U);
+  }
+
+  /// Up the steeper one.
+  static btVector3 away() { return quatRotate(btQuaternion(btVector3(0, 0, 1), kSlope), btVector3(1, 0, 0)); }
+  static std::size_t count_edges(const btSoftBody& a, const btSoftBody& b) {
+    return demo::find_intersections({&a, &b}, [](const btSoftBody& x, const btSoftBody& y) { return &x != &y; })
+        .edge_count;
+  }
+
+  /// Sees the answers of all steps of the world that a step of the simulation takes.
+  void step(const std::function<void()>& before = [] {}) {
+    simulation.step([&](btScalar) {
+      see_answers();
+      before();
+    });
+    see_answers();
+  }
+  /// Kinetic, but for that of the common motion: the deformable world's gravity is not the bodies'.
+  static double energy_about_center(const std::vector<const btSoftBody*>& bodies) {
+    double mass = 0, energy = 0;
+    btVector3 momentum(0, 0, 0);
+    for (const btSoftBody* body : bodies) {
+      for (int n = 0; n < body->m_nodes.size(); ++n) {
+        const btSoftBody::Node& node = body->m_nodes[n];
+        mass += 1 / double(node.m_im);
+        momentum += node.m_v / node.m_im;
+        energy += double(node.m_v.length2()) / double(node.m_im) / 2;
+      }
+    }
+    return energy - double(momentum.length2()) / mass / 2;
+  }
+  void see_answers() {
+    const bullet::CrossingAnswers answers = simulation.detection().crossing_answers();
+    excepted = answers.excepted;
+    impacts += answers.impacts;
+    most_energy = std::max(most_energy, answers.energy);
+    const auto& [x, y, z] = answers.momentum;
+    most_momentum = std::max(most_momentum, std::hypot(x, y, z));
+  }
+  void expect_no_push() const {
+    EXPECT_LT(most_energy, 1e-6);
+    EXPECT_LT(most_momentum, 1e-5);
+  }
+
+  static constexpr btScalar kSlope = btScalar(0.5);
+
+  AnySimulation simulation;
+  btSoftBody* first = nullptr;
+  btSoftBody* second = nullptr;
+  std::vector<std::string> warnings;
+  std::uint64_t excepted = 0;                 ///< in the last step
+  std::uint64_t impacts = 0;                  ///< in all steps
+  double most_energy = 0, most_momentum = 0;  ///< that the answers of one step gave to all bodies together
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, LockedBodies,
+                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
+                                         World::attached_deformable),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+TEST_P(LockedBodies, are_named_once_and_nothing_else_is_let_go_with_them) {
+  lock_two();
+  btSoftBody& third = add_sheet(btScalar(0.35), 6);
+  third.setVelocity(btVector3(0, -3, 0));
+  second->setVelocity(away());
+  CrossingFinder finder({first, &third});
+  CrossingFinder other_finder({second, &third});
+  for (int i = 0; i < 40; ++i) {
+    step();
+    EXPECT_TRUE(finder.find().empty());
+    EXPECT_TRUE(other_finder.find().empty());
+    EXPECT_EQ(count_edges(*first, third), 0U);
+    EXPECT_EQ(count_edges(*second, third), 0U);
+  }
+  EXPECT_GT(impacts, 0U) << "with the third";
+  expect_no_push();
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("soft bodies 0 and 1 "), std::string::npos) << warnings[0];
+}
+
+TEST_P(LockedBodies, stay_at_rest_when_nothing_moves_them) {
+  lock_two();
+  for (int i = 0; i < 60; ++i) {
+    step();
+    EXPECT_LT(energy_about_center({first, second}), 1e-3) << "step " << i;
+  }
+  expect_no_push();
+}
+
+TEST_P(LockedBodies, come_apart_and_are_named_again_when_they_are_put_through_each_other_again) {
+  lock_two(/*is_first_fixed=*/true);
+  const btVector3 start = second->m_nodes[0].m_x;
+  for (int i = 0; i < 75; ++i) {
+    step([&] {
+      for (int n = 0; n < second->m_nodes.size(); ++n) second->m_nodes[n].m_v = away();
+    });
+  }
+  EXPECT_EQ(count_edges(*first, *second), 0U);
+  EXPECT_EQ(excepted, 0U);
+  EXPECT_LT(most_energy, 1e-6);
+  ASSERT_EQ(warnings.size(), 1U);
+  second->translate(start - second->m_nodes[0].m_x);
+  EXPECT_GT(count_edges(*first, *second), 5U);
+  for (int i = 0; i < 5; ++i) {
+    second->setVelocity(away());
+    step();
+  }
+  EXPECT_EQ(warnings.size(), 2U);
+}
+
+}  // namespace
+}  // namespace softcd::test
