@@ -40,6 +40,13 @@ enum class Contacts : std::uint32_t {
   closest_feature,
 };
 
+/// Which features of soft bodies touch convex rigid shapes: boxes, hulls, spheres, capsules, cylinders, cones and whatever
+/// else is a btConvexShape, by itself or in compounds, of rigid bodies, links of multibodies and plain collision objects.
+enum class ConvexShapes : std::uint32_t {
+  nodes,            ///< Bullet's own test alone: what is smaller than a face passes between its nodes
+  faces_and_edges,  ///< corners and edges of the shapes, too, on faces and edges
+};
+
 /// What becomes of a step in which softcd fails: with an Error, or std::bad_alloc.
 enum class OnError : std::uint32_t {
   /// The step goes on with Bullet's own detection, which has no contacts of edges nor, in classic worlds, within
@@ -103,6 +110,7 @@ struct Settings {
   /// btHeightfieldTerrainShape; not those of multibody links): found by softcd, always on the way of a step, at the
   /// sum of both margins. Bullet collides with each triangle as with a plate 0.12 thick. False leaves them to Bullet.
   bool rigid_meshes = true;
+  ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
   bool filter_deformables = false;
