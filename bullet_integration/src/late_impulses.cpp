@@ -1,6 +1,7 @@
 #include "late_impulses.hpp"
 
 #include <algorithm>
+#include <unordered_set>
 
 #include "LinearMath/btTransformUtil.h"
 
@@ -18,6 +19,16 @@ void solve_contacts(btSoftBody& body) {
     btSoftBody::Node& node = body.m_nodes[i];
     node.m_v += (node.m_x - before[static_cast<std::size_t>(i)]) * body.m_sst.isdt;
   }
+}
+
+/// Where a body is to drift back the solver has put its result in place of where the nodes started.
+template <class IsPresent>
+bool can_be_solved(const btSoftBody& body, IsPresent is_present) {
+  if (!body.isActive() || body.m_cfg.diterations > 0) return false;
+  for (int i = 0; i < body.m_rcontacts.size(); ++i) {
+    if (!is_present(body.m_rcontacts[i].m_cti.m_colObj)) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -42,13 +53,15 @@ void LateImpulses::keep_velocities() {
   }
 }
 
-void LateImpulses::answer(Span<btSoftBody* const> bodies, btScalar time_step) {
+void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_step) {
+  std::unordered_set<const btCollisionObject*> present;
+  if (!soft_.empty()) present.insert(&objects[0], &objects[0] + objects.size());
+  const auto is_present = [&](const btCollisionObject* object) { return present.count(object) != 0; };
   for (btSoftBody* body : soft_) {
-    // Where a body is to drift back the solver has put its result in place of where the nodes started.
-    const bool is_there = std::find(bodies.begin(), bodies.end(), body) != bodies.end();
-    if (is_there && body->isActive() && body->m_cfg.diterations <= 0) solve_contacts(*body);
+    if (is_present(body) && can_be_solved(*body, is_present)) solve_contacts(*body);
   }
   for (const Rigid& rigid : rigid_) {
+    if (!is_present(rigid.body)) continue;
     btTransform moved;
     btTransformUtil::integrateTransform(rigid.body->getWorldTransform(),
                                         rigid.body->getLinearVelocity() - rigid.linear,

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "BulletSoftBody/btSoftBody.h"
 #include "softcd/softcd.hpp"
@@ -20,8 +21,8 @@ class LateImpulses {
 
   /// When rigid bodies have been moved, before soft bodies are solved.
   void keep_velocities();
-  /// Afterwards, once. These of the soft bodies are still there.
-  void answer(Span<btSoftBody* const> bodies, btScalar time_step);
+  /// Afterwards, once. What is not among the world's objects any more is left alone, and so is what touches it.
+  void answer(const btCollisionObjectArray& objects, btScalar time_step);
 
  private:
   struct Rigid {

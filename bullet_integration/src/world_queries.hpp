@@ -65,7 +65,9 @@ class WorldQueries {
   void keep_starts(Span<btSoftBody* const> bodies);
   /// In classic worlds when rigid bodies have been moved, before soft bodies are solved, and afterwards.
   void keep_velocities() { late_impulses_.keep_velocities(); }
-  void answer_late(Span<btSoftBody* const> bodies, btScalar time_step) { late_impulses_.answer(bodies, time_step); }
+  void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
+    late_impulses_.answer(objects, time_step);
+  }
   /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
   void prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step);
 

@@ -191,6 +191,25 @@ TEST_P(ConvexKinds, are_reported_with_depth_and_time) {
   EXPECT_TRUE(has_read);
 }
 
+/// Attached softcd ends a step when the app has had the world again.
+TEST(ConvexKinds, may_be_gone_when_a_step_ends_late) {
+  AnySimulation simulation(World::attached, with_faces_and_edges(Detection::ccd));
+  btSoftBody& triangle = simulation.add(make_triangle(simulation.world_info(), 1));
+  triangle.setVelocity(btVector3(0, -10, 0));
+  auto box = make_small_box();
+  auto body = std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(1, nullptr, box.get()));
+  body->setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(-0.15), 0)));
+  body->setInterpolationWorldTransform(body->getWorldTransform());
+  simulation.world().addRigidBody(body.get());
+  simulation.world().stepSimulation(kStep, /*maxSubSteps=*/0);
+  EXPECT_GT(triangle.m_rcontacts.size(), 0);
+  const btScalar height = mean_height(triangle);
+  simulation.world().removeRigidBody(body.get());
+  body.reset();
+  simulation.finish_step();
+  EXPECT_EQ(mean_height(triangle), height);
+}
+
 /// A sphere at the end of a multibody that hangs on nothing, or is held.
 class Link {
  public:
