@@ -191,9 +191,8 @@ void ContactReader::read_classic(const btSoftBody& owner, std::vector<ReadContac
     const btSoftBody::RContact& entry = owner.m_rcontacts[i];
     // What stands for a contact of a face has a plane that says nothing about where the node should be.
     const ContactNotes::Note* of_face = notes_.convex_shapes.find(owner, ContactArray::rigid_node, i);
-    const btScalar distance = of_face != nullptr
-                                  ? btScalar(of_face->contact.distance)
-                                  : entry.m_cti.m_normal.dot(entry.m_node->m_x) + entry.m_cti.m_offset;
+    const btScalar distance = of_face != nullptr ? btScalar(of_face->contact.distance)
+                                                 : entry.m_cti.m_normal.dot(entry.m_node->m_x) + entry.m_cti.m_offset;
     contacts.push_back(rigid_contact(owner, entry.m_cti, node_side(owner, *entry.m_node), distance,
                                      {&owner, ContactArray::rigid_node, i}));
     contacts.back().contact.time_of_impact = time_of_impact(owner, ContactArray::rigid_node, i);

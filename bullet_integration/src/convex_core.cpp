@@ -1,6 +1,7 @@
 #include "convex_core.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "BulletCollision/CollisionShapes/btConeShape.h"
 #include "BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h"
@@ -27,26 +28,61 @@ class MeshCorners : public btInternalTriangleIndexCallback {
   std::vector<btVector3>& points_;
 };
 
-int axis_of(const btConvexShape& shape) {
-  if (shape.getShapeType() == CYLINDER_SHAPE_PROXYTYPE) return static_cast<const btCylinderShape&>(shape).getUpAxis();
-  if (shape.getShapeType() == CONE_SHAPE_PROXYTYPE) return static_cast<const btConeShape&>(shape).getConeUpIndex();
-  return 1;
-}
+using Directions = std::vector<btVector3>;
 
-/// What the shape has farthest in directions from pole to pole of its axis.
-void sample(const btConvexShape& shape, std::vector<btVector3>& points) {
-  constexpr int kParallels = ConvexCore::kCircleCorners / 2;
-  const int axis = axis_of(shape);
-  for (int parallel = 0; parallel <= kParallels; ++parallel) {
-    const btScalar latitude = SIMD_PI * (btScalar(parallel) / kParallels - btScalar(0.5));
+Directions around(int axis, const std::vector<btScalar>& latitudes) {
+  Directions directions;
+  for (const btScalar latitude : latitudes) {
     for (int meridian = 0; meridian < ConvexCore::kCircleCorners; ++meridian) {
       const btScalar longitude = SIMD_2_PI * btScalar(meridian) / ConvexCore::kCircleCorners;
       btVector3 direction(0, 0, 0);
       direction[axis] = btSin(latitude);
       direction[(axis + 1) % 3] = btCos(latitude) * btCos(longitude);
       direction[(axis + 2) % 3] = btCos(latitude) * btSin(longitude);
-      points.push_back(shape.localGetSupportVertexWithoutMarginNonVirtual(direction));
+      directions.push_back(direction);
     }
+  }
+  return directions;
+}
+
+Directions all_around() {
+  constexpr int kParallels = ConvexCore::kCircleCorners / 2;
+  std::vector<btScalar> latitudes;
+  for (int i = 0; i <= kParallels; ++i) latitudes.push_back(SIMD_PI * (btScalar(i) / kParallels - btScalar(0.5)));
+  return around(1, latitudes);
+}
+
+/// The rims of cylinders and cones, and a cone's tip.
+const Directions& towards_rims(int axis) {
+  static const auto make = [](int of) { return around(of, {-SIMD_PI / 4, SIMD_PI / 4, SIMD_HALF_PI}); };
+  static const std::array<Directions, 3> made = {make(0), make(1), make(2)};
+  return made[static_cast<std::size_t>(axis)];
+}
+
+Directions towards_corners() {
+  Directions directions;
+  for (int i = 0; i < 8; ++i) {
+    directions.emplace_back(btScalar((i & 1) != 0 ? 1 : -1), btScalar((i & 2) != 0 ? 1 : -1),
+                            btScalar((i & 4) != 0 ? 1 : -1));
+  }
+  return directions;
+}
+
+/// In which the shape has all points that it is to be told by farthest.
+const Directions& directions_of(const btConvexShape& shape) {
+  static const Directions corners = towards_corners();
+  static const Directions all = all_around();
+  switch (shape.getShapeType()) {
+    case BOX_SHAPE_PROXYTYPE:
+    case SPHERE_SHAPE_PROXYTYPE:
+    case CAPSULE_SHAPE_PROXYTYPE:
+      return corners;
+    case CYLINDER_SHAPE_PROXYTYPE:
+      return towards_rims(static_cast<const btCylinderShape&>(shape).getUpAxis());
+    case CONE_SHAPE_PROXYTYPE:
+      return towards_rims(static_cast<const btConeShape&>(shape).getConeUpIndex());
+    default:
+      return all;
   }
 }
 
@@ -63,7 +99,9 @@ std::vector<btVector3> points_of(const btConvexShape& shape) {
     points.resize(static_cast<std::size_t>(polyhedron.getNumVertices()));
     for (int i = 0; i < polyhedron.getNumVertices(); ++i) polyhedron.getVertex(i, points[static_cast<std::size_t>(i)]);
   } else {
-    sample(shape, points);
+    for (const btVector3& direction : directions_of(shape)) {
+      points.push_back(shape.localGetSupportVertexWithoutMarginNonVirtual(direction));
+    }
   }
   return points;
 }
@@ -85,8 +123,8 @@ std::vector<btVector3> distinct(const std::vector<btVector3>& points) {
   const btScalar tolerance = kSamePoint * kSamePoint * (high - low).length2();
   std::vector<btVector3> kept;
   for (const btVector3& point : points) {
-    const bool is_known =
-        std::any_of(kept.begin(), kept.end(), [&](const btVector3& other) { return point.distance2(other) <= tolerance; });
+    const bool is_known = std::any_of(kept.begin(), kept.end(),
+                                      [&](const btVector3& other) { return point.distance2(other) <= tolerance; });
     if (!is_known) kept.push_back(point);
   }
   return kept;
@@ -139,10 +177,10 @@ bool ConvexCore::is_edge(std::uint32_t low, std::uint32_t high) const {
 }
 
 bool ConvexCore::is_farthest(const btVector3& point, const btVector3& normal, double time) const {
-  constexpr btScalar kRounding = btScalar(0.01);
+  constexpr btScalar kStillFarthest = btScalar(0.01);
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     const btVector3 away = to_bullet((1 - time) * x_t0()[i] + time * x_t1()[i]) - point;
-    if (away.dot(normal) > kRounding * away.length()) return false;
+    if (away.dot(normal) > kStillFarthest * away.length()) return false;
   }
   return true;
 }

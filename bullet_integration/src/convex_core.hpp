@@ -10,9 +10,9 @@
 namespace softcd::bullet {
 
 /// A convex shape without its margin. Bullet takes a shape for all that is within its margin of such a core: for a
-/// sphere of one point, for a capsule of a segment, for a box of a smaller one. Cores of polyhedra, spheres and capsules
-/// are exact here. Those of cylinders and cones are inscribed, with circles of kCircleCorners corners; what is curved in
-/// another way is inscribed, too, with kCircleCorners / 2 corners from pole to pole.
+/// sphere of one point, for a capsule of a segment, for a box of a smaller one. Cores of polyhedra, spheres and
+/// capsules are exact here. Those of cylinders and cones are inscribed, with circles of kCircleCorners corners; what is
+/// curved in another way is inscribed, too, with kCircleCorners / 2 corners from pole to pole.
 class ConvexCore {
  public:
   static constexpr int kCircleCorners = 32;

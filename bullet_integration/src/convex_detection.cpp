@@ -84,16 +84,20 @@ void ConvexDetection::synchronize_object(Span<const ConvexPair> pairs, btScalar 
   const btCollisionObject& object = *pairs[0].object;
   std::vector<Part> parts;
   add_parts(object, *object.getCollisionShape(), btTransform::getIdentity(), parts);
+  std::vector<RigidBox> boxes;
+  for (const ConvexPair& pair : pairs) {
+    boxes.push_back(swept_box(*pair.soft, pair.soft->getCollisionShape()->getMargin()));
+  }
   for (const Part& part : parts) {
     const RigidPoses poses = poses_of(object, part.shape_in_object, time_step);
     btVector3 low;
     btVector3 high;
     part.shape->getAabb(btTransform::getIdentity(), low, high);
-    for (const ConvexPair& pair : pairs) {
-      const RigidBox box = box_in_shape(swept_box(*pair.soft, pair.soft->getCollisionShape()->getMargin()), poses);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const RigidBox box = box_in_shape(boxes[i], poses);
       if (!TestAabbAgainstAabb2(low, high, box.low, box.high)) continue;
       const Shape& shape = synchronize(part, poses);
-      wanted_.emplace_back(std::minmax(shape.id.value, mirror_.member(*pair.soft).id.value));
+      wanted_.emplace_back(std::minmax(shape.id.value, mirror_.member(*pairs[i].soft).id.value));
     }
   }
 }
@@ -137,8 +141,7 @@ void ConvexDetection::find_contacts(std::vector<ConvexPair> pairs, btScalar time
   touches_.forget_notes();
   meetings_.clear();
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
-  std::erase_if(pairs,
-                [](const ConvexPair& pair) { return !pair.soft->isActive() || pair.soft->m_faces.size() == 0; });
+  std::erase_if(pairs, [](const ConvexPair& pair) { return !pair.soft->isActive() || pair.soft->m_faces.size() == 0; });
   wanted_.clear();
   native_.clear();
   std::set<const btSoftBody*> read;

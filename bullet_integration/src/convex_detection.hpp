@@ -30,8 +30,8 @@ class ConvexDetection {
   /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
   const ContactNotes& notes() const { return touches_.notes(); }
   /// When Bullet has processed these pairs: appends what it has no contacts for to the bodies' m_rcontacts (with
-  /// SDF_RS), or m_nodeRigidContacts and m_faceRigidContacts (with SDF_RD and SDF_RDN; SDF_RDF for rigid bodies, SDF_MDF
-  /// for links of multibodies).
+  /// SDF_RS), or m_nodeRigidContacts and m_faceRigidContacts (with SDF_RD and SDF_RDN; SDF_RDF for rigid bodies,
+  /// SDF_MDF for links of multibodies).
   void find_contacts(std::vector<ConvexPair> pairs, btScalar time_step);
   /// The pairs that the last find_contacts() has found to meet on their way, or to be in each other.
   Span<const ConvexPair> meetings() const { return meetings_; }
@@ -44,8 +44,10 @@ class ConvexDetection {
     btScalar margin;
     bool is_present = false;
   };
-  /// A convex part of an object: the how manieth, in the order of the compounds that it is in.
+  /// A convex part of an object, numbered through the compounds that it is made of.
   using PartKey = std::pair<const btCollisionObject*, int>;
+  /// A shape's id, its vertex, and the soft body's nodes there. Several pairs of triangles have it in common.
+  using Place = std::tuple<std::uint32_t, std::uint32_t, const void*, const void*, const void*>;
   struct Part {
     PartKey key;
     const btConvexShape* shape;
@@ -72,7 +74,7 @@ class ConvexDetection {
   std::map<std::uint32_t, const Shape*> shapes_by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
   NativeTouches native_;
-  std::set<std::tuple<std::uint32_t, std::uint32_t, const void*, const void*, const void*>> known_;  ///< places of this step
+  std::set<Place> known_;  ///< of this step
   std::vector<ConvexPair> meetings_;
   RigidTouches touches_;
   bool keeps_notes_;

@@ -13,6 +13,7 @@ constexpr int kRounds = 4;
 
 void solve_contacts(btSoftBody& body) {
   std::vector<btVector3> before;
+  before.reserve(static_cast<std::size_t>(body.m_nodes.size()));
   for (int i = 0; i < body.m_nodes.size(); ++i) before.push_back(body.m_nodes[i].m_x);
   for (int round = 0; round < kRounds; ++round) btSoftBody::PSolve_RContacts(&body, 1, 0);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
@@ -63,8 +64,7 @@ void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_s
   for (const Rigid& rigid : rigid_) {
     if (!is_present(rigid.body)) continue;
     btTransform moved;
-    btTransformUtil::integrateTransform(rigid.body->getWorldTransform(),
-                                        rigid.body->getLinearVelocity() - rigid.linear,
+    btTransformUtil::integrateTransform(rigid.body->getWorldTransform(), rigid.body->getLinearVelocity() - rigid.linear,
                                         rigid.body->getAngularVelocity() - rigid.angular, time_step, moved);
     rigid.body->proceedToTransform(moved);
   }

@@ -10,8 +10,8 @@
 namespace softcd::bullet {
 
 /// What ends a step of Bullet's classic worlds where soft bodies and convex shapes have met on their way. Bullet moves
-/// rigid bodies first and solves soft bodies then, so that what stops a rigid body does so from the next step on, when it
-/// is through; and solves contacts before links, which pull nodes back through what they were pushed out of. Here
+/// rigid bodies first and solves soft bodies then, so that what stops a rigid body does so from the next step on, when
+/// it is through; and solves contacts before links, which pull nodes back through what they were pushed out of. Here
 /// contacts are solved once more, last of all, and rigid bodies go back to where their new velocities would have led.
 class LateImpulses {
  public:

@@ -48,18 +48,17 @@ void set_link_response(const btMultiBodyLinkCollider& link, const btVector3& poi
                              contact.t2.y(), contact.t2.z());
   const auto jacobian = [](const btMultiBodyJacobianData& data) { return &data.m_jacobians[0]; };
   const auto response = [](const btMultiBodyJacobianData& data) { return &data.m_deltaVelocitiesUnitImpulse[0]; };
-  const btMatrix3x3 of_link =
-      OuterProduct(jacobian(contact.jacobianData_normal), jacobian(contact.jacobianData_t1),
-                   jacobian(contact.jacobianData_t2), response(contact.jacobianData_normal),
-                   response(contact.jacobianData_t1), response(contact.jacobianData_t2),
-                   link.m_multiBody->getNumDofs() + 6);
+  const btMatrix3x3 of_link = OuterProduct(jacobian(contact.jacobianData_normal), jacobian(contact.jacobianData_t1),
+                                           jacobian(contact.jacobianData_t2), response(contact.jacobianData_normal),
+                                           response(contact.jacobianData_t1), response(contact.jacobianData_t2),
+                                           link.m_multiBody->getNumDofs() + 6);
   contact.m_c0 = to_local.transpose() * (is_reduced ? of_link : Add(inverse_mass, of_link).inverse()) * to_local;
 }
 
-/// All of a contact of the point x of a soft body, which has moved by `motion`, but for its node, its plane and how much
-/// of the impulse moves the node.
-btSoftBody::RContact rigid_contact(const btSoftBody& body, const btVector3& x, const btVector3& motion,
-                                   btScalar inverse_mass, const RigidPart& rigid, const RigidTouch& touch) {
+/// All of a contact of the point x of a soft body, which has moved by `motion`, but for its node, its plane and how
+/// much of the impulse moves the node.
+btSoftBody::RContact contact_of_point(const btSoftBody& body, const btVector3& x, const btVector3& motion,
+                                      btScalar inverse_mass, const RigidPart& rigid, const RigidTouch& touch) {
   const btScalar time_step = body.m_sst.sdt;
   const btVector3 arm = x - rigid.origin;
   const btVector3 rigid_motion =
@@ -80,7 +79,8 @@ btSoftBody::RContact rigid_contact(const btSoftBody& body, const btVector3& x, c
   return contact;
 }
 
-/// Of the margin: leaves a node that was stopped with a motion away from the object, so that Bullet's solver lets go of it.
+/// Of the margin: leaves a node that was stopped with a motion away from the object, so that Bullet's solver lets go of
+/// it.
 constexpr btScalar kLeastDepth = btScalar(1e-3);
 /// So small that the motion of a step makes no difference.
 constexpr btScalar kFaceHardness = btScalar(1e-3);
@@ -108,7 +108,7 @@ struct WeightedPoint {
 void write_rigid_contact(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch) {
   const RigidPart rigid(*touch.object);
   if (!(node.m_im + rigid.inverse_mass > 0)) return;
-  btSoftBody::RContact contact = rigid_contact(body, node.m_x, node.m_x - node.m_q, node.m_im, rigid, touch);
+  btSoftBody::RContact contact = contact_of_point(body, node.m_x, node.m_x - node.m_q, node.m_im, rigid, touch);
   contact.m_cti.m_offset = -touch.normal.dot(touch.object_point_t1) - touch.margin;
   contact.m_node = &node;
   contact.m_c2 = node.m_im * body.m_sst.sdt;
@@ -120,9 +120,9 @@ void write_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVecto
   const RigidPart rigid(*touch.object);
   const WeightedPoint point(face, weights);
   if (!(point.inverse_mass + rigid.inverse_mass > 0)) return;
-  const btSoftBody::RContact whole = rigid_contact(body, point.x, point.motion, point.inverse_mass, rigid, touch);
-  // Beside what stops the approach, Bullet's solver adds m_c4 times the depth where the nodes are by then, and draws near
-  // what is not deep. Here it adds its hardness times the depth at which the step began, wherever the nodes are.
+  const btSoftBody::RContact whole = contact_of_point(body, point.x, point.motion, point.inverse_mass, rigid, touch);
+  // Beside what stops the approach, Bullet's solver adds m_c4 times the depth where the nodes are by then, and draws
+  // near what is not deep. Here it adds its hardness times the depth at which the step began, wherever the nodes are.
   const btScalar depth_at_start = depth(touch, point.x - point.motion, touch.object_point_t0);
   const btScalar depth_to_answer = btMin(depth_at_start, -kLeastDepth * touch.margin) * whole.m_c4 / kFaceHardness;
   for (int i = 0; i < 3; ++i) {

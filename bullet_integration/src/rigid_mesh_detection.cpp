@@ -141,9 +141,7 @@ void RigidMeshDetection::find_touches() {
   NodeTouches touches;
   btSoftBody* body = nullptr;
   btSoftBody::Node* node = nullptr;
-  const auto flush = [&] {
-    touches.flush([&](const RigidTouch& touch) { touches_.add(*body, *node, touch); });
-  };
+  const auto flush = [&] { touches.flush([&](const RigidTouch& touch) { touches_.add(*body, *node, touch); }); };
   BodyId last_mesh;
   for (const Contact& contact : query_.detect()) {
     const btVector3 normal = to_bullet(contact.normal);

@@ -7,8 +7,8 @@
 
 namespace softcd::bullet {
 
-/// Where a rigid shape is at both ends of a step. Bullet's objects that somebody else moves (kinematic ones) are already
-/// where they will be at the end, all others are where they were at the start.
+/// Where a rigid shape is at both ends of a step. Bullet's objects that somebody else moves (kinematic ones) are
+/// already where they will be at the end, all others are where they were at the start.
 struct RigidPoses {
   btTransform t0, t1;
 };

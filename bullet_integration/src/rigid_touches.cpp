@@ -48,7 +48,7 @@ void RigidTouches::add(btSoftBody& body, btSoftBody::Face& face, const btVector3
 
 void RigidTouches::prepare_to_write(bool keeps_notes) {
   keeps_notes_ = keeps_notes;
-  notes_.reset(node_touches_.size() + 3 * face_touches_.size());
+  if (keeps_notes) notes_.reset(node_touches_.size() + 3 * face_touches_.size());
 }
 
 void RigidTouches::write() {
@@ -59,7 +59,8 @@ void RigidTouches::write() {
     } else {
       write_rigid_contact(*body, *node, touch);
     }
-    note(*body, ContactArray::rigid_node, count, node_contact_count(*body), touch, depth(touch, node->m_x, touch.object_point_t1));
+    note(*body, ContactArray::rigid_node, count, node_contact_count(*body), touch,
+         depth(touch, node->m_x, touch.object_point_t1));
   }
   for (const auto& [body, face, weights, touch] : face_touches_) {
     btVector3 point(0, 0, 0);

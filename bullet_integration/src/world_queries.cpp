@@ -23,8 +23,9 @@ void WorldQueries::set_settings(const Settings& settings) {
   if (convex_shapes.get() != nullptr) convex_shapes.get()->set_settings(settings);
   read_out.set_settings(settings);
   rays.set_settings(settings);
-  const bool finds_more = (settings.rigid_meshes && !settings_.rigid_meshes) ||
-                          (settings.convex_shapes != settings_.convex_shapes && settings_.convex_shapes == ConvexShapes::nodes);
+  const bool finds_more =
+      (settings.rigid_meshes && !settings_.rigid_meshes) ||
+      (settings.convex_shapes != settings_.convex_shapes && settings_.convex_shapes == ConvexShapes::nodes);
   if (finds_more) forget_algorithms();
   settings_ = settings;
 }

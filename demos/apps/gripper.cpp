@@ -1,5 +1,5 @@
-// Two fingers close on a coarse cloth, in the middle of a face five times as wide as they are, and lift it. Bullet tests
-// nodes alone against boxes: the cloth slips through. With softcd's contacts of faces and edges it is held.
+// Two fingers close on a coarse cloth, in the middle of a face five times as wide as they are, and lift it. Bullet
+// tests nodes alone against boxes: the cloth slips through. With softcd's contacts of faces and edges it is held.
 
 #include <softcd/bullet/soft_worlds.hpp>
 

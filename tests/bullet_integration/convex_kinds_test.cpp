@@ -63,8 +63,8 @@ std::vector<Made> make_shapes() {
   shapes.push_back(only(std::make_unique<btSphereShape>(btScalar(0.1)), "sphere"));
   shapes.push_back(only(std::make_unique<btCapsuleShape>(btScalar(0.05), btScalar(0.1)), "capsule"));
   shapes.push_back(only(std::make_unique<btCapsuleShapeX>(btScalar(0.05), btScalar(0.3)), "lying capsule"));
-  shapes.push_back(only(std::make_unique<btCylinderShape>(btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))),
-                        "cylinder"));
+  shapes.push_back(
+      only(std::make_unique<btCylinderShape>(btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))), "cylinder"));
   shapes.push_back(only(std::make_unique<btConeShape>(btScalar(0.1), btScalar(0.2)), "cone"));
   const btVector3 centers[] = {btVector3(0, 0, 0), btVector3(btScalar(0.1), 0, 0)};
   const btScalar radii[] = {btScalar(0.1), btScalar(0.05)};

@@ -69,8 +69,8 @@ TEST_P(ConvexShapes, what_falls_with_100_metres_per_second_is_caught_by_a_corner
   EXPECT_GT(fall_on_corner(GetParam(), with_faces_and_edges(), 100), -5);
 }
 
-/// Fingers a fifth as wide as a cloth's edges close on the middle of one of its faces, in half a second; the cloth is let
-/// go then, and lifted from the first second on.
+/// Fingers a fifth as wide as a cloth's edges close on the middle of one of its faces, in half a second; the cloth is
+/// let go then, and lifted from the first second on.
 class Gripper {
  public:
   Gripper(World world, const std::optional<bullet::Settings>& settings, int flags) : simulation_(world, settings) {
@@ -114,8 +114,7 @@ class Gripper {
     const btScalar closed = btMin(2 * time_, btScalar(1));
     const btScalar distance = btScalar(0.2) - closed * btScalar(0.145);
     const btScalar height = btScalar(0.15) + btMax(time_ - 1, btScalar(0)) / 2;
-    return btTransform(btQuaternion::getIdentity(),
-                       btVector3(btScalar(0.1), height, side == 0 ? -distance : distance));
+    return btTransform(btQuaternion::getIdentity(), btVector3(btScalar(0.1), height, side == 0 ? -distance : distance));
   }
   void set_masses(btScalar mass) {
     for (int i = 0; i < cloth_->m_nodes.size(); ++i) cloth_->setMass(i, mass);

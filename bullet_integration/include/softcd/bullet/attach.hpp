@@ -89,8 +89,8 @@ class SOFTCD_EXPORT Attachment {
 /// order of actions that it adds afterwards changes when the attachment's is removed.
 ///
 /// A dispatcher that does not have pairs processed by the pair cache, as btCollisionDispatcherMt, leaves rigid meshes
-/// and convex shapes to Bullet. Of Bullet's the limitations say so; one of the app's is noticed in the first step, from which on they do,
-/// and which counts in failed_steps() of WorldDetection::rigid_meshes() and convex_shapes().
+/// and convex shapes to Bullet. Of Bullet's the limitations say so; one of the app's is noticed in the first step, from
+/// which on they do, and which counts in failed_steps() of WorldDetection::rigid_meshes() and convex_shapes().
 ///
 /// Detach before the world is destroyed. A world that is destroyed with objects in it is noticed, and nothing of it is
 /// touched afterwards; nobody tells softcd of an empty one.
