@@ -56,7 +56,7 @@ void LateImpulses::keep_velocities() {
 
 void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_step) {
   std::unordered_set<const btCollisionObject*> present;
-  if (!soft_.empty()) present.insert(&objects[0], &objects[0] + objects.size());
+  for (int i = 0; !soft_.empty() && i < objects.size(); ++i) present.insert(objects[i]);
   const auto is_present = [&](const btCollisionObject* object) { return present.count(object) != 0; };
   for (btSoftBody* body : soft_) {
     if (is_present(body) && can_be_solved(*body, is_present)) solve_contacts(*body);
