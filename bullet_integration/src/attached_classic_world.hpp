@@ -20,7 +20,7 @@ class AttachedClassicWorld final : public AttachedWorld {
     process_classic_pairs(step(), process_natively);
   }
   void make_up_for_pairs() override;
-  void prepare_solver() override { queries().read_out.rehearse_solver(span_of(bodies())); }
+  void prepare_solver() override { prepare_classic_solver(step()); }
   void end_step(btScalar time_step) override;
   bool ends_steps_late() const override { return true; }
 };

@@ -96,10 +96,13 @@ void AttachedWorld::before_solver(btScalar time_step) {
 }
 
 void AttachedWorld::miss_pairs() {
-  if (std::exchange(sees_pairs_, false) && queries().settings().rigid_meshes) {
-    queries().rigid_meshes.run(queries().settings(), [](RigidMeshDetection&) {
+  if (std::exchange(sees_pairs_, false)) {
+    const Settings& settings = queries().settings();
+    const auto fail = [](auto& /*detection*/) {
       throw Error("the world's dispatcher does not have pairs processed by the pair cache");
-    });
+    };
+    if (settings.rigid_meshes) queries().rigid_meshes.run(settings, fail);
+    if (settings.convex_shapes != ConvexShapes::nodes) queries().convex_shapes.run(settings, fail);
   }
   make_up_for_pairs();
   stage_ = Stage::has_pairs;

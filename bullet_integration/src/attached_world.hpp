@@ -16,7 +16,7 @@ inline constexpr Limitation kTreesLimitation = {
 inline constexpr Limitation kRigidMeshesLimitation = {
     Limit::leaves_rigid_meshes,
     "The world's dispatcher does not have pairs processed by the pair cache, so that contacts with rigid meshes are "
-    "Bullet's."};
+    "Bullet's, and none with convex shapes are added to its own."};
 
 /// softcd in a world that somebody else made, from construction to detach(). What its own worlds do in functions that
 /// they override is done where Bullet's step, which nobody can override from outside, calls something that can be set

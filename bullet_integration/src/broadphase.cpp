@@ -5,6 +5,7 @@
 
 #include "BulletSoftBody/btSoftBody.h"
 #include "native_trees.hpp"
+#include "query_options.hpp"
 #include "snapshot_reader.hpp"
 
 namespace softcd::bullet {
@@ -69,7 +70,7 @@ void Broadphase::aabbTest(const btVector3& aabb_min, const btVector3& aabb_max, 
 }
 
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
-  if (settings_ != nullptr && settings_->rigid_meshes) {
+  if (settings_ != nullptr && finds_rigid_contacts(*settings_)) {
     for (btSoftBody* body : soft_bodies_) sweep_box(*body, original_, dispatcher);
   }
   original_.calculateOverlappingPairs(dispatcher);

@@ -117,10 +117,10 @@ KeyedPair& ContactReadOut::pair_of(const BodyPairKey& key) {
 }
 
 void ContactReadOut::read(const WorldKind& kind, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
-                          const ContactNotes& found, const ContactNotes& found_with_meshes) {
+                          const NotesOfStep& notes) {
   const std::vector<KeyedPair> before = std::exchange(now_, {});
   places_.clear();
-  const ContactReader reader(bodies, found, found_with_meshes);
+  const ContactReader reader(bodies, notes);
   std::vector<ReadContact> contacts;
   for (const btSoftBody* body : bodies) {
     if (body->isActive()) (reader.*kind.read_contacts)(*body, contacts);

@@ -83,7 +83,7 @@ class ContactReadOut {
  public:
   /// As the contacts stand in the arrays of these bodies, all of the world's. `broadphase` is theirs.
   void read(const WorldKind& kind, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
-            const ContactNotes& found, const ContactNotes& found_with_meshes);
+            const NotesOfStep& notes);
   /// The same contacts' impulses, as far as they are known.
   void set_impulses(const ContactImpulses& impulses);
 

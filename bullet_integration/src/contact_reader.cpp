@@ -113,9 +113,7 @@ const ContactNotes::Note* ContactNotes::find(const btSoftBody& owner, ContactArr
   return has_it ? &note : nullptr;
 }
 
-ContactReader::ContactReader(Span<btSoftBody* const> bodies, const ContactNotes& found,
-                             const ContactNotes& found_with_meshes)
-    : found_(found), found_with_meshes_(found_with_meshes) {
+ContactReader::ContactReader(Span<btSoftBody* const> bodies, const NotesOfStep& notes) : notes_(notes) {
   for (const btSoftBody* body : bodies) {
     const std::size_t order = orders_.size();
     orders_.emplace(body, order);
@@ -139,8 +137,9 @@ std::size_t ContactReader::order_of(const btSoftBody& body) const {
 }
 
 btScalar ContactReader::time_of_impact(const btSoftBody& owner, ContactArray array, int index) const {
-  const ContactNotes& notes = array == ContactArray::soft ? found_ : found_with_meshes_;
-  const ContactNotes::Note* note = notes.find(owner, array, index);
+  const bool is_soft = array == ContactArray::soft;
+  const ContactNotes::Note* note = (is_soft ? notes_.soft : notes_.rigid_meshes).find(owner, array, index);
+  if (note == nullptr && !is_soft) note = notes_.convex_shapes.find(owner, array, index);
   return note != nullptr ? btScalar(note->contact.time_of_impact) : btScalar(1);
 }
 
@@ -165,7 +164,7 @@ template <class SoftContact>
 void ContactReader::read_soft(const btSoftBody& owner, const btAlignedObjectArray<SoftContact>& array,
                               btVector3 SoftContact::*weights, std::vector<ReadContact>& contacts) const {
   for (int i = 0; i < array.size(); ++i) {
-    const ContactNotes::Note* note = found_.find(owner, ContactArray::soft, i);
+    const ContactNotes::Note* note = notes_.soft.find(owner, ContactArray::soft, i);
     if (note != nullptr && note->a != nullptr) {
       contacts.push_back(edge_contact(*array[i].m_node, *note));
       i += note->source.count - 1;
@@ -190,7 +189,10 @@ void ContactReader::read_classic(const btSoftBody& owner, std::vector<ReadContac
   read_soft(owner, owner.m_scontacts, &btSoftBody::SContact::m_weights, contacts);
   for (int i = 0; i < owner.m_rcontacts.size(); ++i) {
     const btSoftBody::RContact& entry = owner.m_rcontacts[i];
-    const btScalar distance = entry.m_cti.m_normal.dot(entry.m_node->m_x) + entry.m_cti.m_offset;
+    // What stands for a contact of a face has a plane that says nothing about where the node should be.
+    const ContactNotes::Note* of_face = notes_.convex_shapes.find(owner, ContactArray::rigid_node, i);
+    const btScalar distance = of_face != nullptr ? btScalar(of_face->contact.distance)
+                                                 : entry.m_cti.m_normal.dot(entry.m_node->m_x) + entry.m_cti.m_offset;
     contacts.push_back(rigid_contact(owner, entry.m_cti, node_side(owner, *entry.m_node), distance,
                                      {&owner, ContactArray::rigid_node, i}));
     contacts.back().contact.time_of_impact = time_of_impact(owner, ContactArray::rigid_node, i);

@@ -43,6 +43,13 @@ class ContactNotes {
   std::vector<Note> notes_;
 };
 
+/// What softcd's detectors have noted about the entries in Bullet's arrays, each about its own.
+struct NotesOfStep {
+  const ContactNotes& soft;
+  const ContactNotes& rigid_meshes;
+  const ContactNotes& convex_shapes;
+};
+
 /// A contact with the bodies of its sides. `owner_is_b`: the entry's node, or its soft body, is on side b.
 struct ReadContact {
   const btSoftBody* a;
@@ -57,7 +64,7 @@ struct ReadContact {
 class ContactReader {
  public:
   /// All outlive it.
-  ContactReader(Span<btSoftBody* const> bodies, const ContactNotes& found, const ContactNotes& found_with_meshes);
+  ContactReader(Span<btSoftBody* const> bodies, const NotesOfStep& notes);
 
   /// The contacts in the arrays of the classic worlds, or of the deformable one.
   void read_classic(const btSoftBody& owner, std::vector<ReadContact>& contacts) const;
@@ -81,8 +88,7 @@ class ContactReader {
 
   std::vector<FaceRange> faces_;  ///< by address
   std::unordered_map<const btSoftBody*, std::size_t> orders_;
-  const ContactNotes& found_;
-  const ContactNotes& found_with_meshes_;
+  NotesOfStep notes_;
 };
 
 }  // namespace softcd::bullet

@@ -2,7 +2,6 @@
 
 #include <new>
 
-#include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
@@ -21,18 +20,11 @@ bool is_taken(const btSoftBody& soft, const btCollisionObject& object) {
          object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
 }
 
-class MeshPairAlgorithm : public btCollisionAlgorithm {
+class MeshPairAlgorithm : public AlgorithmInFront {
  public:
-  /// Owns `original`.
-  MeshPairAlgorithm(const btCollisionAlgorithmConstructionInfo& info, std::shared_ptr<MeshPairs> pairs, bool is_swapped,
-                    btCollisionAlgorithm* original)
-      : btCollisionAlgorithm(info), pairs_(std::move(pairs)), is_swapped_(is_swapped), original_(original) {}
-  ~MeshPairAlgorithm() override {
-    original_->~btCollisionAlgorithm();
-    m_dispatcher->freeCollisionAlgorithm(original_);
-  }
-  MeshPairAlgorithm(const MeshPairAlgorithm&) = delete;
-  MeshPairAlgorithm& operator=(const MeshPairAlgorithm&) = delete;
+  MeshPairAlgorithm(const btCollisionAlgorithmConstructionInfo& info, btCollisionAlgorithm* original,
+                    std::shared_ptr<MeshPairs> pairs, bool is_swapped)
+      : AlgorithmInFront(info, original), pairs_(std::move(pairs)), is_swapped_(is_swapped) {}
 
   void processCollision(const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1,
                         const btDispatcherInfo& info, btManifoldResult* result) override {
@@ -44,32 +36,15 @@ class MeshPairAlgorithm : public btCollisionAlgorithm {
         pairs_->is_collecting() && is_taken(*body, *mesh.getCollisionObject()) &&
         pairs_->add({body, mesh.getCollisionObject(), static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
                      object.inverseTimes(mesh.getWorldTransform()), mesh.m_index});
-    if (!is_ours) original_->processCollision(body0, body1, info, result);
+    if (!is_ours) AlgorithmInFront::processCollision(body0, body1, info, result);
   }
-  btScalar calculateTimeOfImpact(btCollisionObject* body0, btCollisionObject* body1, const btDispatcherInfo& info,
-                                 btManifoldResult* result) override {
-    return original_->calculateTimeOfImpact(body0, body1, info, result);
-  }
-  void getAllContactManifolds(btManifoldArray& manifolds) override { original_->getAllContactManifolds(manifolds); }
 
  private:
   std::shared_ptr<MeshPairs> pairs_;
   bool is_swapped_;
-  btCollisionAlgorithm* original_;
 };
 
 }  // namespace
-
-bool MeshPairs::add(const MeshPair& pair) noexcept {
-  const std::lock_guard lock(mutex_);
-  try {
-    collected_.pairs.push_back(pair);
-    return true;
-  } catch (const std::bad_alloc&) {
-    collected_.is_complete = false;
-    return false;
-  }
-}
 
 MeshPairCreateFunc::MeshPairCreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
                                        std::shared_ptr<MeshPairs> pairs)
@@ -83,7 +58,7 @@ btCollisionAlgorithm* MeshPairCreateFunc::CreateCollisionAlgorithm(btCollisionAl
   btCollisionAlgorithm* original = registered_.original().CreateCollisionAlgorithm(info, body0, body1);
   // Not from the dispatcher's pool, which does not look at sizes.
   void* memory = btAlignedAlloc(sizeof(MeshPairAlgorithm), 16);
-  return new (memory) MeshPairAlgorithm(info, pairs_, is_swapped_, original);
+  return new (memory) MeshPairAlgorithm(info, original, pairs_, is_swapped_);
 }
 
 CollectingMeshPairs::CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs)

@@ -1,15 +1,12 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <utility>
-#include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionCreateFunc.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "dispatched_pairs.hpp"
 #include "registered_algorithm.hpp"
 
 class btConcaveShape;
@@ -27,26 +24,7 @@ struct MeshPair {
   int child;                    ///< which of the object's children; -1 where the shape is the object's own
 };
 
-/// The pairs that come up while Bullet dispatches. Thread-safe: some dispatchers call from several threads.
-class MeshPairs {
- public:
-  bool is_collecting() const { return is_collecting_; }
-  void set_collecting(bool is_collecting) { is_collecting_ = is_collecting; }
-  /// False where memory does not suffice: the pair is not among those collected, which are not complete then.
-  bool add(const MeshPair& pair) noexcept;
-
-  struct Collected {
-    std::vector<MeshPair> pairs;
-    bool is_complete = true;
-  };
-  /// Those since the last call.
-  Collected take() { return std::exchange(collected_, {}); }
-
- private:
-  std::mutex mutex_;
-  std::atomic<bool> is_collecting_ = false;
-  Collected collected_;
-};
+using MeshPairs = DispatchedPairs<MeshPair>;
 
 /// Makes algorithms that hand pairs to MeshPairs while these collect, and else, and what is not softcd's anyway, to the
 /// algorithm that would have stood there without us. Bullet keeps an algorithm as long as its pair.

@@ -10,13 +10,19 @@ inline SceneOptions scene_options(const Settings& settings) {
   return options;
 }
 
-/// What all queries of a world have in common: how precisely they compute.
+/// Whether softcd finds contacts of soft bodies with rigid objects of any kind.
+inline bool finds_rigid_contacts(const Settings& settings) {
+  return settings.rigid_meshes || settings.convex_shapes != ConvexShapes::nodes;
+}
+
+/// What all queries of a world have in common: how precisely they compute, and that edges are what few ask for.
 inline QueryOptions query_options(const Settings& settings) {
   QueryOptions options;
   options.accuracy = settings.accuracy;
   options.broad_phase = settings.broad_phase;
   options.lambda = settings.lambda;
   options.reuse_pairs = settings.reuse_pairs;
+  options.features.edge_edge = settings.edge_contacts != EdgeContacts::off;
   return options;
 }
 

@@ -6,6 +6,9 @@
 /// CollideSDF_RDF in btSoftBodyInternals.h.
 namespace softcd::bullet {
 
+/// Of a face's node: below, a point counts as one on the edge, or at the corner, of the others.
+inline constexpr btScalar kLeastWeight = btScalar(1e-4);
+
 /// Where a soft body touches a rigid object.
 struct RigidTouch {
   const btCollisionObject* object;
@@ -23,10 +26,15 @@ inline btScalar depth(const RigidTouch& touch, const btVector3& soft_point, cons
 /// Classic worlds, where the node has moved from m_q to m_x.
 void write_rigid_contact(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch);
 
+/// The same for a point on a face: a contact of each of its nodes, by its weight, none of which Bullet has a place for.
+/// Where the nodes come at one velocity the point stops as a node would; a face that turns about the point is slowed
+/// down, as each of its nodes is stopped for itself.
+void write_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch);
+
 /// Deformable world, where the node is about to move from m_x to m_q.
 void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch);
 
-/// The same for a point on a face.
+/// The same for a point on a face: Bullet's own kind of contact.
 void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVector3& weights,
                                     const RigidTouch& touch);
 

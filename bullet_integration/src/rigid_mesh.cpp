@@ -5,7 +5,6 @@
 #include <tuple>
 
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
-#include "LinearMath/btTransformUtil.h"
 
 namespace softcd::bullet {
 namespace {
@@ -13,7 +12,7 @@ namespace {
 /// Regions reach beyond their boxes by this share of the boxes' size, so that what moves stays in them for some steps.
 constexpr btScalar kRegionGrowth = btScalar(0.25);
 
-bool contains(const RigidMesh::Box& outer, const RigidMesh::Box& inner) {
+bool contains(const RigidBox& outer, const RigidBox& inner) {
   for (int axis = 0; axis < 3; ++axis) {
     if (inner.low[axis] < outer.low[axis] || inner.high[axis] > outer.high[axis]) return false;
   }
@@ -38,37 +37,21 @@ bool are_equal(const std::vector<btVector3>& a, const std::vector<btVector3>& b)
                     [](const btVector3& p, const btVector3& q) { return coordinates(p) == coordinates(q); });
 }
 
-Vec3d to_vec3d(const btVector3& v) {
-  return {double(v.x()), double(v.y()), double(v.z())};
-}
-
 }  // namespace
 
-MeshPoses poses_of(const MeshPair& pair, btScalar time_step) {
-  const btTransform& now = pair.object->getWorldTransform();
-  MeshPoses poses = {now, now};
-  if (pair.object->isKinematicObject()) {
-    btTransformUtil::integrateTransform(now, -pair.object->getInterpolationLinearVelocity(),
-                                        -pair.object->getInterpolationAngularVelocity(), time_step, poses.t0);
-  } else if (!pair.object->isStaticObject()) {
-    poses.t1 = pair.object->getInterpolationWorldTransform();
-  }
-  return {poses.t0 * pair.shape_in_object, poses.t1 * pair.shape_in_object};
-}
-
-bool RigidMesh::read(const btConcaveShape& shape, const std::vector<Box>& boxes) {
-  const auto is_covered = [this](const Box& box) {
-    return std::any_of(regions_.begin(), regions_.end(), [&](const Box& region) { return contains(region, box); });
+bool RigidMesh::read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes) {
+  const auto is_covered = [this](const RigidBox& box) {
+    return std::any_of(regions_.begin(), regions_.end(), [&](const RigidBox& region) { return contains(region, box); });
   };
   if (!std::all_of(boxes.begin(), boxes.end(), is_covered)) {
     regions_.clear();
-    for (const Box& box : boxes) {
+    for (const RigidBox& box : boxes) {
       const btVector3 growth = (box.high - box.low) * kRegionGrowth;
       regions_.push_back({box.low - growth, box.high + growth});
     }
   }
   Corners found;
-  for (const Box& region : regions_) shape.processAllTriangles(&found, region.low, region.high);
+  for (const RigidBox& region : regions_) shape.processAllTriangles(&found, region.low, region.high);
   if (are_equal(found.corners, corners_)) return false;
   corners_ = std::move(found.corners);
   weld();
@@ -96,19 +79,7 @@ void RigidMesh::weld() {
   triangles_.erase(std::unique(triangles_.begin(), triangles_.end(),
                                [&](const Triangle& a, const Triangle& b) { return indices(a) == indices(b); }),
                    triangles_.end());
-  x_t0_.clear();
-}
-
-bool RigidMesh::place(const MeshPoses& poses) {
-  if (x_t0_.size() == vertices_.size() && poses.t0 == placed_.t0 && poses.t1 == placed_.t1) return false;
-  placed_ = poses;
-  x_t0_.clear();
-  x_t1_.clear();
-  for (const btVector3& vertex : vertices_) {
-    x_t0_.push_back(to_vec3d(poses.t0 * vertex));
-    x_t1_.push_back(to_vec3d(poses.t1 * vertex));
-  }
-  return true;
+  placement_.forget();
 }
 
 }  // namespace softcd::bullet

@@ -4,7 +4,6 @@
 
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 #include "query_options.hpp"
-#include "rigid_contact_writer.hpp"
 #include "vectors.hpp"
 
 namespace softcd::bullet {
@@ -15,51 +14,6 @@ using Flags = btSoftBody::fCollision;
 /// One node's contacts with one mesh whose normals are closer than that (8 degrees) are one: on a smooth surface a node
 /// touches several triangles at once.
 constexpr btScalar kSameNormal = btScalar(0.99);
-
-/// Which of Bullet's arrays its contacts belong into is the body's own affair.
-bool has_deformable_contacts(const btSoftBody& body) {
-  return (body.m_cfg.collisions & Flags::RVSmask) == Flags::SDF_RD;
-}
-
-int rigid_contact_count(const btSoftBody& body) {
-  return has_deformable_contacts(body) ? body.m_nodeRigidContacts.size() : body.m_rcontacts.size();
-}
-
-/// Of everything that the body's nodes meet in the step.
-RigidMesh::Box swept_box(const btSoftBody& body, btScalar margin) {
-  RigidMesh::Box box = {body.m_nodes[0].m_x, body.m_nodes[0].m_x};
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    for (const btVector3* x : {&body.m_nodes[i].m_x, &body.m_nodes[i].m_q}) {
-      box.low.setMin(*x);
-      box.high.setMax(*x);
-    }
-  }
-  const btVector3 growth(margin, margin, margin);
-  return {box.low - growth, box.high + growth};
-}
-
-/// Around the box as it is seen from the mesh at both ends of the step.
-RigidMesh::Box box_in_mesh(const RigidMesh::Box& box, const MeshPoses& poses) {
-  const btVector3 center = (box.low + box.high) / 2;
-  const btVector3 half = (box.high - box.low) / 2;
-  RigidMesh::Box result;
-  for (const btTransform* pose : {&poses.t0, &poses.t1}) {
-    const btTransform inverse = pose->inverse();
-    const btVector3 local_center = inverse * center;
-    const btVector3 local_half(half.dot3(inverse.getBasis()[0].absolute(), inverse.getBasis()[1].absolute(),
-                                         inverse.getBasis()[2].absolute()));
-    if (pose == &poses.t0) result = {local_center - local_half, local_center + local_half};
-    result.low.setMin(local_center - local_half);
-    result.high.setMax(local_center + local_half);
-  }
-  return result;
-}
-
-btVector3 weighted_point(const std::vector<Vec3d>& x, const std::uint32_t* vertices, const float* weights, int count) {
-  Vec3d point{0, 0, 0};
-  for (int i = 0; i < count; ++i) point = point + static_cast<double>(weights[i]) * x[vertices[i]];
-  return to_bullet(point);
-}
 
 /// Contacts of one node with one mesh, of which only those with a direction of their own are kept, the deepest.
 class NodeTouches {
@@ -114,19 +68,19 @@ RigidMeshDetection::~RigidMeshDetection() {
 void RigidMeshDetection::set_settings(const Settings& settings) {
   query_.set_options(mesh_options(settings));
   keeps_notes_ = settings.read_out != ReadOut::off;
-  notes_.reset(0);
+  touches_.forget_notes();
 }
 
 void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step) {
   const btConcaveShape& shape = *std::get<1>(key);
-  const MeshPoses poses = poses_of(pairs[0], time_step);
+  const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
   BodySettings settings;
   settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
 
-  std::vector<RigidMesh::Box> boxes;
+  std::vector<RigidBox> boxes;
   for (const MeshPair& pair : pairs) {
     const btScalar margin = pair.soft->getCollisionShape()->getMargin() + shape.getMargin();
-    boxes.push_back(box_in_mesh(swept_box(*pair.soft, margin), poses));
+    boxes.push_back(box_in_shape(swept_box(*pair.soft, margin), poses));
   }
   const auto [entry, is_new] = meshes_.try_emplace(key);
   Mesh& mesh = entry->second;
@@ -160,7 +114,7 @@ void RigidMeshDetection::remove_absent_meshes() {
 }
 
 void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar time_step) {
-  notes_.reset(0);
+  touches_.forget_notes();
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
   for (const MeshPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
@@ -178,20 +132,16 @@ void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar tim
   if (pairs.empty()) return;
   std::sort(wanted_.begin(), wanted_.end());
   find_touches();
-  if (keeps_notes_) notes_.reset(node_touches_.size() + face_touches_.size());
-  write_contacts();
-  notes_.arrange();
+  touches_.prepare_to_write(keeps_notes_);
+  touches_.write();
 }
 
 void RigidMeshDetection::find_touches() {
-  node_touches_.clear();
-  face_touches_.clear();
+  touches_.clear();
   NodeTouches touches;
   btSoftBody* body = nullptr;
   btSoftBody::Node* node = nullptr;
-  const auto flush = [&] {
-    touches.flush([&](const RigidTouch& touch) { node_touches_.push_back({body, node, touch}); });
-  };
+  const auto flush = [&] { touches.flush([&](const RigidTouch& touch) { touches_.add(*body, *node, touch); }); };
   BodyId last_mesh;
   for (const Contact& contact : query_.detect()) {
     const btVector3 normal = to_bullet(contact.normal);
@@ -239,34 +189,7 @@ void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mes
                             contact.time_of_impact};
   btVector3 end(0, 0, 0);
   for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.end);
-  if (depth(touch, end, touch.object_point_t1) < 0) face_touches_.push_back({&soft, &face, weights, touch});
-}
-
-/// Nothing throws here: Bullet's arrays get all contacts or none.
-void RigidMeshDetection::write_contacts() {
-  for (const auto& [body, node, touch] : node_touches_) {
-    const int count = rigid_contact_count(*body);
-    if (has_deformable_contacts(*body)) {
-      write_deformable_rigid_contact(*body, *node, touch);
-    } else {
-      write_rigid_contact(*body, *node, touch);
-    }
-    note(*body, ContactArray::rigid_node, count, rigid_contact_count(*body), touch);
-  }
-  for (const auto& [body, face, weights, touch] : face_touches_) {
-    const int count = body->m_faceRigidContacts.size();
-    write_deformable_rigid_contact(*body, *face, weights, touch);
-    note(*body, ContactArray::rigid_face, count, body->m_faceRigidContacts.size(), touch);
-  }
-}
-
-/// `count` is that of the body's entries when the touch has been written, if it was.
-void RigidMeshDetection::note(const btSoftBody& body, ContactArray array, int count_before, int count,
-                              const RigidTouch& touch) {
-  if (!keeps_notes_ || count == count_before) return;
-  Contact contact;
-  contact.time_of_impact = touch.time_of_impact;
-  notes_.add({{&body, array, count_before}, nullptr, nullptr, contact});
+  if (depth(touch, end, touch.object_point_t1) < 0) touches_.add(soft, face, weights, touch);
 }
 
 }  // namespace softcd::bullet

@@ -5,8 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "rigid_contact_writer.hpp"
+#include "mesh_pairs.hpp"
 #include "rigid_mesh.hpp"
+#include "rigid_touches.hpp"
 #include "world_kind.hpp"
 
 namespace softcd::bullet {
@@ -25,7 +26,7 @@ class RigidMeshDetection {
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
   /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
-  const ContactNotes& notes() const { return notes_; }
+  const ContactNotes& notes() const { return touches_.notes(); }
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
   void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
@@ -41,21 +42,8 @@ class RigidMeshDetection {
 
   void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
   void remove_absent_meshes();
-  struct NodeTouch {
-    btSoftBody* body;
-    btSoftBody::Node* node;
-    RigidTouch touch;
-  };
-  struct FaceTouch {
-    btSoftBody* body;
-    btSoftBody::Face* face;
-    btVector3 weights;
-    RigidTouch touch;
-  };
   void find_touches();
   void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
-  void write_contacts();
-  void note(const btSoftBody& body, ContactArray array, int count_before, int count, const RigidTouch& touch);
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
@@ -63,10 +51,8 @@ class RigidMeshDetection {
   std::map<MeshKey, Mesh> meshes_;
   std::map<std::uint32_t, const Mesh*> meshes_by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
-  std::vector<NodeTouch> node_touches_;
-  std::vector<FaceTouch> face_touches_;
+  RigidTouches touches_;
   bool keeps_notes_;
-  ContactNotes notes_;
 };
 
 }  // namespace softcd::bullet

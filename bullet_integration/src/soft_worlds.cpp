@@ -97,7 +97,7 @@ void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::updateActivationState(btScalar time_step) {
   BulletWorld::updateActivationState(time_step);
-  detection_->queries_->read_out.rehearse_solver(span_of(this->getSoftBodyArray()));
+  prepare_classic_solver({*this, this->getSoftBodyArray(), *detection_->queries_});
 }
 
 template class SoftWorld<btSoftRigidDynamicsWorld>;

@@ -12,6 +12,10 @@ inline btVector3 to_bullet(Vec3d v) {
   return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
 }
 
+inline Vec3d to_doubles(const btVector3& v) {
+  return {double(v.x()), double(v.y()), double(v.z())};
+}
+
 /// Of a vertex-triangle contact: where on the triangle.
 inline btVector3 triangle_weights(const float (&weights)[4]) {
   return {btScalar(weights[1]), btScalar(weights[2]), btScalar(weights[3])};

@@ -50,6 +50,10 @@ DetectorReport WorldDetection::rigid_meshes() const {
   return DetectorReport(queries_->rigid_meshes.record());
 }
 
+DetectorReport WorldDetection::convex_shapes() const {
+  return DetectorReport(queries_->convex_shapes.record());
+}
+
 const std::vector<EdgeContact>& WorldDetection::edge_contacts() const {
   static const std::vector<EdgeContact> none;
   const ContactDetection* contacts = queries_->contacts.get();

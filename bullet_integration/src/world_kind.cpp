@@ -162,6 +162,7 @@ const WorldKind kClassicWorld = {
     .end = &Node::m_x,
     .ray_targets = RayTargets::faces_and_tetrahedra,
     .solves_in_turns = true,
+    .moves_rigid_bodies_first = true,
     .contact_options = classic::contact_options,
     .asks_gate = classic::asks_gate,
     .is_written = is_soft_contact,
@@ -185,6 +186,7 @@ const WorldKind kDeformableWorld = {
     .end = &Node::m_q,
     .ray_targets = RayTargets::faces,
     .solves_in_turns = false,
+    .moves_rigid_bodies_first = false,
     .contact_options = deformable::contact_options,
     .asks_gate = deformable::asks_gate,
     .is_written = deformable::is_written,
@@ -208,7 +210,8 @@ BodySettings read_settings(const WorldKind& kind, const btSoftBody& body, const 
   result.kinematic = !body.isActive() || is_immovable(body);
   result.self_collision =
       !result.kinematic && wants_self_collision(body, settings.self_collision) && is_vertex_face_pair(kind, body, body);
-  result.features = {/*vertex_triangle=*/true, settings.edge_contacts != EdgeContacts::off};
+  result.features = {/*vertex_triangle=*/true,
+                     settings.edge_contacts != EdgeContacts::off || settings.convex_shapes != ConvexShapes::nodes};
   return result;
 }
 

@@ -32,6 +32,9 @@ struct WorldKind {
   /// when the step ends, and in all that it touches.
   bool solves_in_turns;
 
+  /// Whether what soft bodies do to rigid ones in a step moves these from the next step on.
+  bool moves_rigid_bodies_first;
+
   /// How contacts between soft bodies are looked for.
   QueryOptions (*contact_options)(const Settings&);
   /// Whether PairGate is asked about pairs of soft bodies.

@@ -9,6 +9,7 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       contacts("with Bullet's own contacts between soft bodies", kind, mirror_, settings),
       crossings("without softcd's look at crossings", kind, mirror_, settings),
       rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind, mirror_, settings),
+      convex_shapes("with Bullet's own contacts of soft bodies with convex shapes alone", kind, mirror_, settings),
       read_out(kind, mirror_.scene(), settings),
       rays(kind.ray_targets, settings),
       kind_(kind),
@@ -19,9 +20,13 @@ void WorldQueries::set_settings(const Settings& settings) {
   if (contacts.get() != nullptr) contacts.get()->set_settings(settings);
   if (crossings.get() != nullptr) crossings.get()->set_settings(settings);
   if (rigid_meshes.get() != nullptr) rigid_meshes.get()->set_settings(settings);
+  if (convex_shapes.get() != nullptr) convex_shapes.get()->set_settings(settings);
   read_out.set_settings(settings);
   rays.set_settings(settings);
-  if (settings.rigid_meshes && !settings_.rigid_meshes) forget_algorithms();
+  const bool finds_more =
+      (settings.rigid_meshes && !settings_.rigid_meshes) ||
+      (settings.convex_shapes != settings_.convex_shapes && settings_.convex_shapes == ConvexShapes::nodes);
+  if (finds_more) forget_algorithms();
   settings_ = settings;
 }
 
@@ -46,6 +51,18 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const b
   for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, info);
 }
 
+void WorldQueries::find_convex_contacts(const btDispatcherInfo& info) {
+  const ConvexPairs::Collected collected = convex_pairs_->take();
+  late_impulses_.clear();
+  convex_shapes.run(settings_, [&](ConvexDetection& detection) {
+    if (!collected.is_complete) throw std::bad_alloc();
+    detection.find_contacts(collected.pairs, info.m_timeStep);
+    if (settings_.detection == Detection::ccd && kind_.moves_rigid_bodies_first) {
+      for (const auto& [soft, object] : detection.meetings()) late_impulses_.add(*soft, *object);
+    }
+  });
+}
+
 void WorldQueries::keep_starts(Span<btSoftBody* const> bodies) {
   if (settings_.detection != Detection::ccd) return;
   crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
@@ -59,9 +76,11 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const PairG
 }
 
 void WorldQueries::read_contacts(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase_of_bodies) {
-  static const ContactNotes none;
-  read_out.read(bodies, broadphase_of_bodies, contacts.get() != nullptr ? contacts.get()->notes() : none,
-                rigid_meshes.get() != nullptr ? rigid_meshes.get()->notes() : none);
+  const auto notes_of = [](const auto& guarded) -> const ContactNotes& {
+    static const ContactNotes none;
+    return guarded.get() != nullptr ? guarded.get()->notes() : none;
+  };
+  read_out.read(bodies, broadphase_of_bodies, {notes_of(contacts), notes_of(rigid_meshes), notes_of(convex_shapes)});
 }
 
 }  // namespace softcd::bullet

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "contact_detection.hpp"
+#include "convex_detection.hpp"
 #include "crossing_prevention.hpp"
 #include "guarded.hpp"
+#include "late_impulses.hpp"
+#include "query_options.hpp"
 #include "rigid_mesh_detection.hpp"
 #include "world_rays.hpp"
 #include "world_read_out.hpp"
@@ -35,17 +39,23 @@ class WorldQueries {
   /// The part of it that is about rigid bodies.
   template <class Native>
   void process_rigid_pairs(const PairGate& gate, Native process_natively) {
-    auto* dispatcher = settings_.rigid_meshes ? dynamic_cast<btCollisionDispatcher*>(&gate.dispatcher()) : nullptr;
+    auto* dispatcher =
+        finds_rigid_contacts(settings_) ? dynamic_cast<btCollisionDispatcher*>(&gate.dispatcher()) : nullptr;
     if (dispatcher == nullptr) {
       process_natively();
       return;
     }
     if (std::exchange(may_have_foreign_algorithms_, false)) forget_rigid_algorithms(gate.pair_cache(), *dispatcher);
     {
-      const CollectingMeshPairs collecting(*dispatcher, mesh_pairs_);
+      std::optional<CollectingMeshPairs> meshes;
+      std::optional<CollectingConvexPairs> convex;
+      if (settings_.rigid_meshes) meshes.emplace(*dispatcher, mesh_pairs_);
+      if (settings_.convex_shapes != ConvexShapes::nodes) convex.emplace(*dispatcher, convex_pairs_);
       process_natively();
     }
-    find_mesh_contacts(*dispatcher, gate.info());
+    // First, while the arrays have nothing but Bullet's own contacts, of which it may take some out.
+    if (settings_.convex_shapes != ConvexShapes::nodes) find_convex_contacts(gate.info());
+    if (settings_.rigid_meshes) find_mesh_contacts(*dispatcher, gate.info());
   }
   /// The other part, after the solver.
   void find_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
@@ -53,6 +63,11 @@ class WorldQueries {
   }
   /// In classic worlds before the solver: see CrossingPrevention.
   void keep_starts(Span<btSoftBody* const> bodies);
+  /// In classic worlds when rigid bodies have been moved, before soft bodies are solved, and afterwards.
+  void keep_velocities() { late_impulses_.keep_velocities(); }
+  void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
+    late_impulses_.answer(objects, time_step);
+  }
   /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
   void prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step);
 
@@ -74,6 +89,7 @@ class WorldQueries {
   Guarded<ContactDetection> contacts;
   Guarded<CrossingPrevention> crossings;
   Guarded<RigidMeshDetection> rigid_meshes;
+  Guarded<ConvexDetection> convex_shapes;
   WorldReadOut read_out;
   WorldRays rays;
   /// Where the world's bodies are; null when that is gone.
@@ -85,10 +101,13 @@ class WorldQueries {
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
+  void find_convex_contacts(const btDispatcherInfo& info);
 
   const WorldKind& kind_;
   Settings settings_;
   std::shared_ptr<MeshPairs> mesh_pairs_ = std::make_shared<MeshPairs>();
+  std::shared_ptr<ConvexPairs> convex_pairs_ = std::make_shared<ConvexPairs>();
+  LateImpulses late_impulses_;
   bool may_have_foreign_algorithms_ = true;
 };
 

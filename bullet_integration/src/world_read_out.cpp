@@ -10,10 +10,9 @@ void WorldReadOut::set_settings(const Settings& settings) {
   if (settings_.read_out == ReadOut::off) contacts_ = {};
 }
 
-void WorldReadOut::read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const ContactNotes& found,
-                        const ContactNotes& found_with_meshes) {
+void WorldReadOut::read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const NotesOfStep& notes) {
   if (settings_.read_out == ReadOut::off) return;
-  run([&] { contacts_.read(kind_, bodies, broadphase, found, found_with_meshes); });
+  run([&] { contacts_.read(kind_, bodies, broadphase, notes); });
   if (!is_in_step_) finish(broadphase);
 }
 

@@ -21,8 +21,7 @@ class WorldReadOut {
     rehearsal_ = {};
   }
   /// When all contacts stand in the arrays of these bodies, all of the world's, and before the solver moves them.
-  void read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const ContactNotes& found,
-            const ContactNotes& found_with_meshes);
+  void read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const NotesOfStep& notes);
   void finish(btBroadphaseInterface& broadphase);
 
   /// Classic worlds: right before the solver of soft bodies runs, and when it has run. `bodies` are in the world then.

@@ -1,14 +1,22 @@
 #include "world_step.hpp"
 
+#include "query_options.hpp"
+
 namespace softcd::bullet {
 
 void sweep_boxes(const WorldStep& step) {
-  if (!step.queries.settings().rigid_meshes) return;
+  if (!finds_rigid_contacts(step.queries.settings())) return;
   for (btSoftBody* body : step.body_span()) sweep_box(*body, *step.world.getBroadphase(), step.world.getDispatcher());
+}
+
+void prepare_classic_solver(const WorldStep& step) {
+  step.queries.keep_velocities();
+  step.queries.read_out.rehearse_solver(step.body_span());
 }
 
 void finish_classic_step(const WorldStep& step, btScalar time_step) {
   step.queries.read_out.take_rehearsed_impulses(step.body_span());
+  step.queries.answer_late(step.world.getCollisionObjectArray(), time_step);
   step.queries.prevent_crossings(step.body_span(), step.gate(), time_step);
   step.queries.read_out.finish(*step.world.getBroadphase());
 }

@@ -38,6 +38,9 @@ void process_classic_pairs(const WorldStep& step, Native process_natively) {
   step.queries.keep_starts(step.body_span());
 }
 
+/// When Bullet has moved rigid bodies in a classic world, before its solver of soft bodies.
+void prepare_classic_solver(const WorldStep& step);
+
 /// When Bullet's solver of soft bodies has run in a classic world.
 void finish_classic_step(const WorldStep& step, btScalar time_step);
 

@@ -20,7 +20,8 @@ enum class Limit : std::uint32_t {
   updates_trees,                    ///< Bullet's trees, which nobody reads, are updated all the same
   ends_steps_late,                  ///< see Attachment::finish_step()
   no_impulses_between_soft_bodies,  ///< BodyPairContacts::has_impulses is false for pairs of them
-  leaves_rigid_meshes,              ///< to Bullet, whatever Settings::rigid_meshes is
+  /// To Bullet, whatever Settings::rigid_meshes is; and adds none to Bullet's contacts with convex shapes.
+  leaves_rigid_meshes,
 };
 
 struct Limitation {
@@ -88,8 +89,8 @@ class SOFTCD_EXPORT Attachment {
 /// order of actions that it adds afterwards changes when the attachment's is removed.
 ///
 /// A dispatcher that does not have pairs processed by the pair cache, as btCollisionDispatcherMt, leaves rigid meshes
-/// to Bullet. Of Bullet's the limitations say so; one of the app's is noticed in the first step, from which on they do,
-/// and which counts in WorldDetection::rigid_meshes().failed_steps().
+/// and convex shapes to Bullet. Of Bullet's the limitations say so; one of the app's is noticed in the first step, from
+/// which on they do, and which counts in failed_steps() of WorldDetection::rigid_meshes() and convex_shapes().
 ///
 /// Detach before the world is destroyed. A world that is destroyed with objects in it is noticed, and nothing of it is
 /// touched afterwards; nobody tells softcd of an empty one.

@@ -40,6 +40,14 @@ enum class Contacts : std::uint32_t {
   closest_feature,
 };
 
+/// Which features of soft bodies touch convex rigid shapes: boxes, hulls, spheres, capsules, cylinders, cones and
+/// whatever else is a btConvexShape, by itself or in compounds, of rigid bodies, links of multibodies and plain
+/// collision objects.
+enum class ConvexShapes : std::uint32_t {
+  nodes,            ///< Bullet's own test alone: what is smaller than a face passes between its nodes
+  faces_and_edges,  ///< corners and edges of the shapes, too, on faces and edges
+};
+
 /// What becomes of a step in which softcd fails: with an Error, or std::bad_alloc.
 enum class OnError : std::uint32_t {
   /// The step goes on with Bullet's own detection, which has no contacts of edges nor, in classic worlds, within
@@ -103,6 +111,27 @@ struct Settings {
   /// btHeightfieldTerrainShape; not those of multibody links): found by softcd, always on the way of a step, at the
   /// sum of both margins. Bullet collides with each triangle as with a plate 0.12 thick. False leaves them to Bullet.
   bool rigid_meshes = true;
+  /// faces_and_edges: softcd adds what Bullet's test of soft nodes with convex shapes leaves out, always on the way of
+  /// a step: corners of the shapes against faces, their edges against edges, and nodes that the test has missed because
+  /// they have passed. A contact that Bullet has found is not given twice; one that pushes through what it should keep
+  /// off is replaced. Shapes are what Bullet takes them for: all within their margin of a core, which is exact for
+  /// boxes, hulls, spheres and capsules; cylinders and cones are inscribed with 32 corners, 0.5 % of their radius too
+  /// small in between, and other round shapes up to 1.1 %. Shapes are read in every step, and may be scaled, replaced,
+  /// nested in compounds or moved by the app. What does not respond to contacts (ghost objects) and planes are left
+  /// alone, and so are soft bodies without faces.
+  ///
+  /// Classic worlds: a contact of a face goes to its nodes, by their weights, as Bullet's solver has no other; a face
+  /// that turns about what it touches is slowed down by that, and body_contacts() lists it once for each node. With
+  /// `ccd` contacts are solved once more when Bullet's solver has pulled at the links, and rigid bodies that meet soft
+  /// ones on their way end the step where what has stopped them lets them; without, as in Bullet, they move first and
+  /// are stopped in the next step, and so they are under a softcd::bullet::Dispatcher alone. Deformable world: Bullet
+  /// tests faces itself, with SDF_RDF against rigid bodies and with SDF_MDF against links; then softcd adds only what
+  /// is too fast for that, and nothing without these flags.
+  ///
+  /// Not prevented: what is through a shape already, by more than the margins, and cloths that are held and too stiff
+  /// for what hits them, which Bullet's classic solver pulls back through it (a box of half the mass of a cloth held at
+  /// its corners, at 5 m/s).
+  ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
   bool filter_deformables = false;

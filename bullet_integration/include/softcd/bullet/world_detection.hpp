@@ -79,6 +79,9 @@ class SOFTCD_EXPORT WorldDetection {
   /// With Settings::rigid_meshes: of soft bodies with rigid triangle meshes. It runs in steps in which the boxes of
   /// such a pair overlap.
   DetectorReport rigid_meshes() const;
+  /// With ConvexShapes::faces_and_edges: of soft bodies with convex shapes. It runs in steps in which the boxes of such
+  /// a pair overlap; what it finds is more than what Bullet's solver is given.
+  DetectorReport convex_shapes() const;
 
   /// Of the last step. Empty before the first one, after one in which the detector failed, and unless
   /// Settings::edge_contacts asks for them.

@@ -1,0 +1,74 @@
+#include "late_impulses.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "LinearMath/btTransformUtil.h"
+
+namespace softcd::bullet {
+namespace {
+
+/// Several contacts of one node want their turns.
+constexpr int kRounds = 4;
+
+void solve_contacts(btSoftBody& body) {
+  std::vector<btVector3> before;
+  before.reserve(static_cast<std::size_t>(body.m_nodes.size()));
+  for (int i = 0; i < body.m_nodes.size(); ++i) before.push_back(body.m_nodes[i].m_x);
+  for (int round = 0; round < kRounds; ++round) btSoftBody::PSolve_RContacts(&body, 1, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    btSoftBody::Node& node = body.m_nodes[i];
+    node.m_v += (node.m_x - before[static_cast<std::size_t>(i)]) * body.m_sst.isdt;
+  }
+}
+
+/// Where a body is to drift back the solver has put its result in place of where the nodes started.
+template <class IsPresent>
+bool can_be_solved(const btSoftBody& body, IsPresent is_present) {
+  if (!body.isActive() || body.m_cfg.diterations > 0) return false;
+  for (int i = 0; i < body.m_rcontacts.size(); ++i) {
+    if (!is_present(body.m_rcontacts[i].m_cti.m_colObj)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void LateImpulses::clear() {
+  rigid_.clear();
+  soft_.clear();
+}
+
+void LateImpulses::add(btSoftBody& soft, const btCollisionObject& object) {
+  if (std::find(soft_.begin(), soft_.end(), &soft) == soft_.end()) soft_.push_back(&soft);
+  auto* body = const_cast<btRigidBody*>(btRigidBody::upcast(&object));
+  const bool is_known =
+      std::any_of(rigid_.begin(), rigid_.end(), [&](const Rigid& rigid) { return rigid.body == body; });
+  if (body != nullptr && body->getInvMass() > 0 && !is_known) rigid_.push_back({body, {}, {}});
+}
+
+void LateImpulses::keep_velocities() {
+  for (Rigid& rigid : rigid_) {
+    rigid.linear = rigid.body->getLinearVelocity();
+    rigid.angular = rigid.body->getAngularVelocity();
+  }
+}
+
+void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_step) {
+  std::unordered_set<const btCollisionObject*> present;
+  for (int i = 0; !soft_.empty() && i < objects.size(); ++i) present.insert(objects[i]);
+  const auto is_present = [&](const btCollisionObject* object) { return present.count(object) != 0; };
+  for (btSoftBody* body : soft_) {
+    if (is_present(body) && can_be_solved(*body, is_present)) solve_contacts(*body);
+  }
+  for (const Rigid& rigid : rigid_) {
+    if (!is_present(rigid.body)) continue;
+    btTransform moved;
+    btTransformUtil::integrateTransform(rigid.body->getWorldTransform(), rigid.body->getLinearVelocity() - rigid.linear,
+                                        rigid.body->getAngularVelocity() - rigid.angular, time_step, moved);
+    rigid.body->proceedToTransform(moved);
+  }
+  clear();
+}
+
+}  // namespace softcd::bullet

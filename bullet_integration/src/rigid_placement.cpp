@@ -1,0 +1,48 @@
+#include "rigid_placement.hpp"
+
+#include "LinearMath/btTransformUtil.h"
+#include "vectors.hpp"
+
+namespace softcd::bullet {
+
+RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in_object, btScalar time_step) {
+  const btTransform& now = object.getWorldTransform();
+  RigidPoses poses = {now, now};
+  if (object.isKinematicObject()) {
+    btTransformUtil::integrateTransform(now, -object.getInterpolationLinearVelocity(),
+                                        -object.getInterpolationAngularVelocity(), time_step, poses.t0);
+  } else if (!object.isStaticObject()) {
+    poses.t1 = object.getInterpolationWorldTransform();
+  }
+  return {poses.t0 * shape_in_object, poses.t1 * shape_in_object};
+}
+
+RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses) {
+  const btVector3 center = (box.low + box.high) / 2;
+  const btVector3 half = (box.high - box.low) / 2;
+  RigidBox result;
+  for (const btTransform* pose : {&poses.t0, &poses.t1}) {
+    const btTransform inverse = pose->inverse();
+    const btVector3 local_center = inverse * center;
+    const btVector3 local_half(half.dot3(inverse.getBasis()[0].absolute(), inverse.getBasis()[1].absolute(),
+                                         inverse.getBasis()[2].absolute()));
+    if (pose == &poses.t0) result = {local_center - local_half, local_center + local_half};
+    result.low.setMin(local_center - local_half);
+    result.high.setMax(local_center + local_half);
+  }
+  return result;
+}
+
+bool RigidPlacement::place(const std::vector<btVector3>& vertices, const RigidPoses& poses) {
+  if (x_t0_.size() == vertices.size() && poses.t0 == placed_.t0 && poses.t1 == placed_.t1) return false;
+  placed_ = poses;
+  x_t0_.clear();
+  x_t1_.clear();
+  for (const btVector3& vertex : vertices) {
+    x_t0_.push_back(to_doubles(poses.t0 * vertex));
+    x_t1_.push_back(to_doubles(poses.t1 * vertex));
+  }
+  return true;
+}
+
+}  // namespace softcd::bullet

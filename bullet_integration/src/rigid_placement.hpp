@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "BulletCollision/CollisionDispatch/btCollisionObject.h"
+#include "softcd/softcd.hpp"
+
+namespace softcd::bullet {
+
+/// Where a rigid shape is at both ends of a step. Bullet's objects that somebody else moves (kinematic ones) are
+/// already where they will be at the end, all others are where they were at the start.
+struct RigidPoses {
+  btTransform t0, t1;
+};
+RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in_object, btScalar time_step);
+
+/// A box of what may touch something.
+struct RigidBox {
+  btVector3 low, high;
+};
+/// Around the box as it is seen from a shape at both ends of the step.
+RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses);
+
+/// A shape's vertices at both ends of the step.
+class RigidPlacement {
+ public:
+  /// False when they have not changed.
+  bool place(const std::vector<btVector3>& vertices, const RigidPoses& poses);
+  /// The shape has other vertices.
+  void forget() { x_t0_.clear(); }
+
+  const std::vector<Vec3d>& x_t0() const { return x_t0_; }
+  const std::vector<Vec3d>& x_t1() const { return x_t1_; }
+
+ private:
+  RigidPoses placed_;
+  std::vector<Vec3d> x_t0_, x_t1_;
+};
+
+}  // namespace softcd::bullet
