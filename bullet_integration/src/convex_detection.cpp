@@ -12,8 +12,6 @@
 namespace softcd::bullet {
 namespace {
 
-using Flags = btSoftBody::fCollision;
-
 /// Contacts at ends of edges, and at borders of faces, are those of what is there.
 constexpr auto kInside = static_cast<float>(kLeastWeight);
 
@@ -27,9 +25,9 @@ bool wants_faces(const btSoftBody& soft, const btCollisionObject& object) {
   if (!has_deformable_contacts(soft)) return true;
   switch (object.getInternalType()) {
     case btCollisionObject::CO_RIGID_BODY:
-      return (soft.m_cfg.collisions & Flags::SDF_RDF) != 0;
+      return (soft.m_cfg.collisions & btSoftBody::fCollision::SDF_RDF) != 0;
     case btCollisionObject::CO_FEATHERSTONE_LINK:
-      return (soft.m_cfg.collisions & Flags::SDF_MDF) != 0;
+      return (soft.m_cfg.collisions & btSoftBody::fCollision::SDF_MDF) != 0;
     default:
       return false;
   }
@@ -257,7 +255,7 @@ void ConvexDetection::find_node(const Contact& contact, const Shape& shape) {
   btSoftBody& soft = *mirror_.member(contact.body_a).body;
   btSoftBody::Node& node = soft.m_nodes[static_cast<int>(contact.feature_a)];
   if (node.m_battach != 0) return;
-  if (has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDN) == 0) return;
+  if (has_deformable_contacts(soft) && (soft.m_cfg.collisions & btSoftBody::fCollision::SDF_RDN) == 0) return;
   const RigidTouch touch = touch_of(contact, shape, soft, /*is_a=*/false);
   if (depth(touch, node.*kind_.end, touch.object_point_t1) >= 0 || !can_touch(shape.core, touch)) return;
   if (native_.hold(node, touch)) return;
