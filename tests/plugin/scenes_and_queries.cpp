@@ -318,6 +318,20 @@ TEST(Scenes, know_their_bodies) {
   }
 }
 
+// Of which there are never more than the process may have.
+TEST(Scenes, take_any_number_of_threads) {
+  const std::vector<Contact> expected = detect_once(three_soups(), test_options(Detection::dcd));
+  PipelineOptions options = test_options(Detection::dcd);
+  for (const std::uint32_t threads : {0x10000U, 0x7FFFFFFFU, 0x80000000U, 0xFFFFFFFFU}) {
+    options.max_threads = threads;
+    LoadedScene loaded = load(three_soups(), options);
+    EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << threads;
+    options.max_threads = threads - 1;
+    loaded.pipeline.set_options(options);
+    EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << threads - 1;
+  }
+}
+
 TEST(Scenes, that_were_moved_from_say_so) {
   FilledScene filled(three_soups());
   softcd::Scene taken = std::move(filled.scene);
