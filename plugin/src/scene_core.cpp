@@ -111,12 +111,9 @@ void SceneCore::set_options(const SceneOptions& options) {
   if (is_elsewhere) {
     guarded([] { return kNoMemoryAtAll; }, [&] { detector = detector_for(options, machine_factories(options)); });
   }
-  QueryCore* const running = running_;
-  finish_running();
-  if (running != nullptr) running->detection_.reset();
+  drop_detections();
   if (is_elsewhere) {
     for (QueryCore* query : queries_) {
-      query->detection_.reset();
       query->memories_.clear();
       query->has_contacts_ = false;
     }
@@ -348,10 +345,13 @@ void SceneCore::finish_running() noexcept {
   }
 }
 
-void SceneCore::close() noexcept {
-  QueryCore* const running = running_;
+void SceneCore::drop_detections() noexcept {
   finish_running();
-  if (running != nullptr) running->detection_.reset();
+  for (QueryCore* query : queries_) query->detection_.reset();
+}
+
+void SceneCore::close() noexcept {
+  drop_detections();
   is_closed_ = true;
   detector_.reset();
   store_ = {};

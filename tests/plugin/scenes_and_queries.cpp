@@ -303,6 +303,32 @@ TEST(Tickets, of_detections_that_new_options_ended_say_so) {
   EXPECT_TRUE(identical(detect_once(filled.bodies, alone(looking_for(Detection::ccd))), query.detect()));
 }
 
+// Whether there was nothing to do for them, or another query's detection has had to wait for them.
+TEST(Tickets, of_detections_that_do_not_run_any_more_end_as_others_do) {
+  auto empty = std::make_unique<softcd::Scene>(scene_options());
+  auto filled = std::make_unique<FilledScene>(three_soups());
+  Query without_work(*empty, {});
+  Query first(filled->scene, {});
+  Query second(filled->scene, {});
+  const auto start_all = [&] {
+    std::vector<Ticket> tickets;
+    tickets.push_back(without_work.start());
+    tickets.push_back(first.start());
+    tickets.push_back(second.start());
+    return tickets;
+  };
+  std::vector<Ticket> tickets = start_all();
+  SceneOptions options = scene_options();
+  options.max_threads = 1;
+  empty->set_options(options);
+  filled->scene.set_options(options);
+  for (Ticket& ticket : tickets) EXPECT_THAT(error_of([&] { ticket.wait(); }), HasSubstr("options"));
+  tickets = start_all();
+  empty.reset();
+  filled.reset();
+  for (Ticket& ticket : tickets) EXPECT_THAT(error_of([&] { ticket.wait(); }), HasSubstr("Scene is gone"));
+}
+
 TEST(Scenes, know_their_bodies) {
   FilledScene filled(three_soups());
   softcd::Scene& scene = filled.scene;
