@@ -35,7 +35,8 @@ for target in "${targets[@]}"; do
   mkdir -p "build/fuzz/corpus/$target"
   log=build/fuzz/found/$target.log
   echo "== $target, $seconds s: $log"
-  options=(-max_total_time="$seconds" -max_len=4096 -timeout=60 -rss_limit_mb=4096 -print_final_stats=1)
+  options=(-max_total_time="$seconds" -max_len=4096 -len_control=0 -timeout=60 -rss_limit_mb=4096)
+  options+=(-print_final_stats=1)
   if [ -f "tests/fuzz/$target.dict" ]; then options+=(-dict="tests/fuzz/$target.dict"); fi
   "build/fuzz/tests/fuzz/softcd_fuzz_$target" "${options[@]}" -artifact_prefix="build/fuzz/found/$target-" \
     "build/fuzz/corpus/$target" >"$log" 2>&1 || failed+=("$target")
