@@ -1,9 +1,11 @@
 #include "scene_core.hpp"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <utility>
 
 #include "detection_settings.hpp"
@@ -19,8 +21,11 @@ double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
+/// oneTBB reserves a place for each thread that an arena is made for, and crashes where it cannot.
 int concurrency(const SceneOptions& options) {
-  return options.max_threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.max_threads);
+  if (options.max_threads == 0) return tbb::task_arena::automatic;
+  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return static_cast<int>(std::min<std::size_t>(options.max_threads, most));
 }
 
 std::string topology_problem(BodyId id, const BodyDesc& desc) {
@@ -106,12 +111,9 @@ void SceneCore::set_options(const SceneOptions& options) {
   if (is_elsewhere) {
     guarded([] { return kNoMemoryAtAll; }, [&] { detector = detector_for(options, machine_factories(options)); });
   }
-  QueryCore* const running = running_;
-  finish_running();
-  if (running != nullptr) running->detection_.reset();
+  drop_detections();
   if (is_elsewhere) {
     for (QueryCore* query : queries_) {
-      query->detection_.reset();
       query->memories_.clear();
       query->has_contacts_ = false;
     }
@@ -343,10 +345,13 @@ void SceneCore::finish_running() noexcept {
   }
 }
 
-void SceneCore::close() noexcept {
-  QueryCore* const running = running_;
+void SceneCore::drop_detections() noexcept {
   finish_running();
-  if (running != nullptr) running->detection_.reset();
+  for (QueryCore* query : queries_) query->detection_.reset();
+}
+
+void SceneCore::close() noexcept {
+  drop_detections();
   is_closed_ = true;
   detector_.reset();
   store_ = {};

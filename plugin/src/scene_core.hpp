@@ -107,6 +107,8 @@ class SceneCore {
   bool is_running(const QueryCore& query) const { return running_ == &query; }
   /// Waits for the detection that runs, if any; its query has its contacts, or what went wrong, then.
   void finish_running() noexcept;
+  /// Those that were not waited for.
+  void drop_detections() noexcept;
   /// Ends what runs; there are no further detections.
   void close() noexcept;
   bool is_closed() const { return is_closed_; }

@@ -1,89 +1,50 @@
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <cstdint>
 #include <cstring>
-#include <iterator>
-#include <limits>
+#include <ostream>
+#include <sstream>
+#include <string>
 #include <vector>
 
-#include "mesh_generators.hpp"
-#include "scene.hpp"
+#include "each_target.hpp"
+#include "golden_scenes.hpp"
 
 // Contacts are the same bytes from version to version, until somebody means to change them: a hash that differs is a
-// defect, or is replaced together with a reason. Scenes are made with + - * / and square roots only, so that they are
-// the same on every machine.
+// defect, or is replaced together with a reason. Nor do compilers, their options, processors, threads or backends make
+// a difference, as far as tests/golden.sh tries them.
 namespace softcd::test {
 namespace {
 
-/// FNV-1a.
-std::uint64_t hash_of(const std::vector<Contact>& contacts) {
-  std::uint64_t hash = 0xCBF29CE484222325U;
-  for (const Contact& contact : contacts) {
-    unsigned char bytes[sizeof(Contact)];
-    std::memcpy(bytes, &contact, sizeof(Contact));
-    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 0x100000001B3U;
-  }
-  return hash;
-}
+struct Golden {
+  GoldenScene scene;
+  std::uint64_t hash;  ///< of the contacts of all kWays
+};
 
-SceneBody soup_body(double half_extent, double largest, std::uint64_t seed) {
-  SoupOptions options;
-  options.triangle_count = 300;
-  options.half_extent = half_extent;
-  options.largest = largest;
-  options.joined_share = 0.4;
-  options.degenerate_share = 0.05;
-  options.needle_share = 0.05;
-  options.seed = seed;
-  const Mesh mesh = triangle_soup(options);
-  return moving(mesh, scattered(mesh, 0.5, seed + 100), everything(0.01F));
-}
-
-Scene soups() {
-  return {soup_body(2.0, 0.4, 1), soup_body(2.0, 0.4, 2), soup_body(2.0, 3.0, 3)};
-}
-
-/// Positions that are no floats.
-Scene roughened_soups() {
-  Scene scene = soups();
-  for (SceneBody& body : scene) {
-    body.x_t0 = jittered(body.x_t0, 1e-3, 7);
-    body.x_t1 = jittered(body.x_t1, 1e-3, 8);
-  }
-  return scene;
-}
-
-/// So far from the origin that it is shifted.
-Scene distant_soups() {
-  Scene scene = roughened_soups();
-  for (SceneBody& body : scene) {
-    body.x_t0 = translated(body.x_t0, {1000.0, -3000.0, 0.5});
-    body.x_t1 = translated(body.x_t1, {1000.0, -3000.0, 0.5});
-  }
-  return scene;
-}
-
-Scene ball_through_sheets() {
-  const Mesh sheet = grid_cloth(24, 24, 0.1);
-  const Mesh ball = moved(icosphere(3, 0.4), {1.1, 1.2, 0.9});
-  BodySettings sheet_settings = everything(0.02F);
-  sheet_settings.self_collision = false;
-  BodySettings ground = everything(0.03F);
-  ground.self_collision = false;
-  ground.kinematic = true;
-  const Mesh plate = moved(scaled(grid_cloth(3, 3, 1.0), 2.0), {-1.0, -1.0, -0.31});
-  return {moving(sheet, jittered(translated(sheet.positions, {0.01, 0.02, -0.3}), 0.02, 5), sheet_settings),
-          moving(ball, translated(ball.positions, {-0.1, 0.05, -0.9}), everything(0.02F)), still(plate, ground)};
-}
-
-/// Some vertices are not finite, at one end of the step or the other.
-Scene strays() {
-  Scene scene = soups();
-  scene[0].x_t1[17].y = std::numeric_limits<double>::quiet_NaN();
-  scene[0].x_t1[40].x = std::numeric_limits<double>::infinity();
-  scene[1].x_t0[3].z = 1e38;
-  return scene;
-}
+constexpr Golden kGolden[] = {
+    {{"soups", soups}, 0x06adc3005a49e584U},
+    {{"roughened_soups", roughened_soups}, 0x67488d21f2c7fda5U},
+    {{"distant_soups", distant_soups}, 0xaf78274718f32246U},
+    {{"strays", strays}, 0x2740cb4ebe1a50d9U},
+    {{"tiny_soups", tiny_soups}, 0xc3fb109aca90863cU},
+    {{"huge_soups", huge_soups}, 0x50fb46f7450eadd6U},
+    {{"needles", needles}, 0x4ea22f504ed0df7aU},
+    {{"degenerate_triangles", degenerate_triangles}, 0x0e5b6509b51b5e0aU},
+    {{"uneven_soups", uneven_soups}, 0x2db41645d4bfdb2fU},
+    {{"ball_through_sheets", ball_through_sheets}, 0x43f37e2595c82ca8U},
+    {{"everted_ball", everted_ball}, 0xdcd591605afc5012U},
+    {{"coincident_balls", coincident_balls}, 0x127273a940553249U},
+    {{"coplanar_sheets", coplanar_sheets}, 0x653af17235cb3340U},
+    {{"accordion", accordion}, 0x2bb9324f6a2d0edfU},
+    {{"turning_stars", turning_stars}, 0x977f61217e6da46dU},
+    {{"hubs", hubs}, 0x9e40dc7e8915a95dU},
+    {{"filtered_soups", filtered_soups}, 0xa17df6083a6a196cU},
+    {{"kinematic_ground", kinematic_ground}, 0x066f46f4598315f3U},
+    {{"unequal_margins", unequal_margins}, 0xbea5346efc5e3516U},
+    {{"points_and_segments", points_and_segments}, 0xcd5fb0b12e0e9df9U},
+};
 
 struct Way {
   const char* name;
@@ -98,83 +59,120 @@ constexpr Way kWays[] = {
     {"dcd precise", Detection::dcd, Accuracy::precise},
     {"dcd conservative", Detection::dcd, Accuracy::conservative},
     {"dcd slab", Detection::dcd, Accuracy::precise, ContactRule::slab},
-    {"dcd motion margin", Detection::dcd, Accuracy::precise, ContactRule::distance, 2.0F},
+    {"dcd motion margin", Detection::dcd, Accuracy::precise, ContactRule::distance, 0.5F},
     {"ccd fast", Detection::ccd, Accuracy::fast},
     {"ccd precise", Detection::ccd, Accuracy::precise},
     {"ccd conservative", Detection::ccd, Accuracy::conservative},
 };
-constexpr std::size_t kWayCount = std::size(kWays);
 
-/// Contacts and their hash, for each of kWays.
-struct Golden {
-  std::size_t contacts;
-  std::uint64_t hash;
+/// FNV-1a, of several lists one after another.
+class Hash {
+ public:
+  void add(Span<const Contact> contacts) {
+    for (const Contact& contact : contacts) {
+      unsigned char bytes[sizeof(Contact)];
+      std::memcpy(bytes, &contact, sizeof(Contact));
+      for (const unsigned char byte : bytes) value_ = (value_ ^ byte) * 0x100000001B3U;
+    }
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xCBF29CE484222325U;
 };
 
-void expect_golden(const Scene& scene, const Golden (&golden)[kWayCount]) {
-  for (std::size_t i = 0; i < kWayCount; ++i) {
-    const Way& way = kWays[i];
+using Floats = std::vector<Vec3f>;
+
+Floats floats_of(const Positions3& x) {
+  Floats result;
+  for (const Vec3d& p : x) result.push_back({float(p.x), float(p.y), float(p.z)});
+  return result;
+}
+
+bool are_floats(const Positions3& x) {
+  const Floats rounded = floats_of(x);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto value = static_cast<double>(rounded[i][axis]);
+      if (value != x[i][axis] && x[i][axis] == x[i][axis]) return false;
+    }
+  }
+  return true;
+}
+
+bool are_floats(const Scene& scene) {
+  for (const SceneBody& body : scene) {
+    if (!are_floats(body.x_t0) || !are_floats(body.x_t1)) return false;
+  }
+  return true;
+}
+
+void PrintTo(const Golden& golden, std::ostream* out) {
+  *out << golden.scene.name;
+}
+
+enum class Given { as_doubles, as_floats };
+
+std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& options, Given given) {
+  LoadedScene loaded = load(scene, options);
+  std::vector<Floats> floats;
+  if (given == Given::as_floats) {
+    for (const SceneBody& body : scene) {
+      floats.push_back(floats_of(body.x_t0));
+      floats.push_back(floats_of(body.x_t1));
+    }
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      loaded.pipeline.set_positions(loaded.ids[i], floats[2 * i], floats[2 * i + 1]);
+    }
+  }
+  const Span<const Contact> contacts = loaded.pipeline.detect();
+  return {contacts.begin(), contacts.end()};
+}
+
+void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given given = Given::as_doubles) {
+  const Scene scene = golden.scene.make();
+  Hash hash;
+  std::ostringstream ways;
+  for (const Way& way : kWays) {
     PipelineOptions options = test_options(way.detection);
     options.accuracy = way.accuracy;
     options.contact_rule = way.rule;
     options.motion_margin = way.motion_margin;
-    const std::vector<Contact> contacts = detect_once(scene, options);
-    EXPECT_EQ(contacts.size(), golden[i].contacts) << way.name;
-    EXPECT_EQ(hash_of(contacts), golden[i].hash)
-        << way.name << ": {" << contacts.size() << ", 0x" << std::hex << hash_of(contacts) << "}";
+    options.max_threads = max_threads;
+    const std::vector<Contact> contacts = contacts_of(scene, options, given);
+    EXPECT_FALSE(contacts.empty()) << way.name;
+    hash.add(contacts);
+    ways << "\n  " << way.name << ": " << std::dec << contacts.size() << " contacts, up to here 0x" << std::hex
+         << hash.value();
+  }
+  EXPECT_EQ(hash.value(), golden.hash) << "0x" << std::hex << hash.value() << ways.str();
+}
+
+class GoldenContacts : public testing::TestWithParam<Golden> {};
+
+TEST_P(GoldenContacts, are_the_same) {
+  expect_golden(GetParam());
+}
+
+TEST_P(GoldenContacts, from_floats) {
+  if (!are_floats(GetParam().scene.make())) GTEST_SKIP() << "positions that are no floats";
+  expect_golden(GetParam(), 0, Given::as_floats);
+}
+
+TEST_P(GoldenContacts, on_1_to_16_threads) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 16);
+  for (const std::uint32_t threads : {1U, 2U, 5U, 16U}) {
+    SCOPED_TRACE(threads);
+    expect_golden(GetParam(), threads);
   }
 }
 
-TEST(GoldenContacts, soups) {
-  expect_golden(soups(), {{4078, 0xab5706a20c932bb1U},
-                          {4078, 0x94622b8ac417df72U},
-                          {4078, 0x94622b8ac417df72U},
-                          {4089, 0x4eebe3545b0f44e1U},
-                          {10755, 0x1b622db7b326e14U},
-                          {8176, 0x56f6054d303a955aU},
-                          {8172, 0x6a1c072f33a7b6a9U},
-                          {8230, 0x5b1347550bd90863U}});
+TEST_P(GoldenContacts, with_all_kinds_of_registers) {
+  for_each_target([] { expect_golden(GetParam()); });
 }
-TEST(GoldenContacts, roughened_soups) {
-  expect_golden(roughened_soups(), {{4074, 0xf2ef5f44acd7d60U},
-                                    {4074, 0x4798aceccce5a73eU},
-                                    {4074, 0x4798aceccce5a73eU},
-                                    {4082, 0x733487fae820d33aU},
-                                    {10767, 0x46b52ceaaa9e9b39U},
-                                    {8179, 0x78763c1bfeadbf16U},
-                                    {8175, 0x21d79a3097daf5b5U},
-                                    {8232, 0xe82d4c985762ff4aU}});
-}
-TEST(GoldenContacts, distant_soups) {
-  expect_golden(distant_soups(), {{4074, 0xcd3742579c206771U},
-                                  {4074, 0x14e697b9d2e32247U},
-                                  {4074, 0x14e697b9d2e32247U},
-                                  {4082, 0xf844f2290509cb61U},
-                                  {10767, 0xc739134ffb715ad2U},
-                                  {8179, 0x886455027f8e601bU},
-                                  {8175, 0xc4931cabbbbab15cU},
-                                  {8232, 0x35c7c10b55789dafU}});
-}
-TEST(GoldenContacts, ball_through_sheets) {
-  expect_golden(ball_through_sheets(), {{1789, 0x50ae1d626005436cU},
-                                        {1789, 0x6d5962e300a119f8U},
-                                        {1789, 0x6d5962e300a119f8U},
-                                        {9432, 0x87e8b8d25734220cU},
-                                        {416236, 0xe973a00b2c11ca5fU},
-                                        {2211, 0x2ae0acfe1bf3bac2U},
-                                        {2211, 0xbb350e9729188384U},
-                                        {2267, 0xb254aa83751dc02eU}});
-}
-TEST(GoldenContacts, strays) {
-  expect_golden(strays(), {{4066, 0x6908e80569a3bccdU},
-                           {4066, 0x1227b71fd54aec62U},
-                           {4066, 0x1227b71fd54aec62U},
-                           {4077, 0x1204bd2ccd412149U},
-                           {10735, 0x942463554e4c7fd5U},
-                           {8153, 0x4ce25b5aa73b788dU},
-                           {8149, 0x533582a60a6a8f06U},
-                           {8207, 0x6835b527680bd757U}});
-}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, GoldenContacts, testing::ValuesIn(kGolden),
+                         [](const auto& test) { return std::string(test.param.scene.name); });
 
 }  // namespace
 }  // namespace softcd::test

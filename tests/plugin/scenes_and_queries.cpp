@@ -303,6 +303,32 @@ TEST(Tickets, of_detections_that_new_options_ended_say_so) {
   EXPECT_TRUE(identical(detect_once(filled.bodies, alone(looking_for(Detection::ccd))), query.detect()));
 }
 
+// Whether there was nothing to do for them, or another query's detection has had to wait for them.
+TEST(Tickets, of_detections_that_do_not_run_any_more_end_as_others_do) {
+  auto empty = std::make_unique<softcd::Scene>(scene_options());
+  auto filled = std::make_unique<FilledScene>(three_soups());
+  Query without_work(*empty, {});
+  Query first(filled->scene, {});
+  Query second(filled->scene, {});
+  const auto start_all = [&] {
+    std::vector<Ticket> tickets;
+    tickets.push_back(without_work.start());
+    tickets.push_back(first.start());
+    tickets.push_back(second.start());
+    return tickets;
+  };
+  std::vector<Ticket> tickets = start_all();
+  SceneOptions options = scene_options();
+  options.max_threads = 1;
+  empty->set_options(options);
+  filled->scene.set_options(options);
+  for (Ticket& ticket : tickets) EXPECT_THAT(error_of([&] { ticket.wait(); }), HasSubstr("options"));
+  tickets = start_all();
+  empty.reset();
+  filled.reset();
+  for (Ticket& ticket : tickets) EXPECT_THAT(error_of([&] { ticket.wait(); }), HasSubstr("Scene is gone"));
+}
+
 TEST(Scenes, know_their_bodies) {
   FilledScene filled(three_soups());
   softcd::Scene& scene = filled.scene;
@@ -315,6 +341,20 @@ TEST(Scenes, know_their_bodies) {
            [&] { scene.remove_body(gone); }, [&] { scene.set_settings(gone, {}); },
            [&] { scene.update_body(gone, {}); }, [&] { scene.set_positions(gone, filled.bodies[1].x_t1); }}) {
     EXPECT_THAT(error_of(call), HasSubstr("body 1 is not in the scene"));
+  }
+}
+
+// Of which there are never more than the process may have.
+TEST(Scenes, take_any_number_of_threads) {
+  const std::vector<Contact> expected = detect_once(three_soups(), test_options(Detection::dcd));
+  PipelineOptions options = test_options(Detection::dcd);
+  for (const std::uint32_t threads : {0x10000U, 0x7FFFFFFFU, 0x80000000U, 0xFFFFFFFFU}) {
+    options.max_threads = threads;
+    LoadedScene loaded = load(three_soups(), options);
+    EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << threads;
+    options.max_threads = threads - 1;
+    loaded.pipeline.set_options(options);
+    EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << threads - 1;
   }
 }
 

@@ -95,8 +95,8 @@ class SOFTCD_EXPORT Scene {
   /// `log` as set_log(). Throws BackendError when options.backend cannot be had, InvalidInput when an option is out of
   /// range.
   explicit Scene(const SceneOptions& options = {}, LogCallback log = {});
-  /// Detections that run are ended; the scene's queries can only be destroyed, moved or assigned to afterwards, and
-  /// read for what their last detections found.
+  /// Detections that were not waited for are ended; the scene's queries can only be destroyed, moved or assigned to
+  /// afterwards, and read for what their last detections found.
   ~Scene();
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
@@ -117,8 +117,8 @@ class SOFTCD_EXPORT Scene {
   /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
   void set_positions(BodyId body, Positions x_t0, Positions x_t1);
 
-  /// A detection that runs is ended, and its contacts are lost; with another backend, device or stream all queries'
-  /// contacts are. Throws as the constructor does.
+  /// Detections that were not waited for are ended, and their contacts are lost; with another backend, device or stream
+  /// all queries' contacts are. Throws as the constructor does.
   void set_options(const SceneOptions& options);
   const SceneOptions& options() const;
   /// Told warnings and what else may be of interest from now on; none is told nothing. It must not call the scene.

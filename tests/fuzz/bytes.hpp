@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+namespace softcd::test {
+
+/// What the fuzzer has made up, read from the front; zeros when it has come to its end.
+class Bytes {
+ public:
+  Bytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
+
+  bool empty() const { return left_ == 0; }
+
+  template <class T>
+  T take() {
+    T value{};
+    const std::size_t size = left_ < sizeof(T) ? left_ : sizeof(T);
+    std::memcpy(&value, data_, size);
+    data_ += size;
+    left_ -= size;
+    return value;
+  }
+  std::uint32_t below(std::uint32_t count) { return take<std::uint8_t>() % count; }
+  bool one_in(std::uint32_t count) { return below(count) == 1; }
+
+ private:
+  const std::uint8_t* data_;
+  std::size_t left_;
+};
+
+/// Ends the program, so that the fuzzer keeps the input, where something is not as promised.
+inline void require(bool holds, const std::string& promise) {
+  if (holds) return;
+  std::fprintf(stderr, "broken: %s\n", promise.c_str());
+  std::abort();
+}
+
+}  // namespace softcd::test

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "scene.hpp"
+
+namespace softcd::test {
+
+/// What a scene was told, to compare its answers with those of a scene that is told the same for the first time, and
+/// with brute force.
+class SceneModel {
+ public:
+  struct Body {
+    BodyId id;
+    SceneBody mesh;
+    bool has_positions = false;
+  };
+
+  std::vector<Body> bodies;  ///< by id, ascending
+
+  std::vector<Contact> fresh_contacts(const QueryOptions& options, const PairFilter& filter) const;
+  std::vector<RayHit> fresh_hits(Span<const Ray> rays, StepEnd end) const;
+  std::vector<ClosestPoint> fresh_closest_points(Span<const QueryPoint> points, StepEnd end) const;
+
+  /// Where that is quick and exact: nothing is missed, and of discrete contacts none is made up.
+  void require_what_brute_force_finds(const QueryOptions& options, Span<const Contact> contacts) const;
+
+ private:
+  softcd::Scene fresh_scene() const;
+  Scene looked_at(const QueryOptions& options) const;
+};
+
+}  // namespace softcd::test
