@@ -165,11 +165,11 @@ void RankExchange::compare(const std::vector<Body>& bodies, const QueryOptions& 
 }
 
 /// What was set for each body, on the rank that it is of.
-std::vector<std::uint8_t> RankExchange::gathered_flags(const std::vector<Body>& bodies) {
+std::vector<std::uint8_t> RankExchange::gathered_flags(const std::vector<Body>& bodies, const GivenByRank& given) {
   std::vector<std::uint8_t> mine(bodies.size(), 0);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const auto it = given_.find(bodies[i].id.value);
-    if (it == given_.end()) continue;
+    const auto it = given.find(bodies[i].id.value);
+    if (it == given.end()) continue;
     const auto& [t0, t1] = it->second;
     const bool two = t0.data() != t1.data() || t0.stride() != t1.stride();
     mine[i] = static_cast<std::uint8_t>(is_new | (t1.is_double() ? is_double : 0) | (two ? has_two_ends : 0));
@@ -182,14 +182,16 @@ std::vector<std::uint8_t> RankExchange::gathered_flags(const std::vector<Body>& 
   return mine;
 }
 
-void RankExchange::exchange_positions(const std::vector<Body>& bodies, const SetPositions& set) {
-  const std::vector<std::uint8_t> flags = gathered_flags(bodies);
+void RankExchange::meet(const std::vector<Body>& bodies, const QueryOptions& options, Pairs pairs,
+                        const SetPositions& set) {
+  const GivenByRank given = std::exchange(given_, {});
+  compare(bodies, options, pairs);
+  const std::vector<std::uint8_t> flags = gathered_flags(bodies, given);
   if (link_->device() >= 0) {
-    exchange_on_device(bodies, flags, set);
+    exchange_on_device(bodies, flags, given, set);
   } else {
-    exchange_on_host(bodies, flags, set);
+    exchange_on_host(bodies, flags, given, set);
   }
-  given_.clear();
 }
 
 std::uint64_t RankExchange::bytes_of(const Body& body, std::uint8_t flags) {
@@ -217,7 +219,7 @@ void RankExchange::reserve_on_host(std::uint64_t bytes) {
 
 /// Each rank's positions in one block, as long as the longest.
 void RankExchange::exchange_on_host(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags,
-                                    const SetPositions& set) {
+                                    const GivenByRank& given, const SetPositions& set) {
   const auto ranks = static_cast<std::size_t>(link_->size());
   std::vector<std::uint64_t> block_bytes(ranks, 0);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -242,10 +244,9 @@ void RankExchange::exchange_on_host(const std::vector<Body>& bodies, const std::
   };
   for_each_given([&](std::size_t i, std::uint64_t offset) {
     if (bodies[i].rank != link_->rank()) return;
-    const Given& given = given_.at(bodies[i].id.value);
-    copy_positions(given.t1, mine_.data() + offset);
-    if ((flags[i] & has_two_ends) != 0)
-      copy_positions(given.t0, mine_.data() + offset + bytes_of(bodies[i], flags[i]) / 2);
+    const auto& [t0, t1] = given.at(bodies[i].id.value);
+    copy_positions(t1, mine_.data() + offset);
+    if ((flags[i] & has_two_ends) != 0) copy_positions(t0, mine_.data() + offset + bytes_of(bodies[i], flags[i]) / 2);
   });
   talk([&] { link_->all_gather(mine_.data(), stride, all_.data()); });
   for_each_given([&](std::size_t i, std::uint64_t offset) {
@@ -280,12 +281,15 @@ void RankExchange::reserve_on_device(const std::vector<Body>& bodies, const std:
   }
   if (grown.empty()) return;
   agree(problem, {});
-  for (auto& [id, block] : grown) blocks_[id] = std::move(block);
+  for (auto& [id, block] : grown) {
+    std::swap(blocks_[id], block);
+    retired_.push_back(std::move(block));
+  }
 }
 
 /// Each body's positions from its rank to all others, in memory that the scene looks at until they are set again.
 void RankExchange::exchange_on_device(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags,
-                                      const SetPositions& set) {
+                                      const GivenByRank& given, const SetPositions& set) {
   reserve_on_device(bodies, flags);
   std::vector<DeviceBroadcast> broadcasts;
   talk([&] {
@@ -294,17 +298,17 @@ void RankExchange::exchange_on_device(const std::vector<Body>& bodies, const std
       const std::uint64_t size = element_size(flags[i], is_double);
       const std::uint64_t count = bodies[i].vertex_count();
       const int ends = (flags[i] & has_two_ends) != 0 ? 2 : 1;
-      auto* data = static_cast<std::byte*>(blocks_.at(bodies[i].id.value).memory.get());
-      const auto it = given_.find(bodies[i].id.value);
+      auto* data = static_cast<std::byte*>(blocks_[bodies[i].id.value].memory.get());
+      const auto it = given.find(bodies[i].id.value);
       for (int end = 0; end < ends; ++end) {
         DeviceBroadcast broadcast{
             bodies[i].rank, data + static_cast<std::uint64_t>(end) * size * count, nullptr, false, count, size, size};
-        if (it != given_.end()) {
-          const Positions& given = end == 0 ? it->second.t1 : it->second.t0;
-          if (given.ready() != nullptr) link_->wait_for(given.ready());
-          broadcast.given = given.data();
-          broadcast.is_given_on_device = given.is_on_device();
-          broadcast.stride = given.stride();
+        if (it != given.end()) {
+          const Positions& x = end == 0 ? it->second.t1 : it->second.t0;
+          if (x.ready() != nullptr) link_->wait_for(x.ready());
+          broadcast.given = x.data();
+          broadcast.is_given_on_device = x.is_on_device();
+          broadcast.stride = x.stride();
         }
         broadcasts.push_back(broadcast);
       }
@@ -320,6 +324,7 @@ void RankExchange::exchange_on_device(const std::vector<Body>& bodies, const std
     const Positions t1 = end();
     set(bodies[i].id, (flags[i] & has_two_ends) != 0 ? end() : t1, t1);
   }
+  retired_.clear();
 }
 
 std::uint64_t RankExchange::fewest_triangles() const {

@@ -30,11 +30,10 @@ class RankExchange {
   /// A body that was removed, or has another mesh.
   void forget(BodyId id);
 
-  /// Throws unless all ranks are about to make the same detection in the same scene.
-  void compare(const std::vector<Body>& bodies, const QueryOptions& options, Pairs pairs);
-  /// Calls set(body, x_t0, x_t1) for all bodies whose positions were set on their rank. What it is given is valid until
-  /// the next call.
-  void exchange_positions(const std::vector<Body>& bodies, const SetPositions& set);
+  /// Before a detection. Throws unless all ranks are about to make the same in the same scene; calls set() for all
+  /// bodies whose positions were set on their rank, with what is valid until the next call. Whatever is thrown, the
+  /// caller's memory is not needed afterwards.
+  void meet(const std::vector<Body>& bodies, const QueryOptions& options, Pairs pairs, const SetPositions& set);
 
   /// Whether this rank has a part in a detection of so many triangles.
   bool has_part(std::uint64_t triangles) const;
@@ -53,6 +52,7 @@ class RankExchange {
   struct Given {
     Positions t0, t1;
   };
+  using GivenByRank = std::map<std::uint32_t, Given>;  ///< by ids
   /// What was set for a body, as the ranks tell each other.
   enum Flag : std::uint8_t { is_new = 1, is_double = 2, has_two_ends = 4 };
 
@@ -61,11 +61,12 @@ class RankExchange {
   void talk(const F& f);
   template <class T>
   std::vector<T> gathered(const T& mine);
-  std::vector<std::uint8_t> gathered_flags(const std::vector<Body>& bodies);
+  void compare(const std::vector<Body>& bodies, const QueryOptions& options, Pairs pairs);
+  std::vector<std::uint8_t> gathered_flags(const std::vector<Body>& bodies, const GivenByRank& given);
   void exchange_on_host(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags,
-                        const SetPositions& set);
+                        const GivenByRank& given, const SetPositions& set);
   void exchange_on_device(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags,
-                          const SetPositions& set);
+                          const GivenByRank& given, const SetPositions& set);
   static std::uint64_t bytes_of(const Body& body, std::uint8_t flags);
   void reserve_on_host(std::uint64_t bytes);
   void reserve_on_device(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags);
@@ -78,9 +79,10 @@ class RankExchange {
 
   std::shared_ptr<RankLink> link_;
   CellShares shares_;
-  std::map<std::uint32_t, Given> given_;  ///< by ids, since the last exchange
-  std::vector<std::byte> mine_, all_;     ///< the host's memory that was exchanged last
+  GivenByRank given_;                  ///< since the last exchange
+  std::vector<std::byte> mine_, all_;  ///< the host's memory that was exchanged last
   std::map<std::uint32_t, DeviceBlock> blocks_;
+  std::vector<DeviceBlock> retired_;  ///< which bodies are in as long as they have not been set to their new ones
   double share_of_tests_ = 1.0;
 };
 

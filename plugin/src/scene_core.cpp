@@ -192,13 +192,10 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
 
 /// Before a detection: all ranks make the same one, and have all positions that were set.
 void SceneCore::meet_ranks(const QueryOptions& options, Pairs pairs) {
-  guarded([&] { return preparation_problem(); },
-          [&] {
-            ranks_->compare(store_.bodies(), options, pairs);
-            ranks_->exchange_positions(store_.bodies(), [&](BodyId id, const Positions& x_t0, const Positions& x_t1) {
-              store_.set_positions(find(id), x_t0, x_t1);
-            });
-          });
+  const auto set = [&](BodyId id, const Positions& x_t0, const Positions& x_t1) {
+    store_.set_positions(find(id), x_t0, x_t1);
+  };
+  guarded([&] { return preparation_problem(); }, [&] { ranks_->meet(store_.bodies(), options, pairs, set); });
 }
 
 void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs) {

@@ -51,7 +51,8 @@ struct BodyDesc {
   std::uint32_t vertex_count = 0;
   BodySettings settings;
   /// With SceneOptions::communicator: the only rank that sets the body's positions, which all others are given by the
-  /// next detection that is started. -1: every rank sets them, the same everywhere.
+  /// next detection that is started; where that throws they have to be set again. -1: every rank sets them, the same
+  /// everywhere.
   std::int32_t rank = -1;
 };
 
@@ -76,7 +77,7 @@ struct SceneOptions {
   /// the scene's own. No other work may be captured on it.
   void* cuda_stream = nullptr;
   /// The ranks that detect in this scene together, for as long as it lives.
-  Communicator communicator;
+  Communicator communicator{};
 
   friend bool operator==(const SceneOptions& a, const SceneOptions& b) {
     return a.backend == b.backend && a.memory_limit == b.memory_limit && a.max_threads == b.max_threads &&
