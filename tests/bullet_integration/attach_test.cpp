@@ -1,6 +1,6 @@
 // softcd in worlds that somebody else made: what it does there, and what it leaves when it goes.
 
-#include "softcd/bullet/attach.hpp"
+#include "attached_worlds.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,8 +13,6 @@
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
-#include "BulletDynamics/Dynamics/btActionInterface.h"
-#include "foreign_world.hpp"
 #include "softcd/bullet/dispatcher.hpp"
 
 namespace softcd::test {
@@ -22,150 +20,9 @@ namespace {
 
 using bullet::attach;
 using bullet::Attachment;
-using bullet::EdgeContacts;
 using bullet::Limit;
 using bullet::OnError;
 using bullet::ReadOut;
-
-bullet::Settings reading(ReadOut read_out, Detection detection = Detection::dcd) {
-  bullet::Settings settings = cpu_settings(detection);
-  settings.read_out = read_out;
-  return settings;
-}
-
-void add(std::vector<btScalar>& values, const btVector3& vector) {
-  values.insert(values.end(), {vector.x(), vector.y(), vector.z()});
-}
-
-/// Positions and velocities of all nodes.
-std::vector<btScalar> states_in(ForeignWorld& world) {
-  std::vector<btScalar> states;
-  for (int b = 0; b < world.bodies().size(); ++b) {
-    for (int n = 0; n < world.bodies()[b]->m_nodes.size(); ++n) {
-      add(states, world.bodies()[b]->m_nodes[n].m_x);
-      add(states, world.bodies()[b]->m_nodes[n].m_v);
-    }
-  }
-  return states;
-}
-
-/// Everything that Bullet's solver is told about contacts, in its order.
-std::vector<btScalar> contacts_of(const btSoftBody& body, const btAlignedObjectArray<btSoftBody*>& bodies) {
-  std::vector<btScalar> values;
-  const auto add_soft = [&](const btSoftBody::Node* node, const btSoftBody::Face* face) {
-    values.push_back(btScalar(node - &body.m_nodes[0]));
-    for (int b = 0; b < bodies.size(); ++b) {
-      const btSoftBody::tFaceArray& faces = bodies[b]->m_faces;
-      if (faces.size() == 0 || face < &faces[0] || face > &faces[faces.size() - 1]) continue;
-      values.insert(values.end(), {btScalar(b), btScalar(face - &faces[0])});
-    }
-  };
-  for (int i = 0; i < body.m_scontacts.size(); ++i) {
-    const btSoftBody::SContact& contact = body.m_scontacts[i];
-    add_soft(contact.m_node, contact.m_face);
-    add(values, contact.m_weights);
-    add(values, contact.m_normal);
-    values.insert(values.end(), {contact.m_margin, contact.m_friction, contact.m_cfm[0], contact.m_cfm[1]});
-  }
-  for (int i = 0; i < body.m_faceNodeContacts.size(); ++i) {
-    const btSoftBody::DeformableFaceNodeContact& contact = body.m_faceNodeContacts[i];
-    add_soft(contact.m_node, contact.m_face);
-    add(values, contact.m_bary);
-    add(values, contact.m_normal);
-    values.insert(values.end(), {contact.m_margin, contact.m_friction});
-  }
-  const auto add_rigid = [&](const btSoftBody::Node* node, const btSoftBody::sCti& contact) {
-    values.push_back(btScalar(node - &body.m_nodes[0]));
-    add(values, contact.m_normal);
-    values.push_back(contact.m_offset);
-  };
-  for (int i = 0; i < body.m_rcontacts.size(); ++i) add_rigid(body.m_rcontacts[i].m_node, body.m_rcontacts[i].m_cti);
-  for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) {
-    add_rigid(body.m_nodeRigidContacts[i].m_node, body.m_nodeRigidContacts[i].m_cti);
-  }
-  return values;
-}
-
-std::vector<btScalar> contacts_in(ForeignWorld& world) {
-  std::vector<btScalar> values;
-  for (int b = 0; b < world.bodies().size(); ++b) append(values, contacts_of(*world.bodies()[b], world.bodies()));
-  return values;
-}
-
-std::unique_ptr<btSoftBody> make_grain(btSoftBodyWorldInfo& info, const btVector3& place, btScalar speed) {
-  auto grain = std::make_unique<btSoftBody>(&info, 1, &place, nullptr);
-  grain->setTotalMass(btScalar(0.02));
-  grain->getCollisionShape()->setMargin(btScalar(0.03));
-  grain->m_cfg.collisions = btSoftBody::fCollision::SDF_RS | btSoftBody::fCollision::VF_SS;
-  grain->setVelocity(btVector3(0, -speed, 0));
-  return grain;
-}
-
-/// Two triangles that hang at two corners.
-std::unique_ptr<btSoftBody> make_plate(btSoftBodyWorldInfo& info) {
-  auto plate = make_sheet(info, {/*nodes_per_side=*/2, /*side=*/2, /*height=*/0, /*margin=*/btScalar(0.03)});
-  for (const int node : {0, 3}) plate->setMass(node, 0);
-  return plate;
-}
-
-/// Grains that fall onto a plate, and a cloth onto a rigid mesh. No body has more than one contact with faces of
-/// others, which Bullet's deformable world would take in an order that depends on all worlds before it.
-class Grains {
- public:
-  static constexpr int kSteps = 50;
-
-  Grains(Kind kind, const MaybeSettings& of_softcds_own, btScalar speed) : foreign_(kind, of_softcds_own) {
-    triangles_.addTriangle(btVector3(-3, -1, -3), btVector3(0, -1, 6), btVector3(3, -1, -3));
-    foreign_.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles_, true), btVector3(0, 0, 0));
-    foreign_.add(make_plate(foreign_.info()));
-    for (int i = 0; i < 6; ++i) {
-      const btVector3 place(btScalar(0.1) * btScalar(i) - btScalar(0.2), btScalar(0.25) + btScalar(0.05) * btScalar(i),
-                            btScalar(0.5) - btScalar(0.02) * btScalar(i));
-      foreign_.add(make_grain(foreign_.info(), place, speed));
-    }
-    auto cloth = make_sheet(foreign_.info(), {7, btScalar(0.8), btScalar(-0.75), btScalar(0.03)});
-    cloth->translate(btVector3(btScalar(1.7), 0, btScalar(-1.7)));
-    foreign_.add(std::move(cloth));
-  }
-
-  ForeignWorld& foreign() { return foreign_; }
-  btDiscreteDynamicsWorld& world() { return foreign_.world(); }
-  void step() { foreign_.step(); }
-
- private:
-  btTriangleMesh triangles_;
-  ForeignWorld foreign_;
-};
-
-/// And cloths with many contacts, where Bullet keeps them in order.
-class Cloths {
- public:
-  static constexpr int kSteps = 15;
-
-  Cloths(Kind kind, const MaybeSettings& of_softcds_own, btScalar speed) : grains_(kind, of_softcds_own, speed) {
-    SheetOptions options;
-    options.nodes_per_side = 5;
-    options.height = 1;
-    options.fixed = true;
-    foreign().add(make_sheet(foreign().info(), options));
-    options.fixed = false;
-    for (const btScalar height : {btScalar(1.2), btScalar(1.3)}) {
-      options.height = height;
-      ++options.nodes_per_side;
-      options.side -= btScalar(0.1);
-      btSoftBody& cloth = foreign().add(make_sheet(foreign().info(), options));
-      cloth.setVelocity(btVector3(0, -speed, btScalar(0.2)));
-      cloth.setSelfCollision(true);
-    }
-  }
-
-  ForeignWorld& foreign() { return grains_.foreign(); }
-  btDiscreteDynamicsWorld& world() { return foreign().world(); }
-  void step() { foreign().step(); }
-
- private:
-  Grains grains_;
-};
 
 class Attach : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, Attach, kKindsOfWorld, [](const auto& parameter) { return name_of(parameter.param); });
@@ -173,186 +30,6 @@ INSTANTIATE_TEST_SUITE_P(Worlds, Attach, kKindsOfWorld, [](const auto& parameter
 class AttachClassic : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, AttachClassic, testing::Values(Kind::soft_rigid, Kind::multi_body),
                          [](const auto& parameter) { return name_of(parameter.param); });
-
-/// Runs the scene in softcd's own world of that kind, and in Bullet's with softcd attached. Returns how many values the
-/// contacts of all steps have.
-template <class Scene>
-std::size_t expect_the_same(Kind kind, const bullet::Settings& settings, btScalar speed, bool finishes_steps) {
-  Scene own(kind, settings, speed);
-  Scene bullets(kind, std::nullopt, speed);
-  Attachment attachment = attach(bullets.world(), settings);
-  std::size_t values = 0;
-  for (int step = 0; step < Scene::kSteps; ++step) {
-    SCOPED_TRACE("step " + std::to_string(step));
-    own.step();
-    bullets.step();
-    const std::vector<btScalar> contacts = contacts_in(bullets.foreign());
-    EXPECT_EQ(contacts, contacts_in(own.foreign()));
-    values += contacts.size();
-    if (finishes_steps) {
-      attachment.finish_step();
-      EXPECT_EQ(states_in(bullets.foreign()), states_in(own.foreign()));
-    }
-    if (testing::Test::HasFailure()) break;
-  }
-  attachment.detach();
-  EXPECT_EQ(states_in(bullets.foreign()), states_in(own.foreign()));
-  EXPECT_EQ(attachment.detection().contacts().failed_steps(), 0U);
-  return values;
-}
-
-TEST_P(Attach, finds_what_softcds_own_world_finds_byte_by_byte) {
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    for (const btScalar speed : {btScalar(1), btScalar(40)}) {
-      for (const bool finishes_steps : {false, true}) {
-        SCOPED_TRACE(testing::Message() << (detection == Detection::ccd ? "ccd, " : "dcd, ") << speed << " m/s");
-        EXPECT_GT(expect_the_same<Grains>(GetParam(), cpu_settings(detection), speed, finishes_steps), 100U);
-      }
-    }
-  }
-}
-
-TEST_P(AttachClassic, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    bullet::Settings settings = cpu_settings(detection);
-    settings.edge_contacts = EdgeContacts::respond;
-    for (const bool finishes_steps : {false, true}) {
-      EXPECT_GT(expect_the_same<Cloths>(GetParam(), settings, 10, finishes_steps), 5000U);
-    }
-  }
-}
-
-/// The deformable world's nodes are where they were in the other, so that the order in which Bullet answers does not
-/// matter.
-void put_where_others_are(ForeignWorld& world, ForeignWorld& other) {
-  for (int b = 0; b < world.bodies().size(); ++b) {
-    for (int n = 0; n < world.bodies()[b]->m_nodes.size(); ++n) {
-      btSoftBody::Node& node = world.bodies()[b]->m_nodes[n];
-      const btSoftBody::Node& from = other.bodies()[b]->m_nodes[n];
-      node.m_x = from.m_x;
-      node.m_q = from.m_q;
-      node.m_v = from.m_v;
-      node.m_vn = from.m_vn;
-      node.m_n = from.m_n;
-      node.m_f = from.m_f;
-    }
-  }
-}
-
-TEST(AttachDeformable, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    bullet::Settings settings = cpu_settings(detection);
-    settings.edge_contacts = EdgeContacts::respond;
-    Cloths own(Kind::deformable, settings, 10);
-    Cloths bullets(Kind::deformable, std::nullopt, 10);
-    const Attachment attachment = attach(bullets.world(), settings);
-    std::size_t values = 0;
-    for (int step = 0; step < Cloths::kSteps; ++step) {
-      SCOPED_TRACE("step " + std::to_string(step));
-      put_where_others_are(own.foreign(), bullets.foreign());
-      own.step();
-      bullets.step();
-      const std::vector<btScalar> contacts = contacts_in(bullets.foreign());
-      ASSERT_EQ(contacts, contacts_in(own.foreign()));
-      values += contacts.size();
-    }
-    EXPECT_GT(values, 5000U);
-  }
-}
-
-/// Steps of a world that softcd is attached to between the two numbers of steps, and of one that it never is.
-void expect_steps_as_if_never_attached(Kind kind, int first, int last, bool reattaches) {
-  Grains never(kind, std::nullopt, 1);
-  Grains bullets(kind, std::nullopt, 1);
-  std::optional<Attachment> attachment;
-  std::size_t values = 0;
-  for (int step = 0; step < 80; ++step) {
-    SCOPED_TRACE("step " + std::to_string(step));
-    if (step >= first && step < last && !attachment.has_value()) attachment = attach(bullets.world(), cpu_settings());
-    if (step == last || reattaches) attachment.reset();
-    never.step();
-    bullets.step();
-    ASSERT_EQ(contacts_in(bullets.foreign()), contacts_in(never.foreign()));
-    ASSERT_EQ(states_in(bullets.foreign()), states_in(never.foreign()));
-    values += contacts_in(never.foreign()).size();
-  }
-  EXPECT_GT(values, 100U);
-}
-
-TEST_P(Attach, a_world_whose_bodies_touched_only_after_it_was_detached_goes_on_as_if_it_had_never_been_attached) {
-  expect_steps_as_if_never_attached(GetParam(), 1, 3, /*reattaches=*/false);
-}
-
-TEST_P(Attach, and_detaching_between_any_two_steps_changes_no_byte) {
-  expect_steps_as_if_never_attached(GetParam(), 0, 80, /*reattaches=*/true);
-}
-
-/// Bullet's face and node trees anew, as their shapes decide about the order of contacts.
-void renew_trees(ForeignWorld& world) {
-  for (int b = 0; b < world.bodies().size(); ++b) {
-    btSoftBody& body = *world.bodies()[b];
-    body.rebuildNodeTree();
-    if (body.m_faces.size() > 0) body.initializeFaceTree();
-  }
-}
-
-TEST_P(Attach, a_world_detached_in_mid_contact_goes_on_as_one_never_attached_in_that_state) {
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    Grains bullets(GetParam(), std::nullopt, 1);
-    Grains never(GetParam(), std::nullopt, 1);
-    Attachment attachment = attach(bullets.world(), cpu_settings(detection));
-    const int steps = GetParam() == Kind::deformable ? 50 : 14;
-    for (int step = 0; step < steps; ++step) bullets.step();
-    EXPECT_GT(attachment.detection().contacts().statistics().vt_contacts, 0U);
-    attachment.detach();
-    never.step();  // Bullet prepares bodies in their first step.
-    put_where_others_are(never.foreign(), bullets.foreign());
-    renew_trees(bullets.foreign());
-    renew_trees(never.foreign());
-    std::size_t values = 0;
-    for (int step = 0; step < 60; ++step) {
-      SCOPED_TRACE("step " + std::to_string(step));
-      bullets.step();
-      never.step();
-      ASSERT_EQ(contacts_in(bullets.foreign()), contacts_in(never.foreign()));
-      ASSERT_EQ(states_in(bullets.foreign()), states_in(never.foreign()));
-      values += contacts_in(never.foreign()).size();
-    }
-    EXPECT_GT(values, 100U);
-  }
-}
-
-/// A held sheet and a free one within its reach, where Bullet's classic solver leaves it, or above it.
-struct Sheets {
-  ForeignWorld foreign;
-  btSoftBody* held;
-  btSoftBody* free;
-
-  explicit Sheets(Kind kind, btScalar height = btScalar(0.08), const MaybeSettings& of_softcds_own = std::nullopt)
-      : foreign(kind, of_softcds_own) {
-    SheetOptions options;
-    options.nodes_per_side = 4;
-    options.fixed = true;
-    held = &foreign.add(make_sheet(foreign.info(), options));
-    options.fixed = false;
-    options.nodes_per_side = 5;
-    options.side = btScalar(0.7);
-    options.height = height;
-    free = &foreign.add(make_sheet(foreign.info(), options));
-    for (btSoftBody* body : {held, free}) body->m_cfg.piterations = 0;
-    if (kind != Kind::deformable) foreign.info().m_gravity.setZero();
-  }
-  btDiscreteDynamicsWorld& world() { return foreign.world(); }
-  void step() { foreign.step(); }
-};
-
-std::uint64_t found_by(const Attachment& attachment) {
-  return attachment.detection().contacts().statistics().vt_contacts;
-}
-
-std::uint64_t failed_steps_of(const Attachment& attachment) {
-  return attachment.detection().contacts().failed_steps();
-}
 
 TEST_P(Attach, says_what_it_cannot_do) {
   Sheets sheets(GetParam());
@@ -546,13 +223,6 @@ TEST_P(Attach, begins_and_ends_between_substeps) {
   }
 }
 
-/// An app's action.
-struct Action : btActionInterface {
-  std::function<void()> on_update;
-  void updateAction(btCollisionWorld*, btScalar) override { on_update(); }
-  void debugDraw(btIDebugDraw*) override {}
-};
-
 TEST_P(Attach, begins_and_ends_in_actions) {
   Sheets sheets(GetParam());
   Action action;
@@ -634,22 +304,6 @@ TEST_P(AttachClassic, notices_a_world_that_is_destroyed_with_bodies_in_it) {
   attachment.detach();
   EXPECT_NE(sheets.free->m_cfg.collisions & btSoftBody::fCollision::VF_SS, 0);
   for (const bullet::BodyPairContacts& pair : attachment.detection().body_contacts()) EXPECT_EQ(pair.a, nullptr);
-}
-
-TEST(AttachDeformable, notices_a_world_that_is_destroyed_with_bodies_in_it) {
-  OwnWorld own;
-  own.make(std::nullopt);
-  for (const btScalar height : {btScalar(0), btScalar(0.03)}) {
-    own.add(make_small_sheet(own.world->getWorldInfo(), height));
-  }
-  btSoftBodyWorldInfo info = own.world->getWorldInfo();
-  Attachment attachment = attach(*own.world, cpu_settings());
-  own.world->stepSimulation(kShortStep, 0);
-  EXPECT_GT(found_by(attachment), 0U);
-  own.world.reset();
-  EXPECT_FALSE(attachment.is_attached());
-  attachment.detach();
-  own.bodies.clear();
 }
 
 TEST_P(AttachClassic, ends_a_step_when_the_next_begins_or_finish_step_is_called) {
@@ -816,73 +470,6 @@ TEST_P(Attach, may_throw_an_error_where_that_is_asked_for) {
   const Attachment attachment = attach(sheets.world(), settings);
   sheets.free->m_nodes[0].m_x.setX(std::numeric_limits<btScalar>::quiet_NaN());
   EXPECT_THROW(sheets.step(), Error);
-}
-
-/// softcd builds bodies that touch rigid objects with their faces a tree, which has no twin with normals.
-TEST(AttachDeformable, gives_back_trees_in_which_bullet_finds_contacts_within_a_body) {
-  Sheets sheets(Kind::deformable);
-  sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
-                           btVector3(0, btScalar(0.22), 0));
-  sheets.free->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
-  Attachment attachment = attach(sheets.world(), cpu_settings());
-  sheets.step();
-  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
-  EXPECT_GT(sheets.free->m_faceRigidContacts.size(), 0);
-  attachment.detach();
-  EXPECT_NE(sheets.free->m_fdbvnt, nullptr);
-}
-
-/// Vehicles do.
-TEST(AttachDeformable, casts_rays_in_actions_at_the_trees_that_there_are) {
-  Sheets sheets(Kind::deformable);
-  Action action;
-  btCollisionWorld::ClosestRayResultCallback hit(btVector3(0, 3, 0), btVector3(0, -3, 0));
-  action.on_update = [&] { sheets.world().rayTest(btVector3(0, 3, 0), btVector3(0, -3, 0), hit); };
-  sheets.world().addAction(&action);
-  bullet::give_face_tree(*sheets.free);
-  sheets.step();
-  const btDbvtNode* const tree = sheets.free->m_fdbvt.m_root;
-  const Attachment attachment = attach(sheets.world(), cpu_settings());
-  sheets.step();
-  EXPECT_TRUE(hit.hasHit());
-  EXPECT_EQ(hit.m_collisionObject, sheets.free);
-  EXPECT_EQ(sheets.free->m_fdbvt.m_root, tree);
-  sheets.world().removeAction(&action);
-}
-
-TEST(AttachDeformable, keeps_a_tree_that_an_app_has_built_while_its_own_was_out_of_sight) {
-  Sheets sheets(Kind::deformable);
-  Action action;
-  action.on_update = [&] {
-    btSoftBody::sRayCast hit;
-    EXPECT_TRUE(sheets.free->rayFaceTest(btVector3(0, 3, 0), btVector3(0, -3, 0), hit));
-  };
-  sheets.world().addAction(&action);
-  sheets.step();
-  const Attachment attachment = attach(sheets.world(), cpu_settings());
-  for (int i = 0; i < 3; ++i) sheets.step();
-  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
-  EXPECT_GT(found_by(attachment), 0U);
-  sheets.world().removeAction(&action);
-}
-
-TEST(AttachDeformable, leaves_anchored_nodes_where_anchors_hold_them) {
-  const auto run = [](const MaybeSettings& of_softcds_own) {
-    Sheets sheets(Kind::deformable, btScalar(0.3), of_softcds_own);
-    btRigidBody& box = sheets.foreign.add_rigid(
-        std::make_unique<btBoxShape>(btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05))),
-        btVector3(btScalar(-0.3), btScalar(0.3), btScalar(-0.3)));
-    sheets.free->appendDeformableAnchor(0, &box);
-    sheets.free->setVelocity(btVector3(0, -90, 0));
-    std::optional<Attachment> attachment;
-    if (!of_softcds_own.has_value()) attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
-    sheets.step();
-    const std::uint64_t impacts =
-        (attachment.has_value() ? attachment->detection() : *sheets.foreign.own_detection()).crossing_answers().impacts;
-    EXPECT_GT(impacts, 0U);
-    return states_in(sheets.foreign);
-  };
-  EXPECT_EQ(run(std::nullopt), run(cpu_settings(Detection::ccd)));
 }
 
 }  // namespace

@@ -1,0 +1,100 @@
+// What is special about softcd in a deformable world that somebody else made: trees and anchors.
+
+#include "attached_worlds.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
+
+namespace softcd::test {
+namespace {
+
+using bullet::attach;
+using bullet::Attachment;
+
+TEST(AttachDeformable, notices_a_world_that_is_destroyed_with_bodies_in_it) {
+  OwnWorld own;
+  own.make(std::nullopt);
+  for (const btScalar height : {btScalar(0), btScalar(0.03)}) {
+    own.add(make_small_sheet(own.world->getWorldInfo(), height));
+  }
+  btSoftBodyWorldInfo info = own.world->getWorldInfo();
+  Attachment attachment = attach(*own.world, cpu_settings());
+  own.world->stepSimulation(kShortStep, 0);
+  EXPECT_GT(found_by(attachment), 0U);
+  own.world.reset();
+  EXPECT_FALSE(attachment.is_attached());
+  attachment.detach();
+  own.bodies.clear();
+}
+
+/// softcd builds bodies that touch rigid objects with their faces a tree, which has no twin with normals.
+TEST(AttachDeformable, gives_back_trees_in_which_bullet_finds_contacts_within_a_body) {
+  Sheets sheets(Kind::deformable);
+  sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
+                           btVector3(0, btScalar(0.22), 0));
+  sheets.free->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+  Attachment attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  EXPECT_GT(sheets.free->m_faceRigidContacts.size(), 0);
+  attachment.detach();
+  EXPECT_NE(sheets.free->m_fdbvnt, nullptr);
+}
+
+/// Vehicles do.
+TEST(AttachDeformable, casts_rays_in_actions_at_the_trees_that_there_are) {
+  Sheets sheets(Kind::deformable);
+  Action action;
+  btCollisionWorld::ClosestRayResultCallback hit(btVector3(0, 3, 0), btVector3(0, -3, 0));
+  action.on_update = [&] { sheets.world().rayTest(btVector3(0, 3, 0), btVector3(0, -3, 0), hit); };
+  sheets.world().addAction(&action);
+  bullet::give_face_tree(*sheets.free);
+  sheets.step();
+  const btDbvtNode* const tree = sheets.free->m_fdbvt.m_root;
+  const Attachment attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_TRUE(hit.hasHit());
+  EXPECT_EQ(hit.m_collisionObject, sheets.free);
+  EXPECT_EQ(sheets.free->m_fdbvt.m_root, tree);
+  sheets.world().removeAction(&action);
+}
+
+TEST(AttachDeformable, keeps_a_tree_that_an_app_has_built_while_its_own_was_out_of_sight) {
+  Sheets sheets(Kind::deformable);
+  Action action;
+  action.on_update = [&] {
+    btSoftBody::sRayCast hit;
+    EXPECT_TRUE(sheets.free->rayFaceTest(btVector3(0, 3, 0), btVector3(0, -3, 0), hit));
+  };
+  sheets.world().addAction(&action);
+  sheets.step();
+  const Attachment attachment = attach(sheets.world(), cpu_settings());
+  for (int i = 0; i < 3; ++i) sheets.step();
+  EXPECT_FALSE(sheets.free->m_fdbvt.empty());
+  EXPECT_GT(found_by(attachment), 0U);
+  sheets.world().removeAction(&action);
+}
+
+TEST(AttachDeformable, leaves_anchored_nodes_where_anchors_hold_them) {
+  const auto run = [](const MaybeSettings& of_softcds_own) {
+    Sheets sheets(Kind::deformable, btScalar(0.3), of_softcds_own);
+    btRigidBody& box = sheets.foreign.add_rigid(
+        std::make_unique<btBoxShape>(btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05))),
+        btVector3(btScalar(-0.3), btScalar(0.3), btScalar(-0.3)));
+    sheets.free->appendDeformableAnchor(0, &box);
+    sheets.free->setVelocity(btVector3(0, -90, 0));
+    std::optional<Attachment> attachment;
+    if (!of_softcds_own.has_value()) attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
+    sheets.step();
+    const std::uint64_t impacts =
+        (attachment.has_value() ? attachment->detection() : *sheets.foreign.own_detection()).crossing_answers().impacts;
+    EXPECT_GT(impacts, 0U);
+    return states_in(sheets.foreign);
+  };
+  EXPECT_EQ(run(std::nullopt), run(cpu_settings(Detection::ccd)));
+}
+
+}  // namespace
+}  // namespace softcd::test
