@@ -107,7 +107,7 @@ class TumblingCloth : public testing::TestWithParam<World> {
   /// Along the axis along which it is farthest.
   btScalar distance_of_center() const {
     btVector3 center(0, 0, 0);
-    for (int n = 0; n < cloth->m_nodes.size(); ++n) center += cloth->m_nodes[n].m_x / cloth->m_nodes.size();
+    for (int n = 0; n < cloth->m_nodes.size(); ++n) center += cloth->m_nodes[n].m_x / btScalar(cloth->m_nodes.size());
     center = center.absolute();
     return center[center.maxAxis()];
   }
