@@ -15,11 +15,13 @@ constexpr std::uint32_t kSide = 60;
 /// The sheet's vertices at a time: it lies at height 0.02 times `number`, and waves.
 std::vector<softcd::Vec3f> sheet_at(int number, float time) {
   std::vector<softcd::Vec3f> x;
-  for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
-    const float u = 0.05F * static_cast<float>(i % kSide);
-    const float v = 0.05F * static_cast<float>(i / kSide);
-    const float phase = 3.0F * u + 2.0F * v + time + static_cast<float>(number);
-    x.push_back({u, v, 0.02F * static_cast<float>(number) + 0.03F * std::sin(phase)});
+  for (std::uint32_t row = 0; row < kSide; ++row) {
+    for (std::uint32_t column = 0; column < kSide; ++column) {
+      const float u = 0.05F * static_cast<float>(column);
+      const float v = 0.05F * static_cast<float>(row);
+      const float phase = 3.0F * u + 2.0F * v + time + static_cast<float>(number);
+      x.push_back({u, v, 0.02F * static_cast<float>(number) + 0.03F * std::sin(phase)});
+    }
   }
   return x;
 }
@@ -56,6 +58,7 @@ int main(int argc, char** argv) {
   softcd::BodySettings settings;
   settings.margin = 0.01F;
   std::vector<softcd::BodyId> sheets;
+  sheets.reserve(static_cast<std::size_t>(size));
   for (int owner = 0; owner < size; ++owner) {
     sheets.push_back(scene.add_body({triangles, kSide * kSide, settings, owner}));
   }

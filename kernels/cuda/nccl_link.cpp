@@ -233,6 +233,7 @@ std::vector<std::shared_ptr<RankLink>> make_nccl_links(Span<const int> devices, 
   check_nccl(Nccl::instance().init_all(comms.data(), static_cast<int>(devices.size()), devices.data()),
              "ncclCommInitAll");
   std::vector<std::shared_ptr<RankLink>> links;
+  links.reserve(comms.size());
   const auto place = std::make_shared<MeetingPoint>(static_cast<int>(devices.size()), patience);
   for (ncclComm_t comm : comms) links.push_back(std::make_shared<NcclLink>(comm, nullptr, patience, place));
   return links;

@@ -82,6 +82,7 @@ std::vector<Communicator> Communicator::of_threads(int size, std::chrono::millis
   validate_size(size);
   const auto place = std::make_shared<MeetingPoint>(size, patience);
   std::vector<Communicator> ranks;
+  ranks.reserve(static_cast<std::size_t>(size));
   for (int rank = 0; rank < size; ++rank) ranks.push_back(Communicator(std::make_shared<ThreadLink>(rank, place)));
   return ranks;
 }
