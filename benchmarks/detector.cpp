@@ -28,10 +28,6 @@ constexpr std::array<demo::Choice<Sweep>, 6> kSweeps = {{{"stages", Sweep::stage
                                                          {"threads", Sweep::threads},
                                                          {"ends", Sweep::ends}}};
 
-constexpr std::array<demo::Choice<Mode>, 3> kModes = {{{"dcd-fast", kDiscreteFast},
-                                                       {"ccd-precise", kContinuousPrecise},
-                                                       {"ccd-conservative", {Detection::ccd, Accuracy::conservative}}}};
-
 // Values of lambda, in tenths.
 constexpr int kLeastLambda = 8;
 constexpr int kMostLambdaExact = 24;

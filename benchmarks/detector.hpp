@@ -1,10 +1,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "command_line/choices.hpp"
 #include "detector_scenes.hpp"
 #include "softcd/softcd.hpp"
 
@@ -19,6 +21,11 @@ struct Mode {
 /// The two columns of the paper's Table 1.
 constexpr Mode kDiscreteFast = {Detection::dcd, Accuracy::fast};
 constexpr Mode kContinuousPrecise = {Detection::ccd, Accuracy::precise};
+
+inline constexpr std::array<demo::Choice<Mode>, 3> kModes = {
+    {{"dcd-fast", kDiscreteFast},
+     {"ccd-precise", kContinuousPrecise},
+     {"ccd-conservative", {Detection::ccd, Accuracy::conservative}}}};
 
 enum class Sweep { stages, subdivision, lambda, scaling, threads, ends };
 

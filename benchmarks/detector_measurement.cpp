@@ -29,14 +29,6 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// FNV-1a of the contacts' bytes.
-std::uint64_t checksum_of(const std::vector<std::byte>& contacts) {
-  static_assert(sizeof(Contact) == 18 * 4, "padding would be part of the checksum");
-  std::uint64_t hash = 0xCBF29CE484222325U;
-  for (const std::byte byte : contacts) hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001B3U;
-  return hash;
-}
-
 Vec3f middle_of(const SceneBody& body, const Triangle& t) {
   Vec3f sum{};
   for (const std::uint32_t v : t.v) sum = sum + body.x_t0[v] + body.x_t1[v];
@@ -139,6 +131,13 @@ Measurement measure_all(const DetectorScene& scene, const MeasuredOptions& optio
 }
 
 }  // namespace
+
+std::uint64_t checksum_of(Span<const std::byte> contacts) {
+  static_assert(sizeof(Contact) == 18 * 4, "padding would be part of the checksum");
+  std::uint64_t hash = 0xCBF29CE484222325U;
+  for (const std::byte byte : contacts) hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001B3U;
+  return hash;
+}
 
 Measurement measure(const DetectorScene& scene, const MeasuredOptions& options, int repetitions) {
   try {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -40,6 +41,9 @@ constexpr double kMarginInEdges = 0.05;
 /// Detects `repetitions` times after three warm-ups. Sets all positions before each detection, as a simulation does.
 /// Left out where there is not enough memory.
 Measurement measure(const DetectorScene& scene, const MeasuredOptions& options, int repetitions);
+
+/// FNV-1a of contacts' bytes.
+std::uint64_t checksum_of(Span<const std::byte> contacts);
 
 /// A measurement that was not made.
 Measurement left_out(const DetectorScene& scene, const MeasuredOptions& options, const std::string& reason);

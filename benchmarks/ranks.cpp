@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <barrier>
 #include <chrono>
-#include <cstring>
+#include <cstddef>
 #include <exception>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -49,16 +49,6 @@ struct Result {
   StageTimes stages;         ///< of the rank with most
   std::uint64_t triangles = 0, contacts = 0, peak_bytes = 0, checksum = 0;
 };
-
-std::uint64_t checksum_of(const std::vector<Contact>& contacts) {
-  std::uint64_t hash = 0xCBF29CE484222325U;
-  for (const Contact& contact : contacts) {
-    unsigned char bytes[sizeof(Contact)];
-    std::memcpy(bytes, &contact, sizeof(Contact));
-    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 0x100000001B3U;
-  }
-  return hash;
-}
 
 double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -189,7 +179,9 @@ class Benchmark {
     RankResult result;
     set_positions();
     result.contacts = query.detect().size();
-    result.checksum = checksum_of(query.gather_contacts());
+    const std::vector<Contact> contacts = query.gather_contacts();
+    result.checksum =
+        checksum_of({reinterpret_cast<const std::byte*>(contacts.data()), contacts.size() * sizeof(Contact)});
     query_options.contacts_on_device = on_device;
     query.set_options(query_options);
     for (int i = -kWarmUps; i < options_.repetitions; ++i) {
@@ -264,10 +256,6 @@ class Benchmark {
                2};
   nlohmann::ordered_json json_ = describe_run("scaling", options_.machine);
 };
-
-constexpr std::array<demo::Choice<Mode>, 3> kModes = {{{"dcd-fast", kDiscreteFast},
-                                                       {"ccd-precise", kContinuousPrecise},
-                                                       {"ccd-conservative", {Detection::ccd, Accuracy::conservative}}}};
 
 }  // namespace
 
