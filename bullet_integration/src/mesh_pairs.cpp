@@ -1,10 +1,7 @@
 #include "mesh_pairs.hpp"
 
-#include <new>
-
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
-#include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 
 namespace softcd::bullet {
@@ -20,60 +17,18 @@ bool is_taken(const btSoftBody& soft, const btCollisionObject& object) {
          object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
 }
 
-class MeshPairAlgorithm : public AlgorithmInFront {
- public:
-  MeshPairAlgorithm(const btCollisionAlgorithmConstructionInfo& info, btCollisionAlgorithm* original,
-                    std::shared_ptr<MeshPairs> pairs, bool is_swapped)
-      : AlgorithmInFront(info, original), pairs_(std::move(pairs)), is_swapped_(is_swapped) {}
-
-  void processCollision(const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1,
-                        const btDispatcherInfo& info, btManifoldResult* result) override {
-    const btCollisionObjectWrapper& soft = is_swapped_ ? *body1 : *body0;
-    const btCollisionObjectWrapper& mesh = is_swapped_ ? *body0 : *body1;
-    auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(soft.getCollisionObject()));
-    const btTransform& object = mesh.getCollisionObject()->getWorldTransform();
-    const bool is_ours =
-        pairs_->is_collecting() && is_taken(*body, *mesh.getCollisionObject()) &&
-        pairs_->add({body, mesh.getCollisionObject(), static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
-                     object.inverseTimes(mesh.getWorldTransform()), mesh.m_index});
-    if (!is_ours) AlgorithmInFront::processCollision(body0, body1, info, result);
-  }
-
- private:
-  std::shared_ptr<MeshPairs> pairs_;
-  bool is_swapped_;
-};
+bool take_over(MeshPairs& pairs, btSoftBody& soft, const btCollisionObjectWrapper& mesh) {
+  const btCollisionObject* object = mesh.getCollisionObject();
+  return is_taken(soft, *object) &&
+         pairs.add({&soft, object, static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
+                    object->getWorldTransform().inverseTimes(mesh.getWorldTransform()), mesh.m_index});
+}
 
 }  // namespace
 
-MeshPairCreateFunc::MeshPairCreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
-                                       std::shared_ptr<MeshPairs> pairs)
-    : pairs_(std::move(pairs)),
-      is_swapped_(type1 == SOFTBODY_SHAPE_PROXYTYPE),
-      registered_(dispatcher, type0, type1, *this) {}
-
-btCollisionAlgorithm* MeshPairCreateFunc::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                                   const btCollisionObjectWrapper* body0,
-                                                                   const btCollisionObjectWrapper* body1) {
-  btCollisionAlgorithm* original = registered_.original().CreateCollisionAlgorithm(info, body0, body1);
-  // Not from the dispatcher's pool, which does not look at sizes.
-  void* memory = btAlignedAlloc(sizeof(MeshPairAlgorithm), 16);
-  return new (memory) MeshPairAlgorithm(info, original, pairs_, is_swapped_);
-}
-
 CollectingMeshPairs::CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs)
-    : pairs_(*pairs) {
-  static_assert(std::size(kMeshTypes) == kMeshTypeCount);
-  auto creator = creators_.begin();
-  for (const int type : kMeshTypes) {
-    (creator++)->emplace(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, pairs);
-    (creator++)->emplace(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, pairs);
-  }
-  pairs_.set_collecting(true);
-}
-
-CollectingMeshPairs::~CollectingMeshPairs() {
-  pairs_.set_collecting(false);
+    : CollectingPairs(pairs, take_over) {
+  for (const int type : kMeshTypes) stand_before(dispatcher, type);
 }
 
 void process_natively(const MeshPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
