@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include <thread>
 #include <vector>
 
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
+#include "rank_scene.hpp"
 #include "scene.hpp"
 
 // Many small scenes in one: bodies of different batches never touch, though they are at the same place.
@@ -78,27 +78,14 @@ TEST(Batches, may_be_shared_out_to_ranks) {
   const Scene scene = batches_of_soups(20);
   const PipelineOptions options = test_options(Detection::ccd);
   const std::vector<Contact> expected = detect_once(scene, options);
-  const std::vector<Communicator> ranks = Communicator::of_threads(3);
-  std::vector<std::thread> threads;
-  for (const Communicator& communicator : ranks) {
-    threads.emplace_back([&, communicator] {
-      SceneOptions of_rank = options;
-      of_rank.communicator = communicator;
-      of_rank.max_threads = 1;
-      softcd::Scene bodies(of_rank);
-      for (const SceneBody& body : scene) {
-        const BodyId id =
-            bodies.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
-        bodies.set_positions(id, body.x_t0, body.x_t1);
-      }
-      Query query(bodies, options);
-      const std::size_t own = query.detect().size();
-      EXPECT_GT(own, 0U);
-      EXPECT_LT(own, expected.size());
-      EXPECT_TRUE(identical(expected, query.gather_contacts()));
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  expect_no_problem(in_ranks(Communicator::of_threads(3), [&](const Communicator& communicator) {
+    RankScene rank(scene, communicator, options);
+    rank.set_positions(scene);
+    const std::size_t own = rank.query().detect().size();
+    EXPECT_GT(own, 0U);
+    EXPECT_LT(own, expected.size());
+    EXPECT_TRUE(identical(expected, rank.query().gather_contacts()));
+  }));
 }
 
 TEST(Batches, of_bodies_may_change) {

@@ -2,17 +2,16 @@
 
 #include <atomic>
 #include <chrono>
-#include <exception>
 #include <functional>
 #include <iterator>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
+#include "rank_scene.hpp"
 #include "scene.hpp"
 #include "softcd/pipeline/rank_link.hpp"
 
@@ -21,66 +20,6 @@ namespace softcd::test {
 namespace {
 
 using namespace std::chrono_literals;
-
-/// Calls f(communicator) in a thread for each rank. What each has thrown, empty where nothing was.
-std::vector<std::string> in_ranks(const std::vector<Communicator>& communicators,
-                                  const std::function<void(const Communicator&)>& f) {
-  std::vector<std::string> problems(communicators.size());
-  std::vector<std::thread> threads;
-  for (std::size_t rank = 0; rank < communicators.size(); ++rank) {
-    threads.emplace_back([&, rank] {
-      try {
-        f(communicators[rank]);
-      } catch (const std::exception& error) {
-        problems[rank] = error.what();
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  return problems;
-}
-
-void expect_no_problem(const std::vector<std::string>& problems) {
-  for (const std::string& problem : problems) EXPECT_EQ(problem, "");
-}
-
-/// One rank's scene and query. Bodies' positions are the ranks' in turn.
-class RankScene {
- public:
-  RankScene(const Scene& scene, const Communicator& communicator, const PipelineOptions& options)
-      : communicator_(communicator), scene_(scene_options(communicator, options)), query_(scene_, options) {
-    for (std::size_t i = 0; i < scene.size(); ++i) {
-      const auto rank = static_cast<std::int32_t>(i % static_cast<std::size_t>(communicator.size()));
-      ids_.push_back(scene_.add_body(
-          {scene[i].triangles, static_cast<std::uint32_t>(scene[i].x_t1.size()), scene[i].settings, rank}));
-    }
-  }
-
-  void set_positions(const Scene& scene) {
-    for (std::size_t i = 0; i < scene.size(); ++i) {
-      if (is_own(i)) scene_.set_positions(ids_[i], scene[i].x_t0, scene[i].x_t1);
-    }
-  }
-  bool is_own(std::size_t body) const {
-    return static_cast<int>(body % static_cast<std::size_t>(communicator_.size())) == communicator_.rank();
-  }
-  softcd::Scene& scene() { return scene_; }
-  Query& query() { return query_; }
-  BodyId id(std::size_t body) const { return ids_[body]; }
-
- private:
-  static SceneOptions scene_options(const Communicator& communicator, const PipelineOptions& options) {
-    SceneOptions result = options;
-    result.communicator = communicator;
-    result.max_threads = 1;
-    return result;
-  }
-
-  Communicator communicator_;
-  softcd::Scene scene_;
-  Query query_;
-  std::vector<BodyId> ids_;
-};
 
 SceneBody soup_body(std::uint32_t triangles, double largest, std::uint64_t seed, float margin = 0.02F) {
   SoupOptions options;

@@ -5,12 +5,12 @@
 #include <iterator>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "exact_ccd.hpp"
 #include "expectations.hpp"
 #include "ground_truth.hpp"
+#include "rank_scene.hpp"
 
 namespace softcd::test {
 namespace {
@@ -70,24 +70,12 @@ TEST_P(RealSteps, several_ranks_find_what_one_finds) {
   const PipelineOptions options = test_options(Detection::ccd);
   const std::vector<Contact> expected = detect_once(truth_.scene, options);
   for (const int rank_count : {2, 3, 5, 8}) {
-    const std::vector<Communicator> ranks = Communicator::of_threads(rank_count);
-    std::vector<std::thread> threads;
-    for (const Communicator& rank : ranks) {
-      threads.emplace_back([&, rank] {
-        PipelineOptions of_rank = options;
-        of_rank.communicator = rank;
-        of_rank.max_threads = 1;
-        softcd::Scene scene(of_rank);
-        const test::SceneBody& body = truth_.scene[0];
-        const BodyId id =
-            scene.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t0.size()), body.settings, 0});
-        if (rank.rank() == 0) scene.set_positions(id, body.x_t0, body.x_t1);
-        Query query(scene, of_rank);
-        query.detect();
-        EXPECT_TRUE(identical(expected, query.gather_contacts())) << rank.rank() << " of " << rank_count;
-      });
-    }
-    for (std::thread& thread : threads) thread.join();
+    expect_no_problem(in_ranks(Communicator::of_threads(rank_count), [&](const Communicator& communicator) {
+      RankScene rank(truth_.scene, communicator, options);
+      rank.set_positions(truth_.scene);
+      rank.query().detect();
+      EXPECT_TRUE(identical(expected, rank.query().gather_contacts())) << communicator.rank() << " of " << rank_count;
+    }));
   }
 }
 
