@@ -15,6 +15,7 @@
 #include "device_memory.hpp"
 #include "generic_kernels.cuh"
 #include "graph.hpp"
+#include "handles.hpp"
 #include "place_positions.cuh"
 #include "side_stream.hpp"
 #include "softcd/pipeline/detector.hpp"
@@ -33,9 +34,8 @@ class CudaBackend {
   static constexpr bool kKnowsCounts = false;
 
   /// Enqueues on the caller's stream, or, when that is null, on one of its own.
-  CudaBackend(MemoryAccount& account, cudaStream_t stream)
-      : account_(account), stream_(stream), owns_stream_(stream == nullptr) {
-    if (owns_stream_) check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
+  CudaBackend(MemoryAccount& account, cudaStream_t stream) : account_(account), stream_(stream) {
+    if (stream == nullptr) stream_ = own_stream_.emplace(cudaStreamNonBlocking).get();
     int device = 0;
     check_cuda(cudaGetDevice(&device), "cudaGetDevice");
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device), "cudaDeviceGetAttribute");
@@ -43,11 +43,7 @@ class CudaBackend {
   }
   CudaBackend(const CudaBackend&) = delete;
   CudaBackend& operator=(const CudaBackend&) = delete;
-  ~CudaBackend() {
-    cudaStreamSynchronize(stream_);
-    for (cudaEvent_t event : events_) cudaEventDestroy(event);
-    if (owns_stream_) cudaStreamDestroy(stream_);
-  }
+  ~CudaBackend() { cudaStreamSynchronize(stream_); }
 
   /// What it keeps of one query: its graph, and contacts that are on the host.
   struct Session {
@@ -452,13 +448,10 @@ class CudaBackend {
   /// When part `part` begins. There are as many events as any detection had parts.
   void record(std::size_t part) {
     while (events_.size() <= part) {
-      cudaEvent_t event = nullptr;
-      events_.reserve(events_.size() + 1);
       parts_.resize(events_.size() + 1);
-      check_cuda(cudaEventCreate(&event), "cudaEventCreate");
-      events_.push_back(event);
+      events_.emplace_back(cudaEventDefault);
     }
-    check_cuda(cudaEventRecordWithFlags(events_[part], stream_,
+    check_cuda(cudaEventRecordWithFlags(events_[part].get(), stream_,
                                         is_capturing_ ? cudaEventRecordExternal : cudaEventRecordDefault),
                "recording time");
   }
@@ -489,20 +482,20 @@ class CudaBackend {
     times_ = {};
     for (std::size_t part = 0; part < part_count_; ++part) {
       float ms = 0;
-      check_cuda(cudaEventElapsedTime(&ms, events_[part], events_[part + 1]), "reading time");
+      check_cuda(cudaEventElapsedTime(&ms, events_[part].get(), events_[part + 1].get()), "reading time");
       stage_time(times_, parts_[part]) += static_cast<double>(ms);
       times_.total += static_cast<double>(ms);
     }
   }
 
   MemoryAccount& account_;
-  cudaStream_t stream_ = nullptr;
-  bool owns_stream_ = false;
+  std::optional<Stream> own_stream_;
+  cudaStream_t stream_;
   SideStream side_;
   int processors_ = 0;
   Buffer<std::byte> scratch_;
   PinnedBuffer<Counters> host_counters_;
-  std::vector<cudaEvent_t> events_;
+  std::vector<Event> events_;
   std::vector<Stage> parts_;
   std::size_t part_count_ = 0;
   StageTimes times_;

@@ -6,6 +6,7 @@
 #include "check.hpp"
 #include "device_guard.hpp"
 #include "device_memory.hpp"
+#include "handles.hpp"
 #include "softcd/pipeline/detector.hpp"
 
 namespace softcd {
@@ -44,20 +45,6 @@ __global__ void __launch_bounds__(kBlockSize)
   if (!vertices.has_two_ends) survey.t0 = survey.t1;
   surveys[blockIdx.x] = survey;
 }
-
-/// A stream that waits for what the legacy default stream was given, as whoever made the positions may expect.
-class Stream {
- public:
-  Stream() { check_cuda(cudaStreamCreate(&stream_), "cudaStreamCreate"); }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
-  ~Stream() { cudaStreamDestroy(stream_); }
-
-  cudaStream_t get() const { return stream_; }
-
- private:
-  cudaStream_t stream_ = nullptr;
-};
 
 /// On one device, whichever is the calling thread's current one.
 class CudaPositionReader final : public DevicePositionReader {
@@ -110,7 +97,8 @@ class CudaPositionReader final : public DevicePositionReader {
 
  private:
   struct OnDevice {
-    Stream stream;
+    /// Waits for what the legacy default stream was given, as whoever made the positions may expect.
+    Stream stream{cudaStreamDefault};
     PinnedBuffer<SurveyedVertices> vertices;
     PinnedBuffer<StepSurvey> surveys;
   };

@@ -3,33 +3,25 @@
 #include <cuda_runtime_api.h>
 
 #include "check.hpp"
+#include "handles.hpp"
 
 namespace softcd {
 
 /// A second stream, for work that need not wait for what the first one is given meanwhile.
 class SideStream {
  public:
-  SideStream() {
-    check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
-    check_cuda(cudaEventCreateWithFlags(&forked_, cudaEventDisableTiming), "cudaEventCreate");
-    check_cuda(cudaEventCreateWithFlags(&joined_, cudaEventDisableTiming), "cudaEventCreate");
-  }
+  SideStream() = default;
   SideStream(const SideStream&) = delete;
   SideStream& operator=(const SideStream&) = delete;
-  ~SideStream() {
-    cudaStreamSynchronize(stream_);
-    cudaEventDestroy(joined_);
-    cudaEventDestroy(forked_);
-    cudaStreamDestroy(stream_);
-  }
+  ~SideStream() { cudaStreamSynchronize(stream_.get()); }
 
   /// From its making on the side stream runs what follows, after what `main` was given so far, and at its end `main`
   /// waits for that. Whatever happens between: work must not be left behind on a stream that nobody waits for.
   class Fork {
    public:
     Fork(SideStream& side, cudaStream_t main) : side_(side), main_(main) {
-      check_cuda(cudaEventRecord(side_.forked_, main_), "forking a stream");
-      check_cuda(cudaStreamWaitEvent(side_.stream_, side_.forked_, 0), "forking a stream");
+      check_cuda(cudaEventRecord(side_.forked_.get(), main_), "forking a stream");
+      check_cuda(cudaStreamWaitEvent(side_.stream_.get(), side_.forked_.get(), 0), "forking a stream");
     }
     Fork(const Fork&) = delete;
     Fork& operator=(const Fork&) = delete;
@@ -41,12 +33,12 @@ class SideStream {
       is_joined_ = true;
       check_cuda(join_streams(), "joining streams");
     }
-    cudaStream_t stream() const { return side_.stream_; }
+    cudaStream_t stream() const { return side_.stream_.get(); }
 
    private:
     cudaError_t join_streams() {
-      const cudaError_t status = cudaEventRecord(side_.joined_, side_.stream_);
-      return status == cudaSuccess ? cudaStreamWaitEvent(main_, side_.joined_, 0) : status;
+      const cudaError_t status = cudaEventRecord(side_.joined_.get(), side_.stream_.get());
+      return status == cudaSuccess ? cudaStreamWaitEvent(main_, side_.joined_.get(), 0) : status;
     }
 
     SideStream& side_;
@@ -55,9 +47,9 @@ class SideStream {
   };
 
  private:
-  cudaStream_t stream_ = nullptr;
-  cudaEvent_t forked_ = nullptr;
-  cudaEvent_t joined_ = nullptr;
+  Stream stream_{cudaStreamNonBlocking};
+  Event forked_{cudaEventDisableTiming};
+  Event joined_{cudaEventDisableTiming};
 };
 
 }  // namespace softcd
