@@ -21,7 +21,7 @@ DetectorFactories machine_factories(const SceneOptions& options) {
     factories.make_device = cuda_detector_factory(device, options.cuda_stream);
     factories.make_reader = cuda_position_reader_factory(device);
   } catch (const DeviceError& error) {
-    factories.device_problem = error.what();
+    return {make_cpu_detector, {}, error.what()};
   }
   return factories;
 }

@@ -1,0 +1,232 @@
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "device_memory.hpp"
+#include "expectations.hpp"
+#include "failing_cuda_calls.hpp"
+#include "mesh_generators.hpp"
+
+// Whichever call of the CUDA runtime fails, and whether it is the only one: the same bytes, or an error that says so
+// and a scene that can still be used.
+namespace softcd::test {
+namespace {
+
+SceneBody soup(std::uint64_t seed) {
+  SoupOptions options;
+  options.triangle_count = 300;
+  options.half_extent = 1.5;
+  options.largest = 1.0;
+  options.size_ratio = 8.0;
+  options.joined_share = 0.5;
+  options.seed = seed;
+  const Mesh mesh = triangle_soup(options);
+  return moving(mesh, scattered(mesh, 0.3, seed), everything(0.03F));
+}
+
+/// Both ends of a body's step, on the device.
+struct GivenEnds {
+  explicit GivenEnds(const SceneBody& body)
+      : count(body.x_t0.size()), t0(Backend::cuda, count * sizeof(Vec3d)), t1(Backend::cuda, count * sizeof(Vec3d)) {
+    t0.write(body.x_t0.data(), count * sizeof(Vec3d));
+    t1.write(body.x_t1.data(), count * sizeof(Vec3d));
+  }
+  Positions at(DeviceMemory& memory) const {
+    return Positions::on_device(reinterpret_cast<const double*>(memory.data()), count, sizeof(Vec3d));
+  }
+
+  std::size_t count;
+  DeviceMemory t0, t1;
+};
+
+/// What calls have returned, one after another.
+struct Lived {
+  std::vector<std::vector<Contact>> contacts;
+  std::vector<std::uint32_t> nearest;  ///< triangles
+};
+
+void expect_same(const Lived& expected, const Lived& found) {
+  ASSERT_EQ(expected.contacts.size(), found.contacts.size());
+  for (std::size_t i = 0; i < expected.contacts.size(); ++i) {
+    EXPECT_TRUE(identical(expected.contacts[i], found.contacts[i])) << "detection " << i;
+  }
+  EXPECT_EQ(expected.nearest, found.nearest);
+}
+
+/// What a user does with a scene, from its making to its end.
+class Life {
+ public:
+  /// A call that throws may do so because `failing` has failed, and is called again when that has ended.
+  Life(Backend backend, std::vector<SceneBody>& bodies, std::vector<GivenEnds>& on_device, FailingCudaCall* failing)
+      : backend_(backend), bodies_(bodies), on_device_(on_device), failing_(failing) {}
+
+  Lived live() {
+    SceneOptions options;
+    options.backend = backend_;
+    attempt([&] { scene_.emplace(options); });
+    has_device_ = scene_->backend() == Backend::cuda;
+    attempt([&] { query_.emplace(*scene_, query_options()); });
+    for (std::size_t b = 0; b < 2; ++b) attempt([&] { ids_.push_back(scene_->add_body(desc_of(b))); });
+    for (std::size_t b = 0; b < 2; ++b)
+      attempt([&] { scene_->set_positions(ids_[b], bodies_[b].x_t0, bodies_[b].x_t1); });
+    for (int times = 0; times < 3; ++times) detect();  // by itself, captured, replayed
+    attempt([&] { scene_->update_body(ids_[0], desc_of(2)); });
+    set_other_positions();
+    for (int times = 0; times < 2; ++times) detect();
+    if (backend_ == Backend::cuda) detect_on_device();
+    ask();
+    return std::move(lived_);
+  }
+
+ private:
+  static QueryOptions query_options() {
+    QueryOptions options;
+    options.detection = Detection::ccd;
+    return options;
+  }
+  BodyDesc desc_of(std::size_t body) const {
+    return {bodies_[body].triangles, static_cast<std::uint32_t>(bodies_[body].x_t0.size()), bodies_[body].settings};
+  }
+
+  /// `needs_device`: the CPU cannot take over.
+  template <class F>
+  void attempt(const F& f, bool needs_device = false) {
+    std::string problem;
+    try {
+      return f();
+    } catch (const BackendError& error) {
+      problem = error.what();
+    } catch (const OutOfMemory& error) {
+      problem = error.what();
+    }
+    EXPECT_TRUE(backend_ == Backend::cuda || needs_device) << problem;
+    EXPECT_TRUE(failing_ != nullptr && failing_->has_failed()) << problem;
+    if (failing_ != nullptr) failing_->end();
+    f();
+  }
+
+  /// On the device, but where a scene has found none when it was made.
+  void set_other_positions() {
+    for (std::size_t b = 0; b < 2; ++b) {
+      const SceneBody& body = bodies_[b == 0 ? 2 : 1];
+      GivenEnds& x = on_device_[b];
+      attempt(
+          [&] {
+            if (has_device_) {
+              scene_->set_positions(ids_[b], x.at(x.t0), x.at(x.t1));
+            } else {
+              scene_->set_positions(ids_[b], body.x_t0, body.x_t1);
+            }
+          },
+          has_device_);
+    }
+  }
+
+  void detect() {
+    attempt(
+        [&] {
+          const Span<const Contact> contacts = query_->detect();
+          lived_.contacts.emplace_back(contacts.begin(), contacts.end());
+        },
+        lived_.contacts.size() >= 3);
+  }
+
+  void detect_on_device() {
+    QueryOptions options = query_options();
+    options.contacts_on_device = true;
+    attempt([&] { query_->set_options(options); });
+    DeviceContacts found;
+    attempt([&] { found = query_->detect_on_device(); });
+    const std::vector<std::byte> bytes = read_device(Backend::cuda, found.data, found.count * sizeof(Contact));
+    const auto* const contacts = reinterpret_cast<const Contact*>(bytes.data());
+    EXPECT_TRUE(identical(lived_.contacts.back(), {contacts, found.count}));
+  }
+
+  void ask() {
+    std::optional<Probe> probe;
+    attempt([&] { probe.emplace(*scene_); });
+    const std::vector<QueryPoint> points = {{{0, 0, 0}}, {{1, -0.5, 0.3}}, {{-3, 2, 1}}};
+    attempt(
+        [&] {
+          lived_.nearest.clear();
+          for (const ClosestPoint& nearest : probe->closest_points(points)) lived_.nearest.push_back(nearest.triangle);
+        },
+        true);
+  }
+
+  Backend backend_;
+  std::vector<SceneBody>& bodies_;
+  std::vector<GivenEnds>& on_device_;
+  FailingCudaCall* failing_;
+  std::optional<softcd::Scene> scene_;
+  std::optional<Query> query_;
+  bool has_device_ = false;
+  std::vector<BodyId> ids_;
+  Lived lived_;
+};
+
+class FailedCudaCalls : public testing::TestWithParam<Backend> {
+ protected:
+  void SetUp() override {
+    try {
+      SceneOptions options;
+      options.backend = Backend::cuda;
+      const softcd::Scene scene(options);
+    } catch (const BackendError& error) {
+      GTEST_SKIP() << error.what();
+    }
+  }
+
+  /// Of the body that takes the first one's place, and of the second one.
+  std::vector<GivenEnds> given() {
+    std::vector<GivenEnds> ends;
+    for (const std::size_t b : {2U, 1U}) ends.emplace_back(bodies_[b]);
+    return ends;
+  }
+  Lived live(Backend backend) {
+    std::vector<GivenEnds> on_device = given();
+    return Life(backend, bodies_, on_device, nullptr).live();
+  }
+
+  /// Of every call in turn, until a life makes fewer.
+  void fail_each(Fails fails) {
+    const Lived expected = live(Backend::cpu);
+    ASSERT_GT(expected.contacts[0].size(), 100U);
+    expect_same(expected, live(GetParam()));
+    const std::int64_t living = living_cuda_objects();
+    bool has_failed = true;
+    std::uint64_t n = 0;
+    while (has_failed && !HasFailure()) {
+      SCOPED_TRACE(testing::Message() << "call " << ++n);
+      Lived found;
+      {
+        std::vector<GivenEnds> on_device = given();
+        FailingCudaCall failing(n, fails);
+        found = Life(GetParam(), bodies_, on_device, &failing).live();
+        has_failed = failing.has_failed();
+      }
+      expect_same(expected, found);
+      EXPECT_EQ(living_cuda_objects(), living);
+    }
+    EXPECT_GT(n, 300U);
+    RecordProperty("calls", std::to_string(n - 1));
+  }
+
+  std::vector<SceneBody> bodies_ = {soup(1), soup(2), soup(3)};
+};
+
+TEST_P(FailedCudaCalls, one_at_a_time) {
+  fail_each(Fails::once);
+}
+TEST_P(FailedCudaCalls, one_and_all_after_it) {
+  fail_each(Fails::from_then_on);
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, FailedCudaCalls, testing::Values(Backend::cuda, Backend::automatic),
+                         [](const auto& test) { return test.param == Backend::cuda ? "cuda" : "automatic"; });
+
+}  // namespace
+}  // namespace softcd::test
