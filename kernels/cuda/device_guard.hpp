@@ -12,10 +12,12 @@ inline int current_device() {
   return device;
 }
 
-/// Makes a device the calling thread's current one for as long as it lives.
+/// Makes a device the calling thread's current one for as long as it lives. An error that nobody has looked at, the
+/// app's or one of a call whose failure does not matter, is cleared: it would be taken for that of our next launch.
 class DeviceGuard {
  public:
   explicit DeviceGuard(int device) : before_(current_device()) {
+    cudaGetLastError();
     if (device != before_) check_cuda(cudaSetDevice(device), "cudaSetDevice");
   }
   DeviceGuard(const DeviceGuard&) = delete;

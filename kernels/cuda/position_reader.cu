@@ -64,6 +64,7 @@ class CudaPositionReader final : public DevicePositionReader {
   bool can_read(const void* data) override {
     cudaPointerAttributes attributes{};
     const cudaError_t status = cudaPointerGetAttributes(&attributes, data);
+    if (status != cudaErrorInvalidValue) check_cuda(status, "looking where positions are");
     cudaGetLastError();
     return status == cudaSuccess && (attributes.type == cudaMemoryTypeManaged ||
                                      (attributes.type == cudaMemoryTypeDevice && attributes.device == device_));

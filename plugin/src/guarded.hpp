@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "softcd/error.hpp"
+#include "softcd/pipeline/detector.hpp"
 
 namespace softcd {
 
@@ -35,6 +36,8 @@ decltype(auto) guarded(const MemoryProblem& memory_problem, const F& f) {
     std::rethrow_exception(exception.thrown);
   } catch (const Error&) {
     throw;
+  } catch (const DeviceError& error) {
+    throw BackendError(error.what());
   } catch (const std::bad_alloc&) {
     throw OutOfMemory(memory_problem());
   } catch (const std::exception& error) {

@@ -78,7 +78,10 @@ class HostReader final : public DevicePositionReader {
   explicit HostReader(const bool& fails) : fails_(fails) {}
 
   int device() const override { return 0; }
-  bool can_read(const void* data) override { return data != nullptr; }
+  bool can_read(const void* data) override {
+    if (fails_) throw DeviceError("the device fell off the bus");
+    return data != nullptr;
+  }
   void wait_for(void* /*ready*/) override {}
   Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) override {
     if (fails_) throw DeviceError("the device fell off the bus");
@@ -372,6 +375,7 @@ TEST_F(DevicePositionsTest, are_tried_again_after_the_device_has_failed) {
     EXPECT_THAT(error.what(), testing::HasSubstr("fell off the bus"));
     EXPECT_THAT(error.what(), testing::HasSubstr("could not be read"));
   }
+  EXPECT_THROW(device.set(1, soup(1), {true, 0}, true, true), BackendError);
   fails_ = false;
   EXPECT_TRUE(identical(host.detect(looking_for(Detection::ccd)), device.detect(looking_for(Detection::ccd))));
 }

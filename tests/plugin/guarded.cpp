@@ -41,6 +41,11 @@ TEST(Guarded, errors_stay_what_they_are) {
   EXPECT_EQ(message_of<BackendError>([] { throw BackendError("no"); }), "no");
 }
 
+TEST(Guarded, what_the_device_says_is_the_backends_error) {
+  EXPECT_EQ(message_of<BackendError>([] { throw DeviceError("the device fell off the bus"); }),
+            "the device fell off the bus");
+}
+
 TEST(Guarded, the_callers_own_exceptions_pass) {
   const auto call_caller = [](const auto& exception) { call_back([&] { throw exception; }); };
   EXPECT_THROW(guarded([] { return ""; }, [&] { call_caller(std::bad_alloc()); }), std::bad_alloc);
