@@ -38,7 +38,9 @@ class SOFTCD_EXPORT CollisionPipeline {
   /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
   /// body is unchanged then.
   void update_body(BodyId body, const BodyDesc& desc);
+  /// Throws InvalidInput when there is no such body or a setting is out of range.
   void set_settings(BodyId body, const BodySettings& settings);
+  /// Throws InvalidInput when there is no such body.
   void remove_body(BodyId body);
   /// Whether the body was added and not removed.
   bool has_body(BodyId body) const;
@@ -52,6 +54,7 @@ class SOFTCD_EXPORT CollisionPipeline {
   /// A detection that runs is ended, and its contacts are lost. With another backend or stream a GPU's work is done on
   /// the CUDA device that is current now. Throws as the constructor does.
   void set_options(const PipelineOptions& options);
+  /// What was set last.
   const PipelineOptions& options() const;
 
   /// Asked by every detection from the next one on, but not about a body and itself; none lets all pairs through. It
@@ -69,6 +72,7 @@ class SOFTCD_EXPORT CollisionPipeline {
   /// called in between and concern the next detection, but for these: detect_async() and detect() wait for the
   /// detection that runs and drop its contacts first, set_options() ends it. wait() throws Error when none runs.
   void detect_async();
+  /// The second half of detect_async().
   Span<const Contact> wait();
 
   /// The backend of the last detection, before the first one the expected: never `automatic`. With `automatic` small

@@ -25,6 +25,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// a rank that does not take part within `patience` is one, too, after which the communicator cannot be used any more.
 class SOFTCD_EXPORT Communicator {
  public:
+  /// The `patience` of those who name none.
   static constexpr std::chrono::milliseconds kPatience{60'000};
 
   /// Gives `bytes` bytes at `mine` to all ranks: rank r's are at all + r * bytes afterwards, as with MPI_Allgather. All
@@ -45,7 +46,9 @@ class SOFTCD_EXPORT Communicator {
   /// Of threads of this process with a CUDA device each, as cudaGetDeviceCount counts them, by NCCL. Throws as of_nccl.
   static std::vector<Communicator> of_devices(Span<const int> devices, std::chrono::milliseconds patience = kPatience);
 
+  /// This rank's number, in [0, size()).
   int rank() const;
+  /// How many ranks there are.
   int size() const;
 
   friend bool operator==(const Communicator& a, const Communicator& b) { return a.link_ == b.link_; }

@@ -23,17 +23,24 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// positions in a CUDA device's memory see on_device().
 class Positions {
  public:
+  /// None.
   Positions() = default;
+  /// Of elements next to each other.
   Positions(Span<const Vec3f> positions)  // NOLINT(google-explicit-constructor)
       : Positions(positions.data() == nullptr ? nullptr : &positions.data()->x, positions.size(), sizeof(Vec3f)) {}
+  /// Of elements next to each other.
   Positions(Span<const Vec3d> positions)  // NOLINT(google-explicit-constructor)
       : Positions(positions.data() == nullptr ? nullptr : &positions.data()->x, positions.size(), sizeof(Vec3d)) {}
+  /// Of a container that is not temporary.
   Positions(const std::vector<Vec3f>& positions)  // NOLINT(google-explicit-constructor)
       : Positions(Span<const Vec3f>(positions)) {}
+  /// Of a container that is not temporary.
   Positions(const std::vector<Vec3d>& positions)  // NOLINT(google-explicit-constructor)
       : Positions(Span<const Vec3d>(positions)) {}
+  /// Any layout with x, y and z next to each other: `stride` bytes from one x to the next.
   Positions(const float* first_x, std::size_t count, std::size_t stride)
       : data_(first_x), count_(count), stride_(stride), is_double_(false) {}
+  /// Any layout with x, y and z next to each other: `stride` bytes from one x to the next.
   Positions(const double* first_x, std::size_t count, std::size_t stride)
       : data_(first_x), count_(count), stride_(stride), is_double_(true) {}
   /// Positions in the memory of the scene's CUDA device, which go from there to where they are detected without passing
@@ -46,6 +53,7 @@ class Positions {
   static Positions on_device(const float* first_x, std::size_t count, std::size_t stride, void* ready = nullptr) {
     return Positions(first_x, count, stride).in_device_memory(ready);
   }
+  /// The same for doubles.
   static Positions on_device(const double* first_x, std::size_t count, std::size_t stride, void* ready = nullptr) {
     return Positions(first_x, count, stride).in_device_memory(ready);
   }
@@ -56,10 +64,15 @@ class Positions {
                                                      decltype(std::declval<const Container&>().data())>>>
   Positions(const Container&& positions) = delete;
 
+  /// The first x.
   const void* data() const { return data_; }
+  /// How many positions there are.
   std::size_t count() const { return count_; }
+  /// Bytes from one x to the next.
   std::size_t stride() const { return stride_; }
+  /// Whether coordinates are doubles, else floats.
   bool is_double() const { return is_double_; }
+  /// Whether they are in the memory of a CUDA device.
   bool is_on_device() const { return is_on_device_; }
   /// A cudaEvent_t, or null.
   void* ready() const { return ready_; }

@@ -17,6 +17,7 @@ class ProbeCore;
 
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
+/// What a probe is asked about.
 struct ProbeOptions {
   /// Which end of the step is asked about.
   StepEnd step_end = StepEnd::t1;
@@ -52,6 +53,7 @@ class SOFTCD_EXPORT Probe {
   /// passes between triangles that share an edge or a vertex (Woop, Benthin and Wald 2013); through these it may be
   /// said to meet any of their triangles. A triangle that the ray lies in the plane of is not met.
   Span<const RayHit> first_hits(Span<const Ray> rays);
+  /// The same for one ray.
   RayHit first_hit(const Ray& ray);
   /// For each ray all triangles that it meets, in the order of t, then of bodies and indices.
   AnswerLists<RayHit> all_hits(Span<const Ray> rays);
@@ -59,15 +61,18 @@ class SOFTCD_EXPORT Probe {
   /// For each point the nearest of all triangles' points. Of triangles that are equally near, as computed, that of the
   /// lowest body and index.
   Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
+  /// The same for one point.
   ClosestPoint closest_point(const QueryPoint& point);
 
-  /// For each sphere, or box, all triangles that have a point in common with it, borders included, in the order of
+  /// For each sphere all triangles that have a point in common with it, borders included, in the order of
   /// bodies and indices; what only touches by as much as doubles are rounded may be there or not.
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  /// The same for boxes.
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
 
   /// Throws as the constructor does.
   void set_options(const ProbeOptions& options);
+  /// What was set last.
   const ProbeOptions& options() const;
   /// Asked by every call from the next one on; none leaves nobody out. It must not call the scene or its queries and
   /// probes.

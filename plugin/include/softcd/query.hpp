@@ -23,9 +23,9 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// One line of explain().
 struct StageReport {
-  std::string stage;
-  bool ran = false;
-  std::string reason;
+  std::string stage;   ///< a stage, or another part of a detection, in words
+  bool ran = false;    ///< in the last detection
+  std::string reason;  ///< why it ran or did not
 };
 
 /// Which end of the step a discrete detection looks at.
@@ -33,9 +33,9 @@ enum class StepEnd : std::uint32_t { t1, t0 };
 
 /// What is looked for.
 struct QueryOptions {
-  Detection detection = Detection::dcd;
-  Accuracy accuracy = Accuracy::precise;
-  BroadPhase broad_phase = BroadPhase::exact;
+  Detection detection = Detection::dcd;        ///< positions at an end of the step, or the way between both
+  Accuracy accuracy = Accuracy::precise;       ///< what is promised of the contacts
+  BroadPhase broad_phase = BroadPhase::exact;  ///< changes the number of tests, not the contacts
   /// Off: no triangle is split, large ones are registered in every cell of their own volume. Changes the number of
   /// tests only, not the contacts.
   bool subdivision = true;
@@ -45,7 +45,7 @@ struct QueryOptions {
   /// Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
   /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
   float motion_margin = 0.0F;
-  ContactRule contact_rule = ContactRule::distance;
+  ContactRule contact_rule = ContactRule::distance;  ///< of vertices with triangles
   /// Discrete detection only.
   StepEnd step_end = StepEnd::t1;
   /// Off: every body's margin counts as 0.
@@ -85,9 +85,9 @@ using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 
 /// Contacts in a CUDA device's memory, as Ticket::wait() would return them.
 struct DeviceContacts {
-  const Contact* data = nullptr;
-  std::uint64_t count = 0;
-  std::int32_t device = 0;  ///< as cudaGetDeviceCount counts them
+  const Contact* data = nullptr;  ///< on that device; valid as long as those of Ticket::wait()
+  std::uint64_t count = 0;        ///< how many there are
+  std::int32_t device = 0;        ///< as cudaGetDeviceCount counts them
 };
 
 /// A detection that was started.
@@ -137,6 +137,7 @@ class SOFTCD_EXPORT Query {
 
   /// A detection of the query that runs is ended, and its contacts are lost. Throws as the constructor does.
   void set_options(const QueryOptions& options);
+  /// What was set last.
   const QueryOptions& options() const;
   /// Asked by every detection from the next one on; none lets all pairs through. It must not call the scene or its
   /// queries.

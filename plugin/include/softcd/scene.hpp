@@ -23,8 +23,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Which feature pairs a body takes part in. A kind is tested between two bodies when both want it.
 struct Features {
-  bool vertex_triangle = true;
-  bool edge_edge = false;
+  bool vertex_triangle = true;  ///< vertices against triangles
+  bool edge_edge = false;       ///< edges against edges
 };
 
 /// What may change from one detection to the next without a change of topology.
@@ -34,12 +34,12 @@ struct BodySettings {
   float margin = 0.0F;
   /// Bodies a and b are compared when (a.filter_group & b.filter_mask) and (b.filter_group & a.filter_mask).
   std::uint32_t filter_group = 1;
-  std::uint32_t filter_mask = 0xFFFFFFFFu;
+  std::uint32_t filter_mask = 0xFFFFFFFFu;  ///< see filter_group
   /// Also find contacts between features of this body that share no vertex, whatever its group and mask.
   bool self_collision = false;
   /// Moved by somebody else (static or animated): two such bodies are never compared, nor is one with itself.
   bool kinematic = false;
-  Features features;
+  Features features;  ///< which pairs of features it takes part in
   /// Bodies of different batches never touch, wherever they are: many small scenes in one, which are detected together.
   std::uint32_t batch = 0;
 };
@@ -48,21 +48,22 @@ struct BodySettings {
 /// give it a triangle {v, v, v} when it should.
 struct BodyDesc {
   Span<const Triangle> triangles;  ///< read during the call
-  std::uint32_t vertex_count = 0;
-  BodySettings settings;
+  std::uint32_t vertex_count = 0;  ///< as many positions are set
+  BodySettings settings;           ///< which set_settings() changes later
   /// With SceneOptions::communicator: the only rank that sets the body's positions, which all others are given by the
   /// next detection that is started; where that throws they have to be set again. -1: every rank sets them, the same
   /// everywhere.
   std::int32_t rank = -1;
 };
 
+/// How much a line of the log matters.
 enum class LogLevel : std::uint32_t { information, warning };
 /// Called on the thread that calls a scene or its queries, by any function that is not const.
 using LogCallback = std::function<void(LogLevel, std::string_view)>;
 
 /// Where the detections on a scene run, and with how much memory.
 struct SceneOptions {
-  Backend backend = Backend::automatic;
+  Backend backend = Backend::automatic;  ///< where detections are computed
   /// Most bytes of the backend's memory that the scene may hold at once, lists that grow counted twice while they
   /// are copied; 0 for no limit. From the next detection on: what an earlier one holds beyond a lower limit is given
   /// back. Where the bytes do not suffice for all pairs of triangles at once the pairs are tested in parts, with the
@@ -107,7 +108,9 @@ class SOFTCD_EXPORT Scene {
   /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
   /// body is unchanged then.
   void update_body(BodyId body, const BodyDesc& desc);
+  /// Throws InvalidInput when there is no such body or a setting is out of range.
   void set_settings(BodyId body, const BodySettings& settings);
+  /// Throws InvalidInput when there is no such body.
   void remove_body(BodyId body);
   /// Whether the body was added and not removed.
   bool has_body(BodyId body) const;
@@ -121,6 +124,7 @@ class SOFTCD_EXPORT Scene {
   /// Detections that were not waited for are ended, and their contacts are lost; with another backend, device or stream
   /// all queries' contacts are. Throws as the constructor does.
   void set_options(const SceneOptions& options);
+  /// What was set last.
   const SceneOptions& options() const;
   /// Told warnings and what else may be of interest from now on; none is told nothing. It must not call the scene.
   void set_log(LogCallback log);

@@ -52,9 +52,10 @@ SOFTCD_EXPORT uint32_t softcd_version(void);
 
 /* -- Errors -------------------------------------------------------------------------------------------------------- */
 
+/** What a function returns. */
 typedef int32_t softcd_status;
 enum {
-  SOFTCD_OK = 0,
+  SOFTCD_OK = 0, /**< all went well */
   /** All that is none of the others: a detection waited for twice, a scene that is gone. */
   SOFTCD_ERROR = 1,
   /** The caller's data cannot be used: NULL, an index out of range, arrays of unequal length, an option out of its
@@ -78,20 +79,22 @@ typedef struct softcd_scene softcd_scene;
 
 /** A body's number for as long as it is in its scene. Numbers of removed bodies are not used again. */
 typedef uint32_t softcd_body;
+/** No body. */
 #define SOFTCD_NO_BODY UINT32_C(0xFFFFFFFF)
 
+/** Where detections are computed. */
 typedef uint32_t softcd_backend;
 enum {
   /** CUDA where there is a usable device and the scene is not tiny, else the CPU, also when the device fails. */
   SOFTCD_BACKEND_AUTOMATIC = 0,
-  SOFTCD_BACKEND_CPU = 1,
+  SOFTCD_BACKEND_CPU = 1, /**< oneTBB */
   /** An NVIDIA GPU; an error where there is none, or when it fails. */
   SOFTCD_BACKEND_CUDA = 2
 };
 
 /** Where the detections on a scene run, and with how much memory. */
 typedef struct softcd_scene_options {
-  uint32_t struct_size;
+  uint32_t struct_size;   /**< sizeof of this struct */
   softcd_backend backend; /**< SOFTCD_BACKEND_AUTOMATIC */
   /** Most bytes of the backend's memory that the scene may hold at once; 0, the default, for no limit. Where they do
    *  not suffice for all pairs of triangles at once these are tested in parts, with the same contacts; where they do
@@ -120,6 +123,7 @@ SOFTCD_EXPORT softcd_status softcd_scene_set_options(softcd_scene* scene, const 
 /** The backend of the last detection, before the first one the expected: never SOFTCD_BACKEND_AUTOMATIC. */
 SOFTCD_EXPORT softcd_status softcd_scene_backend(const softcd_scene* scene, softcd_backend* backend);
 
+/** How much a line of the log matters. */
 typedef uint32_t softcd_log_level;
 enum { SOFTCD_LOG_INFORMATION = 0, SOFTCD_LOG_WARNING = 1 };
 
@@ -134,21 +138,21 @@ SOFTCD_EXPORT softcd_status softcd_scene_set_log(softcd_scene* scene, softcd_log
 
 /** What may change from one detection to the next without a change of topology. */
 typedef struct softcd_body_settings {
-  uint32_t struct_size;
+  uint32_t struct_size; /**< sizeof of this struct */
   /** Two features are in contact when their distance is at most the sum of their bodies' margins. Unit: the
    *  positions'. Finite, at least 0, the default. */
   float margin;
   /** Bodies a and b are compared when (a.filter_group & b.filter_mask) and (b.filter_group & a.filter_mask). Defaults:
    *  1 and all bits. */
   uint32_t filter_group;
-  uint32_t filter_mask;
+  uint32_t filter_mask; /**< see filter_group */
   /** Also find contacts between features of this body that share no vertex, whatever its group and mask. Default: 0. */
   uint32_t self_collision;
   /** Moved by somebody else: two such bodies are never compared, nor is one with itself. Default: 0. */
   uint32_t kinematic;
   /** Which pairs of features the body takes part in; a kind is tested where both bodies want it. Defaults: 1 and 0. */
   uint32_t vertex_triangle;
-  uint32_t edge_edge;
+  uint32_t edge_edge; /**< see vertex_triangle */
   /** Bodies of different batches never touch, wherever they are. Default: 0. */
   uint32_t batch;
 } softcd_body_settings;
@@ -170,28 +174,31 @@ SOFTCD_EXPORT softcd_status softcd_scene_update_body(softcd_scene* scene, softcd
 /** `settings` may be NULL. */
 SOFTCD_EXPORT softcd_status softcd_scene_set_settings(softcd_scene* scene, softcd_body body,
                                                       const softcd_body_settings* settings);
+/** SOFTCD_INVALID_INPUT where there is no such body. */
 SOFTCD_EXPORT softcd_status softcd_scene_remove_body(softcd_scene* scene, softcd_body body);
 /** `has_body` is 1 where the body was added and not removed, else 0. */
 SOFTCD_EXPORT softcd_status softcd_scene_has_body(const softcd_scene* scene, softcd_body body, uint32_t* has_body);
 
+/** The type of coordinates. */
 typedef uint32_t softcd_scalar;
 enum { SOFTCD_FLOAT32 = 0, SOFTCD_FLOAT64 = 1 };
 
+/** Where positions are. */
 typedef uint32_t softcd_memory;
 enum { SOFTCD_HOST = 0, SOFTCD_CUDA_DEVICE = 1 };
 
 /** `count` positions of three consecutive coordinates, `stride` bytes apart, aligned as their coordinates are. What
  *  the detector makes of doubles, softcd/positions.hpp tells. */
 typedef struct softcd_positions {
-  uint32_t struct_size;
-  softcd_scalar scalar;
-  softcd_memory memory;
+  uint32_t struct_size; /**< sizeof of this struct */
+  softcd_scalar scalar; /**< the type of coordinates */
+  softcd_memory memory; /**< where `data` is */
   /** The first x. On the host: read by the scene's next detection that is started, before that call returns, and never
    *  after. On the scene's CUDA device: not copied, it must hold them, unchanged, until the body's positions are set
    *  again or the body is removed, and as long as a detection runs. */
   const void* data;
-  uint64_t count;
-  uint64_t stride;
+  uint64_t count;  /**< as many as the body has vertices */
+  uint64_t stride; /**< bytes from one x to the next */
   /** For positions on a device a cudaEvent_t after which they are there, or NULL. What was enqueued on the device's
    *  legacy default stream when a detection starts is waited for as well. */
   void* ready;
@@ -210,6 +217,7 @@ SOFTCD_EXPORT softcd_status softcd_scene_set_positions(softcd_scene* scene, soft
  *  or backend. The detections of one scene run one after another. */
 typedef struct softcd_query softcd_query;
 
+/** What is compared. */
 typedef uint32_t softcd_detection;
 enum {
   SOFTCD_DCD = 0, /**< positions at one end of the step */
@@ -244,7 +252,7 @@ enum { SOFTCD_T1 = 0, SOFTCD_T0 = 1 };
 
 /** What is looked for. */
 typedef struct softcd_query_options {
-  uint32_t struct_size;
+  uint32_t struct_size;             /**< sizeof of this struct */
   softcd_detection detection;       /**< SOFTCD_DCD */
   softcd_accuracy accuracy;         /**< SOFTCD_PRECISE */
   softcd_broad_phase broad_phase;   /**< SOFTCD_EXACT */
@@ -261,7 +269,7 @@ typedef struct softcd_query_options {
   uint32_t margins;
   /** A kind of feature pairs is tested between two bodies that both want it, where the query does too. Defaults: 1. */
   uint32_t vertex_triangle;
-  uint32_t edge_edge;
+  uint32_t edge_edge; /**< see vertex_triangle */
   /** On the CPU, without memory_limit: pairs of triangles are found once for several detections, as long as all stay
    *  where these were looked for. Takes memory, changes no contacts. Default: 1. */
   uint32_t reuse_pairs;
@@ -290,12 +298,13 @@ typedef uint32_t (*softcd_pair_filter)(void* user_data, softcd_body a, softcd_bo
 SOFTCD_EXPORT softcd_status softcd_query_set_pair_filter(softcd_query* query, softcd_pair_filter filter,
                                                          void* user_data);
 
+/** Which features touch. */
 typedef uint8_t softcd_contact_kind;
 enum { SOFTCD_VERTEX_TRIANGLE = 0, SOFTCD_EDGE_EDGE = 1 };
 
 /** Two features in contact. Indices count within their own body. 72 bytes. */
 typedef struct softcd_contact {
-  softcd_contact_kind kind;
+  softcd_contact_kind kind; /**< which features touch */
   /** 1: reported because SOFTCD_CONSERVATIVE could not tell within its bound on work; else 0. */
   uint8_t is_unsettled;
   uint16_t unused;    /**< 0 */
@@ -303,7 +312,7 @@ typedef struct softcd_contact {
   softcd_body body_b; /**< the triangle's body, or the second edge's */
   /** Vertex and triangle, or the two edges: a body's edges are numbered in the order of their sorted vertex pairs. */
   uint32_t feature_a;
-  uint32_t feature_b;
+  uint32_t feature_b; /**< of body_b, as feature_a */
   /** The vertex, then the triangle's three; or the first edge's, lower one first, then the second's. */
   uint32_t vertices[4];
   /** Where on the features: {1, w0, w1, w2}, or {u0, u1, w0, w1}; each side sums to 1. */
@@ -340,25 +349,25 @@ SOFTCD_EXPORT softcd_status softcd_query_detect(softcd_query* query, softcd_pair
 
 /** What the last detection that was waited for did. softcd/core/statistics.hpp tells more of each. */
 typedef struct softcd_statistics {
-  uint32_t struct_size;
-  softcd_backend backend;
-  uint64_t bodies;
-  uint64_t triangles;
-  uint64_t vertices;
-  uint64_t edges;
+  uint32_t struct_size;        /**< sizeof of this struct */
+  softcd_backend backend;      /**< where it was computed: never SOFTCD_BACKEND_AUTOMATIC */
+  uint64_t bodies;             /**< in the scene */
+  uint64_t triangles;          /**< in the scene */
+  uint64_t vertices;           /**< in the scene */
+  uint64_t edges;              /**< in the scene */
   uint64_t active_triangles;   /**< that can reach a partner */
   uint64_t left_out_triangles; /**< with a vertex that is not finite */
   uint64_t triangle_pairs;     /**< that passed every test of the broad phase */
-  uint64_t vt_candidates;
-  uint64_t ee_candidates;
-  uint64_t vt_contacts;
-  uint64_t ee_contacts;
-  uint64_t unsettled_contacts;
-  double earliest_toi; /**< 1 when nothing hits */
-  uint64_t peak_bytes; /**< the most of the backend's memory that was held at once */
-  uint64_t reruns;     /**< stages, or detections, that were repeated as lists had to grow */
-  uint64_t chunks;     /**< parts that the pairs were tested in */
-  double total_ms;     /**< the detection's time, in milliseconds */
+  uint64_t vt_candidates;      /**< vertices with triangles that were tested */
+  uint64_t ee_candidates;      /**< pairs of edges that were tested */
+  uint64_t vt_contacts;        /**< vertices with triangles that touch */
+  uint64_t ee_contacts;        /**< pairs of edges that touch */
+  uint64_t unsettled_contacts; /**< with softcd_contact::is_unsettled */
+  double earliest_toi;         /**< 1 when nothing hits */
+  uint64_t peak_bytes;         /**< the most of the backend's memory that was held at once */
+  uint64_t reruns;             /**< stages, or detections, that were repeated as lists had to grow */
+  uint64_t chunks;             /**< parts that the pairs were tested in */
+  double total_ms;             /**< the detection's time, in milliseconds */
 } softcd_statistics;
 
 /** Fills in *statistics, whose struct_size the caller has set. */
@@ -380,12 +389,13 @@ SOFTCD_EXPORT void softcd_probe_destroy(softcd_probe* probe);
 
 /** The points origin + t direction, t_min <= t <= t_max. t counts in directions, whose length is any but 0. */
 typedef struct softcd_ray {
-  double origin[3];
-  double direction[3];
-  double t_min;
-  double t_max; /**< INFINITY for no end */
+  double origin[3];    /**< in world coordinates */
+  double direction[3]; /**< the unit of t */
+  double t_min;        /**< where the ray begins */
+  double t_max;        /**< INFINITY for no end */
 } softcd_ray;
 
+/** Where a ray meets a triangle. */
 typedef struct softcd_ray_hit {
   softcd_body body;  /**< SOFTCD_NO_BODY where the ray hits nothing */
   uint32_t triangle; /**< of the body; UINT32_MAX where the ray hits nothing */
@@ -404,16 +414,17 @@ SOFTCD_EXPORT softcd_status softcd_probe_all_hits(softcd_probe* probe, const sof
 
 /** A point that is asked for what is nearest to it, and at most max_distance away: INFINITY for any distance. */
 typedef struct softcd_point {
-  double point[3];
-  double max_distance;
+  double point[3];     /**< in world coordinates */
+  double max_distance; /**< at least 0; in the positions' unit */
 } softcd_point;
 
+/** The nearest point of a scene's triangles. */
 typedef struct softcd_closest_point {
   softcd_body body;   /**< SOFTCD_NO_BODY where there is nothing within max_distance */
   uint32_t triangle;  /**< of the body; UINT32_MAX where there is nothing */
   double position[3]; /**< in world coordinates */
-  double distance;
-  float weights[3]; /**< of the triangle's vertices there; their sum is 1 */
+  double distance;    /**< at least 0 */
+  float weights[3];   /**< of the triangle's vertices there; their sum is 1 */
   /** Where the body's surface is closed 1 on the side that normals point to, -1 on the other, 0 on it; else 0. */
   int32_t side;
 } softcd_closest_point;
@@ -422,18 +433,21 @@ typedef struct softcd_closest_point {
 SOFTCD_EXPORT softcd_status softcd_probe_closest_points(softcd_probe* probe, const softcd_point* points, uint64_t count,
                                                         const softcd_closest_point** closest);
 
+/** All points at most `radius` from the centre. */
 typedef struct softcd_sphere {
-  double centre[3];
-  double radius;
+  double centre[3]; /**< in world coordinates */
+  double radius;    /**< at least 0; in the positions' unit */
 } softcd_sphere;
 
+/** All points between lo and hi. */
 typedef struct softcd_box {
-  double lo[3];
-  double hi[3];
+  double lo[3]; /**< its lowest coordinates */
+  double hi[3]; /**< its highest coordinates */
 } softcd_box;
 
+/** A triangle that has a point in common with a shape. */
 typedef struct softcd_overlap {
-  softcd_body body;
+  softcd_body body;  /**< the one that the triangle is of */
   uint32_t triangle; /**< of the body */
 } softcd_overlap;
 

@@ -24,8 +24,9 @@ enum class Limit : std::uint32_t {
   leaves_rigid_meshes,
 };
 
+/// One thing that softcd does not do in a world that it is attached to.
 struct Limitation {
-  Limit limit;
+  Limit limit;            ///< for programs
   std::string_view text;  ///< one sentence, of static storage
 };
 
@@ -61,6 +62,7 @@ class SOFTCD_EXPORT Attachment {
 
   /// Valid as long as this, or what it was moved to. Detached it keeps its last results, but no bodies.
   WorldDetection& detection();
+  /// The same.
   const WorldDetection& detection() const;
 
  private:

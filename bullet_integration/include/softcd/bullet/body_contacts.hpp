@@ -11,13 +11,14 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// One side of a contact: where on which part of which body.
 struct ContactSide {
+  /// Which part of the body it is.
   enum class Feature : std::uint32_t {
     node,    ///< nodes[0]
     edge,    ///< between nodes[0] and nodes[1]; Bullet has no number for it
     face,    ///< `face`, with the nodes nodes[0] to nodes[2]
     object,  ///< a rigid object, whose parts Bullet does not tell apart
   };
-  Feature feature = Feature::node;
+  Feature feature = Feature::node;  ///< which part touches
   int nodes[3] = {-1, -1, -1};      ///< in the body's m_nodes; -1 where the feature has none
   btScalar weights[3] = {0, 0, 0};  ///< of those nodes at the contact; of a face they may be a little outside [0, 1]
   int face = -1;                    ///< in the body's m_faces; -1 unless the feature is a face
@@ -28,7 +29,8 @@ struct ContactSide {
 
 /// One contact that Bullet's solver was given in a step.
 struct BodyContact {
-  ContactSide a, b;
+  ContactSide a;              ///< on BodyPairContacts::a
+  ContactSide b;              ///< on BodyPairContacts::b
   btVector3 normal{0, 0, 0};  ///< unit vector from b towards a
   /// How much closer along the normal the two positions are than the solver wants them: than the margins of soft
   /// bodies, and of the soft body alone where b is an object. Negative for a contact that is only about to be.
@@ -44,22 +46,25 @@ struct BodyContact {
   /// the soft body's is set opposite: that is an estimate, as the solver goes on with the forces within that body. The
   /// shifts of positions by split impulses, which end with the step, and what Detection::ccd does last so that nothing
   /// passes through anything, are no impulses of contacts. See BodyPairContacts::has_impulses.
-  btVector3 impulse_a{0, 0, 0}, impulse_b{0, 0, 0};
-  bool is_new = false;  ///< the same parts of the two bodies were not in contact before
+  btVector3 impulse_a{0, 0, 0};
+  btVector3 impulse_b{0, 0, 0};  ///< see impulse_a
+  bool is_new = false;           ///< the same parts of the two bodies were not in contact before
 };
 
 /// All contacts of a soft body with another body, or with itself.
 struct BodyPairContacts {
+  /// What has become of the pair since the step that it is compared with.
   enum class State : std::uint32_t { begun, persists, ended };
 
   /// Null when the body is not in the world any more, which pairs that have ended and those of a step that is over may
   /// show.
   btSoftBody* a = nullptr;
   const btCollisionObject* b = nullptr;  ///< the same as `a` for contacts within a body; null as `a`
-  State state = State::begun;
-  std::vector<BodyContact> contacts;                 ///< of the last step; empty when the pair has ended
-  std::vector<BodyContact> ended;                    ///< those that were there before, as they were then
-  btVector3 impulse_a{0, 0, 0}, impulse_b{0, 0, 0};  ///< the sums over `contacts`
+  State state = State::begun;            ///< whether they have just begun to touch
+  std::vector<BodyContact> contacts;     ///< of the last step; empty when the pair has ended
+  std::vector<BodyContact> ended;        ///< those that were there before, as they were then
+  btVector3 impulse_a{0, 0, 0};          ///< the sum over `contacts`
+  btVector3 impulse_b{0, 0, 0};          ///< the sum over `contacts`
   /// Whether the impulses are known. They are all zero where not: without ReadOut::impulses; under a
   /// softcd::bullet::Dispatcher alone, which does not see the solver; for pairs with a body that sleeps; in classic
   /// worlds for bodies that something else than Bullet's solver of constraints moves at the same time (clusters that

@@ -27,6 +27,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// setting VF_SS, works as ever. Clearing only VF_SS there goes unnoticed.
 class SOFTCD_EXPORT Broadphase : public btBroadphaseInterface {
  public:
+  /// Takes `original` over.
   explicit Broadphase(std::unique_ptr<btBroadphaseInterface> original);
   /// The caller keeps `original` alive.
   explicit Broadphase(btBroadphaseInterface& original);
@@ -35,6 +36,8 @@ class SOFTCD_EXPORT Broadphase : public btBroadphaseInterface {
   /// In the order in which they were added.
   const std::vector<btSoftBody*>& soft_bodies() const { return soft_bodies_; }
 
+  /// As the original's.
+  ///@{
   btBroadphaseProxy* createProxy(const btVector3& aabb_min, const btVector3& aabb_max, int shape_type, void* user,
                                  int filter_group, int filter_mask, btDispatcher* dispatcher) override;
   void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
@@ -50,6 +53,7 @@ class SOFTCD_EXPORT Broadphase : public btBroadphaseInterface {
   void getBroadphaseAabb(btVector3& aabb_min, btVector3& aabb_max) const override;
   void resetPool(btDispatcher* dispatcher) override;
   void printStats() override;
+  ///@}
 
  private:
   friend class Dispatcher;

@@ -27,12 +27,15 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// A body that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
 class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
+  /// What Bullet's world takes, and the settings. Throws as CollisionPipeline's constructor.
   DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
                   btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                   btDeformableBodySolver* deformable_solver = nullptr, const Settings& settings = {});
   ~DeformableWorld() override;
 
+  /// Settings, and what was found.
   WorldDetection& detection() { return detection_; }
+  /// The same.
   const WorldDetection& detection() const { return detection_; }
 
   /// Between steps: Bullet's own.
@@ -41,6 +44,7 @@ class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld 
   void rayTest(const btVector3& from, const btVector3& to, RayResultCallback& callback) const override;
 
  protected:
+  /// Bullet's step, with softcd's detection in it.
   void internalSingleStepSimulation(btScalar time_step) override;
 
  private:

@@ -26,13 +26,17 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// log says so once. For a world of Bullet's own class with that look there is attach() (attach.hpp).
 class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
  public:
+  /// Throws as CollisionPipeline's constructor.
   Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings = {});
   ~Dispatcher() override;
 
+  /// Called by Bullet: dispatches all pairs, and detects beside that.
   void dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;
 
+  /// Settings, and what was found.
   WorldDetection& detection() { return detection_; }
+  /// The same.
   const WorldDetection& detection() const { return detection_; }
   /// Whether the world that uses this broad phase is the one whose contacts it finds.
   bool serves(const btBroadphaseInterface& broadphase) const;

@@ -11,12 +11,14 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Two edges in contact, a contact that Bullet has no type of its own for. Each point on an edge is
 /// weights[0] * x(nodes[0]) + weights[1] * x(nodes[1]); weights are in [0, 1] and sum to 1.
 struct EdgeContact {
+  /// An edge, and where on it.
   struct Side {
-    btSoftBody* body;
-    int nodes[2];  ///< in body->m_nodes
-    btScalar weights[2];
+    btSoftBody* body;     ///< in the world
+    int nodes[2];         ///< in body->m_nodes
+    btScalar weights[2];  ///< of these nodes at the contact
   };
-  Side a, b;
+  Side a;                   ///< one edge
+  Side b;                   ///< the other one
   btVector3 normal;         ///< unit vector from b's point towards a's
   btScalar distance;        ///< between the two points at time_of_impact
   btScalar time_of_impact;  ///< in [0, 1] of the step; 1 for a discrete detection

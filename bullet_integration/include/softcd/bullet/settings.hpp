@@ -84,7 +84,7 @@ inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet 
 /// classic worlds, VF_DD in the deformable one). All other kinds of collision, clusters among them, stay Bullet's.
 /// Exceptions of the app's own callbacks (the near callback, the log) pass through Bullet.
 struct Settings {
-  Backend backend = Backend::automatic;
+  Backend backend = Backend::automatic;  ///< where detections are computed
   /// dcd: Bullet's own rules. Classic worlds: a node touches a face when their distance at the end of the step is less
   /// than both bodies' margins plus twice the distance that the node moves in the step. Deformable world: at the
   /// start of the step, by ContactRule::slab.
@@ -97,13 +97,13 @@ struct Settings {
   /// already when a step begins cannot be told to belong on either side: in the classic worlds such features get no
   /// contacts, and with EdgeContacts::respond nothing keeps them from coming apart.
   Detection detection = Detection::dcd;
-  Accuracy accuracy = Accuracy::precise;  ///< of contacts; what would pass through is looked for conservatively
-  BroadPhase broad_phase = BroadPhase::exact;
-  float lambda = 0.0F;      ///< cell size, see PipelineOptions::lambda; 0 chooses
-  bool reuse_pairs = true;  ///< what one look finds serves later ones, see QueryOptions::reuse_pairs
-  SelfCollision self_collision = SelfCollision::flagged;
-  EdgeContacts edge_contacts = EdgeContacts::off;
-  Contacts contacts = Contacts::all;
+  Accuracy accuracy = Accuracy::precise;       ///< of contacts; what would pass through is looked for conservatively
+  BroadPhase broad_phase = BroadPhase::exact;  ///< changes the number of tests, not the contacts
+  float lambda = 0.0F;                         ///< cell size, see PipelineOptions::lambda; 0 chooses
+  bool reuse_pairs = true;                     ///< what one look finds serves later ones, see QueryOptions::reuse_pairs
+  SelfCollision self_collision = SelfCollision::flagged;  ///< which bodies collide with themselves
+  EdgeContacts edge_contacts = EdgeContacts::off;         ///< whether edges touch edges
+  Contacts contacts = Contacts::all;                      ///< how many of a node's contacts the solver is given
   /// Bullet's solver is given a node's contact with a face of one body unless it is given so many nearer ones, or
   /// earlier with `ccd`, with that body, whose normals are less than a right angle from its own. 0: no such bound.
   std::uint32_t contacts_per_node = 0;
@@ -135,11 +135,11 @@ struct Settings {
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
   bool filter_deformables = false;
-  ReadOut read_out = ReadOut::off;
+  ReadOut read_out = ReadOut::off;  ///< what body_contacts() tells
   /// Called at the end of every step unless `read_out` is off; by a softcd::bullet::Dispatcher alone when it has
   /// dispatched. It may read the world, not change it.
   BodyContactsCallback on_contacts;
-  OnError on_error = OnError::fall_back;
+  OnError on_error = OnError::fall_back;  ///< what becomes of a step in which softcd fails
   /// As CollisionPipeline::set_log().
   LogCallback log;
 };

@@ -31,6 +31,7 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
   using ConstraintSolver = std::conditional_t<std::is_base_of_v<btMultiBodyDynamicsWorld, BulletWorld>,
                                               btMultiBodyConstraintSolver, btConstraintSolver>;
 
+  /// What Bullet's world takes, and the settings. Throws as CollisionPipeline's constructor.
   SoftWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, ConstraintSolver* solver,
             btCollisionConfiguration* configuration, btSoftBodySolver* soft_body_solver = nullptr,
             const Settings& settings = {});
@@ -38,8 +39,10 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
 
   /// The Dispatcher's, where a softcd::bullet::Dispatcher detects.
   WorldDetection& detection() { return *detection_; }
+  /// The same.
   const WorldDetection& detection() const { return *detection_; }
 
+  /// Bullet's, with softcd's detection in it.
   void performDiscreteCollisionDetection() override;
   /// As Bullet's, of soft bodies where their nodes are now, whatever has moved them. Faces' normals are those of now;
   /// Bullet's face trees, which the first ray builds in time quadratic in the faces, are not needed. No ray slips
@@ -49,9 +52,12 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
                btCollisionWorld::RayResultCallback& callback) const override;
 
  protected:
+  /// Parts of Bullet's step, with what softcd does before, between and after them.
+  ///@{
   void predictUnconstraintMotion(btScalar time_step) override;
   void internalSingleStepSimulation(btScalar time_step) override;
   void updateActivationState(btScalar time_step) override;
+  ///@}
 
  private:
   std::unique_ptr<WorldDetection> own_detection_;  ///< null where a Dispatcher detects
@@ -61,7 +67,9 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
 extern template class SOFTCD_EXPORT SoftWorld<btSoftRigidDynamicsWorld>;
 extern template class SOFTCD_EXPORT SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
+/// In place of btSoftRigidDynamicsWorld.
 using SoftRigidDynamicsWorld = SoftWorld<btSoftRigidDynamicsWorld>;
+/// In place of btSoftMultiBodyDynamicsWorld.
 using SoftMultiBodyDynamicsWorld = SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

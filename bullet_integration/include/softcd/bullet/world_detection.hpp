@@ -22,6 +22,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// What one of a world's detectors did in the last step in which it ran. Valid as long as the world.
 class SOFTCD_EXPORT DetectorReport {
  public:
+  /// For softcd itself.
   explicit DetectorReport(const DetectorRecord& record) : record_(&record) {}
 
   /// All zeros before the first step. After a step in which it failed, of the last one before.
@@ -52,7 +53,7 @@ struct CrossingAnswers {
   /// What the velocities of nodes with mass gain by the answers: kinetic energy, J, which is less than 0 where nothing
   /// that the app moves pushes them, and momentum, kg m/s, 0 but for rounding where all nodes that meet are free.
   double energy = 0;
-  double momentum[3] = {};
+  double momentum[3] = {};  ///< see energy
 };
 
 /// softcd in a world: its settings, and what it found in the last step. Lives as long as the world, or as the
@@ -65,6 +66,7 @@ class SOFTCD_EXPORT WorldDetection {
   WorldDetection(const WorldDetection&) = delete;
   WorldDetection& operator=(const WorldDetection&) = delete;
 
+  /// What was set last.
   const Settings& settings() const;
   /// From the next step on. Throws as CollisionPipeline::set_options.
   void set_settings(const Settings& settings);

@@ -10,7 +10,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Identifies a body for as long as it is in the pipeline. Ids of removed bodies are not reused.
 struct BodyId {
-  std::uint32_t value = kNoIndex;
+  std::uint32_t value = kNoIndex;  ///< kNoIndex for no body
 
   friend constexpr bool operator==(BodyId a, BodyId b) { return a.value == b.value; }
   friend constexpr bool operator!=(BodyId a, BodyId b) { return a.value != b.value; }
@@ -19,7 +19,7 @@ struct BodyId {
 
 /// Two features in contact. Indices count within their own body. Aligned so that it moves in 8-byte pieces.
 struct alignas(8) Contact {
-  ContactKind kind;
+  ContactKind kind;  ///< which features touch
   /// Continuous `conservative` detection reports it because it could not tell within its bound on work; the features
   /// may stay farther apart than their margin.
   bool is_unsettled;
@@ -29,7 +29,7 @@ struct alignas(8) Contact {
   /// Vertex and triangle index, or the two edges' indices. A body's edges are numbered in the order of
   /// their sorted vertex pairs (lower vertex first, then the higher one).
   std::uint32_t feature_a;
-  std::uint32_t feature_b;
+  std::uint32_t feature_b;  ///< of body_b, as feature_a
   /// Vertex-triangle: the vertex, then the triangle's three. Edge-edge: first edge (lower vertex first), then
   /// the second. The first edge is the smaller by (body, feature).
   std::uint32_t vertices[4];

@@ -15,7 +15,9 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 template <class T>
 class Span {
  public:
+  /// Of no elements.
   constexpr Span() = default;
+  /// Of the `size` elements from `data` on, which outlive it.
   SOFTCD_HD constexpr Span(T* data, std::size_t size) : data_(data), size_(size) {}
 
   /// From any container with contiguous data() and size() whose elements convert by qualification only.
@@ -25,11 +27,17 @@ class Span {
   constexpr Span(Container&& container)  // NOLINT(google-explicit-constructor,bugprone-forwarding-reference-overload)
       : data_(container.data()), size_(container.size()) {}
 
+  /// The first element.
   SOFTCD_HD constexpr T* data() const { return data_; }
+  /// How many elements there are.
   SOFTCD_HD constexpr std::size_t size() const { return size_; }
+  /// Whether there are none.
   SOFTCD_HD constexpr bool empty() const { return size_ == 0; }
+  /// An element; `index`, which is not checked, is below size().
   SOFTCD_HD constexpr T& operator[](std::size_t index) const { return data_[index]; }
+  /// The first element, for loops over all of them.
   SOFTCD_HD constexpr T* begin() const { return data_; }
+  /// Behind the last element.
   SOFTCD_HD constexpr T* end() const { return data_ + size_; }
 
  private:

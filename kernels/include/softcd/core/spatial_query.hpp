@@ -16,10 +16,10 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// directions. A ray hits nothing where its direction is 0, where t_min <= t_max is false, where anything but t_min and
 /// t_max is not finite, and where its origin is further than 1e37 from the scene's.
 struct Ray {
-  Vec3d origin;
-  Vec3d direction;
-  double t_min = 0;
-  double t_max = std::numeric_limits<double>::infinity();
+  Vec3d origin;                                            ///< in world coordinates
+  Vec3d direction;                                         ///< the unit of t
+  double t_min = 0;                                        ///< where the ray begins
+  double t_max = std::numeric_limits<double>::infinity();  ///< where it ends
 };
 
 /// From t = 0 to t = 1.
@@ -36,6 +36,7 @@ struct RayHit {
   /// Unit vector along (x1 - x0) x (x2 - x0), whichever side the ray comes from; 0 for a triangle without area.
   Vec3f normal{0, 0, 0};
 
+  /// Whether the ray meets a triangle.
   bool has_hit() const { return body != BodyId(); }
 };
 
@@ -43,8 +44,8 @@ struct RayHit {
 /// nothing where a coordinate or max_distance is NaN, where max_distance is negative, and where the point is further
 /// than 1e37 from the scene's origin.
 struct QueryPoint {
-  Vec3d point;
-  double max_distance = std::numeric_limits<double>::infinity();
+  Vec3d point;                                                    ///< in world coordinates
+  double max_distance = std::numeric_limits<double>::infinity();  ///< at least 0; in the positions' unit
 };
 
 /// The nearest point of a scene's triangles.
@@ -61,24 +62,26 @@ struct ClosestPoint {
   /// itself.
   std::int32_t side = 0;
 
+  /// Whether there is something within max_distance.
   bool has_point() const { return body != BodyId(); }
 };
 
 /// All points at most `radius` from the centre, in world coordinates. Nothing where anything is NaN, the radius is
 /// negative, or the centre is further than 1e37 from the scene's origin.
 struct QuerySphere {
-  Vec3d centre;
-  double radius;
+  Vec3d centre;   ///< in world coordinates
+  double radius;  ///< at least 0; in the positions' unit
 };
 
 /// All points between lo and hi, in world coordinates; where one of them is NaN, or lo is above hi, none.
 struct QueryBox {
-  Vec3d lo, hi;
+  Vec3d lo;  ///< its lowest coordinates
+  Vec3d hi;  ///< its highest coordinates
 };
 
 /// A triangle that has a point in common with a shape.
 struct TriangleOverlap {
-  BodyId body;
+  BodyId body;             ///< the one that the triangle is of
   std::uint32_t triangle;  ///< of the body
 };
 
@@ -86,12 +89,14 @@ struct TriangleOverlap {
 template <class T>
 class AnswerLists {
  public:
+  /// Without questions.
   AnswerLists() = default;
   /// Question i has the answers begins[i] <= j < begins[i + 1].
   AnswerLists(Span<const std::uint64_t> begins, Span<const T> answers) : begins_(begins), answers_(answers) {}
 
   /// Questions.
   std::size_t size() const { return begins_.empty() ? 0 : begins_.size() - 1; }
+  /// The answers of one question; `question`, which is not checked, is below size().
   Span<const T> operator[](std::size_t question) const {
     const std::uint64_t begin = begins_[question];
     return {answers_.data() + begin, static_cast<std::size_t>(begins_[question + 1] - begin)};

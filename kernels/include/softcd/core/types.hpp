@@ -13,13 +13,15 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Three vertex indices. Repeated vertices are legal: the triangle then collides as the segment
 /// or the point that it is.
 struct Triangle {
-  std::uint32_t v[3];
+  std::uint32_t v[3];  ///< each below the vertex count of its body
 };
 
+/// Whether `v` is one of the three.
 SOFTCD_HD constexpr bool has_vertex(const Triangle& triangle, std::uint32_t v) {
   return (v == triangle.v[0]) | (v == triangle.v[1]) | (v == triangle.v[2]);
 }
 
+/// Whether two triangles of one mesh have a vertex in common.
 SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
   const bool has_first = has_vertex(b, a.v[0]);
   const bool has_second = has_vertex(b, a.v[1]);
@@ -29,12 +31,13 @@ SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
 
 /// Two vertex indices, v[0] < v[1].
 struct Edge {
-  std::uint32_t v[2];
+  std::uint32_t v[2];  ///< each below the vertex count of its body
 };
 
+/// Which features touch.
 enum class ContactKind : std::uint8_t {
-  vertex_triangle = 0,
-  edge_edge = 1,
+  vertex_triangle = 0,  ///< a vertex and a triangle
+  edge_edge = 1,        ///< two edges
 };
 
 /// What is compared: positions at t1 (discrete), or straight-line motion from t0 to t1 (continuous).
@@ -81,6 +84,7 @@ using Ownership = std::uint8_t;
 /// Set instead of any bit of Ownership for a triangle that takes no part: one of its vertices is not finite.
 constexpr std::uint32_t kLeftOut = 0x80u;
 
+/// No vertex, triangle, edge or body.
 constexpr std::uint32_t kNoIndex = 0xFFFFFFFFu;
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

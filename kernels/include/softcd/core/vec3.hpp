@@ -9,29 +9,39 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Three components, tightly packed: an array of Vec3<float> is 12 bytes an element.
 template <class T>
 struct Vec3 {
+  /// The components.
+  ///@{
   T x, y, z;
+  ///@}
 
+  /// Component 0, 1 or 2.
   SOFTCD_HD constexpr T operator[](int axis) const { return axis == 0 ? x : (axis == 1 ? y : z); }
 };
 
+/// Of floats.
 using Vec3f = Vec3<float>;
+/// Of doubles.
 using Vec3d = Vec3<double>;
 
+/// The sum.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator+(Vec3<T> a, Vec3<T> b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
+/// The difference.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator-(Vec3<T> a, Vec3<T> b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
+/// The opposite vector.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator-(Vec3<T> a) {
   return {-a.x, -a.y, -a.z};
 }
 
+/// s times a.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator*(T s, Vec3<T> a) {
   return {s * a.x, s * a.y, s * a.z};
@@ -42,16 +52,19 @@ SOFTCD_HD constexpr bool operator==(Vec3<T> a, Vec3<T> b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
+/// The scalar product.
 template <class T>
 SOFTCD_HD constexpr T dot(Vec3<T> a, Vec3<T> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+/// The vector product.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// The square of the length.
 template <class T>
 SOFTCD_HD constexpr T squared_norm(Vec3<T> a) {
   return dot(a, a);

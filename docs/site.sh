@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# Makes a site of the pages and of the public headers' comments.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: docs/site.sh [FOLDER]
+
+Makes the documentation's site in FOLDER (build/site), from README.md, docs/*.md and the public headers; begin with
+FOLDER/html/index.html. Fails where a public name has no description, and where a link leads nowhere. Installs Doxygen
+where it is missing.
+TEXT
+}
+
+case "${1:-}" in
+  -h | --help) usage && exit 0 ;;
+esac
+folder=$(realpath -m "${1:-$(dirname "${BASH_SOURCE[0]}")/../build/site}")
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+cmake/setup.sh doxygen python3
+
+rm -rf "$folder/html"
+mkdir -p "$folder"
+version=$(sed -n 's/#define SOFTCD_VERSION_STRING "\(.*\)"/\1/p' kernels/include/softcd/version.hpp)
+# Of the kernels' headers those that are installed.
+installed=$(sed -n 's/^set(SOFTCD_PUBLIC_KERNEL_HEADERS "\(.*\)" PARENT_SCOPE)$/\1/p' kernels/CMakeLists.txt)
+kernel_headers=$(find kernels/include -name '*.hpp' | grep -E "${installed//\\\\/\\}")
+doxygen - <<TEXT
+@INCLUDE = docs/site/Doxyfile
+INPUT += ${kernel_headers//$'\n'/ }
+OUTPUT_DIRECTORY = $folder
+PROJECT_NUMBER = $version
+TEXT
+
+# What pages link to or show besides each other: files of the repository.
+grep -rhoE '(href|src)="files/[^"#]+' "$folder/html" --include='*.html' | sed 's/.*"files\///' | sort -u |
+  while read -r file; do
+    mkdir -p "$(dirname "$folder/html/files/$file")"
+    cp "$file" "$folder/html/files/$file"
+  done
+echo "$folder/html/index.html"
