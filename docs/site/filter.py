@@ -2,8 +2,9 @@
 """What Doxygen reads in place of one of softcd's files: filter.py FILE, from the repository's root.
 
 Of a header, the same without the inline namespaces that tell versions and precisions apart, so that names are those
-that a program writes, and without moves, of which there is nothing to say. Of a page, the same with links that hold in the site: to pages and their sections by names, to
-all other files of the repository below files/, where docs/site.sh puts them.
+that a program writes, and without moves, of which there is nothing to say. Of a page, the same with links that hold in
+the site: to pages and their sections by names, to all other files of the repository below files/, where docs/site.sh
+puts them.
 """
 
 import os

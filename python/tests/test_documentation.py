@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def examples():
-    for document in (ROOT / "docs" / "python.md", ROOT / "README.md"):
+    for document in (ROOT / "docs" / "python.md", ROOT / "docs" / "troubleshooting.md", ROOT / "README.md"):
         text = document.read_text()
         for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
             line = text.count("\n", 0, block.start()) + 1
