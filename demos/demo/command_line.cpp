@@ -57,6 +57,15 @@ void check_scene(DemoCommand& command, const std::string& size) {
   if (!size.empty()) command.options.size = size_from(size, *scene);
 }
 
+void check_exported_step(const CLI::App& app, const DemoCommand& command) {
+  if (app.count("--export-step") == 0) return;
+  const auto& [step, folder] = command.exported_step;
+  if (step < 1 || step > command.steps) {
+    throw CLI::ValidationError("--export-step", fmt::format("{} is not a step from 1 to {}", step, command.steps));
+  }
+  if (folder.empty()) throw CLI::ValidationError("--export-step", "DIR is empty");
+}
+
 }  // namespace
 
 const char* name_of(Collision collision) {
@@ -113,6 +122,10 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
                  "Steps from one frame of --record and --export to the next; 4 are 1/30 second")
       ->option_text("N [4]")
       ->check(CLI::Range(1, 120));
+  app.add_option("--export-step", command.exported_step,
+                 "Write all bodies where step N, counted from 1, begins and where it ends, as DIR/t0.ply and\n"
+                 "DIR/t1.ply: two frames for softcd-detect")
+      ->option_text("N DIR");
   std::vector<bool OverlayChoice::*> overlays;
   CLI::Option* view =
       app.add_flag("--view", command.view,
@@ -134,6 +147,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (!list) check_scene(command, size);
+    check_exported_step(app, command);
     for (bool OverlayChoice::*overlay : overlays) command.overlays.*overlay = true;
   } catch (const CLI::ParseError& error) {
     return {std::nullopt, app.exit(error) == 0 ? 0 : kExitWrongInput};

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "scenes/scene.hpp"
 #include "viewer/overlays.hpp"
@@ -19,9 +20,11 @@ struct DemoCommand {
   std::string record;      ///< pictures or a video, see FrameWriter; empty: none
   std::string mesh_files;  ///< see FrameWriter; empty: none
   int frame_steps = 4;     ///< steps from one frame to the next
-  std::string json_file;   ///< empty: none
-  bool view = false;       ///< in a window, instead of measuring
-  long view_frames = 0;    ///< 0: until the window is closed
+  /// Which step, counted from 1, to write the beginning and the end of, and into which folder; 0: none.
+  std::pair<long, std::string> exported_step;
+  std::string json_file;  ///< empty: none
+  bool view = false;      ///< in a window, instead of measuring
+  long view_frames = 0;   ///< 0: until the window is closed
   OverlayChoice overlays;
   std::string screenshot_file;  ///< empty: none
 };

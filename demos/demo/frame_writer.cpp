@@ -32,6 +32,11 @@ Mesh mesh_of(const Scene& scene) {
 
 }  // namespace
 
+void write_mesh(const std::filesystem::path& file, const Scene& scene) {
+  std::filesystem::create_directories(file.parent_path());
+  write_ply(file, mesh_of(scene));
+}
+
 FileSequence::FileSequence(const std::string& target, const std::string& extension) {
   const std::string pattern = target.find('#') == std::string::npos
                                   ? (std::filesystem::path(target) / ("frame-####" + extension)).string()

@@ -24,6 +24,9 @@ class FileSequence {
   long number_ = 0;
 };
 
+/// Writes all bodies as one mesh, and creates the file's folder. Throws MeshError, or std::runtime_error.
+void write_mesh(const std::filesystem::path& file, const Scene& scene);
+
 /// Pictures or a video of a simulation, and its meshes.
 class FrameWriter {
  public:

@@ -139,10 +139,19 @@ void run(DemoCommand command) {
   progress.clear();
   print_head(command, *scene);
 
+  const std::filesystem::path step_folder = command.exported_step.second;
+  const auto export_step = [&](long steps_done) {
+    if (command.exported_step.first == 0) return;
+    if (steps_done == command.exported_step.first - 1) write_mesh(step_folder / "t0.ply", *scene);
+    if (steps_done == command.exported_step.first) write_mesh(step_folder / "t1.ply", *scene);
+  };
+  export_step(0);
+
   Callbacks callbacks;
   callbacks.on_step = [&](long step) {
     progress.show(fmt::format("step {} of {}", step, command.steps));
     if (step % command.frame_steps == 0) frames.write(*scene);
+    export_step(step);
   };
   callbacks.on_row = [&](const Row& row) {
     progress.clear();

@@ -97,6 +97,24 @@ TEST_F(Demo, exports_meshes_that_can_be_read_back) {
   EXPECT_LT(second.positions[144 + 6 * 12 + 6].y, first.positions[144 + 6 * 12 + 6].y);
 }
 
+TEST_F(Demo, exports_one_step_as_two_frames) {
+  for (const std::string world : {"soft", "deformable"}) {
+    run_well("two-cloths --size 12 --frame-steps 1 --world " + world + " --export " + folder_.file("meshes") +
+             " --export-step 4 " + folder_.file(world));
+    EXPECT_EQ(folder_.read(world + "/t0.ply"), folder_.read("meshes/frame-0002.ply"));
+    EXPECT_EQ(folder_.read(world + "/t1.ply"), folder_.read("meshes/frame-0003.ply"));
+    EXPECT_NE(folder_.read(world + "/t0.ply"), folder_.read(world + "/t1.ply"));
+  }
+}
+
+TEST_F(Demo, exports_the_first_step) {
+  run_well("two-cloths --size 12 --frame-steps 1 --export " + folder_.file("meshes") + " --export-step 1 " +
+           folder_.file("step"));
+  const demo::Mesh t0 = demo::read_mesh(folder_.file("step/t0.ply"));
+  EXPECT_EQ(t0.positions[0].y, 3);
+  EXPECT_EQ(folder_.read("step/t1.ply"), folder_.read("meshes/frame-0000.ply"));
+}
+
 TEST_F(Demo, numbers_frames_as_the_pattern_says) {
   run_well("two-cloths --size 12 --frame-steps 8 --export " + folder_.file("new/cloth-##.ply") + " --record " +
            folder_.file("pictures"));
@@ -142,6 +160,9 @@ TEST_F(Demo, refuses_command_lines) {
   expect_refused("two-cloths --size paper", "two-cloths is not in the paper");
   expect_refused("two-cloths --edges report", "'report' is not one of off, respond");
   expect_refused("two-cloths --frame-steps 0", "--frame-steps");
+  expect_refused("two-cloths --steps 8 --export-step 9 folder", "9 is not a step from 1 to 8");
+  expect_refused("two-cloths --export-step 0 folder", "0 is not a step from 1 to");
+  expect_refused("two-cloths --export-step 5", "--export-step");
 }
 
 }  // namespace
