@@ -27,7 +27,7 @@ if(NOT softcd_is_shared)
 endif()
 
 configure_file("${PROJECT_SOURCE_DIR}/cmake/softcd.pc.in" "${PROJECT_BINARY_DIR}/softcd.pc" @ONLY)
-install(FILES "${PROJECT_BINARY_DIR}/softcd.pc" DESTINATION "${softcd_pc_dir}")
+install(FILES "${PROJECT_BINARY_DIR}/softcd.pc" DESTINATION "${softcd_pc_dir}" COMPONENT development)
 
 # Flags and libraries of Bullet's are those of its imported target.
 function(softcd_install_bullet_pc target name bullet scalar)
@@ -45,7 +45,7 @@ function(softcd_install_bullet_pc target name bullet scalar)
   endif()
   list(JOIN libraries " " bullet_libs)
   configure_file("${PROJECT_SOURCE_DIR}/cmake/softcd-bullet.pc.in" "${PROJECT_BINARY_DIR}/${name}.pc" @ONLY)
-  install(FILES "${PROJECT_BINARY_DIR}/${name}.pc" DESTINATION "${softcd_pc_dir}")
+  install(FILES "${PROJECT_BINARY_DIR}/${name}.pc" DESTINATION "${softcd_pc_dir}" COMPONENT development)
 endfunction()
 
 softcd_install_bullet_pc(softcd_bullet softcd-bullet softcd_bullet_float float)
