@@ -10,8 +10,12 @@ option(SOFTCD_DEMOS "Build the programs softcd-detect and softcd-demo" ${PROJECT
 option(SOFTCD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_BENCHMARKS "Build the benchmarks" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_INSTALL "Generate the install rules" ${PROJECT_IS_TOP_LEVEL})
-set(SOFTCD_DATA_DIR "${PROJECT_SOURCE_DIR}/../shared/data" CACHE PATH
-    "Optional frames and ground truth; tests that need them are skipped where the folder is absent")
+set(softcd_data_dir "${PROJECT_SOURCE_DIR}/../shared/data")
+if(NOT EXISTS "${softcd_data_dir}")
+  set(softcd_data_dir "${PROJECT_SOURCE_DIR}/build/data")
+endif()
+set(SOFTCD_DATA_DIR "${softcd_data_dir}" CACHE PATH
+    "Recorded steps and queries (tests/fetch_data.sh); tests that need them are skipped where the folder is absent")
 
 if(PROJECT_IS_TOP_LEVEL)
   option(BUILD_SHARED_LIBS "Build softcd::softcd and softcd::bullet as shared libraries" OFF)

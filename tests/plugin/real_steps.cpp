@@ -19,7 +19,7 @@ class RealSteps : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
     const std::filesystem::path folder = data_folder("ccd-steps");
-    if (folder.empty()) GTEST_SKIP() << "the data set ccd-steps is not in " << SOFTCD_DATA_DIR;
+    if (folder.empty()) GTEST_SKIP() << missing_data("ccd-steps");
     truth_ = read_ground_truth(folder, GetParam());
   }
 

@@ -133,7 +133,8 @@ TEST_F(BenchTrade, MarkdownIsWhatIsPrinted) {
 }
 
 TEST_F(BenchTrade, FiguresAreDrawnFromTheResults) {
-  if (run_program("python3", "-c 'import matplotlib'", folder_).exit_code != 0) GTEST_SKIP() << "no matplotlib";
+  if (run_program("python3", "-c 'import matplotlib'", folder_).exit_code != 0)
+    GTEST_SKIP() << "python3 has no matplotlib: apt-get install python3-matplotlib";
   measure("--part queries,steps --generated 2500 --scale 0.02");
   const auto draw = [&](const std::string& results) {
     return run_program("python3", SOFTCD_REPORT + (" --out " + folder_.file("figures ")) + results, folder_);

@@ -300,7 +300,7 @@ std::string columns_of(const FeaturePair& pair, const std::vector<Triangle>& tri
 
 TEST_F(Detect, FindsEveryTrueCollisionOfTheClothBallStep) {
   const std::filesystem::path data = data_folder("ccd-steps");
-  if (data.empty()) GTEST_SKIP() << "there are no frames; set SOFTCD_DATA_DIR to a folder with ccd-steps";
+  if (data.empty()) GTEST_SKIP() << missing_data("ccd-steps");
   const std::string frames = (data / "cloth-ball/frames/cloth_ball").string();
   std::set<std::string> found;
   for (const Row& row : contacts("'" + frames + "92.ply' '" + frames + "93.ply'")) found.insert(row.features);

@@ -46,7 +46,8 @@ bool is_blue(const std::uint8_t* pixel) {
 class Viewer : public testing::Test {
  protected:
   void SetUp() override {
-    if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "there is no xvfb-run";
+    if (std::system("command -v xvfb-run >/dev/null") != 0)
+      GTEST_SKIP() << "there is no xvfb-run: apt-get install xvfb xauth libgl1-mesa-dri";
   }
 
   // The program's window in a virtual display, drawn by the CPU.

@@ -46,6 +46,10 @@ fs::path data_folder(const std::string& dataset) {
   return fs::is_directory(folder) ? folder : fs::path();
 }
 
+std::string missing_data(const std::string& dataset) {
+  return (fs::path(SOFTCD_DATA_DIR) / dataset).string() + " is not there: tests/fetch_data.sh fetches it";
+}
+
 std::array<fs::path, 2> frames_of(const fs::path& step) {
   const fs::path folder = step / "frames";
   std::vector<fs::path> frames;

@@ -11,6 +11,8 @@ namespace softcd::test {
 
 /// Where the optional data is, or an empty path: the test then skips.
 std::filesystem::path data_folder(const std::string& dataset);
+/// What it says then.
+std::string missing_data(const std::string& dataset);
 
 /// A pair of frames and, for a list of candidate pairs that holds every colliding one, the exact verdicts.
 struct GroundTruth {

@@ -60,7 +60,7 @@ void print(const std::string& what, const Tally& tally) {
 
 TEST(RecordedQueries, TheOracleAgreesWithTheRecordedVerdicts) {
   const fs::path folder = data_folder("ccd-queries");
-  if (folder.empty()) GTEST_SKIP() << "the recorded queries are not there; see SOFTCD_DATA_DIR";
+  if (folder.empty()) GTEST_SKIP() << missing_data("ccd-queries");
   const std::vector<RecordedQuery> queries = read_recorded_queries(folder);
   ASSERT_FALSE(queries.empty());
   for (const RecordedQuery& query : queries) {
@@ -72,7 +72,7 @@ TEST(RecordedQueries, TheOracleAgreesWithTheRecordedVerdicts) {
 
 TEST(RecordedQueries, PreciseMissesNone) {
   const fs::path folder = data_folder("ccd-queries");
-  if (folder.empty()) GTEST_SKIP() << "the recorded queries are not there; see SOFTCD_DATA_DIR";
+  if (folder.empty()) GTEST_SKIP() << missing_data("ccd-queries");
   std::vector<Query> queries;
   std::vector<bool> verdicts;
   std::size_t changed = 0;
@@ -95,7 +95,7 @@ class RecordedSteps : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(RecordedSteps, PreciseMissesNoneOfTheListedPairs) {
   const fs::path folder = data_folder("ccd-steps");
-  if (folder.empty()) GTEST_SKIP() << "the recorded steps are not there; see SOFTCD_DATA_DIR";
+  if (folder.empty()) GTEST_SKIP() << missing_data("ccd-steps");
   const GroundTruth truth = read_ground_truth(folder, GetParam());
   const SceneGeometry geometry(truth.scene);
   for (const ContactKind kind : {ContactKind::vertex_triangle, ContactKind::edge_edge}) {
