@@ -83,8 +83,8 @@ def main():
     with open(path, encoding="utf-8") as file:
         text = file.read()
     text = page(path, text) if path.endswith(".md") else without_inline_namespaces(text)
-    if path.endswith("softcd.h"):
-        text = "/** @file */ " + text  # Doxygen leaves out a C header's functions otherwise.
+    if os.path.basename(path) in ("softcd.h", "softcd.hpp"):  # Their first comments are about all of them.
+        text = text.replace("\n\n/**\n", "\n\n/** @file\n", 1).replace("\n\n///", "\n/// @file\n///", 1)
     sys.stdout.write(text)
 
 
