@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# How much of the products the tests run, line by line.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: tests/coverage.sh [PROGRAM...]
+
+Builds softcd for gcov (build/coverage, CPU only), runs the test PROGRAMs (all but those labelled `repetition` where none
+is named), prints the lines of kernels, plugin, bullet_integration and demos that they have run, by file and in all, and
+writes the same with the lines themselves to build/coverage/html. Files that no named program is linked from are left
+out. Installs what is missing.
+TEXT
+}
+
+case "${1:-}" in
+  -h | --help) usage && exit 0 ;;
+esac
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+cmake/setup.sh gcovr
+targets=("$@")
+[ $# -gt 0 ] || targets=(softcd_tests_once)
+selection=(-LE repetition -E '^softcd_package$')  # whose programs are linked without gcov
+[ $# -eq 0 ] || selection=(-R "^($(IFS='|' && echo "$*"))\$")
+
+# At -O1 lines keep their counts, and tests take little longer than ever.
+cmake -S . -B build/coverage -G Ninja -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS=--coverage -fprofile-update=atomic" \
+  -DCMAKE_CXX_FLAGS_RELEASE=-O1 -DCMAKE_UNITY_BUILD=ON -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DSOFTCD_CUDA=OFF \
+  -DSOFTCD_BENCHMARKS=OFF >/dev/null
+cmake --build build/coverage --parallel "$(nproc)" --target "${targets[@]}"
+find build/coverage -name '*.gcda' -delete
+ctest --test-dir build/coverage -C programs -L program "${selection[@]}" -j "$(nproc)" --output-on-failure --no-tests=error
+mkdir -p build/coverage/html
+gcovr --root . --object-directory build/coverage --exclude-throw-branches --exclude-unreachable-branches \
+  --filter kernels/ --filter plugin/ --filter bullet_integration/ --filter demos/ \
+  --html-details build/coverage/html/index.html --txt -
