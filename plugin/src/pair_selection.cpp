@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "box_pairs.hpp"
+#include "for_each_body.hpp"
 #include "softcd/grid/uniform_grid.hpp"
 
 namespace softcd {
@@ -61,29 +61,12 @@ std::uint32_t cell_offset_of(std::uint32_t batch) {
   return (batch * 0x9E3779B1U) >> (32 - 3 * kCellBits);
 }
 
-/// All pairs of boxes of one batch that overlap, batch by batch.
-std::vector<IndexPair> overlapping_pairs_in_batches(const std::vector<Body>& bodies, const std::vector<Box>& boxes) {
-  std::vector<std::uint32_t> order(bodies.size());
-  std::iota(order.begin(), order.end(), 0U);
-  const auto batch_of = [&](std::uint32_t b) { return bodies[b].settings.batch; };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return batch_of(a) < batch_of(b); });
-  std::vector<IndexPair> pairs;
-  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    std::vector<Box> of_batch;
-    while (end < order.size() && batch_of(order[end]) == batch_of(order[begin]))
-      of_batch.push_back(boxes[order[end++]]);
-    for (const auto& [a, b] : overlapping_pairs(of_batch)) pairs.emplace_back(order[begin + a], order[begin + b]);
-  }
-  return pairs;
-}
-
-/// Takes pairs that may touch.
+/// Takes pairs that may touch, in ascending order.
 class Selection {
  public:
-  Selection(const std::vector<Body>& bodies, const std::vector<Box>& boxes, const Selecting& selecting,
-            const PairFilter& filter, PairSelection& out)
-      : bodies_(bodies), boxes_(boxes), selecting_(selecting), filter_(filter), out_(out) {}
+  Selection(const std::vector<Body>& bodies, Span<const Box> boxes, const Selecting& selecting,
+            const PairFilter& filter, PairSelection& out, std::vector<IndexPair>& pairs)
+      : bodies_(bodies), boxes_(boxes), selecting_(selecting), filter_(filter), out_(out), pairs_(pairs) {}
 
   /// Two bodies, a <= b, whose boxes overlap. Returns whether they may touch.
   bool offer(std::uint32_t a, std::uint32_t b) {
@@ -102,64 +85,79 @@ class Selection {
     return true;
   }
 
-  /// Enters every pair in both rows. In ascending order of pairs, rows become ascending.
-  void write_rows() {
-    std::sort(pairs_.begin(), pairs_.end());
-    std::vector<std::uint64_t>& begin = out_.partner_begin;
-    begin.assign(out_.bodies.size() + 1, 0);
-    for (const auto& [a, b] : pairs_) {
-      ++begin[a + 1];
-      if (a != b) ++begin[b + 1];
-    }
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<std::uint64_t> next = begin;
-    out_.partners.resize(begin.back());
-    for (const auto& [a, b] : pairs_) {
-      out_.partners[next[a]++] = b;
-      if (a != b) out_.partners[next[b]++] = a;
-    }
-  }
-
  private:
   const std::vector<Body>& bodies_;
-  const std::vector<Box>& boxes_;
+  Span<const Box> boxes_;
   const Selecting& selecting_;
   const PairFilter& filter_;
   PairSelection& out_;
-  std::vector<IndexPair> pairs_;
+  std::vector<IndexPair>& pairs_;
 };
 
 }  // namespace
 
-PairSelection select_pairs(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
-                           const PairFilter& filter) {
-  PairSelection out;
-  std::vector<Box> boxes;
-  for (const Body& body : bodies) {
+const PairSelection& PairSelector::select(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
+                                          const PairFilter& filter) {
+  selection_.pair_count = selection_.self_count = 0;
+  selection_.vertex_triangle = selection_.edge_edge = false;
+  pairs_.clear();
+  survey_bodies(bodies, origin, selecting);
+  Selection selection(bodies, boxes_, selecting, filter, selection_, pairs_);
+  const Span<const IndexPair> overlapping = box_pairs_.find(boxes_, batches_);
+  const IndexPair* next = overlapping.begin();
+  for (std::uint32_t b = 0; b < bodies.size(); ++b) {
+    if (bodies[b].settings.self_collision && !is_empty(boxes_[b]) && selection.offer(b, b)) {
+      selection_.bodies[b].lists_neighbours = bodies[b].lists_neighbours;
+    }
+    for (; next != overlapping.end() && next->first == b; ++next) {
+      if (groups_allow(bodies[b].settings, bodies[next->second].settings)) selection.offer(b, next->second);
+    }
+  }
+  write_rows();
+  return selection_;
+}
+
+/// What is known of each body by itself.
+void PairSelector::survey_bodies(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting) {
+  selection_.bodies.resize(bodies.size());
+  boxes_.resize(bodies.size());
+  const auto survey = [&](std::size_t b) {
+    const Body& body = bodies[b];
     const Features& features = body.settings.features;
     const float margin = detected_margin(body, selecting);
-    out.bodies.push_back({body.id.value, body.vertices.first, body.triangles.first, body.edges.first, margin,
-                          features.vertex_triangle && selecting.features.vertex_triangle,
-                          features.edge_edge && selecting.features.edge_edge, /*lists_neighbours=*/false, kNowhere,
-                          cell_offset_of(body.settings.batch)});
-    boxes.push_back(grown_box(body, origin, margin, selecting));
-  }
+    selection_.bodies[b] = {body.id.value,
+                            body.vertices.first,
+                            body.triangles.first,
+                            body.edges.first,
+                            margin,
+                            features.vertex_triangle && selecting.features.vertex_triangle,
+                            features.edge_edge && selecting.features.edge_edge,
+                            /*lists_neighbours=*/false,
+                            kNowhere,
+                            cell_offset_of(body.settings.batch)};
+    boxes_[b] = grown_box(body, origin, margin, selecting);
+  };
+  for_each_body(bodies.size(), survey);
+  batches_.clear();
+  if (std::all_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.settings.batch == 0; })) return;
+  for (const Body& body : bodies) batches_.push_back(body.settings.batch);
+}
 
-  const auto is_nowhere = [&](std::uint32_t b) { return extent_of(bodies[b], selecting).is_empty(); };
-  Selection selection(bodies, boxes, selecting, filter, out);
-  for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-    if (!bodies[b].settings.self_collision || is_nowhere(b)) continue;
-    if (selection.offer(b, b)) out.bodies[b].lists_neighbours = bodies[b].lists_neighbours;
+/// Enters every pair in both rows, which become ascending as pairs are.
+void PairSelector::write_rows() {
+  std::vector<std::uint64_t>& begin = selection_.partner_begin;
+  begin.assign(selection_.bodies.size() + 1, 0);
+  for (const auto& [a, b] : pairs_) {
+    ++begin[a + 1];
+    if (a != b) ++begin[b + 1];
   }
-  const bool has_batches =
-      std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.settings.batch != 0; });
-  for (const auto& [a, b] : has_batches ? overlapping_pairs_in_batches(bodies, boxes) : overlapping_pairs(boxes)) {
-    // Infinite boxes reach those that are nowhere, too.
-    if (is_nowhere(a) || is_nowhere(b)) continue;
-    if (groups_allow(bodies[a].settings, bodies[b].settings)) selection.offer(a, b);
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  row_ends_.assign(begin.begin(), begin.end());
+  selection_.partners.resize(begin.back());
+  for (const auto& [a, b] : pairs_) {
+    selection_.partners[row_ends_[a]++] = b;
+    if (a != b) selection_.partners[row_ends_[b]++] = a;
   }
-  selection.write_rows();
-  return out;
 }
 
 }  // namespace softcd

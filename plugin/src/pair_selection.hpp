@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "body.hpp"
+#include "box_pairs.hpp"
 #include "softcd/query.hpp"
 
 namespace softcd {
@@ -33,9 +34,24 @@ struct Selecting {
   std::uint64_t changed_since = 0;  ///< a body of each pair, see Body::last_change
 };
 
-/// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are
-/// relative to `origin`, as positions are.
-PairSelection select_pairs(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
-                           const PairFilter& filter);
+/// Chooses pairs for one detection after another. Memory, and what is known of where bodies are, serves the next.
+class PairSelector {
+ public:
+  /// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are
+  /// relative to `origin`, as positions are. Valid until the next call.
+  const PairSelection& select(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
+                              const PairFilter& filter);
+
+ private:
+  void survey_bodies(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting);
+  void write_rows();
+
+  PairSelection selection_;
+  std::vector<Box> boxes_;              ///< of all bodies, empty where they are nowhere
+  std::vector<std::uint32_t> batches_;  ///< empty where there is one
+  BoxPairs box_pairs_;
+  std::vector<IndexPair> pairs_;  ///< that were chosen, ascending
+  std::vector<std::uint64_t> row_ends_;
+};
 
 }  // namespace softcd

@@ -233,8 +233,8 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   const std::uint64_t changed_since = pairs == Pairs::changed ? query.last_change_ : 0;
   PairFilter filter;
   if (query.filter_) filter = [&](BodyId a, BodyId b) { return call_back(query.filter_, a, b); };
-  detection.pairs = select_pairs(bodies, store_.origin(), selecting(options, moves, changed_since), filter);
-  const PairSelection& selected = detection.pairs;
+  const PairSelection& selected =
+      query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since), filter);
   detection.decisions = {
       size.bodies, selected.pair_count,          selected.self_count, selected.vertex_triangle, selected.edge_edge,
       moves,       size.bodies_without_positions};

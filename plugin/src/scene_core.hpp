@@ -27,7 +27,6 @@ constexpr const char* kNoMemoryAtAll = "memory ran out where hardly any is neede
 /// A detection that nobody has waited for.
 struct PendingDetection {
   std::uint64_t number = 0;
-  PairSelection pairs;
   DetectionInput input;
   Statistics statistics;
   Decisions decisions;
@@ -70,6 +69,7 @@ class QueryCore {
   std::shared_ptr<SceneCore> scene_;
   QueryOptions options_;
   PairFilter filter_;
+  PairSelector pairs_;  ///< what it has selected is the last detection's
   /// The last detection's at the end, before them those that somebody holds.
   std::vector<std::shared_ptr<QueryMemories>> memories_;
   bool has_contacts_ = false;  ///< that were waited for, and are valid
