@@ -21,12 +21,13 @@ namespace {
 
 using demo::name_of;
 
-constexpr std::array<demo::Choice<Sweep>, 6> kSweeps = {{{"stages", Sweep::stages},
+constexpr std::array<demo::Choice<Sweep>, 7> kSweeps = {{{"stages", Sweep::stages},
                                                          {"subdivision", Sweep::subdivision},
                                                          {"lambda", Sweep::lambda},
                                                          {"scaling", Sweep::scaling},
                                                          {"threads", Sweep::threads},
-                                                         {"ends", Sweep::ends}}};
+                                                         {"ends", Sweep::ends},
+                                                         {"reuse", Sweep::reuse}}};
 
 // Values of lambda, in tenths.
 constexpr int kLeastLambda = 8;
@@ -86,6 +87,8 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                                  {"subdivision", m.options.subdivision},
                                  {"lambda", m.options.lambda},
                                  {"ends", m.options.on_device ? "device" : "host"},
+                                 {"reuse_pairs", m.options.reuse_pairs},
+                                 {"rocks", m.options.rocks},
                                  {"threads", m.threads},
                                  {"repetitions", m.repetitions},
                                  {"triangles", s.triangles}};
@@ -172,6 +175,11 @@ class Benchmark {
         return report_ends(
             for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
               return at_both_ends_of_the_bus(scene, options);
+            }));
+      case Sweep::reuse:
+        return report_reuse(
+            for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
+              return with_and_without_reuse(scene, options);
             }));
       case Sweep::threads:
         return report_threads(
@@ -274,10 +282,24 @@ class Benchmark {
     return results;
   }
 
+  /// Of positions that stay, where pairs that are kept serve, and of such that go to and fro.
+  Measurements with_and_without_reuse(const DetectorScene& scene, MeasuredOptions options) const {
+    Measurements results;
+    for (const bool rocks : {false, true}) {
+      for (const bool reuses : {false, true}) {
+        options.rocks = rocks;
+        options.reuse_pairs = reuses;
+        results.push_back(measure_one(scene, options));
+      }
+    }
+    return results;
+  }
+
   /// Whatever the backend and the dials, the contacts are the same bytes; `paper` may lose some.
   void compare_contacts(const Measurement& m) {
     if (!m.left_out.empty() || m.options.is_paper) return;
-    const std::string what = fmt::format("{} of {} triangles, {}", m.scene, m.statistics.triangles, detection_of(m));
+    const std::string what = fmt::format("{} of {} triangles, {}{}", m.scene, m.statistics.triangles, detection_of(m),
+                                         m.options.rocks ? ", to and fro" : "");
     const auto [first, is_new] = checksums_.try_emplace(what, m.checksum);
     if (first->second != m.checksum && error_.empty()) {
       error_ = fmt::format(
@@ -395,6 +417,27 @@ class Benchmark {
     record(measurements);
   }
 
+  void report_reuse(const Measurements& measurements) {
+    Table table({"scene", "detection", "positions", "pairs", "contacts", "tests", "wall ms", "ms", "MB"}, 4);
+    for (const Measurement& m : measurements) {
+      const char* const positions = m.options.rocks ? "to and fro" : "the same";
+      const char* const pairs = !m.options.reuse_pairs ? "fresh" : m.statistics.reused_pairs ? "kept" : "kept in vain";
+      if (!m.left_out.empty()) {
+        table.add({m.scene, detection_of(m), positions, pairs, "", "", "", m.left_out});
+        continue;
+      }
+      table.add({m.scene, detection_of(m), positions, pairs, fmt::to_string(contact_count(m)),
+                 fmt::to_string(m.statistics.tests), decimals(m.wall_ms, 3), decimals(work_ms(m), 3),
+                 megabytes(m.statistics.peak_bytes)});
+    }
+    add_section("Reuse",
+                "Detection after detection, without and with reuse of pairs of triangles; `pairs` says what the last "
+                "one has tested. Milliseconds; `wall ms` is what the caller waits for, `ms` the detection without "
+                "`transfer`.",
+                table, measurements);
+    record(measurements);
+  }
+
   void report_threads(const Measurements& measurements) {
     Table table({"scene", "detection", "threads", "ms", "speed-up"}, 2);
     double one_thread_ms = 0;
@@ -468,7 +511,8 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
                     "stages: time and work per stage. subdivision: with and without virtual subdivision, and the\n"
                     "uniform grid. lambda: cell sizes, of broad phases exact and paper. scaling: cloth-on-ball from\n"
                     "about 10K triangles to --most. threads: on 1, 2, 4 ... threads of the CPU. ends: positions and\n"
-                    "contacts in the host's memory and in the device's (with --backend cuda)");
+                    "contacts in the host's memory and in the device's (with --backend cuda). reuse: without and with\n"
+                    "pairs that earlier detections have found, of the same step and of one to and fro");
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
   command
       ->add_option("--repeat", options.repetitions,

@@ -93,10 +93,12 @@ Measurement measure_all(const DetectorScene& scene, const MeasuredOptions& optio
   }
 
   Span<const Contact> contacts;
+  std::size_t first_end = 0;
   const auto detect = [&] {
     for (std::size_t b = 0; b < ids.size(); ++b) {
-      measured->set_positions(ids[b], positions[b][0].get(), positions[b][1].get());
+      measured->set_positions(ids[b], positions[b][first_end].get(), positions[b][1 - first_end].get());
     }
+    if (options.rocks) first_end = 1 - first_end;
     const std::uint64_t number = query.start(Pairs::all);
     if (options.on_device) {
       const DeviceContacts found = query.wait_on_device(number);

@@ -15,6 +15,7 @@ struct MeasuredOptions : PipelineOptions {
   MeasuredOptions() { reuse_pairs = false; }
 
   bool on_device = false;  ///< positions and contacts are in the device's memory
+  bool rocks = false;      ///< every other detection is of the step backwards
   bool is_paper = false;   ///< the broad phase is the printed one (paper/scheme.hpp), instead of `broad_phase`
 };
 

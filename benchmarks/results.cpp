@@ -29,6 +29,8 @@ std::string dials_of(const json& row) {
   if (!row.at("subdivision").get<bool>()) dials.emplace_back("subdivision off");
   if (const auto lambda = row.at("lambda").get<double>(); lambda != 0) dials.push_back(fmt::format("{:.1f}", lambda));
   if (row.value("ends", "host") == "device") dials.emplace_back("ends on device");
+  if (row.value("reuse_pairs", false)) dials.emplace_back("reuse of pairs");
+  if (row.value("rocks", false)) dials.emplace_back("to and fro");
   if (sweep == "threads") dials.push_back(fmt::format("of {}", row.at("threads").get<int>()));
   return fmt::format("{}", fmt::join(dials, ", "));
 }

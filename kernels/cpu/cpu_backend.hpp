@@ -284,6 +284,9 @@ class CpuBackend {
     task_.run(std::move(f));
   }
 
+  /// What has been counted so far.
+  Counters read(const Buffer<Counters>& counters) const { return *counters.data(); }
+
   void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count /*count*/, bool /*to_host*/) {
     counters_ = counters.data();
     contacts_ = contacts.data();

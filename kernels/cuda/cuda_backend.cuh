@@ -6,6 +6,7 @@
 #include <cub/device/device_scan.cuh>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -28,7 +29,7 @@
 namespace softcd {
 
 /// The stages' primitives on one CUDA stream. Counts stay on the device: the host enqueues a whole detection and
-/// synchronises once, in finish.
+/// synchronises once, in finish; before that only where it reads counts to decide what to enqueue.
 class CudaBackend {
  public:
   static constexpr bool kKnowsCounts = false;
@@ -45,19 +46,24 @@ class CudaBackend {
   CudaBackend& operator=(const CudaBackend&) = delete;
   ~CudaBackend() { cudaStreamSynchronize(stream_); }
 
-  /// What it keeps of one query: its graph, and contacts that are on the host.
+  /// What it keeps of one query: its graphs, and contacts that are on the host.
   struct Session {
     struct Key {
       Signature signature;
       std::uint64_t allocations;
+      std::size_t first_part;  ///< of the clock's
 
       friend bool operator==(const Key&, const Key&) = default;
     };
+    /// Of one part of detections.
+    struct Launched {
+      std::optional<Key> last_key;   ///< of the last that was not replayed
+      std::optional<Key> graph_key;  ///< of the captured one
+      ExecutableGraph graph;
+      std::size_t graph_parts = 0;
+    };
 
-    std::optional<Key> last_key;   ///< of the last detection that was not replayed
-    std::optional<Key> graph_key;  ///< of the captured one
-    ExecutableGraph graph;
-    std::size_t graph_parts = 0;
+    std::array<Launched, kLaunchPartCount> launched;
     PinnedBuffer<Contact> contacts;
     const Contact* found = nullptr;  ///< there, or on the device
   };
@@ -336,35 +342,43 @@ class CudaBackend {
         "upload");
   }
 
-  /// Enqueues a detection. The second of equal detections in a row is captured as a graph, and all further ones replay
-  /// it: host time and gaps between kernels shrink to those of one launch. Memory is allocated in the first only. The
-  /// legacy default stream cannot be captured.
+  /// Enqueues a part of a detection. The second of equal ones in a row is captured as a graph, and all further ones
+  /// replay it: host time and gaps between kernels shrink to those of one launch. Memory is allocated in the first
+  /// only. The legacy default stream cannot be captured.
   template <class F>
   void launch(const Signature& signature, const F& f) {
-    Session& session = *session_;
-    const typename Session::Key key = {signature, allocations_};
-    if (session.graph && key == session.graph_key) {
-      part_count_ = session.graph_parts;
-    } else if (key == session.last_key && stream_ != cudaStreamLegacy) {
-      capture(f);
-      session.graph_key = key;
-      session.graph_parts = part_count_;
+    const bool is_first = signature.part == LaunchPart::whole || signature.part == LaunchPart::comparison;
+    if (is_first) part_count_ = 0;
+    typename Session::Launched& launched = session_->launched[static_cast<std::size_t>(signature.part)];
+    const typename Session::Key key = {signature, allocations_, part_count_};
+    if (launched.graph && key == launched.graph_key) {
+      part_count_ = launched.graph_parts;
+    } else if (key == launched.last_key && stream_ != cudaStreamLegacy) {
+      capture(launched.graph, f);
+      launched.graph_key = key;
+      launched.graph_parts = part_count_;
     } else {
       run(f);
-      session.last_key = {signature, allocations_};
+      launched.last_key = {signature, allocations_, key.first_part};
       return;
     }
     const TimelineRange range("launching a graph");
-    check_cuda(cudaGraphLaunch(session.graph.get(), stream_), "launching a graph");
+    check_cuda(cudaGraphLaunch(launched.graph.get(), stream_), "launching a graph");
+  }
+
+  /// What has been counted so far; waits for all that was enqueued.
+  Counters read(const Buffer<Counters>& counters) {
+    enqueue_reading(counters);
+    const TimelineRange range("reading counters");
+    check_cuda(cudaStreamSynchronize(stream_), "reading counters");
+    return *host_counters_.data();
   }
 
   /// Contacts stay where they are unless they go `to_host`.
   void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count count, bool to_host) {
     if (to_host) session_->contacts.reserve(count.capacity);
     session_->found = to_host ? session_->contacts.data() : contacts.data();
-    check_cuda(
-        cudaMemcpyAsync(host_counters_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
-        "reading counters");
+    enqueue_reading(counters);
     if (!to_host) return;
     enqueue("reading contacts", [&] {
       cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(
@@ -423,6 +437,12 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), label);
   }
 
+  void enqueue_reading(const Buffer<Counters>& counters) {
+    check_cuda(
+        cudaMemcpyAsync(host_counters_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
+        "reading counters");
+  }
+
   unsigned blocks_for(std::uint64_t items, std::uint64_t items_per_block = cuda::kBlockSize) const {
     const std::uint64_t blocks = (items + items_per_block - 1) / items_per_block;
     return static_cast<unsigned>(std::min<std::uint64_t>(blocks, static_cast<std::uint64_t>(processors_) * 64));
@@ -458,14 +478,13 @@ class CudaBackend {
 
   template <class F>
   void run(const F& f) {
-    part_count_ = 0;
     f();
     record(part_count_);
   }
 
   template <class F>
-  void capture(const F& f) {
-    session_->graph = {};
+  void capture(ExecutableGraph& graph, const F& f) {
+    graph = {};
     StreamCapture capture(stream_);
     is_capturing_ = true;
     try {
@@ -475,7 +494,7 @@ class CudaBackend {
       throw;
     }
     is_capturing_ = false;
-    session_->graph = capture.finish();
+    graph = capture.finish();
   }
 
   void read_clock() {

@@ -372,15 +372,21 @@ __global__ void histogram(Count count, std::uint32_t* bins, int histograms, int 
   }
 }
 
-/// Lowers *least to the least f(i); values and *least must not be negative, whose order is that of their bits.
+/// Lowers *least to the least f(i). Bits of floats that are not negative are in order as integers, those of others in
+/// the opposite order as unsigned ones, above all that are not.
 template <class F>
 __global__ void minimum(Count count, F f, float* least) {
   const std::uint64_t n = count.get();
-  unsigned lowest = 0x7F800000U;
+  float lowest = __int_as_float(0x7F800000);
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads())
-    lowest = min(lowest, __float_as_uint(f(static_cast<std::uint32_t>(i))));
-  for (int offset = 16; offset > 0; offset /= 2) lowest = min(lowest, __shfl_xor_sync(kWholeWarp, lowest, offset));
-  if (threadIdx.x % 32 == 0) atomicMin(reinterpret_cast<unsigned*>(least), lowest);
+    lowest = fminf(lowest, f(static_cast<std::uint32_t>(i)));
+  for (int offset = 16; offset > 0; offset /= 2) lowest = fminf(lowest, __shfl_xor_sync(kWholeWarp, lowest, offset));
+  if (threadIdx.x % 32 != 0) return;
+  if (__float_as_int(lowest) >= 0) {
+    atomicMin(reinterpret_cast<int*>(least), __float_as_int(lowest));
+  } else {
+    atomicMax(reinterpret_cast<unsigned*>(least), __float_as_uint(lowest));
+  }
 }
 
 /// Sets the items behind the last one to the highest key, so that a sort of the whole capacity leaves them behind.

@@ -52,9 +52,9 @@ struct QueryOptions {
   bool margins = true;
   /// A kind of feature pairs is tested between two bodies that both want it, where the query does too.
   Features features = {true, true};
-  /// On the CPU, without memory_limit: pairs of triangles near each other are found once for several detections of the
-  /// scene's queries, as long as all triangles stay where those were looked for. Takes memory for these pairs, once
-  /// that has turned out to pay. Changes no contacts.
+  /// Without memory_limit: pairs of triangles near each other are found once for several detections of the scene's
+  /// queries, as long as all triangles stay where those were looked for. Takes memory for these pairs, once that has
+  /// turned out to pay, and on CUDA has the host wait once more then. Changes no contacts.
   bool reuse_pairs = true;
   /// Contacts stay in the memory of the scene's CUDA device, where Ticket::wait_on_device() tells of them; for scenes
   /// with Backend::cuda.

@@ -270,8 +270,8 @@ typedef struct softcd_query_options {
   /** A kind of feature pairs is tested between two bodies that both want it, where the query does too. Defaults: 1. */
   uint32_t vertex_triangle;
   uint32_t edge_edge; /**< see vertex_triangle */
-  /** On the CPU, without memory_limit: pairs of triangles are found once for several detections, as long as all stay
-   *  where these were looked for. Takes memory, changes no contacts. Default: 1. */
+  /** Without memory_limit: pairs of triangles are found once for several detections, as long as all stay where these
+   *  were looked for. Takes memory, changes no contacts. Default: 1. */
   uint32_t reuse_pairs;
   /** Contacts stay in the memory of the scene's CUDA device, where softcd_query_wait_on_device() tells of them; for
    *  scenes with SOFTCD_BACKEND_CUDA. Default: 0. */

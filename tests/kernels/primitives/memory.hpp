@@ -87,6 +87,7 @@ TYPED_TEST_P(MemoryPrimitives, what_is_launched_comes_back_to_the_host) {
         this->backend().download(counters, contacts, count, true);
       });
       for (Contact& contact : expected) contact.time_of_impact += 1.0F;
+      EXPECT_EQ(this->backend().read(counters).contacts, size);
       const Counters found = this->backend().finish();
       EXPECT_EQ(found.contacts, size);
       EXPECT_EQ(found.chunk.pairs, 77U);

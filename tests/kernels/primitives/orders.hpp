@@ -136,7 +136,7 @@ TYPED_TEST_P(OrderPrimitives, histogram_counts_in_cleared_bins) {
 
 TYPED_TEST_P(OrderPrimitives, minimum_lowers_to_the_least_value) {
   for (const std::uint32_t size : kSizes) {
-    for (const float offset : {0.0F, 0.25F, 2.0F}) {
+    for (const float offset : {0.0F, 0.25F, 2.0F, -0.5F, -3.0F}) {
       std::vector<float> values(size);
       for (std::uint32_t i = 0; i < size; ++i) values[i] = offset + 0x1p-32F * static_cast<float>(hashed(i + 77U));
       const auto on_backend = this->uploaded(values);

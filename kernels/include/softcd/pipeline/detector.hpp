@@ -61,6 +61,10 @@ struct SceneBodies {
   Span<const SceneBody> bodies;
   Span<const std::uint64_t> partner_begin;
   Span<const std::uint32_t> partners;
+
+  Span<const std::uint32_t> row(std::size_t body) const {
+    return {partners.data() + partner_begin[body], partner_begin[body + 1] - partner_begin[body]};
+  }
 };
 
 struct DetectionSettings {

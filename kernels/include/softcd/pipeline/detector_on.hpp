@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "softcd/pipeline/backend.hpp"
@@ -95,10 +96,12 @@ class DetectorOn final : public Detector {
     account_->forget_refusals();
     reached_ = {};
     has_released_ = false;
+    has_reused_ = false;
     first_chunk_ = 0;
     chunks_ = query_->revision == revision_ ? query_->chunks : 1;
     query_->orders_in_runs |= query_->revision != revision_;
     may_keep_ = settings.reuses_pairs && chunks_ == 1 && !account_->is_limited() && settings.partition.is_whole();
+    given_bodies_ = bodies;
     with_lists_or_without([&] {
       upload(query_->bodies, bodies.bodies);
       upload(query_->partner_begin, bodies.partner_begin);
@@ -122,14 +125,22 @@ class DetectorOn final : public Detector {
         if (!std::exchange(is_launched_, false)) launch();
         counters = read_counters();
         is_complete = !w_.lists.with_all([&](auto&... lists) { return grow_lists(backend_, counters, lists...); });
+        if (may_keep_ && grow_lists(backend_, counters, w_.kept.pairs)) is_complete = false;
         const bool has_long_runs = query_->orders_in_runs && counters.long_runs > 0;
         if (has_long_runs) query_->orders_in_runs = false;
         if (!Backend::kKnowsCounts && has_long_runs) is_complete = false;
-        if (!is_complete) backend_.count_rerun();
+        if (is_complete) return;
+        if (may_keep_ && !has_reused_) keeping_->drop();
+        may_keep_ = has_reused_;
+        backend_.count_rerun();
       });
     }
+    if (!has_reused_) {
+      w_.kept.has_split = counters.splits > 0;
+      if (may_keep_) keeping_->conclude(counters);
+    }
     w_.lists.with_all([&](auto&... lists) {
-      if (!Backend::kKnowsCounts) fit_lists(counters, lists...);
+      if (!Backend::kKnowsCounts && !has_reused_) fit_lists(counters, lists...);
       query_->capacities = {lists.capacity()...};
     });
     query_->chunks = chunks_;
@@ -299,7 +310,7 @@ class DetectorOn final : public Detector {
   /// and divides chunks so that theirs should fit into half of what is left. Throws std::bad_alloc when that is
   /// nothing.
   void make_room() {
-    may_keep_ = false;
+    may_keep_ = has_reused_ = false;
     const Counters reached = counters_reached();
     found_ = reached.contacts;
     release_lists();
@@ -356,30 +367,50 @@ class DetectorOn final : public Detector {
     return counters;
   }
 
-  void detect() {
+  using BroadPhase = BroadPhaseStages<Backend, Scheme>;
+  using NarrowPhase = NarrowPhaseStages<Backend, Scheme>;
+
+  /// In one launch, or, where the host waits for what tells whether pairs that are kept serve, in two. When it is
+  /// repeated that is known.
+  template <class Launch>
+  void detect(const Launch& launch) {
+    const bool waits = may_keep_ && (has_reused_ || keeping_->waits_for_comparison());
+    if (waits) {
+      launch(LaunchPart::comparison, [this] { bound_triangles(); });
+      if (!has_reused_) has_reused_ = keeping_->is_served(backend_.read(w_.counters));
+    }
+    if (may_keep_ && !has_reused_) keeping_->begin();
+    const LaunchPart rest = !waits ? LaunchPart::whole : has_reused_ ? LaunchPart::reuse : LaunchPart::remainder;
+    launch(rest, [&] {
+      if (!waits) bound_triangles();
+      find_contacts();
+    });
+  }
+
+  /// And compares them with what is kept.
+  void bound_triangles() {
     w_.lists.with_all([](auto&... lists) { (lists.rewind(), ...); });
     w_.contact_keys.rewind();
     w_.contact_order.rewind();
     backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_});
-    BroadPhaseStages<Backend, Scheme> broad_phase(backend_, w_, scene_, settings_);
-    NarrowPhaseStages<Backend, Scheme> narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
+    BroadPhase broad_phase(backend_, w_, scene_, settings_);
     broad_phase.bound_triangles();
-    if constexpr (Backend::kKnowsCounts) {
-      find_pairs_or_reuse(broad_phase, narrow_phase);
+    if (may_keep_) keeping_->enqueue_comparison(broad_phase);
+  }
+
+  /// Of triangles that are bounded.
+  void find_contacts() {
+    BroadPhase broad_phase(backend_, w_, scene_, settings_);
+    NarrowPhase narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
+    if (may_keep_ && !has_reused_) keeping_->enqueue_volumes(broad_phase);
+    const auto enqueue_pairs = [&] { find_pairs_or_reuse(broad_phase, narrow_phase); };
+    const auto enqueue_neighbours = [&] { narrow_phase.test_neighbours(); };
+    if (Backend::kKnowsCounts || chunks_ > 1) {  // each chunk's candidates are counted anew
+      enqueue_pairs();
       backend_.begin(Stage::features);
-      narrow_phase.test_neighbours();
+      enqueue_neighbours();
     } else {
-      const auto enqueue_pairs = [&] {
-        broad_phase.prepare(Wanted::meeting_triangles);
-        find_pairs(broad_phase, narrow_phase);
-      };
-      const auto enqueue_neighbours = [&] { narrow_phase.test_neighbours(); };
-      if (chunks_ > 1) {  // each chunk's candidates are counted anew
-        enqueue_pairs();
-        enqueue_neighbours();
-      } else {
-        backend_.concurrently(enqueue_pairs, enqueue_neighbours);
-      }
+      backend_.concurrently(enqueue_pairs, enqueue_neighbours);
     }
     narrow_phase.find_contacts();
     reserve_sorted_contacts(w_.lists.found.capacity());
@@ -408,15 +439,20 @@ class DetectorOn final : public Detector {
   }
 
   /// Among those that an earlier look has kept, where these are all that there can be.
-  void find_pairs_or_reuse(BroadPhaseStages<Backend, Scheme>& broad_phase,
-                           NarrowPhaseStages<Backend, Scheme>& narrow_phase) {
-    LookKeeping<Backend, Scheme> keeping(backend_, w_, broad_phase, scene_, settings_, revision_, query_->usefulness);
-    has_reused_ = may_keep_ && keeping.reuse();
-    if (has_reused_) return;
-    if (may_keep_) keeping.begin();
-    broad_phase.prepare(keeping.keeps_pairs() ? Wanted::overlapping_volumes : Wanted::meeting_triangles);
-    if (may_keep_ && keeping.keep()) return;
-    if (account_->is_limited() || chunks_ > 1) {
+  void find_pairs_or_reuse(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
+    if (has_reused_) return keeping_->enqueue_reuse(broad_phase);
+    bool has_found = false;
+    if (may_keep_ && keeping_->work().keeps_pairs) {
+      keeping_->with_kept_volumes([&] {
+        broad_phase.prepare(Wanted::overlapping_volumes);
+        has_found = keeping_->may_keep_pairs();
+        if (has_found) keeping_->enqueue_pairs(broad_phase);
+      });
+      if (has_found) return broad_phase.test_kept_pairs();
+    } else {
+      broad_phase.prepare(Wanted::meeting_triangles);
+    }
+    if (Backend::kKnowsCounts && (account_->is_limited() || chunks_ > 1)) {
       const std::uint64_t least_chunks = w_.counters.data()->tests / kMostTestsOfChunk + 1;
       chunks_ = std::max(chunks_, std::min(kMostChunks, least_chunks));
     }
@@ -424,7 +460,7 @@ class DetectorOn final : public Detector {
   }
 
   /// In chunks: those of all but the last were narrowed down.
-  void find_pairs(BroadPhaseStages<Backend, Scheme>& broad_phase, NarrowPhaseStages<Backend, Scheme>& narrow_phase) {
+  void find_pairs(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     const auto chunks = static_cast<std::uint32_t>(chunks_);
     for (std::uint32_t i = 0; i < chunks; ++i) {
       if (i > 0) {
@@ -439,12 +475,39 @@ class DetectorOn final : public Detector {
 
   void launch() {
     w_.counters.reserve(backend_, 1, 0);
-    if constexpr (Backend::kKnowsCounts) *w_.counters.data() = {};
-    const Signature signature = {
-        settings_, scene_, counts_, chunks_, query_->orders_in_runs, w_.lists.with_all([](auto&... lists) {
-          return std::array{lists.capacity()...};
-        })};
-    backend_.launch(signature, [this] { detect(); });
+    if (may_keep_ && !has_reused_) {
+      keeping_.emplace(backend_, w_, scene_, host_bodies(), settings_, revision_, query_->usefulness);
+    }
+    if constexpr (Backend::kKnowsCounts) {
+      *w_.counters.data() = {};
+      backend_.launch(signature(LaunchPart::whole),
+                      [this] { detect([](LaunchPart /*part*/, const auto& run) { run(); }); });
+    } else {
+      detect([this](LaunchPart part, const auto& enqueue) { backend_.launch(signature(part), enqueue); });
+    }
+  }
+
+  /// While the detection is started; where all runs on the host, until it is finished.
+  SceneBodies host_bodies() const {
+    if constexpr (Backend::kKnowsCounts) {
+      const std::size_t count = scene_.body_count;
+      const std::size_t partners = count == 0 ? 0 : scene_.partner_begin[count];
+      return {{scene_.bodies, count}, {scene_.partner_begin, count + 1}, {scene_.partners, partners}};
+    } else {
+      return given_bodies_;
+    }
+  }
+
+  Signature signature(LaunchPart part) {
+    return {part,
+            may_keep_ ? keeping_->work() : KeepingWork{},
+            w_.kept.pairs.capacity(),
+            settings_,
+            scene_,
+            counts_,
+            chunks_,
+            query_->orders_in_runs,
+            w_.lists.with_all([](auto&... lists) { return std::array{lists.capacity()...}; })};
   }
 
   /// They are the first.
@@ -495,10 +558,12 @@ class DetectorOn final : public Detector {
   Counters reached_{};             ///< by the detection's last attempt that was finished; 0 at its start
   bool has_released_ = false;      ///< the detection's lists have only what it needs itself
   bool is_launched_ = false;
-  bool may_keep_ = false;                           ///< pairs, for later looks, or reuse those of an earlier one
-  bool has_reused_ = false;                         ///< pairs of an earlier look
-  MemoryNeed::For needs_ = MemoryNeed::For::scene;  ///< what is being done
-  std::uint64_t found_ = 0;                         ///< contacts, when memory ran out
+  bool may_keep_ = false;                                ///< pairs, for later looks, or reuse those of an earlier one
+  bool has_reused_ = false;                              ///< pairs of an earlier look
+  SceneBodies given_bodies_;                             ///< until it is started
+  std::optional<LookKeeping<Backend, Scheme>> keeping_;  ///< what it does for others, where it may
+  MemoryNeed::For needs_ = MemoryNeed::For::scene;       ///< what is being done
+  std::uint64_t found_ = 0;                              ///< contacts, when memory ran out
   TestSamples test_samples_;
   Backend backend_;  ///< the last, so that it goes first: it waits for work that uses all the others
 };

@@ -3,92 +3,151 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/pipeline/workspace.hpp"
 
 namespace softcd {
 
-/// What one look does with the kept one: finds its pairs among those, or else leaves something itself. For backends
-/// whose counts, and memory, the host can read meanwhile.
+/// What one look does with the kept one: finds its pairs among those, or else leaves something itself. What is decided
+/// and what is enqueued are apart, as the host of some backends decides before anything runs.
 template <class Backend, class Scheme>
 class LookKeeping {
+  using Stages = BroadPhaseStages<Backend, Scheme>;
+
  public:
-  /// `revision` is the detector's, `usefulness` of what the query's looks leave.
-  LookKeeping(Backend& backend, Workspace<Backend, Scheme>& workspace, BroadPhaseStages<Backend, Scheme>& stages,
-              const SceneView& scene, const DetectionSettings& settings, std::uint64_t revision,
-              const std::shared_ptr<Usefulness>& usefulness)
+  /// `bodies` as the scene's, on the host, for what is decided; `revision` is the detector's, `usefulness` of what the
+  /// query's looks leave.
+  LookKeeping(Backend& backend, Workspace<Backend, Scheme>& workspace, const SceneView& scene,
+              const SceneBodies& bodies, const DetectionSettings& settings, std::uint64_t revision,
+              std::shared_ptr<Usefulness> usefulness)
       : backend_(backend),
-        volumes_(workspace.volumes),
-        counters_(*workspace.counters.data()),
+        w_(workspace),
         kept_(workspace.kept),
-        stages_(stages),
         scene_(scene),
+        bodies_(bodies),
         settings_(settings),
         revision_(revision),
-        usefulness_(usefulness) {}
-
-  /// Of triangles that are bounded: whether all pairs were found among those kept.
-  bool reuse() {
+        usefulness_(std::move(usefulness)) {
     ++kept_.misses;
     if (is_own()) ++kept_.age;
-    if (!is_kept() || !covers_settings() || !covers_bodies()) return false;
-    stages_.find_escaped();
-    if (counters_.escaped > 0) {
-      if (is_own()) learn();
-      return false;
+    work_.compares = is_kept() && covers_settings() && covers_bodies();
+    work_.measures_headroom = work_.compares && is_own();
+  }
+
+  /// What is to be enqueued, as far as it is decided.
+  const KeepingWork& work() const { return work_; }
+  /// Whether it is worth while to wait for what a comparison tells: that costs nothing where counts are known at once.
+  bool waits_for_comparison() const { return work_.compares && (Backend::kKnowsCounts || kept_.has_pairs); }
+
+  /// Of triangles that are bounded. What it finds is among the counts.
+  void enqueue_comparison(Stages& stages) const {
+    if (!work_.compares) return;
+    stages.find_escaped();
+    if constexpr (Backend::kKnowsCounts) {
+      if (w_.counters.data()->escaped == 0) return;
     }
+    if (work_.measures_headroom) stages.measure_headroom();
+  }
+
+  /// Once it was waited for: whether all pairs of this look are among those kept.
+  bool is_served(const Counters& counters) {
+    learn(lesson(), counters);
+    if (counters.escaped > 0) return false;
     kept_.misses = 0;
     kept_.was_of_use = true;
-    kept_.usefulness->confirm();
-    if (!kept_.has_pairs) return false;
-    counters_.kept = kept_.pair_count;
-    counters_.grid = kept_.grid;
-    counters_.grid.active_triangles = static_cast<std::uint32_t>(counters_.active);
-    stages_.test_kept_pairs();
+    return kept_.has_pairs;
+  }
+
+  void enqueue_reuse(Stages& stages) const {
+    backend_.run_once("restore_kept_counts", RestoreKeptCounts{kept_.counts.data(), w_.counters.data()});
+    stages.test_kept_pairs();
+  }
+
+  /// Decides what a look that finds its pairs anew leaves: volumes, which tell whether pairs would have been of use, by
+  /// a detector's first look nothing, and pairs where these are likely to be of use.
+  void begin() {
+    if (work_.compares && !waits_for_comparison()) lesson_ = lesson();
+    if (!std::exchange(kept_.has_looked, true) || kept_.has_split || is_others()) return;
+    const bool leaves = usefulness_->is_likely() || usefulness_->wants_to_learn();
+    if (!leaves && !is_own()) return;
+    if (kept_.has_pairs && !kept_.was_of_use) kept_.usefulness->doubt();
+    kept_.has_pairs = false;
+    kept_.revision = 0;
+    if (!leaves || !lists_all_neighbours()) return;
+    work_.keeps_volumes = true;
+    work_.keeps_pairs = kept_.has_pairs = usefulness_->is_likely();
+    work_.slack = kept_.slack = kept_.has_pairs ? usefulness_->slack() : 0.0F;
+    kept_.bodies.assign(bodies_.bodies.begin(), bodies_.bodies.end());
+    kept_.partner_begin.assign(bodies_.partner_begin.begin(), bodies_.partner_begin.end());
+    kept_.partners.assign(bodies_.partners.begin(), bodies_.partners.end());
+    kept_.volumes.reserve(backend_, scene_.triangle_count, 0);
+    if (is_grown()) upload_grown_bodies();
+    if (!kept_.has_pairs) return;
+    kept_.counts.reserve(backend_, 1, 0);
+    if (!Backend::kKnowsCounts) kept_.pairs.reserve(backend_, w_.lists.pairs.capacity(), 0);
+  }
+
+  /// Of triangles that are bounded, and compared.
+  void enqueue_volumes(Stages& stages) const {
+    if (!work_.keeps_volumes) return;
+    if (is_grown()) {
+      SceneView scene = scene_;
+      scene.bodies = kept_.grown_bodies.data();
+      stages.bound_triangles(scene);
+    }
+    stages.keep_volumes(kept_.slack);
+  }
+
+  /// The stages in between see grown volumes, where the look keeps pairs of such.
+  template <class F>
+  void with_kept_volumes(const F& f) {
+    const bool swaps = work_.keeps_pairs && is_grown();
+    if (swaps) std::swap(w_.volumes, kept_.volumes);
+    f();
+    if (swaps) std::swap(w_.volumes, kept_.volumes);
+  }
+
+  /// Of triangles that are prepared: not if it is known already that some were split.
+  bool may_keep_pairs() const {
+    if constexpr (Backend::kKnowsCounts) return w_.counters.data()->splits == 0;
     return true;
   }
 
-  /// Of triangles that are bounded: leaves their volumes, which tell whether pairs would have been of use; by a
-  /// detector's first look nothing is left. Where pairs shall be kept the stages go on with the grown volumes.
-  void begin() {
-    if (!std::exchange(kept_.has_looked, true) || kept_.has_split || is_others()) return;
-    if (kept_.has_pairs && !kept_.was_of_use) kept_.usefulness->doubt();
-    kept_.revision = 0;
-    if (!lists_all_neighbours()) return;
-    begins_ = true;
-    kept_.has_pairs = usefulness_->is_likely();
-    kept_.slack = kept_.has_pairs ? usefulness_->slack() : 0.0F;
-    keep_bodies();
-    if (is_grown()) bound_those_near();
-    stages_.keep_volumes(kept_.slack);
-    if (is_grown()) std::swap(volumes_, kept_.volumes);
+  /// Within with_kept_volumes(): all pairs whose volumes overlap.
+  void enqueue_pairs(Stages& stages) const {
+    stages.keep_pairs();
+    backend_.run_once("store_kept_counts", StoreKeptCounts{w_.counters.data(), kept_.counts.data()});
   }
 
-  bool keeps_pairs() const { return begins_ && kept_.has_pairs; }
+  /// What was left is not complete.
+  void drop() { kept_.has_pairs = false; }
 
-  /// Of triangles that are prepared: whether all pairs were found, because those of overlapping volumes are kept.
-  bool keep() {
-    kept_.has_split = counters_.splits > 0;
-    const bool keeps = begins_ && !kept_.has_split;
-    if (keeps && keeps_pairs()) stages_.keep_pairs();
-    if (begins_ && is_grown()) std::swap(volumes_, kept_.volumes);
-    if (!keeps) return false;
+  /// Once all has run. Triangles that were split are not where their volumes are: nothing is kept of such looks.
+  void conclude(const Counters& counters) {
+    if (lesson_) learn(*lesson_, counters);
+    if (!work_.keeps_volumes || counters.splits > 0) return;
     kept_.settings = settings_;
     kept_.usefulness = usefulness_;
     kept_.was_of_use = false;
     kept_.age = 0;
-    kept_.pair_count = counters_.kept;
-    kept_.grid = counters_.grid;
+    kept_.mean_radius = counters.grid.mean_radius;
     kept_.revision = revision_;
-    if (kept_.has_pairs) stages_.test_kept_pairs();
-    return kept_.has_pairs;
   }
 
  private:
   /// Looks in a row that the kept one is of no use to before another query's may take its place.
   static constexpr int kMostMisses = 4;
+
+  /// What is to be remembered of the kept look to learn from a comparison with it.
+  struct Lesson {
+    std::shared_ptr<Usefulness> usefulness;
+    float slack, mean_radius;
+    int age;
+  };
 
   bool is_kept() const { return kept_.revision == revision_; }
   bool is_own() const { return kept_.usefulness == usefulness_; }
@@ -97,10 +156,15 @@ class LookKeeping {
   /// Another query has left pairs that still are of use.
   bool is_others() const { return is_kept() && kept_.has_pairs && !is_own() && kept_.misses < kMostMisses; }
 
-  void learn() {
-    stages_.measure_headroom();
-    const float move = kept_.slack - counters_.headroom;
-    usefulness_->learn(move / static_cast<float>(kept_.age), kept_.grid.mean_radius);
+  Lesson lesson() const { return {kept_.usefulness, kept_.slack, kept_.mean_radius, kept_.age}; }
+
+  void learn(const Lesson& lesson, const Counters& counters) {
+    if (counters.escaped == 0) {
+      lesson.usefulness->confirm();
+    } else if (work_.measures_headroom) {
+      const float move = lesson.slack - counters.headroom;
+      lesson.usefulness->learn(move / static_cast<float>(lesson.age), lesson.mean_radius);
+    }
   }
 
   /// Others have no other contacts, but want to be seen at work.
@@ -112,15 +176,12 @@ class LookKeeping {
   /// Whether all pairs of bodies, and kinds of features, were looked for.
   bool covers_bodies() const {
     if (!lists_all_neighbours()) return false;
-    for (std::uint32_t b = 0; b < scene_.body_count; ++b) {
-      const SceneBody& now = scene_.bodies[b];
-      const SceneBody& then = kept_.bodies.data()[b];
+    for (std::size_t b = 0; b < bodies_.bodies.size(); ++b) {
+      const SceneBody& now = bodies_.bodies[b];
+      const SceneBody& then = kept_.bodies[b];
       if ((now.vertex_triangle && !then.vertex_triangle) || (now.edge_edge && !then.edge_edge)) return false;
-      const auto row = [b](const std::uint64_t* begin, const std::uint32_t* partners) {
-        return Span<const std::uint32_t>(partners + begin[b], begin[b + 1] - begin[b]);
-      };
-      const auto partners_now = row(scene_.partner_begin, scene_.partners);
-      const auto partners_then = row(kept_.partner_begin.data(), kept_.partners.data());
+      const auto partners_now = bodies_.row(b);
+      const auto partners_then = SceneBodies{kept_.bodies, kept_.partner_begin, kept_.partners}.row(b);
       if (!std::includes(partners_then.begin(), partners_then.end(), partners_now.begin(), partners_now.end())) {
         return false;
       }
@@ -130,43 +191,31 @@ class LookKeeping {
 
   /// What triangles that share a vertex may touch with is decided by where they are, unless it is listed.
   bool lists_all_neighbours() const {
-    for (std::uint32_t b = 0; b < scene_.body_count; ++b) {
-      if (!scene_.bodies[b].lists_neighbours && scene_.bodies_may_touch(b, b)) return false;
+    for (std::uint32_t b = 0; b < bodies_.bodies.size(); ++b) {
+      const auto partners = bodies_.row(b);
+      if (!bodies_.bodies[b].lists_neighbours && std::binary_search(partners.begin(), partners.end(), b)) return false;
     }
     return true;
   }
 
-  void keep_bodies() {
-    const auto keep = [this](auto& buffer, const auto* values, std::uint64_t count) {
-      buffer.reserve(backend_, count, 0);
-      backend_.upload(buffer, {values, count});
-    };
-    keep(kept_.bodies, scene_.bodies, scene_.body_count);
-    keep(kept_.partner_begin, scene_.partner_begin, scene_.body_count + 1);
-    keep(kept_.partners, scene_.partners, scene_.partner_begin[scene_.body_count]);
-  }
-
-  /// Those too that may come within reach of a partner before any leaves its grown volume.
-  void bound_those_near() {
-    for (std::uint32_t b = 0; b < scene_.body_count; ++b) {
-      Box& box = kept_.bodies.data()[b].partner_box;
-      box = inflated(box, kept_.slack);
-    }
-    SceneView scene = scene_;
-    scene.bodies = kept_.bodies.data();
-    stages_.bound_triangles(scene);
+  /// Triangles take part too that may come within reach of a partner before any leaves its grown volume.
+  void upload_grown_bodies() {
+    std::vector<SceneBody> grown = kept_.bodies;
+    for (SceneBody& body : grown) body.partner_box = inflated(body.partner_box, kept_.slack);
+    kept_.grown_bodies.reserve(backend_, grown.size(), 0);
+    backend_.upload(kept_.grown_bodies, Span<const SceneBody>(grown));
   }
 
   Backend& backend_;
-  typename Backend::template Buffer<Kdop18>& volumes_;
-  Counters& counters_;
+  Workspace<Backend, Scheme>& w_;
   KeptLook<Backend>& kept_;
-  BroadPhaseStages<Backend, Scheme>& stages_;
   const SceneView& scene_;
+  SceneBodies bodies_;
   const DetectionSettings& settings_;
   std::uint64_t revision_;
-  const std::shared_ptr<Usefulness>& usefulness_;
-  bool begins_ = false;
+  std::shared_ptr<Usefulness> usefulness_;
+  KeepingWork work_;
+  std::optional<Lesson> lesson_;
 };
 
 }  // namespace softcd

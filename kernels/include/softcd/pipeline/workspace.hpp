@@ -7,6 +7,7 @@
 #include <memory>
 #include <new>
 #include <tuple>
+#include <vector>
 
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/output.hpp"
@@ -96,6 +97,37 @@ struct ClearCounters {
     counters->scene = scene;
     counters->all = ~std::uint64_t{0};
     counters->earliest_toi = 1.0F;
+  }
+};
+
+/// What a look says of the pairs that it keeps, in the backend's memory.
+struct KeptCounts {
+  std::uint64_t pairs;
+  GridParameters grid;
+};
+
+/// Of a look that has kept its pairs.
+struct StoreKeptCounts {
+  const Counters* counters;
+  KeptCounts* kept;
+
+  template <class Team>
+  SOFTCD_HD void operator()(Team& team) const {
+    if (team.is_leader()) *kept = {counters->kept, counters->grid};
+  }
+};
+
+/// For a look that finds its pairs among those kept.
+struct RestoreKeptCounts {
+  const KeptCounts* kept;
+  Counters* counters;
+
+  template <class Team>
+  SOFTCD_HD void operator()(Team& team) const {
+    if (!team.is_leader()) return;
+    counters->kept = kept->pairs;
+    counters->grid = kept->grid;
+    counters->grid.active_triangles = static_cast<std::uint32_t>(counters->active);
   }
 };
 
@@ -251,7 +283,13 @@ class Usefulness {
   bool is_likely() const { return credit_ > 0; }
   float slack() const { return slack_; }
 
-  void confirm() { credit_ = kMostCredit; }
+  /// Whether a look shall leave volumes to learn from: only now and then where those of many looks have taught nothing.
+  bool wants_to_learn() { return lessons_in_vain_ < kMostInVain || ++looks_ % kSeldom == 0; }
+
+  void confirm() {
+    credit_ = kMostCredit;
+    lessons_in_vain_ = 0;
+  }
   void doubt() {
     if (credit_ == 0 || --credit_ > 0) return;
     slack_ = 0.0F;
@@ -261,17 +299,21 @@ class Usefulness {
   /// From one look to the next no triangle moved further than this; `radius` is the mean triangle's.
   void learn(float move, float radius) {
     slack_ = 0.0F;
+    ++lessons_in_vain_;
     if (looks_to_rest_ > 0) {
       --looks_to_rest_;
     } else if (move > 0.0F && kFewestLooks * move <= kMostSlack * radius) {
       slack_ = std::min(kLooks * move, kMostSlack * radius);
       credit_ = std::max(credit_, 1);
+      lessons_in_vain_ = 0;
     }
   }
 
  private:
   static constexpr int kMostCredit = 6;
   static constexpr int kRest = 32;
+  static constexpr int kMostInVain = 8;
+  static constexpr int kSeldom = 16;
   /// How many looks volumes should last, and must for the pairs to pay.
   static constexpr float kLooks = 6.0F;
   static constexpr float kFewestLooks = 3.0F;
@@ -280,6 +322,8 @@ class Usefulness {
 
   int credit_ = 0;
   int looks_to_rest_ = 0;
+  int lessons_in_vain_ = 0;  ///< in a row
+  int looks_ = 0;            ///< since they were too many
   float slack_ = 0.0F;
 };
 
@@ -293,14 +337,15 @@ struct KeptLook {
 
   Buffer<Kdop18> volumes;
   List<Backend, DetectionCounter<&Counters::kept>, ArrayTarget<std::uint64_t>, Buffer<std::uint64_t>> pairs;
-  /// What was looked for; see SceneView.
-  Buffer<SceneBody> bodies;
-  Buffer<std::uint64_t> partner_begin;
-  Buffer<std::uint32_t> partners;
+  Buffer<KeptCounts> counts;
+  Buffer<SceneBody> grown_bodies;  ///< with partner boxes that the slack has grown
+  /// What was looked for, on the host; see SceneView.
+  std::vector<SceneBody> bodies;
+  std::vector<std::uint64_t> partner_begin;
+  std::vector<std::uint32_t> partners;
   DetectionSettings settings{};
   std::uint64_t revision = 0;  ///< of the detector; 0: there is nothing
-  GridParameters grid{};
-  std::uint64_t pair_count = 0;
+  float mean_radius = 0.0F;    ///< of its triangles
   bool has_pairs = false;
   float slack = 0.0F;
   int age = 0;                             ///< looks of the same query since
@@ -312,9 +357,32 @@ struct KeptLook {
   bool has_split = false;   ///< some triangle: the next is likely to as well
 };
 
-/// Everything that decides which work a detection enqueues, and with which arguments: of two detections with equal ones
+/// What one launch does of a detection.
+enum class LaunchPart : std::uint8_t {
+  whole,
+  comparison,  ///< of volumes with those that are kept
+  remainder,   ///< after a comparison that has told to look anew
+  reuse,       ///< after one that has told that pairs which are kept serve
+};
+constexpr std::size_t kLaunchPartCount = 4;
+
+/// What a look does for others, beside finding its pairs.
+struct KeepingWork {
+  bool compares = false;  ///< volumes with those that are kept
+  bool measures_headroom = false;
+  bool keeps_volumes = false;  ///< grown by `slack`
+  bool keeps_pairs = false;
+  float slack = 0.0F;
+
+  friend bool operator==(const KeepingWork&, const KeepingWork&) = default;
+};
+
+/// Everything that decides which work a launch enqueues, and with which arguments: of two launches with equal ones
 /// the second enqueues the same work on the same memory.
 struct Signature {
+  LaunchPart part;
+  KeepingWork keeping;
+  std::uint64_t kept_capacity;  ///< of the list of kept pairs
   DetectionSettings settings;
   SceneView scene;
   SceneCounts counts;
