@@ -186,5 +186,19 @@ TEST(MemoryLimitErrors, a_pipeline_goes_on_when_its_limit_changes) {
   EXPECT_EQ(loaded.pipeline.statistics().chunks, 1U);
 }
 
+// What a first detection guesses is not given back. Hardly a triangle takes part.
+TEST(Memory, of_a_large_scene_is_little_more_than_it_needs) {
+  const Mesh large = grid_cloth(520, 520, 1.0);
+  BodySettings settings = everything(0.01F);
+  settings.self_collision = false;
+  const Outcome outcome =
+      outcome_of({still(large, settings), still(grid_cloth(2, 2, 1.0), settings)}, test_options(Detection::dcd));
+  const auto triangles = static_cast<double>(large.triangles.size());
+  ASSERT_GT(triangles, 500000.0);
+  EXPECT_GT(outcome.contacts.size(), 0U);
+  EXPECT_EQ(outcome.statistics.reruns, 0U);
+  EXPECT_LT(static_cast<double>(outcome.statistics.peak_bytes), 1400.0 * triangles);
+}
+
 }  // namespace
 }  // namespace softcd::test

@@ -269,18 +269,22 @@ class DetectorOn final : public Detector {
   }
 
   /// First guesses, so that an ordinary first detection need not repeat a stage. None where memory is limited, or does
-  /// not suffice.
+  /// not suffice. Small scenes get what takes no memory worth mentioning; what is large is guessed to need what a cloth
+  /// on a ball does, as memory that a first detection takes is kept: where it needs more it repeats a stage once.
   void guess_lists() {
+    constexpr std::uint64_t kSmallScene = 1ULL << 18;
     const std::uint64_t triangles = scene_.triangle_count / settings_.partition.rank.count;
     if (query_->guessed_for == triangles || account_->is_limited()) return;
     query_->guessed_for = triangles;
+    const std::uint64_t first = std::min(triangles, kSmallScene);
+    const std::uint64_t rest = triangles - first;
     Lists<Backend, Scheme>& lists = w_.lists;
     try {
-      lists.entries.reserve(backend_, 6 * triangles, 0);
-      lists.pairs.reserve(backend_, 8 * triangles, 0);
-      if (settings_.vertex_triangle) lists.vt_candidates.reserve(backend_, 8 * triangles, 0);
-      if (settings_.edge_edge) lists.ee_candidates.reserve(backend_, 16 * triangles, 0);
-      lists.found.reserve(backend_, 4 * triangles, 0);
+      lists.entries.reserve(backend_, 6 * first + 4 * rest, 0);
+      lists.pairs.reserve(backend_, 8 * first + 3 * rest, 0);
+      if (settings_.vertex_triangle) lists.vt_candidates.reserve(backend_, 8 * first + rest, 0);
+      if (settings_.edge_edge) lists.ee_candidates.reserve(backend_, 16 * first + 2 * rest, 0);
+      lists.found.reserve(backend_, 4 * first + rest, 0);
     } catch (const std::bad_alloc&) {
       release_lists();
     }
