@@ -51,7 +51,7 @@ std::uint32_t count_around(const SidesOfEdges& sides, Side first) {
 }  // namespace
 
 bool is_closed_surface(const MeshView& mesh) {
-  const auto triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+  const std::uint32_t triangle_count = mesh.face_count();
   SidesOfEdges sides(mesh);
   std::vector<std::uint32_t> corners(mesh.vertex_count, 0);
   std::vector<Side> first_side(mesh.vertex_count, kNoIndex);

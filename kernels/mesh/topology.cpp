@@ -79,6 +79,7 @@ class NeighbourLister {
 
  private:
   void add_vertices(std::uint32_t owner, std::uint32_t t) {
+    if ((ownership_[t] & kSegment) != 0) return;
     for (int corner = 0; corner < 3; ++corner) {
       const std::uint32_t v = mesh_.triangles[owner].v[corner];
       const bool is_owned = (ownership_[owner] & (1U << corner)) != 0;
@@ -109,9 +110,57 @@ class NeighbourLister {
   NeighbourFeatures& out_;
 };
 
+/// An edge that is no triangle's, by the first of the segments that have it.
+struct SegmentEdge {
+  std::uint64_t key;
+  std::uint32_t segment;
+  std::uint32_t edge = kNoIndex;
+};
+
+/// Ascending keys, each once. `keys` are those of the triangles' edges, ascending.
+std::vector<SegmentEdge> edges_of_segments(Span<const Segment> segments, const std::vector<std::uint64_t>& keys) {
+  std::vector<SegmentEdge> edges;
+  for (std::uint32_t s = 0; s < segments.size(); ++s) {
+    const auto [a, b] = segments[s].v;
+    if (a != b && !std::binary_search(keys.begin(), keys.end(), edge_key(a, b))) edges.push_back({edge_key(a, b), s});
+  }
+  const auto order = [](const SegmentEdge& a, const SegmentEdge& b) {
+    return a.key != b.key ? a.key < b.key : a.segment < b.segment;
+  };
+  std::sort(edges.begin(), edges.end(), order);
+  const auto is_same = [](const SegmentEdge& a, const SegmentEdge& b) { return a.key == b.key; };
+  edges.erase(std::unique(edges.begin(), edges.end(), is_same), edges.end());
+  return edges;
+}
+
+/// `keys` are those of the edges that `topology` has, ascending.
+void add_segments(Span<const Segment> segments, const std::vector<std::uint64_t>& keys, Topology& topology) {
+  std::vector<SegmentEdge> added = edges_of_segments(segments, keys);
+  for (std::uint32_t s = 0; s < segments.size(); ++s) {
+    const auto [a, b] = segments[s].v;
+    const std::uint64_t key = edge_key(a, b);
+    const auto known = std::lower_bound(keys.begin(), keys.end(), key);
+    std::uint32_t edge = kNoIndex;
+    if (known != keys.end() && *known == key) {
+      edge = static_cast<std::uint32_t>(known - keys.begin());
+    } else if (a != b) {
+      SegmentEdge& own = *std::lower_bound(added.begin(), added.end(), key,
+                                           [](const SegmentEdge& each, std::uint64_t k) { return each.key < k; });
+      if (own.segment == s) {
+        own.edge = static_cast<std::uint32_t>(topology.edges.size());
+        topology.edges.push_back({{std::min(a, b), std::max(a, b)}});
+      }
+      edge = own.edge;
+    }
+    topology.triangles.push_back({{a, b, b}});
+    topology.triangle_edges.push_back({{edge, kNoIndex, edge}});
+  }
+  topology.segment_count = static_cast<std::uint32_t>(segments.size());
+}
+
 }  // namespace
 
-Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_count) {
+Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_count, Span<const Segment> segments) {
   Topology topology;
   topology.vertex_count = vertex_count;
   topology.triangles.assign(triangles.begin(), triangles.end());
@@ -143,7 +192,8 @@ Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_cou
     }
     topology.triangle_edges.push_back(edges);
   }
-  topology.ownership = assign_ownership(view_of(topology), std::vector<std::uint8_t>(triangles.size(), 0));
+  if (!segments.empty()) add_segments(segments, keys, topology);
+  topology.ownership = assign_ownership(view_of(topology), std::vector<std::uint8_t>(topology.triangles.size(), 0));
   return topology;
 }
 
@@ -153,6 +203,7 @@ std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::ui
   std::vector<bool> edge_owned(mesh.edges.size(), false);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (left_out[t] != 0) continue;
+    if (t >= mesh.face_count()) ownership[t] = static_cast<Ownership>(kSegment);
     for (int corner = 0; corner < 3; ++corner) {
       const std::uint32_t vertex = mesh.triangles[t].v[corner] - mesh.first_vertex;
       if (!vertex_owned[vertex]) ownership[t] |= static_cast<Ownership>(1U << corner);

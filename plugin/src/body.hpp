@@ -34,6 +34,7 @@ struct Body {
   std::int32_t rank = -1;            ///< see BodyDesc
   std::optional<Topology> new_mesh;  ///< to be put into the scene's arrays
   Place vertices, triangles, edges;
+  std::uint32_t segment_count = 0;  ///< of the triangles that are placed, the last ones
   BodyPositions positions;
 
   /// Not finite where the detection that was prepared last looks, ascending; their triangles are left out.

@@ -56,7 +56,7 @@ BodyId SceneStore::add_body(const BodyDesc& desc) {
   body.id = next_id();
   body.settings = desc.settings;
   body.rank = desc.rank;
-  Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count));
+  Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count, desc.segments));
   body.vertices.next_capacity = mesh.vertex_count;
   body.triangles.next_capacity = static_cast<std::uint32_t>(mesh.triangles.size());
   body.edges.next_capacity = static_cast<std::uint32_t>(mesh.edges.size());
@@ -71,7 +71,7 @@ BodyId SceneStore::add_body(const BodyDesc& desc) {
 }
 
 void SceneStore::update_body(Body& body, const BodyDesc& desc) {
-  Topology mesh = build_topology(desc.triangles, desc.vertex_count);
+  Topology mesh = build_topology(desc.triangles, desc.vertex_count, desc.segments);
   const std::uint32_t vertices = capacity_for(mesh.vertex_count, body.vertices, body.is_placed);
   const std::uint32_t triangles = capacity_for(mesh.triangles.size(), body.triangles, body.is_placed);
   const std::uint32_t edges = capacity_for(mesh.edges.size(), body.edges, body.is_placed);
@@ -296,6 +296,7 @@ void SceneStore::place_mesh(std::uint32_t index) {
   place(body.vertices, mesh.vertex_count);
   place(body.triangles, mesh.triangles.size());
   place(body.edges, mesh.edges.size());
+  body.segment_count = mesh.segment_count;
   const std::uint32_t v = body.vertices.first;
   const std::uint32_t e = body.edges.first;
   const auto in_scene = [](std::uint32_t i, std::uint32_t first) { return i == kNoIndex ? kNoIndex : i + first; };
@@ -330,7 +331,8 @@ MeshView SceneStore::mesh_of(const Body& body) const {
           body.vertices.count,
           body.vertices.first,
           body.triangles.first,
-          body.edges.first};
+          body.edges.first,
+          body.segment_count};
 }
 
 std::vector<std::uint32_t> SceneStore::strays_of(const Body& body, const LookedAt& looked_at) const {

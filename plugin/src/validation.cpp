@@ -44,6 +44,17 @@ void validate_end(BodyId id, std::uint32_t vertex_count, const Positions& positi
   }
 }
 
+template <std::size_t kCount>
+void validate_indices(BodyId id, const BodyDesc& desc, const char* what, std::size_t place,
+                      const std::uint32_t (&vertices)[kCount]) {
+  for (const std::uint32_t v : vertices) {
+    if (v < desc.vertex_count) continue;
+    throw InvalidInput(
+        fmt::format("body {}: {} {} has vertex index {}, but the body has {} vertices; indices count from 0.", id.value,
+                    what, place, v, desc.vertex_count));
+  }
+}
+
 }  // namespace
 
 void validate_options(const SceneOptions& options) {
@@ -86,18 +97,14 @@ void validate_settings(BodyId id, const BodySettings& settings) {
 }
 
 void validate_mesh(BodyId id, const BodyDesc& desc) {
-  for (std::size_t t = 0; t < desc.triangles.size(); ++t) {
-    for (const std::uint32_t v : desc.triangles[t].v) {
-      if (v < desc.vertex_count) continue;
-      throw InvalidInput(
-          fmt::format("body {}: triangle {} has vertex index {}, but the body has {} vertices; indices count from 0.",
-                      id.value, t, v, desc.vertex_count));
-    }
-  }
-  if (desc.triangles.size() >= kMostElements || desc.vertex_count >= kMostElements) {
+  for (std::size_t t = 0; t < desc.triangles.size(); ++t)
+    validate_indices(id, desc, "triangle", t, desc.triangles[t].v);
+  for (std::size_t s = 0; s < desc.segments.size(); ++s) validate_indices(id, desc, "segment", s, desc.segments[s].v);
+  if (desc.triangles.size() + desc.segments.size() >= kMostElements || desc.vertex_count >= kMostElements) {
     throw InvalidInput(
-        fmt::format("body {}: {} triangles and {} vertices are more than 2^31; split the scene over several pipelines.",
-                    id.value, desc.triangles.size(), desc.vertex_count));
+        fmt::format("body {}: {} triangles, {} segments and {} vertices are more than 2^31; split the scene over "
+                    "several pipelines.",
+                    id.value, desc.triangles.size(), desc.segments.size(), desc.vertex_count));
   }
   validate_settings(id, desc.settings);
 }

@@ -44,6 +44,7 @@ constexpr Golden kGolden[] = {
     {{"kinematic_ground", kinematic_ground}, 0x066f46f4598315f3U},
     {{"unequal_margins", unequal_margins}, 0xbea5346efc5e3516U},
     {{"points_and_segments", points_and_segments}, 0xcd5fb0b12e0e9df9U},
+    {{"rope_and_fringes", rope_and_fringes}, 0xf9e997060e462ac1U},
 };
 
 struct Way {

@@ -230,4 +230,23 @@ Scene points_and_segments() {
                     moving(ball, contracted(ball.positions, 0.8), everything(0.02F))});
 }
 
+Scene rope_and_fringes() {
+  Random random(44);
+  const Mesh cloth = crumpled_cloth(16, 12, 0.1, 0.05, 45);
+  SceneBody fringed = moving(cloth, jittered(cloth.positions, 0.1, 46), everything(0.02F));
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const auto end = static_cast<std::uint32_t>(fringed.x_t0.size());
+    fringed.x_t0.push_back(cloth.positions[4 * i] + 0.2 * random.direction());
+    fringed.x_t1.push_back(fringed.x_t0.back() + random.in_box(0.1));
+    fringed.segments.push_back({{end, 4 * i}});
+  }
+  SceneBody rope{{}, {{-0.5, 0.2, 0.0}}, {}, everything(0.03F)};
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    rope.x_t0.push_back(rope.x_t0.back() + Vec3d{0.04, 0.03 * random.unit(), random.uniform(-0.1, 0.1)});
+    rope.segments.push_back({{i, i + 1}});
+  }
+  rope.x_t1 = jittered(rope.x_t0, 0.1, 47);
+  return of_floats({fringed, rope});
+}
+
 }  // namespace softcd::test

@@ -42,5 +42,7 @@ Scene kinematic_ground();
 Scene unequal_margins();
 /// Nothing but points and segments.
 Scene points_and_segments();
+/// Links without faces: a rope through a cloth that has fringes.
+Scene rope_and_fringes();
 
 }  // namespace softcd::test

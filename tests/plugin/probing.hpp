@@ -21,7 +21,7 @@ inline SceneOptions scene_options() {
 }
 
 inline BodyDesc desc_of(const SceneBody& body) {
-  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings};
+  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings, -1, body.segments};
 }
 
 /// Bodies in a softcd::Scene and who asks about them.

@@ -43,8 +43,8 @@ class RankScene {
       : communicator_(communicator), scene_(scene_options(communicator, options)), query_(scene_, options) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
       const auto rank = static_cast<std::int32_t>(i % static_cast<std::size_t>(communicator.size()));
-      ids_.push_back(scene_.add_body(
-          {scene[i].triangles, static_cast<std::uint32_t>(scene[i].x_t1.size()), scene[i].settings, rank}));
+      ids_.push_back(scene_.add_body({scene[i].triangles, static_cast<std::uint32_t>(scene[i].x_t1.size()),
+                                      scene[i].settings, rank, scene[i].segments}));
     }
   }
 

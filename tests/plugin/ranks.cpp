@@ -35,9 +35,11 @@ SceneBody soup_body(std::uint32_t triangles, double largest, std::uint64_t seed,
   return moving(mesh, scattered(mesh, 0.3, seed + 100), everything(margin));
 }
 
-/// Triangles of all sizes: whole, split, and on the list of those tested against all.
+/// Triangles of all sizes: whole, split, and on the list of those tested against all; with segments, short and long.
 Scene mixed_sizes() {
   Scene scene{soup_body(900, 0.15, 1), soup_body(900, 0.15, 2), soup_body(12, 6.0, 3)};
+  const auto vertex_count = static_cast<std::uint32_t>(scene[0].x_t1.size());
+  for (std::uint32_t v = 3; v < vertex_count; v += 61) scene[0].segments.push_back({{v % 3 == 0 ? v / 2 : v - 3, v}});
   const Mesh plate = moved(scaled(grid_cloth(2, 2, 1.0), 9.0), {-4.5, -4.5, 0.1});
   scene.push_back(still(plate, everything(0.01F)));
   return scene;

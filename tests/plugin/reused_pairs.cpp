@@ -22,7 +22,7 @@ SceneOptions scene_options() {
 }
 
 BodyDesc desc_of(const SceneBody& body) {
-  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings};
+  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings, -1, body.segments};
 }
 
 /// What a scene's first detection finds.
@@ -394,6 +394,23 @@ TEST(ReusedPairs, serve_while_triangles_move_little) {
     }
     EXPECT_GT(reused, 12);
   }
+}
+
+TEST(ReusedPairs, serve_segments) {
+  Scene scene = two_cloths();
+  SceneBody rope = scene[1];
+  rope.triangles.clear();
+  for (std::uint32_t v = 1; v < rope.x_t1.size(); ++v) rope.segments.push_back({{v - 1, v}});
+  scene.push_back(rope);
+  Watched watched(scene);
+  Query& query = watched.query(looking_for(Detection::ccd));
+  int reused = 0;
+  for (std::uint64_t step = 0; step < 24; ++step) {
+    creep(watched, step, 0.002);
+    EXPECT_GT(watched.expect_contacts(query), 100U);
+    reused += query.statistics().reused_pairs ? 1 : 0;
+  }
+  EXPECT_EQ(reused > 12, keeps()) << reused;
 }
 
 TEST(ReusedPairs, are_not_kept_of_what_moves_far) {

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <sstream>
+#include <utility>
 
 #include "box_sweep.hpp"
 #include "exact_ccd.hpp"
@@ -17,7 +19,7 @@ bool is_finite(Vec3d p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-/// A body's features that take part: those of triangles whose vertices are all finite.
+/// A body's features that take part: those of triangles and segments whose vertices are all finite.
 struct FeatureLists {
   std::vector<std::uint32_t> vertices;
   std::vector<std::uint32_t> triangles;
@@ -27,27 +29,34 @@ struct FeatureLists {
 
 FeatureLists features_of_body(const SceneBody& body) {
   FeatureLists lists;
-  std::vector<Triangle> active;
+  SceneBody active;
   std::vector<bool> is_used(body.x_t1.size(), false);
+  const auto take = [&](const auto& vertices) {
+    const bool finite = std::all_of(std::begin(vertices), std::end(vertices), [&](std::uint32_t v) {
+      return is_finite(body.x_t0[v]) && is_finite(body.x_t1[v]);
+    });
+    for (const std::uint32_t v : vertices) is_used[v] = is_used[v] || finite;
+    return finite;
+  };
   for (std::uint32_t t = 0; t < body.triangles.size(); ++t) {
-    const auto [a, b, c] = body.triangles[t].v;
-    const bool finite = is_finite(body.x_t0[a]) && is_finite(body.x_t0[b]) && is_finite(body.x_t0[c]) &&
-                        is_finite(body.x_t1[a]) && is_finite(body.x_t1[b]) && is_finite(body.x_t1[c]);
-    if (!finite) continue;
-    active.push_back(body.triangles[t]);
+    if (!take(body.triangles[t].v)) continue;
+    active.triangles.push_back(body.triangles[t]);
     lists.triangles.push_back(t);
-    is_used[a] = is_used[b] = is_used[c] = true;
+  }
+  for (const Segment& segment : body.segments) {
+    if (take(segment.v)) active.segments.push_back(segment);
   }
   for (std::uint32_t v = 0; v < is_used.size(); ++v) {
     if (is_used[v]) lists.vertices.push_back(v);
   }
-  const auto less = [](const Edge& a, const Edge& b) { return a.v[0] != b.v[0] ? a.v[0] < b.v[0] : a.v[1] < b.v[1]; };
-  const std::vector<Edge> all = edges_of(body.triangles);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> ids;
+  for (const Edge& edge : edges_of(body))
+    ids.emplace(std::pair(edge.v[0], edge.v[1]), static_cast<std::uint32_t>(ids.size()));
   lists.edges = edges_of(active);
-  for (const Edge& edge : lists.edges) {
-    const auto place = std::lower_bound(all.begin(), all.end(), edge, less);
-    lists.edge_ids.push_back(static_cast<std::uint32_t>(place - all.begin()));
-  }
+  const auto id_of = [&](const Edge& edge) { return ids.at({edge.v[0], edge.v[1]}); };
+  // In the order of their numbers, which is another one where a triangle that is left out has a segment's edge.
+  std::sort(lists.edges.begin(), lists.edges.end(), [&](const Edge& a, const Edge& b) { return id_of(a) < id_of(b); });
+  for (const Edge& edge : lists.edges) lists.edge_ids.push_back(id_of(edge));
   return lists;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <ostream>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -47,11 +48,22 @@ std::vector<Edge> edges_of(const std::vector<Triangle>& triangles) {
   return edges;
 }
 
+std::vector<Edge> edges_of(const SceneBody& body) {
+  std::vector<Edge> edges = edges_of(body.triangles);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> known;
+  for (const Edge& edge : edges) known.emplace(edge.v[0], edge.v[1]);
+  for (const Segment& segment : body.segments) {
+    const auto [low, high] = std::minmax(segment.v[0], segment.v[1]);
+    if (low != high && known.emplace(low, high).second) edges.push_back({{low, high}});
+  }
+  return edges;
+}
+
 LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log) {
   LoadedScene loaded{std::move(scene), CollisionPipeline(options, std::move(log)), {}};
   for (const SceneBody& body : loaded.scene) {
     const auto vertex_count = static_cast<std::uint32_t>(body.x_t1.size());
-    const BodyId id = loaded.pipeline.add_body({body.triangles, vertex_count, body.settings});
+    const BodyId id = loaded.pipeline.add_body({body.triangles, vertex_count, body.settings, -1, body.segments});
     loaded.pipeline.set_positions(id, body.x_t0, body.x_t1);
     loaded.ids.push_back(id);
   }

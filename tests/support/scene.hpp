@@ -16,6 +16,7 @@ struct SceneBody {
   Positions3 x_t0;
   Positions3 x_t1;
   BodySettings settings;
+  std::vector<Segment> segments{};
 };
 
 using Scene = std::vector<SceneBody>;
@@ -40,6 +41,8 @@ std::ostream& operator<<(std::ostream& out, const FeaturePair& pair);
 
 /// A body's edges in the order that Contact documents: sorted by lower, then higher vertex.
 std::vector<Edge> edges_of(const std::vector<Triangle>& triangles);
+/// Those of the triangles, then those of segments that are not among them yet, in their order.
+std::vector<Edge> edges_of(const SceneBody& body);
 
 /// A pipeline that holds a scene's bodies, ids in the scene's order, and the scene, since positions are read by
 /// detect() only.

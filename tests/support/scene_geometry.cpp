@@ -37,7 +37,7 @@ bool weights_are_convex(const Contact& contact) {
 }  // namespace
 
 SceneGeometry::SceneGeometry(const Scene& scene) : scene_(scene) {
-  for (const SceneBody& body : scene) edges_.push_back(edges_of(body.triangles));
+  for (const SceneBody& body : scene) edges_.push_back(edges_of(body));
 }
 
 std::array<std::uint32_t, 4> SceneGeometry::vertices(const FeaturePair& pair) const {

@@ -33,7 +33,8 @@ class SOFTCD_EXPORT CollisionPipeline {
   CollisionPipeline(CollisionPipeline&&) noexcept;
   CollisionPipeline& operator=(CollisionPipeline&&) noexcept;
 
-  /// Throws InvalidInput naming the triangle and the index when one is out of range; nothing is added then.
+  /// Throws InvalidInput naming the triangle, or segment, and the index when one is out of range; nothing is added
+  /// then.
   BodyId add_body(const BodyDesc& desc);
   /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
   /// body is unchanged then.

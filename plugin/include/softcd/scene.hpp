@@ -44,7 +44,7 @@ struct BodySettings {
   std::uint32_t batch = 0;
 };
 
-/// A mesh: triangles over vertices 0 .. vertex_count - 1. A vertex in no triangle does not collide;
+/// A mesh: triangles and segments over vertices 0 .. vertex_count - 1. A vertex in none of them does not collide;
 /// give it a triangle {v, v, v} when it should.
 struct BodyDesc {
   Span<const Triangle> triangles;  ///< read during the call
@@ -54,6 +54,13 @@ struct BodyDesc {
   /// next detection that is started; where that throws they have to be set again. -1: every rank sets them, the same
   /// everywhere.
   std::int32_t rank = -1;
+  /// Ropes and hair: what collides without being a triangle's side, read during the call. A segment's vertices touch
+  /// triangles; its edge touches edges, of triangles and of other segments, with Features::edge_edge: by that alone
+  /// segments touch each other, and by that vertices touch segments, as ends of edges (a triangle {v, v, v} has no edge
+  /// and does not). Segments that share a vertex do not touch. Given twice, or as a side of a triangle, a segment is
+  /// there once. See Contact for how their edges are numbered. Where triangles are counted, or named by a Probe,
+  /// segment i is triangle triangles.size() + i, {v[0], v[1], v[1]}.
+  Span<const Segment> segments{};
 };
 
 /// How much a line of the log matters.
@@ -103,7 +110,8 @@ class SOFTCD_EXPORT Scene {
   Scene(Scene&&) noexcept;
   Scene& operator=(Scene&&) noexcept;
 
-  /// Throws InvalidInput naming the triangle and the index when one is out of range; nothing is added then.
+  /// Throws InvalidInput naming the triangle, or segment, and the index when one is out of range; nothing is added
+  /// then.
   BodyId add_body(const BodyDesc& desc);
   /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
   /// body is unchanged then.

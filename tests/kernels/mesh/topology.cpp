@@ -91,6 +91,26 @@ TEST(Topology, triangles_know_their_edges) {
   }
 }
 
+TEST(Topology, segments_follow_on_triangles_and_their_edges) {
+  const std::vector<Triangle> triangles = {{{2, 1, 0}}};
+  const std::vector<Segment> segments = {{{4, 3}}, {{1, 2}}, {{3, 4}}, {{5, 5}}, {{0, 3}}};
+  const Topology topology = build_topology(triangles, 6, segments);
+  EXPECT_EQ(topology.segment_count, 5U);
+  std::vector<Ends> edges;
+  for (const Edge& edge : topology.edges) edges.emplace_back(edge.v[0], edge.v[1]);
+  EXPECT_EQ(edges, (std::vector<Ends>{{0, 1}, {0, 2}, {1, 2}, {3, 4}, {0, 3}}));
+  const std::uint32_t edge_of[] = {3, 2, 3, kNoIndex, 4};
+  const unsigned owned[] = {0b001011, 0, 0, 0b000001, 0b001000};
+  for (std::size_t s = 0; s < segments.size(); ++s) {
+    EXPECT_EQ(topology.triangles[1 + s].v[0], segments[s].v[0]);
+    EXPECT_EQ(topology.triangles[1 + s].v[1], segments[s].v[1]);
+    EXPECT_EQ(topology.triangles[1 + s].v[2], segments[s].v[1]);
+    EXPECT_EQ(topology.triangle_edges[1 + s].e[0], edge_of[s]);
+    EXPECT_EQ(topology.ownership[1 + s], owned[s] | kSegment) << "segment " << s;
+  }
+  EXPECT_EQ(topology.ownership[0], 63U);
+}
+
 void expect_each_feature_owned_once(const Topology& topology, const std::vector<Ownership>& ownership,
                                     const std::vector<std::uint8_t>& left_out) {
   std::vector<int> vertex_owners(topology.vertex_count, 0);

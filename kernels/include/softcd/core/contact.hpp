@@ -26,8 +26,9 @@ struct alignas(8) Contact {
   std::uint16_t unused;  ///< 0, so that no byte is undefined
   BodyId body_a;         ///< the vertex's body, or the first edge's
   BodyId body_b;         ///< the triangle's body, or the second edge's
-  /// Vertex and triangle index, or the two edges' indices. A body's edges are numbered in the order of
-  /// their sorted vertex pairs (lower vertex first, then the higher one).
+  /// Vertex and triangle index, or the two edges' indices. A body's edges are those of its triangles, in the order of
+  /// their sorted vertex pairs (lower vertex first, then the higher one), and then its segments, as they were given,
+  /// but for those that are among the edges already: without triangles segment i is edge i.
   std::uint32_t feature_a;
   std::uint32_t feature_b;  ///< of body_b, as feature_a
   /// Vertex-triangle: the vertex, then the triangle's three. Edge-edge: first edge (lower vertex first), then

@@ -55,11 +55,11 @@ struct ClosestPoint {
   Vec3d position{0, 0, 0};            ///< in world coordinates
   double distance = 0;                ///< at least 0
   float weights[3] = {0, 0, 0};       ///< of the triangle's vertices there, in [0, 1]; their sum is 1
-  /// Where the body's surface is closed: 1 on the side that normals point to, -1 on the other, 0 on the surface. Where
-  /// it is not, 0. Closed: every edge has two triangles that pass through it in opposite directions, the triangles of
-  /// each vertex surround it once, and all vertices of triangles are finite. By the angle-weighted normal of the
-  /// nearest feature (Baerentzen and Aanaes 2005), which means inside and outside where the surface does not intersect
-  /// itself.
+  /// Where the body's surface is closed: 1 on the side that normals point to, -1 on the other, 0 on the surface, and
+  /// where a segment is nearest. Where it is not, 0. Closed: every edge has two triangles that pass through it in
+  /// opposite directions, the triangles of each vertex surround it once, and all vertices of triangles are finite. By
+  /// the angle-weighted normal of the nearest feature (Baerentzen and Aanaes 2005), which means inside and outside
+  /// where the surface does not intersect itself.
   std::int32_t side = 0;
 
   /// Whether there is something within max_distance.

@@ -29,6 +29,12 @@ SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
   return has_first | has_second | has_third;
 }
 
+/// Two vertex indices: a part of a rope, or of a hair, by itself. Equal ones are legal: the segment then collides as
+/// the vertex that it is.
+struct Segment {
+  std::uint32_t v[2];
+};
+
 /// Two vertex indices, v[0] < v[1].
 struct Edge {
   std::uint32_t v[2];  ///< each below the vertex count of its body
@@ -80,6 +86,9 @@ enum class Accuracy : std::uint32_t {
 /// Bits of Ownership: which vertices and edges of a triangle this triangle owns (R-triangles,
 /// Curtis, Tamstorf, Manocha 2008). Bit i is vertex v[i], bit 3 + i is the edge v[i], v[(i + 1) % 3].
 using Ownership = std::uint8_t;
+
+/// Set beside what a segment owns: it has no face that vertices could touch.
+constexpr std::uint32_t kSegment = 0x40u;
 
 /// Set instead of any bit of Ownership for a triangle that takes no part: one of its vertices is not finite.
 constexpr std::uint32_t kLeftOut = 0x80u;

@@ -10,17 +10,20 @@ namespace softcd {
 
 /// A mesh's connectivity, derived once per change of topology.
 struct Topology {
+  /// Those of the mesh, then {v[0], v[1], v[1]} for each segment.
   std::vector<Triangle> triangles;
-  /// Every pair of distinct vertices joined by a triangle's side, once, sorted by (v[0], v[1]).
+  /// Every pair of distinct vertices joined by a triangle's side, once, sorted by (v[0], v[1]); then every other one
+  /// that is a segment, once, in the order of the segments.
   std::vector<Edge> edges;
   std::vector<TriangleEdges> triangle_edges;
   /// R-triangles: every vertex and edge that occurs is owned by the first triangle that has it.
   std::vector<Ownership> ownership;
   std::uint32_t vertex_count = 0;
+  std::uint32_t segment_count = 0;  ///< of the triangles, the last ones
 };
 
 /// Indices must be below vertex_count.
-Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_count);
+Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_count, Span<const Segment> segments = {});
 
 /// A mesh's connectivity where it lies among other meshes: the fields of a Topology, in which vertices, triangles and
 /// edges are numbered from the mesh's first ones on.
@@ -30,14 +33,21 @@ struct MeshView {
   Span<const TriangleEdges> triangle_edges;
   std::uint32_t vertex_count = 0;
   std::uint32_t first_vertex = 0, first_triangle = 0, first_edge = 0;
+  std::uint32_t segment_count = 0;
+
+  std::uint32_t face_count() const { return static_cast<std::uint32_t>(triangles.size()) - segment_count; }
 };
 
 /// The view of a mesh on its own.
 inline MeshView view_of(const Topology& topology) {
-  return {topology.triangles, topology.edges, topology.triangle_edges, topology.vertex_count};
+  return {topology.triangles,   topology.edges,        topology.triangle_edges, topology.vertex_count,
+          /*first_vertex=*/0,
+          /*first_triangle=*/0,
+          /*first_edge=*/0,     topology.segment_count};
 }
 
-/// Ownership among the triangles whose `left_out` flag is 0; the others own nothing. Flags: one per triangle.
+/// Ownership among the triangles whose `left_out` flag is 0; the others own nothing. Flags: one per triangle. Segments
+/// are told.
 std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::uint8_t> left_out);
 
 /// What a mesh's triangles that share a vertex have to be tested for. Their volumes always overlap, so that every
@@ -49,8 +59,8 @@ struct NeighbourFeatures {
   std::vector<std::uint64_t> edge_edge;        ///< lower edge:32 | higher edge:32
 };
 
-/// Every vertex with every triangle, and every two edges, whose owner (`ownership`; of a triangle itself) shares a
-/// vertex with the other's while they do not, each once. Numbered as in the mesh.
+/// Every vertex with every triangle but segments, and every two edges, whose owner (`ownership`; of a triangle itself)
+/// shares a vertex with the other's while they do not, each once. Numbered as in the mesh.
 NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership);
 
 }  // namespace softcd

@@ -153,8 +153,8 @@ struct ExpandPair {
             b,
             scene.triangles[a],
             scene.triangles[b],
-            (shape_a.flags >> kShift) & bits,
-            (shape_b.flags >> kShift) & bits,
+            (shape_a.flags >> kShift) & bits_against(shape_b, bits),
+            (shape_b.flags >> kShift) & bits_against(shape_a, bits),
             margin};
   }
 
@@ -182,6 +182,11 @@ struct ExpandPair {
   }
 
  private:
+  /// Vertices touch no segments: where they do, edges touch at an end.
+  static SOFTCD_HD std::uint32_t bits_against(const TriangleShape& other, std::uint32_t bits) {
+    return kKind == ContactKind::vertex_triangle && (other.flags & kSegment) != 0U ? 0U : bits;
+  }
+
   /// The vertices of a part and their distance; false where two are the same.
   SOFTCD_HD bool pick(const Item& work, std::uint32_t part, Candidate& candidate) const {
     if constexpr (kKind == ContactKind::vertex_triangle) {
