@@ -29,9 +29,10 @@ ContactSide node_side(const btSoftBody& body, const btSoftBody::Node& node) {
 
 ContactSide face_side(const btSoftBody& body, const btSoftBody::Face& face, const btVector3& weights) {
   ContactSide side;
-  side.feature = Feature::face;
-  side.face = static_cast<int>(&face - &body.m_faces[0]);
-  for (int i = 0; i < 3; ++i) {
+  const bool is_link = body.m_faces.size() == 0;
+  side.feature = is_link ? Feature::edge : Feature::face;
+  side.face = is_link ? -1 : static_cast<int>(&face - &body.m_faces[0]);
+  for (int i = 0; i < (is_link ? 2 : 3); ++i) {
     side.nodes[i] = index_of(body, *face.m_n[i]);
     side.weights[i] = weights[i];
     side.position += weights[i] * face.m_n[i]->m_x;
@@ -189,8 +190,9 @@ void ContactReader::read_classic(const btSoftBody& owner, std::vector<ReadContac
   read_soft(owner, owner.m_scontacts, &btSoftBody::SContact::m_weights, contacts);
   for (int i = 0; i < owner.m_rcontacts.size(); ++i) {
     const btSoftBody::RContact& entry = owner.m_rcontacts[i];
-    // What stands for a contact of a face has a plane that says nothing about where the node should be.
+    // What stands for a contact of a face, or link, has a plane that says nothing about where the node should be.
     const ContactNotes::Note* of_face = notes_.convex_shapes.find(owner, ContactArray::rigid_node, i);
+    if (of_face == nullptr) of_face = notes_.rigid_meshes.find(owner, ContactArray::rigid_node, i);
     const btScalar distance = of_face != nullptr ? btScalar(of_face->contact.distance)
                                                  : entry.m_cti.m_normal.dot(entry.m_node->m_x) + entry.m_cti.m_offset;
     contacts.push_back(rigid_contact(owner, entry.m_cti, node_side(owner, *entry.m_node), distance,

@@ -72,17 +72,14 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   result.node_body = node_side.body;
   result.face_body = face_side.body;
   result.normal = is_swapped ? -to_bullet(contact.normal) : to_bullet(contact.normal);
-  const std::uint32_t edge = is_swapped ? contact.feature_a : contact.feature_b;
-  result.face = &face_side.body->m_faces[static_cast<int>(face_side.mesh.face_of_edge[edge])];
+  result.face = &face_side.face_at_edge(is_swapped ? contact.feature_a : contact.feature_b);
   result.weights.setZero();
   btVector3 point(0, 0, 0);
   for (int i = 0; i < 2; ++i) {
     const btSoftBody::Node* corner_node = &node_of(*face_side.body, contact.vertices[first_corner + i]);
-    for (int corner = 0; corner < 3; ++corner) {
-      if (result.face->m_n[corner] == corner_node) {
-        result.weights[corner] = btScalar(contact.weights[first_corner + i]);
-      }
-    }
+    const auto corner = std::find(std::begin(result.face->m_n), std::end(result.face->m_n), corner_node);
+    result.weights[static_cast<int>(corner - std::begin(result.face->m_n))] =
+        btScalar(contact.weights[first_corner + i]);
     result.nodes[i] = &node_of(*node_side.body, contact.vertices[first_node + i]);
     result.node_weights[i] = btScalar(contact.weights[first_node + i]);
     point += result.nodes[i]->m_x * result.node_weights[i];

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "contact_read_out.hpp"
 
 /// Makes Bullet's functions that answer all entries of an array answer one at a time, so that each one's impulse can be
@@ -30,7 +32,9 @@ ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSo
   solve();
   ContactImpulses::Impulse impulse;
   for (int i = 0; i < 4; ++i) {
-    if (!(nodes[i]->m_im > 0)) continue;
+    // What stands for a link may have a node twice.
+    const bool is_counted = std::find(nodes, nodes + i, nodes[i]) != nodes + i;
+    if (!(nodes[i]->m_im > 0) || is_counted) continue;
     (i == 0 ? impulse.on_owner : impulse.on_other) += (nodes[i]->*moved - before[i]) * (unit / nodes[i]->m_im);
   }
   return impulse;

@@ -40,11 +40,22 @@ class NodeTouches {
   std::vector<btVector3> kept_;
 };
 
-/// Of edges there are none: Bullet has no contacts of theirs with rigid bodies.
+/// Of edges only those of ropes: Bullet has no contacts of edges with rigid bodies, and faces have others.
 QueryOptions mesh_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
-  options.features = {/*vertex_triangle=*/true, /*edge_edge=*/false};
+  options.features = {/*vertex_triangle=*/true, settings.edge_contacts == EdgeContacts::respond};
   return options;
+}
+
+/// Contacts at ends of edges are those of the nodes there.
+bool is_inside(const Contact& contact) {
+  return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
+}
+
+/// Whether Bullet's solver would see them, where it is the deformable one.
+bool wants_links(const btSoftBody& soft, const btCollisionObject& object) {
+  return !has_deformable_contacts(soft) || ((soft.m_cfg.collisions & (Flags::SDF_RDN | Flags::SDF_RDF)) != 0 &&
+                                            object.getInternalType() == btCollisionObject::CO_RIGID_BODY);
 }
 
 }  // namespace
@@ -76,6 +87,9 @@ void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPai
   const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
   BodySettings settings;
   settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
+  settings.features.edge_edge = std::any_of(pairs.begin(), pairs.end(), [this](const MeshPair& pair) {
+    return !mirror_.member(*pair.soft).mesh.segments.empty();
+  });
 
   std::vector<RigidBox> boxes;
   for (const MeshPair& pair : pairs) {
@@ -138,12 +152,22 @@ void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar tim
 
 void RigidMeshDetection::find_touches() {
   touches_.clear();
+  link_touches_.clear();
+  node_normals_.clear();
   NodeTouches touches;
   btSoftBody* body = nullptr;
   btSoftBody::Node* node = nullptr;
-  const auto flush = [&] { touches.flush([&](const RigidTouch& touch) { touches_.add(*body, *node, touch); }); };
+  const auto write = [&](const RigidTouch& touch) {
+    touches_.add(*body, *node, touch);
+    if (query_.options().features.edge_edge) node_normals_.emplace(std::pair(node, touch.object), touch.normal);
+  };
+  const auto flush = [&] { touches.flush(write); };
   BodyId last_mesh;
   for (const Contact& contact : query_.detect()) {
+    if (contact.kind == ContactKind::edge_edge) {
+      find_link_touch(contact);
+      continue;
+    }
     const btVector3 normal = to_bullet(contact.normal);
     const auto a = meshes_by_id_.find(contact.body_a.value);
     if (a != meshes_by_id_.end()) {
@@ -171,6 +195,7 @@ void RigidMeshDetection::find_touches() {
     if (depth_at_end < 0) touches.add(touch, depth_at_end);
   }
   flush();
+  add_link_touches();
 }
 
 void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
@@ -190,6 +215,56 @@ void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mes
   btVector3 end(0, 0, 0);
   for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.end);
   if (depth(touch, end, touch.object_point_t1) < 0) touches_.add(soft, face, weights, touch);
+}
+
+void RigidMeshDetection::find_link_touch(const Contact& contact) {
+  const auto a = meshes_by_id_.find(contact.body_a.value);
+  const bool is_swapped = a != meshes_by_id_.end();
+  const Mesh& mesh = is_swapped ? *a->second : *meshes_by_id_.at(contact.body_b.value);
+  const WorldMirror::Member& member = mirror_.member(is_swapped ? contact.body_b : contact.body_a);
+  if (member.mesh.segments.empty() || !is_inside(contact) || !wants_links(*member.body, *mesh.pair.object)) return;
+  const std::uint32_t edge = is_swapped ? contact.feature_b : contact.feature_a;
+  const int own = is_swapped ? 2 : 0;
+  const int other = 2 - own;
+  const btVector3 normal = to_bullet(contact.normal);
+  const RigidTouch touch = {mesh.pair.object,
+                            is_swapped ? -normal : normal,
+                            member.body->getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
+                            weighted_point(mesh.mesh.x_t0(), contact.vertices + other, contact.weights + other, 2),
+                            weighted_point(mesh.mesh.x_t1(), contact.vertices + other, contact.weights + other, 2),
+                            contact.time_of_impact};
+  const btSoftBody::Face& link = member.face_at_edge(edge);
+  const btVector3 weights(btScalar(contact.weights[own]), btScalar(contact.weights[own + 1]), 0);
+  const btVector3 end = weights[0] * (link.m_n[0]->*kind_.end) + weights[1] * (link.m_n[1]->*kind_.end);
+  const btScalar depth_at_end = depth(touch, end, touch.object_point_t1);
+  if (depth_at_end < 0 && !are_both_held(link, touch)) {
+    link_touches_[{member.id.value, edge, mesh.id.value}].push_back({touch, weights, depth_at_end});
+  }
+}
+
+/// Whether both of the link's nodes have contacts that hold it off the object in that direction, as on a flat surface,
+/// whose triangles have edges, too.
+bool RigidMeshDetection::are_both_held(const btSoftBody::Face& link, const RigidTouch& touch) const {
+  const auto is_held = [&](const btSoftBody::Node* node) {
+    const auto [begin, end] = node_normals_.equal_range({node, touch.object});
+    return std::any_of(begin, end, [&](const auto& held) { return held.second.dot(touch.normal) > kSameNormal; });
+  };
+  return is_held(link.m_n[0]) && is_held(link.m_n[1]);
+}
+
+/// Of one link with one mesh only those with a direction of their own, the deepest.
+void RigidMeshDetection::add_link_touches() {
+  for (auto& [key, touches] : link_touches_) {
+    const WorldMirror::Member& member = mirror_.member(BodyId{std::get<0>(key)});
+    std::stable_sort(touches.begin(), touches.end(),
+                     [](const LinkTouch& a, const LinkTouch& b) { return a.depth_at_end < b.depth_at_end; });
+    for (auto touch = touches.begin(); touch != touches.end(); ++touch) {
+      const bool is_known = std::any_of(touches.begin(), touch, [&](const LinkTouch& before) {
+        return before.touch.normal.dot(touch->touch.normal) > kSameNormal;
+      });
+      if (!is_known) touches_.add(*member.body, member.face_at_edge(std::get<1>(key)), touch->weights, touch->touch);
+    }
+  }
 }
 
 }  // namespace softcd::bullet

@@ -32,6 +32,12 @@ class RigidMeshDetection {
   void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
 
  private:
+  struct LinkTouch {
+    RigidTouch touch;
+    btVector3 weights;
+    btScalar depth_at_end;
+  };
+  using LinkTouches = std::vector<LinkTouch>;
   struct Mesh {
     BodyId id;
     RigidMesh mesh;
@@ -44,6 +50,9 @@ class RigidMeshDetection {
   void remove_absent_meshes();
   void find_touches();
   void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
+  void find_link_touch(const Contact& contact);
+  void add_link_touches();
+  bool are_both_held(const btSoftBody::Face& link, const RigidTouch& touch) const;
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
@@ -51,6 +60,10 @@ class RigidMeshDetection {
   std::map<MeshKey, Mesh> meshes_;
   std::map<std::uint32_t, const Mesh*> meshes_by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
+  /// Of this step: by links, as ids of bodies and edges, and ids of meshes.
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, LinkTouches> link_touches_;
+  /// By nodes and objects.
+  std::multimap<std::pair<const btSoftBody::Node*, const btCollisionObject*>, btVector3> node_normals_;
   RigidTouches touches_;
   bool keeps_notes_;
 };

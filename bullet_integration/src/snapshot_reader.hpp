@@ -16,20 +16,34 @@ inline Span<btSoftBody* const> span_of(const btAlignedObjectArray<btSoftBody*>& 
 /// one end: what moves further than its size is not paired with what it passes.
 void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher);
 
-/// A soft body's triangles as node indices. Nodes without a face (of a rope, say) collide as points: each gets a
-/// triangle {n, n, n} behind the faces'.
+/// A soft body's triangles and segments as node indices. Segments are the links of a body that has nothing else, a
+/// rope: no faces, no tetrahedra; but for bending links, which join nodes beyond their neighbours. Nodes without a face
+/// and a segment collide as points: each gets a triangle {n, n, n} behind the faces'.
 struct BodyMesh {
   std::vector<Triangle> triangles;
+  std::vector<Segment> segments;
   std::uint32_t face_count = 0;  ///< triangles from here on stand for single nodes
   std::uint32_t node_count = 0;
-  /// The faces around node n are faces_of_nodes[first_face_of_node[n]] and on. Empty until add_faces_of_nodes().
+  const btSoftBody::Node* first_node = nullptr;  ///< where the nodes were
+  /// What is around node n are faces_of_nodes[first_face_of_node[n]] and on: faces, and behind all triangles segments.
+  /// Empty until add_faces_of_nodes().
   std::vector<std::uint32_t> first_face_of_node, faces_of_nodes;
-  /// A face at every edge, which are numbered as in Contact. Empty until add_faces_of_edges().
+  /// A face at every edge of a face; edges are numbered as in Contact. Empty until add_faces_of_edges().
   std::vector<std::uint32_t> face_of_edge;
+  /// Of the edges behind those, which are links: faces that Bullet's contacts can be with. The third node is another
+  /// one of the body, where there is one, and has no weight in them.
+  std::vector<btSoftBody::Face> link_faces;
+
+  /// Of what add_faces_of_nodes() has found.
+  Triangle corners(std::uint32_t face) const {
+    if (face < triangles.size()) return triangles[face];
+    const auto& v = segments[face - triangles.size()].v;
+    return {{v[0], v[1], v[1]}};
+  }
 };
 
-/// Whether the body's faces still join the nodes that `mesh` says. Bullet leaves no reliable trace of a change:
-/// refine() and randomizeConstraints() reorder faces in place, so all of them are compared.
+/// Whether the body's faces, or links, still join the nodes that `mesh` says. Bullet leaves no reliable trace of a
+/// change: refine() and randomizeConstraints() reorder them in place, so all of them are compared.
 bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body);
 
 BodyMesh read_mesh(const btSoftBody& body);

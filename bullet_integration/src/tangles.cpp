@@ -13,9 +13,10 @@ using Corners = std::array<Vec3d, 3>;
 /// At the start of the step.
 Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, const WorldKind& kind) {
   const NodePosition start = start_of(kind, *member.body);
+  const Triangle triangle = member.mesh.corners(face);
   Corners corners;
   for (std::size_t i = 0; i < 3; ++i) {
-    const btVector3& x = member.body->m_nodes[static_cast<int>(member.mesh.triangles[face].v[i])].*start;
+    const btVector3& x = member.body->m_nodes[static_cast<int>(triangle.v[i])].*start;
     corners[i] = {double(x.x()), double(x.y()), double(x.z())};
   }
   return corners;
@@ -74,8 +75,7 @@ template <class Predicate>
 bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
   for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
     const std::uint32_t face = mesh.faces_of_nodes[i];
-    const std::uint32_t(&v)[3] = mesh.triangles[face].v;
-    if ((v[0] == other || v[1] == other || v[2] == other) && holds(face)) return true;
+    if (has_vertex(mesh.corners(face), other) && holds(face)) return true;
   }
   return false;
 }
@@ -104,7 +104,7 @@ bool is_tangled(const MemberContact& found, const WorldKind& kind) {
   const auto meets_one_at_a = [&](std::uint32_t face_b) {
     const Corners corners = corners_of(b, face_b, kind);
     return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](std::uint32_t face_a) {
-      const bool are_neighbours = &a == &b && share_vertex(a.mesh.triangles[face_a], b.mesh.triangles[face_b]);
+      const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(face_a), b.mesh.corners(face_b));
       return !are_neighbours && intersect(corners_of(a, face_a, kind), corners);
     });
   };

@@ -11,8 +11,8 @@
 namespace softcd::bullet {
 
 /// Whether a face at the one feature (around the vertex, at the edge) and a face at the other (the triangle, at the
-/// edge) that share no node intersect at the start of the step, certainly: what only touches does not count. The meshes
-/// have faces_of_nodes.
+/// edge) that share no node intersect at the start of the step, certainly: what only touches does not count, nor do two
+/// links. The meshes have faces_of_nodes.
 bool is_tangled(const MemberContact& found, const WorldKind& kind);
 
 /// The nodes of tangled features, each with the body that it is tangled with.

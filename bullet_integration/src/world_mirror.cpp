@@ -15,6 +15,10 @@ bool is_same(const BodySettings& a, const BodySettings& b) {
          a.features.edge_edge == b.features.edge_edge;
 }
 
+BodyDesc desc_of(const BodyMesh& mesh, const BodySettings& settings) {
+  return {mesh.triangles, mesh.node_count, settings, /*rank=*/-1, mesh.segments};
+}
+
 }  // namespace
 
 WorldMirror::WorldMirror(const WorldKind& kind, const Settings& settings)
@@ -101,7 +105,7 @@ WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& sett
     member.settings = settings;
     member.topology_changed = true;
     member.last_compared = step_;
-    member.id = scene_.add_body({member.mesh.triangles, member.mesh.node_count, settings});
+    member.id = scene_.add_body(desc_of(member.mesh, settings));
     members_by_id_[member.id.value] = &member;
     member.last_step = step_;
     return member;
@@ -116,7 +120,7 @@ void WorldMirror::update(Member& member, const BodySettings& settings) {
   compare(member);
   if (member.topology_changed) {
     BodyMesh mesh = read_mesh(*member.body);
-    scene_.update_body(member.id, {mesh.triangles, mesh.node_count, settings});
+    scene_.update_body(member.id, desc_of(mesh, settings));
     member.mesh = std::move(mesh);
   } else if (!is_same(member.settings, settings)) {
     scene_.set_settings(member.id, settings);

@@ -26,6 +26,14 @@ class WorldMirror {
     std::uint64_t last_step = 0;      ///< in which a query asked for it
     bool has_way = false;             ///< the scene has both ends of this step's
     bool is_in_world = false;
+
+    /// The face at an edge, which is numbered as in Contact, for a contact of Bullet's: one of the body's, or one that
+    /// stands for a link.
+    btSoftBody::Face& face_at_edge(std::uint32_t edge) const {
+      const std::size_t face_edges = mesh.face_of_edge.size();
+      return edge < face_edges ? body->m_faces[static_cast<int>(mesh.face_of_edge[edge])]
+                               : const_cast<btSoftBody::Face&>(mesh.link_faces[edge - face_edges]);
+    }
   };
 
   /// `kind` outlives it. Throws as Scene's constructor.

@@ -21,11 +21,16 @@ enum class SelfCollision : std::uint32_t {
   none,
 };
 
-/// What becomes of edges that touch edges. Bullet has neither the test nor a place for such contacts.
+/// What becomes of edges that touch edges. Bullet has neither the test nor a place for such contacts. Edges are those
+/// of faces, and the links of a rope: of a soft body that has neither faces nor tetrahedra. Its bending links
+/// (btSoftBody::generateBendingConstraints) are none, nor is a link of a body with faces that is no side of a face.
 enum class EdgeContacts : std::uint32_t {
-  off,      ///< not looked for
-  report,   ///< found, for edge_contacts()
-  respond,  ///< and given to Bullet's solver, each as two of its vertex-face contacts
+  off,     ///< not looked for
+  report,  ///< found, for edge_contacts()
+  /// And given to Bullet's solver, each as two of its vertex-face contacts; so ropes touch each other, themselves and
+  /// cloths. Links of ropes touch edges of rigid meshes, too (Settings::rigid_meshes). A link stands in Bullet's
+  /// contacts as a face that is none of the body's m_faces, whose third node has no weight.
+  respond,
 };
 
 /// Which of a node's contacts with the faces of one body, of those within its margin, Bullet's solver is given.
