@@ -122,7 +122,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_let_go(found)) {
       ++excepted;
-      let_go_.add(found);
+      tangled_.add(found.contact, TangleReason::start);
     } else {
       impacts.push_back(impact_of(found));
     }
@@ -144,11 +144,12 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   query_.set_pair_filter(pair_filter(mirror_, rule));
   answered_.clear();
   constrained_.clear();
-  let_go_.begin_step(mirror_, kind_);
+  tangled_.begin_step(mirror_, kind_);
   answers_ = {};
   const std::vector<Impact> impacts = find_impacts(Pairs::all);
   try {
     if (!impacts.empty()) answer(impacts, time_step);
+    name_unavoidable(bodies);
     name_let_go(bodies);
   } catch (...) {
     take_back();
@@ -193,18 +194,25 @@ void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
     const bool moves =
         std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
                     [this](const btSoftBody::Node* node) { return node->*kind_.start != node->*kind_.end; });
-    if (moves && !impact.is_from_start) ++answers_.unavoidable;
+    if (!moves || impact.is_from_start) continue;
+    ++answers_.unavoidable;
+    tangled_.add(impact.contact, TangleReason::unavoidable);
   }
-  if (answers_.unavoidable == 0 || !settings_.log) return;
-  settings_.log(
-      LogLevel::warning,
-      "continuous detection: in " + std::to_string(answers_.unavoidable) +
-          " impacts something passes through nodes that were held where they were: nodes without mass that the "
-          "app moves, or nodes on anchors; move them less in a step, or leave more room before them");
+}
+
+void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const {
+  const std::string pairs =
+      settings_.log ? tangled_.describe_new(TangleReason::unavoidable, mirror_, bodies) : std::string();
+  if (pairs.empty()) return;
+  settings_.log(LogLevel::warning,
+                "continuous detection: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
+                    " something passes through nodes that were held where they were: nodes without mass that the app "
+                    "moves, or nodes on anchors; move them less in a step, or leave more room before them (of these "
+                    "bodies nothing is said again until they are apart)");
 }
 
 void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
-  const std::string pairs = settings_.log ? let_go_.describe_new(mirror_, bodies) : std::string();
+  const std::string pairs = settings_.log ? tangled_.describe_new(TangleReason::start, mirror_, bodies) : std::string();
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,
                 "continuous detection: bodies are through each other when a step begins, so that they may move on "

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "held_nodes.hpp"
-#include "let_go_pairs.hpp"
 #include "softcd/bullet/world_detection.hpp"
+#include "tangled_pairs.hpp"
 #include "world_kind.hpp"
 
 namespace softcd::bullet {
@@ -60,6 +60,7 @@ class CrossingPrevention {
   void take_back();
   void look_again(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
+  void name_unavoidable(Span<btSoftBody* const> bodies) const;
   void name_let_go(Span<btSoftBody* const> bodies) const;
 
   const WorldKind& kind_;
@@ -70,7 +71,7 @@ class CrossingPrevention {
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;
   AnsweredBodies answered_;
   ConstrainedNodes constrained_;
-  LetGoPairs let_go_;
+  TangledPairs tangled_;
   CrossingAnswers answers_;
 };
 

@@ -73,6 +73,7 @@ Impact impact_of(const MemberContact& found) {
   const Contact& contact = found.contact;
   const int count_a = contact.kind == ContactKind::vertex_triangle ? 1 : 2;
   Impact impact;
+  impact.contact = contact;
   impact.bodies[0] = found.a.body;
   impact.bodies[1] = found.b.body;
   for (int i = 0; i < 4; ++i) {

@@ -11,6 +11,7 @@ namespace softcd::bullet {
 
 /// Two points about to meet: sum of weights[i] * x(nodes[i]) is the first minus the second.
 struct Impact {
+  Contact contact;        ///< as it was found
   btSoftBody* bodies[2];  ///< whose points these are
   btSoftBody::Node* nodes[4];
   const NodeConstraint* constraints[4] = {};  ///< of the nodes; null where they are free

@@ -45,10 +45,12 @@ struct CrossingAnswers {
   std::uint64_t rounds = 0;      ///< of answering and looking again
   std::uint64_t held_nodes = 0;  ///< nodes that stay where the step began: neither impulses nor common motion helped
   /// Pairs that meet nonetheless: a node without mass, which the app moves, or one on an anchor, and one that has
-  /// nowhere to go.
+  /// nowhere to go. The log names their bodies, by their numbers among the world's soft bodies, once until they are
+  /// apart. Two bodies without any mass are not looked at: whoever moves them both is asked for nothing that could be
+  /// done, and limbs that overlap at a joint would be named in every app that has such.
   std::uint64_t unavoidable = 0;
-  /// Pairs that were let go, with EdgeContacts::respond: faces at them intersect already when the step begins. The log
-  /// names their bodies, by their numbers among the world's soft bodies, once until they are apart.
+  /// Pairs that were let go, with EdgeContacts::respond: faces at them intersect already when the step begins. Named
+  /// likewise.
   std::uint64_t excepted = 0;
   /// What the velocities of nodes with mass gain by the answers: kinetic energy, J, which is less than 0 where nothing
   /// that the app moves pushes them, and momentum, kg m/s, 0 but for rounding where all nodes that meet are free.

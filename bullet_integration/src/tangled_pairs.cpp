@@ -1,4 +1,4 @@
-#include "let_go_pairs.hpp"
+#include "tangled_pairs.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -38,7 +38,7 @@ void keep_tangled(std::vector<Contact>& contacts, const WorldMirror& mirror, con
 
 }  // namespace
 
-void LetGoPairs::begin_step(const WorldMirror& mirror, const WorldKind& kind) {
+void TangledPairs::begin_step(const WorldMirror& mirror, const WorldKind& kind) {
   for (auto pair = pairs_.begin(); pair != pairs_.end();) {
     keep_tangled(pair->second.contacts, mirror, kind);
     pair->second.is_new = false;
@@ -46,12 +46,14 @@ void LetGoPairs::begin_step(const WorldMirror& mirror, const WorldKind& kind) {
   }
 }
 
-void LetGoPairs::add(const MemberContact& found) {
-  const auto ids = std::minmax(found.contact.body_a.value, found.contact.body_b.value);
-  pairs_[{ids.first, ids.second}].contacts.push_back(found.contact);
+void TangledPairs::add(const Contact& found, TangleReason reason) {
+  const auto ids = std::minmax(found.body_a.value, found.body_b.value);
+  const auto pair = pairs_.try_emplace({ids.first, ids.second}, Features{reason}).first;
+  pair->second.contacts.push_back(found);
 }
 
-std::string LetGoPairs::describe_new(const WorldMirror& mirror, Span<btSoftBody* const> bodies) const {
+std::string TangledPairs::describe_new(TangleReason reason, const WorldMirror& mirror,
+                                       Span<btSoftBody* const> bodies) const {
   const auto number_of = [&](std::uint32_t id) {
     const auto* const position = std::find(bodies.begin(), bodies.end(), mirror.member(BodyId{id}).body);
     return std::to_string(position - bodies.begin());
@@ -59,7 +61,7 @@ std::string LetGoPairs::describe_new(const WorldMirror& mirror, Span<btSoftBody*
   std::string text;
   std::size_t count = 0;
   for (const auto& [ids, features] : pairs_) {
-    if (!features.is_new || ++count > kMostNamed) continue;
+    if (!features.is_new || features.reason != reason || ++count > kMostNamed) continue;
     text += text.empty() ? "soft bodies " : ", ";
     text += number_of(ids.first);
     text += ids.first == ids.second ? " within itself" : " and " + number_of(ids.second);
