@@ -76,8 +76,9 @@ void ContactDetection::drop_unread_face_trees(Span<btSoftBody* const> bodies) {
   }
 }
 
-void ContactDetection::finish() {
+void ContactDetection::finish(bool looks_at_crossings) {
   BT_PROFILE("softcd contacts");
+  releases_touches_ = looks_at_crossings && settings_.detection == Detection::ccd;
   edge_contacts_.clear();
   const Span<const Contact> contacts = ticket_->wait();
   find_spoilt(contacts);
@@ -141,8 +142,10 @@ void ContactDetection::write_and_note(const MemberContact& found, std::uint32_t 
   }
 }
 
-/// Its features are through each other, and shall come apart; or the one body would spoil the other.
+/// Its features are through each other, and shall come apart; or they touch, on a side that no distance tells, where
+/// the look at crossings keeps them; or the one body would spoil the other.
 bool ContactDetection::is_released(const MemberContact& found) const {
+  if (releases_touches_ && is_touching(found, kind_)) return true;
   const bool would_spoil =
       !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
   return would_spoil || (has_begun_before(found.contact) && tangled_.has_one_of(found));

@@ -27,8 +27,9 @@ class ContactDetection {
 
   /// Asks for the bodies that have the world's flag and starts the detection. The rule is asked during the call.
   void start(Span<btSoftBody* const> bodies, const PairRule& rule);
-  /// Waits for the detection and writes its contacts into the bodies, which have not changed meanwhile.
-  void finish();
+  /// Waits for the detection and writes its contacts into the bodies, which have not changed meanwhile. What touches
+  /// gets none where crossings are looked for when the step ends.
+  void finish(bool looks_at_crossings);
 
   /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Between start() and finish().
   void drop_unread_face_trees(Span<btSoftBody* const> bodies);
@@ -48,6 +49,7 @@ class ContactDetection {
   Settings settings_;
   Query query_;
   std::optional<Ticket> ticket_;
+  bool releases_touches_ = false;
   std::vector<EdgeContact> edge_contacts_;
   std::unordered_set<const btSoftBody*> spoilt_;  ///< of their nodes some are not finite, and more will be
   TangledNodes tangled_;

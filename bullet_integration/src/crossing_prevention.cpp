@@ -115,6 +115,11 @@ bool CrossingPrevention::is_let_go(const MemberContact& found) const {
   return settings_.edge_contacts == EdgeContacts::respond && is_tangled(found, kind_);
 }
 
+/// It touches when the step begins, and may come apart, slide or stay.
+bool CrossingPrevention::may_stay(const MemberContact& found) const {
+  return found.contact.time_of_impact <= 0 && !will_be_tangled(found, kind_);
+}
+
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   std::vector<Impact> impacts;
   std::uint64_t excepted = 0;
@@ -123,7 +128,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
     if (is_let_go(found)) {
       ++excepted;
       tangled_.add(found.contact, TangleReason::start);
-    } else {
+    } else if (!may_stay(found)) {
       impacts.push_back(impact_of(found));
     }
   });
@@ -188,13 +193,13 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
-/// Of those that are left when all nodes that could be are held. What touched when the step began may move on as one.
+/// Of those that are left when all nodes that could be are held.
 void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
   for (const Impact& impact : impacts) {
     const bool moves =
         std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
                     [this](const btSoftBody::Node* node) { return node->*kind_.start != node->*kind_.end; });
-    if (!moves || impact.is_from_start) continue;
+    if (!moves) continue;
     ++answers_.unavoidable;
     tangled_.add(impact.contact, TangleReason::unavoidable);
   }

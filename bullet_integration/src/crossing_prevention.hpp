@@ -52,6 +52,7 @@ class CrossingPrevention {
 
  private:
   bool is_let_go(const MemberContact& found) const;
+  bool may_stay(const MemberContact& found) const;
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
   void answer(std::vector<Impact> impacts, btScalar time_step);

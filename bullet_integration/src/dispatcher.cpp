@@ -49,6 +49,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   broadphase_.restore_vertex_face_flags();
   NativePairs native_pairs(*this, info);
   WorldQueries& queries = *detection_.queries_;
+  queries.looks_at_crossings = queries.world_ends_step;
   queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info), [&] {
     pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
     if (ContactDetection* contacts = queries.contacts.get())

@@ -9,7 +9,6 @@ bool HeldNodes::add(btSoftBody::Node& node) {
 bool HeldNodes::add(const std::vector<Impact>& impacts) {
   bool has_added = false;
   for (const Impact& impact : impacts) {
-    if (impact.is_from_start) continue;
     for (btSoftBody::Node* node : impact.nodes) has_added |= add(*node);
   }
   return has_added;
@@ -18,7 +17,6 @@ bool HeldNodes::add(const std::vector<Impact>& impacts) {
 bool HeldNodes::add_bodies(const std::vector<Impact>& impacts) {
   bool has_added = false;
   for (const Impact& impact : impacts) {
-    if (impact.is_from_start) continue;
     for (btSoftBody* body : impact.bodies) {
       for (int i = 0; i < body->m_nodes.size(); ++i) has_added |= add(body->m_nodes[i]);
     }

@@ -9,8 +9,7 @@ namespace softcd::bullet {
 
 /// Nodes that stay where the step began, where no node passed through anything: the answer that ends the search for
 /// one, as they only become more. Their velocities are those of the answers before, so that holding them takes no
-/// momentum; only the way of this step is given up. What touches when the step begins would touch for ever: it is not
-/// held, and has the motion of its zone.
+/// momentum; only the way of this step is given up.
 class HeldNodes {
  public:
   /// `kind` and `constrained` outlive it.
@@ -19,8 +18,8 @@ class HeldNodes {
   bool empty() const { return nodes_.empty(); }
   std::size_t size() const { return nodes_.size(); }
 
-  /// Holds the impacts' nodes. False when all are held already that nobody else moves and that do not touch: the rest
-  /// only whoever moves nodes without mass and anchors could prevent.
+  /// Holds the impacts' nodes. False when all are held already that nobody else moves: the rest only whoever moves
+  /// nodes without mass and anchors could prevent.
   bool add(const std::vector<Impact>& impacts);
   /// And all other nodes of the impacts' bodies.
   bool add_bodies(const std::vector<Impact>& impacts);

@@ -1,8 +1,14 @@
 #include "tangles.hpp"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "softcd/core/vec3.hpp"
+#include "softcd/math/closest_point.hpp"
 #include "softcd/math/scalar.hpp"
 
 namespace softcd::bullet {
@@ -10,22 +16,30 @@ namespace {
 
 using Corners = std::array<Vec3d, 3>;
 
-/// At the start of the step.
-Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, const WorldKind& kind) {
-  const NodePosition start = start_of(kind, *member.body);
+/// Relative to what is computed with, whose terms have at most eight roundings each, six of them in a determinant.
+constexpr double kRounding = 1e-14;
+
+Vec3d place_of(const WorldMirror::Member& member, std::uint32_t node, NodePosition position) {
+  const btVector3& x = member.body->m_nodes[static_cast<int>(node)].*position;
+  return {double(x.x()), double(x.y()), double(x.z())};
+}
+
+Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, NodePosition position) {
   const Triangle triangle = member.mesh.corners(face);
-  Corners corners;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const btVector3& x = member.body->m_nodes[static_cast<int>(triangle.v[i])].*start;
-    corners[i] = {double(x.x()), double(x.y()), double(x.z())};
-  }
-  return corners;
+  const std::uint32_t(&v)[3] = triangle.v;
+  return {place_of(member, v[0], position), place_of(member, v[1], position), place_of(member, v[2], position)};
 }
 
 class Plane {
  public:
-  Plane(Vec3d a, Vec3d b, Vec3d c)
-      : origin_(a), normal_(cross(b - a, c - a)), error_(kRounding * max_norm(b - a) * max_norm(c - a)) {}
+  /// Along two directions.
+  Plane(Vec3d origin, Vec3d u, Vec3d w)
+      : origin_(origin), normal_(cross(u, w)), error_(kRounding * max_norm(u) * max_norm(w)) {}
+
+  static Plane through(Vec3d a, Vec3d b, Vec3d c) { return {a, b - a, c - a}; }
+
+  /// Of parallel directions, up to rounding.
+  bool is_degenerate() const { return !(max_norm(normal_) > error_); }
 
   /// 1 or -1, or 0 where rounding may have decided.
   int side_of(Vec3d point) const {
@@ -36,38 +50,56 @@ class Plane {
   }
 
  private:
-  /// The six terms of a determinant, each with at most eight roundings.
-  static constexpr double kRounding = 1e-14;
-
   Vec3d origin_, normal_;
   double error_;
 };
 
-/// Of a line: whether it passes through the inside of the triangle.
-bool passes_through(Vec3d p, Vec3d q, const Corners& face) {
-  const int side = Plane(p, q, face[0]).side_of(face[1]);
-  return side != 0 && Plane(p, q, face[1]).side_of(face[2]) == side && Plane(p, q, face[2]).side_of(face[0]) == side;
-}
-
-/// Whether an edge of the other triangle, whose corners are on these sides of the face's plane, goes through it.
-bool is_pierced(const Corners& face, const Corners& other, const std::array<int, 3>& sides) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t next = (i + 1) % 3;
-    if (sides[i] * sides[next] < 0 && passes_through(other[i], other[next], face)) return true;
-  }
-  return false;
-}
-
-std::array<int, 3> sides_of(const Corners& corners, const Corners& face) {
-  const Plane plane(face[0], face[1], face[2]);
+std::array<int, 3> sides_of(const Corners& corners, const Plane& plane) {
   return {plane.side_of(corners[0]), plane.side_of(corners[1]), plane.side_of(corners[2])};
 }
 
+/// Turns the corner to the front that is alone on its side. False where not two are on different sides.
+bool put_lone_corner_first(Corners& corners, std::array<int, 3>& sides) {
+  const auto count = [&sides](int side) { return std::count(sides.begin(), sides.end(), side); };
+  if (count(1) == 0 || count(-1) == 0) return false;
+  const auto lone = std::find(sides.begin(), sides.end(), count(1) == 1 ? 1 : -1);
+  std::rotate(corners.begin(), corners.begin() + (lone - sides.begin()), corners.end());
+  std::rotate(sides.begin(), lone, sides.end());
+  return true;
+}
+
+/// Whether the insides of the triangles, borders left out, have points in common, but for those in one plane: Guigue
+/// and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates (2003). With the lone
+/// corners in front and on the other's positive side, on the line that the planes share, each triangle begins before
+/// the other ends.
+bool do_triangles_intersect(Corners a, Corners b) {
+  std::array<int, 3> sides_of_a = sides_of(a, Plane::through(b[0], b[1], b[2]));
+  if (!put_lone_corner_first(a, sides_of_a)) return false;
+  std::array<int, 3> sides_of_b = sides_of(b, Plane::through(a[0], a[1], a[2]));
+  if (!put_lone_corner_first(b, sides_of_b)) return false;
+  if (sides_of_a[0] < 0) std::swap(b[1], b[2]);
+  if (sides_of_b[0] < 0) std::swap(a[1], a[2]);
+  return Plane::through(a[0], a[1], b[0]).side_of(b[1]) < 0 && Plane::through(a[0], a[2], b[2]).side_of(b[0]) < 0;
+}
+
+/// Links are triangles that repeat their second corner.
+bool is_link(const Corners& corners) {
+  return corners[1] == corners[2];
+}
+
+/// Whether a link goes through the inside of a triangle.
+bool goes_through(const Corners& link, const Corners& face) {
+  const Plane plane = Plane::through(face[0], face[1], face[2]);
+  if (plane.side_of(link[0]) * plane.side_of(link[1]) >= 0) return false;
+  const int side = Plane::through(link[0], link[1], face[0]).side_of(face[1]);
+  return side != 0 && Plane::through(link[0], link[1], face[1]).side_of(face[2]) == side &&
+         Plane::through(link[0], link[1], face[2]).side_of(face[0]) == side;
+}
+
+/// Of two links that is not known.
 bool intersect(const Corners& a, const Corners& b) {
-  const std::array<int, 3> sides_of_a = sides_of(a, b);
-  const int sum = sides_of_a[0] + sides_of_a[1] + sides_of_a[2];
-  if (sum == 3 || sum == -3) return false;
-  return is_pierced(b, a, sides_of_a) || is_pierced(a, b, sides_of(b, a));
+  if (is_link(a)) return !is_link(b) && goes_through(a, b);
+  return is_link(b) ? goes_through(b, a) : do_triangles_intersect(a, b);
 }
 
 /// Whether `holds` for one of the body's faces that have both nodes.
@@ -92,9 +124,9 @@ bool any_node(const MemberContact& found, Visit visit) {
   return false;
 }
 
-}  // namespace
-
-bool is_tangled(const MemberContact& found, const WorldKind& kind) {
+/// Whether a face at the one feature and a face at the other that share no node intersect.
+template <class PositionOf>
+bool do_faces_intersect(const MemberContact& found, PositionOf position_of) {
   const Contact& contact = found.contact;
   const WorldMirror::Member& a = found.a;
   const WorldMirror::Member& b = found.b;
@@ -102,14 +134,142 @@ bool is_tangled(const MemberContact& found, const WorldKind& kind) {
   const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
 
   const auto meets_one_at_a = [&](std::uint32_t face_b) {
-    const Corners corners = corners_of(b, face_b, kind);
+    const Corners corners = corners_of(b, face_b, position_of(b));
     return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](std::uint32_t face_a) {
       const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(face_a), b.mesh.corners(face_b));
-      return !are_neighbours && intersect(corners_of(a, face_a, kind), corners);
+      return !are_neighbours && intersect(corners_of(a, face_a, position_of(a)), corners);
     });
   };
   if (is_vertex) return meets_one_at_a(contact.feature_b);
   return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], meets_one_at_a);
+}
+
+/// The faces around a point of a mesh: all that have the smallest feature with it.
+struct Fan {
+  std::vector<Triangle> triangles;
+  std::vector<Corners> faces;
+  std::vector<Vec3d> edges;  ///< of these, at the feature, each direction once
+};
+
+void add_direction(std::vector<Vec3d>& directions, Vec3d direction) {
+  const auto is_parallel = [direction](Vec3d other) { return Plane({0, 0, 0}, direction, other).is_degenerate(); };
+  if (std::none_of(directions.begin(), directions.end(), is_parallel)) directions.push_back(direction);
+}
+
+Fan fan_of(const WorldMirror::Member& member, const std::vector<std::uint32_t>& feature, NodePosition position) {
+  const auto is_of_feature = [&](std::uint32_t node) {
+    return std::find(feature.begin(), feature.end(), node) != feature.end();
+  };
+  Fan fan;
+  any_face_with(member.mesh, feature[0], feature.back(), [&](std::uint32_t face) {
+    const Triangle triangle = member.mesh.corners(face);
+    const std::uint32_t(&v)[3] = triangle.v;
+    if (std::count_if(std::begin(v), std::end(v), is_of_feature) < std::ptrdiff_t(feature.size())) return false;
+    const Corners corners = corners_of(member, face, position);
+    fan.triangles.push_back(triangle);
+    fan.faces.push_back(corners);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t next = (i + 1) % 3;
+      if (is_of_feature(v[i]) || is_of_feature(v[next])) add_direction(fan.edges, corners[next] - corners[i]);
+    }
+    return false;
+  });
+  return fan;
+}
+
+/// The least and the greatest side of a plane that a fan has corners on.
+std::pair<int, int> sides_of(const Fan& fan, const Plane& plane) {
+  std::pair<int, int> sides{0, 0};
+  for (const Corners& corners : fan.faces) {
+    for (const Vec3d corner : corners) {
+      const int side = plane.side_of(corner);
+      sides = {std::min(sides.first, side), std::max(sides.second, side)};
+      if (sides.first < 0 && sides.second > 0) return sides;
+    }
+  }
+  return sides;
+}
+
+/// Whether a plane through the point that they share has each fan on a side of its own, or in it. Where convex cones
+/// have one, there is one along two of their edges; where features cross that are no nodes, it holds both.
+bool are_separable(const Fan& a, const Fan& b, Vec3d point) {
+  std::vector<Vec3d> edges = a.edges;
+  for (const Vec3d edge : b.edges) add_direction(edges, edge);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    for (std::size_t j = i + 1; j < edges.size(); ++j) {
+      const Plane plane(point, edges[i], edges[j]);
+      const auto [least_of_a, greatest_of_a] = sides_of(a, plane);
+      if (least_of_a < 0 && greatest_of_a > 0) continue;
+      const auto [least_of_b, greatest_of_b] = sides_of(b, plane);
+      if ((least_of_a >= 0 && greatest_of_b <= 0) || (greatest_of_a <= 0 && least_of_b >= 0)) return true;
+    }
+  }
+  return false;
+}
+
+/// Where features touch when the step begins.
+struct Touch {
+  std::vector<std::uint32_t> nodes_a, nodes_b;  ///< of the smallest features there
+  Vec3d point;                                  ///< or, where none of these is a node, one of the first feature
+};
+
+std::optional<Touch> touch_of(const MemberContact& found, const WorldKind& kind) {
+  const Contact& contact = found.contact;
+  const int count_a = contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  std::array<Vec3d, 4> x;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const WorldMirror::Member& member = int(i) < count_a ? found.a : found.b;
+    x[i] = place_of(member, contact.vertices[i], start_of(kind, *member.body));
+  }
+  const double extent = std::max({max_norm(x[1] - x[0]), max_norm(x[2] - x[0]), max_norm(x[3] - x[0])});
+  constexpr double kRoundingOfContacts = 1e-5;
+  if (double(contact.distance) > kRoundingOfContacts * extent) return {};
+  const ClosestPoints<double> closest = count_a == 1 ? closest_points_vertex_triangle(x[0], x[1], x[2], x[3])
+                                                     : closest_points_edge_edge(x[0], x[1], x[2], x[3]);
+  if (!(closest.distance() <= kRounding * extent)) return {};
+  Touch touch;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (closest.weights[i] > kRounding) {
+      (int(i) < count_a ? touch.nodes_a : touch.nodes_b).push_back(contact.vertices[i]);
+    }
+  }
+  if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // of what is no number
+  const bool is_node_of_b = touch.nodes_b.size() == 1 && touch.nodes_a.size() > 1;
+  touch.point = is_node_of_b ? place_of(found.b, touch.nodes_b[0], start_of(kind, *found.b.body))
+                             : place_of(found.a, touch.nodes_a[0], start_of(kind, *found.a.body));
+  return touch;
+}
+
+bool are_neighbours(const Fan& a, const Fan& b) {
+  return std::any_of(a.triangles.begin(), a.triangles.end(), [&b](const Triangle& one) {
+    return std::any_of(b.triangles.begin(), b.triangles.end(),
+                       [&one](const Triangle& other) { return share_vertex(one, other); });
+  });
+}
+
+/// Whether faces around a point at which the features touch are on both sides of each other. Of those that share nodes
+/// that is not known.
+bool are_through_where_they_touch(const MemberContact& found, const WorldKind& kind) {
+  const std::optional<Touch> touch = touch_of(found, kind);
+  if (!touch.has_value()) return false;
+  const Fan a = fan_of(found.a, touch->nodes_a, start_of(kind, *found.a.body));
+  const Fan b = fan_of(found.b, touch->nodes_b, start_of(kind, *found.b.body));
+  return !(&found.a == &found.b && are_neighbours(a, b)) && !are_separable(a, b, touch->point);
+}
+
+}  // namespace
+
+bool is_tangled(const MemberContact& found, const WorldKind& kind) {
+  const auto start = [&kind](const WorldMirror::Member& member) { return start_of(kind, *member.body); };
+  return do_faces_intersect(found, start) || are_through_where_they_touch(found, kind);
+}
+
+bool is_touching(const MemberContact& found, const WorldKind& kind) {
+  return touch_of(found, kind).has_value();
+}
+
+bool will_be_tangled(const MemberContact& found, const WorldKind& kind) {
+  return do_faces_intersect(found, [&kind](const WorldMirror::Member& /*member*/) { return kind.end; });
 }
 
 void TangledNodes::add(const MemberContact& found, const WorldKind& kind) {

@@ -11,9 +11,18 @@
 namespace softcd::bullet {
 
 /// Whether a face at the one feature (around the vertex, at the edge) and a face at the other (the triangle, at the
-/// edge) that share no node intersect at the start of the step, certainly: what only touches does not count, nor do two
-/// links. The meshes have faces_of_nodes.
+/// edge) that share no node intersect at the start of the step, certainly; or the features touch then, up to the
+/// rounding of double, and the faces around the point that they share are on both sides of each other. What touches
+/// from one side, or in one plane, does not count, nor do two links. The meshes have faces_of_nodes.
 bool is_tangled(const MemberContact& found, const WorldKind& kind);
+
+/// Whether the features touch when the step begins, up to the rounding of double.
+bool is_touching(const MemberContact& found, const WorldKind& kind);
+
+/// Whether such faces intersect at the step's end, certainly. What touches when it begins is through nothing
+/// afterwards unless this is so, or something else has met on the way: an edge gets into a face at one of its ends, or
+/// at an edge of the face, and the features there are found.
+bool will_be_tangled(const MemberContact& found, const WorldKind& kind);
 
 /// The nodes of tangled features, each with the body that it is tangled with.
 class TangledNodes {

@@ -36,8 +36,9 @@ bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate
 }
 
 void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
-  const bool has_finished =
-      has_started && contacts.run(settings_, [](ContactDetection& detection) { detection.finish(); });
+  const bool has_finished = has_started && contacts.run(settings_, [this](ContactDetection& detection) {
+    detection.finish(looks_at_crossings);
+  });
   if (!has_finished) kind_.detect_natively(bodies, gate, settings_);
 }
 

@@ -96,6 +96,8 @@ class WorldQueries {
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
   /// Set by a world that leaves its contacts to a Dispatcher, before each dispatch: it calls prevent_crossings itself.
   bool world_ends_step = false;
+  /// False where prevent_crossings is called by nobody.
+  bool looks_at_crossings = true;
 
  private:
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);

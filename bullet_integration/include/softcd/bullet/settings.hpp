@@ -100,7 +100,9 @@ struct Settings {
   /// under a softcd::bullet::Dispatcher alone, which warns that it cannot. Only nodes without mass, which the app
   /// moves, can still end a step within others: see WorldDetection::crossing_answers(). What is through each other
   /// already when a step begins cannot be told to belong on either side: in the classic worlds such features get no
-  /// contacts, and with EdgeContacts::respond nothing keeps them from coming apart.
+  /// contacts, and with EdgeContacts::respond nothing keeps them from coming apart. What touches then, at a distance of
+  /// 0, gets no contacts in that step either (but under a Dispatcher alone), and may come apart and slide; it stays on
+  /// its side where it has one: sheets in one plane have none, and may leave each other to either.
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;       ///< of contacts; what would pass through is looked for conservatively
   BroadPhase broad_phase = BroadPhase::exact;  ///< changes the number of tests, not the contacts

@@ -1,0 +1,167 @@
+// Bodies that touch when a step begins, at distances of exactly 0: nothing keeps them from coming apart or from
+// sliding, and what touches from one side stays there. What is through something by such touches alone is let go as
+// other locks.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "any_simulation.hpp"
+#include "scenes/penetration.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// All coordinates are small multiples of powers of two, so that what touches does so exactly.
+class TouchingBodies : public testing::TestWithParam<World> {
+ protected:
+  TouchingBodies() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
+
+  bullet::Settings settings() {
+    bullet::Settings settings = cpu_settings(Detection::ccd);
+    settings.edge_contacts = bullet::EdgeContacts::respond;
+    settings.log = [this](LogLevel level, std::string_view text) {
+      if (level == LogLevel::warning) warnings.emplace_back(text);
+    };
+    return settings;
+  }
+
+  using Shape = std::function<btVector3(btScalar x, btScalar z)>;
+  btSoftBody& add_cloth(int nodes_per_side, btScalar side, const Shape& shape, bool fixed = false) {
+    demo::ClothShape cloth = demo::horizontal_cloth(nodes_per_side, side, 0);
+    cloth.position = [flat = cloth.position, shape](int column, int row) {
+      const btVector3 x = flat(column, row);
+      return shape(x.x(), x.z());
+    };
+    if (fixed) cloth.is_fixed = [](int, int) { return true; };
+    auto body = demo::make_cloth(simulation.world_info(), cloth, 1);
+    body->getCollisionShape()->setMargin(btScalar(0.001));
+    return simulation.add(std::move(body));
+  }
+  btSoftBody& add_floor() {
+    return add_cloth(
+        9, 2, [](btScalar x, btScalar z) { return btVector3(x, 0, z); }, /*fixed=*/true);
+  }
+  /// On the floor, whose nodes its own are between.
+  btSoftBody& add_flat() {
+    const btScalar off = btScalar(0.0625);
+    return add_cloth(5, 1, [off](btScalar x, btScalar z) { return btVector3(x + off, 0, z + off); });
+  }
+  /// Stands on the floor with the row in its middle.
+  btSoftBody& add_valley() {
+    return add_cloth(5, 1, [](btScalar x, btScalar z) { return btVector3(x, btFabs(x) / 2, z); });
+  }
+  /// Upright, with the row in its middle in the floor.
+  btSoftBody& add_upright() {
+    return add_cloth(5, 1, [](btScalar x, btScalar z) { return btVector3(0, x, z); });
+  }
+
+  void step(btSoftBody& pushed, const btVector3& velocity, int count) {
+    for (int i = 0; i < count; ++i) {
+      simulation.step([&](btScalar) {
+        for (int n = 0; n < pushed.m_nodes.size(); ++n) pushed.m_nodes[n].m_v = velocity;
+      });
+    }
+  }
+  static std::size_t count_edges(const btSoftBody& a, const btSoftBody& b) {
+    return demo::find_intersections({&a, &b}, [](const btSoftBody& x, const btSoftBody& y) { return &x != &y; })
+        .edge_count;
+  }
+  static btVector3 center(const btSoftBody& body) {
+    btVector3 sum(0, 0, 0);
+    for (int n = 0; n < body.m_nodes.size(); ++n) sum += body.m_nodes[n].m_x;
+    return sum / btScalar(body.m_nodes.size());
+  }
+
+  AnySimulation simulation;
+  std::vector<std::string> warnings;
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, TouchingBodies,
+                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
+                                         World::attached_deformable),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+TEST_P(TouchingBodies, in_one_plane_come_apart) {
+  btSoftBody& floor = add_floor();
+  btSoftBody& cloth = add_flat();
+  EXPECT_GT(count_edges(floor, cloth), 0U);
+  step(cloth, btVector3(0, 1, 0), 6);
+  EXPECT_EQ(count_edges(floor, cloth), 0U);
+  EXPECT_NEAR(center(cloth).y(), 0.1, 0.01);
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
+}
+
+TEST_P(TouchingBodies, in_one_plane_slide) {
+  add_floor();
+  btSoftBody& cloth = add_flat();
+  const btVector3 start = center(cloth);
+  step(cloth, btVector3(0, 0, 1), 6);
+  EXPECT_NEAR((center(cloth) - start).z(), 0.1, 0.01);
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
+}
+
+TEST_P(TouchingBodies, on_one_side_come_apart) {
+  btSoftBody& floor = add_floor();
+  btSoftBody& cloth = add_valley();
+  const btScalar start = center(cloth).y();
+  step(cloth, btVector3(0, 1, 0), 6);
+  EXPECT_EQ(count_edges(floor, cloth), 0U);
+  EXPECT_NEAR(center(cloth).y() - start, 0.1, 0.01);
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
+}
+
+TEST_P(TouchingBodies, on_one_side_stay_there_when_they_are_pressed_together) {
+  btSoftBody& floor = add_floor();
+  btSoftBody& cloth = add_valley();
+  step(cloth, btVector3(0, -1, 0), 10);
+  step(cloth, btVector3(0, 1, 0), 20);
+  EXPECT_EQ(count_edges(floor, cloth), 0U);
+  for (int n = 0; n < cloth.m_nodes.size(); ++n) EXPECT_GT(cloth.m_nodes[n].m_x.y(), 0) << "node " << n;
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
+}
+
+class TouchingUnderADispatcher : public TouchingBodies {};
+INSTANTIATE_TEST_SUITE_P(Worlds, TouchingUnderADispatcher, testing::Values(World::dispatcher),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+// Nobody looks at crossings there: contacts are all that there is.
+TEST_P(TouchingUnderADispatcher, have_contacts) {
+  add_floor();
+  const btSoftBody& cloth = add_valley();
+  simulation.world_info().m_gravity = btVector3(0, btScalar(-10), 0);
+  simulation.step();
+  EXPECT_GT(cloth.m_scontacts.size(), 0);
+}
+
+TEST_P(TouchingBodies, that_are_through_each_other_there_come_apart) {
+  btSoftBody& floor = add_floor();
+  btSoftBody& cloth = add_upright();
+  EXPECT_GT(count_edges(floor, cloth), 0U);
+  step(cloth, btVector3(0, 1, 0), 90);
+  EXPECT_EQ(count_edges(floor, cloth), 0U);
+  EXPECT_GT(center(cloth).y(), btScalar(0.5)) << "above the floor";
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("soft bodies 0 and 1 "), std::string::npos) << warnings[0];
+}
+
+TEST_P(TouchingBodies, get_no_energy_when_nothing_moves_them) {
+  add_floor();
+  for (btSoftBody* cloth : {&add_valley(), &add_upright()}) {
+    double most_energy = 0;
+    btScalar fastest = 0;
+    for (int i = 0; i < 30; ++i) {
+      simulation.step();
+      most_energy = std::max(most_energy, simulation.detection().crossing_answers().energy);
+      for (int n = 0; n < cloth->m_nodes.size(); ++n) fastest = btMax(fastest, cloth->m_nodes[n].m_v.length());
+    }
+    EXPECT_LT(most_energy, 1e-6);
+    // The deformable world's gravity is not the bodies'.
+    EXPECT_LT(fastest, is_deformable(GetParam()) ? btScalar(3) : btScalar(0.1));
+    simulation.remove(*cloth);
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test
