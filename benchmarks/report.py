@@ -277,7 +277,8 @@ def draw_knobs(results):
         ratios = [row[cost] / base[cost] for row in turned]
         axis.barh(places, ratios, color="#92c5de")
         for place, row in zip(places, turned):
-            text = f"{row['tunnelled']} tunnelled, {row['most_penetrating']} penetrate"
+            wrong = f"{row['tunnelled']} tunnelled, {row['most_penetrating']} penetrate"
+            text = f"{wrong}, {row['contacts']:.0f} contacts"
             axis.annotate(text, (0, place), xytext=(3, -3), **LABEL)
         axis.axvline(1, color="#555555", linewidth=0.8)
         labels = [f"{row['knob']} {row['value']}" for row in turned]
