@@ -117,7 +117,7 @@ bool CrossingPrevention::is_let_go(const MemberContact& found) const {
 
 /// It touches when the step begins, and may come apart, slide or stay.
 bool CrossingPrevention::may_stay(const MemberContact& found) const {
-  return found.contact.time_of_impact <= 0 && !will_be_tangled(found, kind_);
+  return found.contact.time_of_impact <= 0 && !may_be_tangled_at_the_end(found, kind_);
 }
 
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {

@@ -257,6 +257,11 @@ bool are_through_where_they_touch(const MemberContact& found, const WorldKind& k
   return !(&found.a == &found.b && are_neighbours(a, b)) && !are_separable(a, b, touch->point);
 }
 
+/// Of these it is never known whether they are through each other. A body has links or faces.
+bool are_links(const MemberContact& found) {
+  return found.a.mesh.triangles.empty() && found.b.mesh.triangles.empty();
+}
+
 }  // namespace
 
 bool is_tangled(const MemberContact& found, const WorldKind& kind) {
@@ -265,11 +270,12 @@ bool is_tangled(const MemberContact& found, const WorldKind& kind) {
 }
 
 bool is_touching(const MemberContact& found, const WorldKind& kind) {
-  return touch_of(found, kind).has_value();
+  return !are_links(found) && touch_of(found, kind).has_value();
 }
 
-bool will_be_tangled(const MemberContact& found, const WorldKind& kind) {
-  return do_faces_intersect(found, [&kind](const WorldMirror::Member& /*member*/) { return kind.end; });
+bool may_be_tangled_at_the_end(const MemberContact& found, const WorldKind& kind) {
+  return are_links(found) ||
+         do_faces_intersect(found, [&kind](const WorldMirror::Member& /*member*/) { return kind.end; });
 }
 
 void TangledNodes::add(const MemberContact& found, const WorldKind& kind) {

@@ -16,13 +16,13 @@ namespace softcd::bullet {
 /// from one side, or in one plane, does not count, nor do two links. The meshes have faces_of_nodes.
 bool is_tangled(const MemberContact& found, const WorldKind& kind);
 
-/// Whether the features touch when the step begins, up to the rounding of double.
+/// Whether the features touch when the step begins, up to the rounding of double, and are not both links.
 bool is_touching(const MemberContact& found, const WorldKind& kind);
 
-/// Whether such faces intersect at the step's end, certainly. What touches when it begins is through nothing
-/// afterwards unless this is so, or something else has met on the way: an edge gets into a face at one of its ends, or
-/// at an edge of the face, and the features there are found.
-bool will_be_tangled(const MemberContact& found, const WorldKind& kind);
+/// Whether such faces intersect at the step's end, certainly, or both features are links. What touches when the step
+/// begins is through nothing afterwards unless this is so, or something else has met on the way: an edge gets into a
+/// face at one of its ends, or at an edge of the face, and the features there are found.
+bool may_be_tangled_at_the_end(const MemberContact& found, const WorldKind& kind);
 
 /// The nodes of tangled features, each with the body that it is tangled with.
 class TangledNodes {
