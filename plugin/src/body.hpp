@@ -48,6 +48,9 @@ struct Body {
   bool lists_neighbours = false;
   Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
 
+  std::vector<VertexFilter> vertex_filters;  ///< none, or one for each vertex
+  std::vector<Vec3f> x_rest;                 ///< the same; see FeatureFilters
+
   std::optional<bool> is_closed;  ///< of the mesh with its left out triangles, where somebody has asked
 
   Unsent unsent;
@@ -55,6 +58,9 @@ struct Body {
 
   std::uint32_t vertex_count() const { return new_mesh ? new_mesh->vertex_count : vertices.count; }
   std::uint64_t triangle_count() const { return new_mesh ? new_mesh->triangles.size() : triangles.count; }
+  bool excludes_rings() const { return settings.self_collision && settings.neighbour_rings > 1; }
+  bool excludes_at_rest() const { return settings.self_collision && settings.rest_distance > 0.0F; }
+
   std::uint64_t edge_count() const { return new_mesh ? new_mesh->edges.size() : edges.count; }
 };
 

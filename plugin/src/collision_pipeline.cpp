@@ -88,6 +88,15 @@ void CollisionPipeline::set_positions(BodyId body, Positions x) {
 void CollisionPipeline::set_positions(BodyId body, Positions x_t0, Positions x_t1) {
   implementation().scene().set_positions(body, x_t0, x_t1);
 }
+void CollisionPipeline::set_ignored_pairs(Span<const BodyPair> pairs) {
+  implementation().scene().set_ignored_pairs(pairs);
+}
+void CollisionPipeline::set_vertex_filters(BodyId body, Span<const VertexFilter> filters) {
+  implementation().scene().set_vertex_filters(body, filters);
+}
+void CollisionPipeline::set_rest_positions(BodyId body, Positions x) {
+  implementation().scene().set_rest_positions(body, x);
+}
 void CollisionPipeline::set_options(const PipelineOptions& options) {
   implementation().set_options(options);
 }

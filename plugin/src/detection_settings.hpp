@@ -42,6 +42,7 @@ inline Selecting selecting(const QueryOptions& options, bool moves, std::uint64_
       covers_rounding && (is_continuous ? moves : looks_at_t0(options) || measures_moves(options));
   result.covers_rounding_t1 = covers_rounding && result.t1;
   result.margins = options.margins;
+  result.neighbour_filters = options.neighbour_filters;
   result.motion_margin = measures_moves(options) ? options.motion_margin : 0.0F;
   result.distance_factor = is_slab ? kSlabFactor : 1.0F;
   result.features = options.features;

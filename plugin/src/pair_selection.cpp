@@ -125,16 +125,19 @@ void PairSelector::survey_bodies(const std::vector<Body>& bodies, Vec3d origin, 
     const Body& body = bodies[b];
     const Features& features = body.settings.features;
     const float margin = detected_margin(body, selecting);
-    selection_.bodies[b] = {body.id.value,
-                            body.vertices.first,
-                            body.triangles.first,
-                            body.edges.first,
-                            margin,
-                            features.vertex_triangle && selecting.features.vertex_triangle,
-                            features.edge_edge && selecting.features.edge_edge,
-                            /*lists_neighbours=*/false,
-                            kNowhere,
-                            cell_offset_of(body.settings.batch)};
+    selection_.bodies[b] = {
+        body.id.value,
+        body.vertices.first,
+        body.triangles.first,
+        body.edges.first,
+        margin,
+        features.vertex_triangle && selecting.features.vertex_triangle,
+        features.edge_edge && selecting.features.edge_edge,
+        /*lists_neighbours=*/false,
+        kNowhere,
+        cell_offset_of(body.settings.batch),
+        selecting.neighbour_filters && body.excludes_rings(),
+        selecting.neighbour_filters && body.excludes_at_rest() ? body.settings.rest_distance : 0.0F};
     boxes_[b] = grown_box(body, origin, margin, selecting);
   };
   for_each_body(bodies.size(), survey);

@@ -28,6 +28,7 @@ struct Selecting {
   /// nothing that is within it where the caller has the positions is beyond it where the detector has them.
   bool covers_rounding_t0 = false, covers_rounding_t1 = false;
   bool margins = true;
+  bool neighbour_filters = true;
   float motion_margin = 0.0F;    ///< times the furthest move is added to the margin
   float distance_factor = 1.0F;  ///< times all of that
   Features features;

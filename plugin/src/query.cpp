@@ -57,6 +57,9 @@ void Query::set_options(const QueryOptions& options) {
 const QueryOptions& Query::options() const {
   return core().options();
 }
+void Query::set_only_pairs(Span<const BodyPair> pairs) {
+  core().set_only_pairs(pairs);
+}
 void Query::set_pair_filter(PairFilter filter) {
   core().set_pair_filter(std::move(filter));
 }

@@ -147,11 +147,11 @@ void RankExchange::compare(const std::vector<Body>& bodies, const QueryOptions& 
     const BodySettings& s = body.settings;
     scene.add(body.id.value, body.is_removed, body.rank, body.vertex_count(), body.triangle_count(), s.margin,
               s.filter_group, s.filter_mask, s.batch, s.self_collision, s.kinematic, s.features.vertex_triangle,
-              s.features.edge_edge);
+              s.features.edge_edge, s.neighbour_rings, s.rest_distance, body.vertex_filters.size(), body.x_rest.size());
   }
   Digest query;
   query.add(pairs, o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin, o.contact_rule,
-            o.step_end, o.margins, o.features.vertex_triangle, o.features.edge_edge);
+            o.step_end, o.margins, o.neighbour_filters, o.features.vertex_triangle, o.features.edge_edge);
   const Summary mine = {scene.value(), query.value()};
   const std::vector<Summary> all = gathered(mine);
   for (const Summary& summary : all) {

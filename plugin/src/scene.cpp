@@ -54,6 +54,15 @@ void Scene::set_positions(BodyId body, Positions x) {
 void Scene::set_positions(BodyId body, Positions x_t0, Positions x_t1) {
   core().set_positions(body, x_t0, x_t1);
 }
+void Scene::set_ignored_pairs(Span<const BodyPair> pairs) {
+  core().set_ignored_pairs(pairs);
+}
+void Scene::set_vertex_filters(BodyId body, Span<const VertexFilter> filters) {
+  core().set_vertex_filters(body, filters);
+}
+void Scene::set_rest_positions(BodyId body, Positions x) {
+  core().set_rest_positions(body, x);
+}
 void Scene::set_options(const SceneOptions& options) {
   core().set_options(options);
 }

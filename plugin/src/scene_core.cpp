@@ -41,6 +41,12 @@ std::string positions_problem(BodyId id, const Positions& positions) {
                      id.value, positions.count() * position_size(positions));
 }
 
+constexpr const char* kNoMemoryForPairs = "memory ran out for a list of pairs of bodies. Free memory, or give fewer.";
+
+std::string filters_problem(BodyId id) {
+  return fmt::format("body {}: memory ran out for what its vertices may touch. Free memory.", id.value);
+}
+
 LookedAt looked_at_by(const QueryOptions& options) {
   return {looks_at_t0(options), looks_at_t1(options), measures_moves(options)};
 }
@@ -97,6 +103,26 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
               store_.set_positions(body, x_t0, x_t1);
             }
           });
+}
+
+void SceneCore::set_ignored_pairs(Span<const BodyPair> pairs) {
+  for (const BodyPair& pair : pairs) {
+    find(pair.a);
+    find(pair.b);
+  }
+  guarded([] { return kNoMemoryForPairs; }, [&] { store_.set_ignored_pairs(BodyPairList(pairs)); });
+}
+
+void SceneCore::set_vertex_filters(BodyId id, Span<const VertexFilter> filters) {
+  Body& body = find(id);
+  validate_vertex_filters(id, body.vertex_count(), filters);
+  guarded([&] { return filters_problem(id); }, [&] { store_.set_vertex_filters(body, filters); });
+}
+
+void SceneCore::set_rest_positions(BodyId id, const Positions& x) {
+  Body& body = find(id);
+  if (x.count() > 0) validate_rest_positions(id, body.vertex_count(), x);
+  guarded([&] { return filters_problem(id); }, [&] { store_.set_rest_positions(body, x); });
 }
 
 void SceneCore::set_options(const SceneOptions& options) {
@@ -231,10 +257,9 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   const SceneSize size = count_elements(detection.statistics);
   const bool moves = something_moves(options, bodies);
   const std::uint64_t changed_since = pairs == Pairs::changed ? query.last_change_ : 0;
-  PairFilter filter;
-  if (query.filter_) filter = [&](BodyId a, BodyId b) { return call_back(query.filter_, a, b); };
+  if (options.neighbour_filters) require_rest_positions();
   const PairSelection& selected =
-      query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since), filter);
+      query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since), pair_filter(query));
   detection.decisions = {
       size.bodies, selected.pair_count,          selected.self_count, selected.vertex_triangle, selected.edge_edge,
       moves,       size.bodies_without_positions};
@@ -247,6 +272,24 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   detection.input = {selected.view(), settings, settings.both_ends || settings.at_t0, size.triangles};
   detection.has_work = selected.pair_count + selected.self_count > 0 && !is_idle;
   detector_->set_memory_limit(options_.memory_limit);
+}
+
+/// None where it would let everything through.
+PairFilter SceneCore::pair_filter(const QueryCore& query) const {
+  if (!query.filter_ && query.only_pairs_.empty() && store_.ignored_pairs().empty()) return {};
+  return [&](BodyId a, BodyId b) {
+    if (store_.ignored_pairs().has(a, b) || (!query.only_pairs_.empty() && !query.only_pairs_.has(a, b))) return false;
+    return !query.filter_ || call_back(query.filter_, a, b);
+  };
+}
+
+void SceneCore::require_rest_positions() const {
+  for (const Body& body : store_.bodies()) {
+    if (body.is_removed || !body.excludes_at_rest() || !body.x_rest.empty() || body.vertex_count() == 0) continue;
+    throw InvalidInput(
+        fmt::format("body {}: its rest_distance is {}, but where it is at rest is not known; use set_rest_positions().",
+                    body.id.value, body.settings.rest_distance));
+  }
 }
 
 void SceneCore::settle(const LookedAt& by_next) {
@@ -478,6 +521,10 @@ std::vector<Contact> QueryCore::gather_contacts() {
         "one is started.");
   }
   return scene_->gather(contacts_);
+}
+
+void QueryCore::set_only_pairs(Span<const BodyPair> pairs) {
+  guarded([] { return kNoMemoryForPairs; }, [&] { only_pairs_ = BodyPairList(pairs); });
 }
 
 void QueryCore::set_options(const QueryOptions& options) {

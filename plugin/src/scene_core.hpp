@@ -54,6 +54,7 @@ class QueryCore {
   void set_options(const QueryOptions& options);
   const QueryOptions& options() const { return options_; }
   void set_pair_filter(PairFilter filter) { filter_ = std::move(filter); }
+  void set_only_pairs(Span<const BodyPair> pairs);
   std::shared_ptr<const void> hold_contacts();
   std::vector<Contact> gather_contacts();
   const Statistics& statistics() const { return statistics_; }
@@ -69,6 +70,7 @@ class QueryCore {
   std::shared_ptr<SceneCore> scene_;
   QueryOptions options_;
   PairFilter filter_;
+  BodyPairList only_pairs_;  ///< none: all
   PairSelector pairs_;  ///< what it has selected is the last detection's
   /// The last detection's at the end, before them those that somebody holds.
   std::vector<std::shared_ptr<QueryMemories>> memories_;
@@ -93,6 +95,9 @@ class SceneCore {
   void remove_body(BodyId id);
   bool has_body(BodyId id) { return store_.find(id) != nullptr; }
   void set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1);
+  void set_ignored_pairs(Span<const BodyPair> pairs);
+  void set_vertex_filters(BodyId id, Span<const VertexFilter> filters);
+  void set_rest_positions(BodyId id, const Positions& x);
   void set_options(const SceneOptions& options);
   void set_log(LogCallback log) { log_ = std::move(log); }
   const SceneOptions& options() const { return options_; }
@@ -135,6 +140,8 @@ class SceneCore {
   void settle(const LookedAt& by_next);
   void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs);
   ProbedScene probed_scene(ProbeCore& probe, bool wants_sides);
+  PairFilter pair_filter(const QueryCore& query) const;
+  void require_rest_positions() const;
   LookedAt looked_at() const;
   SceneSize count_elements(Statistics& statistics) const;
   void warn_of_strays() const;

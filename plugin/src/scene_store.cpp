@@ -87,13 +87,41 @@ void SceneStore::update_body(Body& body, const BodyDesc& desc) {
   body.settings = desc.settings;
   body.rank = desc.rank;
   body.positions.forget();
+  body.vertex_filters.clear();
+  body.x_rest.clear();
   change(body);
   has_new_layout_ = true;
 }
 
 void SceneStore::set_settings(Body& body, const BodySettings& settings) {
+  const auto rings = [](const Body& b) { return b.excludes_rings() ? b.settings.neighbour_rings : 1U; };
+  const std::uint32_t rings_before = rings(body);
   body.settings = settings;
   change(body);
+  if (rings(body) != rings_before) filters_.note_change();
+}
+
+void SceneStore::set_vertex_filters(Body& body, Span<const VertexFilter> filters) {
+  body.vertex_filters.assign(filters.begin(), filters.end());
+  change(body);
+  filters_.note_change();
+}
+
+void SceneStore::set_rest_positions(Body& body, const Positions& x) {
+  body.x_rest = rest_positions(x);
+  change(body);
+  filters_.note_change();
+}
+
+void SceneStore::set_ignored_pairs(BodyPairList pairs) {
+  for (const BodyPair& pair : ignored_pairs_.pairs()) {
+    Body* const a = find(pair.a);
+    Body* const b = find(pair.b);
+    if (a == nullptr || b == nullptr || pairs.has(pair.a, pair.b)) continue;
+    change(*a);
+    change(*b);
+  }
+  ignored_pairs_ = std::move(pairs);
 }
 
 void SceneStore::remove_body(Body& body) {
@@ -102,6 +130,8 @@ void SceneStore::remove_body(Body& body) {
   keep_place(body.vertices, planned_.vertices);
   keep_place(body.triangles, planned_.triangles);
   keep_place(body.edges, planned_.edges);
+  body.vertex_filters.clear();
+  body.x_rest.clear();
   body.positions.forget();
   change(body);
   has_new_layout_ = true;
@@ -152,6 +182,7 @@ void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next, Devic
   read_positions(by_scene, reader);
   leave_out_strays(by_next);
   list_neighbours();
+  filters_.settle(bodies_, vertex_body_.size(), mesh_revision_, [this](const Body& body) { return mesh_of(body); });
 }
 
 /// Gives every body its place, and every new mesh. Allocates nothing.
@@ -473,7 +504,7 @@ SceneArrays SceneStore::arrays() const {
   return {x_t0_.view(),           x_t1_.view(),        triangles_.view(),
           triangle_edges_.view(), edges_.view(),       ownership_.view(),
           triangle_body_.view(),  vertex_body_.view(), vertex_triangle_neighbours_,
-          edge_edge_neighbours_,  mesh_revision_};
+          edge_edge_neighbours_,  mesh_revision_,      filters_.arrays()};
 }
 
 SceneSize SceneStore::size() const {
@@ -515,6 +546,7 @@ SceneChanges SceneStore::changes(bool all, bool with_t0) const {
   changes.vertex_triangle_neighbours = {all ? 0 : unsent_vertex_triangle_neighbours_,
                                         vertex_triangle_neighbours_.size()};
   changes.edge_edge_neighbours = {all ? 0 : unsent_edge_edge_neighbours_, edge_edge_neighbours_.size()};
+  changes.filters = all || filters_.are_unsent();
   return changes;
 }
 
@@ -522,6 +554,7 @@ void SceneStore::forget_changes(bool with_t0) {
   for (Body& body : bodies_) body.unsent = {false, false, body.unsent.x_t0 && !with_t0, false};
   unsent_vertex_triangle_neighbours_ = vertex_triangle_neighbours_.size();
   unsent_edge_edge_neighbours_ = edge_edge_neighbours_.size();
+  filters_.forget_changes();
 }
 
 }  // namespace softcd

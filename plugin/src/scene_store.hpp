@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "body.hpp"
+#include "filter_store.hpp"
 #include "host_array.hpp"
 #include "softcd/pipeline/detector.hpp"
 
@@ -32,6 +33,11 @@ class SceneStore {
   void update_body(Body& body, const BodyDesc& desc);
   void set_settings(Body& body, const BodySettings& settings);
   void remove_body(Body& body);
+  void set_vertex_filters(Body& body, Span<const VertexFilter> filters);
+  void set_rest_positions(Body& body, const Positions& x);
+  /// Pairs that stop being ignored count as changed. All bodies are there.
+  void set_ignored_pairs(BodyPairList pairs);
+  const BodyPairList& ignored_pairs() const { return ignored_pairs_; }
   void set_positions(Body& body, const Positions& x_t0, const Positions& x_t1);
   /// Null where there is none, or was removed.
   Body* find(BodyId id);
@@ -149,6 +155,8 @@ class SceneStore {
   /// A detector was told those before.
   std::uint64_t unsent_vertex_triangle_neighbours_ = 0, unsent_edge_edge_neighbours_ = 0;
   std::vector<const Body*> newly_left_out_;
+  FilterStore filters_;
+  BodyPairList ignored_pairs_;
 };
 
 }  // namespace softcd

@@ -11,6 +11,7 @@ namespace {
 
 constexpr float kSmallestLambda = 0.1F;
 constexpr float kLargestLambda = 100.0F;
+constexpr std::uint32_t kMostRings = 16;
 
 /// Enumerators count from 0 to `last`.
 template <class Enum>
@@ -94,6 +95,14 @@ void validate_settings(BodyId id, const BodySettings& settings) {
     throw InvalidInput(fmt::format("body {}: its margin is {}, but a margin must be finite and at least 0.", id.value,
                                    settings.margin));
   }
+  if (settings.neighbour_rings < 1 || settings.neighbour_rings > kMostRings) {
+    throw InvalidInput(fmt::format("body {}: its neighbour_rings is {}, but must be 1 to {}.", id.value,
+                                   settings.neighbour_rings, kMostRings));
+  }
+  if (!(settings.rest_distance >= 0.0F && std::isfinite(settings.rest_distance))) {
+    throw InvalidInput(fmt::format("body {}: its rest_distance is {}, but must be finite and at least 0.", id.value,
+                                   settings.rest_distance));
+  }
 }
 
 void validate_mesh(BodyId id, const BodyDesc& desc) {
@@ -120,6 +129,26 @@ void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& 
     throw InvalidInput(fmt::format(
         "body {}: its positions are at one end in the host's memory, at the other in a device's; give both in one.",
         id.value));
+  }
+}
+
+void validate_vertex_filters(BodyId id, std::uint32_t vertex_count, Span<const VertexFilter> filters) {
+  if (filters.empty() || filters.size() == vertex_count) return;
+  throw InvalidInput(fmt::format("body {}: {} vertex filters were given, but the body has {} vertices.", id.value,
+                                 filters.size(), vertex_count));
+}
+
+void validate_rest_positions(BodyId id, std::uint32_t vertex_count, const Positions& x) {
+  validate_end(id, vertex_count, x, "rest");
+  if (x.is_on_device()) {
+    throw InvalidInput(
+        fmt::format("body {}: its positions for rest are in a device's memory; give them in the host's.", id.value));
+  }
+  for (std::size_t v = 0; v < x.count(); ++v) {
+    const Vec3d position = x.is_double() ? position_at<double>(given(x), v) : position_at<float>(given(x), v);
+    if (is_usable(position)) continue;
+    throw InvalidInput(
+        fmt::format("body {}: vertex {} of its positions for rest is not finite, or beyond 1e37.", id.value, v));
   }
 }
 

@@ -18,6 +18,8 @@ void validate_settings(BodyId id, const BodySettings& settings);
 /// And the settings.
 void validate_mesh(BodyId id, const BodyDesc& desc);
 void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& x_t0, const Positions& x_t1);
+void validate_vertex_filters(BodyId id, std::uint32_t vertex_count, Span<const VertexFilter> filters);
+void validate_rest_positions(BodyId id, std::uint32_t vertex_count, const Positions& x);
 
 /// Positions on a device: that it is the reader's, unless the body has had them where they are.
 void validate_on_device(const Body& body, const Positions& x_t0, const Positions& x_t1, DevicePositionReader& reader);

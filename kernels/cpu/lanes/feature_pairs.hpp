@@ -2,6 +2,7 @@
 
 #include "../work_units.hpp"
 #include "features.hpp"
+#include "softcd/stages/feature_filters.hpp"
 #include "softcd/stages/feature_pairs.hpp"
 
 namespace softcd::cpu {
@@ -18,5 +19,7 @@ template <ContactKind kKind, bool kSwept>
 struct CandidateLanes<ExpandPair<kKind, kSwept>> : FeatureLanes<ExpandPair<kKind, kSwept>> {};
 template <ContactKind kKind, bool kSwept>
 struct CandidateLanes<TestNeighbours<kKind, kSwept>> : FeatureLanes<TestNeighbours<kKind, kSwept>> {};
+template <class Find>
+struct CandidateLanes<WithFilters<Find>> : FeatureLanes<WithFilters<Find>> {};
 
 }  // namespace softcd::cpu

@@ -52,6 +52,11 @@ class SOFTCD_EXPORT CollisionPipeline {
   /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
   void set_positions(BodyId body, Positions x_t0, Positions x_t1);
 
+  /// As those of Scene.
+  void set_ignored_pairs(Span<const BodyPair> pairs);
+  void set_vertex_filters(BodyId body, Span<const VertexFilter> filters);
+  void set_rest_positions(BodyId body, Positions x);
+
   /// A detection that runs is ended, and its contacts are lost. With another backend or stream a GPU's work is done on
   /// the CUDA device that is current now. Throws as the constructor does.
   void set_options(const PipelineOptions& options);

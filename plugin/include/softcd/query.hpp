@@ -50,6 +50,8 @@ struct QueryOptions {
   StepEnd step_end = StepEnd::t1;
   /// Off: every body's margin counts as 0.
   bool margins = true;
+  /// Off: BodySettings::neighbour_rings counts as 1 and rest_distance as 0, for who asks what is through each other.
+  bool neighbour_filters = true;
   /// A kind of feature pairs is tested between two bodies that both want it, where the query does too.
   Features features = {true, true};
   /// Without memory_limit: pairs of triangles near each other are found once for several detections of the scene's
@@ -63,24 +65,24 @@ struct QueryOptions {
   friend bool operator==(const QueryOptions& a, const QueryOptions& b) {
     const auto values = [](const QueryOptions& o) {
       return std::tie(o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin, o.contact_rule,
-                      o.step_end, o.margins, o.features.vertex_triangle, o.features.edge_edge, o.reuse_pairs,
-                      o.contacts_on_device);
+                      o.step_end, o.margins, o.neighbour_filters, o.features.vertex_triangle, o.features.edge_edge,
+                      o.reuse_pairs, o.contacts_on_device);
     };
     return values(a) == values(b);
   }
   friend bool operator!=(const QueryOptions& a, const QueryOptions& b) { return !(a == b); }
 };
 
-/// Which pairs of bodies a detection compares, of those that groups, masks, boxes and the filter leave.
+/// Which pairs of bodies a detection compares, of those that groups, masks, boxes, lists of pairs and the filter leave.
 enum class Pairs : std::uint32_t {
   all,
   /// Those of which a body was added or updated, or given positions or settings, since the query's last detection.
   changed,
 };
 
-/// Called for pairs of bodies that pass groups, masks and bounding boxes, and, with a == b, for bodies that collide
-/// with themselves; false leaves the pair out of this detection. Called on the thread that starts the detection, a <=
-/// b.
+/// Called for pairs of bodies that pass groups, masks, bounding boxes and lists of pairs, and, with a == b, for bodies
+/// that collide with themselves; false leaves the pair out of this detection. Called on the thread that starts the
+/// detection, a <= b.
 using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 
 /// Contacts in a CUDA device's memory, as Ticket::wait() would return them.
@@ -142,6 +144,9 @@ class SOFTCD_EXPORT Query {
   /// Asked by every detection from the next one on; none lets all pairs through. It must not call the scene or its
   /// queries.
   void set_pair_filter(PairFilter filter);
+  /// From the next detection on no other pairs are compared than these; an empty list, as at first, excludes none.
+  /// Pairs of bodies that are not in the scene are nothing to compare.
+  void set_only_pairs(Span<const BodyPair> pairs);
 
   /// What holds the contacts that were returned last: they stay valid until what is returned and its copies are gone,
   /// whatever becomes of the query and its scene. Detections use other memory meanwhile. Throws Error when those

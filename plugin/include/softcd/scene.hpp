@@ -42,6 +42,19 @@ struct BodySettings {
   Features features;  ///< which pairs of features it takes part in
   /// Bodies of different batches never touch, wherever they are: many small scenes in one, which are detected together.
   std::uint32_t batch = 0;
+  /// Features of this body that a path of fewer edges than this joins are no contact: with 1 those that share a vertex;
+  /// with 2 also those with vertices that an edge joins, and so on. 1 to 16. More than 1 takes memory for what is near
+  /// each vertex: 24 bytes in a regular mesh with 2, 72 with 3, growing with the square.
+  std::uint32_t neighbour_rings = 1;
+  /// Features of this body that are at most so far apart where Scene::set_rest_positions() says are no contact. Unit:
+  /// the positions'. Finite, at least 0, which excludes none. With self_collision a detection throws InvalidInput
+  /// unless rest positions were set.
+  float rest_distance = 0.0F;
+};
+
+/// Two bodies, in either order, or a body and itself.
+struct BodyPair {
+  BodyId a, b;
 };
 
 /// A mesh: triangles and segments over vertices 0 .. vertex_count - 1. A vertex in none of them does not collide;
@@ -128,6 +141,18 @@ class SOFTCD_EXPORT Scene {
   /// Where the body's vertices are at both ends of the step. Throws InvalidInput when a count is not the
   /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
   void set_positions(BodyId body, Positions x_t0, Positions x_t1);
+
+  /// These pairs are not compared by any query from the next detection on, instead of those that were given before.
+  /// Throws InvalidInput when a body is not in the scene; nothing is changed then.
+  void set_ignored_pairs(Span<const BodyPair> pairs);
+  /// What the body's vertices may touch, of other bodies and of its own, beside what bodies' groups and masks decide;
+  /// see VertexFilter. One for each vertex, or none for all bits, as in bodies without. Copied. Throws InvalidInput
+  /// when they are not as many as the body's vertices. Gone when the body is updated.
+  void set_vertex_filters(BodyId body, Span<const VertexFilter> filters);
+  /// Where the body's vertices are at rest, in whatever place, for BodySettings::rest_distance; none forgets them. On
+  /// the host; copied, as floats relative to the middle of their box. Throws InvalidInput as set_positions(), and when
+  /// one is not finite. Gone when the body is updated.
+  void set_rest_positions(BodyId body, Positions x);
 
   /// Detections that were not waited for are ended, and their contacts are lost; with another backend, device or stream
   /// all queries' contacts are. Throws as the constructor does.

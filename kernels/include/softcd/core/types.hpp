@@ -40,6 +40,13 @@ struct Edge {
   std::uint32_t v[2];  ///< each below the vertex count of its body
 };
 
+/// What a vertex may touch. Two features may touch where some vertex of the one and some vertex of the other have
+/// (a.group & b.mask) and (b.group & a.mask): what all vertices of a triangle are kept from, the triangle is.
+struct VertexFilter {
+  std::uint32_t group = 1;
+  std::uint32_t mask = 0xFFFFFFFFu;
+};
+
 /// Which features touch.
 enum class ContactKind : std::uint8_t {
   vertex_triangle = 0,  ///< a vertex and a triangle

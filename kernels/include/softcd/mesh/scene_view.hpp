@@ -29,6 +29,24 @@ struct SceneBody {
   Box partner_box;
   /// What the cells of its batch are moved by, see moved_cell: batches are apart in the grid, wherever they are.
   std::uint32_t cell_offset = 0;
+  /// What is near a feature of the body on the mesh, as the scene's rings say, and what is at most so far from it at
+  /// rest (0: nothing), is kept from touching it.
+  bool excludes_rings = false;
+  float rest_distance = 0.0F;
+};
+
+/// What decides about features beside where they are; null what no body has.
+struct FeatureFilters {
+  const VertexFilter* vertices = nullptr;
+  /// Other vertices that are near vertex v on its mesh: ring_vertices[ring_begin[v]] to, without it,
+  /// ring_vertices[ring_begin[v + 1]], ascending.
+  const std::uint64_t* ring_begin = nullptr;
+  const std::uint32_t* ring_vertices = nullptr;
+  /// At rest, each body relative to a point of its own.
+  const Vec3f* x_rest = nullptr;
+  bool are_set = false;  ///< some body of the detection has one
+
+  friend bool operator==(const FeatureFilters&, const FeatureFilters&) = default;
 };
 
 /// All bodies concatenated in ascending order of ids; memory of the backend. Positions are float32, relative to the
@@ -47,6 +65,7 @@ struct SceneView {
   /// row. Row a is partners[partner_begin[a]] to, without it, partners[partner_begin[a + 1]], ascending.
   const std::uint64_t* partner_begin = nullptr;
   const std::uint32_t* partners = nullptr;
+  FeatureFilters filters;
   /// The pairs by body classes, body modulo kBodyClasses: bit b of word a says that some bodies of these classes may
   /// touch.
   std::uint32_t class_may_touch[kBodyClasses] = {};

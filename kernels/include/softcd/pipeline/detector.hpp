@@ -25,6 +25,14 @@ struct Range {
   std::uint64_t begin, end;
 };
 
+/// See FeatureFilters for the fields; empty where no body has the like.
+struct FilterArrays {
+  Span<const VertexFilter> vertices;
+  Span<const std::uint64_t> ring_begin;
+  Span<const std::uint32_t> ring_vertices;
+  Span<const Vec3f> x_rest;
+};
+
 /// All bodies' meshes and positions, one body behind the other in ascending order of ids; host memory. See SceneView
 /// for the fields. Between bodies there may be triangles that are kLeftOut, and vertices and edges that none has.
 struct SceneArrays {
@@ -37,6 +45,7 @@ struct SceneArrays {
   /// What all bodies that list them have, in any order, as NeighbourFeatures.
   Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
   std::uint64_t revision;  ///< another one where meshes, or what their triangles own, have changed
+  FilterArrays filters{};
 };
 
 /// Positions on the detector's device, of vertices from `first` on.
@@ -54,6 +63,7 @@ struct SceneChanges {
   std::vector<DevicePositions> device_x_t0, device_x_t1;
   Vec3d origin{0, 0, 0};
   Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
+  bool filters = false;  ///< all of them
 };
 
 /// The bodies and their pairs in one detection; see SceneView.

@@ -203,6 +203,19 @@ class DetectorOn final : public Detector {
     mirror_.vertex_triangle_neighbours.follow(backend_, scene.vertex_triangle_neighbours,
                                               in_one(changes.vertex_triangle_neighbours));
     mirror_.edge_edge_neighbours.follow(backend_, scene.edge_edge_neighbours, in_one(changes.edge_edge_neighbours));
+    const FilterArrays& filters = scene.filters;
+    scene_.filters = {followed(mirror_.vertex_filters, filters.vertices, changes.filters),
+                      followed(mirror_.ring_begin, filters.ring_begin, changes.filters),
+                      followed(mirror_.ring_vertices, filters.ring_vertices, changes.filters),
+                      followed(mirror_.x_rest, filters.x_rest, changes.filters)};
+  }
+
+  /// Null where there are none.
+  template <class T>
+  const T* followed(typename Backend::template Mirror<T>& mirror, Span<const T> values, bool have_changed) {
+    const Range all = {0, have_changed ? values.size() : 0};
+    mirror.follow(backend_, values, Span<const Range>(&all, 1));
+    return values.empty() ? nullptr : mirror.data();
   }
 
   void view_scene(const SceneBodies& bodies) {
@@ -222,6 +235,10 @@ class DetectorOn final : public Detector {
     scene_.summarize_pairs(bodies.partner_begin, bodies.partners);
     scene_.has_batches = std::any_of(bodies.bodies.begin(), bodies.bodies.end(),
                                      [](const SceneBody& body) { return body.cell_offset != 0; });
+    scene_.filters.are_set = scene_.filters.vertices != nullptr ||
+                             std::any_of(bodies.bodies.begin(), bodies.bodies.end(), [](const SceneBody& body) {
+                               return body.excludes_rings || body.rest_distance > 0.0F;
+                             });
     scene_.is_swept = continuous && settings_.both_ends;
     scene_.motion_margin = continuous ? 0.0F : settings_.motion_margin;
     scene_.is_conservative = settings_.accuracy == Accuracy::conservative;

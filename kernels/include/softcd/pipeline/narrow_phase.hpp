@@ -5,6 +5,7 @@
 #include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/contact_output.hpp"
 #include "softcd/stages/contact_tests.hpp"
+#include "softcd/stages/feature_filters.hpp"
 #include "softcd/stages/feature_pairs.hpp"
 
 /// The narrow phase's stage order, once for all backends: triangle pairs in, sorted contacts out.
@@ -146,9 +147,20 @@ class NarrowPhaseStages {
     const std::uint64_t first = settings_.partition.rank.begin(all);
     const Count count = {&counters_->all, settings_.partition.rank.end(all) - first};
     const TestNeighbours<kKind, kSwept> test{{scene_}, neighbours + first};
-    produce(
-        backend_, counters_,
-        [&] { backend_.for_each_part_filtered(label, count, test, candidates.appender(counters_)); }, candidates);
+    find_candidates_of(label, count, test, candidates);
+  }
+
+  /// Those that the bodies' filters let through, where there are some.
+  template <class Find, class Candidates>
+  void find_candidates_of(const char* label, Count items, const Find& find, Candidates& candidates) {
+    const auto find_all = [&] {
+      if (scene_.filters.are_set) {
+        backend_.for_each_part_filtered(label, items, WithFilters<Find>{find}, candidates.appender(counters_));
+      } else {
+        backend_.for_each_part_filtered(label, items, find, candidates.appender(counters_));
+      }
+    };
+    produce(backend_, counters_, find_all, candidates);
   }
 
   template <bool kSwept>
@@ -162,13 +174,7 @@ class NarrowPhaseStages {
   template <ContactKind kKind, bool kSwept, class Candidates>
   void expand_pairs(const char* label, Candidates& candidates) {
     const ExpandPair<kKind, kSwept> expand_pair{{scene_}, w_.shapes.data(), lists_.pairs.template column<0>().data()};
-    produce(
-        backend_, counters_,
-        [&] {
-          backend_.for_each_part_filtered(label, lists_.pairs.count(counters_), expand_pair,
-                                          candidates.appender(counters_));
-        },
-        candidates);
+    find_candidates_of(label, lists_.pairs.count(counters_), expand_pair, candidates);
   }
 
   template <class T>

@@ -235,6 +235,11 @@ struct SceneMirror {
   Mirror<Ownership> ownership;
   Mirror<std::uint32_t> triangle_body, vertex_body;
   Mirror<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
+  // See FeatureFilters:
+  Mirror<VertexFilter> vertex_filters;
+  Mirror<std::uint64_t> ring_begin;
+  Mirror<std::uint32_t> ring_vertices;
+  Mirror<Vec3f> x_rest;
 };
 
 constexpr std::size_t kListCount = 9;

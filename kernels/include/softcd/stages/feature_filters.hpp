@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/math/closest_point.hpp"
+#include "softcd/stages/feature_pairs.hpp"
+
+/// Candidates that somebody has said are no contact, wherever they are: by their vertices' groups and masks, by how
+/// near they are on their mesh, or at rest.
+namespace softcd {
+
+/// Whether the filters let two features touch.
+template <ContactKind kKind>
+struct FilterTest {
+  SceneView scene;
+
+  SOFTCD_HD bool may_touch(const FeatureVertices& vertices) const {
+    if (scene.filters.vertices != nullptr && !any_pair(vertices, GroupsAllow{scene.filters.vertices})) return false;
+    const std::uint32_t body_a = scene.vertex_body[vertices.v[0]];
+    if (body_a != scene.vertex_body[vertices.v[kCountA]]) return true;
+    const SceneBody& body = scene.bodies[body_a];
+    if (body.excludes_rings && any_pair(vertices, AreNearOnMesh{scene.filters})) return false;
+    return !(body.rest_distance > 0.0F) || !are_near_at_rest(vertices, body.rest_distance);
+  }
+
+ private:
+  /// Vertices of the first feature; the others are the second's.
+  static constexpr int kCountA = kKind == ContactKind::vertex_triangle ? 1 : 2;
+
+  struct GroupsAllow {
+    const VertexFilter* filters;
+
+    SOFTCD_HD bool operator()(std::uint32_t v, std::uint32_t w) const {
+      const VertexFilter a = filters[v];
+      const VertexFilter b = filters[w];
+      return (a.group & b.mask) != 0U && (b.group & a.mask) != 0U;
+    }
+  };
+
+  struct AreNearOnMesh {
+    FeatureFilters filters;
+
+    SOFTCD_HD bool operator()(std::uint32_t v, std::uint32_t w) const {
+      std::uint64_t first = filters.ring_begin[v];
+      std::uint64_t last = filters.ring_begin[v + 1];
+      while (first < last) {
+        const std::uint64_t middle = first + (last - first) / 2;
+        if (filters.ring_vertices[middle] == w) return true;
+        if (filters.ring_vertices[middle] < w) {
+          first = middle + 1;
+        } else {
+          last = middle;
+        }
+      }
+      return false;
+    }
+  };
+
+  /// Whether some vertex of the one and some of the other are so.
+  template <class Relation>
+  static SOFTCD_HD bool any_pair(const FeatureVertices& vertices, const Relation& relation) {
+    for (int a = 0; a < kCountA; ++a) {
+      for (int b = kCountA; b < 4; ++b) {
+        if (relation(vertices.v[a], vertices.v[b])) return true;
+      }
+    }
+    return false;
+  }
+
+  SOFTCD_HD bool are_near_at_rest(const FeatureVertices& vertices, float distance) const {
+    Vec3d x[4];
+    for (int corner = 0; corner < 4; ++corner) x[corner] = vec3_cast<double>(scene.filters.x_rest[vertices.v[corner]]);
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      return closest_points_vertex_triangle(x[0], x[1], x[2], x[3]).are_within(static_cast<double>(distance));
+    } else {
+      return closest_points_edge_edge(x[0], x[1], x[2], x[3]).are_within(static_cast<double>(distance));
+    }
+  }
+};
+
+template <ContactKind kKind, bool kSwept>
+SOFTCD_HD bool filters_allow(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate& candidate) {
+  return FilterTest<kKind>{test.scene}.may_touch(candidate.vertices);
+}
+
+/// What `Find` finds, ExpandPair or TestNeighbours, without what the filters exclude. A functor of its own, so that
+/// detections without filters do not pay for its registers.
+template <class Find>
+struct WithFilters : Find {
+  template <class Candidates>
+  SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
+    if (this->feature_test.keeps(candidate)) append(candidate, candidates);
+  }
+  template <class Candidates>
+  SOFTCD_HD void append(const FeatureCandidate& candidate, Candidates& candidates) const {
+    if (filters_allow(this->feature_test, candidate)) Find::append(candidate, candidates);
+  }
+};
+
+}  // namespace softcd
