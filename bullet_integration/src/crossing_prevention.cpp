@@ -17,11 +17,13 @@ constexpr btScalar kLeastGap = 16 * btScalar(std::numeric_limits<float>::epsilon
 constexpr btScalar kGapGrowth = 4;
 constexpr int kMostGaps = 4;
 
-/// Whatever Settings::accuracy is: nothing may be overlooked.
+/// Whatever Settings::accuracy is: nothing may be overlooked, of a body's own features neither that are near each
+/// other.
 QueryOptions crossing_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
   options.accuracy = Accuracy::conservative;
   options.margins = false;
+  options.neighbour_filters = false;
   options.features.edge_edge = settings.edge_contacts == EdgeContacts::respond;
   return options;
 }

@@ -1,5 +1,7 @@
 #include "softcd/bullet/world_detection.hpp"
 
+#include <utility>
+
 #include "world_queries.hpp"
 
 namespace softcd::bullet {
@@ -31,6 +33,10 @@ const Settings& WorldDetection::settings() const {
 
 void WorldDetection::set_settings(const Settings& settings) {
   queries_->set_settings(settings);
+}
+
+void WorldDetection::set_filters(const btSoftBody& body, BodyFilters filters) {
+  queries_->set_filters(body, std::move(filters));
 }
 
 DetectorReport WorldDetection::contacts() const {

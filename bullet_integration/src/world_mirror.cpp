@@ -2,6 +2,9 @@
 
 #include <tbb/parallel_for.h>
 
+#include <cmath>
+#include <iterator>
+#include <string>
 #include <utility>
 
 #include "query_options.hpp"
@@ -12,7 +15,39 @@ namespace {
 
 bool is_same(const BodySettings& a, const BodySettings& b) {
   return a.margin == b.margin && a.self_collision == b.self_collision && a.kinematic == b.kinematic &&
-         a.features.edge_edge == b.features.edge_edge;
+         a.features.edge_edge == b.features.edge_edge && a.neighbour_rings == b.neighbour_rings &&
+         a.rest_distance == b.rest_distance;
+}
+
+/// As what scenes throw, before there is a body in one.
+void validate(const btSoftBody& body, const BodyFilters& filters) {
+  const auto node_count = static_cast<std::size_t>(body.m_nodes.size());
+  if (!filters.nodes.empty() && filters.nodes.size() != node_count) {
+    throw InvalidInput("softcd::bullet::BodyFilters: there are " + std::to_string(filters.nodes.size()) +
+                       " of nodes, but the body has " + std::to_string(node_count) + " nodes");
+  }
+  if (filters.neighbour_rings < 1 || filters.neighbour_rings > 16) {
+    throw InvalidInput("softcd::bullet::BodyFilters: neighbour_rings is " + std::to_string(filters.neighbour_rings) +
+                       ", but must be 1 to 16");
+  }
+  if (!(filters.rest_distance >= 0.0F && std::isfinite(filters.rest_distance))) {
+    throw InvalidInput("softcd::bullet::BodyFilters: rest_distance is " + std::to_string(filters.rest_distance) +
+                       ", but must be finite and at least 0");
+  }
+}
+
+/// None unless they are asked for.
+std::vector<Vec3d> rest_positions(const btSoftBody& body, const BodyFilters& filters) {
+  std::vector<Vec3d> x_rest;
+  if (!(filters.rest_distance > 0.0F)) return x_rest;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btVector3& x = body.m_nodes[i].m_x;
+    x_rest.push_back({double(x.x()), double(x.y()), double(x.z())});
+    if (std::isfinite(x.x()) && std::isfinite(x.y()) && std::isfinite(x.z())) continue;
+    throw InvalidInput("softcd::bullet::BodyFilters: node " + std::to_string(i) +
+                       " is not at a finite place, from which rest_distance is measured");
+  }
+  return x_rest;
 }
 
 BodyDesc desc_of(const BodyMesh& mesh, const BodySettings& settings) {
@@ -30,7 +65,62 @@ void WorldMirror::set_settings(const Settings& settings) {
   settings_ = settings;
 }
 
+void WorldMirror::set_filters(const btSoftBody& body, BodyFilters filters) {
+  validate(body, filters);
+  KeptFilters kept = {std::move(filters), {}, last_filters_ + 1, false};
+  kept.x_rest = rest_positions(body, kept.filters);
+  filters_.insert_or_assign(&body, std::move(kept));
+  ++last_filters_;
+}
+
+/// Forgets those of others.
+void WorldMirror::keep_filters_of(Span<btSoftBody* const> bodies) noexcept {
+  if (filters_.empty()) return;
+  for (const btSoftBody* body : bodies) {
+    const auto known = filters_.find(body);
+    if (known != filters_.end()) known->second.is_in_world = true;
+  }
+  for (auto entry = filters_.begin(); entry != filters_.end();) {
+    entry = std::exchange(entry->second.is_in_world, false) ? std::next(entry) : filters_.erase(entry);
+  }
+}
+
+void WorldMirror::drop_unfit_filters(const btSoftBody& body) {
+  const auto known = filters_.find(&body);
+  if (known == filters_.end()) return;
+  const auto fits = [&](std::size_t count) {
+    return count == 0 || count == static_cast<std::size_t>(body.m_nodes.size());
+  };
+  if (fits(known->second.filters.nodes.size()) && fits(known->second.x_rest.size())) return;
+  filters_.erase(known);
+  if (!settings_.log) return;
+  settings_.log(LogLevel::warning,
+                "the filters of a soft body are forgotten: it has another number of nodes than when they were set");
+}
+
+BodySettings WorldMirror::settings_of(const btSoftBody& body) const {
+  BodySettings settings = read_settings(kind_, body, settings_);
+  const auto known = filters_.find(&body);
+  if (known == filters_.end()) return settings;
+  settings.neighbour_rings = known->second.filters.neighbour_rings;
+  settings.rest_distance = known->second.filters.rest_distance;
+  return settings;
+}
+
+/// To the scene, which has forgotten them where it has 0.
+void WorldMirror::pass_on_filters(Member& member) {
+  const auto known = filters_.find(member.body);
+  const std::uint64_t number = known == filters_.end() ? 0 : known->second.number;
+  if (member.filters == number) return;
+  static const KeptFilters none;
+  const KeptFilters& kept = known == filters_.end() ? none : known->second;
+  scene_.set_vertex_filters(member.id, kept.filters.nodes);
+  scene_.set_rest_positions(member.id, kept.x_rest);
+  member.filters = number;
+}
+
 void WorldMirror::begin_step(Span<btSoftBody* const> bodies) noexcept {
+  keep_filters_of(bodies);
   const bool keeps_some = !std::exchange(forgets_all_, false);
   for (btSoftBody* body : bodies) {
     const auto known = members_.find(body);
@@ -75,15 +165,18 @@ void WorldMirror::compare(Member& member) const {
 }
 
 WorldMirror::Member& WorldMirror::require(btSoftBody& body, bool needs_way) {
+  drop_unfit_filters(body);
   const auto known = members_.find(&body);
   if (known == members_.end()) {
-    Member& added = add(body, read_settings(kind_, body, settings_));
+    Member& added = add(body, settings_of(body));
+    pass_on_filters(added);
     set_positions(added, needs_way);
     return added;
   }
   Member& member = known->second;
   if (member.last_step != step_ || member.last_compared != step_) {
-    update(member, read_settings(kind_, body, settings_));
+    update(member, settings_of(body));
+    pass_on_filters(member);
     set_positions(member, needs_way);
     member.last_step = step_;
   } else if (needs_way && !member.has_way) {
@@ -122,6 +215,7 @@ void WorldMirror::update(Member& member, const BodySettings& settings) {
     BodyMesh mesh = read_mesh(*member.body);
     scene_.update_body(member.id, desc_of(mesh, settings));
     member.mesh = std::move(mesh);
+    member.filters = 0;
   } else if (!is_same(member.settings, settings)) {
     scene_.set_settings(member.id, settings);
   }

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <unordered_map>
+#include <vector>
 
 #include "native_trees.hpp"
 #include "snapshot_reader.hpp"
+#include "softcd/bullet/body_filters.hpp"
 #include "softcd/bullet/settings.hpp"
 
 namespace softcd::bullet {
@@ -20,6 +22,7 @@ class WorldMirror {
     BodyId id;
     BodyMesh mesh;
     BodySettings settings;
+    std::uint64_t filters = 0;  ///< the number of those that the scene has; 0 where it has none
     FaceTreeWatch face_tree;
     bool topology_changed = false;    ///< since the step before
     std::uint64_t last_compared = 0;  ///< step; 0 where it is to be compared again
@@ -42,6 +45,8 @@ class WorldMirror {
   WorldMirror& operator=(const WorldMirror&) = delete;
 
   void set_settings(const Settings& settings);
+  /// Throws InvalidInput; see WorldDetection.
+  void set_filters(const btSoftBody& body, BodyFilters filters);
   Scene& scene() { return scene_; }
 
   /// Before anything is asked for in a step: these are the world's soft bodies now.
@@ -71,6 +76,18 @@ class WorldMirror {
   void for_each_contact(Span<const Contact> contacts, Visit visit) const;
 
  private:
+  /// A body's filters, and where its nodes were when they were set.
+  struct KeptFilters {
+    BodyFilters filters;
+    std::vector<Vec3d> x_rest;
+    std::uint64_t number = 0;
+    bool is_in_world = false;
+  };
+
+  void keep_filters_of(Span<btSoftBody* const> bodies) noexcept;
+  void drop_unfit_filters(const btSoftBody& body);
+  BodySettings settings_of(const btSoftBody& body) const;
+  void pass_on_filters(Member& member);
   Member& add(btSoftBody& body, const BodySettings& settings);
   void update(Member& member, const BodySettings& settings);
   void compare(Member& member) const;
@@ -82,6 +99,8 @@ class WorldMirror {
   Scene scene_;
   std::unordered_map<const btSoftBody*, Member> members_;
   std::unordered_map<std::uint32_t, Member*> members_by_id_;
+  std::unordered_map<const btSoftBody*, KeptFilters> filters_;
+  std::uint64_t last_filters_ = 0;
   std::uint64_t step_ = 1;
   bool forgets_all_ = false;
 };

@@ -26,6 +26,7 @@ class WorldQueries {
 
   const Settings& settings() const { return settings_; }
   void set_settings(const Settings& settings);
+  void set_filters(const btSoftBody& body, BodyFilters filters) { mirror_.set_filters(body, std::move(filters)); }
 
   /// Between Bullet's prediction and its solver: finds the contacts of soft bodies, and those with rigid meshes, while
   /// `process_natively` makes Bullet process all other pairs that the gate's dispatcher knows.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "softcd/bullet/body_contacts.hpp"
+#include "softcd/bullet/body_filters.hpp"
 #include "softcd/bullet/edge_contact.hpp"
 #include "softcd/bullet/settings.hpp"
 #include "softcd/export.hpp"
@@ -72,6 +73,12 @@ class SOFTCD_EXPORT WorldDetection {
   const Settings& settings() const;
   /// From the next step on. Throws as CollisionPipeline::set_options.
   void set_settings(const Settings& settings);
+
+  /// From the next step on, for a soft body that is in the world then, instead of those that it had. They are forgotten
+  /// when it is not in the world any more as a step begins and, with a warning, when its number of nodes has changed.
+  /// Contacts that Bullet finds itself, of nodes with convex shapes or in a step in which softcd fails, do not know
+  /// them. Throws InvalidInput when there are not as many as nodes, or one is out of range; nothing is changed then.
+  void set_filters(const btSoftBody& body, BodyFilters filters);
 
   /// Of vertices with faces, and of edges with Settings::edge_contacts, between soft bodies and within them.
   DetectorReport contacts() const;
