@@ -36,7 +36,8 @@ softcd_query_options to_c(const QueryOptions& options) {
           options.features.vertex_triangle,
           options.features.edge_edge,
           options.reuse_pairs,
-          options.contacts_on_device};
+          options.contacts_on_device,
+          options.neighbour_filters};
 }
 
 QueryOptions query_options(const softcd_query_options* given) {
@@ -55,6 +56,7 @@ QueryOptions query_options(const softcd_query_options* given) {
   options.features = {read.vertex_triangle != 0, read.edge_edge != 0};
   options.reuse_pairs = read.reuse_pairs != 0;
   options.contacts_on_device = read.contacts_on_device != 0;
+  options.neighbour_filters = read.neighbour_filters != 0;
   return options;
 }
 
@@ -103,6 +105,11 @@ void softcd_query_destroy(softcd_query* query) {
 
 softcd_status softcd_query_set_options(softcd_query* query, const softcd_query_options* options) {
   return c::guarded_call([&] { c::required(query, "query").query.set_options(c::query_options(options)); });
+}
+
+softcd_status softcd_query_set_only_pairs(softcd_query* query, const softcd_body_pair* pairs, uint64_t count) {
+  return c::guarded_call(
+      [&] { c::required(query, "query").query.set_only_pairs(c::elements<softcd::BodyPair>(pairs, count, "pairs")); });
 }
 
 softcd_status softcd_query_set_pair_filter(softcd_query* query, softcd_pair_filter filter, void* user_data) {

@@ -20,7 +20,9 @@ softcd_body_settings to_c(const BodySettings& settings) {
           settings.kinematic,
           settings.features.vertex_triangle,
           settings.features.edge_edge,
-          settings.batch};
+          settings.batch,
+          settings.neighbour_rings,
+          settings.rest_distance};
 }
 
 SceneOptions scene_options(const softcd_scene_options* given) {
@@ -46,6 +48,8 @@ BodySettings body_settings(const softcd_body_settings* given) {
   settings.kinematic = read.kinematic != 0;
   settings.features = {read.vertex_triangle != 0, read.edge_edge != 0};
   settings.batch = read.batch;
+  settings.neighbour_rings = read.neighbour_rings;
+  settings.rest_distance = read.rest_distance;
   return settings;
 }
 
@@ -175,5 +179,26 @@ softcd_status softcd_scene_set_positions(softcd_scene* scene, softcd_body body, 
     } else {
       changed.set_positions({body}, c::read_positions(x_t0, "x_t0"), end);
     }
+  });
+}
+
+softcd_status softcd_scene_set_ignored_pairs(softcd_scene* scene, const softcd_body_pair* pairs, uint64_t count) {
+  return c::guarded_call([&] {
+    c::required(scene, "scene").scene.set_ignored_pairs(c::elements<softcd::BodyPair>(pairs, count, "pairs"));
+  });
+}
+
+softcd_status softcd_scene_set_vertex_filters(softcd_scene* scene, softcd_body body,
+                                              const softcd_vertex_filter* filters, uint64_t count) {
+  return c::guarded_call([&] {
+    c::required(scene, "scene")
+        .scene.set_vertex_filters({body}, c::elements<softcd::VertexFilter>(filters, count, "filters"));
+  });
+}
+
+softcd_status softcd_scene_set_rest_positions(softcd_scene* scene, softcd_body body, const softcd_positions* x) {
+  return c::guarded_call([&] {
+    c::required(scene, "scene")
+        .scene.set_rest_positions({body}, x != nullptr ? c::read_positions(x, "x") : softcd::Positions());
   });
 }

@@ -15,7 +15,8 @@ inline constexpr auto kBodySettings = fields_of<BodySettings>(
     Field{"vertex_triangle", [](BodySettings& s) -> bool& { return s.features.vertex_triangle; }},
     Field{"edge_edge", [](BodySettings& s) -> bool& { return s.features.edge_edge; }},
     Field{"kinematic", &BodySettings::kinematic}, Field{"filter_group", &BodySettings::filter_group},
-    Field{"filter_mask", &BodySettings::filter_mask}, Field{"batch", &BodySettings::batch});
+    Field{"filter_mask", &BodySettings::filter_mask}, Field{"batch", &BodySettings::batch},
+    Field{"neighbour_rings", &BodySettings::neighbour_rings}, Field{"rest_distance", &BodySettings::rest_distance});
 
 inline constexpr auto kQueryOptions = fields_of<QueryOptions>(
     Field{"detection", &QueryOptions::detection}, Field{"accuracy", &QueryOptions::accuracy},
@@ -24,6 +25,7 @@ inline constexpr auto kQueryOptions = fields_of<QueryOptions>(
     Field{"vertex_triangle", [](QueryOptions& o) -> bool& { return o.features.vertex_triangle; }},
     Field{"edge_edge", [](QueryOptions& o) -> bool& { return o.features.edge_edge; }},
     Field{"broad_phase", &QueryOptions::broad_phase}, Field{"subdivision", &QueryOptions::subdivision},
-    Field{"lambda_", &QueryOptions::lambda}, Field{"contacts_on_device", &QueryOptions::contacts_on_device});
+    Field{"lambda_", &QueryOptions::lambda}, Field{"contacts_on_device", &QueryOptions::contacts_on_device},
+    Field{"neighbour_filters", &QueryOptions::neighbour_filters});
 
 }  // namespace softcd::python

@@ -57,6 +57,10 @@ class BoundQuery {
       std::swap(filter_, filter);
     });
   }
+  void set_only_pairs(const NumberPairs& pairs) {
+    const std::vector<BodyPair> only = body_pairs(pairs);
+    scene_.call([&](Scene&) { query_->set_only_pairs(only); });
+  }
   Statistics statistics() {
     return scene_.call([&](Scene&) { return query_->statistics(); });
   }
@@ -174,6 +178,8 @@ void bind_query(nb::module_& module) {
           "set_pair_filter", &BoundQuery::set_pair_filter, "filter"_a.none(),
           "filter(a, b) is asked by every detection from the next one on whether bodies a <= b are compared; None lets "
           "all pairs through. It must not call the scene or its queries.")
+      .def("set_only_pairs", &BoundQuery::set_only_pairs, "pairs"_a,
+           "From the next detection on no other pairs of bodies are compared than these; an empty list excludes none.")
       .def_prop_rw("options", &BoundQuery::options, &BoundQuery::set_options,
                    "Setting them ends a detection of the query that runs.")
       .def_prop_ro("statistics", &BoundQuery::statistics, "Of the last detection that was waited for.")

@@ -114,6 +114,30 @@ void BoundScene::set_positions(std::uint32_t body, nb::handle vertices_t0, nb::h
   });
 }
 
+void BoundScene::set_ignored_pairs(const NumberPairs& pairs) {
+  const std::vector<BodyPair> ignored = body_pairs(pairs);
+  call([&](Scene& scene) { scene.set_ignored_pairs(ignored); });
+}
+
+void BoundScene::set_vertex_filters(std::uint32_t body, const std::optional<VertexBits>& groups,
+                                    const std::optional<VertexBits>& masks) {
+  if (groups && masks && groups->shape(0) != masks->shape(0)) {
+    throw InvalidInput("groups and masks: expected one of both for each vertex, got " +
+                       std::to_string(groups->shape(0)) + " and " + std::to_string(masks->shape(0)));
+  }
+  std::vector<VertexFilter> filters(groups ? groups->shape(0) : (masks ? masks->shape(0) : 0));
+  for (std::size_t v = 0; v < filters.size(); ++v) {
+    if (groups) filters[v].group = (*groups)(v);
+    if (masks) filters[v].mask = (*masks)(v);
+  }
+  call([&](Scene& scene) { scene.set_vertex_filters({body}, filters); });
+}
+
+void BoundScene::set_rest_positions(std::uint32_t body, nb::handle vertices) {
+  const PositionsArray rest = vertices.is_none() ? PositionsArray{} : read_positions("vertices", vertices);
+  call([&](Scene& scene) { scene.set_rest_positions({body}, rest.positions); });
+}
+
 /// A detection may still read what the body had.
 void BoundScene::replace_on_device(std::uint32_t body) {
   const auto found = on_device_.find(body);
@@ -177,6 +201,20 @@ void bind_scene(nb::module_& module) {
       .def("has_body", &BoundScene::has_body, "body"_a, "Whether the body was added and not removed.")
       .def("set_positions", &BoundScene::set_positions, "body"_a, "vertices_t0"_a, "vertices_t1"_a.none() = nb::none(),
            nb::kw_only(), "check_finite"_a = true, kSetPositions)
+      .def("set_ignored_pairs", &BoundScene::set_ignored_pairs, "pairs"_a,
+           "Pairs of bodies, or of a body and itself, that no query compares from the next detection on, instead of "
+           "those that were given before.")
+      .def(
+          "set_vertex_filters", &BoundScene::set_vertex_filters, "body"_a, "groups"_a.none() = nb::none(),
+          "masks"_a.none() = nb::none(),
+          "What the body's vertices may touch: one uint32 for each vertex, copied. Features may touch where some "
+          "vertex "
+          "v of the one and some vertex w of the other have groups[v] & masks[w] and groups[w] & masks[v]. Groups that "
+          "are left out are 1, masks all bits; without either the body has no filters.")
+      .def(
+          "set_rest_positions", &BoundScene::set_rest_positions, "body"_a, "vertices"_a.none(),
+          "Where the body's vertices are at rest, for its rest_distance: as for set_positions, on the CPU, and copied. "
+          "None forgets them.")
       .def_prop_ro("options", &BoundScene::options)
       .def_prop_ro("backend", &BoundScene::backend,
                    "The backend of the last detection, before the first one the expected: never automatic.")

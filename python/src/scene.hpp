@@ -1,6 +1,9 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
 
 #include <array>
 #include <atomic>
@@ -8,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -16,6 +20,19 @@
 #include "softcd/softcd.hpp"
 
 namespace softcd::python {
+
+/// One value for each vertex.
+using VertexBits = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+/// Pairs of bodies' numbers, as Python has them.
+using NumberPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+inline std::vector<BodyPair> body_pairs(const NumberPairs& numbers) {
+  std::vector<BodyPair> pairs;
+  pairs.reserve(numbers.size());
+  for (const auto& [a, b] : numbers) pairs.push_back({{a}, {b}});
+  return pairs;
+}
 
 /// What Python has let go of, in whatever thread, and what is given back in a scene's next call, as one thread at a
 /// time may use it. What is still there when the last owner goes is given back then.
@@ -66,6 +83,10 @@ class BoundScene {
   void remove_body(std::uint32_t body);
   bool has_body(std::uint32_t body);
   void set_positions(std::uint32_t body, nb::handle vertices_t0, nb::handle vertices_t1, bool check_finite);
+  void set_ignored_pairs(const NumberPairs& pairs);
+  void set_vertex_filters(std::uint32_t body, const std::optional<VertexBits>& groups,
+                          const std::optional<VertexBits>& masks);
+  void set_rest_positions(std::uint32_t body, nb::handle vertices);
 
   SceneOptions options();
   Backend backend();

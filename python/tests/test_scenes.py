@@ -56,6 +56,47 @@ def test_only_changed_pairs_are_looked_at():
     assert len(query.detect()) == 1
 
 
+def test_pairs_of_bodies_are_ignored_or_the_only_ones():
+    scene, body = piercing_scene()
+    query = ccd(scene)
+    scene.set_ignored_pairs([(body, body)])
+    assert len(query.detect()) == 0
+    scene.set_ignored_pairs([])
+    query.set_only_pairs([(body, body + 1)])
+    assert len(query.detect()) == 0
+    query.set_only_pairs([])
+    assert len(query.detect()) == 1
+    with pytest.raises(softcd.InvalidInput, match="body 7 is not in the scene"):
+        scene.set_ignored_pairs([(body, 7)])
+
+
+def test_vertices_have_groups_and_masks():
+    scene, body = piercing_scene()
+    query = ccd(scene)
+    scene.set_vertex_filters(body, masks=np.zeros(6, np.uint32))
+    assert len(query.detect()) == 0
+    scene.set_vertex_filters(body, np.uint32([1, 1, 1, 2, 2, 2]), np.uint32([2, 2, 2, 1, 1, 1]))
+    assert len(query.detect()) == 1
+    scene.set_vertex_filters(body)
+    assert len(query.detect()) == 1
+    with pytest.raises(softcd.InvalidInput, match="groups and masks"):
+        scene.set_vertex_filters(body, np.zeros(6, np.uint32), np.zeros(5, np.uint32))
+
+
+def test_neighbours_and_what_is_near_at_rest_do_not_touch():
+    scene, body = piercing_scene()
+    query = ccd(scene)
+    scene.set_settings(body, self_collision=True, rest_distance=100.0, neighbour_rings=2)
+    with pytest.raises(softcd.InvalidInput, match="rest_distance is 100"):
+        query.detect()
+    scene.set_rest_positions(body, PIERCING_T0)
+    assert len(query.detect()) == 0
+    query.options = query.options.replace(neighbour_filters=False)
+    assert len(query.detect()) == 1
+    scene.set_rest_positions(body, None)
+    assert len(query.detect()) == 1
+
+
 def test_pair_filters_are_asked():
     scene, body = piercing_scene()
     query = ccd(scene)

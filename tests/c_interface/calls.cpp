@@ -31,6 +31,8 @@ TEST_F(CCalls, defaults_are_those_of_the_cpp_interface) {
   ASSERT_EQ(softcd_body_settings_init(&settings, sizeof settings), SOFTCD_OK);
   EXPECT_EQ(settings.filter_mask, BodySettings().filter_mask);
   EXPECT_TRUE(settings.vertex_triangle && !settings.edge_edge);
+  EXPECT_TRUE(options.neighbour_filters);
+  EXPECT_EQ(settings.neighbour_rings, BodySettings().neighbour_rings);
 }
 
 TEST_F(CCalls, a_contact_says_who_touches_what) {
@@ -94,6 +96,41 @@ TEST_F(CCalls, a_pair_filter_is_asked_with_its_data) {
   ASSERT_EQ(softcd_query_set_pair_filter(query(), nullptr, nullptr), SOFTCD_OK);
   EXPECT_EQ(detect(), 1U);
   EXPECT_EQ(asked.pairs.size(), 2U);
+}
+
+TEST_F(CCalls, pairs_of_bodies_are_ignored_or_the_only_ones) {
+  const softcd_body_pair pair = {upper_, lower_};
+  const softcd_body_pair other = {upper_, upper_};
+  ASSERT_EQ(softcd_scene_set_ignored_pairs(scene(), &pair, 1), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+  ASSERT_EQ(softcd_scene_set_ignored_pairs(scene(), nullptr, 0), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+  ASSERT_EQ(softcd_query_set_only_pairs(query(), &other, 1), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+  ASSERT_EQ(softcd_query_set_only_pairs(query(), &pair, 1), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+  EXPECT_EQ(softcd_scene_set_ignored_pairs(scene(), nullptr, 1), SOFTCD_INVALID_INPUT);
+}
+
+TEST_F(CCalls, vertices_have_filters_and_places_at_rest) {
+  const softcd_vertex_filter filters[3] = {{1, 0}, {1, 1}, {1, 1}};
+  ASSERT_EQ(softcd_scene_set_vertex_filters(scene(), upper_, filters, 3), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+  EXPECT_EQ(softcd_scene_set_vertex_filters(scene(), upper_, filters, 2), SOFTCD_INVALID_INPUT);
+  ASSERT_EQ(softcd_scene_set_vertex_filters(scene(), upper_, nullptr, 0), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+  settings_.self_collision = 1;
+  settings_.rest_distance = 0.1F;
+  settings_.neighbour_rings = 2;
+  ASSERT_EQ(softcd_scene_set_settings(scene(), upper_, &settings_), SOFTCD_OK);
+  const softcd_contact* contacts = nullptr;
+  std::uint64_t count = 0;
+  EXPECT_EQ(softcd_query_detect(query(), SOFTCD_PAIRS_ALL, &contacts, &count), SOFTCD_INVALID_INPUT);
+  const softcd_positions x = positions(kUpper);
+  ASSERT_EQ(softcd_scene_set_rest_positions(scene(), upper_, &x), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U);
+  ASSERT_EQ(softcd_scene_set_rest_positions(scene(), upper_, nullptr), SOFTCD_OK);
+  EXPECT_EQ(softcd_query_detect(query(), SOFTCD_PAIRS_ALL, &contacts, &count), SOFTCD_INVALID_INPUT);
 }
 
 TEST_F(CCalls, warnings_are_logged) {

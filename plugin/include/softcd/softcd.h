@@ -155,6 +155,13 @@ typedef struct softcd_body_settings {
   uint32_t edge_edge; /**< see vertex_triangle */
   /** Bodies of different batches never touch, wherever they are. Default: 0. */
   uint32_t batch;
+  /** Features of this body that a path of fewer edges than this joins are no contact. 1, the default: those that share
+   *  a vertex; 2: also those with vertices that an edge joins, and so on, to 16. */
+  uint32_t neighbour_rings;
+  /** Features of this body that are at most so far apart where softcd_scene_set_rest_positions() says are no contact;
+   *  with self_collision SOFTCD_INVALID_INPUT of a detection where nobody has said it. Finite, at least 0, the default,
+   *  which excludes none. */
+  float rest_distance;
 } softcd_body_settings;
 
 /** Writes the defaults and struct_size, where `size` is sizeof(softcd_body_settings). */
@@ -210,6 +217,34 @@ typedef struct softcd_positions {
  *  use one. */
 SOFTCD_EXPORT softcd_status softcd_scene_set_positions(softcd_scene* scene, softcd_body body,
                                                        const softcd_positions* x_t0, const softcd_positions* x_t1);
+
+/** Two bodies, in either order, or a body and itself. */
+typedef struct softcd_body_pair {
+  softcd_body a, b;
+} softcd_body_pair;
+
+/** These pairs are not compared by any query from the next detection on, instead of those that were given before.
+ *  SOFTCD_INVALID_INPUT when a body is not in the scene; nothing is changed then. `pairs` may be NULL where there are
+ *  none. */
+SOFTCD_EXPORT softcd_status softcd_scene_set_ignored_pairs(softcd_scene* scene, const softcd_body_pair* pairs,
+                                                           uint64_t count);
+
+/** What a vertex may touch. Two features may touch where some vertex of the one and some vertex of the other have
+ *  (a.group & b.mask) and (b.group & a.mask). */
+typedef struct softcd_vertex_filter {
+  uint32_t group; /**< 1 where there are none */
+  uint32_t mask;  /**< all bits where there are none */
+} softcd_vertex_filter;
+
+/** What the body's vertices may touch, of other bodies and of its own, beside what bodies' groups and masks decide. One
+ *  for each vertex, or none. Copied; gone when the body is updated. SOFTCD_INVALID_INPUT when there are as many as
+ *  neither. */
+SOFTCD_EXPORT softcd_status softcd_scene_set_vertex_filters(softcd_scene* scene, softcd_body body,
+                                                            const softcd_vertex_filter* filters, uint64_t count);
+/** Where the body's vertices are at rest, in whatever place, for rest_distance; NULL forgets them. On the host, copied;
+ *  gone when the body is updated. SOFTCD_INVALID_INPUT as softcd_scene_set_positions(), and when one is not finite. */
+SOFTCD_EXPORT softcd_status softcd_scene_set_rest_positions(softcd_scene* scene, softcd_body body,
+                                                            const softcd_positions* x);
 
 /* -- Queries ------------------------------------------------------------------------------------------------------- */
 
@@ -276,6 +311,8 @@ typedef struct softcd_query_options {
   /** Contacts stay in the memory of the scene's CUDA device, where softcd_query_wait_on_device() tells of them; for
    *  scenes with SOFTCD_BACKEND_CUDA. Default: 0. */
   uint32_t contacts_on_device;
+  /** 0: neighbour_rings of bodies counts as 1 and rest_distance as 0. Default: 1. */
+  uint32_t neighbour_filters;
 } softcd_query_options;
 
 /** Writes the defaults and struct_size, where `size` is sizeof(softcd_query_options). */
@@ -289,14 +326,17 @@ SOFTCD_EXPORT void softcd_query_destroy(softcd_query* query);
 /** Ends a detection of the query that runs, whose contacts are lost. `options` may be NULL. */
 SOFTCD_EXPORT softcd_status softcd_query_set_options(softcd_query* query, const softcd_query_options* options);
 
-/** Called for pairs of bodies that pass groups, masks and bounding boxes, and, with a == b, for bodies that collide
- *  with themselves; 0 leaves the pair out of this detection. Called on the thread that starts the detection, a <= b. It
- *  must not call the scene, its queries or probes, and must return: no exception, no longjmp. */
+/** Called for pairs of bodies that pass groups, masks, bounding boxes and lists of pairs, and, with a == b, for bodies
+ * that collide with themselves; 0 leaves the pair out of this detection. Called on the thread that starts the
+ * detection, a <= b. It must not call the scene, its queries or probes, and must return: no exception, no longjmp. */
 typedef uint32_t (*softcd_pair_filter)(void* user_data, softcd_body a, softcd_body b);
 
 /** Asked by every detection from the next one on. NULL, as at first, lets all pairs through. */
 SOFTCD_EXPORT softcd_status softcd_query_set_pair_filter(softcd_query* query, softcd_pair_filter filter,
                                                          void* user_data);
+/** From the next detection on no other pairs are compared than these; none, as at first, excludes none. */
+SOFTCD_EXPORT softcd_status softcd_query_set_only_pairs(softcd_query* query, const softcd_body_pair* pairs,
+                                                        uint64_t count);
 
 /** Which features touch. */
 typedef uint8_t softcd_contact_kind;
