@@ -140,6 +140,35 @@ TEST_P(FailedCalls, set_settings) {
                         kNothing);
 }
 
+TEST_P(FailedCalls, set_ignored_pairs) {
+  expect_all_or_nothing(
+      [](LoadedScene& loaded) {
+        const BodyPair itself = {loaded.ids[0], loaded.ids[0]};
+        loaded.pipeline.set_ignored_pairs({&itself, 1});
+      },
+      kNothing);
+}
+
+TEST_P(FailedCalls, set_vertex_filters) {
+  const std::vector<VertexFilter> filters(scene()[1].x_t1.size(), {2, 3});
+  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.set_vertex_filters(loaded.ids[1], filters); },
+                        [](LoadedScene& loaded) {
+                          BodySettings settings = everything(0.03F);
+                          settings.neighbour_rings = 2;
+                          loaded.pipeline.set_settings(loaded.ids[0], settings);
+                        });
+}
+
+TEST_P(FailedCalls, set_rest_positions) {
+  const Positions3 x = scene()[1].x_t0;
+  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.set_rest_positions(loaded.ids[1], x); },
+                        [](LoadedScene& loaded) {
+                          BodySettings settings = everything(0.03F);
+                          settings.rest_distance = 0.05F;
+                          loaded.pipeline.set_settings(loaded.ids[1], settings);
+                        });
+}
+
 // Two ends in double after one in float: more to keep.
 TEST_P(FailedCalls, set_positions) {
   const Scene bodies = scene();
@@ -190,6 +219,30 @@ TEST_P(FailedCalls, detect) {
     });
     EXPECT_GT(failures, is_first ? 50U : 10U);
   }
+}
+
+TEST_P(FailedCalls, detect_with_filters) {
+  const auto filtered = [] {
+    Scene bodies = scene();
+    bodies[0].settings.neighbour_rings = 3;
+    bodies[1].settings.rest_distance = 0.05F;
+    LoadedScene loaded = load(bodies, test_options(GetParam().detection));
+    loaded.pipeline.set_vertex_filters(loaded.ids[2], std::vector<VertexFilter>(bodies[2].x_t1.size(), {2, 3}));
+    loaded.pipeline.set_rest_positions(loaded.ids[1], bodies[1].x_t0);
+    loaded.pipeline.set_ignored_pairs(std::vector<BodyPair>{{loaded.ids[0], loaded.ids[0]}});
+    return loaded;
+  };
+  LoadedScene whole = filtered();
+  const std::vector<Contact> wanted = contacts_of(whole.pipeline);
+  EXPECT_FALSE(wanted.empty());
+  EXPECT_LT(wanted.size(), expected().size());
+  for_every_allocation([&](std::uint64_t n) {
+    SCOPED_TRACE(testing::Message() << "allocation " << n);
+    LoadedScene loaded = filtered();
+    const bool has_succeeded = detects_although(n, loaded.pipeline, false, wanted);
+    EXPECT_TRUE(identical(wanted, loaded.pipeline.detect()));
+    return !has_succeeded && !HasFailure();
+  });
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, FailedCalls,

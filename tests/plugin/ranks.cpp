@@ -122,6 +122,15 @@ TEST(Ranks, find_together_what_one_finds) {
   }
 }
 
+TEST(Ranks, leave_out_what_filters_do) {
+  const PipelineOptions options = test_options(Detection::ccd);
+  Scene scene = crumpled();
+  for (SceneBody& body : scene) body.settings.neighbour_rings = 3;
+  const Steps steps(scene, options);
+  EXPECT_LT(steps.count, Steps(crumpled(), options).count);
+  for (const int ranks : {2, 5}) expect_same_contacts(steps, options, ranks);
+}
+
 TEST(Ranks, share_split_triangles_and_those_tested_against_all_out) {
   const PipelineOptions options = test_options(Detection::ccd);
   const Statistics alone = outcome_of(mixed_sizes(), options).statistics;
