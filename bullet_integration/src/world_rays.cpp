@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdio>
 #include <new>
-#include <unordered_map>
 #include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
@@ -57,121 +56,30 @@ Vec3d to_vec3(const btVector3& x) {
   return {double(x.x()), double(x.y()), double(x.z())};
 }
 
-constexpr std::uint32_t kTetrahedronFaces[4][3] = {{0, 1, 2}, {0, 1, 3}, {1, 2, 3}, {0, 2, 3}};
-
-/// The sides of all tetrahedra, four each.
-std::vector<Triangle> tetrahedron_faces(const btSoftBody& body) {
-  std::vector<Triangle> triangles;
-  triangles.reserve(4 * static_cast<std::size_t>(body.m_tetras.size()));
-  for (int i = 0; i < body.m_tetras.size(); ++i) {
-    for (const auto& corners : kTetrahedronFaces) {
-      Triangle triangle{};
-      for (int corner = 0; corner < 3; ++corner) {
-        triangle.v[corner] = static_cast<std::uint32_t>(body.m_tetras[i].m_n[corners[corner]] - &body.m_nodes[0]);
-      }
-      triangles.push_back(triangle);
-    }
-  }
-  return triangles;
-}
-
-bool has_same_corners(const Triangle& a, const Triangle& b) {
-  return std::equal(a.v, a.v + 3, b.v);
-}
-
 }  // namespace
 
-/// The bodies that rays have come near, in a scene.
+/// The bodies that rays have come near.
 class WorldRays::Bodies {
  public:
-  Bodies(RayTargets targets, const Settings& settings) : targets_(targets), scene_(options(), settings.log) {}
+  Bodies(RayTargets targets, const Settings& settings) : bodies_(targets, settings.log) {
+    probe_.set_body_filter([this](BodyId id) { return std::find(near_.begin(), near_.end(), id) != near_.end(); });
+  }
 
   /// Of the bodies that are near the first that the ray meets of each.
   void find_hits(Span<btSoftBody* const> near, const Ray& ray, std::vector<Hit>& hits) {
-    ++call_;
-    for (btSoftBody* body : near) update(*body);
+    near_.clear();
+    for (btSoftBody* body : near) near_.push_back(bodies_.update(*body).id);
     for (const RayHit& hit : probe_.all_hits({&ray, 1})[0]) {
-      const Member& member = *members_by_id_.at(hit.body.value);
+      const SoftBodyScene::Member& member = *bodies_.find(hit.body);
       const bool is_new = std::none_of(hits.begin(), hits.end(), [&](const Hit& h) { return h.body == member.body; });
       if (is_new && hit.t > 0 && hit.t < 1) hits.push_back(described(member, hit, ray));
     }
   }
 
-  /// Forgets bodies that are not in the world any more, once there are some.
-  void keep(Span<btSoftBody* const> all) {
-    if (members_.size() <= all.size()) return;
-    for (auto entry = members_.begin(); entry != members_.end();) {
-      if (std::find(all.begin(), all.end(), entry->first) != all.end()) {
-        ++entry;
-        continue;
-      }
-      scene_.remove_body(entry->second.id);
-      members_by_id_.erase(entry->second.id.value);
-      entry = members_.erase(entry);
-    }
-  }
+  void keep(Span<btSoftBody* const> all) { bodies_.keep(all); }
 
  private:
-  struct Member {
-    btSoftBody* body = nullptr;
-    BodyId id;
-    BodyMesh mesh;
-    std::vector<Triangle> tetrahedron_faces;  ///< behind the mesh's triangles
-    std::vector<Vec3<btScalar>> positions;
-    std::uint64_t last_call = 0;  ///< in which a ray came near it
-  };
-
-  static SceneOptions options() {
-    SceneOptions options;
-    options.backend = Backend::cpu;
-    return options;
-  }
-
-  void update(btSoftBody& body) {
-    std::vector<Triangle> tetrahedra;
-    if (targets_ == RayTargets::faces_and_tetrahedra) tetrahedra = tetrahedron_faces(body);
-    Member& member = members_[&body];
-    const bool is_known = member.body != nullptr;
-    member.last_call = call_;
-    if (!is_known || !is_up_to_date(member.mesh, body) ||
-        !std::equal(tetrahedra.begin(), tetrahedra.end(), member.tetrahedron_faces.begin(),
-                    member.tetrahedron_faces.end(), has_same_corners)) {
-      set_mesh(member, body, std::move(tetrahedra));
-    }
-    update_positions(member, body);
-  }
-
-  void set_mesh(Member& member, btSoftBody& body, std::vector<Triangle> tetrahedra) {
-    BodyMesh mesh = read_mesh(body);
-    std::vector<Triangle> triangles = mesh.triangles;
-    triangles.insert(triangles.end(), tetrahedra.begin(), tetrahedra.end());
-    const BodyDesc desc = {triangles, mesh.node_count, {}};
-    if (member.body == nullptr) {
-      member.id = scene_.add_body(desc);
-      members_by_id_[member.id.value] = &member;
-    } else {
-      scene_.update_body(member.id, desc);
-    }
-    member.body = &body;
-    member.mesh = std::move(mesh);
-    member.tetrahedron_faces = std::move(tetrahedra);
-    member.positions.clear();
-  }
-
-  void update_positions(Member& member, const btSoftBody& body) {
-    const auto count = static_cast<std::size_t>(body.m_nodes.size());
-    bool has_moved = member.positions.size() != count;
-    member.positions.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const btVector3& x = body.m_nodes[static_cast<int>(i)].m_x;
-      const Vec3<btScalar> now{x.x(), x.y(), x.z()};
-      has_moved |= !(member.positions[i] == now);
-      member.positions[i] = now;
-    }
-    if (has_moved && count > 0) scene_.set_positions(member.id, member.positions);
-  }
-
-  Hit described(const Member& member, const RayHit& hit, const Ray& ray) const {
+  static Hit described(const SoftBodyScene::Member& member, const RayHit& hit, const Ray& ray) {
     const btVector3 way(btScalar(ray.direction.x), btScalar(ray.direction.y), btScalar(ray.direction.z));
     if (hit.triangle >= member.mesh.triangles.size()) {
       const auto tetrahedron = static_cast<int>((hit.triangle - member.mesh.triangles.size()) / 4);
@@ -182,18 +90,9 @@ class WorldRays::Bodies {
     return {member.body, btScalar(hit.t), normal, static_cast<int>(hit.triangle)};
   }
 
-  RayTargets targets_;
-  Scene scene_;
-  Probe probe_ = near_probe();
-  std::unordered_map<const btSoftBody*, Member> members_;
-  std::unordered_map<std::uint32_t, const Member*> members_by_id_;
-  std::uint64_t call_ = 0;
-
-  Probe near_probe() {
-    Probe probe(scene_);
-    probe.set_body_filter([this](BodyId id) { return members_by_id_.at(id.value)->last_call == call_; });
-    return probe;
-  }
+  SoftBodyScene bodies_;
+  Probe probe_{bodies_.scene()};
+  std::vector<BodyId> near_;  ///< the ray
 };
 
 WorldRays::WorldRays(RayTargets targets, const Settings& settings) : targets_(targets), settings_(settings) {}

@@ -6,13 +6,10 @@
 #include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
-#include "snapshot_reader.hpp"
+#include "soft_body_scene.hpp"
 #include "softcd/bullet/settings.hpp"
 
 namespace softcd::bullet {
-
-/// Which elements of a soft body Bullet's ray tests of a world look at.
-enum class RayTargets : bool { faces, faces_and_tetrahedra };
 
 /// Tests rays against a world's soft bodies where their nodes are now. Rays come one at a time, so that this is done on
 /// the CPU. What an app may have done to a body is noticed whenever a ray comes near it. As Bullet's ray tests, from

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+
+#include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
+#include "softcd/export.hpp"
+#include "softcd/softcd.hpp"
+#include "softcd/version.hpp"
+
+class btSoftBody;
+
+namespace softcd::bullet {
+inline namespace SOFTCD_VERSION_NAMESPACE {
+
+/// What the indices of a soft body's side count in results of WorldProbe's contact tests: the part ids there.
+enum SoftBodyPart : int {
+  kNodePart = 0,
+  kFacePart = 1,
+  kEdgePart = 2,  ///< of all faces: numbered as in Contact
+};
+
+/// Asks what soft bodies of a world are where, with their nodes where they are now. Whatever the world is, Bullet's
+/// own, one of softcd's, under a softcd::bullet::Dispatcher, or attached to: Bullet's functions of these names build
+/// face trees in time quadratic in the faces (rayTest), or find nothing of soft bodies and leave contacts in them
+/// (contactTest).
+///
+/// A body is read whenever something is asked that it may answer; what an app has done to it is noticed then. On the
+/// CPU. One thread at a time. Throws OutOfMemory.
+class SOFTCD_EXPORT WorldProbe {
+ public:
+  /// The world outlives it. `log` as Scene::set_log().
+  explicit WorldProbe(btCollisionWorld& world, LogCallback log = {});
+  ~WorldProbe();
+  WorldProbe(WorldProbe&&) noexcept;
+  WorldProbe& operator=(WorldProbe&&) noexcept;
+
+  /// Batched questions about all soft bodies of the world, which this call reads. Triangles are faces; those behind a
+  /// body's faces stand for single nodes without one. Valid until the world's bodies, or their topologies, change.
+  Probe& soft_bodies();
+  /// Whom a body of its answers stands for; null where it was not in the world at the last call of soft_bodies().
+  btSoftBody* soft_body(BodyId body) const;
+
+  /// btCollisionWorld::rayTest, as softcd's own worlds have it: see SoftWorld::rayTest.
+  void ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback);
+
+  /// btCollisionWorld::contactTest with soft bodies: Bullet's own results, and those of pairs with a soft body. The
+  /// callback is told every pair of features, of nodes and faces and of edges, that is no further apart than both
+  /// margins and its m_closestDistanceThreshold, where things are now: the point on both sides, the normal on
+  /// `object`'s side of the other's, and the distance between what lies at the margins, less than 0 where these
+  /// overlap. `object` is the callback's first. A soft body's side has a part id of SoftBodyPart and the number of the
+  /// node, face or edge; a rigid one's has -1 for both. What it returns is not asked for.
+  ///
+  /// Rigid shapes: convex ones and compounds of these, all within their margin of a core (Settings::convex_shapes says
+  /// how exact), and triangle meshes. Nodes inside a convex core are told with the nearest of its faces, whose distance
+  /// is less than 0. A plane, and a soft body inside a triangle mesh, is not told.
+  void contact_test(btCollisionObject& object, btCollisionWorld::ContactResultCallback& callback);
+  /// The same of two objects, or of a soft body and itself.
+  void contact_pair_test(btCollisionObject& a, btCollisionObject& b, btCollisionWorld::ContactResultCallback& callback);
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace SOFTCD_VERSION_NAMESPACE
+}  // namespace softcd::bullet
