@@ -24,6 +24,9 @@ static_assert(sizeof(softcd_closest_point) == sizeof(ClosestPoint) &&
 static_assert(sizeof(softcd_sphere) == sizeof(QuerySphere) &&
               offsetof(softcd_sphere, radius) == offsetof(QuerySphere, radius));
 static_assert(sizeof(softcd_box) == sizeof(QueryBox) && offsetof(softcd_box, hi) == offsetof(QueryBox, hi));
+static_assert(sizeof(softcd_oriented_box) == sizeof(QueryOrientedBox) &&
+              offsetof(softcd_oriented_box, half) == offsetof(QueryOrientedBox, half) &&
+              offsetof(softcd_oriented_box, axes) == offsetof(QueryOrientedBox, axes));
 static_assert(sizeof(softcd_overlap) == sizeof(TriangleOverlap) &&
               offsetof(softcd_overlap, triangle) == offsetof(TriangleOverlap, triangle));
 
@@ -95,5 +98,12 @@ softcd_status softcd_probe_box_overlaps(softcd_probe* probe, const softcd_box* b
                                         const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
     return asked.overlaps(c::elements<softcd::QueryBox>(boxes, count, "boxes"));
+  });
+}
+
+softcd_status softcd_probe_oriented_box_overlaps(softcd_probe* probe, const softcd_oriented_box* boxes, uint64_t count,
+                                                 const uint64_t** begins, const softcd_overlap** overlaps) {
+  return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
+    return asked.overlaps(c::elements<softcd::QueryOrientedBox>(boxes, count, "boxes"));
   });
 }

@@ -41,6 +41,9 @@ AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QuerySphere> spheres) {
 AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryBox> boxes) {
   return core().overlaps(boxes);
 }
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryOrientedBox> boxes) {
+  return core().overlaps(boxes);
+}
 void Probe::set_options(const ProbeOptions& options) {
   core().set_options(options);
 }

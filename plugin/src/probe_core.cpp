@@ -55,6 +55,11 @@ AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryBox> boxes) {
                                                [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
 }
 
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryOrientedBox> boxes) {
+  return answers<AnswerLists<TriangleOverlap>>(boxes.size(), false,
+                                               [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
+}
+
 void ProbeCore::set_options(const ProbeOptions& options) {
   validate_options(options);
   options_ = options;

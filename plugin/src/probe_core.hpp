@@ -21,6 +21,7 @@ class ProbeCore {
   Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
 
   void set_options(const ProbeOptions& options);
   const ProbeOptions& options() const { return options_; }

@@ -264,6 +264,9 @@ TEST_F(CProbes, nearest_points_and_overlaps) {
   const softcd_box box = {{-1, -1, -1}, {2, 2, 0.05}};
   ASSERT_EQ(softcd_probe_box_overlaps(probe(), &box, 1, &begins, &overlaps), SOFTCD_OK);
   EXPECT_EQ(begins[1], 1U);
+  const softcd_oriented_box turned = {{0.5, 0.5, 0}, {2, 2, 0.05}, {{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
+  ASSERT_EQ(softcd_probe_oriented_box_overlaps(probe(), &turned, 1, &begins, &overlaps), SOFTCD_OK);
+  EXPECT_EQ(begins[1], 1U);
 }
 
 TEST_F(CProbes, nothing_may_be_asked) {

@@ -95,6 +95,7 @@ TEST_F(CErrors, null_probes_and_arguments) {
   expect_refused(softcd_probe_closest_points(created, nullptr, 1, &closest), "points is NULL");
   expect_refused(softcd_probe_sphere_overlaps(created, nullptr, 1, &begins, &overlaps), "spheres is NULL");
   expect_refused(softcd_probe_box_overlaps(created, nullptr, 1, &begins, &overlaps), "boxes is NULL");
+  expect_refused(softcd_probe_oriented_box_overlaps(created, nullptr, 1, &begins, &overlaps), "boxes is NULL");
   softcd_probe_destroy(nullptr);
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -119,6 +120,78 @@ TEST(Overlaps, of_boxes_are_triangles_that_are_partly_inside) {
     EXPECT_EQ(found[boxes.size() - 1].size(), triangles.size());
   }
   EXPECT_GT(certain, 3000U);
+}
+
+/// Columns of a rotation, of random unit quaternions, or of a quarter turn.
+std::array<Vec3d, 3> random_axes(Random& random) {
+  if (random.below(4) == 0) return {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}};
+  Vec3d a = random.in_box(1);
+  Vec3d b = random.in_box(1);
+  a = (1.0 / std::sqrt(squared_norm(a))) * a;
+  b = b - dot(a, b) * a;
+  b = (1.0 / std::sqrt(squared_norm(b))) * b;
+  return {a, b, cross(a, b)};
+}
+
+/// As the box sees it.
+PlacedTriangle seen_from(const QueryOrientedBox& box, PlacedTriangle triangle) {
+  for (Vec3d& x : triangle.x) {
+    const Vec3d offset = x - box.centre;
+    x = {dot(box.axes[0], offset), dot(box.axes[1], offset), dot(box.axes[2], offset)};
+  }
+  return triangle;
+}
+
+TEST(Overlaps, of_turned_boxes_are_triangles_that_are_partly_inside) {
+  std::size_t certain = 0;
+  for (NamedScene& named : odd_scenes()) {
+    SCOPED_TRACE(named.name);
+    const double extent = extent_of(named.bodies);
+    ProbedBodies probed(std::move(named.bodies));
+    const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+    Random random(5);
+    std::vector<QueryOrientedBox> boxes;
+    for (int i = 0; i < 200; ++i) {
+      const double size = std::exp2(random.uniform(-6, 0)) * extent;
+      const std::array<Vec3d, 3> axes = random_axes(random);
+      const double thickness = i % 10 == 0 ? 0.0 : random.unit();
+      boxes.push_back({random.in_box(1.2 * extent),
+                       {size * random.unit(), size * thickness, size * random.unit()},
+                       {axes[0], axes[1], axes[2]}});
+    }
+    boxes.push_back({{0, 0, 0}, {kInfinity, kInfinity, kInfinity}});
+    const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(boxes);
+    ASSERT_EQ(found.size(), boxes.size());
+    for (std::size_t i = 0; i + 1 < boxes.size(); ++i) {
+      expect_in_order(found[i]);
+      const QueryBox around = {-1.0 * boxes[i].half, boxes[i].half};
+      for (const PlacedTriangle& t : triangles) {
+        const PlacedTriangle seen = seen_from(boxes[i], t);
+        const bool is_found = has(found[i], t);
+        if (is_in_box(seen, around, -1e-11 * extent)) {
+          ASSERT_TRUE(is_found) << "box " << i;
+          ++certain;
+        } else if (is_found) {
+          ASSERT_TRUE(is_in_box(seen, around, 1e-11 * extent)) << "box " << i;
+        }
+      }
+    }
+    EXPECT_EQ(found[boxes.size() - 1].size(), triangles.size());
+  }
+  EXPECT_GT(certain, 3000U);
+}
+
+TEST(Overlaps, of_no_turned_box_are_none) {
+  ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
+  const std::vector<QueryOrientedBox> boxes = {{{0, 0, 0}, {1, 1, 0}},
+                                               {{0, kNaN, 0}, {1, 1, 0}},
+                                               {{0, 0, 0}, {1, 1, kNaN}},
+                                               {{0, 0, 0}, {1, -1, 1}},
+                                               {{0, 0, 0}, {1, 1, 1}, {{1, 0, 0}, {0, kNaN, 0}, {0, 0, 1}}},
+                                               {{1e38, 0, 0}, {1e39, 1e39, 1e39}}};
+  const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(boxes);
+  EXPECT_FALSE(found[0].empty());
+  for (std::size_t i = 1; i < boxes.size(); ++i) EXPECT_TRUE(found[i].empty()) << "box " << i;
 }
 
 TEST(Overlaps, of_no_shape_are_none) {

@@ -69,6 +69,8 @@ class SOFTCD_EXPORT Probe {
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
   /// The same for boxes.
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
+  /// The same for boxes that are turned.
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
 
   /// Throws as the constructor does.
   void set_options(const ProbeOptions& options);

@@ -485,6 +485,14 @@ typedef struct softcd_box {
   double hi[3]; /**< its highest coordinates */
 } softcd_box;
 
+/** All points centre + x axes[0] + y axes[1] + z axes[2], |x| <= half[0] and so on; the axes are unit vectors at right
+ *  angles to each other. */
+typedef struct softcd_oriented_box {
+  double centre[3];  /**< in world coordinates */
+  double half[3];    /**< half its extent along each axis, at least 0 */
+  double axes[3][3]; /**< one behind the other */
+} softcd_oriented_box;
+
 /** A triangle that has a point in common with a shape. */
 typedef struct softcd_overlap {
   softcd_body body;  /**< the one that the triangle is of */
@@ -499,6 +507,10 @@ SOFTCD_EXPORT softcd_status softcd_probe_sphere_overlaps(softcd_probe* probe, co
 /** The same for boxes. */
 SOFTCD_EXPORT softcd_status softcd_probe_box_overlaps(softcd_probe* probe, const softcd_box* boxes, uint64_t count,
                                                       const uint64_t** begins, const softcd_overlap** overlaps);
+/** The same for boxes that are turned. */
+SOFTCD_EXPORT softcd_status softcd_probe_oriented_box_overlaps(softcd_probe* probe, const softcd_oriented_box* boxes,
+                                                               uint64_t count, const uint64_t** begins,
+                                                               const softcd_overlap** overlaps);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -79,6 +79,15 @@ struct QueryBox {
   Vec3d hi;  ///< its highest coordinates
 };
 
+/// All points centre + x axes[0] + y axes[1] + z axes[2], |x| <= half.x and so on, in world coordinates. The axes are
+/// unit vectors at right angles to each other, as far as rounding lets them. Nothing where anything is NaN, half has a
+/// negative component, or the centre is further than 1e37 from the scene's origin.
+struct QueryOrientedBox {
+  Vec3d centre;
+  Vec3d half;
+  Vec3d axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+};
+
 /// A triangle that has a point in common with a shape.
 struct TriangleOverlap {
   BodyId body;             ///< the one that the triangle is of

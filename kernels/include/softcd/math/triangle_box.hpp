@@ -8,11 +8,8 @@ namespace softcd {
 /// Whether the triangle's plane, or an axis across one of its sides and one of the box's, has the triangle and the box
 /// on two sides: with the boxes' own axes all that can part them (Akenine-Moeller, Fast 3D Triangle-Box Overlap
 /// Testing, 2001). Triangles without area are parted by what parts segments and points. What touches is not parted.
-SOFTCD_HD inline bool are_separate_across(const Vec3f (&x)[3], Vec3d lo, Vec3d hi) {
-  const Vec3d centre = 0.5 * (lo + hi);
-  const Vec3d half = 0.5 * (hi - lo);
-  const Vec3d v[3] = {vec3_cast<double>(x[0]) - centre, vec3_cast<double>(x[1]) - centre,
-                      vec3_cast<double>(x[2]) - centre};
+/// The triangle is given as seen from the box's centre, along its axes.
+SOFTCD_HD inline bool are_separate_across(const Vec3d (&v)[3], Vec3d half) {
   const auto parts = [&](Vec3d axis) {
     const double reach = half.x * magnitude(axis.x) + half.y * magnitude(axis.y) + half.z * magnitude(axis.z);
     const double a = dot(axis, v[0]);

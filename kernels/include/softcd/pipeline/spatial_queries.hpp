@@ -28,6 +28,7 @@ class SpatialQueries {
   virtual Span<const ClosestPoint> closest_points(Span<const QueryPoint> points) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) = 0;
 };
 
 /// Asks. May be called again, where memory did not suffice at first.

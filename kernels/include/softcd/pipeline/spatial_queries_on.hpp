@@ -34,6 +34,7 @@ struct ProbeOn final : QueryMemory {
     points = {};
     spheres = {};
     boxes = {};
+    oriented_boxes = {};
     counts = {};
     begins = {};
     hits = {};
@@ -48,6 +49,7 @@ struct ProbeOn final : QueryMemory {
   Mirror<QueryPoint> points;
   Mirror<QuerySphere> spheres;
   Mirror<QueryBox> boxes;
+  Mirror<QueryOrientedBox> oriented_boxes;
   Buffer<std::uint32_t> counts;  ///< of answers, per question
   Buffer<std::uint64_t> begins;  ///< and where they begin; then how many there are
   Buffer<RayHit> hits;
@@ -99,6 +101,12 @@ class SpatialQueriesOn final : public SpatialQueries {
     const Count count = send(probe_.boxes, boxes);
     return list(count, ListOverlaps<QueryBox, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps,
                 probe_.read_overlaps);
+  }
+
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) override {
+    const Count count = send(probe_.oriented_boxes, boxes);
+    return list(count, ListOverlaps<QueryOrientedBox, OrientedBoxShape>{scene_, probe_.oriented_boxes.data()},
+                probe_.overlaps, probe_.read_overlaps);
   }
 
  private:

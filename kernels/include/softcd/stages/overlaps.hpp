@@ -74,7 +74,10 @@ class BoxShape {
     return lo.x <= hi_.x && lo_.x <= hi.x && lo.y <= hi_.y && lo_.y <= hi.y && lo.z <= hi_.z && lo_.z <= hi.z;
   }
   SOFTCD_HD bool overlaps(const BvhLeaf& leaf) const {
-    return may_overlap(box_of(leaf.x)) && !are_separate_across(leaf.x, lo_, hi_);
+    const Vec3d centre = 0.5 * (lo_ + hi_);
+    const Vec3d v[3] = {vec3_cast<double>(leaf.x[0]) - centre, vec3_cast<double>(leaf.x[1]) - centre,
+                        vec3_cast<double>(leaf.x[2]) - centre};
+    return may_overlap(box_of(leaf.x)) && !are_separate_across(v, 0.5 * (hi_ - lo_));
   }
 
  private:
@@ -86,6 +89,56 @@ class BoxShape {
 
   Vec3d lo_, hi_;
   bool is_usable_;
+};
+
+/// A turned box relative to the scene's origin. Boxes of triangles are compared with the box around it, triangles as
+/// they are seen along its axes.
+class OrientedBoxShape {
+ public:
+  SOFTCD_HD OrientedBoxShape(const QueryOrientedBox& box, const ProbedSceneView& scene)
+      : box_(box), centre_(box.centre - scene.origin) {
+    is_usable_ = softcd::is_usable(centre_) && box.half.x >= 0.0 && box.half.y >= 0.0 && box.half.z >= 0.0;
+    for (const Vec3d& axis : box.axes) is_usable_ &= softcd::is_usable(axis);
+    box_.half = {smaller(box.half.x, kFurthest), smaller(box.half.y, kFurthest), smaller(box.half.z, kFurthest)};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double reach = box_.half.x * magnitude(box.axes[0][axis]) + box_.half.y * magnitude(box.axes[1][axis]) +
+                           box_.half.z * magnitude(box.axes[2][axis]);
+      // Of axes that are not quite at right angles, and of what triangles are computed with.
+      reach_[axis] = reach + kRounding * (reach + magnitude(centre_[axis]));
+    }
+  }
+
+  SOFTCD_HD bool is_usable() const { return is_usable_; }
+  SOFTCD_HD bool may_overlap(const Box& box) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (static_cast<double>(box.lo[axis]) - centre_[axis] > reach_[axis]) return false;
+      if (centre_[axis] - static_cast<double>(box.hi[axis]) > reach_[axis]) return false;
+    }
+    return true;
+  }
+  SOFTCD_HD bool overlaps(const BvhLeaf& leaf) const {
+    Vec3d v[3];
+    for (int corner = 0; corner < 3; ++corner) {
+      const Vec3d x = vec3_cast<double>(leaf.x[corner]) - centre_;
+      v[corner] = {dot(box_.axes[0], x), dot(box_.axes[1], x), dot(box_.axes[2], x)};
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const double lowest = smaller(smaller(v[0][axis], v[1][axis]), v[2][axis]);
+      const double highest = larger(larger(v[0][axis], v[1][axis]), v[2][axis]);
+      if (lowest > box_.half[axis] || highest < -box_.half[axis]) return false;
+    }
+    return !are_separate_across(v, box_.half);
+  }
+
+ private:
+  static constexpr double kRounding = 1e-14;
+  /// No two points of a scene are further apart along an axis.
+  static constexpr double kFurthest = 4.0 * kLargestCoordinate;
+
+  QueryOrientedBox box_;
+  Vec3d centre_;
+  double reach_[3] = {};
+  bool is_usable_ = false;
 };
 
 /// The triangles that each shape overlaps, by bodies and indices.
