@@ -52,9 +52,11 @@ class SOFTCD_EXPORT CollisionPipeline {
   /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
   void set_positions(BodyId body, Positions x_t0, Positions x_t1);
 
-  /// As those of Scene.
+  /// As Scene::set_ignored_pairs().
   void set_ignored_pairs(Span<const BodyPair> pairs);
+  /// As Scene::set_vertex_filters().
   void set_vertex_filters(BodyId body, Span<const VertexFilter> filters);
+  /// As Scene::set_rest_positions().
   void set_rest_positions(BodyId body, Positions x);
 
   /// A detection that runs is ended, and its contacts are lost. With another backend or stream a GPU's work is done on

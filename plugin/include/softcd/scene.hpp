@@ -54,7 +54,8 @@ struct BodySettings {
 
 /// Two bodies, in either order, or a body and itself.
 struct BodyPair {
-  BodyId a, b;
+  BodyId a;  ///< the one
+  BodyId b;  ///< and the other
 };
 
 /// A mesh: triangles and segments over vertices 0 .. vertex_count - 1. A vertex in none of them does not collide;

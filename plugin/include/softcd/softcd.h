@@ -220,7 +220,8 @@ SOFTCD_EXPORT softcd_status softcd_scene_set_positions(softcd_scene* scene, soft
 
 /** Two bodies, in either order, or a body and itself. */
 typedef struct softcd_body_pair {
-  softcd_body a, b;
+  softcd_body a; /**< the one */
+  softcd_body b; /**< and the other */
 } softcd_body_pair;
 
 /** These pairs are not compared by any query from the next detection on, instead of those that were given before.
@@ -237,7 +238,7 @@ typedef struct softcd_vertex_filter {
 } softcd_vertex_filter;
 
 /** What the body's vertices may touch, of other bodies and of its own, beside what bodies' groups and masks decide. One
- *  for each vertex, or none. Copied; gone when the body is updated. SOFTCD_INVALID_INPUT when there are as many as
+ *  for each vertex, or none. Copied; gone when the body is updated. SOFTCD_INVALID_INPUT where their number is
  *  neither. */
 SOFTCD_EXPORT softcd_status softcd_scene_set_vertex_filters(softcd_scene* scene, softcd_body body,
                                                             const softcd_vertex_filter* filters, uint64_t count);

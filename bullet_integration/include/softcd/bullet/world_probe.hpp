@@ -14,8 +14,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// What the indices of a soft body's side count in results of WorldProbe's contact tests: the part ids there.
 enum SoftBodyPart : int {
-  kNodePart = 0,
-  kFacePart = 1,
+  kNodePart = 0,  ///< as in m_nodes
+  kFacePart = 1,  ///< as in m_faces
   kEdgePart = 2,  ///< of all faces: numbered as in Contact
 };
 
@@ -31,6 +31,7 @@ class SOFTCD_EXPORT WorldProbe {
   /// The world outlives it. `log` as Scene::set_log().
   explicit WorldProbe(btCollisionWorld& world, LogCallback log = {});
   ~WorldProbe();
+  /// The one that it was moved from can only be destroyed or assigned to.
   WorldProbe(WorldProbe&&) noexcept;
   WorldProbe& operator=(WorldProbe&&) noexcept;
 

@@ -83,8 +83,9 @@ struct QueryBox {
 /// unit vectors at right angles to each other, as far as rounding lets them. Nothing where anything is NaN, half has a
 /// negative component, or the centre is further than 1e37 from the scene's origin.
 struct QueryOrientedBox {
-  Vec3d centre;
-  Vec3d half;
+  Vec3d centre;  ///< in world coordinates
+  Vec3d half;    ///< half its extent along each axis
+  /// Its own, along which it extends.
   Vec3d axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };
 
