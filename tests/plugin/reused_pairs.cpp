@@ -410,7 +410,7 @@ TEST(ReusedPairs, serve_segments) {
     EXPECT_GT(watched.expect_contacts(query), 100U);
     reused += query.statistics().reused_pairs ? 1 : 0;
   }
-  EXPECT_EQ(reused > 12, keeps()) << reused;
+  EXPECT_GT(reused, 12);
 }
 
 TEST(ReusedPairs, are_not_kept_of_what_moves_far) {

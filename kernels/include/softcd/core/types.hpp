@@ -32,7 +32,7 @@ SOFTCD_HD constexpr bool share_vertex(const Triangle& a, const Triangle& b) {
 /// Two vertex indices: a part of a rope, or of a hair, by itself. Equal ones are legal: the segment then collides as
 /// the vertex that it is.
 struct Segment {
-  std::uint32_t v[2];
+  std::uint32_t v[2];  ///< each below the vertex count of its body
 };
 
 /// Two vertex indices, v[0] < v[1].
