@@ -71,7 +71,7 @@ class QueryCore {
   QueryOptions options_;
   PairFilter filter_;
   BodyPairList only_pairs_;  ///< none: all
-  PairSelector pairs_;  ///< what it has selected is the last detection's
+  PairSelector pairs_;       ///< what it has selected is the last detection's
   /// The last detection's at the end, before them those that somebody holds.
   std::vector<std::shared_ptr<QueryMemories>> memories_;
   bool has_contacts_ = false;  ///< that were waited for, and are valid
