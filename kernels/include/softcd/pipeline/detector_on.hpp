@@ -289,11 +289,11 @@ class DetectorOn final : public Detector {
   /// not suffice. Small scenes get what takes no memory worth mentioning; what is large is guessed to need what a cloth
   /// on a ball does, as memory that a first detection takes is kept: where it needs more it repeats a stage once.
   void guess_lists() {
-    constexpr std::uint64_t kSmallScene = 1ULL << 18;
+    constexpr std::uint64_t kOrdinaryScene = 1ULL << 18;
     const std::uint64_t triangles = scene_.triangle_count / settings_.partition.rank.count;
     if (query_->guessed_for == triangles || account_->is_limited()) return;
     query_->guessed_for = triangles;
-    const std::uint64_t first = std::min(triangles, kSmallScene);
+    const std::uint64_t first = std::min(triangles, kOrdinaryScene);
     const std::uint64_t rest = triangles - first;
     Lists<Backend, Scheme>& lists = w_.lists;
     try {
