@@ -5,16 +5,11 @@
 #include <algorithm>
 #include <numeric>
 
+#include "softcd/mesh/neighbour_lister.hpp"
+
 namespace softcd {
 namespace {
 
-/// The lower index:32 | the higher:32 from high to low: of vertices, sorting keys sorts edges.
-std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
-  return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b);
-}
-
-/// Corners around a triangle, 18 in a regular mesh, that a mesh may have on average for its neighbours to be listed.
-constexpr std::uint64_t kMostCornersAround = 64;
 constexpr std::uint32_t kTrianglesAtOnce = 4096;
 
 /// Calls visit(v) for the triangle's vertices, each once.
@@ -46,69 +41,21 @@ class VertexTriangles {
     const std::uint32_t* const first = first_.data() + (v - first_vertex_);
     return {triangles_.data() + first[0], static_cast<std::size_t>(first[1] - first[0])};
   }
+  template <class Visit>
+  void for_each_triangle_of(std::uint32_t v, Visit visit) const {
+    const Span<const std::uint32_t> triangles = of(v);
+    std::for_each(triangles.begin(), triangles.end(), visit);
+  }
 
  private:
   std::uint32_t first_vertex_;
   std::vector<std::uint32_t> first_, triangles_;
 };
 
-/// Calls visit(n) for every triangle n other than t that shares a vertex with it, once.
-template <class Visit>
-void for_each_neighbour(const MeshView& mesh, const VertexTriangles& triangles_of, std::uint32_t t, Visit visit) {
-  const auto& v = mesh.triangles[t].v;
-  for (int corner = 0; corner < 3; ++corner) {
-    for (const std::uint32_t other : triangles_of.of(v[corner])) {
-      const Triangle& triangle = mesh.triangles[other];
-      const bool was_visited =
-          std::any_of(v, v + corner, [&](std::uint32_t before) { return has_vertex(triangle, before); });
-      if (other != t && !was_visited) visit(other);
-    }
-  }
+FeatureEnds ends_of(const NeighbourFeatures& features) {
+  return {static_cast<std::uint32_t>(features.vertex_triangle.size()),
+          static_cast<std::uint32_t>(features.edge_edge.size())};
 }
-
-/// The features that one pair of neighbours after the other adds.
-class NeighbourLister {
- public:
-  NeighbourLister(const MeshView& mesh, Span<const Ownership> ownership, NeighbourFeatures& out)
-      : mesh_(mesh), ownership_(ownership), out_(out) {}
-
-  void add(std::uint32_t t, std::uint32_t neighbour) {
-    add_vertices(neighbour, t);
-    if (neighbour > t) add_edges(t, neighbour);
-  }
-
- private:
-  void add_vertices(std::uint32_t owner, std::uint32_t t) {
-    if ((ownership_[t] & kSegment) != 0) return;
-    for (int corner = 0; corner < 3; ++corner) {
-      const std::uint32_t v = mesh_.triangles[owner].v[corner];
-      const bool is_owned = (ownership_[owner] & (1U << corner)) != 0;
-      if (is_owned && !has_vertex(mesh_.triangles[t], v)) {
-        out_.vertex_triangle.push_back((static_cast<std::uint64_t>(v) << 32) | (mesh_.first_triangle + t));
-      }
-    }
-  }
-
-  void add_edges(std::uint32_t a, std::uint32_t b) {
-    for (int side_a = 0; side_a < 3; ++side_a) {
-      if ((ownership_[a] & (8U << side_a)) == 0) continue;
-      for (int side_b = 0; side_b < 3; ++side_b) {
-        if ((ownership_[b] & (8U << side_b)) == 0) continue;
-        add_edge_pair(mesh_.triangle_edges[a].e[side_a], mesh_.triangle_edges[b].e[side_b]);
-      }
-    }
-  }
-
-  void add_edge_pair(std::uint32_t e, std::uint32_t g) {
-    const auto [p, q] = mesh_.edges[e - mesh_.first_edge].v;
-    const auto [r, s] = mesh_.edges[g - mesh_.first_edge].v;
-    if (p != r && p != s && q != r && q != s) out_.edge_edge.push_back(edge_key(e, g));
-  }
-
-  const MeshView& mesh_;
-  Span<const Ownership> ownership_;
-  NeighbourFeatures& out_;
-};
 
 /// An edge that is no triangle's, by the first of the segments that have it.
 struct SegmentEdge {
@@ -218,7 +165,8 @@ std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::ui
   return ownership;
 }
 
-NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership) {
+NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership,
+                                     std::vector<FeatureEnds>* ends) {
   NeighbourFeatures out;
   const VertexTriangles triangles_of(mesh);
   std::uint64_t corners_around = 0;
@@ -226,10 +174,11 @@ NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership>
     const std::uint64_t count = triangles_of.of(mesh.first_vertex + v).size();
     corners_around += count * count;
   }
-  out.are_listed = corners_around <= kMostCornersAround * mesh.triangles.size();
+  out.are_listed = has_few_corners_around(corners_around, mesh.triangles.size());
   if (!out.are_listed) return out;
 
   const auto triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+  if (ends != nullptr) ends->resize(triangle_count);
   std::vector<NeighbourFeatures> parts((triangle_count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
     NeighbourLister lister(mesh, ownership, parts[part]);
@@ -237,11 +186,20 @@ NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership>
     const std::uint32_t end = std::min(begin + kTrianglesAtOnce, triangle_count);
     for (std::uint32_t t = begin; t < end; ++t) {
       if ((ownership[t] & kLeftOut) == 0) for_each_neighbour(mesh, triangles_of, t, [&](auto n) { lister.add(t, n); });
+      if (ends != nullptr) (*ends)[t] = ends_of(parts[part]);
     }
   });
-  for (const NeighbourFeatures& part : parts) {
-    out.vertex_triangle.insert(out.vertex_triangle.end(), part.vertex_triangle.begin(), part.vertex_triangle.end());
-    out.edge_edge.insert(out.edge_edge.end(), part.edge_edge.begin(), part.edge_edge.end());
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const FeatureEnds before = ends_of(out);
+    out.vertex_triangle.insert(out.vertex_triangle.end(), parts[part].vertex_triangle.begin(),
+                               parts[part].vertex_triangle.end());
+    out.edge_edge.insert(out.edge_edge.end(), parts[part].edge_edge.begin(), parts[part].edge_edge.end());
+    if (ends == nullptr) continue;
+    const std::size_t begin = part * kTrianglesAtOnce;
+    for (std::size_t t = begin; t < std::min<std::size_t>(begin + kTrianglesAtOnce, triangle_count); ++t) {
+      (*ends)[t].vertex_triangle += before.vertex_triangle;
+      (*ends)[t].edge_edge += before.edge_edge;
+    }
   }
   return out;
 }

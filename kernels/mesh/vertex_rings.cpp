@@ -12,17 +12,24 @@ namespace {
 
 constexpr std::uint32_t kVerticesAtOnce = 4096;
 
+/// No triangle has it any more; see ChangingMesh.
+bool is_free(const Edge& edge) {
+  return edge.v[0] == edge.v[1];
+}
+
 /// The ends of each vertex's edges, counted from the mesh's first vertex.
 class Adjacency {
  public:
   explicit Adjacency(const MeshView& mesh) : first_(mesh.vertex_count + std::size_t{1}, 0) {
     for (const Edge& edge : mesh.edges) {
+      if (is_free(edge)) continue;
       for (const std::uint32_t v : edge.v) ++first_[v - mesh.first_vertex + 1];
     }
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
     vertices_.resize(first_.back());
     std::vector<std::uint64_t> next(first_.begin(), first_.end() - 1);
     for (const Edge& edge : mesh.edges) {
+      if (is_free(edge)) continue;
       const std::uint32_t a = edge.v[0] - mesh.first_vertex;
       const std::uint32_t b = edge.v[1] - mesh.first_vertex;
       vertices_[next[a]++] = b;

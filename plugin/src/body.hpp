@@ -1,12 +1,16 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "body_positions.hpp"
+#include "feature_blocks.hpp"
+#include "softcd/mesh/changing_mesh.hpp"
 #include "softcd/mesh/topology.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/scene.hpp"
+#include "unsent_ranges.hpp"
 
 namespace softcd {
 
@@ -23,6 +27,17 @@ struct Unsent {
   bool ownership = false;
   bool x_t0 = false;
   bool x_t1 = false;
+  UnsentRanges triangles, edges;  ///< of the mesh, counted from the body's first
+};
+
+/// What is kept of a body whose triangles are changed a few at a time.
+struct ChangingBody {
+  explicit ChangingBody(const Topology& topology) : mesh(topology) {}
+
+  ChangingMesh mesh;        ///< as it will be once the scene's arrays are up to date
+  bool is_new = false;      ///< to be put into the scene's arrays as a whole
+  bool has_blocks = false;  ///< of the features on the scene's lists
+  FeatureBlocks vertex_triangle, edge_edge;
 };
 
 /// A body as the scene keeps it; its mesh and positions are in the scene's arrays.
@@ -31,8 +46,9 @@ struct Body {
   bool is_removed = false;  ///< only its place is left
   bool is_placed = false;   ///< in the scene's arrays; bodies that are not come after all that are
   BodySettings settings;
-  std::int32_t rank = -1;            ///< see BodyDesc
-  std::optional<Topology> new_mesh;  ///< to be put into the scene's arrays
+  std::int32_t rank = -1;                  ///< see BodyDesc
+  std::optional<Topology> new_mesh;        ///< to be put into the scene's arrays; nothing is changing then
+  std::unique_ptr<ChangingBody> changing;  ///< null where no triangles were changed since there was a new mesh
   Place vertices, triangles, edges;
   std::uint32_t segment_count = 0;  ///< of the triangles that are placed, the last ones
   BodyPositions positions;
@@ -56,12 +72,19 @@ struct Body {
   Unsent unsent;
   std::uint64_t last_change = 0;  ///< of the scene's changes, in which somebody changed the body
 
-  std::uint32_t vertex_count() const { return new_mesh ? new_mesh->vertex_count : vertices.count; }
-  std::uint64_t triangle_count() const { return new_mesh ? new_mesh->triangles.size() : triangles.count; }
+  bool is_new() const { return new_mesh || (changing && changing->is_new); }
+  /// Null where the mesh is in the scene's arrays alone.
+  const Topology* mesh() const { return new_mesh ? &*new_mesh : changing ? &changing->mesh.topology() : nullptr; }
+  std::uint32_t vertex_count() const { return mesh() != nullptr ? mesh()->vertex_count : vertices.count; }
+  std::uint64_t triangle_count() const { return mesh() != nullptr ? mesh()->triangles.size() : triangles.count; }
+  bool has_segments() const { return (mesh() != nullptr ? mesh()->segment_count : segment_count) > 0; }
+  /// That triangles have, or are segments.
+  std::uint64_t edge_count() const {
+    if (changing) return changing->mesh.edge_count();
+    return new_mesh ? new_mesh->edges.size() : edges.count;
+  }
   bool excludes_rings() const { return settings.self_collision && settings.neighbour_rings > 1; }
   bool excludes_at_rest() const { return settings.self_collision && settings.rest_distance > 0.0F; }
-
-  std::uint64_t edge_count() const { return new_mesh ? new_mesh->edges.size() : edges.count; }
 };
 
 }  // namespace softcd

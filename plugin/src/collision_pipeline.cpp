@@ -73,6 +73,9 @@ BodyId CollisionPipeline::add_body(const BodyDesc& desc) {
 void CollisionPipeline::update_body(BodyId body, const BodyDesc& desc) {
   implementation().scene().update_body(body, desc);
 }
+void CollisionPipeline::update_body(BodyId body, const BodyDesc& desc, Span<const std::uint32_t> changed) {
+  implementation().scene().update_body(body, desc, changed);
+}
 void CollisionPipeline::set_settings(BodyId body, const BodySettings& settings) {
   implementation().scene().set_settings(body, settings);
 }

@@ -39,6 +39,9 @@ BodyId Scene::add_body(const BodyDesc& desc) {
 void Scene::update_body(BodyId body, const BodyDesc& desc) {
   core().update_body(body, desc);
 }
+void Scene::update_body(BodyId body, const BodyDesc& desc, Span<const std::uint32_t> changed) {
+  core().update_body(body, desc, changed);
+}
 void Scene::set_settings(BodyId body, const BodySettings& settings) {
   core().set_settings(body, settings);
 }

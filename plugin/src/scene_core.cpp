@@ -76,6 +76,21 @@ void SceneCore::update_body(BodyId id, const BodyDesc& desc) {
   if (ranks_ != nullptr) ranks_->forget(id);
 }
 
+void SceneCore::update_body(BodyId id, const BodyDesc& desc, Span<const std::uint32_t> changed) {
+  Body& body = find(id);
+  if (body.has_segments() || !desc.segments.empty()) {
+    update_body(id, desc);
+    return;
+  }
+  guarded([&] { return topology_problem(id, desc); },
+          [&] {
+            validate_change(id, desc, changed, store_.changing_mesh(body));
+            validate_rank(id, desc);
+            store_.update_body(body, desc, changed);
+          });
+  if (ranks_ != nullptr) ranks_->forget(id);
+}
+
 void SceneCore::set_settings(BodyId id, const BodySettings& settings) {
   Body& body = find(id);
   validate_settings(id, settings);

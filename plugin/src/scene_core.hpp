@@ -91,6 +91,7 @@ class SceneCore {
 
   BodyId add_body(const BodyDesc& desc);
   void update_body(BodyId id, const BodyDesc& desc);
+  void update_body(BodyId id, const BodyDesc& desc, Span<const std::uint32_t> changed);
   void set_settings(BodyId id, const BodySettings& settings);
   void remove_body(BodyId id);
   bool has_body(BodyId id) { return store_.find(id) != nullptr; }

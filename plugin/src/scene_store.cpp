@@ -9,6 +9,7 @@
 #include <iterator>
 #include <utility>
 
+#include "mesh_numbering.hpp"
 #include "softcd/mesh/closed_surface.hpp"
 #include "validation.hpp"
 
@@ -45,6 +46,11 @@ void append(std::vector<Range>& ranges, const Place& place) {
   append(ranges, place.first, std::uint64_t{place.first} + place.capacity);
 }
 
+void append(std::vector<Range>& ranges, const Place& place, const UnsentRanges& unsent) {
+  for (const Range& range : unsent.within(place.capacity))
+    append(ranges, place.first + range.begin, place.first + range.end);
+}
+
 std::uint64_t end_of(const Place& place) {
   return std::uint64_t{place.next_first} + place.next_capacity;
 }
@@ -72,25 +78,36 @@ BodyId SceneStore::add_body(const BodyDesc& desc) {
 
 void SceneStore::update_body(Body& body, const BodyDesc& desc) {
   Topology mesh = build_topology(desc.triangles, desc.vertex_count, desc.segments);
-  const std::uint32_t vertices = capacity_for(mesh.vertex_count, body.vertices, body.is_placed);
-  const std::uint32_t triangles = capacity_for(mesh.triangles.size(), body.triangles, body.is_placed);
-  const std::uint32_t edges = capacity_for(mesh.edges.size(), body.edges, body.is_placed);
-  const Sizes sizes = {planned_.vertices - body.vertices.next_capacity + vertices,
-                       planned_.triangles - body.triangles.next_capacity + triangles,
-                       planned_.edges - body.edges.next_capacity + edges};
+  plan(body, mesh.vertex_count, mesh.triangles.size(), mesh.edges.size());
+  body.new_mesh = std::move(mesh);
+  body.changing.reset();
+  replace(body, desc);
+  has_new_layout_ = true;
+}
+
+/// Sees to it that there is room for so many elements.
+void SceneStore::plan(Body& body, std::size_t vertices, std::size_t triangles, std::size_t edges) {
+  const std::uint32_t of_vertices = capacity_for(vertices, body.vertices, body.is_placed);
+  const std::uint32_t of_triangles = capacity_for(triangles, body.triangles, body.is_placed);
+  const std::uint32_t of_edges = capacity_for(edges, body.edges, body.is_placed);
+  const Sizes sizes = {planned_.vertices - body.vertices.next_capacity + of_vertices,
+                       planned_.triangles - body.triangles.next_capacity + of_triangles,
+                       planned_.edges - body.edges.next_capacity + of_edges};
   reserve(sizes);
   planned_ = sizes;
-  body.vertices.next_capacity = vertices;
-  body.triangles.next_capacity = triangles;
-  body.edges.next_capacity = edges;
-  body.new_mesh = std::move(mesh);
+  body.vertices.next_capacity = of_vertices;
+  body.triangles.next_capacity = of_triangles;
+  body.edges.next_capacity = of_edges;
+}
+
+/// All but the mesh.
+void SceneStore::replace(Body& body, const BodyDesc& desc) {
   body.settings = desc.settings;
   body.rank = desc.rank;
   body.positions.forget();
   body.vertex_filters.clear();
   body.x_rest.clear();
   change(body);
-  has_new_layout_ = true;
 }
 
 void SceneStore::set_settings(Body& body, const BodySettings& settings) {
@@ -127,6 +144,7 @@ void SceneStore::set_ignored_pairs(BodyPairList pairs) {
 void SceneStore::remove_body(Body& body) {
   body.is_removed = true;
   body.new_mesh.reset();
+  body.changing.reset();
   keep_place(body.vertices, planned_.vertices);
   keep_place(body.triangles, planned_.triangles);
   keep_place(body.edges, planned_.edges);
@@ -179,8 +197,10 @@ void SceneStore::resize(const Sizes& sizes) noexcept {
 void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader) {
   newly_left_out_.clear();
   lay_out();
+  settle_changes();
   read_positions(by_scene, reader);
   leave_out_strays(by_next);
+  settle_neighbours();
   list_neighbours();
   filters_.settle(bodies_, vertex_body_.size(), mesh_revision_, [this](const Body& body) { return mesh_of(body); });
 }
@@ -201,7 +221,7 @@ void SceneStore::lay_out() {
     if (body.is_removed) {
       std::fill_n(ownership_.data() + body.triangles.first, body.triangles.count, static_cast<Ownership>(kLeftOut));
       body.unsent.ownership |= std::exchange(body.triangles.count, 0U) > 0;
-    } else if (body.new_mesh) {
+    } else if (body.is_new()) {
       place_mesh(b);
     } else if (moves) {
       renumber(b);
@@ -261,7 +281,7 @@ void SceneStore::move_elements(HostArray<T>& elements, Place Body::*kind) {
     if (place.count == 0) return;
     std::memmove(elements.data() + place.next_first, elements.data() + place.first, place.count * sizeof(T));
   };
-  const auto stays_itself = [](const Body& body) { return !body.is_removed && !body.new_mesh; };
+  const auto stays_itself = [](const Body& body) { return !body.is_removed && !body.is_new(); };
   for (const Body& body : bodies_) {
     if (stays_itself(body) && (body.*kind).next_first < (body.*kind).first) move(body);
   }
@@ -282,15 +302,16 @@ void SceneStore::renumber(std::uint32_t index) {
     place->capacity = place->next_capacity;
   }
   for (std::uint32_t t = body.triangles.first; t < body.triangles.first + body.triangles.count; ++t) {
-    for (std::uint32_t& v : triangles_.data()[t].v) v += by_vertex;
-    for (std::uint32_t& e : triangle_edges_.data()[t].e) e = e == kNoIndex ? kNoIndex : e + by_edge;
+    triangles_.data()[t] = renumbered(triangles_.data()[t], by_vertex);
+    triangle_edges_.data()[t] = renumbered(triangle_edges_.data()[t], by_edge);
   }
   for (std::uint32_t e = body.edges.first; e < body.edges.first + body.edges.count; ++e) {
-    for (std::uint32_t& v : edges_.data()[e].v) v += by_vertex;
+    edges_.data()[e] = renumbered(edges_.data()[e], by_vertex);
   }
   const auto shift = [](std::vector<std::uint64_t>& features, const Range& range, std::uint32_t first,
                         std::uint32_t second) {
     for (std::uint64_t i = range.begin; i < range.end; ++i) {
+      if (features[i] == kNoFeatures) continue;
       const std::uint32_t high = static_cast<std::uint32_t>(features[i] >> 32) + first;
       const std::uint32_t low = static_cast<std::uint32_t>(features[i]) + second;
       features[i] = (std::uint64_t{high} << 32) | low;
@@ -298,7 +319,8 @@ void SceneStore::renumber(std::uint32_t index) {
   };
   shift(vertex_triangle_neighbours_, body.vertex_triangle_neighbours, by_vertex, by_triangle);
   shift(edge_edge_neighbours_, body.edge_edge_neighbours, by_edge, by_edge);
-  unsent_vertex_triangle_neighbours_ = unsent_edge_edge_neighbours_ = 0;
+  unsent_vertex_triangle_neighbours_.add_from(0);
+  unsent_edge_edge_neighbours_.add_from(0);
   fill_rest(index);
 }
 
@@ -315,12 +337,12 @@ void SceneStore::fill_rest(std::uint32_t index) {
   std::fill_n(vertex_body_.data() + body.vertices.first, body.vertices.capacity, index);
   std::fill_n(edges_.data() + body.edges.first + body.edges.count, body.edges.capacity - body.edges.count,
               Edge{{v, v}});
-  body.unsent = {/*mesh=*/true, /*ownership=*/false, /*x_t0=*/true, /*x_t1=*/true};
+  body.unsent = {/*mesh=*/true, /*ownership=*/false, /*x_t0=*/true, /*x_t1=*/true, {}, {}};
 }
 
 void SceneStore::place_mesh(std::uint32_t index) {
   Body& body = bodies_[index];
-  const Topology& mesh = *body.new_mesh;
+  const Topology& mesh = *body.mesh();
   const auto place = [](Place& where, std::size_t count) {
     where = {where.next_first, static_cast<std::uint32_t>(count), where.next_capacity, 0, where.next_capacity};
   };
@@ -330,22 +352,20 @@ void SceneStore::place_mesh(std::uint32_t index) {
   body.segment_count = mesh.segment_count;
   const std::uint32_t v = body.vertices.first;
   const std::uint32_t e = body.edges.first;
-  const auto in_scene = [](std::uint32_t i, std::uint32_t first) { return i == kNoIndex ? kNoIndex : i + first; };
   std::transform(mesh.triangles.begin(), mesh.triangles.end(), triangles_.data() + body.triangles.first,
-                 [&](const Triangle& t) {
-                   return Triangle{{t.v[0] + v, t.v[1] + v, t.v[2] + v}};
-                 });
+                 [&](const Triangle& triangle) { return renumbered(triangle, v); });
   std::transform(mesh.triangle_edges.begin(), mesh.triangle_edges.end(), triangle_edges_.data() + body.triangles.first,
-                 [&](const TriangleEdges& edges) {
-                   return TriangleEdges{{in_scene(edges.e[0], e), in_scene(edges.e[1], e), in_scene(edges.e[2], e)}};
-                 });
-  std::transform(mesh.edges.begin(), mesh.edges.end(), edges_.data() + e, [&](const Edge& edge) {
-    return Edge{{edge.v[0] + v, edge.v[1] + v}};
-  });
+                 [&](const TriangleEdges& edges) { return renumbered(edges, e); });
+  std::transform(mesh.edges.begin(), mesh.edges.end(), edges_.data() + e,
+                 [&](const Edge& edge) { return renumbered(edge, v); });
   std::copy(mesh.ownership.begin(), mesh.ownership.end(), ownership_.data() + body.triangles.first);
   std::fill_n(x_t0_.data() + v, body.vertices.capacity, Vec3f{0, 0, 0});
   std::fill_n(x_t1_.data() + v, body.vertices.capacity, Vec3f{0, 0, 0});
   body.new_mesh.reset();
+  if (body.changing) {
+    body.changing->is_new = false;
+    body.changing->mesh.forget_changes();
+  }
   body.is_placed = true;
   body.stray_vertices.clear();
   body.named_strays.clear();
@@ -434,6 +454,7 @@ void SceneStore::find_closed_surfaces() {
 void SceneStore::drop_neighbours(Body& body) {
   has_dropped_neighbours_ |= body.lists_neighbours;
   body.has_neighbours = body.lists_neighbours = false;
+  if (body.changing) body.changing->has_blocks = false;
   body.vertex_triangle_neighbours = body.edge_edge_neighbours = {0, 0};
 }
 
@@ -441,7 +462,7 @@ void SceneStore::drop_neighbours(Body& body) {
 void SceneStore::forget_dropped_neighbours() {
   if (!has_dropped_neighbours_) return;
   std::vector<Range*> kept;
-  const auto close_gaps = [&](std::vector<std::uint64_t>& features, Range Body::*kind, std::uint64_t& unsent) {
+  const auto close_gaps = [&](std::vector<std::uint64_t>& features, Range Body::*kind, UnsentRanges& unsent) {
     kept.clear();
     for (Body& body : bodies_) {
       if (body.lists_neighbours) kept.push_back(&(body.*kind));
@@ -450,14 +471,14 @@ void SceneStore::forget_dropped_neighbours() {
     std::uint64_t end = 0;
     for (Range* const range : kept) {
       const std::uint64_t size = range->end - range->begin;
-      if (range->begin != end) unsent = std::min(unsent, end);
+      if (range->begin != end) unsent.add_from(end);
       std::copy_n(features.begin() + static_cast<std::ptrdiff_t>(range->begin), size,
                   features.begin() + static_cast<std::ptrdiff_t>(end));
       *range = {end, end + size};
       end += size;
     }
     features.resize(end);
-    unsent = std::min(unsent, end);
+    unsent.add_from(end);
   };
   kept.reserve(bodies_.size());
   close_gaps(vertex_triangle_neighbours_, &Body::vertex_triangle_neighbours, unsent_vertex_triangle_neighbours_);
@@ -474,10 +495,8 @@ void SceneStore::list_neighbours() {
   if (unlisted.empty()) return;
   // When one body's list fails, oneTBB cuts short the loops of the others without a word.
   std::vector<NeighbourFeatures> listed(unlisted.size());
-  tbb::parallel_for(std::size_t{0}, unlisted.size(), [&](std::size_t i) {
-    const Body& body = *unlisted[i];
-    listed[i] = neighbour_features(mesh_of(body), {ownership_.data() + body.triangles.first, body.triangles.count});
-  });
+  tbb::parallel_for(std::size_t{0}, unlisted.size(),
+                    [&](std::size_t i) { listed[i] = listed_neighbours(*unlisted[i]); });
   std::size_t vertex_triangle = vertex_triangle_neighbours_.size();
   std::size_t edge_edge = edge_edge_neighbours_.size();
   for (const NeighbourFeatures& features : listed) {
@@ -528,8 +547,10 @@ SceneChanges SceneStore::changes(bool all, bool with_t0) const {
       append(changes.vertices, body.vertices);
       append(changes.triangles, body.triangles);
       append(changes.edges, body.edges);
-    } else if (body.unsent.ownership) {
-      append(changes.ownership, body.triangles);
+    } else {
+      append(changes.triangles, body.triangles, body.unsent.triangles);
+      append(changes.edges, body.edges, body.unsent.edges);
+      if (body.unsent.ownership) append(changes.ownership, body.triangles);
     }
     const auto append_end = [&](std::vector<Range>& ranges, std::vector<DevicePositions>& on_device,
                                 const Positions& end) {
@@ -543,17 +564,24 @@ SceneChanges SceneStore::changes(bool all, bool with_t0) const {
     if (all || body.unsent.x_t1) append_end(changes.x_t1, changes.device_x_t1, body.positions.given_t1());
   }
   changes.origin = origin_;
-  changes.vertex_triangle_neighbours = {all ? 0 : unsent_vertex_triangle_neighbours_,
-                                        vertex_triangle_neighbours_.size()};
-  changes.edge_edge_neighbours = {all ? 0 : unsent_edge_edge_neighbours_, edge_edge_neighbours_.size()};
+  const auto unsent = [&](const UnsentRanges& ranges, const std::vector<std::uint64_t>& features) {
+    return all ? std::vector<Range>{{0, features.size()}} : ranges.within(features.size());
+  };
+  changes.vertex_triangle_neighbours = unsent(unsent_vertex_triangle_neighbours_, vertex_triangle_neighbours_);
+  changes.edge_edge_neighbours = unsent(unsent_edge_edge_neighbours_, edge_edge_neighbours_);
   changes.filters = all || filters_.are_unsent();
   return changes;
 }
 
 void SceneStore::forget_changes(bool with_t0) {
-  for (Body& body : bodies_) body.unsent = {false, false, body.unsent.x_t0 && !with_t0, false};
-  unsent_vertex_triangle_neighbours_ = vertex_triangle_neighbours_.size();
-  unsent_edge_edge_neighbours_ = edge_edge_neighbours_.size();
+  for (Body& body : bodies_) {
+    body.unsent.mesh = body.unsent.ownership = body.unsent.x_t1 = false;
+    body.unsent.x_t0 &= !with_t0;
+    body.unsent.triangles.clear(body.triangles.capacity);
+    body.unsent.edges.clear(body.edges.capacity);
+  }
+  unsent_vertex_triangle_neighbours_.clear(vertex_triangle_neighbours_.size());
+  unsent_edge_edge_neighbours_.clear(edge_edge_neighbours_.size());
   filters_.forget_changes();
 }
 

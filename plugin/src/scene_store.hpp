@@ -31,6 +31,10 @@ class SceneStore {
  public:
   BodyId add_body(const BodyDesc& desc);
   void update_body(Body& body, const BodyDesc& desc);
+  /// See Scene::update_body; nothing is wrong with what was given.
+  void update_body(Body& body, const BodyDesc& desc, Span<const std::uint32_t> changed);
+  /// The body's mesh, ready to be changed.
+  const ChangingMesh& changing_mesh(Body& body);
   void set_settings(Body& body, const BodySettings& settings);
   void remove_body(Body& body);
   void set_vertex_filters(Body& body, Span<const VertexFilter> filters);
@@ -100,6 +104,8 @@ class SceneStore {
   void for_each_array(const F& f);
   void reserve(const Sizes& sizes);
   void resize(const Sizes& sizes) noexcept;
+  void plan(Body& body, std::size_t vertices, std::size_t triangles, std::size_t edges);
+  void replace(Body& body, const BodyDesc& desc);
   void change(Body& body) { body.last_change = ++last_change_; }
 
   void lay_out();
@@ -111,6 +117,12 @@ class SceneStore {
   void renumber(std::uint32_t index);
   void fill_rest(std::uint32_t index);
   void place_mesh(std::uint32_t index);
+  Topology copy_of_mesh(const Body& body) const;
+  void settle_changes();
+  void settle_changes(Body& body);
+  void settle_neighbours();
+  bool settle_neighbours(Body& body);
+  NeighbourFeatures listed_neighbours(Body& body) const;
 
   MeshView mesh_of(const Body& body) const;
   PositionArrays positions_of(const Body& body);
@@ -152,8 +164,7 @@ class SceneStore {
   HostArray<std::uint32_t> triangle_body_, vertex_body_;
   std::vector<std::uint64_t> vertex_triangle_neighbours_, edge_edge_neighbours_;
   bool has_dropped_neighbours_ = false;
-  /// A detector was told those before.
-  std::uint64_t unsent_vertex_triangle_neighbours_ = 0, unsent_edge_edge_neighbours_ = 0;
+  UnsentRanges unsent_vertex_triangle_neighbours_, unsent_edge_edge_neighbours_;
   std::vector<const Body*> newly_left_out_;
   FilterStore filters_;
   BodyPairList ignored_pairs_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "body_positions.hpp"
@@ -56,6 +57,18 @@ void validate_indices(BodyId id, const BodyDesc& desc, const char* what, std::si
   }
 }
 
+void validate_triangle(BodyId id, const BodyDesc& desc, std::size_t t) {
+  validate_indices(id, desc, "triangle", t, desc.triangles[t].v);
+}
+
+void validate_size(BodyId id, const BodyDesc& desc) {
+  if (desc.triangles.size() + desc.segments.size() < kMostElements && desc.vertex_count < kMostElements) return;
+  throw InvalidInput(
+      fmt::format("body {}: {} triangles, {} segments and {} vertices are more than 2^31; split the scene over "
+                  "several pipelines.",
+                  id.value, desc.triangles.size(), desc.segments.size(), desc.vertex_count));
+}
+
 }  // namespace
 
 void validate_options(const SceneOptions& options) {
@@ -106,14 +119,35 @@ void validate_settings(BodyId id, const BodySettings& settings) {
 }
 
 void validate_mesh(BodyId id, const BodyDesc& desc) {
-  for (std::size_t t = 0; t < desc.triangles.size(); ++t)
-    validate_indices(id, desc, "triangle", t, desc.triangles[t].v);
+  for (std::size_t t = 0; t < desc.triangles.size(); ++t) validate_triangle(id, desc, t);
   for (std::size_t s = 0; s < desc.segments.size(); ++s) validate_indices(id, desc, "segment", s, desc.segments[s].v);
-  if (desc.triangles.size() + desc.segments.size() >= kMostElements || desc.vertex_count >= kMostElements) {
-    throw InvalidInput(
-        fmt::format("body {}: {} triangles, {} segments and {} vertices are more than 2^31; split the scene over "
-                    "several pipelines.",
-                    id.value, desc.triangles.size(), desc.segments.size(), desc.vertex_count));
+  validate_size(id, desc);
+  validate_settings(id, desc.settings);
+}
+
+void validate_change(BodyId id, const BodyDesc& desc, Span<const std::uint32_t> changed, const ChangingMesh& before) {
+  validate_size(id, desc);
+  const Topology& mesh = before.topology();
+  for (const std::uint32_t t : changed) {
+    if (t >= desc.triangles.size()) {
+      throw InvalidInput(
+          fmt::format("body {}: triangle {} is said to have changed, but there are {} triangles; indices count from 0.",
+                      id.value, t, desc.triangles.size()));
+    }
+    validate_triangle(id, desc, t);
+  }
+  for (std::size_t t = mesh.triangles.size(); t < desc.triangles.size(); ++t) validate_triangle(id, desc, t);
+  std::vector<std::uint32_t> sorted;
+  if (desc.vertex_count < mesh.vertex_count) sorted.assign(changed.begin(), changed.end());
+  std::sort(sorted.begin(), sorted.end());
+  for (std::uint32_t v = desc.vertex_count; v < mesh.vertex_count; ++v) {
+    before.for_each_triangle_of(v, [&](std::uint32_t t) {
+      if (t >= desc.triangles.size() || std::binary_search(sorted.begin(), sorted.end(), t)) return;
+      throw InvalidInput(
+          fmt::format("body {}: triangle {} has not changed, and has vertex index {}, but the body has {} vertices; "
+                      "indices count from 0.",
+                      id.value, t, v, desc.vertex_count));
+    });
   }
   validate_settings(id, desc.settings);
 }

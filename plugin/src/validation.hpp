@@ -17,6 +17,8 @@ void validate_options(const ProbeOptions& options);
 void validate_settings(BodyId id, const BodySettings& settings);
 /// And the settings.
 void validate_mesh(BodyId id, const BodyDesc& desc);
+/// And the settings, of a body that is `before`: see Scene::update_body.
+void validate_change(BodyId id, const BodyDesc& desc, Span<const std::uint32_t> changed, const ChangingMesh& before);
 void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& x_t0, const Positions& x_t1);
 void validate_vertex_filters(BodyId id, std::uint32_t vertex_count, Span<const VertexFilter> filters);
 void validate_rest_positions(BodyId id, std::uint32_t vertex_count, const Positions& x);

@@ -131,6 +131,19 @@ TEST_P(FailedCalls, update_body) {
                         [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], other.x_t1); });
 }
 
+TEST_P(FailedCalls, update_body_where_some_triangles_change) {
+  // Within the body's place, and beyond.
+  for (const std::size_t added : {0U, 40U}) {
+    SceneBody other = scene()[0];
+    std::swap(other.triangles[3], other.triangles[20]);
+    other.triangles.insert(other.triangles.end(), added, other.triangles[5]);
+    const std::vector<std::uint32_t> changed{3, 20};
+    expect_all_or_nothing(
+        [&](LoadedScene& loaded) { loaded.pipeline.update_body(loaded.ids[0], desc_of(other), changed); },
+        [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], other.x_t1); });
+  }
+}
+
 TEST_P(FailedCalls, remove_body) {
   expect_all_or_nothing([](LoadedScene& loaded) { loaded.pipeline.remove_body(loaded.ids[1]); }, kNothing);
 }

@@ -39,6 +39,8 @@ class SOFTCD_EXPORT CollisionPipeline {
   /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
   /// body is unchanged then.
   void update_body(BodyId body, const BodyDesc& desc);
+  /// Where only some triangles change: see Scene.
+  void update_body(BodyId body, const BodyDesc& desc, Span<const std::uint32_t> changed);
   /// Throws InvalidInput when there is no such body or a setting is out of range.
   void set_settings(BodyId body, const BodySettings& settings);
   /// Throws InvalidInput when there is no such body.

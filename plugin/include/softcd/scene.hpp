@@ -130,6 +130,16 @@ class SOFTCD_EXPORT Scene {
   /// New topology, vertex count and settings for a body, whose positions have to be set again. Throws as add_body; the
   /// body is unchanged then.
   void update_body(BodyId body, const BodyDesc& desc);
+  /// The same at the cost of what has changed, where a mesh is cut, torn, refined or made coarser: of desc.triangles
+  /// those are read whose indices are in `changed`, in any order, and those behind the last that the body had. The
+  /// others are as they were; where desc has fewer, those behind its last are gone. Edges that stay keep their indices,
+  /// see Contact. All positions have to be set again: those of new vertices at t0 are what continuous detections take
+  /// for the start of their way, which is where on the mesh they were made.
+  ///
+  /// The first such call after add_body() or update_body(body, desc), and the detection after it, cost about as much as
+  /// these. So does every call where the body had segments, or desc has: it is update_body(body, desc) then, and all
+  /// triangles are read. Throws also when an index in `changed` is out of range, or a vertex of a triangle that stays.
+  void update_body(BodyId body, const BodyDesc& desc, Span<const std::uint32_t> changed);
   /// Throws InvalidInput when there is no such body or a setting is out of range.
   void set_settings(BodyId body, const BodySettings& settings);
   /// Throws InvalidInput when there is no such body.

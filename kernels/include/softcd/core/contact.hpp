@@ -28,7 +28,9 @@ struct alignas(8) Contact {
   BodyId body_b;         ///< the triangle's body, or the second edge's
   /// Vertex and triangle index, or the two edges' indices. A body's edges are those of its triangles, in the order of
   /// their sorted vertex pairs (lower vertex first, then the higher one), and then its segments, as they were given,
-  /// but for those that are among the edges already: without triangles segment i is edge i.
+  /// but for those that are among the edges already: without triangles segment i is edge i. Where some triangles of a
+  /// body are changed the edges that stay keep their indices, and new ones get any that are free or follow; `vertices`
+  /// tells which they are.
   std::uint32_t feature_a;
   std::uint32_t feature_b;  ///< of body_b, as feature_a
   /// Vertex-triangle: the vertex, then the triangle's three. Edge-edge: first edge (lower vertex first), then

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -7,6 +8,11 @@
 #include "softcd/mesh/triangle_edges.hpp"
 
 namespace softcd {
+
+/// The lower index:32 | the higher:32 from high to low: of vertices, sorting keys sorts edges.
+inline std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+  return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b);
+}
 
 /// A mesh's connectivity, derived once per change of topology.
 struct Topology {
@@ -50,6 +56,16 @@ inline MeshView view_of(const Topology& topology) {
 /// are told.
 std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::uint8_t> left_out);
 
+/// Whether a mesh's neighbours are listed: corners around its triangles are the sum of the squares of how many
+/// triangles each vertex has, 18 to a triangle in a regular mesh.
+inline bool has_few_corners_around(std::uint64_t corners_around, std::uint64_t triangle_count) {
+  constexpr std::uint64_t kMostCornersAround = 64;
+  return corners_around <= kMostCornersAround * triangle_count;
+}
+
+/// Stands in lists of neighbours' features for none.
+constexpr std::uint64_t kNoFeatures = ~std::uint64_t{0};
+
 /// What a mesh's triangles that share a vertex have to be tested for. Their volumes always overlap, so that every
 /// detection would find the same pairs again: most of what a mesh finds with itself.
 struct NeighbourFeatures {
@@ -59,8 +75,15 @@ struct NeighbourFeatures {
   std::vector<std::uint64_t> edge_edge;        ///< lower edge:32 | higher edge:32
 };
 
+/// Where what NeighbourFeatures list of one triangle and its neighbours ends.
+struct FeatureEnds {
+  std::uint32_t vertex_triangle, edge_edge;
+};
+
 /// Every vertex with every triangle but segments, and every two edges, whose owner (`ownership`; of a triangle itself)
-/// shares a vertex with the other's while they do not, each once. Numbered as in the mesh.
-NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership);
+/// shares a vertex with the other's while they do not, each once. Numbered as in the mesh. Triangle by triangle, whose
+/// `ends` are told where they are asked for.
+NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership,
+                                     std::vector<FeatureEnds>* ends = nullptr);
 
 }  // namespace softcd

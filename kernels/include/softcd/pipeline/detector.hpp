@@ -42,7 +42,7 @@ struct SceneArrays {
   Span<const Edge> edges;
   Span<const Ownership> ownership;
   Span<const std::uint32_t> triangle_body, vertex_body;
-  /// What all bodies that list them have, in any order, as NeighbourFeatures.
+  /// What all bodies that list them have, in any order, as NeighbourFeatures, with kNoFeatures among them.
   Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
   std::uint64_t revision;  ///< another one where meshes, or what their triangles own, have changed
   FilterArrays filters{};
@@ -62,7 +62,7 @@ struct SceneChanges {
   /// Positions that are not in the arrays, which begin at this origin.
   std::vector<DevicePositions> device_x_t0, device_x_t1;
   Vec3d origin{0, 0, 0};
-  Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
+  std::vector<Range> vertex_triangle_neighbours, edge_edge_neighbours;
   bool filters = false;  ///< all of them
 };
 

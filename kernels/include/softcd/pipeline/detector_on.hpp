@@ -199,10 +199,9 @@ class DetectorOn final : public Detector {
       mirror_.x_t0.place(backend_, changes.device_x_t0, changes.origin);
       mirror_.x_t1.place(backend_, changes.device_x_t1, changes.origin);
     }
-    const auto in_one = [](const Range& range) { return Span<const Range>(&range, 1); };
     mirror_.vertex_triangle_neighbours.follow(backend_, scene.vertex_triangle_neighbours,
-                                              in_one(changes.vertex_triangle_neighbours));
-    mirror_.edge_edge_neighbours.follow(backend_, scene.edge_edge_neighbours, in_one(changes.edge_edge_neighbours));
+                                              changes.vertex_triangle_neighbours);
+    mirror_.edge_edge_neighbours.follow(backend_, scene.edge_edge_neighbours, changes.edge_edge_neighbours);
     const FilterArrays& filters = scene.filters;
     scene_.filters = {followed(mirror_.vertex_filters, filters.vertices, changes.filters),
                       followed(mirror_.ring_begin, filters.ring_begin, changes.filters),

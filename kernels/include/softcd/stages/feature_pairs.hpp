@@ -5,6 +5,7 @@
 #include "softcd/math/impact/impact.hpp"
 #include "softcd/math/separation.hpp"
 #include "softcd/mesh/scene_view.hpp"
+#include "softcd/mesh/topology.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/contact_tests.hpp"
 
@@ -248,8 +249,9 @@ struct TestNeighbours {
     return list(item, part, candidate) && feature_test.filter(candidate);
   }
 
-  /// False where the body wants no such contacts.
+  /// False where there are none, or the body wants no such contacts.
   SOFTCD_HD bool list(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
+    if (item.features == kNoFeatures) return false;
     const SceneView& scene = feature_test.scene;
     const FeatureVertices vertices = feature_vertices<kKind>(scene, item.features);
     const SceneBody& body = scene.bodies[scene.vertex_body[vertices.v[0]]];

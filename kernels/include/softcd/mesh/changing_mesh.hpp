@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "softcd/mesh/index_set.hpp"
+#include "softcd/mesh/topology.hpp"
+
+namespace softcd {
+
+/// A mesh of which some triangles are changed at a time, at the cost of these and of those around them. Its topology is
+/// what build_topology would make of its triangles, but for the edges' order: an edge that stays keeps its index, and
+/// new ones take those that are free, or are put behind the last.
+class ChangingMesh {
+ public:
+  explicit ChangingMesh(Topology mesh);
+
+  /// Edges that no triangle has are {0, 0}.
+  const Topology& topology() const { return mesh_; }
+  /// That triangles have.
+  std::uint32_t edge_count() const { return static_cast<std::uint32_t>(mesh_.edges.size() - free_edges_.size()); }
+  bool lists_neighbours() const { return has_few_corners_around(corners_around_, mesh_.triangles.size()); }
+  /// Calls visit(t) for every triangle t of the vertex, once, in any order.
+  template <class Visit>
+  void for_each_triangle_of(std::uint32_t v, Visit visit) const {
+    for (std::uint32_t corner = first_corner_[v]; corner != kNoIndex; corner = links_[corner].next) visit(corner / 3);
+  }
+
+  /// Now the mesh is `triangles`, of which those in `changed` are read, and those behind the last that there was; the
+  /// others are as they were. Indices must be below vertex_count, and in triangles that stay they must be, too. Changes
+  /// nothing when it throws std::bad_alloc.
+  void change(Span<const Triangle> triangles, std::uint32_t vertex_count, Span<const std::uint32_t> changed);
+
+  /// Since the last forget_changes(): triangles with other vertices, edges or ownership, and edges with other vertices;
+  /// some may be gone.
+  Span<const std::uint32_t> changed_triangles() const { return changed_triangles_.indices(); }
+  Span<const std::uint32_t> changed_edges() const { return changed_edges_.indices(); }
+  bool has_changes() const { return has_changes_; }
+  void forget_changes() noexcept;
+
+  /// Triangles whose part of NeighbourFeatures is not what it was when forget_stale() was called last; some may be
+  /// gone. Found from the first such call on.
+  Span<const std::uint32_t> stale_triangles() const { return stale_.indices(); }
+  void forget_stale() noexcept {
+    finds_stale_ = true;
+    stale_.clear();
+  }
+
+ private:
+  /// Of a triangle's corner, 3 * triangle + corner: those of the same vertex. Only a triangle's first corner at a
+  /// vertex is linked.
+  struct Links {
+    std::uint32_t previous, next;
+  };
+  struct KeyedEdge {
+    std::uint64_t key;
+    std::uint32_t edge;
+  };
+
+  void reserve(std::size_t triangle_count, std::size_t vertex_count, std::size_t touched_count);
+  void take_out(std::uint32_t triangle) noexcept;
+  void put_in(std::uint32_t triangle, const Triangle& vertices) noexcept;
+  void link(std::uint32_t corner) noexcept;
+  void unlink(std::uint32_t corner) noexcept;
+  void mark_around(std::uint32_t triangle) noexcept;
+  std::uint32_t edge_between(std::uint32_t a, std::uint32_t b) noexcept;
+  void find_lost_edges() noexcept;
+  void give_vertex(std::uint32_t vertex) noexcept;
+  void give_edge(std::uint32_t edge) noexcept;
+  template <class OwnershipIn>
+  std::uint32_t give(std::uint32_t vertex, const OwnershipIn& ownership_in) noexcept;
+
+  Topology mesh_;
+  std::vector<Links> links_;
+  std::vector<std::uint32_t> first_corner_;    ///< of each vertex
+  std::vector<std::uint32_t> triangle_count_;  ///< of each vertex
+  std::uint64_t corners_around_ = 0;           ///< the sum of the squares of triangle_count_
+  std::vector<std::uint32_t> free_edges_;
+  IndexSet changed_triangles_, changed_edges_, stale_;
+  bool has_changes_ = false, finds_stale_ = false;
+  // Of the change that is being made:
+  IndexSet touched_;                    ///< triangles that are taken out, put in, or both
+  IndexSet vertices_, edges_;           ///< of these, before and afterwards
+  std::vector<KeyedEdge> lost_by_key_;  ///< edges of triangles that were taken out, by their vertices
+};
+
+}  // namespace softcd

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "softcd/pipeline/detector.hpp"
+
+namespace softcd {
+
+/// Which elements of an array a detector elsewhere does not know, in few ranges: what lies between two that are near
+/// each other is sent with them, as one copy more takes as long as some thousand elements.
+class UnsentRanges {
+ public:
+  void add(std::uint64_t begin, std::uint64_t end) {
+    if (begin == end) return;
+    ranges_.push_back({begin, end});
+    if (ranges_.size() < 2 * merged_count_ + kMostApart) return;
+    merge(ranges_);
+    merged_count_ = ranges_.size();
+  }
+  /// All from there on, however many there will be.
+  void add_from(std::uint64_t begin) { from_ = std::min(from_, begin); }
+  /// Of an array of so many elements.
+  std::vector<Range> within(std::uint64_t size) const {
+    std::vector<Range> ranges = ranges_;
+    ranges.push_back({from_, size});
+    for (Range& range : ranges) range = {std::min(range.begin, size), std::min(range.end, size)};
+    merge(ranges);
+    return ranges;
+  }
+  /// An array of so many elements is known.
+  void clear(std::uint64_t size) noexcept {
+    ranges_.clear();
+    merged_count_ = 0;
+    from_ = size;
+  }
+
+ private:
+  static constexpr std::uint64_t kNear = 4096;
+  static constexpr std::size_t kMostApart = 1024;
+
+  static void merge(std::vector<Range>& ranges) {
+    std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
+    std::size_t count = 0;
+    for (const Range& range : ranges) {
+      if (range.begin >= range.end) continue;
+      if (count > 0 && range.begin <= ranges[count - 1].end + kNear) {
+        ranges[count - 1].end = std::max(ranges[count - 1].end, range.end);
+      } else {
+        ranges[count++] = range;
+      }
+    }
+    ranges.resize(count);
+  }
+
+  std::vector<Range> ranges_;
+  std::size_t merged_count_ = 0;
+  std::uint64_t from_ = 0;
+};
+
+}  // namespace softcd
