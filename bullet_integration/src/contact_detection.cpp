@@ -63,9 +63,9 @@ void ContactDetection::start(Span<btSoftBody* const> bodies, const PairRule& rul
 
 void ContactDetection::require(btSoftBody& body) {
   WorldMirror::Member& member = mirror_.require(body, looks_at_way());
-  const bool needs_faces_of_nodes = member.settings.self_collision || query_.options().detection == Detection::ccd;
+  const bool needs_faces_of_nodes = member.settings.self_collision || member.settings.features.edge_edge ||
+                                    query_.options().detection == Detection::ccd;
   if (needs_faces_of_nodes && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
-  if (member.settings.features.edge_edge && member.mesh.face_of_edge.empty()) add_faces_of_edges(member.mesh);
 }
 
 void ContactDetection::drop_unread_face_trees(Span<btSoftBody* const> bodies) {

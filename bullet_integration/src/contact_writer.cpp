@@ -72,7 +72,8 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   result.node_body = node_side.body;
   result.face_body = face_side.body;
   result.normal = is_swapped ? -to_bullet(contact.normal) : to_bullet(contact.normal);
-  result.face = &face_side.face_at_edge(is_swapped ? contact.feature_a : contact.feature_b);
+  const std::uint32_t edge = is_swapped ? contact.feature_a : contact.feature_b;
+  result.face = &face_side.face_at_edge(edge, contact.vertices + first_corner);
   result.weights.setZero();
   btVector3 point(0, 0, 0);
   for (int i = 0; i < 2; ++i) {

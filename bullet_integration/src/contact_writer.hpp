@@ -25,7 +25,7 @@ void write_soft_contact(const MemberContact& found, Detection detection, std::ui
 bool may_close(const MemberContact& found);
 
 /// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, against a face at the
-/// other (the meshes have face_of_edge). Together they push the contact's points apart as one contact would.
+/// other (the meshes have the faces of nodes). Together they push the contact's points apart as one contact would.
 void write_soft_edge_contact(const MemberContact& found);
 
 /// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body with the

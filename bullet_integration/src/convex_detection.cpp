@@ -146,7 +146,7 @@ void ConvexDetection::find_contacts(std::vector<ConvexPair> pairs, btScalar time
   for (const ConvexPair& pair : pairs) {
     if (read.insert(pair.soft).second) native_.read(*pair.soft);
     WorldMirror::Member& member = mirror_.require(*pair.soft, /*needs_way=*/true);
-    if (member.mesh.face_of_edge.empty()) add_faces_of_edges(member.mesh);
+    if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
   }
   // Objects in the order in which Bullet came upon them: addresses differ from run to run.
   for (auto begin = pairs.begin(); begin != pairs.end();) {
@@ -218,10 +218,10 @@ void ConvexDetection::find_edge(const Contact& contact, const Shape* a) {
   const bool is_inside = std::all_of(contact.weights, contact.weights + 4, [](float w) { return w > kInside; });
   const std::uint32_t* const rigid = contact.vertices + (a != nullptr ? 0 : 2);
   if (!is_inside || !wants_faces(soft, *shape.object) || !shape.core.is_edge(rigid[0], rigid[1])) return;
-  const std::uint32_t face_index = member.mesh.face_of_edge[a != nullptr ? contact.feature_b : contact.feature_a];
-  if (face_index >= member.mesh.face_count) return;
-  btSoftBody::Face& face = soft.m_faces[static_cast<int>(face_index)];
   const int first = a != nullptr ? 2 : 0;
+  const std::uint32_t face_index = face_at_edge(member.mesh, contact.vertices[first], contact.vertices[first + 1]);
+  if (face_index == kNoIndex) return;
+  btSoftBody::Face& face = soft.m_faces[static_cast<int>(face_index)];
   btVector3 weights(0, 0, 0);
   for (int i = 0; i < 3; ++i) {
     for (int end = 0; end < 2; ++end) {

@@ -233,7 +233,7 @@ void RigidMeshDetection::find_link_touch(const Contact& contact) {
                             weighted_point(mesh.mesh.x_t0(), contact.vertices + other, contact.weights + other, 2),
                             weighted_point(mesh.mesh.x_t1(), contact.vertices + other, contact.weights + other, 2),
                             contact.time_of_impact};
-  const btSoftBody::Face& link = member.face_at_edge(edge);
+  const btSoftBody::Face& link = member.link_face(edge);
   const btVector3 weights(btScalar(contact.weights[own]), btScalar(contact.weights[own + 1]), 0);
   const btVector3 end = weights[0] * (link.m_n[0]->*kind_.end) + weights[1] * (link.m_n[1]->*kind_.end);
   const btScalar depth_at_end = depth(touch, end, touch.object_point_t1);
@@ -262,7 +262,7 @@ void RigidMeshDetection::add_link_touches() {
       const bool is_known = std::any_of(touches.begin(), touch, [&](const LinkTouch& before) {
         return before.touch.normal.dot(touch->touch.normal) > kSameNormal;
       });
-      if (!is_known) touches_.add(*member.body, member.face_at_edge(std::get<1>(key)), touch->weights, touch->touch);
+      if (!is_known) touches_.add(*member.body, member.link_face(std::get<1>(key)), touch->weights, touch->touch);
     }
   }
 }

@@ -150,25 +150,22 @@ void add_faces_of_nodes(BodyMesh& mesh) {
   }
 }
 
-void add_faces_of_edges(BodyMesh& mesh) {
-  struct Side {
-    std::uint32_t low, high, face;
-  };
-  std::vector<Side> sides;
-  sides.reserve(std::size_t{3} * mesh.face_count);
-  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
-    const auto& v = mesh.triangles[f].v;
-    for (int i = 0; i < 3; ++i) {
-      const auto [low, high] = std::minmax(v[i], v[(i + 1) % 3]);
-      if (low != high) sides.push_back({low, high, f});
-    }
+std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other) {
+  const auto faces = mesh.faces_of_nodes.begin();
+  const auto end = faces + mesh.first_face_of_node[node + 1];
+  const auto found = std::find_if(faces + mesh.first_face_of_node[node], end,
+                                  [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other); });
+  return found == end || *found >= mesh.face_count ? kNoIndex : *found;
+}
+
+std::vector<std::uint32_t> changed_triangles(const BodyMesh& before, const BodyMesh& now) {
+  std::vector<std::uint32_t> changed;
+  const std::size_t in_both = std::min(before.triangles.size(), now.triangles.size());
+  for (std::size_t t = 0; t < in_both; ++t) {
+    const auto& v = now.triangles[t].v;
+    if (!std::equal(v, v + 3, before.triangles[t].v)) changed.push_back(static_cast<std::uint32_t>(t));
   }
-  const auto key = [](const Side& side) { return std::pair(side.low, side.high); };
-  std::stable_sort(sides.begin(), sides.end(), [&](const Side& a, const Side& b) { return key(a) < key(b); });
-  mesh.face_of_edge.clear();
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    if (i == 0 || key(sides[i]) != key(sides[i - 1])) mesh.face_of_edge.push_back(sides[i].face);
-  }
+  return changed;
 }
 
 Positions positions_of(const btSoftBody& body, btVector3 btSoftBody::Node::*position) {

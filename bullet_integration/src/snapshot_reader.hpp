@@ -28,10 +28,8 @@ struct BodyMesh {
   /// What is around node n are faces_of_nodes[first_face_of_node[n]] and on: faces, and behind all triangles segments.
   /// Empty until add_faces_of_nodes().
   std::vector<std::uint32_t> first_face_of_node, faces_of_nodes;
-  /// A face at every edge of a face; edges are numbered as in Contact. Empty until add_faces_of_edges().
-  std::vector<std::uint32_t> face_of_edge;
-  /// Of the edges behind those, which are links: faces that Bullet's contacts can be with. The third node is another
-  /// one of the body, where there is one, and has no weight in them.
+  /// Of links: faces that Bullet's contacts can be with, in the order of their edges as in Contact; a body that has
+  /// some has no other edges. The third node is another one of the body, where there is one, and has no weight in them.
   std::vector<btSoftBody::Face> link_faces;
 
   /// Of what add_faces_of_nodes() has found.
@@ -48,7 +46,11 @@ bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body);
 
 BodyMesh read_mesh(const btSoftBody& body);
 void add_faces_of_nodes(BodyMesh& mesh);
-void add_faces_of_edges(BodyMesh& mesh);
+/// The first of the faces that have both nodes, kNoIndex where there is none. The mesh has the faces of nodes.
+std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other);
+
+/// Those that join other nodes now, of the triangles that there were and are, ascending.
+std::vector<std::uint32_t> changed_triangles(const BodyMesh& before, const BodyMesh& now);
 
 /// The nodes' m_x or m_q, a view of the body's own memory.
 Positions positions_of(const btSoftBody& body, btVector3 btSoftBody::Node::*position);

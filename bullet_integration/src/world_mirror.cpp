@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <string>
@@ -12,6 +13,9 @@
 
 namespace softcd::bullet {
 namespace {
+
+/// Where more than one in so many triangles is another one, all are taken anew, which costs less then.
+constexpr std::size_t kOneChangedIn = 8;
 
 bool is_same(const BodySettings& a, const BodySettings& b) {
   return a.margin == b.margin && a.self_collision == b.self_collision && a.kinematic == b.kinematic &&
@@ -212,14 +216,25 @@ WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& sett
 void WorldMirror::update(Member& member, const BodySettings& settings) {
   compare(member);
   if (member.topology_changed) {
-    BodyMesh mesh = read_mesh(*member.body);
-    scene_.update_body(member.id, desc_of(mesh, settings));
-    member.mesh = std::move(mesh);
-    member.filters = 0;
+    update_mesh(member, settings);
   } else if (!is_same(member.settings, settings)) {
     scene_.set_settings(member.id, settings);
   }
   member.settings = settings;
+}
+
+void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
+  BodyMesh mesh = read_mesh(*member.body);
+  const BodyDesc desc = desc_of(mesh, settings);
+  const std::vector<std::uint32_t> changed = changed_triangles(member.mesh, mesh);
+  const std::size_t added = mesh.triangles.size() - std::min(mesh.triangles.size(), member.mesh.triangles.size());
+  if (changed.size() + added <= mesh.triangles.size() / kOneChangedIn) {
+    scene_.update_body(member.id, desc, changed);
+  } else {
+    scene_.update_body(member.id, desc);
+  }
+  member.mesh = std::move(mesh);
+  member.filters = 0;
 }
 
 void WorldMirror::set_positions(Member& member, bool needs_way) {

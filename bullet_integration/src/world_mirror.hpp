@@ -30,12 +30,14 @@ class WorldMirror {
     bool has_way = false;             ///< the scene has both ends of this step's
     bool is_in_world = false;
 
-    /// The face at an edge, which is numbered as in Contact, for a contact of Bullet's: one of the body's, or one that
-    /// stands for a link.
-    btSoftBody::Face& face_at_edge(std::uint32_t edge) const {
-      const std::size_t face_edges = mesh.face_of_edge.size();
-      return edge < face_edges ? body->m_faces[static_cast<int>(mesh.face_of_edge[edge])]
-                               : const_cast<btSoftBody::Face&>(mesh.link_faces[edge - face_edges]);
+    /// The face at an edge, which is numbered as in Contact and joins two nodes, for a contact of Bullet's: one of the
+    /// body's, or one that stands for a link. The mesh has the faces of nodes.
+    btSoftBody::Face& face_at_edge(std::uint32_t edge, const std::uint32_t* nodes) const {
+      if (!mesh.link_faces.empty()) return link_face(edge);
+      return body->m_faces[static_cast<int>(bullet::face_at_edge(mesh, nodes[0], nodes[1]))];
+    }
+    btSoftBody::Face& link_face(std::uint32_t edge) const {
+      return const_cast<btSoftBody::Face&>(mesh.link_faces[edge]);
     }
   };
 
@@ -90,6 +92,7 @@ class WorldMirror {
   void pass_on_filters(Member& member);
   Member& add(btSoftBody& body, const BodySettings& settings);
   void update(Member& member, const BodySettings& settings);
+  void update_mesh(Member& member, const BodySettings& settings);
   void compare(Member& member) const;
   void set_positions(Member& member, bool needs_way);
   void remove_unmarked() noexcept;
