@@ -7,6 +7,7 @@
 #include "crossings.hpp"
 #include "simulated_scenes.hpp"
 #endif
+#include "changes.hpp"
 #include "command_line/standard_output.hpp"
 #include "compare.hpp"
 #include "detector.hpp"
@@ -51,6 +52,8 @@ int main(int argc, char** argv) {
 #endif
     SpatialQueryOptions spatial_queries;
     add_spatial_queries(app, spatial_queries);
+    ChangesOptions changes;
+    add_changes(app, changes);
     RankOptions ranks;
     add_ranks(app, ranks);
     TradeOptions trade;
