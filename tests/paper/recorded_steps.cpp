@@ -14,7 +14,7 @@ INSTANTIATE_TEST_SUITE_P(Steps, PrintedSchemeOnSteps, testing::Values("cloth-bal
 
 TEST_P(PrintedSchemeOnSteps, reports_nothing_that_is_not_there) {
   const std::filesystem::path folder = test::data_folder("ccd-steps");
-  if (folder.empty()) GTEST_SKIP() << missing_data("ccd-steps");
+  if (folder.empty()) GTEST_SKIP() << test::missing_data("ccd-steps");
   const test::Scene scene = test::read_ground_truth(folder, GetParam()).scene;
   const PipelineOptions options = test::test_options(Detection::ccd);
   const std::vector<Contact> exact = test::detect_once(scene, options);

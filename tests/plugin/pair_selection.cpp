@@ -226,18 +226,13 @@ TEST(PairSelection, asks_the_filter_about_every_pair_once_in_order) {
 TEST(PairSelection, of_many_bodies_is_that_of_each_batch) {
   constexpr std::uint32_t kBatches = 3000;
   Random random(5);
-  const std::vector<Body> two = random_bodies(2, 0.2, 1, random);
-  std::vector<Body> bodies;
-  for (std::uint32_t batch = 0; batch < kBatches; ++batch) {
-    for (Body body : two) {
-      body.id = BodyId{static_cast<std::uint32_t>(bodies.size())};
-      body.settings = {};
-      body.settings.margin = kMargin;
-      body.settings.batch = batch;
-      body.last_change = 1;
-      place_at_random(body, batch % 2 == 0 ? 0.0 : 50.0, random);
-      bodies.push_back(std::move(body));
-    }
+  std::vector<Body> bodies(std::size_t{2} * kBatches);
+  for (std::uint32_t b = 0; b < bodies.size(); ++b) {
+    bodies[b].id = BodyId{b};
+    bodies[b].settings.margin = kMargin;
+    bodies[b].settings.batch = b / 2;
+    bodies[b].last_change = 1;
+    place_at_random(bodies[b], b / 2 % 2 == 0 ? 0.0 : 50.0, random);
   }
   Selecting selecting;
   selecting.t1 = true;
