@@ -8,26 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "any_simulation.hpp"
 #include "scenes/penetration.hpp"
 #include "soft_body_steps.hpp"
+#include "warned_simulation.hpp"
 
 namespace softcd::test {
 namespace {
 
-class LockedBodies : public testing::TestWithParam<World> {
+class LockedBodies : public WarnedSimulation {
  protected:
-  LockedBodies() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
-
-  bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
-    settings.log = [this](LogLevel level, std::string_view text) {
-      if (level == LogLevel::warning) warnings.emplace_back(text);
-    };
-    return settings;
-  }
-
   btSoftBody& add_sheet(btScalar height, int nodes_per_side, btScalar slope = 0, bool fixed = false) {
     SheetOptions options;
     options.nodes_per_side = nodes_per_side;
@@ -91,10 +80,8 @@ class LockedBodies : public testing::TestWithParam<World> {
 
   static constexpr btScalar kSlope = btScalar(0.5);
 
-  AnySimulation simulation;
   btSoftBody* first = nullptr;
   btSoftBody* second = nullptr;
-  std::vector<std::string> warnings;
   std::uint64_t excepted = 0;                 ///< in the last step
   std::uint64_t impacts = 0;                  ///< in all steps
   double most_energy = 0, most_momentum = 0;  ///< that the answers of one step gave to all bodies together

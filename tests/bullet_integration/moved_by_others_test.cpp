@@ -11,26 +11,15 @@
 
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletDynamics/Dynamics/btRigidBody.h"
-#include "any_simulation.hpp"
 #include "scenes/penetration.hpp"
 #include "soft_body_steps.hpp"
+#include "warned_simulation.hpp"
 
 namespace softcd::test {
 namespace {
 
-class MovedByOthers : public testing::TestWithParam<World> {
+class MovedByOthers : public WarnedSimulation {
  protected:
-  MovedByOthers() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
-
-  bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
-    settings.log = [this](LogLevel level, std::string_view text) {
-      if (level == LogLevel::warning) warnings.emplace_back(text);
-    };
-    return settings;
-  }
-
   btSoftBody& add_sheet(btScalar height, bool fixed, int nodes_per_side = 7) {
     SheetOptions options;
     options.nodes_per_side = nodes_per_side;
@@ -67,9 +56,7 @@ class MovedByOthers : public testing::TestWithParam<World> {
     return energy;
   }
 
-  AnySimulation simulation;
   std::vector<btSoftBody*> bodies;
-  std::vector<std::string> warnings;
 };
 INSTANTIATE_TEST_SUITE_P(Worlds, MovedByOthers,
                          testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,

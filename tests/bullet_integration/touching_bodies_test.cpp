@@ -8,26 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "any_simulation.hpp"
 #include "scenes/penetration.hpp"
+#include "warned_simulation.hpp"
 
 namespace softcd::test {
 namespace {
 
 /// All coordinates are small multiples of powers of two, so that what touches does so exactly.
-class TouchingBodies : public testing::TestWithParam<World> {
+class TouchingBodies : public WarnedSimulation {
  protected:
-  TouchingBodies() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
-
-  bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
-    settings.log = [this](LogLevel level, std::string_view text) {
-      if (level == LogLevel::warning) warnings.emplace_back(text);
-    };
-    return settings;
-  }
-
   using Shape = std::function<btVector3(btScalar x, btScalar z)>;
   btSoftBody& add_cloth(int nodes_per_side, btScalar side, const Shape& shape, bool fixed = false) {
     demo::ClothShape cloth = demo::horizontal_cloth(nodes_per_side, side, 0);
@@ -74,9 +63,6 @@ class TouchingBodies : public testing::TestWithParam<World> {
     for (int n = 0; n < body.m_nodes.size(); ++n) sum += body.m_nodes[n].m_x;
     return sum / btScalar(body.m_nodes.size());
   }
-
-  AnySimulation simulation;
-  std::vector<std::string> warnings;
 };
 INSTANTIATE_TEST_SUITE_P(Worlds, TouchingBodies,
                          testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
