@@ -1,8 +1,9 @@
 #pragma once
 
-#include <deque>
+#include <array>
 #include <memory>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseProxy.h"
@@ -69,8 +70,8 @@ class PairCreateFunc : public btCollisionAlgorithmCreateFunc {
 };
 
 /// Between construction and destruction, what `dispatcher` processes of pairs of soft bodies and shapes of given types
-/// goes to `take`, in pairs whose algorithm is made now or was made in such a time before.
-template <class Pair>
+/// goes to `take`, in pairs whose algorithm is made now or was made in such a time before. Allocates nothing.
+template <class Pair, std::size_t kTypeCount>
 class CollectingPairs {
  public:
   CollectingPairs(const CollectingPairs&) = delete;
@@ -83,15 +84,17 @@ class CollectingPairs {
   }
   ~CollectingPairs() { pairs_->set_collecting(false); }
 
+  /// Of kTypeCount types.
   void stand_before(btCollisionDispatcher& dispatcher, int type) {
-    creators_.emplace_back(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, pairs_, take_);
-    creators_.emplace_back(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, pairs_, take_);
+    creators_[creator_count_++].emplace(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, pairs_, take_);
+    creators_[creator_count_++].emplace(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, pairs_, take_);
   }
 
  private:
   std::shared_ptr<DispatchedPairs<Pair>> pairs_;
   TakePair<Pair> take_;
-  std::deque<PairCreateFunc<Pair>> creators_;
+  std::array<std::optional<PairCreateFunc<Pair>>, 2 * kTypeCount> creators_;
+  std::size_t creator_count_ = 0;
 };
 
 }  // namespace softcd::bullet

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "BulletCollision/BroadphaseCollision/btBroadphaseProxy.h"
 #include "BulletSoftBody/btSoftBody.h"
 #include "collecting_pairs.hpp"
 
@@ -15,9 +16,12 @@ struct ConvexPair {
 
 using ConvexPairs = DispatchedPairs<ConvexPair>;
 
+/// Of shapes: the convex ones, and compounds.
+constexpr std::size_t kConvexTypeCount = CONCAVE_SHAPES_START_HERE - BOX_SHAPE_PROXYTYPE + 1;
+
 /// Collects pairs of soft bodies (with SDF_RS or SDF_RD) and rigid bodies, links of multibodies or plain collision
 /// objects that are convex or compounds. Not what does not respond to contacts. Bullet processes them as ever.
-class CollectingConvexPairs : public CollectingPairs<ConvexPair> {
+class CollectingConvexPairs : public CollectingPairs<ConvexPair, kConvexTypeCount> {
  public:
   CollectingConvexPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<ConvexPairs>& pairs);
 };

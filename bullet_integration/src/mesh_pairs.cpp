@@ -1,5 +1,7 @@
 #include "mesh_pairs.hpp"
 
+#include <array>
+
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
@@ -7,8 +9,9 @@
 namespace softcd::bullet {
 namespace {
 
-constexpr int kMeshTypes[] = {TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
-                              MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
+constexpr std::array<int, kMeshTypeCount> kMeshTypes = {
+    TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE, MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
+    GIMPACT_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
 
 bool is_taken(const btSoftBody& soft, const btCollisionObject& object) {
   using Flags = btSoftBody::fCollision;

@@ -22,10 +22,12 @@ struct MeshPair {
 
 using MeshPairs = DispatchedPairs<MeshPair>;
 
+constexpr std::size_t kMeshTypeCount = 5;
+
 /// Collects pairs of soft bodies (with SDF_RS or SDF_RD) and triangle meshes (btBvhTriangleMeshShape, its scaled and
 /// multi-material forms, GImpact, btHeightfieldTerrainShape) of rigid bodies, which Bullet does not process then.
 /// Meshes of multibody links stay Bullet's.
-class CollectingMeshPairs : public CollectingPairs<MeshPair> {
+class CollectingMeshPairs : public CollectingPairs<MeshPair, kMeshTypeCount> {
  public:
   CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs);
 };
