@@ -12,12 +12,13 @@ class btSoftBody;
 namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// What the indices of a soft body's side count in results of WorldProbe's contact tests: the part ids there.
-enum SoftBodyPart : int {
-  kNodePart = 0,  ///< as in m_nodes
-  kFacePart = 1,  ///< as in m_faces
-  kEdgePart = 2,  ///< of all faces: numbered as in Contact
-};
+/// The part ids of a soft body's side in results of WorldProbe's contact tests, which say what the indices beside them
+/// count: nodes, as in m_nodes;
+constexpr int kNodePart = 0;
+/// faces, as in m_faces;
+constexpr int kFacePart = 1;
+/// and edges of all faces, numbered as in Contact.
+constexpr int kEdgePart = 2;
 
 /// Asks what soft bodies of a world are where, with their nodes where they are now. Whatever the world is, Bullet's
 /// own, one of softcd's, under a softcd::bullet::Dispatcher, or attached to: Bullet's functions of these names build
@@ -48,7 +49,7 @@ class SOFTCD_EXPORT WorldProbe {
   /// callback is told every pair of features, of nodes and faces and of edges, that is no further apart than both
   /// margins and its m_closestDistanceThreshold, where things are now: the point on both sides, the normal on
   /// `object`'s side of the other's, and the distance between what lies at the margins, less than 0 where these
-  /// overlap. `object` is the callback's first. A soft body's side has a part id of SoftBodyPart and the number of the
+  /// overlap. `object` is the callback's first. A soft body's side has one of these part ids and the number of the
   /// node, face or edge; a rigid one's has -1 for both. What it returns is not asked for.
   ///
   /// Rigid shapes: convex ones and compounds of these, all within their margin of a core (Settings::convex_shapes says
