@@ -11,6 +11,7 @@
 
 #include "device_memory.hpp"
 #include "expectations.hpp"
+#include "forwarding_detector.hpp"
 #include "mesh_generators.hpp"
 #include "random.hpp"
 #include "scene_core.hpp"
@@ -20,33 +21,16 @@ namespace softcd::test {
 namespace {
 
 /// Computes on the CPU, with positions that it has been told of only by changes, as a device has them.
-class CopyingDevice final : public Detector {
+class CopyingDevice final : public ForwardingDetector {
  public:
-  CopyingDevice() : detector_(make_cpu_detector()) {}
-
-  bool set_memory_limit(std::uint64_t bytes, QueryMemory& query) override {
-    return detector_->set_memory_limit(bytes, query);
-  }
   void set_scene(const SceneArrays& scene, const SceneChanges& changes) override {
     follow(x_t0_, scene.x_t0, changes.x_t0, changes.device_x_t0, changes.origin);
     follow(x_t1_, scene.x_t1, changes.x_t1, changes.device_x_t1, changes.origin);
     SceneArrays mirrored = scene;
     mirrored.x_t0 = x_t0_;
     mirrored.x_t1 = x_t1_;
-    detector_->set_scene(mirrored, {});
+    ForwardingDetector::set_scene(mirrored, {});
   }
-  std::unique_ptr<QueryMemory> make_query() override { return detector_->make_query(); }
-  void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) override {
-    detector_->start(query, bodies, settings);
-  }
-  Span<const Contact> finish(Statistics& statistics) override { return detector_->finish(statistics); }
-  std::unique_ptr<QueryMemory> make_probe() override { return detector_->make_probe(); }
-  void answer(QueryMemory& probe, const ProbedScene& scene, const Questions& ask) override {
-    detector_->answer(probe, scene, ask);
-  }
-  void report_memory(Statistics& statistics) const override { detector_->report_memory(statistics); }
-  MemoryNeed memory_need() const override { return detector_->memory_need(); }
-  TestSamples test_samples() const override { return detector_->test_samples(); }
 
  private:
   static void follow(std::vector<Vec3f>& copy, Span<const Vec3f> values, const std::vector<Range>& changes,
@@ -69,7 +53,6 @@ class CopyingDevice final : public Detector {
   }
 
   std::vector<Vec3f> x_t0_, x_t1_;
-  std::unique_ptr<Detector> detector_;
 };
 
 /// Reads the host's memory as if it were a device's, and fails when told to.
