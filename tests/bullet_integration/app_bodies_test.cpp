@@ -34,7 +34,7 @@ class PickyBody : public btSoftBody {
   bool answer = false;
 };
 
-TEST_P(AppBodies, ASubclassesOwnFilterIsAsked) {
+TEST_P(AppBodies, a_subclasses_own_filter_is_asked) {
   Simulation simulation(GetParam(), cpu_settings());
   simulation.world_info().m_gravity.setZero();
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), {}));
@@ -52,7 +52,7 @@ TEST_P(AppBodies, ASubclassesOwnFilterIsAsked) {
   EXPECT_GT(picky.m_scontacts.size(), 0);
 }
 
-TEST_P(AppBodies, NoContactResponseMeansAsMuchAsInBullet) {
+TEST_P(AppBodies, no_contact_response_means_as_much_as_in_bullet) {
   const auto contacts = [](PlugIn plug_in, int flag) {
     TwoSheets sheets(plug_in);
     sheets.add();
@@ -69,7 +69,7 @@ TEST_P(AppBodies, NoContactResponseMeansAsMuchAsInBullet) {
   }
 }
 
-TEST_P(AppBodies, ABoxWithoutContactResponseLetsAClothThrough) {
+TEST_P(AppBodies, a_box_without_contact_response_lets_a_cloth_through) {
   const auto height = [](PlugIn plug_in, bool responds) {
     ClothOnSheet scene(plug_in);
     scene.simulation.remove(*scene.sheet);
@@ -86,7 +86,7 @@ TEST_P(AppBodies, ABoxWithoutContactResponseLetsAClothThrough) {
   }
 }
 
-TEST_P(AppBodies, RigidCollisionCanBeSwitchedOffAndOnAgain) {
+TEST_P(AppBodies, rigid_collision_can_be_switched_off_and_on_again) {
   TwoSheets sheets(GetParam());
   sheets.add();
   sheets.simulation().add_static_box(btVector3(1, 1, 1), btVector3(0, -1, 0));
@@ -129,7 +129,7 @@ ClusterHistory cluster_history(PlugIn plug_in, int flags) {
   return {joints.counts, coordinates};
 }
 
-TEST_P(AppBodies, ClustersBesideVertexFaceBodiesHaveBulletsJoints) {
+TEST_P(AppBodies, clusters_beside_vertex_face_bodies_have_bullets_joints) {
   for (const int flags : {int(Flags::CL_SS), int(Flags::CL_RS), Flags::CL_SS | Flags::CL_RS,
                           Flags::CL_SS | Flags::CL_RS | Flags::CL_SELF, Flags::CL_RS | Flags::VF_SS | Flags::CL_SELF}) {
     const ClusterHistory ours = cluster_history(GetParam(), flags);
@@ -140,7 +140,7 @@ TEST_P(AppBodies, ClustersBesideVertexFaceBodiesHaveBulletsJoints) {
   }
 }
 
-TEST_P(AppBodies, SleepersStayAndGetNoContacts) {
+TEST_P(AppBodies, sleepers_stay_and_get_no_contacts) {
   ClothOnSheet scene(GetParam());
   scene.cloth->m_cfg.piterations = 0;
   scene.run(8);
@@ -153,7 +153,7 @@ TEST_P(AppBodies, SleepersStayAndGetNoContacts) {
   EXPECT_EQ(mean_height(*scene.cloth), height);
 }
 
-TEST_P(AppBodies, AnActiveNeighbourWakesASleeper) {
+TEST_P(AppBodies, an_active_neighbour_wakes_a_sleeper) {
   const auto height = [](PlugIn plug_in) {
     ClothOnSheet scene(plug_in);
     for (btSoftBody* body : {scene.sheet, scene.cloth}) body->forceActivationState(ISLAND_SLEEPING);
@@ -168,7 +168,7 @@ TEST_P(AppBodies, AnActiveNeighbourWakesASleeper) {
   EXPECT_GT(height(GetParam()), 0.05);
 }
 
-TEST_P(AppBodies, NodesCanBeFixedAndFreedAtRunTime) {
+TEST_P(AppBodies, nodes_can_be_fixed_and_freed_at_run_time) {
   const auto height = [](PlugIn plug_in) {
     ClothOnSheet scene(plug_in);
     scene.run(10);
@@ -190,7 +190,7 @@ TEST_P(AppBodies, NodesCanBeFixedAndFreedAtRunTime) {
 }
 
 // Whose nodes have no mass moves as its velocities say, and pushes.
-TEST_P(AppBodies, ABodyOfFixedNodesPushesAsWithBullet) {
+TEST_P(AppBodies, a_body_of_fixed_nodes_pushes_as_with_bullet) {
   const auto height = [](PlugIn plug_in) {
     Simulation simulation(plug_in, cpu_settings());
     simulation.world_info().m_gravity.setZero();
@@ -207,7 +207,7 @@ TEST_P(AppBodies, ABodyOfFixedNodesPushesAsWithBullet) {
   EXPECT_GT(height(GetParam()), 0.3);
 }
 
-TEST_P(AppBodies, ContactsShareTheCorrectionByTheMassesOfTheStep) {
+TEST_P(AppBodies, contacts_share_the_correction_by_the_masses_of_the_step) {
   const auto nodes_share = [](PlugIn plug_in) {
     TwoSheets sheets(plug_in);
     sheets.add();
@@ -222,7 +222,7 @@ TEST_P(AppBodies, ContactsShareTheCorrectionByTheMassesOfTheStep) {
   EXPECT_NEAR(double(nodes_share(GetParam())), 0.9, 1e-5);  // times kSHR, which is 1
 }
 
-TEST_P(AppBodies, ContactsAreExactAfterEveryTransformation) {
+TEST_P(AppBodies, contacts_are_exact_after_every_transformation) {
   const auto turned = [](btScalar angle) { return btTransform(btQuaternion(btVector3(1, 1, 0).normalized(), angle)); };
   const auto scaled = [](btScalar factor) {
     return [=](btSoftBody& body) {
@@ -248,7 +248,7 @@ TEST_P(AppBodies, ContactsAreExactAfterEveryTransformation) {
   }
 }
 
-TEST_P(AppBodies, ABodyFarAwayDoesNotBlurTheOthersContacts) {
+TEST_P(AppBodies, a_body_far_away_does_not_blur_the_others_contacts) {
   TwoSheets sheets(GetParam());
   sheets.add();
   SheetOptions options;
@@ -259,7 +259,7 @@ TEST_P(AppBodies, ABodyFarAwayDoesNotBlurTheOthersContacts) {
   EXPECT_EQ(far_away.m_scontacts.size(), 0);
 }
 
-TEST_P(AppBodies, ALinkCutAtRunTimeIsNoticed) {
+TEST_P(AppBodies, a_link_cut_at_run_time_is_noticed) {
   TwoSheets sheets(GetParam());
   sheets.add();
   sheets.step();
@@ -270,7 +270,7 @@ TEST_P(AppBodies, ALinkCutAtRunTimeIsNoticed) {
   expect_exact_contacts_between(sheets.lower(), sheets.upper());
 }
 
-TEST_P(AppBodies, ABodyComesBackWithANewGroupAndMask) {
+TEST_P(AppBodies, a_body_comes_back_with_a_new_group_and_mask) {
   TwoSheets sheets(GetParam());
   sheets.add(/*group_a=*/1, /*mask_a=*/1);
   EXPECT_GT(sheets.step(), 0);
@@ -284,7 +284,7 @@ TEST_P(AppBodies, ABodyComesBackWithANewGroupAndMask) {
   EXPECT_GT(sheets.step(), 0);
 }
 
-TEST_P(AppBodies, ABodyMovesToAnotherWorld) {
+TEST_P(AppBodies, a_body_moves_to_another_world) {
   TwoSheets from(GetParam());
   TwoSheets to(GetParam());
   from.add();

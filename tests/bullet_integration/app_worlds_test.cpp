@@ -24,7 +24,7 @@ using Flags = btSoftBody::fCollision;
 class AppWorlds : public testing::TestWithParam<PlugIn> {};
 INSTANTIATE_TEST_SUITE_P(PlugIns, AppWorlds, testing::ValuesIn(kPlugIns), plug_in_name);
 
-TEST_P(AppWorlds, FourSubstepsAreFourSteps) {
+TEST_P(AppWorlds, four_substeps_are_four_steps) {
   constexpr btScalar kSubstep = btScalar(1) / 240;
   const auto run = [](PlugIn plug_in, auto step) {
     ClothOnSheet scene(plug_in);
@@ -67,7 +67,7 @@ std::vector<btScalar> end_of_stack(PlugIn plug_in, int steps) {
   return coordinates;
 }
 
-TEST_P(AppWorlds, OneWorldPerThreadGivesTheSameAsAlone) {
+TEST_P(AppWorlds, one_world_per_thread_gives_the_same_as_alone) {
   std::array<std::vector<btScalar>, 4> results;
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < results.size(); ++t) {
@@ -100,7 +100,7 @@ struct Snapshot {
   }
 };
 
-TEST_P(AppWorlds, ARestoredStateGoesOnAsBefore) {
+TEST_P(AppWorlds, a_restored_state_goes_on_as_before) {
   ClothOnSheet scene(GetParam());
   scene.run(10);
   const Snapshot saved(*scene.cloth);
@@ -135,7 +135,7 @@ struct Collection {
   btDiscreteDynamicsWorld& world() { return sheets.simulation().world(); }
 };
 
-TEST_P(AppWorlds, AreSavedAsBulletsAre) {
+TEST_P(AppWorlds, are_saved_as_bullets_are) {
   Collection ours(GetParam());
   Collection bullets(PlugIn::none);
   const SavedWorld saved = save(ours.world());
@@ -152,7 +152,7 @@ int lines_drawn(btDiscreteDynamicsWorld& world, int draw_flags) {
 }
 
 // Bullet's face trees are what softcd saves.
-TEST_P(AppWorlds, AreDrawnAsBulletsAreButForFaceTrees) {
+TEST_P(AppWorlds, are_drawn_as_bullets_are_but_for_face_trees) {
   Collection ours(GetParam());
   Collection bullets(PlugIn::none);
   const int nothing = lines_drawn(ours.world(), 0);
@@ -218,7 +218,7 @@ int points_of_tests(btDiscreteDynamicsWorld& world) {
   return counter.points;
 }
 
-TEST_P(AppWorlds, TestsBetweenStepsReportWhatBulletsDoAndDisturbNothing) {
+TEST_P(AppWorlds, tests_between_steps_report_what_bullets_do_and_disturb_nothing) {
   const auto run = [](PlugIn plug_in, int& points) {
     Collection collection(plug_in);
     const Crate crate(collection.world());
@@ -255,7 +255,7 @@ class ContactCallback {
   ContactCallback& operator=(const ContactCallback&) = delete;
 };
 
-TEST_P(AppWorlds, RigidPairsStillCallTheContactCallback) {
+TEST_P(AppWorlds, rigid_pairs_still_call_the_contact_callback) {
   const auto calls = [](PlugIn plug_in) {
     Collection collection(plug_in);
     Crate crate(collection.world());

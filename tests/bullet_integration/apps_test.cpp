@@ -79,7 +79,7 @@ class Apps : public testing::Test {
   }
 };
 
-TEST_F(Apps, AMultithreadedDispatcherWorksInOneLineWorlds) {
+TEST_F(Apps, a_multithreaded_dispatcher_works_in_one_line_worlds) {
   btSetTaskScheduler(btGetSequentialTaskScheduler());  // Bullet's requires one
   btCollisionDispatcher plain(&configuration);
   btCollisionDispatcherMt multithreaded(&configuration);
@@ -89,7 +89,7 @@ TEST_F(Apps, AMultithreadedDispatcherWorksInOneLineWorlds) {
             contacts_with<bullet::SoftMultiBodyDynamicsWorld>(plain));
 }
 
-TEST_F(Apps, AnyBroadPhaseAndAnAppsOwnWorldInfoWork) {
+TEST_F(Apps, any_broad_phase_and_an_apps_own_world_info_work) {
   btAxisSweep3 original(btVector3(-100, -100, -100), btVector3(100, 100, 100));
   bullet::Broadphase broadphase(original);
   bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
@@ -103,7 +103,7 @@ TEST_F(Apps, AnyBroadPhaseAndAnAppsOwnWorldInfoWork) {
   EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
 }
 
-TEST_F(Apps, AOneLineWorldLeavesDetectionToSoftcdsDispatcher) {
+TEST_F(Apps, a_one_line_world_leaves_detection_to_softcds_dispatcher) {
   bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
   bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
   bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
@@ -134,7 +134,7 @@ std::vector<std::string> warnings_on_dispatcher(btCollisionConfiguration& config
   return warnings;
 }
 
-TEST_F(Apps, ADispatcherUnderBulletsWorldSaysOnceThatItPreventsNoCrossings) {
+TEST_F(Apps, a_dispatcher_under_bullets_world_says_once_that_it_prevents_no_crossings) {
   const auto warnings = [this](Detection first_step, Detection later_steps) {
     return warnings_on_dispatcher<btSoftRigidDynamicsWorld>(configuration, solver, first_step, later_steps);
   };
@@ -147,13 +147,13 @@ TEST_F(Apps, ADispatcherUnderBulletsWorldSaysOnceThatItPreventsNoCrossings) {
   EXPECT_NE(both[0].find("softcd::bullet::attach"), std::string::npos) << "what to use instead";
 }
 
-TEST_F(Apps, ADispatcherUnderAOneLineWorldHasNothingToSayOfCrossings) {
+TEST_F(Apps, a_dispatcher_under_a_one_line_world_has_nothing_to_say_of_crossings) {
   EXPECT_EQ(
       warnings_on_dispatcher<bullet::SoftRigidDynamicsWorld>(configuration, solver, Detection::ccd, Detection::ccd),
       std::vector<std::string>());
 }
 
-TEST_F(Apps, AOneLineWorldWithAnotherBroadPhaseThanTheDispatchersDetectsItself) {
+TEST_F(Apps, a_one_line_world_with_another_broad_phase_than_the_dispatchers_detects_itself) {
   bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
   bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
   btDbvtBroadphase other_broadphase;
@@ -165,7 +165,7 @@ TEST_F(Apps, AOneLineWorldWithAnotherBroadPhaseThanTheDispatchersDetectsItself) 
   EXPECT_NE(&world.detection(), &dispatcher.detection());
 }
 
-TEST_F(Apps, ASecondWorldOnTheDispatcherGetsBulletsDetection) {
+TEST_F(Apps, a_second_world_on_the_dispatcher_gets_bullets_detection) {
   bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
   bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
   btSoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
@@ -179,7 +179,7 @@ TEST_F(Apps, ASecondWorldOnTheDispatcherGetsBulletsDetection) {
   EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
 }
 
-TEST_F(Apps, APlainWorldOnTheDispatcherOfAOneLineWorldKeepsBulletsDetection) {
+TEST_F(Apps, a_plain_world_on_the_dispatcher_of_a_one_line_world_keeps_bullets_detection) {
   btCollisionDispatcher dispatcher(&configuration);
   btDbvtBroadphase broadphase, plain_broadphase;
   const bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr,
@@ -189,7 +189,7 @@ TEST_F(Apps, APlainWorldOnTheDispatcherOfAOneLineWorldKeepsBulletsDetection) {
   EXPECT_GT(plain_sheets.step(), 0);
 }
 
-TEST_F(Apps, SettingsCanChangeAtRunTime) {
+TEST_F(Apps, settings_can_change_at_run_time) {
   btDbvtBroadphase broadphase;
   btCollisionDispatcher dispatcher(&configuration);
   bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());

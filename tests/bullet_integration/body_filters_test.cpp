@@ -53,7 +53,7 @@ struct NearSheets {
   std::size_t count_contacts() const { return touching_nodes(*lower).size() + touching_nodes(*upper).size(); }
 };
 
-TEST_P(BodyFilter, NodesAreKeptFromTheOthers) {
+TEST_P(BodyFilter, nodes_are_kept_from_the_others) {
   NearSheets sheets(GetParam(), settings_for_tests());
   NearSheets all(GetParam(), settings_for_tests());
   // A third of the nodes, of two of the groups that the faces below have.
@@ -70,7 +70,7 @@ TEST_P(BodyFilter, NodesAreKeptFromTheOthers) {
   EXPECT_FALSE(touching_nodes(*sheets.lower).empty());
 }
 
-TEST_P(BodyFilter, NodesAreKeptFromEverythingUntilToldOtherwise) {
+TEST_P(BodyFilter, nodes_are_kept_from_everything_until_told_otherwise) {
   NearSheets sheets(GetParam(), settings_for_tests());
   bullet::BodyFilters filters;
   filters.nodes.assign(std::size_t(sheets.upper->m_nodes.size()), {1, 0});
@@ -111,7 +111,7 @@ struct CoarseSheet {
   }
 };
 
-TEST_P(BodyFilter, NeighboursAreKeptFromEachOther) {
+TEST_P(BodyFilter, neighbours_are_kept_from_each_other) {
   CoarseSheet sheet(GetParam(), settings_for_tests());
   EXPECT_GT(sheet.step(), 50U);
   bullet::BodyFilters filters;
@@ -122,7 +122,7 @@ TEST_P(BodyFilter, NeighboursAreKeptFromEachOther) {
   EXPECT_GT(sheet.step(), 50U);
 }
 
-TEST_P(BodyFilter, WhatIsNearAtRestIsKeptFromEachOther) {
+TEST_P(BodyFilter, what_is_near_at_rest_is_kept_from_each_other) {
   CoarseSheet sheet(GetParam(), settings_for_tests());
   bullet::BodyFilters filters;
   // The deformable world's rule reaches further than the margins.
@@ -139,7 +139,7 @@ TEST_P(BodyFilter, WhatIsNearAtRestIsKeptFromEachOther) {
   EXPECT_GT(sheet.step(), 5U);
 }
 
-TEST_P(BodyFilter, NeighboursDoNotPassThroughEachOther) {
+TEST_P(BodyFilter, neighbours_do_not_pass_through_each_other) {
   if (GetParam() == World::dispatcher) GTEST_SKIP() << "does not look at crossings";
   for (const std::uint32_t rings : {1U, 16U}) {
     CoarseSheet sheet(GetParam(), settings_for_tests(Detection::ccd));
@@ -163,7 +163,7 @@ TEST_P(BodyFilter, NeighboursDoNotPassThroughEachOther) {
   }
 }
 
-TEST_P(BodyFilter, WhatIsKeptFromTouchingPassesThrough) {
+TEST_P(BodyFilter, what_is_kept_from_touching_passes_through) {
   if (GetParam() == World::dispatcher) GTEST_SKIP() << "does not look at crossings";
   for (const bool is_masked : {false, true}) {
     NearSheets sheets(GetParam(), settings_for_tests(Detection::ccd));
@@ -176,7 +176,7 @@ TEST_P(BodyFilter, WhatIsKeptFromTouchingPassesThrough) {
   }
 }
 
-TEST_P(BodyFilter, AreForgottenWithTheBody) {
+TEST_P(BodyFilter, are_forgotten_with_the_body) {
   NearSheets sheets(GetParam(), settings_for_tests());
   bullet::BodyFilters filters;
   filters.nodes.assign(std::size_t(sheets.upper->m_nodes.size()), {1, 0});
@@ -190,7 +190,7 @@ TEST_P(BodyFilter, AreForgottenWithTheBody) {
   EXPECT_GT(sheets.count_contacts(), 0U);
 }
 
-TEST_P(BodyFilter, AreForgottenWithTheNodesThatTheyAreOf) {
+TEST_P(BodyFilter, are_forgotten_with_the_nodes_that_they_are_of) {
   std::vector<std::string> warnings;
   bullet::Settings settings = settings_for_tests();
   settings.log = [&](LogLevel level, std::string_view text) {
@@ -211,7 +211,7 @@ TEST_P(BodyFilter, AreForgottenWithTheNodesThatTheyAreOf) {
       1);
 }
 
-TEST_P(BodyFilter, ThatAreOutOfRangeAreErrors) {
+TEST_P(BodyFilter, that_are_out_of_range_are_errors) {
   NearSheets sheets(GetParam(), settings_for_tests());
   const auto error = [&](const bullet::BodyFilters& filters) -> std::string {
     try {

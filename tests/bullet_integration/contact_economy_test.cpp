@@ -259,7 +259,7 @@ void build(Still& still, const std::string& name, std::uint64_t seed) {
   }
 }
 
-TEST(ContactEconomy, GivesOneContactForEachPlaceThatIsNearest) {
+TEST(ContactEconomy, gives_one_contact_for_each_place_that_is_nearest) {
   std::size_t chosen_count = 0, all_count = 0;
   for (const std::string name : build_names()) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -281,7 +281,7 @@ TEST(ContactEconomy, GivesOneContactForEachPlaceThatIsNearest) {
   EXPECT_LT(chosen_count, all_count / 2) << "the scenes have little to choose from";
 }
 
-TEST(ContactEconomy, AContactAnswersForThoseThatItStandsFor) {
+TEST(ContactEconomy, a_contact_answers_for_those_that_it_stands_for) {
   const auto corners = [](Still& still) { build(still, "nodes over corners", 1); };
   const Given given(settings_with(Contacts::closest_feature), corners);
   for (const auto& [site, contacts] : given.all_sites) {
@@ -298,7 +298,7 @@ TEST(ContactEconomy, AContactAnswersForThoseThatItStandsFor) {
   }
 }
 
-TEST(ContactEconomy, ANodeBetweenLayersOfOneBodyIsHeldByBoth) {
+TEST(ContactEconomy, a_node_between_layers_of_one_body_is_held_by_both) {
   for (const std::uint32_t per_node : {0U, 1U}) {
     for (const Contacts rule : {Contacts::all, Contacts::closest_feature}) {
       if (rule == Contacts::all && per_node == 0) continue;
@@ -319,7 +319,7 @@ TEST(ContactEconomy, ANodeBetweenLayersOfOneBodyIsHeldByBoth) {
   }
 }
 
-TEST(ContactEconomy, ABoundLeavesTheNearestOnEachSide) {
+TEST(ContactEconomy, a_bound_leaves_the_nearest_on_each_side) {
   std::size_t dropped = 0;
   for (const std::uint32_t most : {1U, 2U, 3U}) {
     for (const std::string name : build_names()) {
@@ -356,7 +356,7 @@ int contacts_of_moving_sheet(Contacts contacts, const btVector3& motion) {
   return moving.m_scontacts.size();
 }
 
-TEST(ContactEconomy, WhatCannotCloseIsNotGiven) {
+TEST(ContactEconomy, what_cannot_close_is_not_given) {
   const btVector3 motions[] = {{btScalar(0.05), 0, 0}, {0, btScalar(0.05), 0}, {0, btScalar(-0.05), 0}};
   for (const btVector3& motion : motions) {
     EXPECT_GT(contacts_of_moving_sheet(Contacts::all, motion), kNodes * kNodes / 2) << "Bullet's rule";
@@ -369,7 +369,7 @@ TEST(ContactEconomy, WhatCannotCloseIsNotGiven) {
   }
 }
 
-TEST(ContactEconomy, DependsNeitherOnThreadsNorOnTheWayIn) {
+TEST(ContactEconomy, depends_neither_on_threads_nor_on_the_way_in) {
   const auto contacts_with = [](std::size_t threads, PlugIn plug_in) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     Still still(settings_with(Contacts::closest_feature), plug_in);
@@ -394,7 +394,7 @@ TEST(ContactEconomy, DependsNeitherOnThreadsNorOnTheWayIn) {
   EXPECT_EQ(contacts_with(3, PlugIn::multi_body_world), one);
 }
 
-TEST(ContactEconomy, IsExplained) {
+TEST(ContactEconomy, is_explained) {
   const auto last_line = [](Still& still) { return still.simulation().detection()->contacts().explain().back(); };
   Still all(settings_with(Contacts::all));
   build(all, "nodes over corners", 1);
@@ -437,13 +437,13 @@ void expect_same_rest(const std::pair<btScalar, std::size_t>& all, const std::pa
   EXPECT_LE(chosen.second, all.second / 2);
 }
 
-TEST(ContactEconomy, ASheetRestsAsHighInTheClassicWorld) {
+TEST(ContactEconomy, a_sheet_rests_as_high_in_the_classic_world) {
   Simulation all(PlugIn::one_line_world, settings_with(Contacts::all));
   Simulation chosen(PlugIn::one_line_world, settings_with(Contacts::closest_feature));
   expect_same_rest(rest(all, kStep), rest(chosen, kStep));
 }
 
-TEST(ContactEconomy, ASheetRestsAsHighInTheDeformableWorld) {
+TEST(ContactEconomy, a_sheet_rests_as_high_in_the_deformable_world) {
   demo::DeformableSimulation all(settings_with(Contacts::all));
   demo::DeformableSimulation chosen(settings_with(Contacts::closest_feature));
   expect_same_rest(rest(all, btScalar(1) / 240), rest(chosen, btScalar(1) / 240));

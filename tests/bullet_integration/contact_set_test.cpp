@@ -187,18 +187,18 @@ void build_ball_on_cloth(Twin& twin) {
 class ContactSet : public testing::TestWithParam<PlugIn> {};
 INSTANTIATE_TEST_SUITE_P(PlugIns, ContactSet, testing::ValuesIn(kPlugIns), plug_in_name);
 
-TEST_P(ContactSet, OfTwoPatchesIsExactAndHoldsBullets) {
+TEST_P(ContactSet, of_two_patches_is_exact_and_holds_bullets) {
   const Comparison comparison = compare(GetParam(), build_patches);
   EXPECT_GT(comparison.native_count, 1000U);
 }
 
-TEST_P(ContactSet, OfABallOnAClothIsExactAndHoldsBullets) {
+TEST_P(ContactSet, of_a_ball_on_a_cloth_is_exact_and_holds_bullets) {
   const Comparison comparison = compare(GetParam(), build_ball_on_cloth);
   EXPECT_GT(comparison.native_count, 50U);
 }
 
 // Bullet's float test gives up on triangles whose legs are shorter than some 1.86 cm.
-TEST(ContactSet, OfFineTrianglesIsExactWhereBulletFindsNone) {
+TEST(ContactSet, of_fine_triangles_is_exact_where_bullet_finds_none) {
   const Comparison comparison = compare(PlugIn::one_line_world, [](Twin& twin) {
     SheetOptions options;
     options.side = btScalar(0.1);
@@ -210,7 +210,7 @@ TEST(ContactSet, OfFineTrianglesIsExactWhereBulletFindsNone) {
   EXPECT_GT(comparison.our_count, 100U);
 }
 
-TEST(ContactSet, IsTheSameWhicheverWayIsPluggedIn) {
+TEST(ContactSet, is_the_same_whichever_way_is_plugged_in) {
   std::vector<std::vector<std::pair<PairKey, btScalar>>> results;
   for (const PlugIn plug_in : kPlugIns) {
     Twin twin(plug_in);
@@ -223,7 +223,7 @@ TEST(ContactSet, IsTheSameWhicheverWayIsPluggedIn) {
   EXPECT_EQ(results[0], results[2]);
 }
 
-TEST(ContactSet, IsWrittenInAscendingOrder) {
+TEST(ContactSet, is_written_in_ascending_order) {
   Twin twin(PlugIn::one_line_world);
   build_patches(twin);
   twin.simulation.step(kStep);
@@ -237,7 +237,7 @@ TEST(ContactSet, IsWrittenInAscendingOrder) {
 }
 
 // Within a body Bullet has no rule; ours is the sum of margins, whatever the motion.
-TEST(ContactSet, WithinABodyIsTheNonIncidentPairsWithinTwiceTheMargin) {
+TEST(ContactSet, within_a_body_is_the_non_incident_pairs_within_twice_the_margin) {
   Twin twin(PlugIn::one_line_world);
   SheetOptions options;
   options.margin = btScalar(0.03);

@@ -16,13 +16,13 @@ using Flags = btSoftBody::fCollision;
 class Filter : public testing::TestWithParam<PlugIn> {};
 INSTANTIATE_TEST_SUITE_P(PlugIns, Filter, testing::ValuesIn(kPlugIns), plug_in_name);
 
-TEST_P(Filter, NoneLetsThePairCollide) {
+TEST_P(Filter, none_lets_the_pair_collide) {
   TwoSheets sheets(GetParam());
   sheets.add();
   EXPECT_GT(sheets.step(), 0);
 }
 
-TEST_P(Filter, GroupAndMaskMustAgreeBothWays) {
+TEST_P(Filter, group_and_mask_must_agree_both_ways) {
   TwoSheets agreeing(GetParam());
   agreeing.add(/*group_a=*/2, /*mask_a=*/4, /*group_b=*/4, /*mask_b=*/2);
   EXPECT_GT(agreeing.step(), 0);
@@ -31,7 +31,7 @@ TEST_P(Filter, GroupAndMaskMustAgreeBothWays) {
   EXPECT_EQ(one_sided.step(), 0);
 }
 
-TEST_P(Filter, IgnoredPairsAreLeftOutWhileIgnored) {
+TEST_P(Filter, ignored_pairs_are_left_out_while_ignored) {
   TwoSheets sheets(GetParam());
   sheets.add();
   sheets.lower().setIgnoreCollisionCheck(&sheets.upper(), true);
@@ -40,7 +40,7 @@ TEST_P(Filter, IgnoredPairsAreLeftOutWhileIgnored) {
   EXPECT_GT(sheets.step(), 0);
 }
 
-TEST_P(Filter, OverlapFilterCallbackReplacesGroupsAndMasks) {
+TEST_P(Filter, overlap_filter_callback_replaces_groups_and_masks) {
   struct Callback : btOverlapFilterCallback {
     bool answer = false;
     bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override { return answer; }
@@ -67,7 +67,7 @@ void refuse_soft_pairs(btBroadphasePair& pair, btCollisionDispatcher& dispatcher
   btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
 }
 
-TEST_P(Filter, NearCallbackIsAsked) {
+TEST_P(Filter, near_callback_is_asked) {
   TwoSheets sheets(GetParam());
   sheets.add();
   sheets.simulation().add_static_box(btVector3(1, 1, 1), btVector3(0, -1, 0));
@@ -80,7 +80,7 @@ TEST_P(Filter, NearCallbackIsAsked) {
   EXPECT_GT(sheets.step(), 0);
 }
 
-TEST_P(Filter, VertexFaceFlagIsNeededOnBothAndCanChangeAtRunTime) {
+TEST_P(Filter, vertex_face_flag_is_needed_on_both_and_can_change_at_run_time) {
   TwoSheets sheets(GetParam());
   sheets.add();
   EXPECT_GT(sheets.step(), 0);
@@ -90,7 +90,7 @@ TEST_P(Filter, VertexFaceFlagIsNeededOnBothAndCanChangeAtRunTime) {
   EXPECT_GT(sheets.step(), 0);
 }
 
-TEST_P(Filter, MarginsAreReadInEveryStep) {
+TEST_P(Filter, margins_are_read_in_every_step) {
   TwoSheets sheets(GetParam());
   sheets.add();
   EXPECT_GT(sheets.step(), 0);
@@ -103,7 +103,7 @@ TEST_P(Filter, MarginsAreReadInEveryStep) {
 
 // Bullet clears a body's contacts in its prediction, which leaves inactive bodies out. (A body that merely sleeps is
 // woken by an active neighbour.)
-TEST_P(Filter, InactiveBodiesGetNoContacts) {
+TEST_P(Filter, inactive_bodies_get_no_contacts) {
   TwoSheets sheets(GetParam());
   sheets.add();
   sheets.lower().forceActivationState(DISABLE_SIMULATION);
@@ -121,7 +121,7 @@ TEST_P(Filter, InactiveBodiesGetNoContacts) {
   EXPECT_GT(sheets.lower().m_scontacts.size(), 0);
 }
 
-TEST_P(Filter, BodiesWhoseNodesAreAllFixedNeverTouchEachOther) {
+TEST_P(Filter, bodies_whose_nodes_are_all_fixed_never_touch_each_other) {
   TwoSheets sheets(GetParam());
   sheets.add();
   for (btSoftBody* body : {&sheets.lower(), &sheets.upper()}) {
@@ -151,7 +151,7 @@ int self_contacts(PlugIn plug_in, bullet::SelfCollision self_collision, bool is_
   return sheet.m_scontacts.size();
 }
 
-TEST_P(Filter, SelfCollisionFollowsTheFlagOrTheSetting) {
+TEST_P(Filter, self_collision_follows_the_flag_or_the_setting) {
   using bullet::SelfCollision;
   EXPECT_GT(self_contacts(GetParam(), SelfCollision::flagged, true), 0);
   EXPECT_EQ(self_contacts(GetParam(), SelfCollision::flagged, false), 0);
@@ -180,7 +180,7 @@ std::vector<btScalar> after_cluster_collision(PlugIn plug_in, int flags) {
   return positions;
 }
 
-TEST_P(Filter, ClusterCollisionStaysBullets) {
+TEST_P(Filter, cluster_collision_stays_bullets) {
   for (const int flags :
        {int(Flags::CL_SS), Flags::CL_SS | Flags::CL_RS, Flags::CL_SS | Flags::VF_SS, Flags::VF_SS | Flags::CL_SELF}) {
     EXPECT_EQ(after_cluster_collision(GetParam(), flags), after_cluster_collision(PlugIn::none, flags))

@@ -110,7 +110,7 @@ Counts count(std::uint64_t seed, double edge, double motion) {
 class NativeContinuousTest : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(EdgeLengths, NativeContinuousTest, testing::Values(0.01, 0.05, 0.3, 1.0, 10.0));
 
-TEST_P(NativeContinuousTest, IsCoveredByOursWhichIsExact) {
+TEST_P(NativeContinuousTest, is_covered_by_ours_which_is_exact) {
   const double edge = GetParam();
   const Counts counts = count(42, edge, edge);
   EXPECT_GT(counts.true_hits, 500);
@@ -120,7 +120,7 @@ TEST_P(NativeContinuousTest, IsCoveredByOursWhichIsExact) {
 }
 
 // Motion along an axis: Bullet takes an axis without relative motion for a separating one.
-TEST(NativeContinuousTest, MissesMotionAlongAnAxisWhichIsFound) {
+TEST(NativeContinuousTest, misses_motion_along_an_axis_which_is_found) {
   const Rows rows = {Vec3d{0.1, 0.5, 0.1},  {-1, 0, -1}, {1, 0, -1}, {0, 0, 1},
                      Vec3d{0.1, -0.5, 0.1}, {-1, 0, -1}, {1, 0, -1}, {0, 0, 1}};
   EXPECT_TRUE(collides_vertex_triangle(rows));

@@ -17,7 +17,7 @@ using Flags = btSoftBody::fCollision;
 class NativeTrees : public testing::TestWithParam<PlugIn> {};
 INSTANTIATE_TEST_SUITE_P(PlugIns, NativeTrees, testing::ValuesIn(kPlugIns), plug_in_name);
 
-TEST_P(NativeTrees, NoFaceTreeIsBuiltAndFlagsAreGivenBack) {
+TEST_P(NativeTrees, no_face_tree_is_built_and_flags_are_given_back) {
   Simulation simulation(GetParam(), cpu_settings());
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), {}));
   const int flags = Flags::SDF_RS | Flags::VF_SS;
@@ -28,7 +28,7 @@ TEST_P(NativeTrees, NoFaceTreeIsBuiltAndFlagsAreGivenBack) {
   }
 }
 
-TEST_P(NativeTrees, FlagsAssignedBeforeTheFirstStepStand) {
+TEST_P(NativeTrees, flags_assigned_before_the_first_step_stand) {
   Simulation simulation(GetParam(), cpu_settings());
   btSoftBody& cleared = simulation.add(make_sheet(simulation.world_info(), {}));
   cleared.m_cfg.collisions = Flags::SDF_RS;
@@ -43,7 +43,7 @@ TEST_P(NativeTrees, FlagsAssignedBeforeTheFirstStepStand) {
   EXPECT_TRUE(set.m_fdbvt.empty());
 }
 
-TEST_P(NativeTrees, FlagsAreGivenBackToABodyRemovedBeforeItsFirstStep) {
+TEST_P(NativeTrees, flags_are_given_back_to_a_body_removed_before_its_first_step) {
   Simulation simulation(GetParam(), cpu_settings());
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), {}));
   const auto removed = simulation.remove(sheet);
@@ -51,7 +51,7 @@ TEST_P(NativeTrees, FlagsAreGivenBackToABodyRemovedBeforeItsFirstStep) {
 }
 
 // A ray test builds a face tree where there is none; removing it in every step would make it build one each time.
-TEST_P(NativeTrees, RayTestsHitAndSoonKeepTheirTree) {
+TEST_P(NativeTrees, ray_tests_hit_and_soon_keep_their_tree) {
   Simulation simulation(GetParam(), cpu_settings());
   simulation.world_info().m_gravity.setZero();
   btSoftBody& lower = simulation.add(make_sheet(simulation.world_info(), {}));
@@ -80,7 +80,7 @@ TEST_P(NativeTrees, RayTestsHitAndSoonKeepTheirTree) {
   EXPECT_EQ(std::adjacent_find(contacts.begin(), contacts.end()), contacts.end());
 }
 
-TEST_P(NativeTrees, NodeLeavesStayTheNodesOwn) {
+TEST_P(NativeTrees, node_leaves_stay_the_nodes_own) {
   Simulation simulation(GetParam(), cpu_settings());
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), {}));
   simulation.step(kStep);
@@ -91,7 +91,7 @@ TEST_P(NativeTrees, NodeLeavesStayTheNodesOwn) {
   EXPECT_EQ(sheet.m_ndbvt.m_leaves, sheet.m_nodes.size());
 }
 
-TEST_P(NativeTrees, APositionThatIsNoNumberHarmsNobodyElse) {
+TEST_P(NativeTrees, a_position_that_is_no_number_harms_nobody_else) {
   Simulation simulation(GetParam(), cpu_settings());
   simulation.world_info().m_gravity.setZero();
   SheetOptions options;

@@ -83,7 +83,7 @@ class RayTests : public testing::TestWithParam<World> {
 const btVector3 kHigh(btScalar(0.11), 10, btScalar(0.07));
 const btVector3 kLow(btScalar(0.11), -10, btScalar(0.07));
 
-TEST_P(RayTests, TellWhatBulletsTell) {
+TEST_P(RayTests, tell_what_bullets_tell) {
   add_sheet(0);
   btSoftBody& ball = simulation.add(demo::make_ball(simulation.world_info(), btVector3(0, 1, 0), btScalar(0.5), 2));
   simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)), btVector3(0, -1, 0));
@@ -120,7 +120,7 @@ TEST_P(RayTests, TellWhatBulletsTell) {
   EXPECT_GT(hits, 500);
 }
 
-TEST_P(RayTests, FollowWhateverTheAppDoes) {
+TEST_P(RayTests, follow_whatever_the_app_does) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(1);
   using Objects = std::vector<const btCollisionObject*>;
@@ -142,7 +142,7 @@ TEST_P(RayTests, FollowWhateverTheAppDoes) {
   EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&third}));
 }
 
-TEST_P(RayTests, AskTheCallbackAboutEveryBody) {
+TEST_P(RayTests, ask_the_callback_about_every_body) {
   add_sheet(0);
   Listener listener;
   listener.m_collisionFilterMask = btBroadphaseProxy::StaticFilter;
@@ -153,7 +153,7 @@ TEST_P(RayTests, AskTheCallbackAboutEveryBody) {
   EXPECT_TRUE(listener.hasHit());
 }
 
-TEST_P(RayTests, GoNowhereWithoutALength) {
+TEST_P(RayTests, go_nowhere_without_a_length) {
   add_sheet(0);
   EXPECT_FALSE(told(btVector3(0, 0, 0), btVector3(0, 0, 0)).hasHit());
   btCollisionWorld::ClosestRayResultCallback closest(kHigh, kLow);
@@ -163,7 +163,7 @@ TEST_P(RayTests, GoNowhereWithoutALength) {
   EXPECT_NEAR(closest.m_hitNormalWorld.y(), 1, 1e-5);
 }
 
-TEST_P(RayTests, GoOnAsBulletsWhereMemoryRunsOut) {
+TEST_P(RayTests, go_on_as_bullets_where_memory_runs_out) {
   add_sheet(0);
   std::vector<std::string> warnings;
   bullet::Settings settings = cpu_settings();
@@ -197,7 +197,7 @@ INSTANTIATE_TEST_SUITE_P(Worlds, RayTests, testing::Values(World::one_line, Worl
                          [](const auto& test) { return name_of(test.param); });
 
 /// A tetrahedron without faces.
-TEST(RayTestsOfTetrahedra, TellTheirIndexInClassicWorlds) {
+TEST(RayTestsOfTetrahedra, tell_their_index_in_classic_worlds) {
   AnySimulation simulation(World::one_line, cpu_settings());
   const btVector3 x[4] = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 0}};
   const btScalar masses[4] = {1, 1, 1, 1};

@@ -30,7 +30,7 @@ class Topology : public testing::TestWithParam<PlugIn> {
 };
 INSTANTIATE_TEST_SUITE_P(PlugIns, Topology, testing::ValuesIn(kPlugIns), plug_in_name);
 
-TEST_P(Topology, BodiesComeAndGo) {
+TEST_P(Topology, bodies_come_and_go) {
   btSoftBody& lower = add_sheet(0);
   simulation.step(kStep);
   EXPECT_EQ(lower.m_scontacts.size(), 0);
@@ -54,7 +54,7 @@ TEST_P(Topology, BodiesComeAndGo) {
 }
 
 // A new body may get the memory of one that is gone, between two steps, and be of another shape.
-TEST_P(Topology, ABodyReplacedBetweenStepsIsNoticed) {
+TEST_P(Topology, a_body_replaced_between_steps_is_noticed) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody* upper = &add_sheet(btScalar(0.03));
   for (int i = 0; i < 20; ++i) {
@@ -71,7 +71,7 @@ TEST_P(Topology, ABodyReplacedBetweenStepsIsNoticed) {
   }
 }
 
-TEST_P(Topology, NewNodesAndFacesCollide) {
+TEST_P(Topology, new_nodes_and_faces_collide) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
   simulation.step(kStep);
@@ -88,7 +88,7 @@ TEST_P(Topology, NewNodesAndFacesCollide) {
   }
 }
 
-TEST_P(Topology, FacesReorderedInPlaceAreNoticed) {
+TEST_P(Topology, faces_reordered_in_place_are_noticed) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
   upper.rotate(btQuaternion(btVector3(1, 0, 0), btScalar(0.05)));
@@ -107,7 +107,7 @@ void tear(btSoftBody& body, int face, int corner) {
 }
 
 // A few of many faces at a time: torn from others, gone in another's place, and new ones, until some nodes have none.
-TEST_P(Topology, AFewFacesChangedAtATimeAreNoticed) {
+TEST_P(Topology, a_few_faces_changed_at_a_time_are_noticed) {
   if (GetParam() == PlugIn::dispatcher) GTEST_SKIP() << "Bullet itself hangs on a cut cloth";
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
@@ -128,7 +128,7 @@ class VerticalPlane : public btSoftBody::ImplicitFn {
   btScalar Eval(const btVector3& x) override { return x.x() - btScalar(0.07); }
 };
 
-TEST_P(Topology, RefinedFacesCollide) {
+TEST_P(Topology, refined_faces_collide) {
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
   simulation.step(kStep);
@@ -142,7 +142,7 @@ TEST_P(Topology, RefinedFacesCollide) {
 
 // Bullet's own face tree never gets built for a mesh in two parts: its loop does not end. The dispatcher has no
 // hook to prevent that; the worlds have.
-TEST_P(Topology, ACutClothCollides) {
+TEST_P(Topology, a_cut_cloth_collides) {
   if (GetParam() == PlugIn::dispatcher) GTEST_SKIP() << "Bullet itself hangs on a cut cloth";
   btSoftBody& lower = add_sheet(0);
   btSoftBody& upper = add_sheet(btScalar(0.03));
@@ -153,7 +153,7 @@ TEST_P(Topology, ACutClothCollides) {
   expect_exact_contacts_between(lower, upper);
 }
 
-TEST_P(Topology, ARopeCollidesAsPoints) {
+TEST_P(Topology, a_rope_collides_as_points) {
   btSoftBody& lower = add_sheet(0);
   std::unique_ptr<btSoftBody> rope(
       btSoftBodyHelpers::CreateRope(simulation.world_info(), btVector3(btScalar(-0.4), btScalar(0.02), btScalar(0.01)),
@@ -167,7 +167,7 @@ TEST_P(Topology, ARopeCollidesAsPoints) {
   EXPECT_EQ(lower.m_scontacts.size(), 0) << "the sheet's nodes have no faces to touch";
 }
 
-TEST_P(Topology, ASingleNodeAndABodyWithoutNodesAreHarmless) {
+TEST_P(Topology, a_single_node_and_a_body_without_nodes_are_harmless) {
   btSoftBody& lower = add_sheet(0);
   const btVector3 above(btScalar(0.05), btScalar(0.02), btScalar(0.02));
   auto single = std::make_unique<btSoftBody>(&simulation.world_info(), 1, &above, nullptr);

@@ -159,7 +159,7 @@ INSTANTIATE_TEST_SUITE_P(Worlds, WorldProbes,
                            return world.param ? name_of(*world.param) : std::string("bullets");
                          });
 
-TEST_P(WorldProbes, TellEveryPairOfFeaturesOfSoftBodies) {
+TEST_P(WorldProbes, tell_every_pair_of_features_of_soft_bodies) {
   btSoftBody& a = add_ball({0, 0, 0});
   btSoftBody& b = add_ball({btScalar(0.8), btScalar(0.1), 0});
   add_ball({5, 0, 0});
@@ -184,7 +184,7 @@ TEST_P(WorldProbes, TellEveryPairOfFeaturesOfSoftBodies) {
   EXPECT_EQ(a.m_scontacts.size() + a.m_faceNodeContacts.size(), 0);
 }
 
-TEST_P(WorldProbes, FollowWhatAppsDoToBodies) {
+TEST_P(WorldProbes, follow_what_apps_do_to_bodies) {
   btSoftBody& a = add_ball({0, 0, 0});
   btSoftBody& b = add_ball({btScalar(0.8), btScalar(0.1), 0});
   const auto count = [&] {
@@ -207,7 +207,7 @@ TEST_P(WorldProbes, FollowWhatAppsDoToBodies) {
   EXPECT_EQ(count(), 0U);
 }
 
-TEST_P(WorldProbes, TellWhatABodyTouchesOfItself) {
+TEST_P(WorldProbes, tell_what_a_body_touches_of_itself) {
   btSoftBody& a = add_ball({0, 0, 0});
   Listener none;
   probe.contact_pair_test(a, a, none);
@@ -263,7 +263,7 @@ double distance_to_box(Vec3d x, Vec3d half, double margin) {
   return std::sqrt(squared_norm(positive)) - margin;
 }
 
-TEST_P(WorldProbes, TellNodesOutsideAndInsideOfConvexShapes) {
+TEST_P(WorldProbes, tell_nodes_outside_and_inside_of_convex_shapes) {
   btSoftBody& ball = add_ball({0, btScalar(0.9), 0});
   auto shape = std::make_unique<btBoxShape>(btVector3(1, btScalar(0.6), 1));
   const double margin = double(shape->getMargin());
@@ -293,7 +293,7 @@ TEST_P(WorldProbes, TellNodesOutsideAndInsideOfConvexShapes) {
   EXPECT_EQ(AnySimulation::count_contacts(ball), 0) << "Bullet's contact test leaves contacts behind";
 }
 
-TEST_P(WorldProbes, TellWhatRigidObjectsTouch) {
+TEST_P(WorldProbes, tell_what_rigid_objects_touch) {
   btSoftBody& ball = add_ball({0, btScalar(0.9), 0});
   btRigidBody& box =
       simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.6), 1)), btVector3(0, 0, 0), 1);
@@ -309,7 +309,7 @@ TEST_P(WorldProbes, TellWhatRigidObjectsTouch) {
   EXPECT_EQ(all.told.size(), soft_alone.told.size() + rigid);
 }
 
-TEST_P(WorldProbes, TellWhatTouchesCompoundsAndTriangleMeshes) {
+TEST_P(WorldProbes, tell_what_touches_compounds_and_triangle_meshes) {
   btSoftBody& ball = add_ball({0, btScalar(0.5), 0});
   btBoxShape low(btVector3(2, btScalar(0.1), 2));
   btSphereShape high(btScalar(0.2));
@@ -348,7 +348,7 @@ struct NearestHit : btCollisionWorld::RayResultCallback {
   }
 };
 
-TEST_P(WorldProbes, RaysMeetWhatTheyMeetInBatches) {
+TEST_P(WorldProbes, rays_meet_what_they_meet_in_batches) {
   btSoftBody& a = add_ball({0, 0, 0});
   btSoftBody& b = add_ball({btScalar(0.8), btScalar(0.1), 0});
   simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, 1, 1)), btVector3(0, 0, 20));
@@ -381,7 +381,7 @@ TEST_P(WorldProbes, RaysMeetWhatTheyMeetInBatches) {
   EXPECT_EQ(probe.soft_body(nearest.body), nullptr);
 }
 
-TEST_P(WorldProbes, AnswerNothingInEmptyWorldsAndOfWhatIsNoNumber) {
+TEST_P(WorldProbes, answer_nothing_in_empty_worlds_and_of_what_is_no_number) {
   EXPECT_FALSE(probe.soft_bodies().closest_point({{0, 0, 0}}).has_point());
   btSoftBody& a = add_ball({0, 0, 0});
   btSoftBody& b = add_ball({btScalar(0.8), btScalar(0.1), 0});

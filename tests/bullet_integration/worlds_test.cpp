@@ -51,20 +51,20 @@ const Rest& rest_with_bullet() {
 class PluggedIn : public testing::TestWithParam<PlugIn> {};
 INSTANTIATE_TEST_SUITE_P(PlugIns, PluggedIn, testing::ValuesIn(kPlugIns), plug_in_name);
 
-TEST_P(PluggedIn, AClothRestsOnAnotherAsWithBullet) {
+TEST_P(PluggedIn, a_cloth_rests_on_another_as_with_bullet) {
   const Rest rest = rest_of_upper_cloth(Collision::softcd, GetParam(), Detection::dcd);
   EXPECT_EQ(rest.penetrating, 0U);
   EXPECT_EQ(rest_with_bullet().penetrating, 0U);
   EXPECT_NEAR(rest.mean_height, rest_with_bullet().mean_height, 0.05);  // the cloths are 6 wide and fell 0.3
 }
 
-TEST_P(PluggedIn, AClothRestsOnAnotherWithContinuousDetection) {
+TEST_P(PluggedIn, a_cloth_rests_on_another_with_continuous_detection) {
   const Rest rest = rest_of_upper_cloth(Collision::softcd, GetParam(), Detection::ccd);
   EXPECT_EQ(rest.penetrating, 0U);
   EXPECT_NEAR(rest.mean_height, rest_with_bullet().mean_height, 0.1);
 }
 
-TEST_P(PluggedIn, AFoldedClothRestsOnItself) {
+TEST_P(PluggedIn, a_folded_cloth_rests_on_itself) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
     FoldingCloth scene(scene_options(Collision::softcd, GetParam(), detection, 12));
     const btScalar margin = scene.cloth().getCollisionShape()->getMargin();
@@ -77,7 +77,7 @@ TEST_P(PluggedIn, AFoldedClothRestsOnItself) {
   }
 }
 
-TEST(Bullet, AFoldedClothFallsThroughItself) {
+TEST(Bullet, a_folded_cloth_falls_through_itself) {
   for (const Collision collision : {Collision::bullet, Collision::off}) {
     FoldingCloth scene(scene_options(collision, PlugIn::none, Detection::dcd, 12));
     run(scene, 1.5);
@@ -85,7 +85,7 @@ TEST(Bullet, AFoldedClothFallsThroughItself) {
   }
 }
 
-TEST(Bullet, AClothFallsThroughAnotherWhoseFlagIsOff) {
+TEST(Bullet, a_cloth_falls_through_another_whose_flag_is_off) {
   EXPECT_GT(rest_of_upper_cloth(Collision::off, PlugIn::none, Detection::dcd).penetrating, 100U);
 }
 
@@ -118,18 +118,18 @@ Impact shoot(PlugIn plug_in, Detection detection) {
   return impact;
 }
 
-TEST_P(PluggedIn, NothingPassesThroughAt40MetresPerSecond) {
+TEST_P(PluggedIn, nothing_passes_through_at_40_metres_per_second) {
   const Impact impact = shoot(GetParam(), Detection::ccd);
   EXPECT_EQ(impact.through, 0);
   EXPECT_LT(impact.highest, 1) << "the cloth was thrown back";
 }
 
-TEST(Bullet, LetsAFastClothThrough) {
+TEST(Bullet, lets_a_fast_cloth_through) {
   EXPECT_GT(shoot(PlugIn::none, Detection::dcd).through, 100);
 }
 
 // Bullet's soft-rigid test reads the node trees that softcd leaves alone as long as nobody reads them.
-TEST_P(PluggedIn, AClothRestsOnARigidBoxAsWithBullet) {
+TEST_P(PluggedIn, a_cloth_rests_on_a_rigid_box_as_with_bullet) {
   const auto rest_height = [](PlugIn plug_in) {
     Simulation simulation(plug_in, test_settings());
     simulation.add_static_box(btVector3(2, btScalar(0.5), 2), btVector3(0, btScalar(-0.5), 0));
@@ -149,7 +149,7 @@ TEST_P(PluggedIn, AClothRestsOnARigidBoxAsWithBullet) {
 }
 
 // On the CPU that means the same twice.
-TEST_P(PluggedIn, RunsTheSameOnEveryBackend) {
+TEST_P(PluggedIn, runs_the_same_on_every_backend) {
   const auto positions = [](PlugIn plug_in, Backend backend) {
     SceneOptions options = scene_options(Collision::softcd, plug_in, Detection::ccd, 12);
     options.settings.backend = backend;
@@ -163,7 +163,7 @@ TEST_P(PluggedIn, RunsTheSameOnEveryBackend) {
   EXPECT_EQ(positions(GetParam(), backend_under_test()), positions(GetParam(), Backend::cpu));
 }
 
-TEST_P(PluggedIn, TheBackendUnderTestDetects) {
+TEST_P(PluggedIn, the_backend_under_test_detects) {
   Simulation simulation(GetParam(), test_settings());
   for (int sheet = 0; sheet < 2; ++sheet) simulation.add(make_sheet(simulation.world_info(), {}));
   simulation.step(kStep);
@@ -171,7 +171,7 @@ TEST_P(PluggedIn, TheBackendUnderTestDetects) {
   EXPECT_EQ(simulation.detection()->contacts().statistics().backend, backend_under_test());
 }
 
-TEST_P(PluggedIn, WorldsDoNotDisturbEachOther) {
+TEST_P(PluggedIn, worlds_do_not_disturb_each_other) {
   const auto make = [](PlugIn plug_in) {
     return std::make_unique<TwoCloths>(scene_options(Collision::softcd, plug_in, Detection::dcd, 12));
   };

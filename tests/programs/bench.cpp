@@ -40,7 +40,7 @@ class Bench : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Bench, EverySceneHasContactsAndNearMissesInBothModes) {
+TEST_F(Bench, every_scene_has_contacts_and_near_misses_in_both_modes) {
   std::set<std::string> seen;
   for (const auto& row : rows("--scale 0.1")) {
     seen.insert(row["scene"].get<std::string>() + " " + row["detection"].get<std::string>());
@@ -55,7 +55,7 @@ TEST_F(Bench, EverySceneHasContactsAndNearMissesInBothModes) {
                                          "n-body ccd", "n-body dcd"));
 }
 
-TEST_F(Bench, WaysToTheSameContactsFindTheSame) {
+TEST_F(Bench, ways_to_the_same_contacts_find_the_same) {
   std::map<std::pair<std::string, std::string>, std::set<std::string>> checksums;
   std::size_t exact_and_uniform = 0, paper = 0;
   for (const auto& row : rows("--scale 0.05 --sweep stages,subdivision,lambda")) {
@@ -73,11 +73,11 @@ TEST_F(Bench, WaysToTheSameContactsFindTheSame) {
   for (const auto& [scene_and_mode, found] : checksums) EXPECT_EQ(found.size(), 1u) << scene_and_mode.first;
 }
 
-TEST_F(Bench, LargeTrianglesAreSplitAmongBalls) {
+TEST_F(Bench, large_triangles_are_split_among_balls) {
   for (const auto& row : rows("--scene n-body --scale 0.05")) EXPECT_GT(row["children"], 0) << row;
 }
 
-TEST_F(Bench, ManyBodiesMeetSeldom) {
+TEST_F(Bench, many_bodies_meet_seldom) {
   for (const auto& row : rows("--scene many-bodies --scale 0.1")) {
     EXPECT_EQ(row["triangles"], 1200) << row;
     EXPECT_GT(row["vt_contacts"], 0) << row;
@@ -85,7 +85,7 @@ TEST_F(Bench, ManyBodiesMeetSeldom) {
   }
 }
 
-TEST_F(Bench, HopelessMeasurementsAreLeftOutAndSaid) {
+TEST_F(Bench, hopeless_measurements_are_left_out_and_said) {
   std::size_t left_out = 0;
   for (const auto& row : rows("--scene funnel --scale 0.05 --sweep subdivision --most-tests 1000")) {
     if (row.contains("left_out")) ++left_out;
@@ -94,14 +94,14 @@ TEST_F(Bench, HopelessMeasurementsAreLeftOutAndSaid) {
   EXPECT_THAT(folder_.read("output"), HasSubstr("would need more than 1e+03 tests"));
 }
 
-TEST_F(Bench, SizesGoDownFromTheLargest) {
+TEST_F(Bench, sizes_go_down_from_the_largest) {
   const nlohmann::json sizes = rows("--sweep scaling --most 40000");
   ASSERT_EQ(sizes.size(), 4u);
   EXPECT_NEAR(sizes[0]["triangles"].get<double>(), 40000, 2000);
   EXPECT_NEAR(sizes[2]["triangles"].get<double>(), 10000, 1000);
 }
 
-TEST_F(Bench, ThreadsGoUpToAllThatThereAre) {
+TEST_F(Bench, threads_go_up_to_all_that_there_are) {
   const nlohmann::json runs = rows("--scene funnel --scale 0.1 --sweep threads --backend cpu");
   ASSERT_GE(runs.size(), 2u);
   EXPECT_EQ(runs[0]["threads"], 1);
@@ -111,7 +111,7 @@ TEST_F(Bench, ThreadsGoUpToAllThatThereAre) {
   }
 }
 
-TEST_F(Bench, MarkdownIsWhatIsPrinted) {
+TEST_F(Bench, markdown_is_what_is_printed) {
   const Result result = run("detector --scene funnel --scale 0.1 --repeat 1 --markdown " + folder_.file("tables.md"));
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, folder_.read("tables.md"));
@@ -119,7 +119,7 @@ TEST_F(Bench, MarkdownIsWhatIsPrinted) {
   EXPECT_THAT(result.output, HasSubstr("\n|:-------|:------------|--"));
 }
 
-TEST_F(Bench, MeshesFromFilesAreMeasured) {
+TEST_F(Bench, meshes_from_files_are_measured) {
   const std::string frames = "--t0 " + folder_.write("t0.obj", kTwoTriangles + "v 1 1 1\nv 1 1.5 8\nv 1.5 1 8\n") +
                              " --t1 " + folder_.write("t1.obj", kTwoTriangles + "v 1 1 -1\nv 1 1.5 8\nv 1.5 1 8\n");
   const nlohmann::json measured = rows(frames);
@@ -128,7 +128,7 @@ TEST_F(Bench, MeshesFromFilesAreMeasured) {
   EXPECT_EQ(measured[1]["vt_contacts"], 1);
 }
 
-TEST_F(Bench, RecordedStepsAreMeasuredBesideGeneratedScenes) {
+TEST_F(Bench, recorded_steps_are_measured_beside_generated_scenes) {
   for (const char* name : {"one", "other"}) {
     const std::string frames = std::string(name) + "/frames/";
     std::filesystem::create_directories(folder_.file(frames));
@@ -150,7 +150,7 @@ TEST_F(Bench, RecordedStepsAreMeasuredBesideGeneratedScenes) {
                                           "one ccd conservative", "other ccd precise", "other ccd conservative"));
 }
 
-TEST_F(Bench, QuartilesAreAroundTheMedian) {
+TEST_F(Bench, quartiles_are_around_the_median) {
   Result result = run("detector --backend cpu --scene funnel --scale 0.05 --repeat 6 --json " + folder_.file("json"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json json = nlohmann::json::parse(folder_.read("json"));
@@ -161,12 +161,12 @@ TEST_F(Bench, QuartilesAreAroundTheMedian) {
   }
 }
 
-TEST_F(Bench, NamesThatAreNotUtf8AreReplacedInJson) {
+TEST_F(Bench, names_that_are_not_utf8_are_replaced_in_json) {
   run("detector --backend cpu --scene funnel --scale 0.05 --repeat 1 --machine 'a\xFF' --json " + folder_.file("json"));
   EXPECT_EQ(nlohmann::json::parse(folder_.read("json")).at("machine"), "a\xEF\xBF\xBD");
 }
 
-TEST_F(Bench, OutputThatCannotBeWrittenIsAnError) {
+TEST_F(Bench, output_that_cannot_be_written_is_an_error) {
   for (const char* output : {" >/dev/full", " >&-"}) {
     const Result result =
         run_shell("('" SOFTCD_BENCH "' detector --backend cpu --scene funnel --scale 0.05 --repeat 1" +
@@ -177,7 +177,7 @@ TEST_F(Bench, OutputThatCannotBeWrittenIsAnError) {
   }
 }
 
-TEST_F(Bench, RefusesCommandLines) {
+TEST_F(Bench, refuses_command_lines) {
   expect_refused("", "A subcommand is required");
   expect_refused("detector --scene bunny", "'bunny' is not one of funnel, cloth-on-ball, n-body, many-bodies");
   expect_refused("detector --sweep everything",
@@ -193,7 +193,7 @@ TEST_F(Bench, RefusesCommandLines) {
                  "frames: is not a folder of two meshes");
 }
 
-TEST_F(Bench, ResultsThatCannotBeWrittenAreAnError) {
+TEST_F(Bench, results_that_cannot_be_written_are_an_error) {
   for (const char* option : {" --markdown ", " --json "}) {
     const Result result =
         run("detector --scene funnel --scale 0.05 --repeat 1" + (option + folder_.file("absent/file")));

@@ -55,7 +55,7 @@ class BenchBullet : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(BenchBullet, AClothDrapesOverRigidBalls) {
+TEST_F(BenchBullet, a_cloth_drapes_over_rigid_balls) {
   for (const char* world : {"soft", "deformable"}) {
     for (const auto& [name, variant] : measure("--scene draped --size 16 --world " + std::string(world), 0)) {
       EXPECT_GT(variant["median_rigid_contacts"], 20) << variant;
@@ -65,7 +65,7 @@ TEST_F(BenchBullet, AClothDrapesOverRigidBalls) {
   }
 }
 
-TEST_F(BenchBullet, AClothThatCrumplesCollidesWithItself) {
+TEST_F(BenchBullet, a_cloth_that_crumples_collides_with_itself) {
   const Variants classic = measure("--scene crumpling --size 24", 0);
   EXPECT_EQ(classic.at(kNative)["median_soft_contacts"], 0);
   EXPECT_THAT(folder_.read("output"), HasSubstr("Bullet's own detection finds no contacts within a body"));
@@ -77,7 +77,7 @@ TEST_F(BenchBullet, AClothThatCrumplesCollidesWithItself) {
   EXPECT_GT(deformable.at(kOurs)["median_soft_contacts"], 100);
 }
 
-TEST_F(BenchBullet, ClothsThatTouchThemselvesLieOnEachOther) {
+TEST_F(BenchBullet, cloths_that_touch_themselves_lie_on_each_other) {
   const Variants classic = measure("--scene stacked --size 12", 0);
   const Variants deformable = measure("--scene stacked --size 12 --world deformable", 0);
   for (const Variants& variants : {classic, deformable}) {
@@ -88,7 +88,7 @@ TEST_F(BenchBullet, ClothsThatTouchThemselvesLieOnEachOther) {
   }
 }
 
-TEST_F(BenchBullet, BallsDropOntoEachOther) {
+TEST_F(BenchBullet, balls_drop_onto_each_other) {
   for (const char* world : {"soft --warm-up 25", "deformable --warm-up 50"}) {
     const Variants variants = measure("--scene balls --size 8 --world " + std::string(world), 0);
     for (const char* name : {kNative, kOurs}) {
@@ -99,7 +99,7 @@ TEST_F(BenchBullet, BallsDropOntoEachOther) {
   }
 }
 
-TEST_F(BenchBullet, AClothFallsOntoAnother) {
+TEST_F(BenchBullet, a_cloth_falls_onto_another) {
   for (const char* world : {"soft", "deformable"}) {
     const Variants variants = measure("--scene two-cloths --size 16 --world " + std::string(world), 0);
     EXPECT_GT(variants.at(kNative)["median_soft_contacts"], 20);
@@ -107,20 +107,20 @@ TEST_F(BenchBullet, AClothFallsOntoAnother) {
   }
 }
 
-TEST_F(BenchBullet, LargeBodiesAreLeftToOursAndThatIsSaid) {
+TEST_F(BenchBullet, large_bodies_are_left_to_ours_and_that_is_said) {
   const Variants variants = measure("--scene draped --size 16 --warm-up 1 --most-native-faces 449", 0);
   EXPECT_EQ(variants.count(kNative), 0u);
   EXPECT_THAT(folder_.read("output"), HasSubstr("Bullet's own detection is left out: a body has more than 449 faces"));
   EXPECT_EQ(measure("--scene draped --size 16 --warm-up 1 --most-native-faces 450", 0).count(kNative), 1u);
 }
 
-TEST_F(BenchBullet, MarkdownIsWhatIsPrinted) {
+TEST_F(BenchBullet, markdown_is_what_is_printed) {
   measure("--size 8 --warm-up 1 --markdown " + folder_.file("tables.md"), 0);
   EXPECT_EQ(folder_.read("tables.md"), "### Bullet: " + folder_.read("output") + "\n");
   EXPECT_THAT(folder_.read("output"), HasSubstr("\n| softcd dispatcher, cpu |"));
 }
 
-TEST_F(BenchBullet, RefusesCommandLines) {
+TEST_F(BenchBullet, refuses_command_lines) {
   const auto expect_refused = [this](const std::string& arguments, const std::string& problem) {
     test::expect_refused(SOFTCD_BENCH, "bullet " + arguments, folder_, problem);
   };

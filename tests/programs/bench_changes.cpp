@@ -10,7 +10,7 @@
 namespace softcd::test {
 namespace {
 
-TEST(BenchChanges, AllAndSomeTrianglesAreMeasured) {
+TEST(BenchChanges, all_and_some_triangles_are_measured) {
   const TemporaryFolder folder;
   const Result result = run_program(
       SOFTCD_BENCH, "changes --repeat 1 --json " + folder.file("json") + " --markdown " + folder.file("table.md"),

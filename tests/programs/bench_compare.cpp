@@ -86,14 +86,14 @@ class BenchCompare : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(BenchCompare, EqualResultsAreNoLoss) {
+TEST_F(BenchCompare, equal_results_are_no_loss) {
   const Result result = compare({row("funnel", 10), row("ball", 3)}, {row("funnel", 10), row("ball", 3)});
   EXPECT_EQ(result.exit_code, kNoLoss) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr("no loss: of 2 rows 0 slower"), HasSubstr("new/old on average 1.000")));
   EXPECT_THAT(result.output, AllOf(HasSubstr("a machine, 2026-01-02, g++ 12"), Not(HasSubstr("Stages"))));
 }
 
-TEST_F(BenchCompare, ARowThatIsSlowerIsALossAndItsStagesAreTold) {
+TEST_F(BenchCompare, a_row_that_is_slower_is_a_loss_and_its_stages_are_told) {
   const Result result = compare({row("funnel", 10), row("ball", 3)}, {row("funnel", 10.6), row("ball", 3)});
   EXPECT_EQ(result.exit_code, kLoss);
   EXPECT_THAT(result.output, ContainsRegex("\\| funnel .* 10.000 .* 10.600 .* 1.060 .* 5.0 % .* SLOWER "));
@@ -103,7 +103,7 @@ TEST_F(BenchCompare, ARowThatIsSlowerIsALossAndItsStagesAreTold) {
   EXPECT_THAT(result.output, HasSubstr("LOSS: of 2 rows 1 slower"));
 }
 
-TEST_F(BenchCompare, WhatIsFasterOrWithinTheToleranceIsNoLoss) {
+TEST_F(BenchCompare, what_is_faster_or_within_the_tolerance_is_no_loss) {
   EXPECT_EQ(compare({row("funnel", 10)}, {row("funnel", 10.4)}).exit_code, kNoLoss);
   EXPECT_EQ(compare({row("funnel", 10)}, {row("funnel", 10.4)}, "--tolerance 3").exit_code, kLoss);
   EXPECT_EQ(compare({row("funnel", 10)}, {row("funnel", 14)}, "--tolerance 50").exit_code, kNoLoss);
@@ -112,7 +112,7 @@ TEST_F(BenchCompare, WhatIsFasterOrWithinTheToleranceIsNoLoss) {
   EXPECT_THAT(faster.output, AllOf(HasSubstr("faster |\n"), HasSubstr("1 faster")));
 }
 
-TEST_F(BenchCompare, TheToleranceIsNeverBelowTheDistanceOfQuartiles) {
+TEST_F(BenchCompare, the_tolerance_is_never_below_the_distance_of_quartiles) {
   json noisy = row("funnel", 10);
   noisy["total_ms_quartiles"] = {{"first", 9}, {"third", 12}};
   for (const bool old_is_noisy : {true, false}) {
@@ -127,7 +127,7 @@ TEST_F(BenchCompare, TheToleranceIsNeverBelowTheDistanceOfQuartiles) {
   EXPECT_THAT(folder_.read("output"), HasSubstr(" 30.0 % "));
 }
 
-TEST_F(BenchCompare, MoreMemoryIsALoss) {
+TEST_F(BenchCompare, more_memory_is_a_loss) {
   json after = row("funnel", 10);
   after["peak_bytes"] = 104000000;
   EXPECT_EQ(compare({row("funnel", 10)}, {after}).exit_code, kNoLoss);
@@ -137,7 +137,7 @@ TEST_F(BenchCompare, MoreMemoryIsALoss) {
   EXPECT_THAT(result.output, ContainsRegex("100.0 \\| +106.0 \\| MORE MEMORY "));
 }
 
-TEST_F(BenchCompare, OtherContactsAndCountsAreToldAsSuch) {
+TEST_F(BenchCompare, other_contacts_and_counts_are_told_as_such) {
   json after = row("funnel", 10);
   after["contacts_checksum"] = "fedcba9876543210";
   after["vt_contacts"] = 8;
@@ -152,7 +152,7 @@ TEST_F(BenchCompare, OtherContactsAndCountsAreToldAsSuch) {
   EXPECT_THAT(result.output, HasSubstr("1 with other contacts"));
 }
 
-TEST_F(BenchCompare, RowsAreMatchedByEverySettingAndThoseOfOneFileAreNamed) {
+TEST_F(BenchCompare, rows_are_matched_by_every_setting_and_those_of_one_file_are_named) {
   const json base = row("funnel", 10);
   for (const auto& [key, value] : std::vector<std::pair<std::string, json>>{{"scene", "ball"},
                                                                             {"triangles", 2000},
@@ -176,7 +176,7 @@ TEST_F(BenchCompare, RowsAreMatchedByEverySettingAndThoseOfOneFileAreNamed) {
   EXPECT_THAT(compare({one_thread, two_threads}, {two_threads, one_thread}).output, HasSubstr("no loss: of 2 rows"));
 }
 
-TEST_F(BenchCompare, WhatIsNotMeasuredAnyMoreIsALoss) {
+TEST_F(BenchCompare, what_is_not_measured_any_more_is_a_loss) {
   json left_out = row("funnel", 10);
   for (const char* key : {"ms", "peak_bytes", "contacts_checksum", "tests", "total_ms_quartiles"}) left_out.erase(key);
   left_out["left_out"] = "out of memory";
@@ -187,7 +187,7 @@ TEST_F(BenchCompare, WhatIsNotMeasuredAnyMoreIsALoss) {
   EXPECT_EQ(compare({left_out}, {left_out}).exit_code, kNoLoss);
 }
 
-TEST_F(BenchCompare, WhatCannotBeComparedIsAnError) {
+TEST_F(BenchCompare, what_cannot_be_compared_is_an_error) {
   const std::string good = write({row("funnel", 10)}, "good.json");
   const auto expect_failure = [&](const std::string& other, const std::string& problem) {
     const Result result = run(good + " " + other);
@@ -202,7 +202,7 @@ TEST_F(BenchCompare, WhatCannotBeComparedIsAnError) {
   expect_failure(folder_.file("absent.json"), "absent.json: is no result");
 }
 
-TEST_F(BenchCompare, BuildsAreRunInTurnAndComparedByMediansOfRounds) {
+TEST_F(BenchCompare, builds_are_run_in_turn_and_compared_by_medians_of_rounds) {
   const std::string old_build = write_build("old", {{row("funnel", 10)}, {row("funnel", 10.2)}, {row("funnel", 10.1)}});
   const std::string new_build =
       write_build("new", {{row("funnel", 11.5)}, {row("funnel", 11.7)}, {row("funnel", 10.9)}});
@@ -216,7 +216,7 @@ TEST_F(BenchCompare, BuildsAreRunInTurnAndComparedByMediansOfRounds) {
                                                  "old [^\n]*\nnew [^\n]*\nold [^\n]*\nnew [^\n]*\n$"));
 }
 
-TEST_F(BenchCompare, LossesSmallerThanWhatRoundsVaryByAreNoLosses) {
+TEST_F(BenchCompare, losses_smaller_than_what_rounds_vary_by_are_no_losses) {
   const std::string old_build = write_build("old", {{row("funnel", 10)}, {row("funnel", 13)}});
   const std::string new_build = write_build("new", {{row("funnel", 14)}, {row("funnel", 14)}});
   const Result result = run("--rounds 2 --builds " + old_build + " " + new_build);
@@ -224,7 +224,7 @@ TEST_F(BenchCompare, LossesSmallerThanWhatRoundsVaryByAreNoLosses) {
   EXPECT_THAT(result.output, AllOf(HasSubstr(" 1.217 "), HasSubstr(" 26.1 % ")));
 }
 
-TEST_F(BenchCompare, ARoundThatWasDisturbedHidesNoLoss) {
+TEST_F(BenchCompare, a_round_that_was_disturbed_hides_no_loss) {
   std::vector<Rows> old_rounds(7, {row("funnel", 10)}), new_rounds(7, {row("funnel", 11)});
   old_rounds[2] = {row("funnel", 30)};
   new_rounds[5] = {row("funnel", 5)};
@@ -233,7 +233,7 @@ TEST_F(BenchCompare, ARoundThatWasDisturbedHidesNoLoss) {
   EXPECT_THAT(result.output, AllOf(HasSubstr(" 1.100 "), HasSubstr(" 5.0 % ")));
 }
 
-TEST_F(BenchCompare, BuildsThatFailOrContradictThemselvesAreAnError) {
+TEST_F(BenchCompare, builds_that_fail_or_contradict_themselves_are_an_error) {
   const std::string good = write_build("good", {3, {row("funnel", 10)}});
   const std::string failing = folder_.write("failing", "#!/bin/sh\nexit 1\n");
   std::filesystem::permissions(failing, std::filesystem::perms::owner_all);
@@ -249,14 +249,14 @@ TEST_F(BenchCompare, BuildsThatFailOrContradictThemselvesAreAnError) {
   EXPECT_THAT(result.errors, HasSubstr("two runs of one build did not measure or find the same"));
 }
 
-TEST_F(BenchCompare, ThisBuildIsNotSlowerThanItself) {
+TEST_F(BenchCompare, this_build_is_not_slower_than_itself) {
   const Result result = run("--rounds 2 --tolerance 10000 --builds '" SOFTCD_BENCH "' '" SOFTCD_BENCH
                             "' -- --scene funnel --scale 0.05 --backend cpu --repeat 1");
   EXPECT_EQ(result.exit_code, kNoLoss) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr("no loss: of 2 rows"), Not(HasSubstr("contacts,"))));
 }
 
-TEST_F(BenchCompare, RefusesCommandLines) {
+TEST_F(BenchCompare, refuses_command_lines) {
   for (const char* arguments : {"", "one.json", "one.json two.json three.json", "--builds one", "--rounds 1 a b",
                                 "--tolerance -1 a b", "--builds absent absent"}) {
     const Result result = run(arguments);

@@ -20,7 +20,7 @@ class BenchQueries : public testing::Test {
 };
 
 // Others answer the same questions: the program fails where they answer something else.
-TEST_F(BenchQueries, RaysAndPointsAreMeasured) {
+TEST_F(BenchQueries, rays_and_points_are_measured) {
   const Result result =
       run("--questions 1000 --repeat 1 --json " + folder_.file("json") + " --markdown " + folder_.file("table.md"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -37,7 +37,7 @@ TEST_F(BenchQueries, RaysAndPointsAreMeasured) {
   }
 }
 
-TEST_F(BenchQueries, AFolderWithoutMeshesIsWrongInput) {
+TEST_F(BenchQueries, a_folder_without_meshes_is_wrong_input) {
   EXPECT_EQ(run("--step " + folder_.file("missing")).exit_code, 2);
 }
 

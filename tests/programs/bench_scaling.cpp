@@ -20,7 +20,7 @@ class BenchScaling : public testing::Test {
 };
 
 // The program fails where several ranks find other contacts than one.
-TEST_F(BenchScaling, RanksFindWhatOneFinds) {
+TEST_F(BenchScaling, ranks_find_what_one_finds) {
   const Result result = run("--gpus 1,3 --triangles 6000 --json " + folder_.file("json"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json json = nlohmann::json::parse(folder_.read("json"));
@@ -36,7 +36,7 @@ TEST_F(BenchScaling, RanksFindWhatOneFinds) {
   }
 }
 
-TEST_F(BenchScaling, WeakScalingGrowsTheSceneWithTheRanks) {
+TEST_F(BenchScaling, weak_scaling_grows_the_scene_with_the_ranks) {
   const Result result = run("--weak --gpus 1,2 --triangles 6000 --mode dcd-fast --json " + folder_.file("json"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json rows = nlohmann::json::parse(folder_.read("json")).at("rows");

@@ -23,7 +23,7 @@ class BenchScenes : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(BenchScenes, StepsOfASimulationAreMeasured) {
+TEST_F(BenchScenes, steps_of_a_simulation_are_measured) {
   const Result result =
       run("--scene n-body,tube --size default --steps 12 --samples 3 --repeat 1 --backend cpu --json " +
           folder_.file("json") + " --markdown " + folder_.file("tables.md") + " --csv " + folder_.file("rows.csv"));
@@ -52,7 +52,7 @@ TEST_F(BenchScenes, StepsOfASimulationAreMeasured) {
   EXPECT_THAT(tables, HasSubstr("146K")) << "the paper's row";
 }
 
-TEST_F(BenchScenes, RefusesScenesThatAreNone) {
+TEST_F(BenchScenes, refuses_scenes_that_are_none) {
   const Result result = run("--scene bunny");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.errors, HasSubstr("there is no scene 'bunny'"));

@@ -44,7 +44,7 @@ class BenchTrade : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(BenchTrade, QueriesAreJudgedInEveryMode) {
+TEST_F(BenchTrade, queries_are_judged_in_every_mode) {
   const nlohmann::json measured = measure("--part queries --generated 800 --machine 'a machine'");
   EXPECT_EQ(measured["machine"], "a machine");
   for (const char* key : {"date", "compiler", "softcd"})
@@ -79,7 +79,7 @@ TEST_F(BenchTrade, QueriesAreJudgedInEveryMode) {
   EXPECT_GT(missed.at("dcd-1"), missed.at("dcd-16"));
 }
 
-TEST_F(BenchTrade, RecordedQueriesAreRead) {
+TEST_F(BenchTrade, recorded_queries_are_read) {
   const std::filesystem::path folder = folder_.file("queries");
   std::filesystem::create_directories(folder / "falling" / "vertex-face");
   // A vertex from height 1 to -1, over a triangle and beside it.
@@ -104,7 +104,7 @@ TEST_F(BenchTrade, RecordedQueriesAreRead) {
   EXPECT_GE(found, 8U);
 }
 
-TEST_F(BenchTrade, StepsAreJudgedInEveryMode) {
+TEST_F(BenchTrade, steps_are_judged_in_every_mode) {
   const nlohmann::json rows = measure("--part steps --scale 0.02").at("steps");
   expect_csv("steps.csv",
              "scene,features,mode,backend,triangles,margin,candidates,touching,contacts,missed,extra,unsettled,ms,"
@@ -124,7 +124,7 @@ TEST_F(BenchTrade, StepsAreJudgedInEveryMode) {
   EXPECT_GT(missed.at("dcd-1"), 0U);
 }
 
-TEST_F(BenchTrade, MarkdownIsWhatIsPrinted) {
+TEST_F(BenchTrade, markdown_is_what_is_printed) {
   const Result result = run_program(
       SOFTCD_BENCH, "trade --part queries --generated 10 --repeat 1 --markdown " + folder_.file("tables.md"), folder_);
   EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -132,7 +132,7 @@ TEST_F(BenchTrade, MarkdownIsWhatIsPrinted) {
   EXPECT_THAT(result.output, HasSubstr("### Single queries"));
 }
 
-TEST_F(BenchTrade, FiguresAreDrawnFromTheResults) {
+TEST_F(BenchTrade, figures_are_drawn_from_the_results) {
   if (run_program("python3", "-c 'import matplotlib'", folder_).exit_code != 0)
     GTEST_SKIP() << "python3 has no matplotlib: apt-get install python3-matplotlib";
   measure("--part queries,steps --generated 2500 --scale 0.02");
@@ -149,7 +149,7 @@ TEST_F(BenchTrade, FiguresAreDrawnFromTheResults) {
   EXPECT_NE(draw(folder_.write("empty.json", "{}")).exit_code, 0);
 }
 
-TEST_F(BenchTrade, RefusesCommandLines) {
+TEST_F(BenchTrade, refuses_command_lines) {
   const auto expect_refused = [this](const std::string& arguments, const std::string& problem) {
     test::expect_refused(SOFTCD_BENCH, "trade " + arguments, folder_, problem);
   };

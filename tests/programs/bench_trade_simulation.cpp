@@ -10,7 +10,7 @@
 namespace softcd::test {
 namespace {
 
-TEST(BenchTradeSimulation, BulletTunnelsWhereSoftcdDoesNot) {
+TEST(BenchTradeSimulation, bullet_tunnels_where_softcd_does_not) {
   const TemporaryFolder folder;
   const Result result = run_program(
       SOFTCD_BENCH,

@@ -87,7 +87,7 @@ class Detect : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Detect, HelpNamesEveryOption) {
+TEST_F(Detect, help_names_every_option) {
   const Result result = run("--help");
   EXPECT_EQ(result.exit_code, 0);
   for (const char* option : {"--backend", "--detection", "--features", "--accuracy", "--margin", "--lambda",
@@ -96,7 +96,7 @@ TEST_F(Detect, HelpNamesEveryOption) {
   }
 }
 
-TEST_F(Detect, FindsAVertexThatPassesThroughATriangle) {
+TEST_F(Detect, finds_a_vertex_that_passes_through_a_triangle) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   EXPECT_THAT(contacts(frames + " --features vt"), ElementsAre(is_contact("vt,3,,0,1,2", 0.5F, 0.0F)));
   EXPECT_THAT(contacts(frames + " --detection dcd --features vt"), IsEmpty());
@@ -105,12 +105,12 @@ TEST_F(Detect, FindsAVertexThatPassesThroughATriangle) {
   EXPECT_THAT(contacts(frames + " --detection dcd --features vt --margin 0.499"), IsEmpty());
 }
 
-TEST_F(Detect, FindsEdgesThatCross) {
+TEST_F(Detect, finds_edges_that_cross) {
   const std::string frames = folder_.write("t0.obj", kEdgesApart) + " " + folder_.write("t1.obj", kEdgesCrossed);
   EXPECT_THAT(contacts(frames + " --features ee"), ElementsAre(is_contact("ee,0,1,3,4,", 0.5F, 0.0F)));
 }
 
-TEST_F(Detect, EveryBroadPhaseFindsTheSameHere) {
+TEST_F(Detect, every_broad_phase_finds_the_same_here) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   const std::vector<Row> expected = contacts(frames);
   EXPECT_THAT(expected, testing::Contains(is_contact("vt,3,,0,1,2", 0.5F, 0.0F)));
@@ -121,14 +121,14 @@ TEST_F(Detect, EveryBroadPhaseFindsTheSameHere) {
   EXPECT_EQ(contacts(frames + " --repeat 3"), expected);
 }
 
-TEST_F(Detect, OneFrameIsEnoughForDiscreteDetection) {
+TEST_F(Detect, one_frame_is_enough_for_discrete_detection) {
   const std::string frame = folder_.write("t1.obj", kBelow);
   EXPECT_THAT(contacts("--detection dcd --features vt --margin 0.5 " + frame),
               ElementsAre(is_contact("vt,3,,0,1,2", 1.0F, 1.0F)));
   expect_refused(frame, "needs two frames");
 }
 
-TEST_F(Detect, JsonHoldsEveryFigure) {
+TEST_F(Detect, json_holds_every_figure) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   const nlohmann::json json = figures(frames + " --features vt --backend cpu --repeat 2");
   EXPECT_EQ(json["triangles"], 2);
@@ -154,7 +154,7 @@ TEST_F(Detect, JsonHoldsEveryFigure) {
   EXPECT_GT(json["ms"]["total"], 0);
 }
 
-TEST_F(Detect, EmptyAndSingleTriangleMeshesHaveNoContacts) {
+TEST_F(Detect, empty_and_single_triangle_meshes_have_no_contacts) {
   const std::string empty = folder_.write("empty.obj", "");
   EXPECT_THAT(contacts(empty + " " + empty), IsEmpty());
   const std::string one = folder_.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
@@ -162,7 +162,7 @@ TEST_F(Detect, EmptyAndSingleTriangleMeshesHaveNoContacts) {
   EXPECT_EQ(figures(one + " " + one)["triangles"], 1);
 }
 
-TEST_F(Detect, LeavesTrianglesOutWhoseVerticesAreNotFinite) {
+TEST_F(Detect, leaves_triangles_out_whose_vertices_are_not_finite) {
   const std::string above = "v 9 9 9\nv 9 9 10\nv 9 10 9\nf -1 -2 -3\n";
   const std::string broken = "v nan 9 9\nv 9 9 10\nv 9 10 9\nf -1 -2 -3\n";
   const std::string frames = folder_.write("t0.obj", kAbove + above) + " " + folder_.write("t1.obj", kBelow + broken);
@@ -175,7 +175,7 @@ TEST_F(Detect, LeavesTrianglesOutWhoseVerticesAreNotFinite) {
   EXPECT_EQ(nlohmann::json::parse(folder_.read("figures.json"))["left_out_triangles"], 1);
 }
 
-TEST_F(Detect, RefusesMeshesWithOneSentence) {
+TEST_F(Detect, refuses_meshes_with_one_sentence) {
   const std::string good = folder_.write("good.obj", kAbove);
   const auto expect_sentence = [&](const std::string& file, const std::string& place, const std::string& problem) {
     const Result result = run(good + " " + file);
@@ -194,7 +194,7 @@ TEST_F(Detect, RefusesMeshesWithOneSentence) {
   expect_sentence(folder_.write("other.obj", std::string(kAbove) + "f 1 1 1\n"), ":", "it has 3 triangles, not 2");
 }
 
-TEST_F(Detect, RefusesCommandLines) {
+TEST_F(Detect, refuses_command_lines) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   expect_refused("", "t0 is required");
   expect_refused(frames + " --accuracy exact", "'exact' is not one of fast, precise, conservative");
@@ -210,7 +210,7 @@ TEST_F(Detect, RefusesCommandLines) {
   expect_refused(frames + " --memory-limit -1", "--memory-limit");
 }
 
-TEST_F(Detect, RefusesEmptyFileNames) {
+TEST_F(Detect, refuses_empty_file_names) {
   const std::string frame = folder_.write("t1.obj", kBelow);
   expect_refused(frame + " " + frame + " --contacts ''", "--contacts: is empty");
   expect_refused(frame + " " + frame + " --json ''", "--json: is empty");
@@ -218,13 +218,13 @@ TEST_F(Detect, RefusesEmptyFileNames) {
   expect_refused("--detection dcd " + frame + " ''", "t1: is empty");
 }
 
-TEST_F(Detect, RefusesDevicesAndNamesFilesThatCannotBeRead) {
+TEST_F(Detect, refuses_devices_and_names_files_that_cannot_be_read) {
   const std::string good = folder_.write("good.obj", kAbove);
   expect_refused("/dev/zero " + good, "/dev/zero: is neither a file nor a pipe");
   expect_refused("/proc/self/mem " + good, "/proc/self/mem: cannot be read");
 }
 
-TEST_F(Detect, ReadsFramesFromPipes) {
+TEST_F(Detect, reads_frames_from_pipes) {
   const std::string frame = folder_.write("t1.obj", kBelow);
   const std::string pipe = folder_.file("pipe.obj");
   const Result result = run_shell(
@@ -233,7 +233,7 @@ TEST_F(Detect, ReadsFramesFromPipes) {
   EXPECT_THAT(result.output, HasSubstr("2 triangles"));
 }
 
-TEST_F(Detect, MemoryLimitHasUnits) {
+TEST_F(Detect, memory_limit_has_units) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   EXPECT_EQ(figures(frames)["memory_limit"], 0);
   EXPECT_EQ(figures(frames + " --memory-limit 30000000")["memory_limit"], 30000000);
@@ -242,7 +242,7 @@ TEST_F(Detect, MemoryLimitHasUnits) {
   EXPECT_EQ(contacts(frames + " --memory-limit 30M"), contacts(frames));
 }
 
-TEST_F(Detect, FailsWhereTheMemoryLimitDoesNotSuffice) {
+TEST_F(Detect, fails_where_the_memory_limit_does_not_suffice) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   const Result result = run(frames + " --memory-limit 1k");
   EXPECT_EQ(result.exit_code, 1);
@@ -250,7 +250,7 @@ TEST_F(Detect, FailsWhereTheMemoryLimitDoesNotSuffice) {
   EXPECT_THAT(result.output, IsEmpty());
 }
 
-TEST_F(Detect, ResultsThatCannotBeWrittenAreAnError) {
+TEST_F(Detect, results_that_cannot_be_written_are_an_error) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   for (const char* option : {" --contacts ", " --json "}) {
     const Result result = run(frames + option + folder_.file("absent/file"));
@@ -259,7 +259,7 @@ TEST_F(Detect, ResultsThatCannotBeWrittenAreAnError) {
   }
 }
 
-TEST_F(Detect, ASummaryThatCannotBeWrittenIsAnError) {
+TEST_F(Detect, a_summary_that_cannot_be_written_is_an_error) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   for (const std::string& arguments : {frames, std::string("--help")}) {
     for (const char* output : {" >/dev/full", " >&-"}) {
@@ -270,7 +270,7 @@ TEST_F(Detect, ASummaryThatCannotBeWrittenIsAnError) {
   }
 }
 
-TEST_F(Detect, NamesThatAreNotUtf8AreReplacedInJson) {
+TEST_F(Detect, names_that_are_not_utf8_are_replaced_in_json) {
   const std::string name = "t1-\xFF.obj";
   const nlohmann::json json = figures("--detection dcd '" + folder_.write(name, kBelow) + "'");
   EXPECT_THAT(json["t0"].get<std::string>(), testing::EndsWith("/t1-\xEF\xBF\xBD.obj"));
@@ -298,7 +298,7 @@ std::string columns_of(const FeaturePair& pair, const std::vector<Triangle>& tri
   return fmt::format("ee,{},{},{},{},", e[0], e[1], g[0], g[1]);
 }
 
-TEST_F(Detect, FindsEveryTrueCollisionOfTheClothBallStep) {
+TEST_F(Detect, finds_every_true_collision_of_the_cloth_ball_step) {
   const std::filesystem::path data = data_folder("ccd-steps");
   if (data.empty()) GTEST_SKIP() << missing_data("ccd-steps");
   const std::string frames = (data / "cloth-ball/frames/cloth_ball").string();

@@ -9,7 +9,7 @@ using T = std::array<std::uint32_t, 3>;
 
 class Obj : public MeshReading {};
 
-TEST_F(Obj, ReadsVerticesAndPolygons) {
+TEST_F(Obj, reads_vertices_and_polygons) {
   const demo::Mesh mesh = read("mesh.obj",
                                "# a comment\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 0.5\r\nv 0 1 .1 1 0 0\n"
                                "v 0 0 -1e3 # behind\nvt 0 0\nvn 0 0 1\ns off\nusemtl red\n\nf 1 2 3\nf 1 2 3 4\n");
@@ -19,7 +19,7 @@ TEST_F(Obj, ReadsVerticesAndPolygons) {
   EXPECT_THAT(triangles_of(mesh), ElementsAre(T{0, 1, 2}, T{0, 1, 2}, T{0, 2, 3}));
 }
 
-TEST_F(Obj, ReadsEveryFormOfIndex) {
+TEST_F(Obj, reads_every_form_of_index) {
   const demo::Mesh mesh = read("MESH.OBJ",
                                "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2//2 3/3\nf -3 -2 -1\nv 2 2 2\nf -1 -2/7 1\n"
                                "f 5 1 2\nv 3 3 3");
@@ -27,13 +27,13 @@ TEST_F(Obj, ReadsEveryFormOfIndex) {
   EXPECT_EQ(mesh.positions.size(), 5u);
 }
 
-TEST_F(Obj, AnEmptyFileIsAnEmptyMesh) {
+TEST_F(Obj, an_empty_file_is_an_empty_mesh) {
   const demo::Mesh mesh = read("mesh.obj", "");
   EXPECT_TRUE(mesh.positions.empty());
   EXPECT_TRUE(mesh.triangles.empty());
 }
 
-TEST_F(Obj, NamesLineAndProblem) {
+TEST_F(Obj, names_line_and_problem) {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"v 0 0\n", ":1: a vertex needs three coordinates"},
@@ -53,14 +53,14 @@ TEST_F(Obj, NamesLineAndProblem) {
   for (const auto& [content, problem] : cases) EXPECT_THAT(error_of("bad.obj", content), HasSubstr(problem));
 }
 
-TEST_F(Obj, LargeFilesAreReadWhole) {
+TEST_F(Obj, large_files_are_read_whole) {
   std::string content = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   constexpr std::size_t kFaces = 300000;  // of 8 bytes: several blocks
   for (std::size_t i = 0; i < kFaces; ++i) content += "f 1 2 3\n";
   EXPECT_EQ(read("large.obj", content).triangles.size(), kFaces);
 }
 
-TEST_F(Obj, FilesBeyondAllMeshesAreRefusedUnread) {
+TEST_F(Obj, files_beyond_all_meshes_are_refused_unread) {
   const std::string file = folder_.write("huge.obj", "");
   std::filesystem::resize_file(file, (std::uintmax_t{1} << 34) + 1);
   try {
@@ -71,7 +71,7 @@ TEST_F(Obj, FilesBeyondAllMeshesAreRefusedUnread) {
   }
 }
 
-TEST_F(Obj, IsKnownByItsNameOnly) {
+TEST_F(Obj, is_known_by_its_name_only) {
   EXPECT_THAT(error_of("mesh.txt", "v 0 0 0\n"), HasSubstr("is neither PLY"));
 }
 

@@ -75,7 +75,7 @@ class Ply : public MeshReading {
   }
 };
 
-TEST_F(Ply, ReadsBinaryOfBothEndiannessesAndManyTypes) {
+TEST_F(Ply, reads_binary_of_both_endiannesses_and_many_types) {
   for (const char* format : {"binary_little_endian", "binary_big_endian"}) {
     SCOPED_TRACE(format);
     expect_round_trip<float, std::int32_t>(format, "float", "int");
@@ -85,14 +85,14 @@ TEST_F(Ply, ReadsBinaryOfBothEndiannessesAndManyTypes) {
   }
 }
 
-TEST_F(Ply, ReadsIntegerPositions) {
+TEST_F(Ply, reads_integer_positions) {
   const demo::Mesh mesh =
       read("mesh.ply", binary<std::int16_t, std::uint8_t>("binary_big_endian", "short", "uchar",
                                                           {{-300, 2, 3}, {0, 0, 0}, {1, 1, 1}, {}}));
   EXPECT_EQ(mesh.positions[0], (Vec3d{-300, 2, 3}));
 }
 
-TEST_F(Ply, ReadsAsciiAsTheTypesThatTheHeaderNames) {
+TEST_F(Ply, reads_ascii_as_the_types_that_the_header_names) {
   const demo::Mesh mesh = read("mesh.ply",
                                "ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty float x\r\n"
                                "property double y\r\nproperty int z\r\nelement face 1\r\n"
@@ -106,7 +106,7 @@ TEST_F(Ply, ReadsAsciiAsTheTypesThatTheHeaderNames) {
   EXPECT_THAT(triangles_of(mesh), ElementsAre(T{0, 1, 2}, T{0, 2, 3}));
 }
 
-TEST_F(Ply, StepsOverOtherElementsAndReadsFacesBeforeVertices) {
+TEST_F(Ply, steps_over_other_elements_and_reads_faces_before_vertices) {
   const demo::Mesh mesh = read("mesh.ply",
                                "ply\nformat ascii 1.0\nobj_info x\nelement strange 2\nproperty list int double values\n"
                                "element face 1\nproperty list int int vertex_indices\n"
@@ -118,7 +118,7 @@ TEST_F(Ply, StepsOverOtherElementsAndReadsFacesBeforeVertices) {
   EXPECT_THAT(triangles_of(mesh), ElementsAre(T{2, 1, 0}));
 }
 
-TEST_F(Ply, ReadsMeshesWithoutFacesOrVertices) {
+TEST_F(Ply, reads_meshes_without_faces_or_vertices) {
   const demo::Mesh empty = read("mesh.ply",
                                 "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\n"
                                 "property float y\nproperty float z\nend_header\n");
@@ -126,7 +126,7 @@ TEST_F(Ply, ReadsMeshesWithoutFacesOrVertices) {
   EXPECT_TRUE(empty.triangles.empty());
 }
 
-TEST_F(Ply, NamesWhatIsWrongWithAHeader) {
+TEST_F(Ply, names_what_is_wrong_with_a_header) {
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   const std::string vertices = "element vertex 0\n" + xyz;
   const std::string ascii = "ply\nformat ascii 1.0\n";
@@ -160,7 +160,7 @@ TEST_F(Ply, NamesWhatIsWrongWithAHeader) {
   for (const auto& [content, problem] : cases) EXPECT_THAT(error_of("bad.ply", content), HasSubstr(problem));
 }
 
-TEST_F(Ply, NamesLineAndProblemOfWrongAsciiValues) {
+TEST_F(Ply, names_line_and_problem_of_wrong_ascii_values) {
   const std::string header = kTriangleHeader;
   const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n";
   const std::vector<std::pair<std::string, std::string>> cases = {
@@ -182,7 +182,7 @@ TEST_F(Ply, NamesLineAndProblemOfWrongAsciiValues) {
   for (const auto& [body, problem] : cases) EXPECT_THAT(error_of("bad.ply", header + body), HasSubstr(problem));
 }
 
-TEST_F(Ply, NamesEveryTruncationOfABinaryFile) {
+TEST_F(Ply, names_every_truncation_of_a_binary_file) {
   for (const char* format : {"binary_little_endian", "binary_big_endian"}) {
     const std::string whole = binary<float, std::int32_t>(format, "float", "int", {{}, {}, {}, {}});
     const std::size_t body = whole.find("end_header\n") + std::string("end_header\n").size();
@@ -194,7 +194,7 @@ TEST_F(Ply, NamesEveryTruncationOfABinaryFile) {
   }
 }
 
-TEST_F(Ply, NamesBytesOfWrongBinaryValues) {
+TEST_F(Ply, names_bytes_of_wrong_binary_values) {
   const std::vector<Vec3f> one_too_few = {{}, {}, {}};
   EXPECT_THAT(error_of("bad.ply", binary<float, std::int32_t>("binary_big_endian", "float", "int", one_too_few)),
               HasSubstr("face 1: vertex index 3 does not exist (3 vertices)"));
@@ -205,14 +205,14 @@ TEST_F(Ply, NamesBytesOfWrongBinaryValues) {
   EXPECT_THAT(error_of("bad.ply", negative), HasSubstr(fmt::format(": byte {}: ", last_corner + 4)));
 }
 
-TEST_F(Ply, AHeaderThatAnnouncesMoreThanTheFileHoldsCostsNoMemory) {
+TEST_F(Ply, a_header_that_announces_more_than_the_file_holds_costs_no_memory) {
   EXPECT_THAT(error_of("bad.ply",
                        "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty double x\n"
                        "property double y\nproperty double z\nend_header\n0123456789"),
               HasSubstr("4000000000 'vertex' elements do not fit into the 10 bytes left"));
 }
 
-TEST_F(Ply, RefusesGarbage) {
+TEST_F(Ply, refuses_garbage) {
   std::string garbage;
   for (int i = 0; i < 1000; ++i) garbage += static_cast<char>(i * 7919 >> 3);
   EXPECT_THAT(error_of("bad.ply", garbage), HasSubstr("is neither PLY"));
@@ -220,12 +220,12 @@ TEST_F(Ply, RefusesGarbage) {
   EXPECT_THAT(error_of("bad.ply", ""), HasSubstr("is neither PLY"));
 }
 
-TEST_F(Ply, NamesFilesThatCannotBeRead) {
+TEST_F(Ply, names_files_that_cannot_be_read) {
   EXPECT_THROW(demo::read_mesh(folder_.file("absent.ply")), demo::MeshError);
   EXPECT_THROW(demo::read_mesh(folder_.file("")), demo::MeshError);
 }
 
-TEST_F(Ply, FramesOfOneMeshHaveTheSameTriangles) {
+TEST_F(Ply, frames_of_one_mesh_have_the_same_triangles) {
   const demo::Mesh a = read("a.ply", std::string(kTriangleHeader) + "0 0 0 1 0 0 0 1 0 3 0 1 2\n");
   const demo::Mesh moved = read("b.ply", std::string(kTriangleHeader) + "0 0 1 1 0 1 0 1 1 3 0 1 2\n");
   EXPECT_NO_THROW(demo::require_same_topology(a, "a.ply", moved, "b.ply"));

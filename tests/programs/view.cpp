@@ -59,7 +59,7 @@ class Viewer : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Viewer, ShowsTheClothsAndCloses) {
+TEST_F(Viewer, shows_the_cloths_and_closes) {
   const std::string file = folder_.file("window.png");
   const Result result = run("two-cloths --size 20 --backend cpu --view --view-frames 30 --screenshot " + file);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -84,7 +84,7 @@ TEST_F(Viewer, ShowsTheClothsAndCloses) {
   EXPECT_LT(orange + blue, looked_at) << "the floor";
 }
 
-TEST_F(Viewer, DrawsEveryOverlay) {
+TEST_F(Viewer, draws_every_overlay) {
   const std::string plain = folder_.file("plain.png");
   ASSERT_EQ(run("two-cloths --size 16 --view --view-frames 20 --screenshot " + plain).exit_code, 0);
   const Picture without = read_png(plain);
@@ -105,7 +105,7 @@ TEST_F(Viewer, DrawsEveryOverlay) {
   }
 }
 
-TEST(ViewerWithoutADisplay, SaysSo) {
+TEST(ViewerWithoutADisplay, says_so) {
   const TemporaryFolder folder;
   const Result result =
       run_shell("env -u DISPLAY -u WAYLAND_DISPLAY '" SOFTCD_DEMO "' two-cloths --size 8 --view", folder);

@@ -32,7 +32,7 @@ std::array<double, 4> project(const Matrix4& matrix, Vec3d p) {
   return {clip[0] / clip[3], clip[1] / clip[3], clip[2] / clip[3], clip[3]};
 }
 
-TEST(OrbitCamera, BeginsWithTheScenesView) {
+TEST(OrbitCamera, begins_with_the_scenes_view) {
   const OrbitCamera camera(some_view());
   expect_near(camera.eye(), {3, 4, 5}, 1e-6);
   expect_near(camera.target(), {1, 0, -1}, 1e-6);
@@ -42,7 +42,7 @@ TEST(OrbitCamera, BeginsWithTheScenesView) {
   EXPECT_NEAR(target[3], std::sqrt(4.0 + 16 + 36), 1e-5);
 }
 
-TEST(OrbitCamera, RaysGoThroughThePointsThatAreDrawnThere) {
+TEST(OrbitCamera, rays_go_through_the_points_that_are_drawn_there) {
   OrbitCamera camera(some_view());
   camera.orbit(0.4, -0.2);
   const Matrix4 matrix = camera.view_projection(kAspect);
@@ -58,14 +58,14 @@ TEST(OrbitCamera, RaysGoThroughThePointsThatAreDrawnThere) {
   }
 }
 
-TEST(OrbitCamera, TheScreenIsAsHighAsTheFieldOfView) {
+TEST(OrbitCamera, the_screen_is_as_high_as_the_field_of_view) {
   const OrbitCamera camera(some_view());
   const Vec3d top = camera.ray_through(0, 1, kAspect).direction;
   const Vec3d bottom = camera.ray_through(0, -1, kAspect).direction;
   EXPECT_NEAR(std::acos(dot(top, bottom)), 0.7, 1e-6);
 }
 
-TEST(OrbitCamera, DepthGrowsAwayFromTheViewer) {
+TEST(OrbitCamera, depth_grows_away_from_the_viewer) {
   const OrbitCamera camera(some_view());
   const Ray ray = camera.ray_through(0.2, 0.1, kAspect);
   const Matrix4 matrix = camera.view_projection(kAspect);
@@ -78,7 +78,7 @@ TEST(OrbitCamera, DepthGrowsAwayFromTheViewer) {
   }
 }
 
-TEST(OrbitCamera, OrbitsAroundItsTarget) {
+TEST(OrbitCamera, orbits_around_its_target) {
   OrbitCamera camera(some_view());
   const double distance = squared_norm(camera.eye() - camera.target());
   const Vec3d right = camera.frame().right;
@@ -92,7 +92,7 @@ TEST(OrbitCamera, OrbitsAroundItsTarget) {
   EXPECT_GT(squared_norm(camera.frame().right), 0.99) << "but never straight";
 }
 
-TEST(OrbitCamera, PanningMovesWhatIsInTheMiddleWithTheCursor) {
+TEST(OrbitCamera, panning_moves_what_is_in_the_middle_with_the_cursor) {
   OrbitCamera camera(some_view());
   const Vec3d middle = camera.target();
   camera.pan(0.5, -0.25, kAspect);
@@ -101,7 +101,7 @@ TEST(OrbitCamera, PanningMovesWhatIsInTheMiddleWithTheCursor) {
   EXPECT_NEAR(drawn[1], -0.25, 1e-5);
 }
 
-TEST(OrbitCamera, ZoomsWithinLimits) {
+TEST(OrbitCamera, zooms_within_limits) {
   OrbitCamera camera(some_view());
   const double distance = std::sqrt(squared_norm(camera.eye() - camera.target()));
   camera.zoom(0.5);
@@ -110,7 +110,7 @@ TEST(OrbitCamera, ZoomsWithinLimits) {
   EXPECT_GT(squared_norm(camera.eye() - camera.target()), 0);
 }
 
-TEST(Orthographic, MapsTheBoxOntoTheScreen) {
+TEST(Orthographic, maps_the_box_onto_the_screen) {
   const ViewFrame frame = looking_along({1, -2, 0.5});
   const Vec3d low = {-1, 2, -3};
   const Vec3d high = {5, 4, 7};

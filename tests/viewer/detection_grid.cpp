@@ -57,7 +57,7 @@ PipelineOptions slab() {
 
 class DetectionGridOf : public testing::TestWithParam<Case> {};
 
-TEST_P(DetectionGridOf, CountsWhatTheDetectorCounts) {
+TEST_P(DetectionGridOf, counts_what_the_detector_counts) {
   const Scene scene = GetParam().scene();
   const DetectionGrid grid(grid_bodies(scene), GetParam().options);
   test::LoadedScene loaded = test::load(scene, GetParam().options);
@@ -76,7 +76,7 @@ TEST_P(DetectionGridOf, CountsWhatTheDetectorCounts) {
   EXPECT_EQ(counts.tests, expected.tests);
 }
 
-TEST_P(DetectionGridOf, CellsHoldAllEntriesAndTests) {
+TEST_P(DetectionGridOf, cells_hold_all_entries_and_tests) {
   const DetectionGrid grid(grid_bodies(GetParam().scene()), GetParam().options);
   std::uint64_t entries = 0;
   std::uint64_t tests = 0;
@@ -99,7 +99,7 @@ bool is_in(const OccupiedCell& cell, double size, Vec3d point) {
 }
 
 // A triangle is registered wherever it is, and its centroid is somewhere.
-TEST_P(DetectionGridOf, TrianglesLieInTheirCells) {
+TEST_P(DetectionGridOf, triangles_lie_in_their_cells) {
   const Scene scene = GetParam().scene();
   const DetectionGrid grid(grid_bodies(scene), GetParam().options);
   std::size_t found = 0;
@@ -121,7 +121,7 @@ TEST_P(DetectionGridOf, TrianglesLieInTheirCells) {
   EXPECT_GT(found, 50U);
 }
 
-TEST_P(DetectionGridOf, MasksSayWhichNeighboursHoldTheTriangle) {
+TEST_P(DetectionGridOf, masks_say_which_neighbours_hold_the_triangle) {
   const DetectionGrid grid(grid_bodies(GetParam().scene()), GetParam().options);
   const std::uint32_t triangle = grid.first_triangle(0) + 5;
   const std::vector<const OccupiedCell*> cells = grid.cells_of(triangle);
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, DetectionGridOf,
                                          Case{"FarAwayPair", far_away_pair, on_cpu(Detection::dcd)}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-TEST(DetectionGrid, ChildrenTileTheTriangle) {
+TEST(DetectionGrid, children_tile_the_triangle) {
   const Scene scene = uneven_soup();
   const DetectionGrid grid(grid_bodies(scene), on_cpu(Detection::ccd));
   std::uint64_t children = 0;

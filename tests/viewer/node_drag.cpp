@@ -30,7 +30,7 @@ class Dragging : public testing::Test {
   NodeDrag drag_;
 };
 
-TEST_F(Dragging, PullsTheNodeTowardsTheCursor) {
+TEST_F(Dragging, pulls_the_node_towards_the_cursor) {
   const Vec3d goal = corner() + 1.5 * camera_.frame().up - 0.5 * camera_.frame().right;
   drag_.take(session_.bodies(), kUpper, kCorner, camera_, towards(corner()));
   drag_.follow(towards(goal));
@@ -44,7 +44,7 @@ TEST_F(Dragging, PullsTheNodeTowardsTheCursor) {
   EXPECT_LT(opposite.y, goal.y - 0.5);
 }
 
-TEST_F(Dragging, TheNodeDoesNotJumpToTheCursor) {
+TEST_F(Dragging, the_node_does_not_jump_to_the_cursor) {
   const Ray beside = towards(corner() + 0.1 * camera_.frame().right);
   drag_.take(session_.bodies(), kUpper, kCorner, camera_, beside);
   drag_.follow(beside);
@@ -53,7 +53,7 @@ TEST_F(Dragging, TheNodeDoesNotJumpToTheCursor) {
   EXPECT_NEAR(squared_norm(drag_.line(session_.bodies()).goal - corner() - 0.3 * camera_.frame().right), 0, 1e-9);
 }
 
-TEST_F(Dragging, LetsGo) {
+TEST_F(Dragging, lets_go) {
   drag_.take(session_.bodies(), kUpper, kCorner, camera_, towards(corner()));
   drag_.follow(towards(corner() + camera_.frame().up));
   drag_.release();
@@ -62,7 +62,7 @@ TEST_F(Dragging, LetsGo) {
   EXPECT_EQ(session_.bodies()[kUpper]->m_nodes[kCorner].m_v, btVector3(0, 0, 0));
 }
 
-TEST_F(Dragging, GoesOnInAnotherWorld) {
+TEST_F(Dragging, goes_on_in_another_world) {
   drag_.take(session_.bodies(), kUpper, kCorner, camera_, towards(corner()));
   drag_.follow(towards(corner() + camera_.frame().up));
   session_.go_on_with(session_.options());

@@ -19,7 +19,7 @@ Session touching_cloths() {
   return session;
 }
 
-TEST(Overlays, ColoursGoFromBlueToRed) {
+TEST(Overlays, colours_go_from_blue_to_red) {
   const Rgba least = color_of_tests(0, 100);
   const Rgba most = color_of_tests(100, 100);
   EXPECT_GT(least[2], least[0]);
@@ -27,7 +27,7 @@ TEST(Overlays, ColoursGoFromBlueToRed) {
   EXPECT_EQ(color_of_tests(0, 0), least);
 }
 
-TEST(Overlays, DrawABoxForEachCell) {
+TEST(Overlays, draw_a_box_for_each_cell) {
   const Session session = touching_cloths();
   const auto grid = session.make_grid();
   OverlayGeometry geometry;
@@ -38,7 +38,7 @@ TEST(Overlays, DrawABoxForEachCell) {
   EXPECT_LT(geometry.triangles.size() / 36, grid->cells().size()) << "cells without tests have edges only";
 }
 
-TEST(Overlays, DrawALineForEachContact) {
+TEST(Overlays, draw_a_line_for_each_contact) {
   const Session session = touching_cloths();
   OverlayGeometry geometry;
   append_contacts(session.bodies(), geometry);
@@ -46,7 +46,7 @@ TEST(Overlays, DrawALineForEachContact) {
   EXPECT_EQ(geometry.bright_lines.size(), session.scene().count_contacts() * 3 * 2);
 }
 
-TEST(Overlays, DrawTheCellsOfAWholeTriangle) {
+TEST(Overlays, draw_the_cells_of_a_whole_triangle) {
   const Session session = touching_cloths();
   const auto grid = session.make_grid();
   const std::uint32_t triangle = grid->first_triangle(1) + 100;
@@ -56,7 +56,7 @@ TEST(Overlays, DrawTheCellsOfAWholeTriangle) {
   EXPECT_GT(geometry.lines.size(), 0U);
 }
 
-TEST(Overlays, DrawTheChildrenOfASplitTriangle) {
+TEST(Overlays, draw_the_children_of_a_split_triangle) {
   const test::Scene scene = uneven_soup();
   const DetectionGrid grid(grid_bodies(scene), on_cpu(Detection::ccd));
   std::uint32_t triangle = 0;

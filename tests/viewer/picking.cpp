@@ -11,12 +11,12 @@ constexpr Vec3d kA = {0, 0, 0};
 constexpr Vec3d kB = {2, 0, 0};
 constexpr Vec3d kC = {0, 2, 0};
 
-TEST(DistanceToTriangle, IsFoundFromBothSides) {
+TEST(DistanceToTriangle, is_found_from_both_sides) {
   EXPECT_EQ(distance_to_triangle({{0.5, 0.5, 3}, {0, 0, -1}}, kA, kB, kC), 3);
   EXPECT_EQ(distance_to_triangle({{0.5, 0.5, -4}, {0, 0, 1}}, kA, kB, kC), 4);
 }
 
-TEST(DistanceToTriangle, IsNoneBesideBehindAndAlong) {
+TEST(DistanceToTriangle, is_none_beside_behind_and_along) {
   EXPECT_FALSE(distance_to_triangle({{1.2, 1.2, 3}, {0, 0, -1}}, kA, kB, kC));
   EXPECT_FALSE(distance_to_triangle({{-0.1, 0.5, 3}, {0, 0, -1}}, kA, kB, kC));
   EXPECT_FALSE(distance_to_triangle({{0.5, -0.1, 3}, {0, 0, -1}}, kA, kB, kC));
@@ -25,7 +25,7 @@ TEST(DistanceToTriangle, IsNoneBesideBehindAndAlong) {
   EXPECT_FALSE(distance_to_triangle({{0.5, 0.5, 3}, {0, 0, -1}}, kA, kB, kB));
 }
 
-TEST(MeetPlane, IsNoneBehindAndAlong) {
+TEST(MeetPlane, is_none_behind_and_along) {
   const auto met = meet_plane({{1, 2, 3}, {0, 0, -1}}, {5, 5, 1}, {0, 0, 1});
   ASSERT_TRUE(met);
   EXPECT_EQ(*met, (Vec3d{1, 2, 1}));
@@ -48,7 +48,7 @@ class Picking : public testing::Test {
 };
 
 // The second body is the one that falls, onto the first, whose border is held.
-TEST_F(Picking, TakesTheFirstFaceOnTheRay) {
+TEST_F(Picking, takes_the_first_face_on_the_ray) {
   const Ray down = {{0.1, 10, 0.2}, {0, -1, 0}};
   const auto upper = pick_face(session_.bodies(), down);
   ASSERT_TRUE(upper);
@@ -61,7 +61,7 @@ TEST_F(Picking, TakesTheFirstFaceOnTheRay) {
   EXPECT_FALSE(pick_face(session_.bodies(), {{100, 10, 0}, {0, -1, 0}}));
 }
 
-TEST_F(Picking, TakesTheNearestNodeThatIsFree) {
+TEST_F(Picking, takes_the_nearest_node_that_is_free) {
   const btSoftBody& held = *session_.bodies()[0];
   const btVector3 middle = held.m_nodes[3 * 8 + 3].m_x + btVector3(btScalar(0.01), -5, btScalar(0.02));
   const auto inside = pick_face(session_.bodies(), {to_vec3d(middle), {0, 1, 0}});

@@ -46,7 +46,7 @@ struct Case {
 class SessionOf : public testing::TestWithParam<Case> {};
 
 // Far enough that the cloths touch, and the ball turns.
-TEST_P(SessionOf, GoesOnAsIfNothingHadHappenedWithTheSameOptions) {
+TEST_P(SessionOf, goes_on_as_if_nothing_had_happened_with_the_same_options) {
   SceneOptions options = small();
   options.size = GetParam().size;
   Session switched(GetParam().scene, options);
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SessionOf,
                          [](const auto& test) { return std::string(test.param.name); });
 
 // Two runs of Bullet's deformable world differ: it draws random numbers from one sequence for all worlds.
-TEST(Session, GoesOnInTheDeformableWorld) {
+TEST(Session, goes_on_in_the_deformable_world) {
   SceneOptions options = small();
   options.world = World::deformable;
   Session session("two-cloths", options);
@@ -85,7 +85,7 @@ TEST(Session, GoesOnInTheDeformableWorld) {
   for (std::size_t i = 0; i < after.size(); ++i) EXPECT_LT((after[i] - before[i]).length(), btScalar(0.1));
 }
 
-TEST(Session, SwitchesWhoDetects) {
+TEST(Session, switches_who_detects) {
   Session session("two-cloths", small());
   run(session, 60);
   const std::vector<btVector3> before = positions_of(session);
@@ -110,7 +110,7 @@ TEST(Session, SwitchesWhoDetects) {
   EXPECT_GT(session.scene().count_contacts(), 0U);
 }
 
-TEST(Session, StaysAsItIsWhenItCannotGoOn) {
+TEST(Session, stays_as_it_is_when_it_cannot_go_on) {
   if (*cuda_problem() == '\0') GTEST_SKIP() << "there is a device";
   Session session("two-cloths", small());
   run(session, 5);
@@ -124,7 +124,7 @@ TEST(Session, StaysAsItIsWhenItCannotGoOn) {
   EXPECT_NE(positions_of(session), before);
 }
 
-TEST(Session, RestartsFromTheBeginning) {
+TEST(Session, restarts_from_the_beginning) {
   Session session("folding-cloth", small());
   const std::vector<btVector3> first = positions_of(session);
   run(session, 10);
@@ -134,7 +134,7 @@ TEST(Session, RestartsFromTheBeginning) {
   EXPECT_EQ(session.scene().time(), 0);
 }
 
-TEST(Session, KeepsTheLastTimes) {
+TEST(Session, keeps_the_last_times) {
   Session session("two-cloths", small());
   run(session, 3);
   EXPECT_EQ(session.step_ms().values().size(), 3U);

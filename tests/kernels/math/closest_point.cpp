@@ -48,7 +48,7 @@ constexpr double kFewRoundings = 8.0;
 
 constexpr std::array kKinds{ContactKind::vertex_triangle, ContactKind::edge_edge};
 
-TEST(ClosestPoints, DistanceIsRightWithinAFewRoundings) {
+TEST(ClosestPoints, distance_is_right_within_a_few_roundings) {
   for (const ContactKind kind : kKinds) {
     for (std::uint32_t family = 0; family < kFamilies; ++family) {
       Random random(family + 1);
@@ -62,7 +62,7 @@ TEST(ClosestPoints, DistanceIsRightWithinAFewRoundings) {
   }
 }
 
-TEST(ClosestPoints, ExactDistanceAgreesWithTheReference) {
+TEST(ClosestPoints, exact_distance_agrees_with_the_reference) {
   Random random(7);
   for (int i = 0; i < 2'000; ++i) {
     Points p;
@@ -74,7 +74,7 @@ TEST(ClosestPoints, ExactDistanceAgreesWithTheReference) {
   }
 }
 
-TEST(ClosestPoints, WeightsAndOffsetDescribeTheSamePoints) {
+TEST(ClosestPoints, weights_and_offset_describe_the_same_points) {
   Random random(3);
   for (const ContactKind kind : kKinds) {
     for (std::uint32_t family = 0; family < kFamilies; ++family) {
@@ -120,7 +120,7 @@ Points almost_parallel_edges(Random& random, double angle) {
   return {e0, e0 + along, g0, g1};
 }
 
-TEST(ClosestPoints, TheErrorDoesNotGrowWithTheAspect) {
+TEST(ClosestPoints, the_error_does_not_grow_with_the_aspect) {
   for (double aspect = 1.0; aspect > 1e-16; aspect *= 0.1) {
     Random random(11);
     for (int i = 0; i < 500; ++i) {
@@ -134,7 +134,7 @@ TEST(ClosestPoints, TheErrorDoesNotGrowWithTheAspect) {
   }
 }
 
-TEST(ClosestPoints, PowersOfTwoScaleTheResultExactly) {
+TEST(ClosestPoints, powers_of_two_scale_the_result_exactly) {
   Random random(5);
   for (const ContactKind kind : kKinds) {
     for (int i = 0; i < 2'000; ++i) {
@@ -153,7 +153,7 @@ TEST(ClosestPoints, PowersOfTwoScaleTheResultExactly) {
   }
 }
 
-TEST(ClosestPoints, PointsThatCoincide) {
+TEST(ClosestPoints, points_that_coincide) {
   const Vec3d p{0.1, -0.7, 3.0};
   const Points points{p, p, p, p};
   for (const ContactKind kind : kKinds) {

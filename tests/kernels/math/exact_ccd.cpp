@@ -19,7 +19,7 @@ Rows falling_at(double x, double y) {
   return {Vec3d{x, y, 1.0}, f0, f1, f2, Vec3d{x, y, -1.0}, f0, f1, f2};
 }
 
-TEST(ExactCcd, TheBoundaryBelongsToTheTriangleAndNothingBeyondIt) {
+TEST(ExactCcd, the_boundary_belongs_to_the_triangle_and_nothing_beyond_it) {
   EXPECT_TRUE(collides_vertex_triangle(falling_at(0.0, 0.0)));
   EXPECT_TRUE(collides_vertex_triangle(falling_at(0.5, 0.5)));
   EXPECT_TRUE(collides_vertex_triangle(falling_at(1.0, 0.0)));
@@ -28,7 +28,7 @@ TEST(ExactCcd, TheBoundaryBelongsToTheTriangleAndNothingBeyondIt) {
   EXPECT_FALSE(collides_vertex_triangle(falling_at(0.5, 0.5 + 0x1p-53)));
 }
 
-TEST(ExactCcd, BothEndsOfTheStepCount) {
+TEST(ExactCcd, both_ends_of_the_step_count) {
   Rows rows = falling_at(0.25, 0.25);
   rows[4].z = 0.0;
   EXPECT_TRUE(collides_vertex_triangle(rows));
@@ -40,7 +40,7 @@ TEST(ExactCcd, BothEndsOfTheStepCount) {
   EXPECT_TRUE(collides_vertex_triangle(rows));
 }
 
-TEST(ExactCcd, MotionInOnePlane) {
+TEST(ExactCcd, motion_in_one_plane) {
   Rows rows = falling_at(0.0, 0.0);
   rows[0] = {-1.0, 0.25, 0.0};
   rows[4] = {2.0, 0.25, 0.0};
@@ -56,7 +56,7 @@ TEST(ExactCcd, MotionInOnePlane) {
   EXPECT_TRUE(collides_vertex_triangle(rows)) << "rests inside";
 }
 
-TEST(ExactCcd, CollinearMotion) {
+TEST(ExactCcd, collinear_motion) {
   // All on the x axis: a point that runs after a segment.
   const auto on_axis = [](double v0, double a0, double b0, double v1, double a1, double b1) {
     return Rows{Vec3d{v0, 0, 0}, Vec3d{a0, 0, 0}, Vec3d{b0, 0, 0}, Vec3d{a0, 0, 0},
@@ -68,7 +68,7 @@ TEST(ExactCcd, CollinearMotion) {
   EXPECT_TRUE(collides_vertex_triangle(on_axis(0, 1, 2, 3, 4, 2.5)));
 }
 
-TEST(ExactCcd, ATouchWithoutCrossing) {
+TEST(ExactCcd, a_touch_without_crossing) {
   // The height of the vertex over the turning plane is -(t - 1/2)^2: a double root, inside.
   const auto turning = [](double lift) {
     return Rows{Vec3d{0, -0.5, -lift}, Vec3d{-1, -2, 1},  Vec3d{3, -1, 0.5},  Vec3d{-1, 3, -1.5},
@@ -79,7 +79,7 @@ TEST(ExactCcd, ATouchWithoutCrossing) {
   EXPECT_TRUE(collides_vertex_triangle(turning(-0x1p-1060)));
 }
 
-TEST(ExactCcd, CrossingEdges) {
+TEST(ExactCcd, crossing_edges) {
   const auto crossing = [](double end) {
     return Rows{Vec3d{-1, 0, 1},  Vec3d{end, 0, 1},  Vec3d{0, -1, 0}, Vec3d{0, 1, 0},
                 Vec3d{-1, 0, -1}, Vec3d{end, 0, -1}, Vec3d{0, -1, 0}, Vec3d{0, 1, 0}};
@@ -89,7 +89,7 @@ TEST(ExactCcd, CrossingEdges) {
   EXPECT_FALSE(collides_edge_edge(crossing(-0x1p-1074)));
 }
 
-TEST(ExactCcd, ParallelEdges) {
+TEST(ExactCcd, parallel_edges) {
   const auto falling = [](double from, double to) {
     return Rows{Vec3d{0, 0, 1},  Vec3d{1, 0, 1},  Vec3d{from, 0, 0}, Vec3d{to, 0, 0},
                 Vec3d{0, 0, -1}, Vec3d{1, 0, -1}, Vec3d{from, 0, 0}, Vec3d{to, 0, 0}};
@@ -100,7 +100,7 @@ TEST(ExactCcd, ParallelEdges) {
   EXPECT_FALSE(collides_edge_edge(falling(1.0 + 0x1p-52, 2.0)));
 }
 
-TEST(ExactCcd, TheVerdictDoesNotDependOnTheOrderOfTheCorners) {
+TEST(ExactCcd, the_verdict_does_not_depend_on_the_order_of_the_corners) {
   for (std::uint32_t family = 0; family < kFamilies; ++family) {
     Random random(family + 21);
     for (int i = 0; i < 150; ++i) {
@@ -126,7 +126,7 @@ void expect_at(const std::optional<TimeBracket>& bracket, double time) {
   EXPECT_LE(bracket->hi - bracket->lo, 0x1p-42);
 }
 
-TEST(ExactCcd, TheFirstContactIsBracketed) {
+TEST(ExactCcd, the_first_contact_is_bracketed) {
   Rows rows = falling_at(0.25, 0.25);
   expect_at(first_contact_vertex_triangle(rows), 0.5);
   rows[4].z = -2.0;
@@ -140,7 +140,7 @@ TEST(ExactCcd, TheFirstContactIsBracketed) {
   EXPECT_FALSE(first_contact_vertex_triangle(rows));
 }
 
-TEST(ExactCcd, TheFirstOfSeveralContactsIsBracketed) {
+TEST(ExactCcd, the_first_of_several_contacts_is_bracketed) {
   // In one plane: the vertex reaches the edges x = 0 and x + y = 1 of a triangle at 1/3 and 7/12.
   Rows planar = falling_at(0.0, 0.0);
   planar[0] = {-1.0, 0.25, 0.0};
@@ -150,7 +150,7 @@ TEST(ExactCcd, TheFirstOfSeveralContactsIsBracketed) {
   expect_at(first_contact_vertex_triangle(planar), 5.0 / 12.0);
 }
 
-TEST(ExactCcd, BracketsAgreeWithVerdictsAndDistances) {
+TEST(ExactCcd, brackets_agree_with_verdicts_and_distances) {
   for (std::uint32_t family = 0; family < kFamilies; ++family) {
     Random random(family + 77);
     for (int i = 0; i < 300; ++i) {
@@ -166,7 +166,7 @@ TEST(ExactCcd, BracketsAgreeWithVerdictsAndDistances) {
 }
 
 /// Verdicts for fractions do without the filter in floating point that those for doubles start with.
-TEST(ExactCcd, TheFilterAgreesWithRationals) {
+TEST(ExactCcd, the_filter_agrees_with_rationals) {
   constexpr double kUnit = 0x1p-20;
   for (std::uint32_t family = 0; family < kFamilies; ++family) {
     Random random(family + 51);
@@ -192,7 +192,7 @@ TEST(ExactCcd, TheFilterAgreesWithRationals) {
 
 /// A plain second opinion: sampled exact distances. It can only confirm that there is a contact, or that there is
 /// none anywhere near.
-TEST(ExactCcd, AgreesWithSampledDistances) {
+TEST(ExactCcd, agrees_with_sampled_distances) {
   Random random(17);
   for (const ContactKind kind : {ContactKind::vertex_triangle, ContactKind::edge_edge}) {
     for (int i = 0; i < 200; ++i) {

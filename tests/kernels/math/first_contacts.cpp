@@ -53,7 +53,7 @@ class FirstContacts : public ::testing::TestWithParam<std::uint32_t> {
   Family family() const { return static_cast<Family>(GetParam()); }
 };
 
-TEST_P(FirstContacts, AreMissedByNoModeAndNeverReportedLate) {
+TEST_P(FirstContacts, are_missed_by_no_mode_and_never_reported_late) {
   for (const ContactKind kind : kKinds) {
     Random random(GetParam() + 301);
     Tally fast, precise, conservative;

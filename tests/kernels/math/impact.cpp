@@ -61,7 +61,7 @@ class Impacts : public ::testing::TestWithParam<std::uint32_t> {
 };
 
 /// Float coordinates in double: the case that `precise` is for.
-TEST_P(Impacts, PreciseMissesNothingOnFloatCoordinates) {
+TEST_P(Impacts, precise_misses_nothing_on_float_coordinates) {
   for (const ContactKind kind : kKinds) {
     const Tally tally = compare_with_exact<double>(kind, family(), true, kCount);
     print("double on float", kind, family(), tally);
@@ -72,7 +72,7 @@ TEST_P(Impacts, PreciseMissesNothingOnFloatCoordinates) {
   }
 }
 
-TEST_P(Impacts, PreciseMissesNothingOnDoubleCoordinates) {
+TEST_P(Impacts, precise_misses_nothing_on_double_coordinates) {
   for (const ContactKind kind : kKinds) {
     const Tally tally = compare_with_exact<double>(kind, family(), false, kCount);
     print("double on double", kind, family(), tally);
@@ -81,7 +81,7 @@ TEST_P(Impacts, PreciseMissesNothingOnDoubleCoordinates) {
   }
 }
 
-TEST_P(Impacts, FastMissesNothingOnFloatCoordinates) {
+TEST_P(Impacts, fast_misses_nothing_on_float_coordinates) {
   for (const ContactKind kind : kKinds) {
     const Tally tally = compare_with_exact<float>(kind, family(), true, kCount);
     print("float on float", kind, family(), tally);
@@ -91,7 +91,7 @@ TEST_P(Impacts, FastMissesNothingOnFloatCoordinates) {
 }
 
 /// Powers of two, so that verdicts stay: 1e-6, 1e6, and beyond the range of float's products.
-TEST_P(Impacts, NothingIsMissedAtOtherScales) {
+TEST_P(Impacts, nothing_is_missed_at_other_scales) {
   for (const ContactKind kind : kKinds) {
     for (const double factor : {0x1p-20, 0x1p+20}) {
       EXPECT_EQ(compare_with_exact<double>(kind, family(), true, kCount / 4, factor).missed, 0) << factor;
@@ -103,7 +103,7 @@ TEST_P(Impacts, NothingIsMissedAtOtherScales) {
 }
 
 /// The figures that a hit carries agree with exact distances of the positions at its time.
-TEST_P(Impacts, AHitDescribesItsContact) {
+TEST_P(Impacts, a_hit_describes_its_contact) {
   for (const ContactKind kind : kKinds) {
     Random random(GetParam() + 1);
     for (int i = 0; i < kCount; ++i) {
@@ -130,7 +130,7 @@ TEST_P(Impacts, AHitDescribesItsContact) {
 }
 
 /// `time` is not later than the first contact: shortly before the time there is none.
-TEST_P(Impacts, TimeIsTheFirstContact) {
+TEST_P(Impacts, time_is_the_first_contact) {
   int checked = 0;
   for (const ContactKind kind : kKinds) {
     Random random(GetParam() + 31);
@@ -152,7 +152,7 @@ TEST_P(Impacts, TimeIsTheFirstContact) {
 }
 
 /// Whatever touches in exact arithmetic is hit, and what is hit comes within the margin.
-TEST_P(Impacts, AnApproachMissesNothing) {
+TEST_P(Impacts, an_approach_misses_nothing) {
   for (const ContactKind kind : kKinds) {
     Random random(GetParam() * 101 + 13);
     Tally tally;
@@ -189,7 +189,7 @@ long double distance_at(const Query& query, double t) {
 }
 
 /// Sampled: no earlier time is within the margin.
-TEST_P(Impacts, AnApproachIsNeverLate) {
+TEST_P(Impacts, an_approach_is_never_late) {
   constexpr int kSamples = 24;
   int before = 0;
   for (const ContactKind kind : kKinds) {
@@ -211,7 +211,7 @@ TEST_P(Impacts, AnApproachIsNeverLate) {
 }
 
 /// At the margin, past the corner of a triangle that it is coplanar with only when it is closest.
-TEST(Approach, FindsWhatPassesByWithinTheMargin) {
+TEST(Approach, finds_what_passes_by_within_the_margin) {
   const Query past_corner = {ContactKind::vertex_triangle,
                              {Vec3d{0.0, 1.0, 0.05},
                               {0.0, 0.0, 0.0},
@@ -229,7 +229,7 @@ TEST(Approach, FindsWhatPassesByWithinTheMargin) {
   EXPECT_EQ(approach_of(past_corner, 0.049).state, ImpactState::separated);
 }
 
-TEST_P(Impacts, SameVerdictForEveryOrderOfTheCorners) {
+TEST_P(Impacts, same_verdict_for_every_order_of_the_corners) {
   for (const ContactKind kind : kKinds) {
     Random random(GetParam() + 51);
     for (int i = 0; i < kCount; ++i) {
@@ -290,7 +290,7 @@ void expect_rejections_are_certain(Family family) {
 }
 
 /// What is rejected in float before the narrow phase is apart in exact arithmetic.
-TEST_P(Impacts, CheapRejectionsAreCertain) {
+TEST_P(Impacts, cheap_rejections_are_certain) {
   expect_rejections_are_certain<ContactKind::vertex_triangle>(family());
   expect_rejections_are_certain<ContactKind::edge_edge>(family());
 }
@@ -306,7 +306,7 @@ Query falling_at(double x, double y) {
   return {ContactKind::vertex_triangle, {Vec3d{x, y, 1.0}, f0, f1, f2, Vec3d{x, y, -1.0}, f0, f1, f2}};
 }
 
-TEST(Impact, AVertexThroughATriangle) {
+TEST(Impact, a_vertex_through_a_triangle) {
   const Impact<double> impact = impact_of<double>(falling_at(0.25, 0.5), 0.0);
   ASSERT_EQ(impact.state, ImpactState::hit);
   EXPECT_NEAR(impact.time, 0.5, 1e-12);
@@ -318,7 +318,7 @@ TEST(Impact, AVertexThroughATriangle) {
   EXPECT_NEAR(impact.normal.z, 1.0, 1e-12);
 }
 
-TEST(Impact, TheNormalPointsToWhereSideACameFrom) {
+TEST(Impact, the_normal_points_to_where_side_a_came_from) {
   Query query = falling_at(0.25, 0.5);
   for (const double margin : {0.0, 1e-6}) {
     EXPECT_NEAR(impact_of<double>(query, margin).normal.z, 1.0, 1e-12);
@@ -333,7 +333,7 @@ TEST(Impact, TheNormalPointsToWhereSideACameFrom) {
   EXPECT_NEAR(impact_of<double>(query, 0.0).normal.z, 1.0, 1e-12) << "on the plane at t0: against the motion";
 }
 
-TEST(Impact, TheNormalOfAMotionInThePlane) {
+TEST(Impact, the_normal_of_a_motion_in_the_plane) {
   Query query = falling_at(0.0, 0.0);
   query.rows[0] = {-1.0, 0.25, 0.0};
   query.rows[4] = {1.0, 0.25, 0.0};
@@ -343,7 +343,7 @@ TEST(Impact, TheNormalOfAMotionInThePlane) {
   EXPECT_NEAR(impact.normal.x, -1.0, 1e-12);
 }
 
-TEST(Impact, TheMarginCountsAtBothEnds) {
+TEST(Impact, the_margin_counts_at_both_ends) {
   Query query = falling_at(0.25, 0.25);
   query.rows[4].z = 0.5;
   EXPECT_EQ(impact_of<double>(query, 0.49).state, ImpactState::separated);
@@ -356,7 +356,7 @@ TEST(Impact, TheMarginCountsAtBothEnds) {
   EXPECT_EQ(at_start.time, 0.0);
 }
 
-TEST(Impact, TheMarginCountsBesideTheTriangle) {
+TEST(Impact, the_margin_counts_beside_the_triangle) {
   EXPECT_EQ(impact_of<double>(falling_at(-0.1, 0.5), 0.09).state, ImpactState::separated);
   const Impact<double> impact = impact_of<double>(falling_at(-0.1, 0.5), 0.11);
   ASSERT_EQ(impact.state, ImpactState::hit);
@@ -365,7 +365,7 @@ TEST(Impact, TheMarginCountsBesideTheTriangle) {
   EXPECT_NEAR(impact.normal.x, -1.0, 1e-9);
 }
 
-TEST(Impact, ATurningEdgeThatTouchesAndLeaves) {
+TEST(Impact, a_turning_edge_that_touches_and_leaves) {
   const auto turning = [](double lift) {
     return Query{ContactKind::vertex_triangle,
                  {Vec3d{0, -0.5, -lift}, Vec3d{-1, -2, 1}, Vec3d{3, -1, 0.5}, Vec3d{-1, 3, -1.5}, Vec3d{0, 0.5, -lift},
@@ -403,7 +403,7 @@ void expect_sane(double lowest_exponent, double highest_exponent) {
   }
 }
 
-TEST(Impact, EveryMagnitudeGivesSaneResults) {
+TEST(Impact, every_magnitude_gives_sane_results) {
   expect_sane<float>(-44.0, 37.0);
   expect_sane<float>(-6.0, 6.0);
   expect_sane<double>(-300.0, 300.0);

@@ -58,7 +58,7 @@ void print(const std::string& what, const Tally& tally) {
               tally.queries, tally.collisions, tally.missed, tally.false_alarms, tally.nanoseconds);
 }
 
-TEST(RecordedQueries, TheOracleAgreesWithTheRecordedVerdicts) {
+TEST(RecordedQueries, the_oracle_agrees_with_the_recorded_verdicts) {
   const fs::path folder = data_folder("ccd-queries");
   if (folder.empty()) GTEST_SKIP() << missing_data("ccd-queries");
   const std::vector<RecordedQuery> queries = read_recorded_queries(folder);
@@ -70,7 +70,7 @@ TEST(RecordedQueries, TheOracleAgreesWithTheRecordedVerdicts) {
   }
 }
 
-TEST(RecordedQueries, PreciseMissesNone) {
+TEST(RecordedQueries, precise_misses_none) {
   const fs::path folder = data_folder("ccd-queries");
   if (folder.empty()) GTEST_SKIP() << missing_data("ccd-queries");
   std::vector<Query> queries;
@@ -93,7 +93,7 @@ TEST(RecordedQueries, PreciseMissesNone) {
 
 class RecordedSteps : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(RecordedSteps, PreciseMissesNoneOfTheListedPairs) {
+TEST_P(RecordedSteps, precise_misses_none_of_the_listed_pairs) {
   const fs::path folder = data_folder("ccd-steps");
   if (folder.empty()) GTEST_SKIP() << missing_data("ccd-steps");
   const GroundTruth truth = read_ground_truth(folder, GetParam());

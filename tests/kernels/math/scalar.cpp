@@ -9,7 +9,7 @@
 namespace softcd::test {
 namespace {
 
-TEST(RoundedDown, IsTheLargestFloatThatIsNotAbove) {
+TEST(RoundedDown, is_the_largest_float_that_is_not_above) {
   Random random(1);
   for (int i = 0; i < 100'000; ++i) {
     const double x = random.chance(0.5) ? random.unit() : std::pow(10.0, random.uniform(-44.0, 38.0));
@@ -24,7 +24,7 @@ TEST(RoundedDown, IsTheLargestFloatThatIsNotAbove) {
   EXPECT_EQ(rounded_down(0.1F), 0.1F);
 }
 
-TEST(Length, IsRightWhereSquaresAreNot) {
+TEST(Length, is_right_where_squares_are_not) {
   for (int exponent = -126; exponent <= 124; ++exponent) {
     const float unit = std::ldexp(1.0F, exponent);
     EXPECT_EQ(length(Vec3f{2 * unit, -unit, 2 * unit}), 3 * unit) << exponent;
