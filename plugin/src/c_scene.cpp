@@ -53,13 +53,24 @@ BodySettings body_settings(const softcd_body_settings* given) {
   return settings;
 }
 
-static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t) && alignof(Triangle) == alignof(std::uint32_t));
+/// Elements of several indices each.
+template <class Row>
+Span<const Row> rows(const uint32_t* indices, uint64_t count, const char* argument) {
+  static_assert(sizeof(Row::v) == sizeof(Row) && alignof(Row) == alignof(std::uint32_t));
+  if (count > 0) required(indices, argument);
+  return {reinterpret_cast<const Row*>(indices), static_cast<std::size_t>(count)};
+}
 
 BodyDesc body_desc(const uint32_t* triangles, uint64_t triangle_count, uint32_t vertex_count,
                    const softcd_body_settings* settings) {
-  if (triangle_count > 0) required(triangles, "triangles");
-  const auto* const first = reinterpret_cast<const Triangle*>(triangles);
-  return {{first, static_cast<std::size_t>(triangle_count)}, vertex_count, body_settings(settings)};
+  return {rows<Triangle>(triangles, triangle_count, "triangles"), vertex_count, body_settings(settings)};
+}
+
+BodyDesc body_desc(const softcd_mesh* mesh, const softcd_body_settings* settings) {
+  const softcd_mesh& read = sized(mesh, "mesh");
+  BodyDesc desc = body_desc(read.triangles, read.triangle_count, read.vertex_count, settings);
+  desc.segments = rows<Segment>(read.segments, read.segment_count, "segments");
+  return desc;
 }
 
 template <class Scalar>
@@ -151,6 +162,30 @@ softcd_status softcd_scene_update_body(softcd_scene* scene, softcd_body body, co
   return c::guarded_call([&] {
     const softcd::BodyDesc desc = c::body_desc(triangles, triangle_count, vertex_count, settings);
     c::required(scene, "scene").scene.update_body({body}, desc);
+  });
+}
+
+softcd_status softcd_scene_add_mesh(softcd_scene* scene, const softcd_mesh* mesh, const softcd_body_settings* settings,
+                                    softcd_body* body) {
+  return c::guarded_call([&] {
+    softcd_body& out = c::result(body, "body") = SOFTCD_NO_BODY;
+    const softcd::BodyDesc desc = c::body_desc(mesh, settings);
+    out = c::required(scene, "scene").scene.add_body(desc).value;
+  });
+}
+
+softcd_status softcd_scene_update_mesh(softcd_scene* scene, softcd_body body, const softcd_mesh* mesh,
+                                       const softcd_body_settings* settings, const uint32_t* changed,
+                                       uint64_t changed_count) {
+  return c::guarded_call([&] {
+    const softcd::BodyDesc desc = c::body_desc(mesh, settings);
+    softcd::Scene& updated = c::required(scene, "scene").scene;
+    const auto indices = c::elements<std::uint32_t>(changed, changed_count, "changed");
+    if (changed == nullptr) {
+      updated.update_body({body}, desc);
+    } else {
+      updated.update_body({body}, desc, indices);
+    }
   });
 }
 

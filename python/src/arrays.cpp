@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <nanobind/stl/vector.h>
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -94,10 +96,13 @@ Array read_array(const char* name, nb::handle object, const char* expected, bool
                                      name, expected, array.device_id(), array.device_type())
                              .c_str());
   }
-  if (array.ndim() != 2 || array.shape(1) != 3) {
-    throw InvalidInput(fmt::format("{}: expected shape (n, 3), got {}", name, shape_of(array)));
-  }
   return array;
+}
+
+/// Throws InvalidInput unless there are rows of `width`, or one dimension where that is 0: `shape` in words.
+void require_shape(const char* name, const Array& array, const char* shape, std::size_t width) {
+  const bool fits = width == 0 ? array.ndim() == 1 : array.ndim() == 2 && array.shape(1) == width;
+  if (!fits) throw InvalidInput(fmt::format("{}: expected shape {}, got {}", name, shape, shape_of(array)));
 }
 
 std::size_t row_stride(const char* name, const Array& array, std::size_t item_size) {
@@ -140,27 +145,50 @@ void require_finite_scalars(const char* name, const Positions& positions) {
   }
 }
 
-template <class Integer>
-std::vector<Triangle> triangles_in(const char* name, const Array& array) {
+template <class Row>
+inline constexpr std::size_t kWidth = sizeof(Row) / sizeof(std::uint32_t);
+
+/// Rows of kWidth<Row> indices each.
+template <class Row, class Integer>
+std::vector<Row> rows_in(const char* name, const Array& array) {
   const auto* const first = static_cast<const char*>(static_cast<const void*>(array.data()));
+  const std::int64_t column_stride = array.ndim() > 1 ? array.stride(1) : 0;
   const auto at = [&](std::size_t row, std::size_t column) {
     Integer value;
     const std::int64_t offset =
-        static_cast<std::int64_t>(row) * array.stride(0) + static_cast<std::int64_t>(column) * array.stride(1);
+        static_cast<std::int64_t>(row) * array.stride(0) + static_cast<std::int64_t>(column) * column_stride;
     std::memcpy(&value, first + offset * static_cast<std::int64_t>(sizeof(Integer)), sizeof(Integer));
     return value;
   };
-  std::vector<Triangle> triangles(array.shape(0));
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Integer v = at(t, i);
-      if (std::cmp_less(v, 0) || std::cmp_greater_equal(v, kNoIndex)) {
-        throw InvalidInput(fmt::format("{}: row {} has the index {}, which no vertex has", name, t, v));
+  std::vector<Row> rows(array.shape(0));
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    std::array<std::uint32_t, kWidth<Row>> indices{};
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      const Integer index = at(row, i);
+      if (std::cmp_less(index, 0) || std::cmp_greater_equal(index, kNoIndex)) {
+        throw InvalidInput(fmt::format("{}: row {} has the index {}, which is out of range", name, row, index));
       }
-      triangles[t].v[i] = static_cast<std::uint32_t>(v);
+      indices[i] = static_cast<std::uint32_t>(index);
     }
+    rows[row] = std::bit_cast<Row>(indices);
   }
-  return triangles;
+  return rows;
+}
+
+/// Of as many dimensions and columns as `shape` says in words.
+template <class Row>
+std::vector<Row> read_rows(const char* name, nb::handle object, const char* shape) {
+  const std::string expected = fmt::format("an array of integers of shape {} in the CPU's memory", shape);
+  const Array array = read_array(name, object, expected.c_str(), false);
+  require_shape(name, array, shape, std::is_same_v<Row, std::uint32_t> ? 0 : kWidth<Row>);
+  const auto is_of = [&](auto integer) { return array.dtype() == nb::dtype<decltype(integer)>(); };
+  if (is_of(std::uint32_t{})) return rows_in<Row, std::uint32_t>(name, array);
+  if (is_of(std::int32_t{})) return rows_in<Row, std::int32_t>(name, array);
+  if (is_of(std::int64_t{})) return rows_in<Row, std::int64_t>(name, array);
+  if (is_of(std::uint64_t{})) return rows_in<Row, std::uint64_t>(name, array);
+  if (is_of(std::int16_t{})) return rows_in<Row, std::int16_t>(name, array);
+  if (is_of(std::uint16_t{})) return rows_in<Row, std::uint16_t>(name, array);
+  throw nb::type_error(fmt::format("{}: expected {}, got {}", name, expected, dtype_name(array)).c_str());
 }
 
 }  // namespace
@@ -169,6 +197,7 @@ PositionsArray read_positions(const char* name, nb::handle object) {
   constexpr const char* kExpected =
       "an array of float32 or float64 of shape (n, 3) in the CPU's or a CUDA device's memory";
   Array array = read_array(name, object, kExpected, true);
+  require_shape(name, array, "(n, 3)", 3);
   Positions positions;
   if (array.dtype() == nb::dtype<float>()) {
     positions = positions_in<float>(name, array);
@@ -190,16 +219,15 @@ void require_finite(const char* name, const Positions& positions) {
 }
 
 std::vector<Triangle> read_triangles(const char* name, nb::handle object) {
-  constexpr const char* kExpected = "an array of integers of shape (n, 3) in the CPU's memory";
-  const Array array = read_array(name, object, kExpected, false);
-  const auto is_of = [&](auto integer) { return array.dtype() == nb::dtype<decltype(integer)>(); };
-  if (is_of(std::uint32_t{})) return triangles_in<std::uint32_t>(name, array);
-  if (is_of(std::int32_t{})) return triangles_in<std::int32_t>(name, array);
-  if (is_of(std::int64_t{})) return triangles_in<std::int64_t>(name, array);
-  if (is_of(std::uint64_t{})) return triangles_in<std::uint64_t>(name, array);
-  if (is_of(std::int16_t{})) return triangles_in<std::int16_t>(name, array);
-  if (is_of(std::uint16_t{})) return triangles_in<std::uint16_t>(name, array);
-  throw nb::type_error(fmt::format("{}: expected {}, got {}", name, kExpected, dtype_name(array)).c_str());
+  return read_rows<Triangle>(name, object, "(n, 3)");
+}
+
+std::vector<Segment> read_segments(const char* name, nb::handle object) {
+  return read_rows<Segment>(name, object, "(n, 2)");
+}
+
+std::vector<std::uint32_t> read_indices(const char* name, nb::handle object) {
+  return read_rows<std::uint32_t>(name, object, "(n,)");
 }
 
 }  // namespace softcd::python

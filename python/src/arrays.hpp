@@ -4,6 +4,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
+#include <cstdint>
 #include <vector>
 
 #include "softcd/softcd.hpp"
@@ -31,5 +32,9 @@ void require_finite(const char* name, const Positions& positions);
 
 /// Integers of shape (n, 3), any strides, in the CPU's memory.
 std::vector<Triangle> read_triangles(const char* name, nb::handle object);
+/// The same of shape (n, 2).
+std::vector<Segment> read_segments(const char* name, nb::handle object);
+/// The same of shape (n,).
+std::vector<std::uint32_t> read_indices(const char* name, nb::handle object);
 
 }  // namespace softcd::python

@@ -11,8 +11,24 @@
 namespace softcd::python {
 namespace {
 
-BodyDesc desc_of(const std::vector<Triangle>& triangles, std::uint32_t vertex_count, const BodySettings& settings) {
-  return {triangles, vertex_count, settings};
+/// A body as Python describes it.
+struct Mesh {
+  std::vector<Triangle> triangles;
+  std::vector<Segment> segments;
+  std::uint32_t vertex_count;
+
+  BodyDesc desc(const BodySettings& settings) const {
+    BodyDesc desc{triangles, vertex_count, settings};
+    desc.segments = segments;
+    return desc;
+  }
+};
+
+/// `segments` may be None.
+Mesh read_mesh(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments) {
+  Mesh mesh{read_triangles("triangles", triangles), {}, vertex_count};
+  if (!segments.is_none()) mesh.segments = read_segments("segments", segments);
+  return mesh;
 }
 
 int traverse_scene(PyObject* self, visitproc visit, void* arg) {
@@ -57,20 +73,27 @@ void BoundScene::log(LogLevel level, std::string_view text) {
   }
 }
 
-std::uint32_t BoundScene::add_body(nb::handle triangles, std::uint32_t vertex_count, const BodySettings& settings) {
-  const std::vector<Triangle> read = read_triangles("triangles", triangles);
+std::uint32_t BoundScene::add_body(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
+                                   const BodySettings& settings) {
+  const Mesh mesh = read_mesh(triangles, vertex_count, segments);
   return call([&](Scene& scene) {
-    const BodyId body = scene.add_body(desc_of(read, vertex_count, settings));
+    const BodyId body = scene.add_body(mesh.desc(settings));
     ++body_count_;
     return body.value;
   });
 }
 
-void BoundScene::update_body(std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count,
-                             const BodySettings& settings) {
-  const std::vector<Triangle> read = read_triangles("triangles", triangles);
+void BoundScene::update_body(std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
+                             nb::handle changed, const BodySettings& settings) {
+  const Mesh mesh = read_mesh(triangles, vertex_count, segments);
+  std::vector<std::uint32_t> indices;
+  if (!changed.is_none()) indices = read_indices("changed", changed);
   call([&](Scene& scene) {
-    scene.update_body({body}, desc_of(read, vertex_count, settings));
+    if (changed.is_none()) {
+      scene.update_body({body}, mesh.desc(settings));
+    } else {
+      scene.update_body({body}, mesh.desc(settings), indices);
+    }
     replace_on_device(body);
   });
 }
@@ -180,19 +203,27 @@ void bind_scene(nb::module_& module) {
       nb::kw_only(), "log"_a.none() = nb::none(),
       "log(level, text) is told warnings and what else may be of interest; without one, warnings are Python's, of the "
       "category RuntimeWarning.");
-  kBodySettings.define<BoundScene&, nb::handle, std::uint32_t>(
+  kBodySettings.define<BoundScene&, nb::handle, std::uint32_t, nb::handle>(
       scene, "add_body",
-      [](BoundScene& self, nb::handle triangles, std::uint32_t vertex_count, const BodySettings& settings) {
-        return self.add_body(triangles, vertex_count, settings);
-      },
-      "triangles"_a, "vertex_count"_a, nb::kw_only(),
-      "Adds a mesh, integers of shape (n, 3) over vertices 0 to vertex_count - 1, and returns its number.");
-  kBodySettings.define<BoundScene&, std::uint32_t, nb::handle, std::uint32_t>(
+      [](BoundScene& self, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
+         const BodySettings& settings) { return self.add_body(triangles, vertex_count, segments, settings); },
+      "triangles"_a, "vertex_count"_a, nb::kw_only(), "segments"_a.none() = nb::none(),
+      "Adds a mesh, integers of shape (n, 3) over vertices 0 to vertex_count - 1, and returns its number. Segments, of "
+      "shape (n, 2), are ropes and hair: what collides without being a triangle's side, of each other with edge_edge. "
+      "Where triangles are counted they follow the triangles.");
+  kBodySettings.define<BoundScene&, std::uint32_t, nb::handle, std::uint32_t, nb::handle, nb::handle>(
       scene, "update_body",
-      [](BoundScene& self, std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count,
-         const BodySettings& settings) { self.update_body(body, triangles, vertex_count, settings); },
-      "body"_a, "triangles"_a, "vertex_count"_a, nb::kw_only(),
-      "New triangles, vertex count and settings for a body, whose positions have to be set again.");
+      [](BoundScene& self, std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
+         nb::handle changed, const BodySettings& settings) {
+        self.update_body(body, triangles, vertex_count, segments, changed, settings);
+      },
+      "body"_a, "triangles"_a, "vertex_count"_a, nb::kw_only(), "segments"_a.none() = nb::none(),
+      "changed"_a.none() = nb::none(),
+      "New triangles, segments, vertex count and settings for a body, whose positions have to be set again. With "
+      "`changed`, integers of shape (n,), at the cost of what has changed, beside a copy of the array: only triangles "
+      "of "
+      "these indices, and those behind the last that the body had, are other ones than before. Edges that stay keep "
+      "their numbers. Of a body with segments everything is taken anew.");
   kBodySettings.define<BoundScene&, std::uint32_t>(
       scene, "set_settings",
       [](BoundScene& self, std::uint32_t body, const BodySettings& settings) { self.set_settings(body, settings); },

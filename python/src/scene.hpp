@@ -77,8 +77,10 @@ class BoundScene {
   BoundScene(const BoundScene&) = delete;
   BoundScene& operator=(const BoundScene&) = delete;
 
-  std::uint32_t add_body(nb::handle triangles, std::uint32_t vertex_count, const BodySettings& settings);
-  void update_body(std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count, const BodySettings& settings);
+  std::uint32_t add_body(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
+                         const BodySettings& settings);
+  void update_body(std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
+                   nb::handle changed, const BodySettings& settings);
   void set_settings(std::uint32_t body, const BodySettings& settings);
   void remove_body(std::uint32_t body);
   bool has_body(std::uint32_t body);

@@ -77,6 +77,47 @@ def test_triangles_that_cannot_be_read_are_named(error, text, triangles):
 
 
 @pytest.mark.parametrize(
+    "error, text, segments",
+    [
+        (TypeError, "^segments: .*got list", [[0, 1]]),
+        (TypeError, "^segments: .*got float64", np.zeros((1, 2))),
+        (ValueError, r"^segments: expected shape \(n, 2\), got \(2, 3\)", PIERCING_TRIANGLES),
+        (ValueError, r"^segments: expected shape \(n, 2\), got \(2,\)", np.array([0, 1])),
+        (ValueError, "^segments: row 1 has the index -1", np.array([[0, 1], [-1, 2]])),
+        (ValueError, "segment 0 has vertex index 6", np.array([[0, 6]])),
+    ],
+)
+def test_segments_that_cannot_be_read_are_named(error, text, segments):
+    scene = softcd.Scene()
+    with pytest.raises(error, match=text):
+        scene.add_body(PIERCING_TRIANGLES, 6, segments=segments)
+    body = scene.add_body(PIERCING_TRIANGLES, 6)
+    with pytest.raises(error, match=text):
+        scene.update_body(body, PIERCING_TRIANGLES, 6, segments=segments)
+
+
+@pytest.mark.parametrize(
+    "error, text, changed",
+    [
+        (TypeError, "^changed: .*got list", [0]),
+        (TypeError, "^changed: .*got float64", np.zeros(1)),
+        (ValueError, r"^changed: expected shape \(n,\), got \(2, 3\)", PIERCING_TRIANGLES),
+        (ValueError, r"^changed: expected shape \(n,\), got \(\)", np.array(0)),
+        (ValueError, "^changed: row 1 has the index -1", np.array([0, -1])),
+        (ValueError, "^changed: row 0 has the index 4294967295", np.array([2**32 - 1])),
+        (ValueError, "triangle 2 is said to have changed, but there are 2", np.array([2], np.uint16)),
+    ],
+)
+def test_changes_that_cannot_be_read_are_named(error, text, changed):
+    scene = softcd.Scene()
+    body = scene.add_body(PIERCING_TRIANGLES, 6, self_collision=True)
+    scene.set_positions(body, PIERCING_T0, PIERCING_T1)
+    with pytest.raises(error, match=text):
+        scene.update_body(body, PIERCING_TRIANGLES, 6, changed=changed)
+    assert len(softcd.Query(scene, detection=softcd.Detection.ccd).detect()) == 1, "everything is as it was"
+
+
+@pytest.mark.parametrize(
     "error, text, call",
     [
         (softcd.InvalidInput, "margin is nan", lambda: softcd.Scene().add_body(PIERCING_TRIANGLES, 6, margin=np.nan)),
@@ -103,6 +144,7 @@ def some_arguments(choose):
     """Arguments of every kind, more wrong ones than right ones; none that asks for gigabytes."""
     arrays = [wrong for _, wrong in WRONG_POSITIONS.values()]
     arrays += [GOOD, PIERCING_T1, PIERCING_TRIANGLES, PIERCING_TRIANGLES.astype("i2"), GOOD.astype("f4"), GOOD[:0]]
+    arrays += [np.array([[0, 1], [4, 5]]), np.array([1, 0]), np.arange(3, dtype="u2"), np.zeros(0, int)]
     arrays += [memoryview(GOOD), np.ma.masked_array(GOOD), np.zeros((6, 0)), np.zeros((0, 3), int), GOOD[:4]]
     others = [None, True, 0, 1, 6, -1, 2**32, 2**70, 0.5, -1.0, np.inf, np.nan, "", "x", b"", (), [], {}, object()]
     others += [*softcd.Detection, *softcd.Backend, *softcd.Pairs, softcd.Scene(), softcd.QueryOptions(), len]
@@ -120,8 +162,8 @@ def test_random_arguments_only_raise():
         softcd.QueryOptions: ["detection", "step_end", "contact_rule"],
         query.options.replace: ["detection", "margins", "nonsense"],
         scene.set_positions: ["vertices_t1", "check_finite"],
-        scene.add_body: ["vertex_count", "margin", "self_collision", "filter_mask"],
-        scene.update_body: ["vertex_count", "margin", "kinematic"],
+        scene.add_body: ["vertex_count", "segments", "margin", "self_collision", "filter_mask"],
+        scene.update_body: ["vertex_count", "segments", "changed", "margin", "kinematic"],
         scene.set_settings: ["margin", "edge_edge", "filter_group"],
         scene.remove_body: [],
         scene.has_body: [],

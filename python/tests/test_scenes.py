@@ -46,6 +46,63 @@ def test_bodies_come_change_and_go():
     assert len(query.detect()) == 0
 
 
+def test_ropes_are_segments():
+    x = np.array([[0, 0, 1], [1, 0, 1], [2, 0, 1]], float)
+    moved = x - [0, 0, 2]
+    across = np.array([[0.25, -1, 0], [0.25, 1, 0], [1.75, -1, 0], [1.75, 1, 0]], float)
+    scene = softcd.Scene()
+    rope = scene.add_body(np.zeros((0, 3), int), 3, segments=np.array([[0, 1], [1, 2]]), edge_edge=True)
+    post = scene.add_body(np.zeros((0, 3), int), 4, segments=np.array([[0, 1], [2, 3]], np.int16), edge_edge=True)
+    scene.set_positions(rope, x, moved)
+    scene.set_positions(post, across)
+    contacts = ccd(scene).detect()
+    assert (contacts["kind"] == softcd.ContactKind.edge_edge).all()
+    assert sorted(zip(contacts["feature_a"], contacts["feature_b"])) == [(0, 0), (1, 1)]
+    assert np.allclose(contacts["time_of_impact"], 0.5)
+    scene.update_body(rope, np.zeros((0, 3), int), 3, segments=np.array([[1, 2]]), edge_edge=True)
+    scene.set_positions(rope, x, moved)
+    assert len(ccd(scene).detect()) == 1
+
+
+def told(contacts):
+    """All but the numbers of edges, and which of two is the first: others where a mesh has changed."""
+    is_edges = contacts["kind"] == softcd.ContactKind.edge_edge
+    features = [sorted([v[:2], v[2:]]) if e else [v] for e, v in zip(is_edges, contacts["vertices"].tolist())]
+    return sorted(zip(is_edges, features, contacts["distance"]))
+
+
+def torn(triangles, first_new_vertex, which):
+    """The mesh, in which some triangles have got corners of their own."""
+    triangles = triangles.copy()
+    triangles[which] = first_new_vertex + np.arange(3 * len(which)).reshape(-1, 3)
+    return triangles
+
+
+def test_changed_triangles_are_all_that_is_read():
+    vertices, triangles = sheet(12)
+    vertices[:, 2] = 3 * np.random.default_rng(3).random(len(vertices))
+    scene = softcd.Scene()
+    settings = {"self_collision": True, "edge_edge": True, "margin": 0.1}
+    body = scene.add_body(triangles, len(vertices), **settings)
+    scene.set_positions(body, vertices)
+    before = len(softcd.Query(scene).detect())
+
+    for which in (np.array([7, 3, 100]), np.array([3, 200])):
+        triangles = torn(triangles, len(vertices), which)
+        vertices = np.concatenate([vertices, vertices[: 3 * len(which)] + 0.05])
+        only_changed = np.full_like(triangles, 77777)
+        only_changed[which] = triangles[which]
+        scene.update_body(body, only_changed, len(vertices), changed=which, **settings)
+        scene.set_positions(body, vertices)
+        contacts = softcd.Query(scene).detect()
+        fresh = softcd.detect(vertices, triangles, margin=0.1, accuracy=softcd.Accuracy.precise)
+        assert len(contacts) == len(fresh) != before
+        assert told(contacts) == told(fresh)
+
+    with pytest.raises(softcd.InvalidInput, match="triangle 0 has vertex index 77777"):
+        scene.update_body(body, only_changed, len(vertices), **settings)
+
+
 def test_only_changed_pairs_are_looked_at():
     scene, body = piercing_scene()
     query = ccd(scene)

@@ -52,7 +52,7 @@ size_t client_struct_sizes(size_t* sizes, size_t capacity) {
                          sizeof(softcd_query_options), sizeof(softcd_contact),       sizeof(softcd_statistics),
                          sizeof(softcd_ray),           sizeof(softcd_ray_hit),       sizeof(softcd_point),
                          sizeof(softcd_closest_point), sizeof(softcd_sphere),        sizeof(softcd_box),
-                         sizeof(softcd_overlap)};
+                         sizeof(softcd_overlap),       sizeof(softcd_oriented_box),  sizeof(softcd_mesh)};
   const size_t count = sizeof here / sizeof here[0];
   if (count <= capacity) memcpy(sizes, here, sizeof here);
   return count;

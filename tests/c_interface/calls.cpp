@@ -71,6 +71,58 @@ TEST_F(CCalls, bodies_change_and_go) {
   EXPECT_EQ(detect(), 0U);
 }
 
+TEST_F(CCalls, ropes_touch_by_their_edges) {
+  // 0.15 above the lower triangle: over its side {1, 2}, and over nothing else.
+  constexpr float kRope[] = {0.2F, 0.2F, 5, 0.75F, 0.75F, 0.15F, 0.25F, 0.5F, 0.15F};
+  constexpr std::uint32_t kSegments[] = {0, 1, 1, 2};
+  const softcd_mesh rope = {sizeof rope, 3, nullptr, 0, kSegments, 2};
+  settings_.edge_edge = 1;
+  softcd_body body = SOFTCD_NO_BODY;
+  ASSERT_EQ(softcd_scene_add_mesh(scene(), &rope, &settings_, &body), SOFTCD_OK) << softcd_last_error();
+  const softcd_positions x = positions(kRope);
+  ASSERT_EQ(softcd_scene_set_positions(scene(), body, nullptr, &x), SOFTCD_OK);
+  ASSERT_EQ(softcd_scene_remove_body(scene(), upper_), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U) << "its end, over the triangle";
+  ASSERT_EQ(softcd_scene_set_settings(scene(), lower_, &settings_), SOFTCD_OK);
+
+  const softcd_contact* contacts = nullptr;
+  std::uint64_t count = 0;
+  ASSERT_EQ(softcd_query_detect(query(), SOFTCD_PAIRS_ALL, &contacts, &count), SOFTCD_OK);
+  ASSERT_EQ(count, 2U);
+  const softcd_contact& crossing = contacts[0].kind == SOFTCD_EDGE_EDGE ? contacts[0] : contacts[1];
+  EXPECT_EQ(crossing.body_a, lower_);
+  EXPECT_EQ(crossing.body_b, body);
+  EXPECT_EQ(crossing.feature_b, 1U);  // its second segment
+  EXPECT_FLOAT_EQ(crossing.distance, 0.15F);
+
+  const softcd_mesh shorter = {sizeof shorter, 3, nullptr, 0, kSegments, 1};
+  ASSERT_EQ(softcd_scene_update_mesh(scene(), body, &shorter, &settings_, nullptr, 0), SOFTCD_OK);
+  ASSERT_EQ(softcd_scene_set_positions(scene(), body, nullptr, &x), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+}
+
+TEST_F(CCalls, a_mesh_is_changed_in_part) {
+  constexpr float kFar[] = {0, 0, 9, 1, 0, 9, 0, 1, 9, 0.25F, 0.25F, 0.1F};
+  // The first triangle is not among those that have changed, and not read.
+  constexpr std::uint32_t kTriangles[] = {77, 78, 79, 1, 2, 3};
+  constexpr std::uint32_t kChanged[] = {1};
+  const softcd_mesh refined = {sizeof refined, 4, kTriangles, 2, nullptr, 0};
+  softcd_positions x = positions(kFar);
+  x.count = 4;
+  ASSERT_EQ(softcd_scene_update_mesh(scene(), upper_, &refined, &settings_, kChanged, 1), SOFTCD_OK)
+      << softcd_last_error();
+  ASSERT_EQ(softcd_scene_set_positions(scene(), upper_, nullptr, &x), SOFTCD_OK);
+  EXPECT_EQ(detect(), 1U) << "the new vertex, near the other body";
+
+  const softcd_mesh coarser = {sizeof coarser, 3, kTriangles, 1, nullptr, 0};
+  ASSERT_EQ(softcd_scene_update_mesh(scene(), upper_, &coarser, &settings_, kChanged, 0), SOFTCD_OK);
+  x.count = 3;
+  ASSERT_EQ(softcd_scene_set_positions(scene(), upper_, nullptr, &x), SOFTCD_OK);
+  EXPECT_EQ(detect(), 0U);
+  EXPECT_EQ(softcd_scene_update_mesh(scene(), upper_, &coarser, &settings_, nullptr, 0), SOFTCD_INVALID_INPUT)
+      << "all triangles are read";
+}
+
 TEST_F(CCalls, pairs_may_be_those_that_changed) {
   EXPECT_EQ(detect(), 1U);
   EXPECT_EQ(detect(SOFTCD_PAIRS_CHANGED), 0U);

@@ -38,6 +38,18 @@ TEST_F(CErrors, null_scenes_and_arguments) {
   expect_refused(softcd_scene_add_body(scene(), kTriangle, 1, 3, nullptr, nullptr), "body is NULL");
   expect_refused(softcd_scene_add_body(scene(), nullptr, 1, 3, nullptr, &body), "triangles is NULL");
   expect_refused(softcd_scene_update_body(none, 0, kTriangle, 1, 3, nullptr), "scene is NULL");
+  softcd_mesh mesh = {sizeof mesh, 3, kTriangle, 1, nullptr, 0};
+  expect_refused(softcd_scene_add_mesh(none, &mesh, nullptr, &body), "scene is NULL");
+  expect_refused(softcd_scene_add_mesh(scene(), nullptr, nullptr, &body), "mesh is NULL");
+  EXPECT_EQ(body, SOFTCD_NO_BODY);
+  expect_refused(softcd_scene_add_mesh(scene(), &mesh, nullptr, nullptr), "body is NULL");
+  expect_refused(softcd_scene_update_mesh(none, lower_, &mesh, nullptr, nullptr, 0), "scene is NULL");
+  expect_refused(softcd_scene_update_mesh(scene(), lower_, nullptr, nullptr, nullptr, 0), "mesh is NULL");
+  expect_refused(softcd_scene_update_mesh(scene(), lower_, &mesh, nullptr, nullptr, 1), "changed is NULL");
+  mesh.segment_count = 1;
+  expect_refused(softcd_scene_update_mesh(scene(), lower_, &mesh, nullptr, nullptr, 0), "segments is NULL");
+  mesh.triangles = nullptr;
+  expect_refused(softcd_scene_add_mesh(scene(), &mesh, nullptr, &body), "triangles is NULL");
   expect_refused(softcd_scene_set_settings(none, 0, nullptr), "scene is NULL");
   expect_refused(softcd_scene_remove_body(none, 0), "scene is NULL");
   expect_refused(softcd_scene_has_body(none, 0, &number), "scene is NULL");
@@ -120,6 +132,9 @@ TEST_F(CErrors, structs_of_other_sizes) {
   expect_refused(softcd_scene_add_body(scene(), kTriangle, 1, 3, &settings, &body), of_size_0);
   expect_refused(softcd_scene_update_body(scene(), lower_, kTriangle, 1, 3, &settings), of_size_0);
   expect_refused(softcd_scene_set_settings(scene(), lower_, &settings), of_size_0);
+  const softcd_mesh mesh = {0, 3, kTriangle, 1, nullptr, 0};
+  expect_refused(softcd_scene_add_mesh(scene(), &mesh, nullptr, &body), of_size_0);
+  expect_refused(softcd_scene_update_mesh(scene(), lower_, &mesh, nullptr, nullptr, 0), of_size_0);
   expect_refused(softcd_scene_set_positions(scene(), lower_, nullptr, &x), "x_t1");
   expect_refused(softcd_query_create(scene(), &query_options, &other_query), of_size_0);
   expect_refused(softcd_query_set_options(query(), &query_options), of_size_0);
@@ -156,6 +171,15 @@ TEST_F(CErrors, meshes_and_positions_that_do_not_fit) {
   expect_refused(softcd_scene_add_body(scene(), kOutOfRange, 1, 3, nullptr, &body), "vertex index 3");
   EXPECT_EQ(body, SOFTCD_NO_BODY);
   expect_refused(softcd_scene_update_body(scene(), lower_, kOutOfRange, 1, 3, nullptr), "vertex index 3");
+  const softcd_mesh mesh = {sizeof mesh, 3, kTriangle, 1, kOutOfRange + 1, 1};
+  expect_refused(softcd_scene_add_mesh(scene(), &mesh, nullptr, &body), "segment 0 has vertex index 3");
+  EXPECT_EQ(body, SOFTCD_NO_BODY);
+  const softcd_mesh whole = {sizeof whole, 3, kTriangle, 1, nullptr, 0};
+  expect_refused(softcd_scene_update_mesh(scene(), lower_, &whole, nullptr, kOutOfRange, 2),
+                 "triangle 1 is said to have changed");
+  const softcd_mesh smaller = {sizeof smaller, 2, kTriangle, 1, nullptr, 0};
+  expect_refused(softcd_scene_update_mesh(scene(), lower_, &smaller, nullptr, kTriangle, 0),
+                 "triangle 0 has not changed, and has vertex index 2");
   expect_refused(softcd_scene_remove_body(scene(), 99), "body 99 is not in the scene");
   softcd_positions x = positions(kLower);
   expect_refused(softcd_scene_set_positions(scene(), 99, nullptr, &x), "body 99");

@@ -28,6 +28,7 @@ class FailedCCalls : public TwoTriangles {
     if (status == SOFTCD_OK) status = softcd_probe_create(scene(), SOFTCD_T1, &made_probe);
     const ProbePointer probe(made_probe);
     if (status == SOFTCD_OK) status = softcd_probe_first_hits(made_probe, &kRay, 1, &hits_);
+    if (status == SOFTCD_OK) status = softcd_scene_update_mesh(scene(), body, &kMesh, &settings_, kTriangle, 1);
     if (status == SOFTCD_OK) status = softcd_scene_update_body(scene(), upper_, kTriangle, 1, 3, &settings_);
     if (status == SOFTCD_OK) status = softcd_scene_set_positions(scene(), upper_, nullptr, &x);
     const bool is_gone = body == SOFTCD_NO_BODY || softcd_scene_remove_body(scene(), body) == SOFTCD_OK;
@@ -37,6 +38,7 @@ class FailedCCalls : public TwoTriangles {
   static std::uint32_t everything_passes(void* /*data*/, softcd_body /*a*/, softcd_body /*b*/) { return 1; }
   static void nobody_listens(void* /*data*/, softcd_log_level /*level*/, const char* /*text*/) {}
 
+  static constexpr softcd_mesh kMesh = {sizeof(softcd_mesh), 3, kTriangle, 1, nullptr, 0};
   static constexpr softcd_ray kRay = {{0.3, 0.3, 9}, {0, 0, -1}, 0, 100};
   const softcd_contact* contacts_ = nullptr;
   std::uint64_t count_ = 0;

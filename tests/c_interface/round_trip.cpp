@@ -188,7 +188,7 @@ TEST(CRoundTrip, structs_have_one_layout_in_both_languages) {
       sizeof(softcd_query_options), sizeof(softcd_contact),       sizeof(softcd_statistics),
       sizeof(softcd_ray),           sizeof(softcd_ray_hit),       sizeof(softcd_point),
       sizeof(softcd_closest_point), sizeof(softcd_sphere),        sizeof(softcd_box),
-      sizeof(softcd_overlap)};
+      sizeof(softcd_overlap),       sizeof(softcd_oriented_box),  sizeof(softcd_mesh)};
   std::vector<std::size_t> sizes(expected.size());
   ASSERT_EQ(client_struct_sizes(sizes.data(), sizes.size()), sizes.size());
   EXPECT_EQ(sizes, expected);

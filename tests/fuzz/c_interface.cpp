@@ -31,7 +31,7 @@ class Handles {
 
  private:
   void one_call() {
-    switch (bytes_.below(16)) {
+    switch (bytes_.below(18)) {
       case 0:
         return bytes_.one_in(4) ? create_scene() : set_scene_options();
       case 1:
@@ -59,6 +59,10 @@ class Handles {
         return detect();
       case 14:
         return read_out();
+      case 15:
+        return add_mesh();
+      case 16:
+        return update_mesh();
       default:
         return ask();
     }
@@ -134,11 +138,13 @@ class Handles {
     require(ok == (probe != nullptr), "there is a probe where there is no error");
   }
 
-  std::vector<std::uint32_t> fuzzed_triangles() {
+  /// Elements of `width` indices.
+  std::vector<std::uint32_t> fuzzed_indices(std::uint32_t width) {
     std::vector<std::uint32_t> indices;
-    for (std::uint32_t i = 3 * bytes_.below(12); i > 0; --i) indices.push_back(bytes_.below(11));
+    for (std::uint32_t i = width * bytes_.below(12); i > 0; --i) indices.push_back(bytes_.below(11));
     return indices;
   }
+  std::vector<std::uint32_t> fuzzed_triangles() { return fuzzed_indices(3); }
   /// The body's, as a rule.
   std::uint32_t fuzzed_count() { return bytes_.one_in(32) ? bytes_.take<std::uint32_t>() % 100000 : 12; }
   softcd_body some_body() { return bytes_.one_in(16) ? bytes_.take<std::uint32_t>() : bytes_.below(4); }
@@ -156,6 +162,34 @@ class Handles {
     const bool has_none = bytes_.one_in(8);
     is_ok(softcd_scene_update_body(some(scenes_), some_body(), has_none ? nullptr : indices.data(), indices.size() / 3,
                                    fuzzed_count(), nullptr));
+  }
+
+  struct FuzzedMesh {
+    std::vector<std::uint32_t> triangles, segments;
+    softcd_mesh mesh;
+  };
+  FuzzedMesh fuzzed_mesh() {
+    FuzzedMesh given{fuzzed_triangles(), {}, {}};
+    if (bytes_.below(2) == 0) given.segments = fuzzed_indices(2);
+    given.mesh = {sizeof(softcd_mesh),        fuzzed_count(),        given.triangles.data(),
+                  given.triangles.size() / 3, given.segments.data(), given.segments.size() / 2};
+    if (bytes_.one_in(16)) given.mesh.triangles = nullptr;
+    if (bytes_.one_in(16)) given.mesh.segments = nullptr;
+    if (bytes_.one_in(32)) given.mesh.struct_size = bytes_.take<std::uint32_t>();
+    return given;
+  }
+  void add_mesh() {
+    const FuzzedMesh given = fuzzed_mesh();
+    const softcd_body_settings settings = fuzzed(softcd_body_settings_init);
+    softcd_body body = 0;
+    const bool ok = is_ok(softcd_scene_add_mesh(some(scenes_), &given.mesh, &settings, &body));
+    require(ok == (body != SOFTCD_NO_BODY), "there is a body where there is no error");
+  }
+  void update_mesh() {
+    const FuzzedMesh given = fuzzed_mesh();
+    const std::vector<std::uint32_t> changed = fuzzed_indices(1);
+    is_ok(softcd_scene_update_mesh(some(scenes_), some_body(), bytes_.one_in(16) ? nullptr : &given.mesh, nullptr,
+                                   bytes_.one_in(8) ? nullptr : changed.data(), changed.size()));
   }
   void change_body() {
     softcd_scene* scene = some(scenes_);

@@ -178,6 +178,37 @@ SOFTCD_EXPORT softcd_status softcd_scene_add_body(softcd_scene* scene, const uin
 SOFTCD_EXPORT softcd_status softcd_scene_update_body(softcd_scene* scene, softcd_body body, const uint32_t* triangles,
                                                      uint64_t triangle_count, uint32_t vertex_count,
                                                      const softcd_body_settings* settings);
+
+/** A mesh with segments: ropes and hair, what collides without being a triangle's side. */
+typedef struct softcd_mesh {
+  uint32_t struct_size;      /**< sizeof of this struct */
+  uint32_t vertex_count;     /**< as many positions are set */
+  const uint32_t* triangles; /**< 3 * triangle_count indices of vertices; may be NULL where there are none */
+  uint64_t triangle_count;   /**< how many there are */
+  /** 2 * segment_count indices of vertices; may be NULL where there are none. A segment's vertices touch triangles; its
+   *  edge touches edges, of triangles and of other segments, with edge_edge of softcd_body_settings: by that alone
+   *  segments touch each other, but those that share a vertex. Their edges are numbered behind those of triangles.
+   * Where triangles are counted, or named by a probe, segment i is triangle triangle_count + i. */
+  const uint32_t* segments;
+  uint64_t segment_count; /**< how many there are */
+} softcd_mesh;
+
+/** softcd_scene_add_body() for what has segments. */
+SOFTCD_EXPORT softcd_status softcd_scene_add_mesh(softcd_scene* scene, const softcd_mesh* mesh,
+                                                  const softcd_body_settings* settings, softcd_body* body);
+/** softcd_scene_update_body() for what has segments, and, where it has none, at the cost of what has changed: where a
+ *  mesh is cut, torn, refined or made coarser. Of the triangles those are read whose indices are among the
+ *  `changed_count` of `changed`, in any order, and those behind the last that the body had. The others are as they
+ * were; where there are fewer, those behind the last are gone. Edges that stay keep their indices. All positions have
+ * to be set again: those of new vertices at t0 are what continuous detections take for the start of their way.
+ *
+ *  `changed` may be NULL where `changed_count` is 0: all triangles are read then, as they are where the body had
+ * segments or gets some. The first call with `changed` after one without, and the detection after it, cost about as
+ * much as one without. SOFTCD_INVALID_INPUT also when an index of `changed` is out of range, or a vertex of a triangle
+ * that stays. */
+SOFTCD_EXPORT softcd_status softcd_scene_update_mesh(softcd_scene* scene, softcd_body body, const softcd_mesh* mesh,
+                                                     const softcd_body_settings* settings, const uint32_t* changed,
+                                                     uint64_t changed_count);
 /** `settings` may be NULL. */
 SOFTCD_EXPORT softcd_status softcd_scene_set_settings(softcd_scene* scene, softcd_body body,
                                                       const softcd_body_settings* settings);
