@@ -108,7 +108,11 @@ Recording record(const std::string& name, const SimulatedScenesOptions& options)
     scene->step();
     step_ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     if (!is_kept) continue;
-    for (std::size_t b = 0; b < bodies.size(); ++b) kept.bodies[b].x_t1 = positions_of(*bodies[b]);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      kept.bodies[b].x_t1 = positions_of(*bodies[b]);
+      // Nodes that the step has added come last.
+      kept.bodies[b].x_t1.resize(kept.bodies[b].x_t0.size());
+    }
     kept.edge_length = edge_length_of(kept);
     recording.triangles = kept.triangle_count();
     recording.steps.push_back(std::move(kept));

@@ -11,23 +11,7 @@
 #include "BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h"
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
-
-/// Cuts some of the links that are stretched by half, and are not short. Returns how many.
-int tear(btSoftBody& cloth) {
-  constexpr int kMostCuts = 8;
-  int cuts = 0;
-  for (int l = 0; l < cloth.m_links.size() && cuts < kMostCuts; ++l) {
-    const btSoftBody::Link& link = cloth.m_links[l];
-    const btScalar length = (link.m_n[1]->m_x - link.m_n[0]->m_x).length();
-    if (link.m_rl < btScalar(0.05) || length < btScalar(1.5) * link.m_rl) continue;
-    const auto first = static_cast<int>(link.m_n[0] - &cloth.m_nodes[0]);
-    const auto second = static_cast<int>(link.m_n[1] - &cloth.m_nodes[0]);
-    if (!cloth.cutLink(first, second, btScalar(0.5))) continue;
-    for (int added = 1; added <= 2; ++added) cloth.setMass(cloth.m_nodes.size() - added, btScalar(0.002));
-    ++cuts;
-  }
-  return cuts;
-}
+#include "tear.hpp"
 
 int main() {
   softcd::bullet::Settings settings;
@@ -61,7 +45,9 @@ int main() {
   int cuts = 0;
   unsigned long long crossings = 0;
   for (int step = 0; step < 60; ++step) {
-    cuts += tear(*cloth);
+    for (const Ends& link : overstretched_links(*cloth, /*stretch=*/1.5F, /*shortest=*/0.05F)) {
+      cuts += cut(*cloth, link) ? 1 : 0;
+    }
     world.stepSimulation(btScalar(1) / 60, 0);
     crossings += world.detection().crossing_answers().unavoidable;
   }

@@ -13,7 +13,9 @@
 #include "scenes/n_body.hpp"
 #include "scenes/penetration.hpp"
 #include "scenes/reef_knot.hpp"
+#include "scenes/refining.hpp"
 #include "scenes/stack.hpp"
+#include "scenes/tearing.hpp"
 #include "scenes/tube.hpp"
 #include "scenes/two_cloths.hpp"
 
@@ -44,6 +46,7 @@ void Scene::go_on_from(const Scene& other) {
   // In the first step Bullet measures the links' rest lengths.
   if (step_count_ == 0) step();
   step_count_ = other.step_count_;
+  repeat_changes(other);
   const std::vector<btSoftBody*>& bodies = simulation_.bodies();
   const std::vector<btSoftBody*>& others = other.simulation_.bodies();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -126,6 +129,10 @@ const std::vector<SceneInfo>& scenes() {
        make<TwoCloths>},
       {"folding-cloth", "A cloth folded into four layers falls onto itself", "nodes a side", 8, 40, 0, true,
        make<FoldingCloth>},
+      {"tearing", "A ball is driven through a cloth, which tears", "nodes a side", 8, 40, 0, true, make<Tearing>,
+       /*in_bullets_detection=*/false},
+      {"refining", "A coarse sheet falls over a ball and is refined where it folds", "nodes a side", 8, 20, 0, true,
+       make<Refining>},
   };
   return list;
 }
@@ -146,6 +153,9 @@ std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options)
   }
   if (options.world == World::deformable && !info->in_deformable_world) {
     throw std::invalid_argument(name + " runs in Bullet's classic soft world only; docs/scenes.md says why");
+  }
+  if (options.collision == Collision::bullet && !info->in_bullets_detection) {
+    throw std::invalid_argument(name + " cannot have Bullet's own detection; docs/scenes.md says why");
   }
   return info->make(options);
 }

@@ -66,7 +66,8 @@ class Scene {
   btScalar time() const { return btScalar(step_count_) * time_step_; }
   btScalar time_step() const { return time_step_; }
 
-  /// Takes over the time, and the nodes' positions and velocities, of the same scene in another world.
+  /// Takes over the time, changes of bodies, and the nodes' positions and velocities, of the same scene in another
+  /// world.
   void go_on_from(const Scene& other);
 
   Penetration count_penetration() const;
@@ -87,6 +88,8 @@ class Scene {
   btSoftBody& add(std::unique_ptr<btSoftBody> body);
   /// Moves what moves by itself during the coming step.
   virtual void animate() {}
+  /// Changes nodes, links and faces of its bodies as those of the same scene have been changed.
+  virtual void repeat_changes(const Scene& /*other*/) {}
   /// Gives the body's first nodes the velocities with which they are at `goals` after the coming step.
   void send(btSoftBody& body, const std::vector<btVector3>& goals) const;
   static std::vector<btVector3> positions_of(const btSoftBody& body);
@@ -110,6 +113,8 @@ struct SceneInfo {
   int paper_size;    ///< about as many triangles as in Wong, Leach and Zambetta 2012; 0: not one of its scenes
   bool in_deformable_world;
   std::unique_ptr<Scene> (*make)(const SceneOptions& options);
+  /// Bullet does not come to an end with the tree of faces of a cloth that has come apart.
+  bool in_bullets_detection = true;
 };
 
 /// The scenes, the main one first.
@@ -118,7 +123,7 @@ const std::vector<SceneInfo>& scenes();
 /// Null when there is no scene of that name.
 const SceneInfo* find_scene(const std::string& name);
 
-/// Throws std::invalid_argument when there is no scene of that name, or it cannot have that size or world.
+/// Throws std::invalid_argument when there is no scene of that name, or it cannot have that size, world or detection.
 std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options);
 
 }  // namespace softcd::demo

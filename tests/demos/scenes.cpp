@@ -108,11 +108,39 @@ TEST_P(Scenes, stays_in_one_piece_and_apart) {
   std::cout << info().name << ": fastest " << fastest << ", " << contacts << " contacts\n";
 }
 
+TEST(Scenes, that_have_changed_go_on_in_another_world) {
+  for (const char* name : {"tearing", "refining"}) {
+    SceneOptions options = small(*demo::find_scene(name), World::classic);
+    const auto scene = make_scene(name, options);
+    const std::size_t triangles = scene->count_triangles();
+    for (int step = 0; step < kSteps; ++step) scene->step();
+    EXPECT_GT(scene->count_triangles(), triangles);
+    options.collision = demo::Collision::off;
+    const auto other = make_scene(name, options);
+    other->go_on_from(*scene);
+    ASSERT_EQ(other->count_triangles(), scene->count_triangles());
+    const btSoftBody& before = *scene->surfaces()[0].body;
+    const btSoftBody& after = *other->surfaces()[0].body;
+    ASSERT_EQ(after.m_nodes.size(), before.m_nodes.size());
+    for (int i = 0; i < before.m_nodes.size(); ++i) EXPECT_EQ(after.m_nodes[i].m_x, before.m_nodes[i].m_x);
+    for (int f = 0; f < before.m_faces.size(); ++f) {
+      for (int corner = 0; corner < 3; ++corner) {
+        EXPECT_EQ(after.m_faces[f].m_n[corner] - &after.m_nodes[0], before.m_faces[f].m_n[corner] - &before.m_nodes[0]);
+      }
+    }
+    for (int step = 0; step < 8; ++step) other->step();
+    EXPECT_TRUE(motion_of(*other).is_finite);
+  }
+}
+
 TEST(Scenes, tell_wrong_names_and_sizes) {
   EXPECT_THROW(make_scene("teapot", {}), std::invalid_argument);
   SceneOptions options;
   options.size = 3;
   EXPECT_THROW(make_scene("cloth-on-ball", options), std::invalid_argument);
+  options.size = 16;
+  options.collision = demo::Collision::bullet;
+  EXPECT_THROW(make_scene("tearing", options), std::invalid_argument);
   EXPECT_EQ(demo::find_scene("teapot"), nullptr);
 }
 
