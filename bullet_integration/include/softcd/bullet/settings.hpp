@@ -136,8 +136,10 @@ struct Settings {
   /// is too fast for that, and nothing without these flags.
   ///
   /// Not prevented: what is through a shape already, by more than the margins, and cloths that are held and too stiff
-  /// for what hits them, which Bullet's classic solver pulls back through it (a box of half the mass of a cloth held at
-  /// its corners, at 5 m/s).
+  /// for what hits them, which Bullet's classic solver pulls back through it. With `ccd` a cloth of 4 * 4 nodes that is
+  /// held at its corners kept a box of twice its mass from heights up to 1.5 m, but none of ten times; one of 6 * 6
+  /// nodes kept a box of half its mass, but none of twice. Bullet's own test kept none of them. In the deformable world
+  /// Bullet keeps nearly all; boxes of ten times the mass fell through more often than with Bullet alone.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
