@@ -44,6 +44,21 @@ AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryBox> boxes) {
 AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryOrientedBox> boxes) {
   return core().overlaps(boxes);
 }
+Span<const BodyDistance> Probe::distances(Span<const QueryBodies> pairs) {
+  return core().distances(pairs);
+}
+BodyDistance Probe::distance(const QueryBodies& pair) {
+  return core().distances({&pair, 1})[0];
+}
+AnswerLists<TriangleIntersection> Probe::intersections(Span<const QueryBodies> pairs) {
+  return core().intersections(pairs);
+}
+Span<const TriangleIntersection> Probe::intersections(const QueryBodies& pair) {
+  return core().intersections({&pair, 1}).all();
+}
+bool Probe::has_intersections(const QueryBodies& pair) {
+  return core().has_intersections(pair);
+}
 void Probe::set_options(const ProbeOptions& options) {
   core().set_options(options);
 }

@@ -24,7 +24,7 @@ Answers ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& a
   if (questions >= kMostElements) {
     throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several.", questions));
   }
-  Answers answers;
+  Answers answers{};
   if (questions == 0) return answers;
   scene_->answer(*this, wants_sides, [&](SpatialQueries& queries) { answers = ask(queries); });
   return answers;
@@ -58,6 +58,44 @@ AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryBox> boxes) {
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryOrientedBox> boxes) {
   return answers<AnswerLists<TriangleOverlap>>(boxes.size(), false,
                                                [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
+}
+
+template <class Answers, class Ask>
+Answers ProbeCore::answers_about(Span<const QueryBodies> pairs, const Ask& ask) {
+  for (std::size_t i = 0; i < pairs.size() && !scene_->is_closed(); ++i) {
+    for (const BodyId id : {pairs[i].a, pairs[i].b}) {
+      if (id == BodyId() || scene_->has_body(id)) continue;
+      throw InvalidInput(
+          fmt::format("pair {}: body {} is not in the scene; it was removed, or never added. BodyId() "
+                      "stands for all.",
+                      i, id.value));
+    }
+  }
+  return answers<Answers>(pairs.size(), false, [&](SpatialQueries& queries) {
+    body_questions_.prepare(pairs, bodies_);
+    return ask(queries, body_questions_.questions(), body_questions_.item_count());
+  });
+}
+
+Span<const BodyDistance> ProbeCore::distances(Span<const QueryBodies> pairs) {
+  return answers_about<Span<const BodyDistance>>(
+      pairs, [](SpatialQueries& queries, Span<const BodiesQuestion> questions, std::uint64_t item_count) {
+        return queries.distances(questions, item_count);
+      });
+}
+
+AnswerLists<TriangleIntersection> ProbeCore::intersections(Span<const QueryBodies> pairs) {
+  return answers_about<AnswerLists<TriangleIntersection>>(
+      pairs, [](SpatialQueries& queries, Span<const BodiesQuestion> questions, std::uint64_t item_count) {
+        return queries.intersections(questions, item_count);
+      });
+}
+
+bool ProbeCore::has_intersections(const QueryBodies& pair) {
+  return answers_about<bool>(
+      {&pair, 1}, [](SpatialQueries& queries, Span<const BodiesQuestion> questions, std::uint64_t item_count) {
+        return queries.has_intersections(questions, item_count);
+      });
 }
 
 void ProbeCore::set_options(const ProbeOptions& options) {

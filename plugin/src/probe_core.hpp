@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "body_questions.hpp"
 #include "scene_core.hpp"
 #include "softcd/probe.hpp"
 
@@ -22,6 +23,9 @@ class ProbeCore {
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
+  Span<const BodyDistance> distances(Span<const QueryBodies> pairs);
+  AnswerLists<TriangleIntersection> intersections(Span<const QueryBodies> pairs);
+  bool has_intersections(const QueryBodies& pair);
 
   void set_options(const ProbeOptions& options);
   const ProbeOptions& options() const { return options_; }
@@ -33,6 +37,9 @@ class ProbeCore {
   /// What `ask` answers to so many questions, unless there are none.
   template <class Answers, class Ask>
   Answers answers(std::size_t questions, bool wants_sides, const Ask& ask);
+  /// What ask(queries, questions, number of items) answers to questions about these pairs.
+  template <class Answers, class Ask>
+  Answers answers_about(Span<const QueryBodies> pairs, const Ask& ask);
   LookedAt looked_at() const;
 
   std::shared_ptr<SceneCore> scene_;
@@ -40,6 +47,7 @@ class ProbeCore {
   BodyFilter filter_;
   QueryMemories memories_;
   std::vector<ProbedBody> bodies_;  ///< of the scene, for those that are asked last
+  BodyQuestions body_questions_;
 };
 
 }  // namespace softcd::detail

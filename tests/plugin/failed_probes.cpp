@@ -10,7 +10,7 @@ namespace softcd::test {
 namespace {
 
 struct Answers {
-  std::vector<std::uint32_t> hits, all, closest;
+  std::vector<std::uint32_t> hits, all, closest, nearest, intersecting;
 
   friend bool operator==(const Answers&, const Answers&) = default;
 };
@@ -30,7 +30,9 @@ class Interview {
   std::size_t count(Probe& probe) const {
     const std::size_t hits = probe.first_hits(rays_).size();
     const std::size_t all = probe.all_hits(rays_).all().size();
-    return hits + all + probe.closest_points(points_).size();
+    const std::size_t distances = probe.distances(pairs_).size();
+    const std::size_t intersections = probe.intersections(pairs_).all().size();
+    return hits + all + distances + intersections + probe.closest_points(points_).size();
   }
 
   Answers ask(Probe& probe) const {
@@ -38,12 +40,17 @@ class Interview {
     for (const RayHit& hit : probe.first_hits(rays_)) answers.hits.push_back(hit.triangle);
     for (const RayHit& hit : probe.all_hits(rays_).all()) answers.all.push_back(hit.triangle);
     for (const ClosestPoint& point : probe.closest_points(points_)) answers.closest.push_back(point.triangle);
+    for (const BodyDistance& distance : probe.distances(pairs_)) answers.nearest.push_back(distance.triangle_a);
+    for (const TriangleIntersection& pair : probe.intersections(pairs_).all()) {
+      answers.intersecting.push_back(pair.triangle_a);
+    }
     return answers;
   }
 
  private:
   std::vector<Ray> rays_;
   std::vector<QueryPoint> points_;
+  std::vector<QueryBodies> pairs_{{}, {BodyId{0}, BodyId{1}}};
 };
 
 Scene small_scene() {

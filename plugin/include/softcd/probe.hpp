@@ -72,6 +72,23 @@ class SOFTCD_EXPORT Probe {
   /// The same for boxes that are turned.
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
 
+  /// For each pair of bodies the nearest points of a triangle of a and a triangle of b, which are different bodies:
+  /// none where a is b. Of triangles that are equally near, as computed, those of the lowest body and index of a, then
+  /// of b. This and the next two throw InvalidInput naming pair and body where one is not in the scene. They take time
+  /// for each triangle of a: the smaller body goes first.
+  Span<const BodyDistance> distances(Span<const QueryBodies> pairs);
+  /// The same for one pair.
+  BodyDistance distance(const QueryBodies& pair);
+
+  /// For each pair of bodies all triangles of a and b that intersect: within a body where a is b, and of bodies with
+  /// each other and with themselves where both are BodyId(). Each two once, the lower one first where a is b; in the
+  /// order of bodies and indices of the first, then of the second.
+  AnswerLists<TriangleIntersection> intersections(Span<const QueryBodies> pairs);
+  /// The same for one pair, or the whole scene.
+  Span<const TriangleIntersection> intersections(const QueryBodies& pair = {});
+  /// Whether there is one, of the whole scene unless told otherwise. Stops at the first that is found.
+  bool has_intersections(const QueryBodies& pair = {});
+
   /// Throws as the constructor does.
   void set_options(const ProbeOptions& options);
   /// What was set last.

@@ -16,3 +16,10 @@
 #else
 #define SOFTCD_HD_SELDOM
 #endif
+
+/// The same for one that is too long to be there as often as it is called: out of line on the device, too.
+#if defined(__CUDACC__)
+#define SOFTCD_HD_LONG __host__ __device__ __noinline__
+#else
+#define SOFTCD_HD_LONG SOFTCD_HD_SELDOM
+#endif

@@ -95,6 +95,42 @@ struct TriangleOverlap {
   std::uint32_t triangle;  ///< of the body
 };
 
+/// Two bodies that are asked about. BodyId() stands for all that the probe asks about: {a, BodyId()} are the pairs of a
+/// with each other body, {BodyId(), BodyId()} are all pairs.
+struct QueryBodies {
+  BodyId a;  ///< the first
+  BodyId b;  ///< the second
+};
+
+/// Two triangles that intersect: of different bodies where they have a point in common, borders included; of one body
+/// where a side of one and the other triangle do that have no vertex in common. So what is joined by an edge never
+/// intersects, and what is joined by a vertex only beyond that. Decided exactly for the positions as the scene has them
+/// (see Positions), of what is coplanar, touches or has no area, too.
+struct TriangleIntersection {
+  BodyId body_a;             ///< that of the first triangle
+  std::uint32_t triangle_a;  ///< of body_a
+  BodyId body_b;             ///< that of the second one, which may be the same
+  std::uint32_t triangle_b;  ///< of body_b
+};
+
+/// The nearest points of two bodies' triangles.
+struct BodyDistance {
+  BodyId body_a;                        ///< BodyId() where there is nothing to compare; all else is 0 then
+  BodyId body_b;                        ///< another one
+  std::uint32_t triangle_a = kNoIndex;  ///< of body_a
+  std::uint32_t triangle_b = kNoIndex;  ///< of body_b
+  Vec3d position_a{0, 0, 0};            ///< the point of triangle_a, in world coordinates
+  Vec3d position_b{0, 0, 0};            ///< the point of triangle_b
+  double distance = 0;                  ///< at least 0; exactly 0 where the triangles intersect
+  /// Of triangle_a's vertices at the point, in [0, 1]; their sum is 1. Those of vertices that are not of the feature
+  /// that it is on, a vertex or an edge, are 0 exactly.
+  float weights_a[3] = {0, 0, 0};
+  float weights_b[3] = {0, 0, 0};  ///< the same of triangle_b's
+
+  /// Whether there were two bodies with triangles.
+  bool has_points() const { return body_a != BodyId(); }
+};
+
 /// Lists of answers, one for each question of a batch, in the questions' order.
 template <class T>
 class AnswerLists {

@@ -6,6 +6,7 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/spatial_query.hpp"
 #include "softcd/math/coordinate_range.hpp"
+#include "softcd/math/exact_sum.hpp"
 #include "softcd/math/scalar.hpp"
 
 /// The watertight test of Woop, Benthin and Wald, Watertight Ray/Triangle Intersection (JCGT 2013), in double. Vertices
@@ -43,18 +44,6 @@ SOFTCD_HD inline Vec3d sheared_vertex(const ShearedRay& ray, Vec3f vertex) {
   const Vec3d a = vec3_cast<double>(vertex) - ray.origin;
   const double z = a[ray.kz];
   return {a[ray.kx] - ray.sx * z, a[ray.ky] - ray.sy * z, z};
-}
-
-/// What rounding took from the product, exactly (Dekker 1971).
-SOFTCD_HD inline double product_rest(double a, double b, double product) {
-  constexpr double kSplit = 134217729.0;  // 2^27 + 1
-  const double a_scaled = kSplit * a;
-  const double b_scaled = kSplit * b;
-  const double a_high = a_scaled - (a_scaled - a);
-  const double b_high = b_scaled - (b_scaled - b);
-  const double a_low = a - a_high;
-  const double b_low = b - b_high;
-  return a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low);
 }
 
 /// px qy - py qx, of exactly that sign: rounding keeps the products' order or makes them equal. Swapped arguments give

@@ -254,8 +254,15 @@ class DetectorOn final : public Detector {
               scene.revision);
     const Vec3d lo = vec3_cast<double>(scene.bounds.lo);
     const Vec3d hi = vec3_cast<double>(scene.bounds.hi);
-    return {bvh.view(),   probe.bodies.data(), mirror_.triangles.data(),
-            scene.origin, 0.5 * (lo + hi),     0.5 * max_norm(hi - lo)};
+    return {bvh.view(),
+            probe.bodies.data(),
+            mirror_.triangles.data(),
+            mirror_.ownership.data(),
+            x,
+            mirror_.triangle_body.data(),
+            scene.origin,
+            0.5 * (lo + hi),
+            0.5 * max_norm(hi - lo)};
   }
 
   /// Lists are shared by all queries, which need them of different sizes.

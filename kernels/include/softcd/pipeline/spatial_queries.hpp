@@ -5,6 +5,7 @@
 
 #include "softcd/core/spatial_query.hpp"
 #include "softcd/math/box.hpp"
+#include "softcd/stages/body_pairs.hpp"
 #include "softcd/stages/probed_scene.hpp"
 
 namespace softcd {
@@ -29,6 +30,11 @@ class SpatialQueries {
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) = 0;
+  /// With the number of all items of the questions.
+  virtual Span<const BodyDistance> distances(Span<const BodiesQuestion> questions, std::uint64_t item_count) = 0;
+  virtual AnswerLists<TriangleIntersection> intersections(Span<const BodiesQuestion> questions,
+                                                          std::uint64_t item_count) = 0;
+  virtual bool has_intersections(Span<const BodiesQuestion> questions, std::uint64_t item_count) = 0;
 };
 
 /// Asks. May be called again, where memory did not suffice at first.

@@ -9,6 +9,8 @@
 #include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/spatial_queries.hpp"
 #include "softcd/stages/answer_lists.hpp"
+#include "softcd/stages/body_distances.hpp"
+#include "softcd/stages/body_pairs.hpp"
 #include "softcd/stages/closest_points.hpp"
 #include "softcd/stages/overlaps.hpp"
 #include "softcd/stages/ray_casting.hpp"
@@ -35,11 +37,18 @@ struct ProbeOn final : QueryMemory {
     spheres = {};
     boxes = {};
     oriented_boxes = {};
+    bodies_questions = {};
+    item_count = {};
     counts = {};
     begins = {};
+    item_begins = {};
     hits = {};
     closest = {};
     overlaps = {};
+    intersections = {};
+    nearest = {};
+    least = {};
+    distances = {};
   }
 
   std::shared_ptr<MemoryAccount> account;  ///< of the buffers
@@ -50,15 +59,25 @@ struct ProbeOn final : QueryMemory {
   Mirror<QuerySphere> spheres;
   Mirror<QueryBox> boxes;
   Mirror<QueryOrientedBox> oriented_boxes;
-  Buffer<std::uint32_t> counts;  ///< of answers, per question
-  Buffer<std::uint64_t> begins;  ///< and where they begin; then how many there are
+  Mirror<BodiesQuestion> bodies_questions;
+  Buffer<std::uint64_t> item_count;
+  Buffer<std::uint32_t> counts;       ///< of answers, per question
+  Buffer<std::uint64_t> begins;       ///< and where they begin; then how many there are
+  Buffer<std::uint64_t> item_begins;  ///< the same of items
   Buffer<RayHit> hits;
   Buffer<ClosestPoint> closest;
   Buffer<TriangleOverlap> overlaps;
+  Buffer<TriangleIntersection> intersections;
+  Buffer<NearestTriangle> nearest;
+  Buffer<LeastDistance> least;
+  Buffer<BodyDistance> distances;
   Readback<std::uint64_t> read_begins;
   Readback<RayHit> read_hits;
   Readback<ClosestPoint> read_closest;
   Readback<TriangleOverlap> read_overlaps;
+  Readback<TriangleIntersection> read_intersections;
+  Readback<BodyDistance> read_distances;
+  Readback<LeastDistance> read_least;
 };
 
 /// Hierarchies of both ends of the step, each of what was there when somebody last asked.
@@ -109,6 +128,36 @@ class SpatialQueriesOn final : public SpatialQueries {
                 probe_.overlaps, probe_.read_overlaps);
   }
 
+  Span<const BodyDistance> distances(Span<const BodiesQuestion> questions, std::uint64_t item_count) override {
+    const BodiesQuestions asked = send_bodies(questions);
+    const Count count = asked_count(questions.size());
+    const Count items = count_items(item_count);
+    clear_least(count);
+    probe_.nearest.reserve(backend_, item_count, 0);
+    probe_.distances.reserve(backend_, questions.size(), 0);
+    LeastDistance* const least = probe_.least.data();
+    NearestTriangle* const nearest = probe_.nearest.data();
+    backend_.for_each("nearest_triangles", items, FindNearestTriangle{asked, least, nearest});
+    backend_.for_each("nearest_items", items, ChooseNearestItem{asked, least, nearest});
+    backend_.for_each("distances", count, DescribeDistance{asked, least, nearest, probe_.distances.data()});
+    return probe_.read_distances.read(backend_, probe_.distances, questions.size());
+  }
+
+  AnswerLists<TriangleIntersection> intersections(Span<const BodiesQuestion> questions,
+                                                  std::uint64_t item_count) override {
+    const BodiesQuestions asked = send_bodies(questions);
+    return list_by_items(asked_count(questions.size()), asked.questions, count_items(item_count),
+                         ListIntersections{asked}, probe_.intersections, probe_.read_intersections);
+  }
+
+  bool has_intersections(Span<const BodiesQuestion> questions, std::uint64_t item_count) override {
+    const BodiesQuestions asked = send_bodies(questions);
+    clear_least(asked_count(1));
+    LeastDistance* const least = probe_.least.data();
+    backend_.for_each("find_intersection", count_items(item_count), FindIntersection{asked, &least->bits});
+    return probe_.read_least.read(backend_, probe_.least, 1)[0].bits == 0;
+  }
+
  private:
   template <class Question>
   Count send(typename Backend::template Mirror<Question>& mirror, Span<const Question> questions) {
@@ -120,21 +169,70 @@ class SpatialQueriesOn final : public SpatialQueries {
     return {probe_.question_count.data(), count};
   }
 
+  BodiesQuestions send_bodies(Span<const BodiesQuestion> questions) {
+    send(probe_.bodies_questions, questions);
+    return {scene_, probe_.bodies_questions.data(), static_cast<std::uint32_t>(questions.size())};
+  }
+
+  Count count_items(std::uint64_t count) {
+    probe_.item_count.reserve(backend_, 1, 0);
+    backend_.upload(probe_.item_count, Span<const std::uint64_t>(&count, 1));
+    return {probe_.item_count.data(), count};
+  }
+
+  /// Of what was sent last; `capacity` are the questions, or fewer.
+  Count asked_count(std::uint64_t capacity) const { return {probe_.question_count.data(), capacity}; }
+
+  void clear_least(Count count) {
+    probe_.least.reserve(backend_, count.capacity, 0);
+    backend_.for_each("clear_least", count, ClearLeastDistance{probe_.least.data()});
+  }
+
+  template <class Lister>
+  void count_answers(Count items, const Lister& lister, typename Backend::template Buffer<std::uint64_t>& begins) {
+    const std::uint64_t count = items.capacity;
+    probe_.counts.reserve(backend_, count, 0);
+    begins.reserve(backend_, count + 1, 0);
+    backend_.for_each("count_answers", items, CountAnswers<Lister>{lister, probe_.counts.data()});
+    backend_.exclusive_scan("answer_begins", items, probe_.counts.data(), begins.data(), begins.data() + count);
+  }
+
+  template <class Lister, class Answers, class ReadAnswers>
+  AnswerLists<typename Lister::Answer> write_answers(Count items, const Lister& lister, const std::uint64_t* begins,
+                                                     Span<const std::uint64_t> read_begins, Answers& answers,
+                                                     ReadAnswers& read_answers) {
+    const std::uint64_t total = read_begins[read_begins.size() - 1];
+    answers.reserve(backend_, total, 0);
+    backend_.for_each("write_answers", items, WriteAnswers<Lister>{lister, begins, answers.data()});
+    return {read_begins, read_answers.read(backend_, answers, total)};
+  }
+
   /// Counted, and then written where the counts say.
   template <class Lister, class Answers, class ReadAnswers>
   AnswerLists<typename Lister::Answer> list(Count questions, const Lister& lister, Answers& answers,
                                             ReadAnswers& read_answers) {
-    const std::uint64_t count = questions.capacity;
-    probe_.counts.reserve(backend_, count, 0);
-    probe_.begins.reserve(backend_, count + 1, 0);
-    std::uint64_t* const begins = probe_.begins.data();
-    backend_.for_each("count_answers", questions, CountAnswers<Lister>{lister, probe_.counts.data()});
-    backend_.exclusive_scan("answer_begins", questions, probe_.counts.data(), begins, begins + count);
-    const Span<const std::uint64_t> read_begins = probe_.read_begins.read(backend_, probe_.begins, count + 1);
-    const std::uint64_t total = read_begins[count];
-    answers.reserve(backend_, total, 0);
-    backend_.for_each("write_answers", questions, WriteAnswers<Lister>{lister, begins, answers.data()});
-    return {read_begins, read_answers.read(backend_, answers, total)};
+    count_answers(questions, lister, probe_.begins);
+    const Span<const std::uint64_t> read_begins =
+        probe_.read_begins.read(backend_, probe_.begins, questions.capacity + 1);
+    return write_answers(questions, lister, probe_.begins.data(), read_begins, answers, read_answers);
+  }
+
+  /// The same where each question, in the backend's memory, has many items.
+  template <class Lister, class Question, class Answers, class ReadAnswers>
+  AnswerLists<typename Lister::Answer> list_by_items(Count questions, const Question* asked, Count items,
+                                                     const Lister& lister, Answers& answers,
+                                                     ReadAnswers& read_answers) {
+    count_answers(items, lister, probe_.item_begins);
+    const std::uint64_t none = 0;
+    if (items.capacity == 0) backend_.upload(probe_.item_begins, Span<const std::uint64_t>(&none, 1));
+    const std::uint64_t* const item_begins = probe_.item_begins.data();
+    probe_.begins.reserve(backend_, questions.capacity + 1, 0);
+    backend_.for_each(
+        "question_begins", questions,
+        GatherBegins<Question>{asked, item_begins, items.capacity, questions.capacity, probe_.begins.data()});
+    const Span<const std::uint64_t> read_begins =
+        probe_.read_begins.read(backend_, probe_.begins, questions.capacity + 1);
+    return write_answers(items, lister, item_begins, read_begins, answers, read_answers);
   }
 
   Backend& backend_;

@@ -81,4 +81,20 @@ struct WriteAnswers {
   }
 };
 
+/// Where each question's answers begin, of those of its items, that begin at Question::first_item; behind the last
+/// question's, where they end.
+template <class Question>
+struct GatherBegins {
+  const Question* questions;
+  const std::uint64_t* item_begins;
+  std::uint64_t item_count;
+  std::uint64_t question_count;
+  std::uint64_t* begins;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    begins[i] = item_begins[questions[i].first_item];
+    if (i + 1 == question_count) begins[i + 1] = item_begins[item_count];
+  }
+};
+
 }  // namespace softcd

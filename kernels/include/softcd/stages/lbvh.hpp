@@ -22,6 +22,15 @@ constexpr int kBvhDepth = kMortonBits + 32;
 /// Marks a child that is a leaf.
 constexpr std::uint32_t kLeafBit = 0x80000000u;
 
+/// A set of bodies: bit i stands for those whose number is i modulo kBvhBodyClasses.
+using BodyClasses = std::uint16_t;
+constexpr std::uint32_t kBvhBodyClasses = 16;
+constexpr BodyClasses kAllBodies = 0xFFFFu;
+
+SOFTCD_HD constexpr BodyClasses class_of(std::uint32_t body) {
+  return static_cast<BodyClasses>(1U << (body % kBvhBodyClasses));
+}
+
 /// What no box overlaps.
 SOFTCD_HD constexpr Box empty_box() {
   constexpr float kMost = 3.402823466e38F;
@@ -33,7 +42,7 @@ struct alignas(16) BvhNode {
   Box boxes[2];               ///< of its children
   std::uint32_t children[2];  ///< nodes, or kLeafBit | leaf
   std::uint32_t parent;       ///< twice the node that it is a child of, plus which; of the root kNoIndex
-  std::uint32_t unused;
+  BodyClasses bodies[2];      ///< below its children
 };
 
 /// A triangle where it is.
@@ -203,7 +212,7 @@ SOFTCD_HD inline bool arrives_second(std::uint32_t* arrivals) {
 #endif
 }
 
-/// Boxes from leaf i upwards, as far as the other children's are known.
+/// Boxes and bodies from leaf i upwards, as far as the other children's are known.
 struct FitBoxes {
   const BvhLeaf* leaves;
   const std::uint32_t* leaf_parents;
@@ -211,22 +220,26 @@ struct FitBoxes {
   std::uint32_t* arrivals;  ///< per node, 0 before
 
   SOFTCD_HD void operator()(std::uint32_t i) const {
-    Box box = leaves[i].triangle == kNoIndex ? empty_box() : box_of(leaves[i].x);
+    const bool is_empty = leaves[i].triangle == kNoIndex;
+    Box box = is_empty ? empty_box() : box_of(leaves[i].x);
+    BodyClasses bodies = is_empty ? BodyClasses{0} : class_of(leaves[i].body);
     std::uint32_t parent = leaf_parents[i];
     while (parent != kNoIndex) {
       BvhNode& node = nodes[parent / 2];
       node.boxes[parent % 2] = box;
+      node.bodies[parent % 2] = bodies;
       if (!arrives_second(arrivals + parent / 2)) return;
       box = merged(node.boxes[0], node.boxes[1]);
+      bodies = static_cast<BodyClasses>(node.bodies[0] | node.bodies[1]);
       parent = node.parent;
     }
   }
 };
 
 /// Calls visitor.visit(leaf, place) for the leaves that visitor.enters(box, key) leads to, those with lower keys first,
-/// as long as visitor.still_enters(key).
+/// as long as visitor.still_enters(key). Where nothing is of these bodies it does not look.
 template <class Visitor>
-SOFTCD_HD void visit_leaves(const BvhView& bvh, Visitor& visitor) {
+SOFTCD_HD void visit_leaves(const BvhView& bvh, Visitor& visitor, BodyClasses bodies = kAllBodies) {
   using Key = typename Visitor::Key;
   struct Waiting {
     Key key;
@@ -242,8 +255,8 @@ SOFTCD_HD void visit_leaves(const BvhView& bvh, Visitor& visitor) {
     } else {
       const BvhNode& node = bvh.nodes[current];
       Key keys[2];
-      const bool enters_first = visitor.enters(node.boxes[0], keys[0]);
-      const bool enters_second = visitor.enters(node.boxes[1], keys[1]);
+      const bool enters_first = (node.bodies[0] & bodies) != 0 && visitor.enters(node.boxes[0], keys[0]);
+      const bool enters_second = (node.bodies[1] & bodies) != 0 && visitor.enters(node.boxes[1], keys[1]);
       if (enters_first || enters_second) {
         const int next = enters_first && (!enters_second || keys[0] <= keys[1]) ? 0 : 1;
         if (enters_first && enters_second) waiting[count++] = {keys[1 - next], node.children[1 - next]};

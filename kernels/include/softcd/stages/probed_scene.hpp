@@ -14,6 +14,7 @@ namespace softcd {
 struct ProbedBody {
   std::uint32_t id;
   std::uint32_t first_triangle;
+  std::uint32_t triangle_count;
   bool is_asked;   ///< it has positions, and nobody has left it out
   bool is_closed;  ///< see ClosestPoint::side
 };
@@ -23,12 +24,26 @@ struct ProbedSceneView {
   BvhView bvh;
   const ProbedBody* bodies;
   const Triangle* triangles;
+  const Ownership* ownership;
+  const Vec3f* x;
+  const std::uint32_t* triangle_body;
   Vec3d origin;   ///< what positions are relative to
   Vec3d centre;   ///< of all positions, relative to the origin
   double extent;  ///< no vertex is further from the centre along any axis
 
   /// Whether somebody asks for the leaf's triangle.
   SOFTCD_HD bool is_asked(const BvhLeaf& leaf) const { return leaf.triangle != kNoIndex && bodies[leaf.body].is_asked; }
+
+  /// A triangle as its leaf has it; kNoIndex instead where it is left out, or nobody asks for it.
+  SOFTCD_HD BvhLeaf asked_leaf(std::uint32_t t) const {
+    BvhLeaf leaf{};
+    leaf.triangle = kNoIndex;
+    leaf.body = triangle_body[t];
+    if ((ownership[t] & kLeftOut) != 0U || !bodies[leaf.body].is_asked) return leaf;
+    leaf.triangle = t;
+    for (int corner = 0; corner < 3; ++corner) leaf.x[corner] = x[triangles[t].v[corner]];
+    return leaf;
+  }
 };
 
 /// The nearest float.

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "softcd/core/host_device.hpp"
+
+namespace softcd {
+
+/// What rounding took from the product, exactly (Dekker 1971).
+SOFTCD_HD inline double product_rest(double a, double b, double product) {
+  constexpr double kSplit = 134217729.0;  // 2^27 + 1
+  const double a_scaled = kSplit * a;
+  const double b_scaled = kSplit * b;
+  const double a_high = a_scaled - (a_scaled - a);
+  const double b_high = b_scaled - (b_scaled - b);
+  const double a_low = a - a_high;
+  const double b_low = b - b_high;
+  return a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low);
+}
+
+/// What rounding took from the sum, exactly (Knuth 1969).
+SOFTCD_HD inline double sum_rest(double a, double b, double sum) {
+  const double b_there = sum - a;
+  const double a_there = sum - b_there;
+  return (a - a_there) + (b - b_there);
+}
+
+/// A sum without rounding, as parts that do not overlap, in ascending order, none of which is 0: Shewchuk, Adaptive
+/// Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates (1997). Exact as long as nothing that is
+/// added overflows or underflows.
+template <int kMostTerms>
+class ExactSum {
+ public:
+  /// At most so often as there are terms.
+  SOFTCD_HD void add(double term) {
+    int kept = 0;
+    for (int i = 0; i < count_; ++i) {
+      const double sum = term + parts_[i];
+      const double rest = sum_rest(term, parts_[i], sum);
+      if (rest != 0.0) parts_[kept++] = rest;
+      term = sum;
+    }
+    if (term != 0.0) parts_[kept++] = term;
+    count_ = kept;
+  }
+
+  /// 1, 0 or -1: the largest part is larger than all others together.
+  SOFTCD_HD int sign() const { return count_ == 0 ? 0 : (parts_[count_ - 1] > 0.0 ? 1 : -1); }
+
+ private:
+  double parts_[kMostTerms];
+  int count_ = 0;
+};
+
+}  // namespace softcd

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "softcd/core/spatial_query.hpp"
+#include "softcd/stages/body_pairs.hpp"
+
+namespace softcd::detail {
+
+/// Questions about pairs of bodies as detectors answer them.
+class BodyQuestions {
+ public:
+  /// The ids are bodies', or BodyId(). Throws InvalidInput where they have 2^31 triangles or more to be looked at.
+  void prepare(Span<const QueryBodies> asked, Span<const ProbedBody> bodies);
+
+  Span<const BodiesQuestion> questions() const { return questions_; }
+  std::uint64_t item_count() const { return item_count_; }
+
+ private:
+  std::vector<BodiesQuestion> questions_;
+  std::uint64_t item_count_ = 0;
+};
+
+}  // namespace softcd::detail

@@ -1,0 +1,84 @@
+#include "softcd/math/orientation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <boost/multiprecision/cpp_int.hpp>
+#include <cmath>
+#include <limits>
+
+#include "random.hpp"
+
+// Signs of determinants against rational numbers.
+namespace softcd::test {
+namespace {
+
+using Rational = boost::multiprecision::cpp_rational;
+
+int reference(const Vec3f (&x)[4]) {
+  Rational d[3][3];
+  for (int row = 0; row < 3; ++row) {
+    for (int axis = 0; axis < 3; ++axis) d[row][axis] = Rational(x[row][axis]) - Rational(x[3][axis]);
+  }
+  const Rational volume = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) +
+                          d[0][1] * (d[1][2] * d[2][0] - d[1][0] * d[2][2]) +
+                          d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+  return volume.sign();
+}
+
+Vec3f in_float(Vec3d p) {
+  return vec3_cast<float>(p);
+}
+
+/// Four points of one kind after the other: anywhere, almost in a plane, on a grid, of very different sizes.
+void make_points(Random& random, std::uint32_t kind, Vec3f (&x)[4]) {
+  for (Vec3f& p : x) p = in_float(random.in_box(1.0));
+  if (kind == 1) {
+    const double u = random.uniform(-1, 2);
+    const double v = random.uniform(-1, 2);
+    x[3] =
+        in_float((1.0 - u - v) * vec3_cast<double>(x[0]) + u * vec3_cast<double>(x[1]) + v * vec3_cast<double>(x[2]));
+  } else if (kind == 2) {
+    for (Vec3f& p : x) p = {std::round(3 * p.x), std::round(3 * p.y), std::round(3 * p.z)};
+  } else if (kind == 3) {
+    const auto size = [&] { return static_cast<float>(std::exp2(random.uniform(-149, 120))); };
+    for (Vec3f& p : x) p = {size() * p.x, size() * p.y, size() * p.z};
+    if (random.below(3) == 0) x[3] = x[random.below(3)];
+  } else if (kind == 4) {
+    const Vec3f corner{1024.0F, 512.0F, 2048.0F};
+    const float step = std::numeric_limits<float>::epsilon() * 1024.0F;
+    for (Vec3f& p : x) {
+      p = {corner.x + std::round(4 * p.x) * step, corner.y + std::round(4 * p.y) * step,
+           corner.z + std::round(4 * p.z) * step};
+    }
+  }
+}
+
+TEST(Orientation, is_the_exact_one) {
+  Random random(8);
+  int zeros = 0;
+  for (std::uint32_t i = 0; i < 10000; ++i) {
+    Vec3f x[4];
+    make_points(random, i % 5, x);
+    const int expected = reference(x);
+    ASSERT_EQ(orientation(x[0], x[1], x[2], x[3]), expected) << "points " << i;
+    ASSERT_EQ(orientation(x[1], x[0], x[2], x[3]), -expected) << "points " << i;
+    ASSERT_EQ(detail::exact_orientation(x[0], x[1], x[2], x[3]), expected) << "points " << i;
+    zeros += expected == 0 ? 1 : 0;
+  }
+  EXPECT_GT(zeros, 400);
+}
+
+TEST(Orientation, is_exact_at_the_ends_of_floats_range) {
+  constexpr float kLeast = std::numeric_limits<float>::denorm_min();
+  constexpr float kMost = std::numeric_limits<float>::max();
+  const Vec3f cases[][4] = {{{kLeast, 0, 0}, {0, kLeast, 0}, {0, 0, kLeast}, {0, 0, 0}},
+                            {{kMost, 0, 0}, {0, kMost, 0}, {0, 0, kMost}, {-kMost, -kMost, -kMost}},
+                            {{kMost, kMost, 1}, {-kMost, -kMost, 1}, {kMost, -kMost, 1}, {0, 0, 1}},
+                            {{kMost, kMost, 1}, {-kMost, -kMost, 1}, {kMost, -kMost, 1 + 0x1p-23F}, {kLeast, 0, 1}}};
+  for (const auto& x : cases) EXPECT_EQ(orientation(x[0], x[1], x[2], x[3]), reference(x));
+  EXPECT_NE(orientation(cases[0][0], cases[0][1], cases[0][2], cases[0][3]), 0);
+  EXPECT_NE(orientation(cases[3][0], cases[3][1], cases[3][2], cases[3][3]), 0);
+}
+
+}  // namespace
+}  // namespace softcd::test

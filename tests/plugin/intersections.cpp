@@ -1,0 +1,169 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+#include "body_pairs.hpp"
+
+// Triangles of bodies that intersect, against each two tried by themselves in rational arithmetic.
+namespace softcd::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Turned, so that it is in one plane, but along no axis.
+Mesh slanted_sheet(double offset) {
+  Mesh mesh = grid_cloth(6, 6, 0.25);
+  for (Vec3d& x : mesh.positions) x = {x.x + offset, x.y, 0.5 * x.x - 0.25 * x.y};
+  return mesh;
+}
+
+std::vector<NamedScene> entangled_scenes() {
+  std::vector<NamedScene> scenes = odd_scenes();
+  const Mesh ball = outward_ball(2, 1.0);
+  scenes.push_back({"balls in each other", {still(ball, {}), still(moved(ball, {0.5, 0.25, 0}), {})}});
+  scenes.push_back({"a crumpled cloth", {still(crumpled_cloth(16, 14, 0.25, 0.05, 5), {})}});
+  scenes.push_back({"sheets in one slanted plane",
+                    {still(slanted_sheet(0), {}), still(slanted_sheet(0.25), {}), still(slanted_sheet(0.125), {})}});
+  for (NamedScene& named : scenes) {
+    for (SceneBody& body : named.bodies) {
+      for (Positions3* const x : {&body.x_t0, &body.x_t1}) {
+        for (Vec3d& p : *x) p = vec3_cast<double>(vec3_cast<float>(p));
+      }
+    }
+  }
+  return scenes;
+}
+
+/// What of all pairs a question asks for, in its order.
+std::vector<Intersection> asked_of(const std::vector<Intersection>& all, QueryBodies pair) {
+  std::vector<Intersection> asked;
+  const auto is = [](BodyId id, std::uint32_t body) { return id == BodyId() || id.value == body; };
+  for (const auto& [body_a, a, body_b, b] : all) {
+    const bool is_within = body_a == body_b;
+    if (is_within && pair.a != pair.b) continue;
+    if (is(pair.a, body_a) && is(pair.b, body_b)) {
+      asked.emplace_back(body_a, a, body_b, b);
+    } else if (is(pair.a, body_b) && is(pair.b, body_a)) {
+      asked.emplace_back(body_b, b, body_a, a);
+    }
+  }
+  std::sort(asked.begin(), asked.end());
+  return asked;
+}
+
+std::vector<QueryBodies> all_questions(const std::vector<BodyId>& ids) {
+  std::vector<QueryBodies> questions = {{}};
+  for (const BodyId a : ids) {
+    questions.push_back({a, BodyId()});
+    questions.push_back({BodyId(), a});
+    for (const BodyId b : ids) questions.push_back({a, b});
+  }
+  return questions;
+}
+
+TEST(Intersections, are_those_of_rational_arithmetic) {
+  std::size_t count = 0;
+  for (NamedScene& named : entangled_scenes()) {
+    SCOPED_TRACE(named.name);
+    ProbedBodies probed(std::move(named.bodies));
+    const std::vector<Intersection> all = all_intersections(probed);
+    count += all.size();
+    const std::vector<QueryBodies> questions = all_questions(probed.ids);
+    const AnswerLists<TriangleIntersection> found = probed.probe.intersections(questions);
+    ASSERT_EQ(found.size(), questions.size());
+    for (std::size_t i = 0; i < questions.size(); ++i) {
+      ASSERT_EQ(as_tuples(found[i]), asked_of(all, questions[i])) << "question " << i;
+    }
+    for (const QueryBodies& pair : questions) {
+      ASSERT_EQ(probed.probe.has_intersections(pair), !asked_of(all, pair).empty());
+    }
+  }
+  EXPECT_GT(count, 2500U);
+}
+
+TEST(Intersections, of_a_mesh_are_beyond_what_is_shared) {
+  // A strip of two triangles, the second one folded onto the first one; a third one at a corner, through the first one
+  // or beside it.
+  const std::vector<Triangle> triangles = {{{0, 1, 2}}, {{1, 0, 3}}, {{2, 4, 5}}};
+  Positions3 x = {{0, 0, 0}, {4, 0, 0}, {2, 4, 0}, {2, 2, 0}, {2, 1, 1}, {2, 1, -1}};
+  ProbedBodies probed({still({{triangles[0], triangles[1]}, {x.begin(), x.begin() + 4}}, {})});
+  EXPECT_FALSE(probed.probe.has_intersections()) << "triangles that are joined by an edge";
+  const auto count = [](std::vector<Triangle> mesh, Positions3 positions) {
+    ProbedBodies one({still({std::move(mesh), std::move(positions)}, {})});
+    return one.probe.intersections().size();
+  };
+  EXPECT_EQ(count({triangles[0], triangles[2]}, x), 1U);
+  x[4] = {2, 5, 1};
+  x[5] = {2, 5, -1};
+  EXPECT_EQ(count({triangles[0], triangles[2]}, x), 0U);
+}
+
+TEST(Intersections, of_segments_are_where_these_touch) {
+  SceneBody rope{{}, {{-1, 0, 0}, {1, 0, 0}, {1, 2, 0}}, {{-1, 0, 0}, {1, 0, 0}, {1, 2, 0}}, {}, {{{0, 1}}, {{1, 2}}}};
+  SceneBody other{{}, {{0, -1, 0}, {0, 1, 0}}, {{0, -1, 0}, {0, 1, 0}}, {}, {{{0, 1}}}};
+  ProbedBodies probed({rope, other, still(moved(one_triangle(), {0.75, 0.75, -0.25}), {})});
+  EXPECT_THAT(as_tuples(probed.probe.intersections()), ElementsAre(Intersection{0, 0, 1, 0}, Intersection{0, 1, 2, 0}));
+}
+
+TEST(Intersections, follow_bodies_that_come_move_and_go) {
+  const Mesh ball = outward_ball(2, 1.0);
+  ProbedBodies probed({still(ball, {}), still(moved(ball, {5, 0, 0}), {})});
+  Probe& probe = probed.probe;
+  EXPECT_FALSE(probe.has_intersections());
+  const Positions3 near = moved(ball, {0.5, 0, 0}).positions;
+  probed.scene.set_positions(probed.ids[1], near);
+  EXPECT_TRUE(probe.has_intersections());
+  EXPECT_TRUE(probe.has_intersections({probed.ids[1], probed.ids[0]}));
+  EXPECT_FALSE(probe.has_intersections({probed.ids[1], probed.ids[1]}));
+  probe.set_body_filter([&](BodyId body) { return body == probed.ids[0]; });
+  EXPECT_FALSE(probe.has_intersections({probed.ids[0], probed.ids[1]})) << "the filter leaves it out";
+  EXPECT_FALSE(probe.has_intersections({probed.ids[1], probed.ids[0]}));
+  probe.set_body_filter({});
+  const BodyId absent = probed.scene.add_body(desc_of(probed.bodies[0]));
+  EXPECT_FALSE(probe.has_intersections({absent, BodyId()})) << "a body without positions is nowhere";
+  Positions3 broken = near;
+  for (Vec3d& x : broken) x.x = std::numeric_limits<double>::quiet_NaN();
+  probed.scene.set_positions(probed.ids[1], broken);
+  EXPECT_FALSE(probe.has_intersections());
+  EXPECT_FALSE(probe.distance({probed.ids[0], probed.ids[1]}).has_points());
+  probed.scene.remove_body(probed.ids[1]);
+  EXPECT_FALSE(probe.has_intersections());
+}
+
+TEST(Intersections, of_nothing_are_none) {
+  softcd::Scene scene(scene_options());
+  Probe probe(scene);
+  EXPECT_FALSE(probe.has_intersections());
+  const std::vector<QueryBodies> questions(3);
+  const AnswerLists<TriangleIntersection> found = probe.intersections(questions);
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_THAT(as_tuples(found.all()), IsEmpty());
+  EXPECT_EQ(probe.intersections(Span<const QueryBodies>()).size(), 0U);
+  EXPECT_FALSE(probe.distance({}).has_points());
+}
+
+TEST(Intersections, of_bodies_that_are_not_there_are_errors) {
+  ProbedBodies probed({still(one_triangle(), {}), still(one_triangle(), {})});
+  probed.scene.remove_body(probed.ids[1]);
+  const std::vector<QueryBodies> questions = {{}, {probed.ids[0], probed.ids[1]}};
+  const auto message_of = [&](const auto& ask) {
+    try {
+      ask();
+    } catch (const InvalidInput& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const char* const expected = "pair 1: body 1 is not in the scene";
+  EXPECT_THAT(message_of([&] { probed.probe.intersections(questions); }), HasSubstr(expected));
+  EXPECT_THAT(message_of([&] { probed.probe.distances(questions); }), HasSubstr(expected));
+  EXPECT_THAT(message_of([&] { probed.probe.has_intersections({BodyId{7}, {}}); }), HasSubstr("pair 0: body 7"));
+  EXPECT_FALSE(probed.probe.has_intersections());
+}
+
+}  // namespace
+}  // namespace softcd::test
