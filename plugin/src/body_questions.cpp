@@ -9,15 +9,6 @@
 namespace softcd::detail {
 namespace {
 
-/// The number of a body in the scene, whose bodies are in ascending order of ids.
-std::uint32_t number_of(BodyId id, Span<const ProbedBody> bodies) {
-  if (id == BodyId()) return kNoIndex;
-  const ProbedBody* const body =
-      std::lower_bound(bodies.begin(), bodies.end(), id.value,
-                       [](const ProbedBody& candidate, std::uint32_t value) { return candidate.id < value; });
-  return static_cast<std::uint32_t>(body - bodies.begin());
-}
-
 struct Triangles {
   std::uint32_t first, count;
 };
@@ -41,6 +32,14 @@ void add_partner(BodiesQuestion& question, std::uint32_t number) {
 }
 
 }  // namespace
+
+std::uint32_t number_of(BodyId id, Span<const ProbedBody> bodies) {
+  if (id == BodyId()) return kNoIndex;
+  const ProbedBody* const body =
+      std::lower_bound(bodies.begin(), bodies.end(), id.value,
+                       [](const ProbedBody& candidate, std::uint32_t value) { return candidate.id < value; });
+  return static_cast<std::uint32_t>(body - bodies.begin());
+}
 
 void BodyQuestions::prepare(Span<const QueryBodies> asked, Span<const ProbedBody> bodies) {
   BodiesQuestion all{};

@@ -8,6 +8,9 @@
 
 namespace softcd::detail {
 
+/// The number of a body in the scene, whose bodies are in ascending order of ids; kNoIndex of BodyId().
+std::uint32_t number_of(BodyId id, Span<const ProbedBody> bodies);
+
 /// Questions about pairs of bodies as detectors answer them.
 class BodyQuestions {
  public:

@@ -59,6 +59,12 @@ Span<const TriangleIntersection> Probe::intersections(const QueryBodies& pair) {
 bool Probe::has_intersections(const QueryBodies& pair) {
   return core().has_intersections(pair);
 }
+AnswerLists<ChangeIntersection> Probe::intersections_after(Span<const QueryChange> changes) {
+  return core().intersections_after(changes);
+}
+Span<const ChangeIntersection> Probe::intersections_after(const QueryChange& change) {
+  return core().intersections_after({&change, 1}).all();
+}
 void Probe::set_options(const ProbeOptions& options) {
   core().set_options(options);
 }

@@ -98,6 +98,18 @@ bool ProbeCore::has_intersections(const QueryBodies& pair) {
       });
 }
 
+AnswerLists<ChangeIntersection> ProbeCore::intersections_after(Span<const QueryChange> changes) {
+  for (std::size_t i = 0; i < changes.size() && !scene_->is_closed(); ++i) {
+    if (scene_->has_body(changes[i].body)) continue;
+    throw InvalidInput(fmt::format("change {}: body {} is not in the scene; it was removed, or never added.", i,
+                                   changes[i].body.value));
+  }
+  return answers<AnswerLists<ChangeIntersection>>(changes.size(), false, [&](SpatialQueries& queries) {
+    changes_.prepare(changes, bodies_);
+    return queries.intersections_after(changes_.questions());
+  });
+}
+
 void ProbeCore::set_options(const ProbeOptions& options) {
   validate_options(options);
   options_ = options;

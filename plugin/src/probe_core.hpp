@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "body_questions.hpp"
+#include "change_questions.hpp"
 #include "scene_core.hpp"
 #include "softcd/probe.hpp"
 
@@ -26,6 +27,7 @@ class ProbeCore {
   Span<const BodyDistance> distances(Span<const QueryBodies> pairs);
   AnswerLists<TriangleIntersection> intersections(Span<const QueryBodies> pairs);
   bool has_intersections(const QueryBodies& pair);
+  AnswerLists<ChangeIntersection> intersections_after(Span<const QueryChange> changes);
 
   void set_options(const ProbeOptions& options);
   const ProbeOptions& options() const { return options_; }
@@ -48,6 +50,7 @@ class ProbeCore {
   QueryMemories memories_;
   std::vector<ProbedBody> bodies_;  ///< of the scene, for those that are asked last
   BodyQuestions body_questions_;
+  ChangesInQuestion changes_;
 };
 
 }  // namespace softcd::detail

@@ -335,10 +335,10 @@ ProbedScene SceneCore::probed_scene(ProbeCore& probe, bool wants_sides) {
   if (wants_sides) store_.find_closed_surfaces();
   probe.bodies_.clear();
   for (const Body& body : store_.bodies()) {
-    const bool is_asked =
-        !body.is_removed && body.positions.are_set() && (!probe.filter_ || call_back(probe.filter_, body.id));
-    probe.bodies_.push_back(
-        {body.id.value, body.triangles.first, body.triangles.count, is_asked, body.is_closed.value_or(false)});
+    const bool has_positions = !body.is_removed && body.positions.are_set();
+    const bool is_asked = has_positions && (!probe.filter_ || call_back(probe.filter_, body.id));
+    probe.bodies_.push_back({body.id.value, body.triangles.first, body.triangles.count, body.vertices.first,
+                             body.vertices.count, has_positions, is_asked, body.is_closed.value_or(false)});
   }
   const Vec3d origin = store_.origin();
   const Extent extent = store_.extent_at(at_t0);

@@ -32,7 +32,8 @@ class Interview {
     const std::size_t all = probe.all_hits(rays_).all().size();
     const std::size_t distances = probe.distances(pairs_).size();
     const std::size_t intersections = probe.intersections(pairs_).all().size();
-    return hits + all + distances + intersections + probe.closest_points(points_).size();
+    const std::size_t changes = probe.intersections_after(change()).size();
+    return hits + all + distances + intersections + changes + probe.closest_points(points_).size();
   }
 
   Answers ask(Probe& probe) const {
@@ -48,8 +49,11 @@ class Interview {
   }
 
  private:
+  QueryChange change() const { return {BodyId{0}, {}, added_, {}}; }
+
   std::vector<Ray> rays_;
   std::vector<QueryPoint> points_;
+  std::vector<Triangle> added_{{{0, 1, 2}}, {{3, 4, 5}}};
   std::vector<QueryBodies> pairs_{{}, {BodyId{0}, BodyId{1}}};
 };
 

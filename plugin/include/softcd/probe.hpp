@@ -89,6 +89,17 @@ class SOFTCD_EXPORT Probe {
   /// Whether there is one, of the whole scene unless told otherwise. Stops at the first that is found.
   bool has_intersections(const QueryBodies& pair = {});
 
+  /// For each change of a mesh that might be made what its new triangles would intersect, as intersections() decides:
+  /// all triangles that would stay, of all bodies, and each other; none where the mesh would be as free of
+  /// intersections as it is. Changes are judged one by one, with the scene as it is. In the order of the added
+  /// triangles, then of the others' bodies and indices, those of the same change last. New vertices are where the scene
+  /// would have them, see Positions; a triangle with a vertex of the body that is not finite is left out. Throws
+  /// InvalidInput naming the change, and what of it is out of range, or not finite; when the body has no positions.
+  /// Each two triangles that a change would add are compared: thousands are better asked about by another scene.
+  AnswerLists<ChangeIntersection> intersections_after(Span<const QueryChange> changes);
+  /// The same for one change.
+  Span<const ChangeIntersection> intersections_after(const QueryChange& change);
+
   /// Throws as the constructor does.
   void set_options(const ProbeOptions& options);
   /// What was set last.

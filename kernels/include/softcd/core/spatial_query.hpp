@@ -113,6 +113,21 @@ struct TriangleIntersection {
   std::uint32_t triangle_b;  ///< of body_b
 };
 
+/// A change of one body's mesh that might be made: an edge split, collapsed or flipped, a hole filled.
+struct QueryChange {
+  BodyId body;                          ///< whose mesh it is
+  Span<const std::uint32_t> removed{};  ///< triangles of the body that would not be there any more
+  Span<const Triangle> added{};         ///< what would come instead; `vertex count of the body + i` is new vertex i
+  Span<const Vec3d> new_vertices{};     ///< in world coordinates; a vertex that would move is a new one
+};
+
+/// A triangle that a change would add, and what it would intersect; see TriangleIntersection.
+struct ChangeIntersection {
+  std::uint32_t added;     ///< index in QueryChange::added
+  BodyId body;             ///< what the other one is of; BodyId() where it would be added, too
+  std::uint32_t triangle;  ///< of the body as it is, or a higher index in QueryChange::added
+};
+
 /// The nearest points of two bodies' triangles.
 struct BodyDistance {
   BodyId body_a;                        ///< BodyId() where there is nothing to compare; all else is 0 then

@@ -6,6 +6,7 @@
 #include "softcd/core/spatial_query.hpp"
 #include "softcd/math/box.hpp"
 #include "softcd/stages/body_pairs.hpp"
+#include "softcd/stages/mesh_changes.hpp"
 #include "softcd/stages/probed_scene.hpp"
 
 namespace softcd {
@@ -35,6 +36,7 @@ class SpatialQueries {
   virtual AnswerLists<TriangleIntersection> intersections(Span<const BodiesQuestion> questions,
                                                           std::uint64_t item_count) = 0;
   virtual bool has_intersections(Span<const BodiesQuestion> questions, std::uint64_t item_count) = 0;
+  virtual AnswerLists<ChangeIntersection> intersections_after(const ChangeQuestions& questions) = 0;
 };
 
 /// Asks. May be called again, where memory did not suffice at first.

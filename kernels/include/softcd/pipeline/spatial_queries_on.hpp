@@ -12,6 +12,7 @@
 #include "softcd/stages/body_distances.hpp"
 #include "softcd/stages/body_pairs.hpp"
 #include "softcd/stages/closest_points.hpp"
+#include "softcd/stages/mesh_changes.hpp"
 #include "softcd/stages/overlaps.hpp"
 #include "softcd/stages/ray_casting.hpp"
 
@@ -38,6 +39,10 @@ struct ProbeOn final : QueryMemory {
     boxes = {};
     oriented_boxes = {};
     bodies_questions = {};
+    changes = {};
+    removed_triangles = {};
+    added_triangles = {};
+    new_vertices = {};
     item_count = {};
     counts = {};
     begins = {};
@@ -46,6 +51,7 @@ struct ProbeOn final : QueryMemory {
     closest = {};
     overlaps = {};
     intersections = {};
+    change_intersections = {};
     nearest = {};
     least = {};
     distances = {};
@@ -60,6 +66,10 @@ struct ProbeOn final : QueryMemory {
   Mirror<QueryBox> boxes;
   Mirror<QueryOrientedBox> oriented_boxes;
   Mirror<BodiesQuestion> bodies_questions;
+  Mirror<ChangeQuestion> changes;
+  Mirror<std::uint32_t> removed_triangles;
+  Mirror<Triangle> added_triangles;
+  Mirror<Vec3d> new_vertices;
   Buffer<std::uint64_t> item_count;
   Buffer<std::uint32_t> counts;       ///< of answers, per question
   Buffer<std::uint64_t> begins;       ///< and where they begin; then how many there are
@@ -68,6 +78,7 @@ struct ProbeOn final : QueryMemory {
   Buffer<ClosestPoint> closest;
   Buffer<TriangleOverlap> overlaps;
   Buffer<TriangleIntersection> intersections;
+  Buffer<ChangeIntersection> change_intersections;
   Buffer<NearestTriangle> nearest;
   Buffer<LeastDistance> least;
   Buffer<BodyDistance> distances;
@@ -76,6 +87,7 @@ struct ProbeOn final : QueryMemory {
   Readback<ClosestPoint> read_closest;
   Readback<TriangleOverlap> read_overlaps;
   Readback<TriangleIntersection> read_intersections;
+  Readback<ChangeIntersection> read_change_intersections;
   Readback<BodyDistance> read_distances;
   Readback<LeastDistance> read_least;
 };
@@ -158,12 +170,30 @@ class SpatialQueriesOn final : public SpatialQueries {
     return probe_.read_least.read(backend_, probe_.least, 1)[0].bits == 0;
   }
 
+  AnswerLists<ChangeIntersection> intersections_after(const ChangeQuestions& questions) override {
+    const Count changes = send(probe_.changes, questions.changes);
+    const ChangeQuestions asked = {{probe_.changes.data(), questions.changes.size()},
+                                   there(probe_.removed_triangles, questions.removed),
+                                   there(probe_.added_triangles, questions.added),
+                                   there(probe_.new_vertices, questions.new_vertices)};
+    return list_by_items(changes, probe_.changes.data(), count_items(questions.added.size()),
+                         ListChangeIntersections{{scene_, asked}}, probe_.change_intersections,
+                         probe_.read_change_intersections);
+  }
+
  private:
+  /// Where the backend reads it.
+  template <class T>
+  Span<const T> there(typename Backend::template Mirror<T>& mirror, Span<const T> values) {
+    const Range all{0, values.size()};
+    mirror.follow(backend_, values, Span<const Range>(&all, 1));
+    return {mirror.data(), values.size()};
+  }
+
   template <class Question>
   Count send(typename Backend::template Mirror<Question>& mirror, Span<const Question> questions) {
     const std::uint64_t count = questions.size();
-    const Range all{0, count};
-    mirror.follow(backend_, questions, Span<const Range>(&all, 1));
+    there(mirror, questions);
     probe_.question_count.reserve(backend_, 1, 0);
     backend_.upload(probe_.question_count, Span<const std::uint64_t>(&count, 1));
     return {probe_.question_count.data(), count};

@@ -81,6 +81,19 @@ struct WriteAnswers {
   }
 };
 
+/// The last of the questions that begin at the item, or before: see Question::first_item. Questions without items are
+/// nobody's.
+template <class Question>
+SOFTCD_HD std::uint32_t question_of(const Question* questions, std::uint32_t count, std::uint64_t item) {
+  std::uint32_t first = 0;
+  std::uint32_t last = count;
+  while (last - first > 1) {
+    const std::uint32_t middle = first + (last - first) / 2;
+    (questions[middle].first_item <= item ? first : last) = middle;
+  }
+  return first;
+}
+
 /// Where each question's answers begin, of those of its items, that begin at Question::first_item; behind the last
 /// question's, where they end.
 template <class Question>

@@ -5,6 +5,7 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/spatial_query.hpp"
 #include "softcd/math/intersection.hpp"
+#include "softcd/stages/answer_lists.hpp"
 #include "softcd/stages/probed_scene.hpp"
 #include "softcd/stages/shared_least.hpp"
 
@@ -27,16 +28,7 @@ struct BodiesQuestions {
   const BodiesQuestion* questions;
   std::uint32_t count;
 
-  /// The last question that begins at the item, or before.
-  SOFTCD_HD std::uint32_t question_of(std::uint32_t item) const {
-    std::uint32_t first = 0;
-    std::uint32_t last = count;
-    while (last - first > 1) {
-      const std::uint32_t middle = first + (last - first) / 2;
-      (questions[middle].first_item <= item ? first : last) = middle;
-    }
-    return first;
-  }
+  SOFTCD_HD std::uint32_t question_of(std::uint32_t item) const { return softcd::question_of(questions, count, item); }
 
   /// The item's triangle, none where it is not asked for.
   SOFTCD_HD BvhLeaf triangle_of(std::uint32_t item, const BodiesQuestion& question) const {

@@ -15,6 +15,9 @@ struct ProbedBody {
   std::uint32_t id;
   std::uint32_t first_triangle;
   std::uint32_t triangle_count;
+  std::uint32_t first_vertex;
+  std::uint32_t vertex_count;
+  bool has_positions;
   bool is_asked;   ///< it has positions, and nobody has left it out
   bool is_closed;  ///< see ClosestPoint::side
 };

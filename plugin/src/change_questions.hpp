@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "softcd/core/spatial_query.hpp"
+#include "softcd/stages/mesh_changes.hpp"
+
+namespace softcd::detail {
+
+/// Changes that might be made, as detectors judge them.
+class ChangesInQuestion {
+ public:
+  /// The bodies are in the scene. Throws InvalidInput naming the change, and what of it is out of range.
+  void prepare(Span<const QueryChange> changes, Span<const ProbedBody> bodies);
+
+  ChangeQuestions questions() const { return {changes_, removed_, added_, new_vertices_}; }
+
+ private:
+  void add(std::size_t index, const QueryChange& change, Span<const ProbedBody> bodies);
+
+  std::vector<ChangeQuestion> changes_;
+  std::vector<std::uint32_t> removed_;
+  std::vector<Triangle> added_;
+  std::vector<Vec3d> new_vertices_;
+};
+
+}  // namespace softcd::detail
