@@ -38,6 +38,9 @@ ClosestPoint Probe::closest_point(const QueryPoint& point) {
 AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QuerySphere> spheres) {
   return core().overlaps(spheres);
 }
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryCapsule> capsules) {
+  return core().overlaps(capsules);
+}
 AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryBox> boxes) {
   return core().overlaps(boxes);
 }

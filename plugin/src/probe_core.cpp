@@ -50,6 +50,11 @@ AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QuerySphere> spheres
                                                [&](SpatialQueries& queries) { return queries.overlaps(spheres); });
 }
 
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryCapsule> capsules) {
+  return answers<AnswerLists<TriangleOverlap>>(capsules.size(), false,
+                                               [&](SpatialQueries& queries) { return queries.overlaps(capsules); });
+}
+
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryBox> boxes) {
   return answers<AnswerLists<TriangleOverlap>>(boxes.size(), false,
                                                [&](SpatialQueries& queries) { return queries.overlaps(boxes); });

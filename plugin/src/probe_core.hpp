@@ -22,6 +22,7 @@ class ProbeCore {
   AnswerLists<RayHit> all_hits(Span<const Ray> rays);
   Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules);
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
   Span<const BodyDistance> distances(Span<const QueryBodies> pairs);

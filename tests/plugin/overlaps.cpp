@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "probing.hpp"
+#include "reference_distance.hpp"
 #include "softcd/math/closest_point.hpp"
 
 // Triangles that spheres and boxes overlap, against every triangle tried by itself.
@@ -59,6 +60,71 @@ TEST(Overlaps, of_spheres_are_triangles_within_their_radius) {
     }
     EXPECT_EQ(found[spheres.size() - 1].size(), triangles.size());
   }
+}
+
+/// By the triangle's and the segment's features in long double, but for a segment that passes through the triangle,
+/// which is seen by its two parts on both sides of the plane.
+long double distance_of(const QueryCapsule& capsule, const PlacedTriangle& t) {
+  const Vec3d normal = cross(t.x[1] - t.x[0], t.x[2] - t.x[0]);
+  const double from = dot(normal, capsule.from - t.x[0]);
+  const double to = dot(normal, capsule.to - t.x[0]);
+  long double least = std::min(distance_vertex_triangle(capsule.from, t.x[0], t.x[1], t.x[2]),
+                               distance_vertex_triangle(capsule.to, t.x[0], t.x[1], t.x[2]));
+  if (from * to < 0) {
+    const Vec3d through = lerp(capsule.from, capsule.to, from / (from - to));
+    least = std::min(least, distance_vertex_triangle(through, t.x[0], t.x[1], t.x[2]));
+  }
+  for (int i = 0; i < 3; ++i) {
+    least = std::min(least, distance_edge_edge(capsule.from, capsule.to, t.x[i], t.x[(i + 1) % 3]));
+  }
+  return least;
+}
+
+TEST(Overlaps, of_capsules_are_triangles_within_their_radius_of_the_segment) {
+  std::size_t certain = 0;
+  for (NamedScene& named : odd_scenes()) {
+    SCOPED_TRACE(named.name);
+    const double extent = extent_of(named.bodies);
+    ProbedBodies probed(std::move(named.bodies));
+    const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+    Random random(6);
+    std::vector<QueryCapsule> capsules;
+    for (int i = 0; i < 150; ++i) {
+      const Vec3d from = random.in_box(1.2 * extent);
+      const Vec3d to = i % 10 == 0 ? from : from + std::exp2(random.uniform(-5, 3)) * extent * random.direction();
+      capsules.push_back({from, to, i % 7 == 0 ? 0.0 : std::exp2(random.uniform(-8, -1)) * extent});
+    }
+    const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(capsules);
+    ASSERT_EQ(found.size(), capsules.size());
+    for (std::size_t i = 0; i < capsules.size(); ++i) {
+      expect_in_order(found[i]);
+      for (const PlacedTriangle& t : triangles) {
+        const auto gap = static_cast<double>(distance_of(capsules[i], t)) - capsules[i].radius;
+        const bool is_found = has(found[i], t);
+        if (gap < -1e-11 * extent) {
+          ASSERT_TRUE(is_found) << "capsule " << i;
+          ++certain;
+        } else if (gap > 1e-11 * extent) {
+          ASSERT_FALSE(is_found) << "capsule " << i;
+        }
+      }
+    }
+  }
+  EXPECT_GT(certain, 2500U);
+}
+
+TEST(Overlaps, of_capsules_without_a_radius_are_what_the_segment_passes_through) {
+  ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
+  const std::vector<QueryCapsule> capsules = {
+      {{0.3, 0.4, -1}, {0.3, 0.4, 1}, 0}, {{0.3, 0.4, 0.5}, {0.3, 0.4, 1}, 0}, {{0.3, 0.4, -1e30}, {0.3, 0.4, 1e30}, 0},
+      {{kNaN, 0, 0}, {0, 0, 0}, 1},       {{0, 0, 0}, {0, kNaN, 0}, 1},        {{0, 0, 0}, {0, 0, 0}, -1},
+      {{0, 0, 0}, {0, 0, 0}, kNaN},       {{0, 0, 0}, {1e38, 0, 0}, 1},        {{9, 9, 9}, {9, 9, 9}, kInfinity}};
+  const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(capsules);
+  EXPECT_EQ(found[0].size(), 1U);
+  EXPECT_EQ(found[1].size(), 0U);
+  EXPECT_GE(found[2].size(), 1U);
+  for (std::size_t i = 3; i < 8; ++i) EXPECT_TRUE(found[i].empty()) << "capsule " << i;
+  EXPECT_EQ(found[8].size(), probed.bodies[0].triangles.size());
 }
 
 using Wide = Vec3<long double>;

@@ -67,6 +67,8 @@ class SOFTCD_EXPORT Probe {
   /// For each sphere all triangles that have a point in common with it, borders included, in the order of
   /// bodies and indices; what only touches by as much as doubles are rounded may be there or not.
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  /// The same for capsules.
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules);
   /// The same for boxes.
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
   /// The same for boxes that are turned.

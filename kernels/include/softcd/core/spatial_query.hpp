@@ -73,6 +73,14 @@ struct QuerySphere {
   double radius;  ///< at least 0; in the positions' unit
 };
 
+/// All points at most `radius` from the segment between two points, in world coordinates; a ball where these are equal.
+/// Nothing where anything is NaN, the radius is negative, or a point is further than 1e37 from the scene's origin.
+struct QueryCapsule {
+  Vec3d from;     ///< one end of the segment, in world coordinates
+  Vec3d to;       ///< the other one
+  double radius;  ///< at least 0; in the positions' unit
+};
+
 /// All points between lo and hi, in world coordinates; where one of them is NaN, or lo is above hi, none.
 struct QueryBox {
   Vec3d lo;  ///< its lowest coordinates

@@ -29,6 +29,7 @@ class SpatialQueries {
   virtual AnswerLists<RayHit> all_hits(Span<const Ray> rays) = 0;
   virtual Span<const ClosestPoint> closest_points(Span<const QueryPoint> points) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) = 0;
   /// With the number of all items of the questions.

@@ -36,6 +36,7 @@ struct ProbeOn final : QueryMemory {
     rays = {};
     points = {};
     spheres = {};
+    capsules = {};
     boxes = {};
     oriented_boxes = {};
     bodies_questions = {};
@@ -63,6 +64,7 @@ struct ProbeOn final : QueryMemory {
   Mirror<Ray> rays;
   Mirror<QueryPoint> points;
   Mirror<QuerySphere> spheres;
+  Mirror<QueryCapsule> capsules;
   Mirror<QueryBox> boxes;
   Mirror<QueryOrientedBox> oriented_boxes;
   Mirror<BodiesQuestion> bodies_questions;
@@ -125,6 +127,12 @@ class SpatialQueriesOn final : public SpatialQueries {
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) override {
     const Count count = send(probe_.spheres, spheres);
     return list(count, ListOverlaps<QuerySphere, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps,
+                probe_.read_overlaps);
+  }
+
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules) override {
+    const Count count = send(probe_.capsules, capsules);
+    return list(count, ListOverlaps<QueryCapsule, CapsuleShape>{scene_, probe_.capsules.data()}, probe_.overlaps,
                 probe_.read_overlaps);
   }
 

@@ -5,6 +5,7 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/spatial_query.hpp"
 #include "softcd/math/ray_triangle.hpp"
+#include "softcd/math/segment_triangle.hpp"
 #include "softcd/math/triangle_box.hpp"
 #include "softcd/stages/closest_points.hpp"
 #include "softcd/stages/probed_scene.hpp"
@@ -57,6 +58,45 @@ class SphereShape {
   double squared_radius_;
   bool is_usable_;
   double reach_;
+};
+
+/// A capsule relative to the scene's origin. Boxes of triangles are grown by its radius, and compared with its segment.
+class CapsuleShape {
+ public:
+  SOFTCD_HD CapsuleShape(const QueryCapsule& capsule, const ProbedSceneView& scene)
+      : from_(capsule.from - scene.origin),
+        to_(capsule.to - scene.origin),
+        squared_radius_(capsule.radius * capsule.radius),
+        is_usable_(softcd::is_usable(from_) && softcd::is_usable(to_) && capsule.radius >= 0.0) {
+    // Whichever axis a segment and a box are seen along, its products are off by less than that.
+    const double rounding = 0x1p-48 * (max_norm(from_) + max_norm(to_) + max_norm(scene.centre) + scene.extent);
+    const double reach = square_root(reach_of(squared_radius_, scene)) + rounding;
+    reach_ = {reach, reach, reach};
+  }
+
+  SOFTCD_HD bool is_usable() const { return is_usable_; }
+  SOFTCD_HD bool may_overlap(const Box& box) const {
+    const Vec3d lo = vec3_cast<double>(box.lo);
+    const Vec3d hi = vec3_cast<double>(box.hi);
+    const Vec3d centre = 0.5 * (lo + hi);
+    const Vec3d half = 0.5 * (hi - lo) + reach_;
+    const Vec3d segment[3] = {from_ - centre, to_ - centre, to_ - centre};
+    for (int axis = 0; axis < 3; ++axis) {
+      if (smaller(segment[0][axis], segment[1][axis]) > half[axis]) return false;
+      if (larger(segment[0][axis], segment[1][axis]) < -half[axis]) return false;
+    }
+    return !are_separate_across(segment, half);
+  }
+  SOFTCD_HD bool overlaps(const BvhLeaf& leaf) const {
+    const Vec3d t[3] = {vec3_cast<double>(leaf.x[0]), vec3_cast<double>(leaf.x[1]), vec3_cast<double>(leaf.x[2])};
+    return are_segment_and_triangle_within(from_, to_, t, squared_radius_);
+  }
+
+ private:
+  Vec3d from_, to_;
+  double squared_radius_;
+  bool is_usable_;
+  Vec3d reach_{0, 0, 0};
 };
 
 /// A box relative to the scene's origin.
