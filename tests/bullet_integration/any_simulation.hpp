@@ -30,7 +30,12 @@ class AnySimulation {
                                                                      : demo::PlugIn::dispatcher;
       classic_ = std::make_unique<demo::Simulation>(plug_in, settings.value_or(bullet::Settings()));
     }
-    if (attaches) attachment_ = bullet::attach(this->world(), *settings);
+    if (attaches) attach_again(*settings);
+  }
+  /// Of those that softcd is attached to: detaches, and attaches.
+  void attach_again(const bullet::Settings& settings) {
+    attachment_.reset();
+    attachment_ = bullet::attach(world(), settings);
   }
 
   btDiscreteDynamicsWorld& world() {

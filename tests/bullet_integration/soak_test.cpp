@@ -1,0 +1,60 @@
+// A world that lives long, in which all kinds of things change. tests/soak.sh has the long form.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <string>
+
+#include "soaked_world.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// Of the environment, or of the ordinary tests.
+std::uint64_t number(const char* name, std::uint64_t of_tests) {
+  const char* text = std::getenv(name);
+  return text != nullptr ? std::stoull(text) : of_tests;
+}
+
+/// In MiB.
+double resident_set() {
+  std::ifstream file("/proc/self/statm");
+  double pages = 0;
+  double resident_pages = 0;
+  file >> pages >> resident_pages;
+  return resident_pages * 4096 / (1 << 20);
+}
+
+class Soak : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, Soak, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
+
+TEST_P(Soak, nothing_passes_through_anything_and_memory_does_not_grow) {
+  const std::uint64_t steps = number("SOFTCD_SOAK_STEPS", 300);
+  const std::uint64_t number_of_run = number("SOFTCD_SOAK_RUN", 1);
+  SoakedWorld world(GetParam(), number_of_run);
+  double most = 0;
+  double most_of_first_quarter = 0;
+  for (std::uint64_t i = 0; i < steps; ++i) {
+    const std::string fault = world.step();
+    ASSERT_EQ(fault, "") << "in step " << i << " of run " << number_of_run;
+    if (i % 64 == 0) most = std::max(most, resident_set());
+    if (i <= steps / 4) most_of_first_quarter = most;
+  }
+  const SoakCounts& counts = world.counts();
+  std::cout << counts.steps << " steps, " << counts.watched_steps << " of them watched: " << counts.came
+            << " bodies came, " << counts.went << " went, " << counts.torn_links << " links torn, "
+            << counts.refinements << " refinements, " << counts.settings << " settings, " << counts.contacts
+            << " contacts, " << counts.impacts << " impacts, " << counts.held_nodes << " nodes held, " << counts.excused
+            << " steps excused, " << counts.peak_bytes << " bytes at most, resident set " << most_of_first_quarter
+            << " MiB in the first quarter, " << most << " in all\n";
+  EXPECT_LT(most, most_of_first_quarter * 1.1 + 16);
+  EXPECT_LT(counts.peak_bytes, 64U << 20);
+  EXPECT_GT(counts.contacts, steps / 10);
+  EXPECT_TRUE(GetParam() == World::dispatcher || counts.watched_steps > steps / 2);
+}
+
+}  // namespace
+}  // namespace softcd::test

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "any_simulation.hpp"
+#include "random.hpp"
+
+namespace softcd::test {
+
+/// What has been going on in a soaked world.
+struct SoakCounts {
+  std::uint64_t steps = 0;
+  std::uint64_t watched_steps = 0;  ///< in which nothing may pass through anything
+  std::uint64_t came = 0;           ///< bodies
+  std::uint64_t went = 0;           ///< bodies
+  std::uint64_t torn_links = 0;
+  std::uint64_t refinements = 0;
+  std::uint64_t settings = 0;  ///< that were set
+  std::uint64_t contacts = 0;  ///< of vertices with faces
+  std::uint64_t impacts = 0;
+  std::uint64_t held_nodes = 0;
+  std::uint64_t excused = 0;     ///< steps with pairs that were unavoidable or excepted
+  std::uint64_t peak_bytes = 0;  ///< of a backend's memory
+};
+
+/// A small world in which sheets, balls and ropes come, fall upon each other and go, are torn and refined, while
+/// settings, filters and masses change, questions are asked and softcd is detached and attached: at random, the same
+/// for the same number. It never holds more than so many bodies, of so many nodes.
+class SoakedWorld {
+ public:
+  SoakedWorld(World world, std::uint64_t number);
+
+  /// Something changes, then time passes. Returns in a sentence what is not as it has to be: a position that is not
+  /// finite, a step in which a detector failed, or, where that is prevented, something that is through something else
+  /// and was not excused by the world's own answers. Empty where all is well.
+  std::string step();
+
+  const SoakCounts& counts() const { return counts_; }
+
+ private:
+  struct Member {
+    btSoftBody* body;
+    bool is_sheet = false;
+    bool is_torn = false;
+  };
+
+  void change_something();
+  void add_body();
+  btSoftBody& place(std::unique_ptr<btSoftBody> body);
+  std::unique_ptr<btSoftBody> make_body(Member& member);
+  void remove(std::size_t member);
+  void remove_strays();
+  void remove_what_intersects();
+  void tear(Member& sheet);
+  void refine(Member& sheet);
+  void change_body(Member& member);
+  void change_settings();
+  void toggle_box();
+  void ask();
+
+  bool is_watched() const;
+  bool may_meet(const btSoftBody& a, const btSoftBody& b) const;
+  std::vector<const btSoftBody*> bodies() const;
+  std::string find_fault();
+
+  const World world_;
+  Random random_;
+  bullet::Settings settings_;
+  btTriangleMesh ground_;
+  AnySimulation simulation_;
+  btSoftBody* pillar_ = nullptr;  ///< all of its nodes are fixed
+  btRigidBody* box_ = nullptr;
+  bool has_box_ = true;
+  std::vector<Member> members_;  ///< without the pillar
+  bool may_be_tangled_ = false;  ///< what passes through something has not been prevented since this was looked at
+  SoakCounts counts_;
+};
+
+}  // namespace softcd::test
