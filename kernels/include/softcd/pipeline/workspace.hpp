@@ -149,6 +149,10 @@ struct ChunkCounter {
   }
 };
 
+/// Stages number items with 32 bits. A list that would be longer is as one that memory does not suffice for: what it is
+/// to hold has to be found in parts.
+constexpr std::uint64_t kMostItems = 0xFFFFFFFF;
+
 /// A growing list and its counter. `Columns` are the buffers behind it, all of one capacity.
 template <class Backend, class Counter, class Target, class... Columns>
 class List {
@@ -169,6 +173,7 @@ class List {
   /// seldom grow a list; for no more than that where memory does not suffice.
   void reserve(Backend& backend, std::uint64_t wanted, std::uint64_t kept) {
     if (wanted <= bound_) return;
+    if (wanted > kMostItems) throw std::bad_alloc();
     if (roomy(wanted) <= allocated_) {
       bound_ = roomy(wanted);
       return;
@@ -214,7 +219,7 @@ class List {
     const std::uint64_t wanted = count == 0 ? 0 : count + count / 4 + 256;
     std::uint64_t step = 1;
     while (step * 16 <= wanted) step *= 2;
-    return (wanted + step - 1) / step * step;
+    return std::min(kMostItems, (wanted + step - 1) / step * step);
   }
 
   std::uint64_t allocated_ = 0;
