@@ -49,15 +49,22 @@ void build_face_tree(btSoftBody& body) {
   body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
 }
 
-void remove_face_tree(btSoftBody& body) {
-  body.m_fdbvt.clear();
-  delete body.m_fdbvnt;
-  body.m_fdbvnt = nullptr;
+/// Bullet's prediction clears the tree of changed faces, and builds no other one where its flag is hidden.
+void remove_outdated_face_tree(btSoftBody& body) {
+  if (body.m_bUpdateRtCst) remove_face_tree(body);
 }
 
 }  // namespace
 
+void remove_face_tree(btSoftBody& body) {
+  body.m_fdbvt.clear();
+  for (int i = 0; i < body.m_faces.size(); ++i) body.m_faces[i].m_leaf = nullptr;
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = nullptr;
+}
+
 void hide_vertex_face_flag(btSoftBody& body) {
+  remove_outdated_face_tree(body);
   replace_bits(body.m_cfg.collisions, Flags::VF_SS, kHiddenVertexFace);
 }
 
@@ -66,6 +73,7 @@ void restore_vertex_face_flag(btSoftBody& body) {
 }
 
 void hide_rigid_deformable_flag(btSoftBody& body) {
+  remove_outdated_face_tree(body);
   replace_bits(body.m_cfg.collisions, Flags::SDF_RD, kHiddenRigidDeformable);
 }
 
@@ -252,7 +260,7 @@ void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
     has_reader_ = true;
     return;
   }
-  body.m_fdbvt.clear();
+  remove_face_tree(body);
   dropped_ = !topology_changed;
 }
 

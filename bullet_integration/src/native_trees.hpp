@@ -9,6 +9,10 @@
 /// Keeps Bullet from building and updating the bounding volume trees of soft bodies that nobody reads any more.
 namespace softcd::bullet {
 
+/// With its twin for self-collision. Its faces name no leaves of it any more: Bullet writes into those that are named
+/// whenever a node is appended.
+void remove_face_tree(btSoftBody& body);
+
 /// Replaces VF_SS by a bit of ours, which nothing in Bullet reads. Bullet then predicts without a face tree. When
 /// the app assigns its flags anew meanwhile, our bit is gone and its flags stand as they are.
 void hide_vertex_face_flag(btSoftBody& body);

@@ -30,7 +30,7 @@ void process_classic_pairs(const WorldStep& step, Native process_natively) {
     const TreesOutOfSight out_of_sight(step.bodies, &btSoftBody::m_fdbvt);
     if (!out_of_sight.succeeded()) {
       // Those that there are belong to ray tests, which build new ones.
-      for (btSoftBody* body : step.body_span()) body->m_fdbvt.clear();
+      for (btSoftBody* body : step.body_span()) remove_face_tree(*body);
     }
     process_natively();
   });
