@@ -243,7 +243,13 @@ std::unique_ptr<btSoftBody> SoakedWorld::make_body(Member& member) {
   }
 }
 
+/// Bullet lets bodies that sleep keep contacts with faces that are gone, and solves them when they are woken in a step.
+void SoakedWorld::wake_all() {
+  for (const Member& member : members_) member.body->activate(/*forceActivation=*/true);
+}
+
 void SoakedWorld::remove(std::size_t member) {
+  wake_all();
   simulation_.remove(*members_[member].body).reset();
   members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
   ++counts_.went;
@@ -279,6 +285,7 @@ void SoakedWorld::tear(Member& sheet) {
   if (link.m_rl < btScalar(0.05)) return;
   const btScalar mass = 1 / std::max(link.m_n[0]->m_im, btScalar(1));
   const auto node = [&](int i) { return static_cast<int>(link.m_n[i] - &body.m_nodes[0]); };
+  wake_all();
   if (!body.cutLink(node(0), node(1), btScalar(0.5))) return;
   for (int added = 1; added <= 2; ++added) body.setMass(body.m_nodes.size() - added, mass);
   sheet.is_torn = true;
@@ -290,6 +297,7 @@ void SoakedWorld::refine(Member& sheet) {
   if (body.m_nodes.size() > kMostNodes) return;
   const btVector3 middle = (box_of(body).low + box_of(body).high) / 2;
   Plane plane(to_bullet(random_.direction()), middle);
+  wake_all();
   body.refine(&plane, btScalar(0.001), /*cut=*/false);
   ++counts_.refinements;
 }

@@ -54,6 +54,7 @@ class SoakedWorld {
   void add_body();
   btSoftBody& place(std::unique_ptr<btSoftBody> body);
   std::unique_ptr<btSoftBody> make_body(Member& member);
+  void wake_all();
   void remove(std::size_t member);
   void remove_strays();
   void remove_what_intersects();
