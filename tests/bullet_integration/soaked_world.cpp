@@ -101,8 +101,9 @@ SoakedWorld::SoakedWorld(World world, std::uint64_t number)
 }
 
 std::string SoakedWorld::step() {
-  change_something();
   if (is_watched() && std::exchange(may_be_tangled_, false)) remove_what_intersects();
+  change_something();
+  const bool is_judged = is_watched() && !may_be_tangled_;
   const btScalar length = is_deformable(world_) ? kStep / 4 : kStep;
   simulation_.world().stepSimulation(length, /*maxSubSteps=*/0);
   simulation_.finish_step();
@@ -112,7 +113,8 @@ std::string SoakedWorld::step() {
   const Statistics& found = detection.contacts().statistics();
   counts_.contacts += found.vt_contacts;
   counts_.peak_bytes = std::max(counts_.peak_bytes, found.peak_bytes);
-  std::string fault = find_fault();
+  std::string fault = find_fault(is_judged);
+  have_nodes_changed_ = false;
   remove_strays();
   return fault;
 }
@@ -137,7 +139,7 @@ std::vector<const btSoftBody*> SoakedWorld::bodies() const {
   return bodies;
 }
 
-std::string SoakedWorld::find_fault() {
+std::string SoakedWorld::find_fault(bool is_judged) {
   for (const btSoftBody* body : bodies()) {
     if (!is_finite(*body)) return "a position is not finite";
   }
@@ -147,7 +149,7 @@ std::string SoakedWorld::find_fault() {
       0) {
     return "a detector has failed";
   }
-  if (!is_watched()) {
+  if (!is_judged) {
     may_be_tangled_ = true;
     return {};
   }
@@ -171,18 +173,19 @@ std::string SoakedWorld::find_fault() {
   return std::to_string(edges) + " edges and " + std::to_string(ropes) + " ropes are through faces";
 }
 
+// Bullet's deformable world knows new nodes by their number alone: what comes must not make up for what goes.
 void SoakedWorld::change_something() {
-  if (members_.size() < kMostBodies && random_.chance(0.1)) add_body();
+  if (members_.size() < kMostBodies && !have_nodes_changed_ && random_.chance(0.1)) add_body();
   if (!members_.empty()) {
     const std::size_t some = random_.below(static_cast<std::uint32_t>(members_.size()));
     Member& member = members_[some];
     // Under a Dispatcher Bullet builds the face trees of changed bodies, which never ends for some of these.
     if (member.is_sheet && world_ != World::dispatcher) {
-      if (random_.chance(0.05)) tear(member);
-      if (random_.chance(0.03)) refine(member);
+      if (!have_nodes_changed_ && random_.chance(0.05)) tear(member);
+      if (!have_nodes_changed_ && random_.chance(0.03)) refine(member);
     }
     if (random_.chance(0.05)) change_body(member);
-    if (random_.chance(0.02)) remove(some);
+    if (!have_nodes_changed_ && random_.chance(0.02)) remove(some);
   }
   if (random_.chance(0.02)) change_settings();
   if (random_.chance(0.02)) ask();
@@ -209,6 +212,7 @@ void SoakedWorld::add_body() {
   if (random_.chance(0.5)) body->setSelfCollision(true);
   member.body = &simulation_.add(std::move(body));
   members_.push_back(member);
+  have_nodes_changed_ = true;
   ++counts_.came;
 }
 
@@ -252,6 +256,7 @@ void SoakedWorld::remove(std::size_t member) {
   wake_all();
   simulation_.remove(*members_[member].body).reset();
   members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(member));
+  have_nodes_changed_ = true;
   ++counts_.went;
 }
 
@@ -289,6 +294,7 @@ void SoakedWorld::tear(Member& sheet) {
   if (!body.cutLink(node(0), node(1), btScalar(0.5))) return;
   for (int added = 1; added <= 2; ++added) body.setMass(body.m_nodes.size() - added, mass);
   sheet.is_torn = true;
+  have_nodes_changed_ = true;
   ++counts_.torn_links;
 }
 
@@ -299,6 +305,7 @@ void SoakedWorld::refine(Member& sheet) {
   Plane plane(to_bullet(random_.direction()), middle);
   wake_all();
   body.refine(&plane, btScalar(0.001), /*cut=*/false);
+  have_nodes_changed_ = true;
   ++counts_.refinements;
 }
 

@@ -68,7 +68,7 @@ class SoakedWorld {
   bool is_watched() const;
   bool may_meet(const btSoftBody& a, const btSoftBody& b) const;
   std::vector<const btSoftBody*> bodies() const;
-  std::string find_fault();
+  std::string find_fault(bool is_judged);
 
   const World world_;
   Random random_;
@@ -78,8 +78,9 @@ class SoakedWorld {
   btSoftBody* pillar_ = nullptr;  ///< all of its nodes are fixed
   btRigidBody* box_ = nullptr;
   bool has_box_ = true;
-  std::vector<Member> members_;  ///< without the pillar
-  bool may_be_tangled_ = false;  ///< what passes through something has not been prevented since this was looked at
+  std::vector<Member> members_;      ///< without the pillar
+  bool may_be_tangled_ = false;      ///< what passes through something has not been prevented since this was looked at
+  bool have_nodes_changed_ = false;  ///< since the last step
   SoakCounts counts_;
 };
 
