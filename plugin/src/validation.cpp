@@ -119,9 +119,9 @@ void validate_settings(BodyId id, const BodySettings& settings) {
 }
 
 void validate_mesh(BodyId id, const BodyDesc& desc) {
+  validate_size(id, desc);
   for (std::size_t t = 0; t < desc.triangles.size(); ++t) validate_triangle(id, desc, t);
   for (std::size_t s = 0; s < desc.segments.size(); ++s) validate_indices(id, desc, "segment", s, desc.segments[s].v);
-  validate_size(id, desc);
   validate_settings(id, desc.settings);
 }
 
