@@ -12,7 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "brute_force.hpp"
 #include "ground_truth.hpp"
+#include "recorded_steps.hpp"
 #include "run_program.hpp"
 #include "temporary_folder.hpp"
 
@@ -298,23 +300,38 @@ std::string columns_of(const FeaturePair& pair, const std::vector<Triangle>& tri
   return fmt::format("ee,{},{},{},{},", e[0], e[1], g[0], g[1]);
 }
 
+// Which of the pairs are not among the contacts of the frames.
+std::vector<std::string> missed(const std::vector<Row>& contacts, const std::vector<FeaturePair>& pairs,
+                                const std::vector<Triangle>& triangles) {
+  std::set<std::string> found;
+  for (const Row& row : contacts) found.insert(row.features);
+  const auto edges = edges_of(triangles);
+  std::vector<std::string> missed;
+  for (const FeaturePair& pair : pairs) {
+    const std::string columns = columns_of(pair, triangles, edges);
+    if (found.count(columns) == 0) missed.push_back(columns);
+  }
+  return missed;
+}
+
+TEST_F(Detect, finds_every_true_collision_of_a_step_of_the_demo) {
+  const std::string folder = recorded_step_folder("folding-cloth").string();
+  const Scene scene = recorded_step("folding-cloth");
+  const std::vector<FeaturePair> expected = continuous_verdicts(scene).certain;
+  EXPECT_GT(expected.size(), 50u);
+  EXPECT_THAT(missed(contacts("'" + folder + "/t0.ply' '" + folder + "/t1.ply'"), expected, scene[0].triangles),
+              IsEmpty());
+}
+
 TEST_F(Detect, finds_every_true_collision_of_the_cloth_ball_step) {
   const std::filesystem::path data = data_folder("ccd-steps");
   if (data.empty()) GTEST_SKIP() << missing_data("ccd-steps");
   const std::string frames = (data / "cloth-ball/frames/cloth_ball").string();
-  std::set<std::string> found;
-  for (const Row& row : contacts("'" + frames + "92.ply' '" + frames + "93.ply'")) found.insert(row.features);
-
   const GroundTruth truth = read_ground_truth(data, "cloth-ball");
-  const std::vector<Triangle>& triangles = truth.scene.front().triangles;
-  const auto edges = edges_of(triangles);
-  std::vector<std::string> missed;
-  for (const FeaturePair& pair : truth.colliding()) {
-    const std::string columns = columns_of(pair, triangles, edges);
-    if (found.count(columns) == 0) missed.push_back(columns);
-  }
   EXPECT_GT(truth.colliding().size(), 100000u);
-  EXPECT_THAT(missed, IsEmpty());
+  EXPECT_THAT(
+      missed(contacts("'" + frames + "92.ply' '" + frames + "93.ply'"), truth.colliding(), truth.scene[0].triangles),
+      IsEmpty());
 }
 
 }  // namespace

@@ -1,0 +1,18 @@
+#include "recorded_steps.hpp"
+
+#include "mesh_io/mesh_io.hpp"
+
+namespace softcd::test {
+
+std::filesystem::path recorded_step_folder(const std::string& name) {
+  return std::filesystem::path(SOFTCD_RECORDED_STEPS) / name;
+}
+
+Scene recorded_step(const std::string& name) {
+  const std::filesystem::path folder = recorded_step_folder(name);
+  const demo::Mesh start = demo::read_mesh(folder / "t0.ply");
+  const demo::Mesh end = demo::read_mesh(folder / "t1.ply");
+  return {{start.triangles, start.positions, end.positions, everything()}};
+}
+
+}  // namespace softcd::test
