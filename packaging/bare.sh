@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# Tries softcd on a bare distribution.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: packaging/bare.sh SUITE [COMMAND...]
+
+Makes a bare distribution (debootstrap; Debian's bookworm and trixie, Ubuntu's noble) in build/bare/SUITE, unless it is
+there, puts this clone's files into its /softcd, as they are here, and runs COMMAND there; `cmake/build.sh` where none
+is named. What COMMAND installs and builds there stays for the next one. As root, who may mount. Ubuntu's takes Ubuntu's
+keys (the package ubuntu-keyring, which Debian 12 lacks).
+
+  packaging/bare.sh trixie tests/run.sh              README's tests on Debian 13
+  packaging/bare.sh trixie packaging/debian.sh --try
+  packaging/bare.sh bookworm packaging/aarch64.sh    compiled for aarch64, and run by an emulator
+
+Environment: SOFTCD_CUDA, SOFTCD_CMAKE_ARGS; see cmake/build.sh --help.
+TEXT
+}
+
+case "${1:-}" in
+  -h | --help) usage && exit 0 ;;
+  '') usage >&2 && exit 2 ;;
+esac
+suite=$1
+shift
+command=("$@")
+if [ ${#command[@]} -eq 0 ]; then command=(cmake/build.sh); fi
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+bare=$PWD/build/bare/$suite
+
+# A folder that is not finished is not taken for one that is.
+if [ ! -d "$bare" ]; then
+  SOFTCD_SETUP=on cmake/setup.sh debootstrap
+  rm -rf "$bare.part"
+  mkdir -p build/bare
+  components=main
+  if [ "$suite" = noble ]; then components=main,universe; fi
+  debootstrap --force-check-gpg --variant=minbase --components="$components" --include=ca-certificates "$suite" "$bare.part" >&2
+  mv "$bare.part" "$bare"
+fi
+
+mkdir -p "$bare/softcd"
+git ls-files --cached --others --exclude-standard -z | tar --null --files-from=- --ignore-failed-read -cf - |
+  tar -xf - -C "$bare/softcd"
+cp /etc/resolv.conf "$bare/etc/resolv.conf"
+# A mount namespace of its own: what is mounted in it goes with it.
+# shellcheck disable=SC2016  # the inner shell expands them
+exec unshare --mount bash -c '
+  set -euo pipefail
+  bare=$1 && shift
+  mount --bind /proc "$bare/proc"
+  mount --rbind /dev "$bare/dev"
+  exec chroot "$bare" /usr/bin/env -i HOME=/root TERM=dumb LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin \
+    SOFTCD_CUDA="${SOFTCD_CUDA:-off}" SOFTCD_CMAKE_ARGS="${SOFTCD_CMAKE_ARGS:-}" \
+    bash -c "cd /softcd && exec \"\$@\"" bash "$@"
+' bash "$bare" "${command[@]}"
