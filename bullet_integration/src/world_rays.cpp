@@ -69,7 +69,8 @@ class WorldRays::Bodies {
   void find_hits(Span<btSoftBody* const> near, const Ray& ray, std::vector<Hit>& hits) {
     near_.clear();
     for (btSoftBody* body : near) near_.push_back(bodies_.update(*body).id);
-    for (const RayHit& hit : probe_.all_hits({&ray, 1})[0]) {
+    const Span<const RayHit> met = probe_.all_hits({&ray, 1})[0];
+    for (const RayHit& hit : met) {
       const SoftBodyScene::Member& member = *bodies_.find(hit.body);
       const bool is_new = std::none_of(hits.begin(), hits.end(), [&](const Hit& h) { return h.body == member.body; });
       if (is_new && hit.t > 0 && hit.t < 1) hits.push_back(described(member, hit, ray));
