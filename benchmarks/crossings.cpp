@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -106,11 +107,14 @@ Run simulate(const demo::SceneInfo& info, demo::World world, int steps_per_secon
   run.scene = info.name;
   run.world = world;
   run.steps_per_second = steps_per_second;
-  run.steps = std::max(1L, std::lround(options.seconds * steps_per_second));
   run.triangles = scene->count_triangles();
   run.edges_at_start = count_edges(scene->simulation().bodies());
-  for (long step = 0; step < run.steps; ++step) {
+  const long steps = std::max(1L, std::lround(options.seconds * steps_per_second));
+  const std::chrono::duration<double> time_limit(options.time_limit);
+  const auto start = std::chrono::steady_clock::now();
+  while (run.steps < steps && std::chrono::steady_clock::now() - start < time_limit) {
     scene->step();
+    ++run.steps;
     see_step(scene->simulation(), run);
   }
   return run;
@@ -214,6 +218,11 @@ void add_crossings(CLI::App& app, CrossingsOptions& options) {
   command->add_option("--seconds", options.seconds, "Simulated, of each scene")
       ->option_text("S [2.5]")
       ->check(CLI::Range(0.001, 10000.0));
+  command
+      ->add_option("--time-limit", options.time_limit,
+                   "Of this machine's time, for each run: steps that it has not begun by then are left out")
+      ->option_text("S [none]")
+      ->check(CLI::PositiveNumber);
   demo::add_choice(*command, "--size", kSizes, options.size, "Of the scenes; paper: the default where there is none");
   demo::add_choice(*command, "--contacts", demo::kContacts, options.contacts, "That Bullet's solver is given");
   demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "Where to compute");

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct CrossingsOptions {
   std::vector<demo::World> worlds = {demo::World::classic, demo::World::deformable};
   std::vector<int> steps_per_second = {30, 60, 120, 240};
   double seconds = 2.5;
+  double time_limit = std::numeric_limits<double>::infinity();  ///< of the machine's time, for each run
   SceneSize size = SceneSize::smallest;
   bullet::Contacts contacts = bullet::Contacts::all;
   Backend backend = Backend::automatic;
