@@ -105,7 +105,7 @@ void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
   const NodesPutBack put_back(ways_);
   if (!put_back.has_moved()) return;
   queries().resume_step(all);
-  queries().prevent_crossings(all, step().gate(), time_step);
+  queries().prevent_crossings(all, world().getCollisionObjectArray(), step().gate(), time_step);
 }
 
 void AttachedDeformableWorld::give_back() {

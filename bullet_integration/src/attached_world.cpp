@@ -63,7 +63,7 @@ void AttachedWorld::before_pairs() {
   for (btSoftBody* body : span_of(bodies_)) restore_tree_flag(*body);
   tick_.stand();
   if (pre_tick_.stand()) begin_without_tick();
-  if (stage_ == Stage::begun) sweep_boxes(step());
+  if (stage_ == Stage::begun) prepare_pairs(step());
 }
 
 /// The app has set a tick callback of its own in place of ours.

@@ -52,7 +52,8 @@ CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirro
       mirror_(mirror),
       settings_(settings),
       rounds_(rounds),
-      query_(mirror.scene(), crossing_options(settings)) {}
+      query_(mirror.scene(), crossing_options(settings)),
+      obstacles_(kind, mirror) {}
 
 void CrossingPrevention::set_settings(const Settings& settings) {
   query_.set_options(crossing_options(settings));
@@ -90,7 +91,9 @@ void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
 }
 
 void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
-  for (btSoftBody* body : impact.bodies) take_up(*body, time_step);
+  for (btSoftBody* body : impact.bodies) {
+    if (!obstacles_.has(*body)) take_up(*body, time_step);
+  }
   for (int i = 0; i < 4; ++i) impact.constraints[i] = constrained_.find(*impact.nodes[i]);
 }
 
@@ -108,7 +111,12 @@ void CrossingPrevention::take_back() {
 void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
   for (const auto& [body, before] : answered_) kind_.move_end(*body, time_step);
   held.put_back();
-  for (const auto& [body, before] : answered_) mirror_.update_way(mirror_.member(*body));
+  std::vector<btSoftBody*> bodies;
+  for (const auto& [body, before] : answered_) {
+    mirror_.update_way(mirror_.member(*body));
+    bodies.push_back(body);
+  }
+  obstacles_.follow({bodies.data(), bodies.size()});
 }
 
 /// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
@@ -138,8 +146,9 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   return impacts;
 }
 
-bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step) {
-  BT_PROFILE("softcd crossings");
+/// As they go when nothing is answered, with the obstacles in their way.
+void CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
+  std::vector<btSoftBody*> looked_after;
   for (btSoftBody* body : bodies) {
     if (!has_vertex_face_contacts(kind_, *body)) continue;
     WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
@@ -147,8 +156,19 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     restore_start(*body);
     kind_.set_out(*body, time_step);
     mirror_.update_way(member);
+    looked_after.push_back(body);
   }
-  query_.set_pair_filter(pair_filter(mirror_, rule));
+  obstacles_.begin_step({looked_after.data(), looked_after.size()}, surroundings, time_step);
+}
+
+bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
+                             const Surroundings& surroundings) {
+  BT_PROFILE("softcd crossings");
+  require(bodies, surroundings, time_step);
+  const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {
+    return obstacles_.has(a) || obstacles_.has(b) ? obstacles_.collide(a, b) : rule(a, b);
+  };
+  query_.set_pair_filter(pair_filter(mirror_, rule_of_all));
   answered_.clear();
   constrained_.clear();
   tangled_.begin_step(mirror_, kind_);
@@ -162,6 +182,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     take_back();
     throw;
   }
+  obstacles_.end_step();
   return !impacts.empty();
 }
 
@@ -214,7 +235,8 @@ void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const 
   settings_.log(LogLevel::warning,
                 "continuous detection: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
                     " something passes through nodes that were held where they were: nodes without mass that the app "
-                    "moves, or nodes on anchors; move them less in a step, or leave more room before them (of these "
+                    "moves, nodes on anchors, or rigid meshes that move; move them less in a step, or leave more room "
+                    "before them (of these "
                     "bodies nothing is said again until they are apart)");
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "held_nodes.hpp"
+#include "rigid_obstacles.hpp"
 #include "softcd/bullet/world_detection.hpp"
 #include "tangled_pairs.hpp"
 #include "world_kind.hpp"
@@ -23,10 +24,10 @@ struct AnswerRounds {
 
 /// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
 /// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
-/// Looks again only at what bodies that it changed may meet: others are where they were when they were found not to.
-/// Impulses come first, then zones that move as one, then a little room for what these leave within the rounding of
-/// positions; what still meets then stays where the step began, where nothing was through anything else, and more and
-/// more around it, until nothing meets.
+/// Rigid triangle meshes are obstacles, which others move. Looks again only at what bodies that it changed may meet:
+/// others are where they were when they were found not to. Impulses come first, then zones that move as one, then a
+/// little room for what these leave within the rounding of positions; what still meets then stays where the step began,
+/// where nothing was through anything else, and more and more around it, until nothing meets.
 class CrossingPrevention {
  public:
   /// `kind` and `mirror` outlive it.
@@ -43,9 +44,17 @@ class CrossingPrevention {
   /// body started where that is to drift back (Config::diterations).
   void keep_starts(Span<btSoftBody* const> bodies);
 
+  /// Before Bullet moves rigid objects in a step; without it their meshes are where they end.
+  void keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
+    obstacles_.keep_starts(objects, time_step);
+  }
+  /// Soft bodies of ours that stand for rigid meshes in the mirror.
+  Span<btSoftBody* const> stand_ins() const { return obstacles_.stand_ins(); }
+
   /// Changes m_v and WorldKind::end. True when anything was changed. When it throws, the nodes
   /// go on as they were about to.
-  bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step);
+  bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
+           const Surroundings& surroundings = {});
 
   /// Of the last step.
   const CrossingAnswers& answers() const { return answers_; }
@@ -53,6 +62,7 @@ class CrossingPrevention {
  private:
   bool is_let_go(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
+  void require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
   void answer(std::vector<Impact> impacts, btScalar time_step);
@@ -72,6 +82,7 @@ class CrossingPrevention {
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;
   AnsweredBodies answered_;
   ConstrainedNodes constrained_;
+  RigidObstacles obstacles_;
   TangledPairs tangled_;
   CrossingAnswers answers_;
 };

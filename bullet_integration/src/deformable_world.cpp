@@ -41,7 +41,7 @@ void DeformableWorld::predict(btScalar time_step) {
 void DeformableWorld::detect_rigid_contacts() {
   const WorldStep step{*this, getSoftBodyArray(), *detection_.queries_};
   updateAabbs();
-  sweep_boxes(step);
+  prepare_pairs(step);
   computeOverlappingPairs();
   process_deformable_pairs(
       step, [this] { getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher()); });
@@ -69,7 +69,7 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   positionCorrection(time_step);
   // NOLINTNEXTLINE(bugprone-parent-virtual-call): that of the class between would do the other two as well
   btMultiBodyDynamicsWorld::integrateTransforms(time_step);
-  queries.prevent_crossings(step.body_span(), step.gate(), time_step);
+  queries.prevent_crossings(step.body_span(), getCollisionObjectArray(), step.gate(), time_step);
   deformable_solver_->applyTransforms(time_step);
 
   refit_face_trees(getSoftBodyArray());

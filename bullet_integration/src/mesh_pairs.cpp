@@ -1,5 +1,6 @@
 #include "mesh_pairs.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
@@ -13,21 +14,27 @@ constexpr std::array<int, kMeshTypeCount> kMeshTypes = {
     TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE, MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
     GIMPACT_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
 
-bool is_taken(const btSoftBody& soft, const btCollisionObject& object) {
-  using Flags = btSoftBody::fCollision;
-  const int kind = soft.m_cfg.collisions & Flags::RVSmask;
-  return (kind == Flags::SDF_RS || kind == Flags::SDF_RD) &&
-         object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
-}
-
 bool take_over(MeshPairs& pairs, btSoftBody& soft, const btCollisionObjectWrapper& mesh) {
   const btCollisionObject* object = mesh.getCollisionObject();
-  return is_taken(soft, *object) &&
+  return takes_meshes_of(soft, *object) &&
          pairs.add({&soft, object, static_cast<const btConcaveShape*>(mesh.getCollisionShape()),
                     object->getWorldTransform().inverseTimes(mesh.getWorldTransform()), mesh.m_index});
 }
 
 }  // namespace
+
+bool is_triangle_mesh(const btCollisionShape& shape) {
+  return std::find(kMeshTypes.begin(), kMeshTypes.end(), shape.getShapeType()) != kMeshTypes.end();
+}
+
+bool takes_meshes_of(const btSoftBody& soft, const btCollisionObject& object) {
+  using Flags = btSoftBody::fCollision;
+  const int kind = soft.m_cfg.collisions & Flags::RVSmask;
+  const auto& disabled = soft.m_collisionDisabledObjects;
+  return (kind == Flags::SDF_RS || kind == Flags::SDF_RD) &&
+         object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK &&
+         disabled.findLinearSearch(&object) == disabled.size();
+}
 
 CollectingMeshPairs::CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs)
     : CollectingPairs(pairs, take_over) {

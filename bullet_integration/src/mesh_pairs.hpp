@@ -24,9 +24,13 @@ using MeshPairs = DispatchedPairs<MeshPair>;
 
 constexpr std::size_t kMeshTypeCount = 5;
 
-/// Collects pairs of soft bodies (with SDF_RS or SDF_RD) and triangle meshes (btBvhTriangleMeshShape, its scaled and
-/// multi-material forms, GImpact, btHeightfieldTerrainShape) of rigid bodies, which Bullet does not process then.
-/// Meshes of multibody links stay Bullet's.
+/// btBvhTriangleMeshShape, its scaled and multi-material forms, GImpact and btHeightfieldTerrainShape.
+bool is_triangle_mesh(const btCollisionShape& shape);
+/// Whether softcd looks after the soft body (which has SDF_RS or SDF_RD) and the object's meshes: not after those of
+/// multibody links, nor of what the body is anchored to without colliding with it.
+bool takes_meshes_of(const btSoftBody& soft, const btCollisionObject& object);
+
+/// Collects pairs of soft bodies and triangle meshes that softcd looks after, which Bullet does not process then.
 class CollectingMeshPairs : public CollectingPairs<MeshPair, kMeshTypeCount> {
  public:
   CollectingMeshPairs(btCollisionDispatcher& dispatcher, const std::shared_ptr<MeshPairs>& pairs);

@@ -1,5 +1,7 @@
 #include "pair_gate.hpp"
 
+#include <optional>
+
 #include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "registered_algorithm.hpp"
@@ -58,24 +60,29 @@ class AskedPair {
   btDispatcher& dispatcher_;
 };
 
-bool near_callback_admits(btCollisionDispatcher& dispatcher, btBroadphaseProxy& a, btBroadphaseProxy& b,
+bool near_callback_admits(btCollisionDispatcher& dispatcher, const btCollisionObject& a, const btCollisionObject& b,
                           const btDispatcherInfo& info) {
   RecordingCreateFunc create;
-  const RegisteredAlgorithm recorder(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, SOFTBODY_SHAPE_PROXYTYPE, create);
-  AskedPair asked(dispatcher, a, b);
+  const int type_a = a.getCollisionShape()->getShapeType();
+  const int type_b = b.getCollisionShape()->getShapeType();
+  const RegisteredAlgorithm recorder(dispatcher, type_a, type_b, create);
+  std::optional<RegisteredAlgorithm> turned;
+  if (type_a != type_b) turned.emplace(dispatcher, type_b, type_a, create);
+  AskedPair asked(dispatcher, const_cast<btBroadphaseProxy&>(*a.getBroadphaseHandle()),
+                  const_cast<btBroadphaseProxy&>(*b.getBroadphaseHandle()));
   dispatcher.getNearCallback()(asked.pair, dispatcher, info);
   return create.admitted;
 }
 
 }  // namespace
 
-bool PairGate::admits(btSoftBody& a, btSoftBody& b) const {
+bool PairGate::admits(btCollisionObject& a, btCollisionObject& b) const {
   btBroadphaseProxy* proxy_a = a.getBroadphaseHandle();
   btBroadphaseProxy* proxy_b = b.getBroadphaseHandle();
   if (proxy_a == nullptr || proxy_b == nullptr) return false;
   if (!pair_cache_.needsBroadphaseCollision(proxy_a, proxy_b)) return false;
   if (auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(&dispatcher_)) {
-    return near_callback_admits(*dispatcher, *proxy_a, *proxy_b, info_);
+    return near_callback_admits(*dispatcher, a, b, info_);
   }
   return dispatcher_.needsCollision(&a, &b);
 }

@@ -5,14 +5,14 @@
 
 namespace softcd::bullet {
 
-/// Asks everything but the bodies' flags that decides in Bullet whether two soft bodies may collide: filter groups and
+/// Asks everything but the bodies' flags that decides in Bullet whether two objects may collide: filter groups and
 /// masks or the overlap filter callback, the dispatcher's near callback, and through it activation and ignored pairs.
 class PairGate {
  public:
   PairGate(btDispatcher& dispatcher, btOverlappingPairCache& pair_cache, const btDispatcherInfo& info)
       : dispatcher_(dispatcher), pair_cache_(pair_cache), info_(info) {}
 
-  bool admits(btSoftBody& a, btSoftBody& b) const;
+  bool admits(btCollisionObject& a, btCollisionObject& b) const;
 
   btDispatcher& dispatcher() const { return dispatcher_; }
   btOverlappingPairCache& pair_cache() const { return pair_cache_; }

@@ -39,11 +39,12 @@ bool are_equal(const std::vector<btVector3>& a, const std::vector<btVector3>& b)
 
 }  // namespace
 
+bool RigidMesh::covers(const RigidBox& box) const {
+  return std::any_of(regions_.begin(), regions_.end(), [&](const RigidBox& region) { return contains(region, box); });
+}
+
 bool RigidMesh::read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes) {
-  const auto is_covered = [this](const RigidBox& box) {
-    return std::any_of(regions_.begin(), regions_.end(), [&](const RigidBox& region) { return contains(region, box); });
-  };
-  if (!std::all_of(boxes.begin(), boxes.end(), is_covered)) {
+  if (!std::all_of(boxes.begin(), boxes.end(), [this](const RigidBox& box) { return covers(box); })) {
     regions_.clear();
     for (const RigidBox& box : boxes) {
       const btVector3 growth = (box.high - box.low) * kRegionGrowth;

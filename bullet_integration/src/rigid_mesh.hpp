@@ -14,6 +14,8 @@ class RigidMesh {
  public:
   /// Boxes of all that may touch it, in the shape's coordinates. True when the triangles are no longer the same.
   bool read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes);
+  /// Whether all triangles that overlap this box have been read.
+  bool covers(const RigidBox& box) const;
   /// Where its vertices are at both ends of the step. False when they have not changed.
   bool place(const RigidPoses& poses) { return placement_.place(vertices_, poses); }
 

@@ -17,6 +17,30 @@ RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in
   return {poses.t0 * shape_in_object, poses.t1 * shape_in_object};
 }
 
+namespace {
+
+/// By how much what vertices of a turning shape reach may be outside of what they reach at the step's ends. At the time
+/// s a vertex v is at M v + p, where in the plane of the turn, by an angle of 2 a, M = cos(a) + (2 s - 1) sin(a) J in
+/// the axes half-way and J is the quarter turn. So where it meets x differs from (1 - s) and s times where the ends
+/// would by at most tan(a)^2 (cos(a) + sin(a)) |x - p| + sin(a) |p1 - p0| / 2.
+btScalar bulge(const RigidBox& box, const RigidPoses& poses) {
+  if (poses.t0.getBasis() == poses.t1.getBasis()) return 0;
+  const btScalar angle = poses.t0.getRotation().angleShortestPath(poses.t1.getRotation()) / 2;
+  constexpr btScalar kLeastCosine = btScalar(1e-3);
+  const btScalar tangent = btSin(angle) / btMax(btCos(angle), kLeastCosine);
+  btScalar distance = 0;
+  for (const btTransform* pose : {&poses.t0, &poses.t1}) {
+    const btVector3& origin = pose->getOrigin();
+    btVector3 farthest = (box.low - origin).absolute();
+    farthest.setMax((box.high - origin).absolute());
+    distance = btMax(distance, farthest.length());
+  }
+  return btScalar(1.5) * tangent * tangent * distance +
+         btSin(angle) * (poses.t1.getOrigin() - poses.t0.getOrigin()).length() / 2;
+}
+
+}  // namespace
+
 RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses) {
   const btVector3 center = (box.low + box.high) / 2;
   const btVector3 half = (box.high - box.low) / 2;
@@ -30,7 +54,8 @@ RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses) {
     result.low.setMin(local_center - local_half);
     result.high.setMax(local_center + local_half);
   }
-  return result;
+  const btScalar growth = bulge(box, poses);
+  return {result.low - btVector3(growth, growth, growth), result.high + btVector3(growth, growth, growth)};
 }
 
 bool RigidPlacement::place(const std::vector<btVector3>& vertices, const RigidPoses& poses) {

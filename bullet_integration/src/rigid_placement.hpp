@@ -18,7 +18,7 @@ RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in
 struct RigidBox {
   btVector3 low, high;
 };
-/// Around the box as it is seen from a shape at both ends of the step.
+/// Around the box as it is seen from a shape during the step, while each of its vertices moves straight.
 RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses);
 
 /// A shape's vertices at both ends of the step.

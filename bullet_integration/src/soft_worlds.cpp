@@ -26,7 +26,7 @@ void predict_without_trees(const SoftBodies& bodies, Prediction prediction) {
 /// The first half of btCollisionWorld::performDiscreteCollisionDetection.
 void find_pairs(const WorldStep& step) {
   step.world.updateAabbs();
-  sweep_boxes(step);
+  prepare_pairs(step);
   step.world.computeOverlappingPairs();
   for_each_near_rigid(*step.world.getPairCache(),
                       [](btSoftBody& body) { body.updateNodeTree(/*use_velocity=*/false, /*margin=*/true); });

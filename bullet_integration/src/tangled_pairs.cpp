@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <tuple>
+#include <utility>
 
 #include "tangles.hpp"
 
@@ -10,20 +11,32 @@ namespace softcd::bullet {
 namespace {
 
 constexpr std::size_t kMostNamed = 8;
+/// A body that is none of the world's stands for one.
+const std::string kObstacle = "a rigid mesh";
 
 auto feature_of(const Contact& contact) {
   const std::uint32_t(&v)[4] = contact.vertices;
   return std::make_tuple(contact.kind, contact.body_a.value, v[0], v[1], v[2], v[3]);
 }
 
+/// Null where it is not there in this step.
+const WorldMirror::Member* present(BodyId id, const WorldMirror& mirror) {
+  const WorldMirror::Member* const member = mirror.find(id);
+  return member != nullptr && mirror.has(*member->body) ? member : nullptr;
+}
+
+/// Both are there, and one has other faces than before, to which no features can be traced.
+bool have_other_faces(BodyId id_a, BodyId id_b, const WorldMirror& mirror) {
+  const WorldMirror::Member* const a = present(id_a, mirror);
+  const WorldMirror::Member* const b = present(id_b, mirror);
+  return a != nullptr && b != nullptr && (a->topology_changed || b->topology_changed);
+}
+
 bool is_still_tangled(const Contact& contact, const WorldMirror& mirror, const WorldKind& kind) {
-  const auto known = [&mirror](BodyId id) {
-    const WorldMirror::Member* const member = mirror.find(id);
-    return member != nullptr && mirror.has(*member->body) && !member->topology_changed ? member : nullptr;
-  };
-  const WorldMirror::Member* const a = known(contact.body_a);
-  const WorldMirror::Member* const b = known(contact.body_b);
-  return a != nullptr && b != nullptr && is_tangled(MemberContact{contact, *a, *b}, kind);
+  const WorldMirror::Member* const a = present(contact.body_a, mirror);
+  const WorldMirror::Member* const b = present(contact.body_b, mirror);
+  return a != nullptr && b != nullptr && !a->topology_changed && !b->topology_changed &&
+         is_tangled(MemberContact{contact, *a, *b}, kind);
 }
 
 /// In the order of their keys, each once.
@@ -40,9 +53,12 @@ void keep_tangled(std::vector<Contact>& contacts, const WorldMirror& mirror, con
 
 void TangledPairs::begin_step(const WorldMirror& mirror, const WorldKind& kind) {
   for (auto pair = pairs_.begin(); pair != pairs_.end();) {
-    keep_tangled(pair->second.contacts, mirror, kind);
+    std::vector<Contact>& contacts = pair->second.contacts;
+    const bool waits_for_others =
+        !contacts.empty() && have_other_faces({pair->first.first}, {pair->first.second}, mirror);
+    keep_tangled(contacts, mirror, kind);
     pair->second.is_new = false;
-    pair = pair->second.contacts.empty() ? pairs_.erase(pair) : std::next(pair);
+    pair = contacts.empty() && !waits_for_others ? pairs_.erase(pair) : std::next(pair);
   }
 }
 
@@ -54,17 +70,20 @@ void TangledPairs::add(const Contact& found, TangleReason reason) {
 
 std::string TangledPairs::describe_new(TangleReason reason, const WorldMirror& mirror,
                                        Span<btSoftBody* const> bodies) const {
-  const auto number_of = [&](std::uint32_t id) {
+  const auto name_of = [&](std::uint32_t id) {
     const auto* const position = std::find(bodies.begin(), bodies.end(), mirror.member(BodyId{id}).body);
-    return std::to_string(position - bodies.begin());
+    return position != bodies.end() ? std::to_string(position - bodies.begin()) : kObstacle;
   };
   std::string text;
   std::size_t count = 0;
   for (const auto& [ids, features] : pairs_) {
     if (!features.is_new || features.reason != reason || ++count > kMostNamed) continue;
     text += text.empty() ? "soft bodies " : ", ";
-    text += number_of(ids.first);
-    text += ids.first == ids.second ? " within itself" : " and " + number_of(ids.second);
+    std::string first = name_of(ids.first);
+    std::string second = name_of(ids.second);
+    if (first == kObstacle) std::swap(first, second);
+    text += first;
+    text += ids.first == ids.second ? " within itself" : " and " + second;
   }
   if (count > kMostNamed) text += ", and " + std::to_string(count - kMostNamed) + " other pairs";
   return text;

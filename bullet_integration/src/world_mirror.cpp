@@ -123,21 +123,25 @@ void WorldMirror::pass_on_filters(Member& member) {
   member.filters = number;
 }
 
-void WorldMirror::begin_step(Span<btSoftBody* const> bodies) noexcept {
+void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
   keep_filters_of(bodies);
   const bool keeps_some = !std::exchange(forgets_all_, false);
-  for (btSoftBody* body : bodies) {
-    const auto known = members_.find(body);
-    if (known != members_.end()) known->second.is_in_world = keeps_some && known->second.last_step == step_;
+  for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {
+    for (btSoftBody* body : present) {
+      const auto known = members_.find(body);
+      if (known != members_.end()) known->second.is_in_world = keeps_some && known->second.last_step == step_;
+    }
   }
   remove_unmarked();
   ++step_;
 }
 
-void WorldMirror::resume_step(Span<btSoftBody* const> bodies) noexcept {
-  for (btSoftBody* body : bodies) {
-    const auto known = members_.find(body);
-    if (known != members_.end()) known->second.is_in_world = true;
+void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
+  for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {
+    for (btSoftBody* body : present) {
+      const auto known = members_.find(body);
+      if (known != members_.end()) known->second.is_in_world = true;
+    }
   }
   remove_unmarked();
   for (auto& [body, member] : members_) member.last_compared = 0;

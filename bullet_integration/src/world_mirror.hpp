@@ -51,10 +51,11 @@ class WorldMirror {
   void set_filters(const btSoftBody& body, BodyFilters filters);
   Scene& scene() { return scene_; }
 
-  /// Before anything is asked for in a step: these are the world's soft bodies now.
-  void begin_step(Span<btSoftBody* const> bodies) noexcept;
+  /// Before anything is asked for in a step: these are the world's soft bodies now. Stand-ins are bodies of ours that
+  /// may be asked for, too, and are in no world.
+  void begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins = {}) noexcept;
   /// The app has had the world since begin_step(): these bodies are still there, and may have other faces and settings.
-  void resume_step(Span<btSoftBody* const> bodies) noexcept;
+  void resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins = {}) noexcept;
   /// What takes longest in require(), for all of them in parallel: to compare topologies.
   void compare(Span<btSoftBody* const> bodies);
   /// Sees to it that the body is in the scene as it is in this step, with where it is at the step's start, and, when

@@ -69,10 +69,20 @@ void WorldQueries::keep_starts(Span<btSoftBody* const> bodies) {
   crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
 }
 
-void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step) {
+void WorldQueries::keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
+  if (settings_.detection != Detection::ccd || !settings_.rigid_meshes) return;
+  crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_rigid_starts(objects, time_step); });
+}
+
+void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects,
+                                     const PairGate& gate, btScalar time_step) {
   if (settings_.detection != Detection::ccd) return;
+  Surroundings surroundings;
+  if (settings_.rigid_meshes) {
+    surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
+  }
   crossings.run(settings_, [&](CrossingPrevention& prevention) {
-    prevention.run(bodies, pair_rule(kind_, gate, settings_), time_step);
+    prevention.run(bodies, pair_rule(kind_, gate, settings_), time_step, surroundings);
   });
 }
 

@@ -70,7 +70,10 @@ class WorldQueries {
     late_impulses_.answer(objects, time_step);
   }
   /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
-  void prevent_crossings(Span<btSoftBody* const> bodies, const PairGate& gate, btScalar time_step);
+  void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
+                         btScalar time_step);
+  /// Before Bullet moves rigid objects in a step.
+  void keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step);
 
   /// When all contacts of a step stand in Bullet's arrays: see WorldReadOut.
   void read_contacts(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
@@ -79,9 +82,9 @@ class WorldQueries {
   void forget_algorithms() { may_have_foreign_algorithms_ = true; }
 
   /// Before process_rigid_pairs, where that is called for itself.
-  void begin_step(Span<btSoftBody* const> bodies) { mirror_.begin_step(bodies); }
+  void begin_step(Span<btSoftBody* const> bodies) { mirror_.begin_step(bodies, stand_ins()); }
   /// Before prevent_crossings, where the app has had the world in between.
-  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies); }
+  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies, stand_ins()); }
 
  private:
   WorldMirror mirror_;  ///< before what looks at it
@@ -101,6 +104,9 @@ class WorldQueries {
   bool looks_at_crossings = true;
 
  private:
+  Span<btSoftBody* const> stand_ins() const {
+    return crossings.get() != nullptr ? crossings.get()->stand_ins() : Span<btSoftBody* const>();
+  }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);

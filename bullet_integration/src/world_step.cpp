@@ -4,7 +4,8 @@
 
 namespace softcd::bullet {
 
-void sweep_boxes(const WorldStep& step) {
+void prepare_pairs(const WorldStep& step) {
+  step.queries.keep_rigid_starts(step.world.getCollisionObjectArray(), step.world.getDispatchInfo().m_timeStep);
   if (!finds_rigid_contacts(step.queries.settings())) return;
   for (btSoftBody* body : step.body_span()) sweep_box(*body, *step.world.getBroadphase(), step.world.getDispatcher());
 }
@@ -17,7 +18,7 @@ void prepare_classic_solver(const WorldStep& step) {
 void finish_classic_step(const WorldStep& step, btScalar time_step) {
   step.queries.read_out.take_rehearsed_impulses(step.body_span());
   step.queries.answer_late(step.world.getCollisionObjectArray(), time_step);
-  step.queries.prevent_crossings(step.body_span(), step.gate(), time_step);
+  step.queries.prevent_crossings(step.body_span(), step.world.getCollisionObjectArray(), step.gate(), time_step);
   step.queries.read_out.finish(*step.world.getBroadphase());
 }
 

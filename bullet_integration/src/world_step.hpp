@@ -19,8 +19,9 @@ struct WorldStep {
   PairGate gate() const { return {*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo()}; }
 };
 
-/// Where softcd finds contacts with rigid meshes: before pairs are calculated, when boxes are up to date.
-void sweep_boxes(const WorldStep& step);
+/// Before pairs are calculated, when boxes are up to date and rigid objects are where the step begins: keeps these
+/// places, and, where softcd finds contacts with rigid objects, makes soft bodies' boxes ones around the whole step.
+void prepare_pairs(const WorldStep& step);
 
 /// Between Bullet's prediction and its solver in a classic world. `process_natively` makes Bullet process the pairs,
 /// which finds no contacts of vertices with faces.

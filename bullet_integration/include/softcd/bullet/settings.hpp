@@ -97,12 +97,14 @@ struct Settings {
   /// worlds instead of the rule above: the margin does not grow with speed; in the deformable world after it. Last of
   /// all, in either, what is on its way through something (nodes through faces; with EdgeContacts::respond edges
   /// through edges, too) gets impulses, then one common motion, and then stays where it was until the next step; not
-  /// under a softcd::bullet::Dispatcher alone, which warns that it cannot. Only nodes without mass, which the app
-  /// moves, can still end a step within others: see WorldDetection::crossing_answers(). What is through each other
-  /// already when a step begins cannot be told to belong on either side: in the classic worlds such features get no
-  /// contacts, and with EdgeContacts::respond nothing keeps them from coming apart. What touches then, at a distance of
-  /// 0, gets no contacts in that step either (but under a Dispatcher alone), and may come apart and slide; it stays on
-  /// its side where it has one: sheets in one plane have none, and may leave each other to either.
+  /// under a softcd::bullet::Dispatcher alone, which warns that it cannot. Rigid triangle meshes are
+  /// looked at, too (with rigid_meshes), for bodies with VF_SS or VF_DD: what they come upon is sent back or along, and
+  /// pushes none of them. Only what others move, nodes without mass and meshes, can still end a step within something:
+  /// see WorldDetection::crossing_answers(). Convex rigid shapes are not among it: see convex_shapes. What is through
+  /// each other already when a step begins cannot be told to belong on either side: in the classic worlds such features
+  /// get no contacts, and with EdgeContacts::respond nothing keeps them from coming apart. What touches then, at a
+  /// distance of 0, gets no contacts in that step either (but under a Dispatcher alone), and may come apart and slide;
+  /// it stays on its side where it has one: sheets in one plane have none, and may leave each other to either.
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;       ///< of contacts; what would pass through is looked for conservatively
   BroadPhase broad_phase = BroadPhase::exact;  ///< changes the number of tests, not the contacts

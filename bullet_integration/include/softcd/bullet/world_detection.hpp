@@ -45,10 +45,10 @@ struct CrossingAnswers {
   std::uint64_t impacts = 0;     ///< pairs of features that would have met
   std::uint64_t rounds = 0;      ///< of answering and looking again
   std::uint64_t held_nodes = 0;  ///< nodes that stay where the step began: neither impulses nor common motion helped
-  /// Pairs that meet nonetheless: a node without mass, which the app moves, or one on an anchor, and one that has
-  /// nowhere to go. The log names their bodies, by their numbers among the world's soft bodies, once until they are
-  /// apart. Two bodies without any mass are not looked at: whoever moves them both is asked for nothing that could be
-  /// done, and limbs that overlap at a joint would be named in every app that has such.
+  /// Pairs that meet nonetheless: a node without mass, which the app moves, one on an anchor, or a rigid mesh that
+  /// moves, and a node that has nowhere to go. The log names their bodies, by their numbers among the world's soft
+  /// bodies, once until they are apart. Two bodies without any mass are not looked at: whoever moves them both is asked
+  /// for nothing that could be done, and limbs that overlap at a joint would be named in every app that has such.
   std::uint64_t unavoidable = 0;
   /// Pairs that were let go, with EdgeContacts::respond: faces at them intersect already when the step begins. Named
   /// likewise.

@@ -1,0 +1,291 @@
+// No step with continuous detection ends with a soft body through a rigid triangle mesh: edges of either through faces
+// of the other are counted in exact arithmetic, every pair of them. What the soft body cannot avoid is named.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
+#include "BulletCollision/CollisionShapes/btCompoundShape.h"
+#include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "rigid_intersections.hpp"
+#include "warned_simulation.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// Hills and dales of triangles of a quarter of a metre, `half_side` to each side.
+RigidTriangles hills(btScalar half_side = 1) {
+  constexpr int kCells = 8;
+  const auto point = [&](int i, int j) {
+    const btScalar x = half_side * (2 * btScalar(i) / kCells - 1);
+    const btScalar z = half_side * (2 * btScalar(j) / kCells - 1);
+    return btVector3(x, btScalar(0.2) * btScalar((i * 3 + j * 5) % 4) - btScalar(0.3), z);
+  };
+  RigidTriangles triangles;
+  for (int i = 0; i < kCells; ++i) {
+    for (int j = 0; j < kCells; ++j) {
+      triangles.push_back({point(i, j), point(i, j + 1), point(i + 1, j)});
+      triangles.push_back({point(i + 1, j), point(i, j + 1), point(i + 1, j + 1)});
+    }
+  }
+  return triangles;
+}
+
+/// Upright, across x.
+RigidTriangles wall(btScalar half_side) {
+  const auto corner = [&](int y, int z) { return btVector3(0, btScalar(y) * half_side, btScalar(z) * half_side); };
+  return {{corner(-1, -1), corner(-1, 1), corner(1, -1)}, {corner(1, -1), corner(-1, 1), corner(1, 1)}};
+}
+
+class RigidCrossings : public WarnedSimulation {
+ protected:
+  btRigidBody& add_mesh(RigidTriangles made, const btVector3& place = {0, 0, 0}, bool is_in_compound = false) {
+    triangles = std::move(made);
+    mesh = std::make_unique<btTriangleMesh>();
+    for (const auto& [a, b, c] : triangles) mesh->addTriangle(a, b, c);
+    auto shape = std::make_unique<btBvhTriangleMeshShape>(mesh.get(), /*quantised=*/true);
+    shape->setMargin(btScalar(0.01));
+    if (!is_in_compound) return *(rigid = &simulation.add_rigid(std::move(shape), place));
+    auto compound = std::make_unique<btCompoundShape>();
+    compound->addChildShape(btTransform::getIdentity(), shape.get());
+    part = std::move(shape);
+    return *(rigid = &simulation.add_rigid(std::move(compound), place));
+  }
+  /// Bullet is told of it, so that the mesh has a velocity.
+  void make_kinematic() const {
+    rigid->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    rigid->setActivationState(DISABLE_DEACTIVATION);
+  }
+  btSoftBody& add_cloth(btScalar height, int nodes_per_side = 9) {
+    SheetOptions options;
+    options.nodes_per_side = nodes_per_side;
+    options.height = height;
+    options.margin = btScalar(0.01);
+    auto sheet = make_sheet(simulation.world_info(), options);
+    sheet->setActivationState(DISABLE_DEACTIVATION);
+    bodies.push_back(&simulation.add(std::move(sheet)));
+    return *bodies.back();
+  }
+
+  template <class Before>
+  void step(Before before) {
+    simulation.step([&](btScalar seconds) {
+      see();
+      before(seconds);
+    });
+    see();
+  }
+  void step() {
+    step([](btScalar) {});
+  }
+  void see() {
+    const bullet::CrossingAnswers answers = simulation.detection().crossing_answers();
+    answered += answers.rounds > 0 ? 1 : 0;
+    unavoidable += answers.unavoidable;
+    excepted += answers.excepted;
+    for (const btSoftBody* body : bodies) most_edges = std::max(most_edges, count_edges(*body));
+  }
+  std::size_t count_edges(const btSoftBody& body) const {
+    return count_intersections(body, placed(triangles, rigid->getWorldTransform()));
+  }
+
+  void expect_none_through() const {
+    EXPECT_EQ(most_edges, 0U);
+    EXPECT_EQ(unavoidable, 0U);
+    EXPECT_EQ(excepted, 0U);
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
+  }
+
+  RigidTriangles triangles;
+  std::unique_ptr<btTriangleMesh> mesh;
+  std::unique_ptr<btCollisionShape> part;
+  btRigidBody* rigid = nullptr;
+  std::vector<btSoftBody*> bodies;
+  std::size_t most_edges = 0;  ///< of a body, in triangles of the mesh, or of those in the body's
+  long answered = 0;
+  std::uint64_t unavoidable = 0, excepted = 0;
+};
+const auto kLookingWorlds =
+    testing::Values(World::one_line, World::multi_body, World::deformable, World::attached, World::attached_deformable);
+INSTANTIATE_TEST_SUITE_P(Worlds, RigidCrossings, kLookingWorlds,
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+TEST_P(RigidCrossings, none_of_a_cloth_thrown_at_hills) {
+  for (const btScalar speed : {btScalar(10), btScalar(100), btScalar(1000)}) {
+    SCOPED_TRACE(speed);
+    if (rigid == nullptr) add_mesh(hills());
+    bodies.clear();
+    add_cloth(btScalar(0.5)).setVelocity(btVector3(0, -speed, 0));
+    for (int i = 0; i < 10; ++i) step();
+    simulation.remove(*bodies[0]);
+    expect_none_through();
+  }
+  EXPECT_GT(answered, 0) << "something would have met";
+}
+
+TEST_P(RigidCrossings, none_of_a_cloth_thrown_at_hills_in_a_compound) {
+  add_mesh(hills(), {0, 0, 0}, /*is_in_compound=*/true);
+  add_cloth(btScalar(0.5)).setVelocity(btVector3(0, -200, 0));
+  for (int i = 0; i < 6; ++i) step();
+  expect_none_through();
+}
+
+// Ten to a thousand metres a second: what it meets goes along.
+TEST_P(RigidCrossings, none_where_hills_are_moved_through_a_free_cloth) {
+  for (const btScalar speed : {btScalar(10), btScalar(100), btScalar(1000)}) {
+    SCOPED_TRACE(speed);
+    if (rigid == nullptr) {
+      add_mesh(hills(4), btVector3(0, -1, 0));
+      make_kinematic();
+    }
+    const btScalar above = rigid->getWorldTransform().getOrigin().y() + 1;
+    bodies.clear();
+    add_cloth(above);
+    for (int i = 0; i < 6; ++i) {
+      step([&](btScalar seconds) { rigid->getWorldTransform().getOrigin() += btVector3(0, speed * seconds, 0); });
+    }
+    expect_none_through();
+    EXPECT_GT(mean_height(*bodies[0]), rigid->getWorldTransform().getOrigin().y() - btScalar(0.4)) << "taken along";
+    simulation.remove(*bodies[0]);
+  }
+  EXPECT_GT(answered, 0);
+}
+
+// About a third of a turn in six steps, at up to 20 m/s where the cloth is.
+TEST_P(RigidCrossings, none_where_a_wall_is_turned_against_a_free_cloth) {
+  add_mesh(wall(3));
+  make_kinematic();
+  btSoftBody& cloth = add_cloth(2);
+  cloth.translate(btVector3(btScalar(0.6), 0, 0));
+  btScalar angle = 0;
+  for (int i = 0; i < 8; ++i) {
+    step([&](btScalar seconds) {
+      angle -= 10 * seconds;
+      rigid->getWorldTransform().setRotation(btQuaternion(btVector3(0, 0, 1), angle));
+    });
+  }
+  expect_none_through();
+  EXPECT_GT(answered, 0);
+}
+
+// In the first of a frame's steps Bullet puts kinematic objects where they are at its end.
+TEST_P(RigidCrossings, none_where_a_frame_has_several_steps) {
+  add_mesh(hills(), btVector3(0, btScalar(-0.5), 0));
+  make_kinematic();
+  add_cloth(0);
+  step();  // where a mesh comes from is not known when it is new
+  for (int i = 0; i < 4; ++i) {
+    rigid->getWorldTransform().getOrigin() += btVector3(0, 1, 0);
+    simulation.world().stepSimulation(btScalar(1) / 60, /*maxSubSteps=*/4, btScalar(1) / 240);
+    simulation.finish_step();
+    see();
+  }
+  expect_none_through();
+  EXPECT_GT(mean_height(*bodies[0]), 3) << "taken along";
+}
+
+// Its nodes that others hold are in the way.
+TEST_P(RigidCrossings, what_is_unavoidable_is_counted_and_named_once) {
+  add_mesh(hills(), btVector3(0, -1, 0));
+  make_kinematic();
+  btSoftBody& cloth = add_cloth(0);
+  for (int n = 0; n < cloth.m_nodes.size(); n += 2) cloth.setMass(n, 0);
+  for (int i = 0; i < 6; ++i) {
+    step([&](btScalar seconds) { rigid->getWorldTransform().getOrigin() += btVector3(0, 10 * seconds, 0); });
+  }
+  EXPECT_GT(most_edges, 0U);
+  EXPECT_GT(unavoidable, 0U);
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_NE(warnings[0].find("soft bodies 0 and a rigid mesh"), std::string::npos) << warnings[0];
+  EXPECT_EQ(std::set<std::string>(warnings.begin(), warnings.end()).size(), warnings.size());
+}
+
+// What the app puts through a mesh is let go, and named once, wherever on the mesh it moves.
+TEST_P(RigidCrossings, a_cloth_that_begins_in_a_mesh_is_excepted) {
+  add_mesh(wall(2), btVector3(btScalar(0.03), 0, 0));
+  btSoftBody& cloth = add_cloth(0);
+  ASSERT_GT(count_edges(cloth), 0U);
+  for (int i = 0; i < 20; ++i) {
+    step([&](btScalar) { cloth.setVelocity(btVector3(0, 2, 0)); });
+  }
+  EXPECT_GT(excepted, 0U);
+  EXPECT_EQ(unavoidable, 0U);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("soft bodies 0 and a rigid mesh"), std::string::npos) << warnings[0];
+  cloth.translate(btVector3(1, 0, 0));
+  const std::uint64_t excepted_before = excepted;
+  step();
+  EXPECT_EQ(count_edges(cloth), 0U);
+  EXPECT_EQ(excepted, excepted_before);
+}
+
+// A light cloth is hit by a heavy one that sends it on, beyond where it was about to go, through a wall.
+TEST_P(RigidCrossings, none_where_others_send_a_cloth_into_a_mesh) {
+  add_mesh(wall(2), btVector3(1, 0, 0));
+  const auto add_upright = [this](btScalar x, int nodes_per_side, btScalar mass) -> btSoftBody& {
+    btSoftBody& cloth = add_cloth(0, nodes_per_side);
+    cloth.rotate(btQuaternion(btVector3(0, 0, 1), SIMD_HALF_PI));
+    cloth.translate(btVector3(x, 0, 0));
+    cloth.setTotalMass(mass);
+    return cloth;
+  };
+  add_upright(0, 6, btScalar(0.01));
+  btSoftBody& heavy = add_upright(btScalar(-0.5), 9, 100);
+  // It does not touch the wall itself, which would be there for both then.
+  simulation.world().removeCollisionObject(rigid);
+  simulation.world().addRigidBody(rigid);
+  heavy.setIgnoreCollisionCheck(rigid, true);
+  rigid->setIgnoreCollisionCheck(&heavy, true);
+  heavy.setVelocity(btVector3(300, 0, 0));
+  step();
+  EXPECT_EQ(count_edges(*bodies[0]), 0U);
+  EXPECT_LT(bodies[0]->m_nodes[0].m_x.x(), 1);
+}
+
+TEST_P(RigidCrossings, ignored_pairs_masks_and_anchored_objects_are_respected) {
+  for (const int way : {0, 1, 2}) {
+    SCOPED_TRACE(way);
+    add_mesh(hills(), btVector3(0, btScalar(-0.1), 0));
+    bodies.clear();
+    btSoftBody& cloth = add_cloth(1);
+    if (way == 0) rigid->setIgnoreCollisionCheck(&cloth, true), cloth.setIgnoreCollisionCheck(rigid, true);
+    if (way == 1) rigid->getBroadphaseProxy()->m_collisionFilterMask = 0;
+    if (way == 2) cloth.m_collisionDisabledObjects.push_back(rigid);
+    cloth.setVelocity(btVector3(0, -60, 0));
+    for (int i = 0; i < 3; ++i) simulation.step();
+    EXPECT_LT(mean_height(cloth), -1) << "it fell through";
+    EXPECT_EQ(simulation.detection().crossing_answers().impacts, 0U);
+    simulation.remove(cloth);
+    simulation.world().removeRigidBody(rigid);
+  }
+}
+
+class RigidMeshesOff : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshesOff, kLookingWorlds,
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+TEST_P(RigidMeshesOff, meshes_are_left_to_bullet) {
+  bullet::Settings settings = cpu_settings(Detection::ccd);
+  settings.rigid_meshes = false;
+  AnySimulation simulation(GetParam(), settings);
+  btTriangleMesh mesh;
+  for (const auto& [a, b, c] : hills()) mesh.addTriangle(a, b, c);
+  simulation.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&mesh, true), btVector3(0, 0, 0));
+  SheetOptions options;
+  options.height = 1;
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+  sheet.setVelocity(btVector3(0, -300, 0));
+  for (int i = 0; i < 3; ++i) simulation.step();
+  EXPECT_LT(mean_height(sheet), -1);
+  EXPECT_EQ(simulation.detection().crossing_answers().impacts, 0U);
+}
+
+}  // namespace
+}  // namespace softcd::test
