@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostNamed = 8;
 /// A body that is none of the world's stands for one.
-const std::string kObstacle = "a rigid mesh";
+constexpr const char* kObstacle = "a rigid mesh";
 
 auto feature_of(const Contact& contact) {
   const std::uint32_t(&v)[4] = contact.vertices;
