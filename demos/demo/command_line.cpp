@@ -11,11 +11,14 @@
 namespace softcd::demo {
 namespace {
 
-constexpr std::array<Choice<bool OverlayChoice::*>, 4> kOverlays = {{{"contacts", &OverlayChoice::contacts},
+constexpr std::array<Choice<bool OverlayChoice::*>, 5> kOverlays = {{{"wire", &OverlayChoice::wire},
+                                                                     {"contacts", &OverlayChoice::contacts},
                                                                      {"cells", &OverlayChoice::cells},
                                                                      {"children", &OverlayChoice::children},
                                                                      {"picked-cell", &OverlayChoice::picked_cell}}};
 constexpr int kLargestSize = 10000;
+constexpr int kFewestPixels = 16;  // of a picture, each way
+constexpr int kMostPixels = 8192;
 constexpr std::array<Choice<Collision>, 3> kCollisions = {
     {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
 constexpr std::array<Choice<bullet::EdgeContacts>, 2> kEdgeContacts = {
@@ -57,6 +60,26 @@ void check_scene(DemoCommand& command, const std::string& size) {
   if (!size.empty()) command.options.size = size_from(size, *scene);
 }
 
+void take_picture_size(const std::string& word, PictureOptions& pictures) {
+  const std::size_t cross = word.find('x');
+  const auto take = [&](const std::string& digits, int& pixels) {
+    return CLI::detail::lexical_cast(digits, pixels) && pixels >= kFewestPixels && pixels <= kMostPixels;
+  };
+  if (cross == std::string::npos || !take(word.substr(0, cross), pictures.width) ||
+      !take(word.substr(cross + 1), pictures.height)) {
+    throw CLI::ValidationError("--picture-size", fmt::format("'{}' is not WIDTHxHEIGHT with numbers from {} to {}",
+                                                             word, kFewestPixels, kMostPixels));
+  }
+}
+
+void take_overlays(const std::vector<bool OverlayChoice::*>& overlays, DemoCommand& command) {
+  for (bool OverlayChoice::*overlay : overlays) command.pictures.overlays.*overlay = true;
+  const OverlayChoice& chosen = command.pictures.overlays;
+  if (!command.view && (chosen.cells || chosen.children || chosen.picked_cell)) {
+    throw CLI::ValidationError("--overlays", "cells, children and picked-cell need --view");
+  }
+}
+
 void check_exported_step(const CLI::App& app, const DemoCommand& command) {
   if (app.count("--export-step") == 0) return;
   const auto& [step, folder] = command.exported_step;
@@ -82,7 +105,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   options.settings.detection = Detection::ccd;
   options.settings.edge_contacts = bullet::EdgeContacts::respond;
   bool list = false;
-  std::string size;
+  std::string size, size_of_pictures;
 
   CLI::App app("Simulates a scene of Bullet soft bodies and measures it, one row per second of simulation.",
                "softcd-demo");
@@ -109,8 +132,10 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
                  "as in the paper of Wong, Leach and Zambetta")
       ->option_text("N|paper");
   app.add_option("--picture", command.picture_file, "PNG file for the final state")
-      ->option_text("FILE [softcd-demo.png]")
+      ->option_text("FILE [softcd-demo.png, where pictures can be drawn]")
       ->take_last();
+  app.add_option("--picture-size", size_of_pictures, "Of --picture and --record, in pixels")
+      ->option_text(fmt::format("WIDTHxHEIGHT [{}x{}]", command.pictures.width, command.pictures.height));
   app.add_option("--record", command.record,
                  "Write frames as pictures DIR/frame-0000.png, ..., or as a video (by the program ffmpeg)")
       ->option_text("DIR|FILE.mp4");
@@ -130,7 +155,9 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   CLI::Option* view =
       app.add_flag("--view", command.view,
                    "Show the scene in a window instead of measuring it; a panel there explains mouse and keys");
-  add_choices(app, "--overlays", kOverlays, overlays, "What --view draws over the scene from the start")->needs(view);
+  add_choices(app, "--overlays", kOverlays, overlays,
+              "What is drawn over the scene, in pictures and, from the start, in --view's window, which alone has the\n"
+              "last three: the triangles' edges, contacts, grid cells and what the picked triangle is in");
   app.add_option("--view-frames", command.view_frames, "Close --view's window after so many frames, of two steps each")
       ->option_text("N")
       ->check(CLI::Range(1L, 1000000L))
@@ -148,7 +175,8 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
     app.parse(argc, argv);
     if (!list) check_scene(command, size);
     check_exported_step(app, command);
-    for (bool OverlayChoice::*overlay : overlays) command.overlays.*overlay = true;
+    if (!size_of_pictures.empty()) take_picture_size(size_of_pictures, command.pictures);
+    take_overlays(overlays, command);
   } catch (const CLI::ParseError& error) {
     return {std::nullopt, app.exit(error) == 0 ? 0 : kExitWrongInput};
   }

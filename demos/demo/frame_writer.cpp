@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "mesh_io/mesh_io.hpp"
-#include "picture.hpp"
 #include "png_file.hpp"
 
 namespace softcd::demo {
@@ -53,7 +52,9 @@ std::filesystem::path FileSequence::next() {
   return fmt::format("{}{:0{}}{}", before_, number_++, digits_, after_);
 }
 
-FrameWriter::FrameWriter(const std::string& record, const std::string& meshes, int frames_per_second) {
+FrameWriter::FrameWriter(PictureTaker* pictures, const std::string& record, const std::string& meshes,
+                         int frames_per_second)
+    : picture_taker_(pictures) {
   if (std::filesystem::path(record).extension() == ".mp4" && record.find('#') == std::string::npos) {
     video_ = std::make_unique<Video>(record, frames_per_second);
   } else if (!record.empty()) {
@@ -63,8 +64,8 @@ FrameWriter::FrameWriter(const std::string& record, const std::string& meshes, i
 }
 
 void FrameWriter::write(const Scene& scene) {
-  if (video_) video_->add(take_picture(scene));
-  if (pictures_) write_png(pictures_->next(), take_picture(scene));
+  if (video_) video_->add(picture_taker_->take(scene));
+  if (pictures_) write_png(pictures_->next(), picture_taker_->take(scene));
   if (meshes_) write_ply(meshes_->next(), mesh_of(scene));
 }
 

@@ -7,6 +7,7 @@
 
 #include "scenes/scene.hpp"
 #include "video.hpp"
+#include "viewer/picture_taker.hpp"
 
 namespace softcd::demo {
 
@@ -30,15 +31,17 @@ void write_mesh(const std::filesystem::path& file, const Scene& scene);
 /// Pictures or a video of a simulation, and its meshes.
 class FrameWriter {
  public:
-  /// `record`: see FileSequence, or a file name that ends in .mp4; `meshes`: see FileSequence. Empty: none. Throws
-  /// std::runtime_error when a folder cannot be created or a video cannot be encoded.
-  FrameWriter(const std::string& record, const std::string& meshes, int frames_per_second);
+  /// `pictures` draws what is recorded, may be null where nothing is, and outlives the object. `record`: see
+  /// FileSequence, or a file name that ends in .mp4; `meshes`: see FileSequence. Empty: none. Throws std::runtime_error
+  /// when a folder cannot be created or a video cannot be encoded.
+  FrameWriter(PictureTaker* pictures, const std::string& record, const std::string& meshes, int frames_per_second);
 
   void write(const Scene& scene);
   /// To be called after the last frame.
   void finish();
 
  private:
+  PictureTaker* picture_taker_;
   std::unique_ptr<Video> video_;
   std::optional<FileSequence> pictures_, meshes_;
 };

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -8,15 +7,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <utility>
-#include <vector>
 
 #include "command_line.hpp"
 #include "command_line/choices.hpp"
 #include "frame_writer.hpp"
 #include "measurement.hpp"
-#include "picture.hpp"
 #include "png_file.hpp"
+#include "progress.hpp"
 #include "softcd/softcd.hpp"
 #include "viewer/viewer.hpp"
 
@@ -24,18 +21,6 @@ namespace softcd::demo {
 namespace {
 
 constexpr int kStepsPerSecond = 120;
-
-// What is going on, in one line that is overwritten, for people at a terminal.
-class Progress {
- public:
-  void show(const std::string& text) const {
-    if (is_terminal_) fmt::print(stderr, "\r\x1b[K{}", text);
-  }
-  void clear() const { show(""); }
-
- private:
-  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
-};
 
 void print_head(const DemoCommand& command, const Scene& scene) {
   fmt::print("{}: {} triangles, {} world, collision {}", command.scene, scene.count_triangles(),
@@ -113,17 +98,32 @@ void write_text(const std::string& file, const std::string& text) {
 void view(const DemoCommand& command) {
   ViewerOptions options;
   options.frames = command.view_frames;
-  options.overlays = command.overlays;
+  options.overlays = command.pictures.overlays;
   if (!command.screenshot_file.empty()) {
-    options.take_screenshot = [&](int width, int height, std::vector<std::uint8_t> rgb) {
-      write_png(command.screenshot_file, {width, height, std::move(rgb)});
-    };
+    options.take_screenshot = [&](const Image& image) { write_png(command.screenshot_file, image); };
   }
   run_viewer(command.scene, command.options, options);
 }
 
+// Draws what the command asks for. Where it asks for nothing and no picture can be drawn, null, and `problem` says why.
+std::unique_ptr<PictureTaker> make_picture_taker(const DemoCommand& command, std::string& problem) {
+  try {
+    return std::make_unique<PictureTaker>(command.pictures);
+  } catch (const std::runtime_error& error) {
+    if (!command.picture_file.empty() || !command.record.empty()) throw;
+    problem = error.what();
+    return nullptr;
+  }
+}
+
+void write_last_picture(const std::filesystem::path& file, const Image& image) {
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+  write_png(file, image);
+  fmt::print("picture: {}\n", file.string());
+}
+
 void run(DemoCommand command) {
-  const Progress progress;
+  Progress progress;
   command.options.settings.log = [&progress](LogLevel level, std::string_view text) {
     if (level != LogLevel::warning) return;
     progress.clear();
@@ -133,7 +133,9 @@ void run(DemoCommand command) {
     view(command);
     return;
   }
-  FrameWriter frames(command.record, command.mesh_files, kStepsPerSecond / command.frame_steps);
+  std::string no_picture;
+  const std::unique_ptr<PictureTaker> pictures = make_picture_taker(command, no_picture);
+  FrameWriter frames(pictures.get(), command.record, command.mesh_files, kStepsPerSecond / command.frame_steps);
   progress.show("building the scene");
   const std::unique_ptr<Scene> scene = make_scene(command.scene, command.options);
   progress.clear();
@@ -146,10 +148,11 @@ void run(DemoCommand command) {
     if (steps_done == command.exported_step.first) write_mesh(step_folder / "t1.ply", *scene);
   };
   export_step(0);
+  progress.start();
 
   Callbacks callbacks;
   callbacks.on_step = [&](long step) {
-    progress.show(fmt::format("step {} of {}", step, command.steps));
+    progress.show_step(step, command.steps);
     if (step % command.frame_steps == 0) frames.write(*scene);
     export_step(step);
   };
@@ -161,10 +164,11 @@ void run(DemoCommand command) {
   print_summary(measurement, command.steps);
   frames.finish();
 
-  const std::filesystem::path picture_file = command.picture_file;
-  if (picture_file.has_parent_path()) std::filesystem::create_directories(picture_file.parent_path());
-  write_png(picture_file, take_picture(*scene));
-  fmt::print("picture: {}\n", command.picture_file);
+  if (pictures) {
+    write_last_picture(command.picture_file.empty() ? kDefaultPicture : command.picture_file, pictures->take(*scene));
+  } else {
+    fmt::print("{}\n", no_picture);
+  }
   if (!command.json_file.empty()) write_text(command.json_file, to_json(command, *scene, measurement).dump(2) + "\n");
 }
 

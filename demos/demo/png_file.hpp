@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "rasterizer.hpp"
+#include "viewer/image.hpp"
 
 namespace softcd::demo {
 

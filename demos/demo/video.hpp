@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <string>
 
-#include "rasterizer.hpp"
+#include "viewer/image.hpp"
 
 namespace softcd::demo {
 

@@ -1,5 +1,6 @@
 #include "viewer/gl_objects.hpp"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -84,6 +85,54 @@ void GlMesh::draw(GLenum mode) const {
   glDrawArrays(mode, 0, count_);
 }
 
+Image read_pixels(int width, int height) {
+  const auto row = 3 * static_cast<std::size_t>(width);
+  const auto rows = static_cast<std::size_t>(height);
+  std::vector<std::uint8_t> upside_down(row * rows);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
+  Image image{width, height, std::vector<std::uint8_t>(upside_down.size())};
+  for (std::size_t y = 0; y < rows; ++y) {
+    std::copy_n(upside_down.data() + y * row, row, image.rgb.data() + (rows - 1 - y) * row);
+  }
+  return image;
+}
+
+GlCanvas::GlCanvas(int width, int height) : width_(width), height_(height) {
+  constexpr GLsizei kSamples = 4;
+  glGenFramebuffers(1, &pixels_);
+  glGenFramebuffers(1, &samples_);
+  glGenRenderbuffers(static_cast<GLsizei>(renderbuffers_.size()), renderbuffers_.data());
+  const auto attach = [&](std::size_t buffer, GLsizei samples, GLenum format, GLenum attachment) {
+    glBindRenderbuffer(GL_RENDERBUFFER, renderbuffers_[buffer]);
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, renderbuffers_[buffer]);
+  };
+  glBindFramebuffer(GL_FRAMEBUFFER, pixels_);
+  attach(2, 0, GL_RGBA8, GL_COLOR_ATTACHMENT0);
+  glBindFramebuffer(GL_FRAMEBUFFER, samples_);
+  attach(0, kSamples, GL_RGBA8, GL_COLOR_ATTACHMENT0);
+  attach(1, kSamples, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+    throw std::runtime_error("OpenGL cannot draw pictures of " + std::to_string(width) + " x " +
+                             std::to_string(height) + " pixels");
+  }
+}
+
+GlCanvas::~GlCanvas() {
+  glDeleteFramebuffers(1, &samples_);
+  glDeleteFramebuffers(1, &pixels_);
+  glDeleteRenderbuffers(static_cast<GLsizei>(renderbuffers_.size()), renderbuffers_.data());
+}
+
+Image GlCanvas::read() const {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, pixels_);
+  glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, pixels_);
+  return read_pixels(width_, height_);
+}
+
 GlDepthMap::GlDepthMap(int size) : size_(size) {
   glGenTextures(1, &texture_);
   glBindTexture(GL_TEXTURE_2D, texture_);
@@ -97,27 +146,48 @@ GlDepthMap::GlDepthMap(int size) : size_(size) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
 
+  glGenSamplers(1, &reader_);
+  glSamplerParameteri(reader_, GL_TEXTURE_COMPARE_MODE, GL_NONE);
+  glSamplerParameteri(reader_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glSamplerParameteri(reader_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glSamplerParameteri(reader_, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+  glSamplerParameteri(reader_, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+  glSamplerParameterfv(reader_, GL_TEXTURE_BORDER_COLOR, furthest);
+
   glGenFramebuffers(1, &framebuffer_);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  const GLuint before = begin_drawing();
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, texture_, 0);
   glDrawBuffer(GL_NONE);
   glReadBuffer(GL_NONE);
-  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  end_drawing(before);
 }
 
 GlDepthMap::~GlDepthMap() {
   glDeleteFramebuffers(1, &framebuffer_);
+  glDeleteSamplers(1, &reader_);
   glDeleteTextures(1, &texture_);
 }
 
-void GlDepthMap::begin_drawing() const {
+GLuint GlDepthMap::begin_drawing() const {
+  GLint before = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &before);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   glViewport(0, 0, size_, size_);
   glClear(GL_DEPTH_BUFFER_BIT);
+  return static_cast<GLuint>(before);
 }
 
-void GlDepthMap::end_drawing() const {
-  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+void GlDepthMap::end_drawing(GLuint framebuffer_before) const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_before);
+}
+
+void GlDepthMap::bind() const {
+  for (GLuint unit = 0; unit < 2; ++unit) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, texture_);
+    glBindSampler(unit, unit == 0 ? 0 : reader_);
+  }
+  glActiveTexture(GL_TEXTURE0);
 }
 
 }  // namespace softcd::demo

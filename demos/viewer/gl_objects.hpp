@@ -2,10 +2,12 @@
 
 #include <epoxy/gl.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "viewer/camera.hpp"
+#include "viewer/image.hpp"
 
 namespace softcd::demo {
 
@@ -57,7 +59,29 @@ class GlMesh {
   GLsizei count_ = 0;
 };
 
-/// A square depth texture to draw into, and to compare with afterwards.
+/// What has been drawn into the framebuffer that is bound for reading.
+Image read_pixels(int width, int height);
+
+/// A framebuffer to draw into, in place of a window, with 4 samples a pixel.
+class GlCanvas {
+ public:
+  /// Throws std::runtime_error where OpenGL cannot draw pictures that large.
+  GlCanvas(int width, int height);
+  ~GlCanvas();
+  GlCanvas(const GlCanvas&) = delete;
+  GlCanvas& operator=(const GlCanvas&) = delete;
+
+  /// Draws go into the canvas from here on.
+  void bind() const { glBindFramebuffer(GL_FRAMEBUFFER, samples_); }
+  Image read() const;
+
+ private:
+  int width_, height_;
+  GLuint samples_ = 0, pixels_ = 0;        ///< framebuffers
+  std::array<GLuint, 3> renderbuffers_{};  ///< colours and depths of the samples, colours of the pixels
+};
+
+/// A square depth texture to draw into, and to compare with or to read afterwards.
 class GlDepthMap {
  public:
   explicit GlDepthMap(int size);
@@ -65,15 +89,17 @@ class GlDepthMap {
   GlDepthMap(const GlDepthMap&) = delete;
   GlDepthMap& operator=(const GlDepthMap&) = delete;
 
-  /// Draws go into the map from here on, cleared, until end_drawing().
-  void begin_drawing() const;
-  void end_drawing() const;
-  void bind() const { glBindTexture(GL_TEXTURE_2D, texture_); }
+  /// Draws go into the map from here on, cleared, until end_drawing(), which wants to be given what this returns.
+  GLuint begin_drawing() const;
+  void end_drawing(GLuint framebuffer_before) const;
+  /// To texture unit 0 for comparisons, to unit 1 for depths.
+  void bind() const;
 
  private:
   int size_;
   GLuint texture_ = 0;
   GLuint framebuffer_ = 0;
+  GLuint reader_ = 0;  ///< a sampler that does not compare
 };
 
 }  // namespace softcd::demo

@@ -11,6 +11,7 @@
 namespace softcd::demo {
 
 struct OverlayChoice {
+  bool wire = false;      ///< the triangles' edges
   bool cells = false;     ///< occupied cells, coloured by their tests
   bool children = false;  ///< of the picked triangle
   bool contacts = false;

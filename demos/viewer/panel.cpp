@@ -133,6 +133,7 @@ void draw_legend(const DetectionGrid& grid) {
 }
 
 void draw_overlay_choice(const Session& session, const DetectionGrid* grid, PanelState& state) {
+  ImGui::Checkbox("Edges of the triangles", &state.overlays.wire);
   ImGui::Checkbox("Contacts and normals", &state.overlays.contacts);
   ImGui::BeginDisabled(session.scene().simulation().detection() == nullptr);
   ImGui::Checkbox("Grid cells by tests", &state.overlays.cells);

@@ -7,26 +7,30 @@
 #include <cstddef>
 #include <limits>
 
-#include "demo/look.hpp"
 #include "scenes/surface_normals.hpp"
+#include "viewer/look.hpp"
 
 namespace softcd::demo {
 namespace {
 
-constexpr int kShadowSize = 2048;
+constexpr int kShadowSize = 1024;
 
 constexpr const char* kSurfaceVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 front;
 layout(location = 3) in vec3 back;
+layout(location = 4) in float has_edges_drawn;
 uniform mat4 view_projection;
-out vec3 world_position, world_normal, front_color, back_color;
+out vec3 world_position, world_normal, front_color, back_color, weights;
+out float edges;
 void main() {
   world_position = position;
   world_normal = normal;
   front_color = front;
   back_color = back;
+  edges = has_edges_drawn;
+  weights = vec3(gl_VertexID % 3 == 0, gl_VertexID % 3 == 1, gl_VertexID % 3 == 2);
   gl_Position = view_projection * vec4(position, 1);
 }
 )";
@@ -49,28 +53,52 @@ void main() {
 }
 )";
 
-// As in the rasterizer: sky light that is stronger from above, the sun where nothing is in its way, and its gloss.
+// Sky light that is stronger from above, the sun where nothing is in its way, and its gloss. The sun is a disk: how
+// wide the edge of a shadow is depends on how far away that is which casts it (percentage-closer soft shadows, Fernando
+// 2005). Places are looked at on a spiral that covers a disk evenly (Vogel 1979). The same spiral everywhere: one
+// turned from pixel to pixel would hide its steps in noise, which no picture format packs well.
 constexpr const char* kShading = R"(
 uniform vec3 eye;
 uniform mat4 light;
-uniform float shadow_bias;  // in the shadow map's depth
+uniform vec3 light_size;  // of the shadow map's box, in the scene's unit
 uniform sampler2DShadow shadows;
+uniform sampler2D shadow_depths;
 
-float lit_part(vec3 position) {
+vec2 spiral(int i, int count) {
+  float angle = 2.39996323 * i;
+  return sqrt((i + 0.5) / count) * vec2(cos(angle), sin(angle));
+}
+
+// A surface that leans away from the sun rises towards it within the disk.
+float lit_part(vec3 position, float towards_sun) {
   vec3 place = 0.5 * (light * vec4(position, 1)).xyz + 0.5;
-  vec2 texel = 1.0 / vec2(textureSize(shadows, 0));
-  float lit = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      lit += texture(shadows, vec3(place.xy + vec2(dx, dy) * texel, place.z - shadow_bias));
+  vec2 outside = (abs(place.xy - 0.5) - 0.5) * light_size.xy;
+  if (max(outside.x, outside.y) > kWidestShadowEdge) return 1.0;
+  float slope = min(sqrt(max(0, 1 - towards_sun * towards_sun)) / towards_sun, kSteepestSlope);
+  float blockers = 0;
+  float way = 0;  // from them to here, in the scene's unit, summed up
+  for (int i = 0; i < kBlockerLooks; ++i) {
+    vec2 offset = kWidestShadowEdge * spiral(i, kBlockerLooks);
+    float depth = texture(shadow_depths, place.xy + offset / light_size.xy).x;
+    float in_front = (place.z - depth) * light_size.z - kShadowBias - length(offset) * slope;
+    if (in_front > 0) {
+      blockers += 1;
+      way += in_front;
     }
   }
-  return lit / 9;
+  if (blockers == 0) return 1.0;
+  float radius = clamp(kSunRadius * way / blockers, kSharpestShadowEdge, kWidestShadowEdge);
+  float bias = (kShadowBias + radius * slope) / light_size.z;
+  float lit = 0;
+  for (int i = 0; i < kShadowLooks; ++i) {
+    lit += texture(shadows, vec3(place.xy + radius * spiral(i, kShadowLooks) / light_size.xy, place.z - bias));
+  }
+  return lit / kShadowLooks;
 }
 
 vec3 shade(vec3 position, vec3 normal, vec3 color) {
   float towards_sun = max(0, dot(normal, kToSun));
-  float sun = towards_sun > 0 ? towards_sun * lit_part(position) : 0;
+  float sun = towards_sun > 0 ? towards_sun * lit_part(position, towards_sun) : 0;
   vec3 half_way = normalize(kToSun + normalize(eye - position));
   float gloss = sun > 0 ? kGloss * pow(max(0, dot(normal, half_way)), kGlossExponent) : 0;
   float sky = kAmbient * (0.75 + 0.25 * normal.y);
@@ -81,12 +109,23 @@ vec4 on_display(vec3 linear) { return vec4(pow(clamp(linear, 0.0, 1.0), vec3(1 /
 )";
 
 constexpr const char* kSurfaceFragmentShader = R"(
-in vec3 world_position, world_normal, front_color, back_color;
+in vec3 world_position, world_normal, front_color, back_color, weights;
+in float edges;
+uniform float wire;
 out vec4 color;
+
+// How much of an edge there is here, each half a line wide on either side of it.
+float at_edge() {
+  vec3 pixels = weights / fwidth(weights);
+  return 1 - smoothstep(0.4 * kEdgeWidth, 0.6 * kEdgeWidth + 0.5, min(min(pixels.x, pixels.y), pixels.z));
+}
+
 void main() {
   vec3 normal = normalize(world_normal);
   if (!gl_FrontFacing) normal = -normal;
-  color = on_display(shade(world_position, normal, gl_FrontFacing ? front_color : back_color));
+  vec3 paint = gl_FrontFacing ? front_color : back_color;
+  paint *= mix(1, kEdgeShade, max(edges, wire) * at_edge());
+  color = on_display(shade(world_position, normal, paint));
 }
 )";
 
@@ -131,10 +170,19 @@ std::string constant(const char* name, double value) {
   return fmt::format("const float {} = {:f};\n", name, value);
 }
 
+std::string constant(const char* name, int value) {
+  return fmt::format("const int {} = {};\n", name, value);
+}
+
 std::string with_shading(const char* fragment_shader) {
   std::string source = "#version 330 core\n";
   source += constant("kToSun", unit(kTowardsSun)) + constant("kAmbient", kAmbient) + constant("kSun", kSun);
   source += constant("kGloss", kGloss) + constant("kGlossExponent", kGlossExponent);
+  source += constant("kShadowBias", kShadowBias) + constant("kSunRadius", kSunRadius);
+  source += constant("kSharpestShadowEdge", kSharpestShadowEdge) + constant("kWidestShadowEdge", kWidestShadowEdge);
+  source += constant("kSteepestSlope", kSteepestSlope);
+  source += constant("kBlockerLooks", kBlockerLooks) + constant("kShadowLooks", kShadowLooks);
+  source += constant("kEdgeWidth", kEdgeWidth) + constant("kEdgeShade", kEdgeShade);
   source += constant("kFloorReach", kFloorReach) + constant("kGamma", static_cast<double>(kGamma));
   source +=
       constant("kFloorLight", vec3_cast<double>(kFloorLight)) + constant("kFloorDark", vec3_cast<double>(kFloorDark));
@@ -144,6 +192,10 @@ std::string with_shading(const char* fragment_shader) {
 
 Vec3f to_vec3f(const Color& color) {
   return {color.red, color.green, color.blue};
+}
+
+bool is_finite(const btVector3& v) {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
 Vec3d in_frame(const ViewFrame& frame, Vec3f point) {
@@ -160,7 +212,8 @@ SurfaceRenderer::SurfaceRenderer()
       mesh_(sizeof(Vertex), {{3, GL_FLOAT, offsetof(Vertex, position)},
                              {3, GL_FLOAT, offsetof(Vertex, normal)},
                              {3, GL_FLOAT, offsetof(Vertex, front)},
-                             {3, GL_FLOAT, offsetof(Vertex, back)}}),
+                             {3, GL_FLOAT, offsetof(Vertex, back)},
+                             {1, GL_FLOAT, offsetof(Vertex, has_edges_drawn)}}),
       screen_(2 * sizeof(float), {{2, GL_FLOAT, 0}}),
       shadows_(kShadowSize) {
   screen_.upload(std::vector<std::array<float, 2>>{{-1, -1}, {3, -1}, {-1, 3}});
@@ -169,10 +222,12 @@ SurfaceRenderer::SurfaceRenderer()
 void SurfaceRenderer::append(const Surface& surface) {
   const std::vector<Vec3d> normals = smooth_normals(*surface.body);
   for (int f = 0; f < surface.body->m_faces.size(); ++f) {
-    for (const btSoftBody::Node* node : surface.body->m_faces[f].m_n) {
+    const auto& nodes = surface.body->m_faces[f].m_n;
+    if (!std::all_of(std::begin(nodes), std::end(nodes), [](const auto* n) { return is_finite(n->m_x); })) continue;
+    for (const btSoftBody::Node* node : nodes) {
       const Vec3d normal = unit(normals[static_cast<std::size_t>(node - &surface.body->m_nodes[0])]);
       vertices_.push_back({vec3_cast<float>(to_vec3d(node->m_x)), vec3_cast<float>(normal), to_vec3f(surface.front),
-                           to_vec3f(surface.back)});
+                           to_vec3f(surface.back), surface.has_edges_drawn ? 1.0F : 0.0F});
     }
   }
 }
@@ -183,7 +238,7 @@ void SurfaceRenderer::update(const Scene& scene) {
   mesh_.upload(vertices_);
   floor_height_ = double(scene.view().floor_height);
 
-  // The light's box holds all that is finite, and reaches down to where the last shadow falls on the floor.
+  // The light's box holds all, and reaches down to where the last shadow falls on the floor.
   const ViewFrame frame = looking_along(-kTowardsSun);
   constexpr double kFar = std::numeric_limits<double>::max();
   Vec3d low = {kFar, kFar, kFar};
@@ -191,7 +246,6 @@ void SurfaceRenderer::update(const Scene& scene) {
   double highest = floor_height_;
   for (const Vertex& vertex : vertices_) {
     const Vec3d p = in_frame(frame, vertex.position);
-    if (!std::isfinite(squared_norm(p))) continue;
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
     highest = std::max(highest, static_cast<double>(vertex.position.y));
@@ -200,18 +254,18 @@ void SurfaceRenderer::update(const Scene& scene) {
   low = low - Vec3d{0.1, 0.1, (highest - floor_height_) / unit(kTowardsSun).y + 0.1};
   high = high + Vec3d{0.1, 0.1, 0.1};
   light_ = orthographic(frame, low, high);
-  light_depth_ = high.z - low.z;
+  light_size_ = high - low;
 }
 
 void SurfaceRenderer::draw_shadows() const {
-  shadows_.begin_drawing();
+  const GLuint before = shadows_.begin_drawing();
   depth_program_.use();
   depth_program_.set("light", light_);
   mesh_.draw(GL_TRIANGLES);
-  shadows_.end_drawing();
+  shadows_.end_drawing(before);
 }
 
-void SurfaceRenderer::draw(const OrbitCamera& camera, const Viewport& viewport) const {
+void SurfaceRenderer::draw(const OrbitCamera& camera, const Viewport& viewport, bool wire) const {
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);  // the sky is as far as can be
   glDisable(GL_BLEND);
@@ -227,10 +281,12 @@ void SurfaceRenderer::draw(const OrbitCamera& camera, const Viewport& viewport) 
     program->set("view_projection", view_projection);
     program->set("eye", camera.eye());
     program->set("light", light_);
-    program->set("shadow_bias", kShadowBias / light_depth_);
+    program->set("light_size", light_size_);
     program->set("shadows", 0);
+    program->set("shadow_depths", 1);
   }
   surface_program_.use();
+  surface_program_.set("wire", wire ? 1.0 : 0.0);
   mesh_.draw(GL_TRIANGLES);
 
   background_program_.use();

@@ -5,20 +5,22 @@
 
 namespace softcd::demo {
 
-/// Draws a scene's surfaces on a checked floor under a sky, lit by one sun that casts shadows: the look of the
-/// pictures that softcd-demo writes.
+/// Draws a scene's surfaces on a checked floor under a sky, lit by one sun that casts soft shadows. Triangles with
+/// vertices that are not finite are left out.
 class SurfaceRenderer {
  public:
   SurfaceRenderer();
 
   /// Reads the nodes' positions.
   void update(const Scene& scene);
-  void draw(const OrbitCamera& camera, const Viewport& viewport) const;
+  /// `wire` draws the edges of all triangles, not only of those surfaces that want it.
+  void draw(const OrbitCamera& camera, const Viewport& viewport, bool wire) const;
 
  private:
   /// Of one of the two sides each, so that front and back have colours of their own.
   struct Vertex {
     Vec3f position, normal, front, back;
+    float has_edges_drawn;  ///< 0 or 1
   };
 
   void append(const Surface& surface);
@@ -28,8 +30,8 @@ class SurfaceRenderer {
   GlMesh mesh_, screen_;
   GlDepthMap shadows_;
   std::vector<Vertex> vertices_;
-  Matrix4 light_{};         ///< from the scene to the shadow map
-  double light_depth_ = 1;  ///< length of the shadow map's depth, in the scene's unit
+  Matrix4 light_{};               ///< from the scene to the shadow map
+  Vec3d light_size_ = {1, 1, 1};  ///< of the shadow map's box, in the scene's unit
   double floor_height_ = 0;
 };
 

@@ -43,9 +43,7 @@ class Viewer {
       advance();
       draw();
       if (is_last) {
-        if (options_.take_screenshot) {
-          options_.take_screenshot(window_.width(), window_.height(), window_.read_pixels());
-        }
+        if (options_.take_screenshot) options_.take_screenshot(read_pixels(window_.width(), window_.height()));
         window_.close();
       }
       window_.end_frame();
@@ -156,7 +154,7 @@ class Viewer {
     }
     update_overlays();
     const Viewport view = viewport();
-    surface_renderer_.draw(camera_, view);
+    surface_renderer_.draw(camera_, view, panel_.overlays.wire);
     overlay_renderer_.draw(camera_, view.aspect());
     if (panel_.is_visible) draw_panel(session_, grid_.get(), panel_);
     window_.draw_panels();

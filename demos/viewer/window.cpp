@@ -88,19 +88,6 @@ void Window::draw_panels() {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-std::vector<std::uint8_t> Window::read_pixels() const {
-  const auto row = 3 * static_cast<std::size_t>(width_);
-  const auto rows = static_cast<std::size_t>(height_);
-  std::vector<std::uint8_t> upside_down(row * rows);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
-  std::vector<std::uint8_t> pixels(upside_down.size());
-  for (std::size_t y = 0; y < rows; ++y) {
-    std::copy_n(upside_down.data() + y * row, row, pixels.data() + (rows - 1 - y) * row);
-  }
-  return pixels;
-}
-
 void Window::end_frame() {
   glfwSwapBuffers(window_);
 }

@@ -29,8 +29,6 @@ class Window {
   const std::vector<int>& pressed_keys() const { return pressed_keys_; }
   /// Draws Dear ImGui's windows over what has been drawn.
   void draw_panels();
-  /// Rows from top to bottom, 8-bit RGB, of what has been drawn in this frame.
-  std::vector<std::uint8_t> read_pixels() const;
   void end_frame();
 
  private:

@@ -34,7 +34,7 @@ class Demo : public testing::Test {
  protected:
   /// Small, quick and on the CPU.
   Result run(const std::string& arguments) const {
-    const std::string always = " --backend cpu --steps 8 --picture " + folder_.file("picture.png");
+    const std::string always = " --backend cpu --steps 8 --picture-size 64x40 --picture " + folder_.file("picture.png");
     return run_program(SOFTCD_DEMO, arguments + always, folder_);
   }
 
@@ -130,9 +130,9 @@ TEST_F(Demo, hands_frames_to_ffmpeg) {
   std::filesystem::permissions(folder_.file("ffmpeg"), std::filesystem::perms::owner_all);
   const SearchPath path(folder_.file("") + ":" + std::getenv("PATH"));
   run_well("two-cloths --size 12 --record \"" + folder_.file("it's.mp4") + "\"");
-  EXPECT_THAT(folder_.read("arguments"), HasSubstr("-video_size 1280x800 -framerate 30"));
+  EXPECT_THAT(folder_.read("arguments"), HasSubstr("-video_size 64x40 -framerate 30"));
   EXPECT_THAT(folder_.read("arguments"), HasSubstr("file:" + folder_.file("it's.mp4")));
-  EXPECT_EQ(folder_.read("frames").size(), 2U * 1280 * 800 * 3);
+  EXPECT_EQ(folder_.read("frames").size(), 2U * 64 * 40 * 3);
 
   folder_.write("ffmpeg", "#!/bin/sh\nexit 3\n");
   const Result result = run("two-cloths --size 12 --record " + folder_.file("video.mp4"));
@@ -148,6 +148,35 @@ TEST_F(Demo, says_that_ffmpeg_is_missing) {
   EXPECT_THAT(result.output, IsEmpty());
 }
 
+// EGL is told of no driver.
+TEST_F(Demo, simulates_where_no_picture_can_be_drawn) {
+  const std::string without = "cd '" + folder_.file("") +
+                              "' && __EGL_VENDOR_LIBRARY_FILENAMES=/dev/null '" SOFTCD_DEMO
+                              "' two-cloths --size 8 --backend cpu --steps 2 ";
+  const Result result = run_shell(without, folder_);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("2 steps in"));
+  EXPECT_THAT(result.output, HasSubstr("no pictures can be drawn: "));
+  EXPECT_FALSE(has("softcd-demo.png"));
+  for (const char* asked_for : {"--picture a.png", "--record frames"}) {
+    const Result refused = run_shell(without + asked_for, folder_);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.output, IsEmpty());
+    EXPECT_THAT(refused.errors, HasSubstr("no pictures can be drawn: "));
+  }
+}
+
+// `script` gives the program a terminal.
+TEST_F(Demo, tells_people_at_a_terminal_how_long_it_takes) {
+  const Result result = run_shell("script -qec \"'" SOFTCD_DEMO
+                                  "' two-cloths --size 8 --backend cpu --steps 3 --picture-size 64x40 --picture " +
+                                      folder_.file("picture.png") + "\" /dev/null",
+                                  folder_);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("step 1 of 3, "));
+  EXPECT_THAT(result.output, HasSubstr("step 3 of 3, 0 s left"));
+}
+
 TEST_F(Demo, refuses_command_lines) {
   const auto expect_refused = [this](const std::string& arguments, const std::string& problem) {
     test::expect_refused(SOFTCD_DEMO, arguments, folder_, problem);
@@ -160,6 +189,10 @@ TEST_F(Demo, refuses_command_lines) {
   expect_refused("two-cloths --size paper", "two-cloths is not in the paper");
   expect_refused("two-cloths --edges report", "'report' is not one of off, respond");
   expect_refused("two-cloths --frame-steps 0", "--frame-steps");
+  expect_refused("two-cloths --picture-size 640", "'640' is not WIDTHxHEIGHT with numbers from 16 to 8192");
+  expect_refused("two-cloths --picture-size 640x", "'640x' is not WIDTHxHEIGHT");
+  expect_refused("two-cloths --picture-size 8x8193", "'8x8193' is not WIDTHxHEIGHT");
+  expect_refused("two-cloths --overlays wire,cells", "cells, children and picked-cell need --view");
   expect_refused("two-cloths --steps 8 --export-step 9 folder", "9 is not a step from 1 to 8");
   expect_refused("two-cloths --export-step 0 folder", "0 is not a step from 1 to");
   expect_refused("two-cloths --export-step 5", "--export-step");
