@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# Makes the pictures of README and docs/scenes.md, and videos of the scenes.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: docs/pictures/make.sh pictures [SCENE...]      docs/pictures/SCENE.png, as the scene ends
+       docs/pictures/make.sh videos [SCENE...]        build/videos/SCENE.mp4, 1280 x 720, 30 frames a second
+       docs/pictures/make.sh comparisons [SCENE...]   build/videos/SCENE-comparison.mp4: Bullet's own detection on the
+                                                      left, softcd on the right, the same scene
+       docs/pictures/make.sh animation                docs/pictures/comparison.webp, README's: the comparison of reef-knot
+
+Without SCENE: all of them. Builds softcd-demo, and installs ffmpeg where it is missing. Minutes for a scene on two cores.
+
+  SOFTCD_DEMO_ARGS   more arguments for softcd-demo, such as "--size paper"
+TEXT
+}
+
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+demo=build/release/demos/demo/softcd-demo
+videos=build/videos
+
+# Steps of 1/120 s: until there is most to see.
+steps_of() {
+  case $1 in
+    flamenco) echo 360 ;;
+    two-cloths | stack | mixed-sizes-cloth) echo 400 ;;
+    funnel | n-body | folding-cloth | mixed-sizes-balls) echo 480 ;;
+    *) echo 600 ;;
+  esac
+}
+
+simulate() {
+  local scene=$1
+  shift
+  # shellcheck disable=SC2086  # several arguments in one variable
+  "$demo" "$scene" --steps "$(steps_of "$scene")" ${SOFTCD_DEMO_ARGS:-} "$@"
+}
+
+# Bullet's own detection does not come to an end of tearing.
+list_scenes() { "$demo" --list | grep -v '^ ' | if [ "$kind" = comparison ]; then grep -vx tearing; else cat; fi; }
+
+run_ffmpeg() { ffmpeg -y -loglevel error "$@"; }
+
+# A palette of 128 colours, which smooth shading survives without dots, makes a file of a sixth.
+make_picture() {
+  simulate "$1" --picture "$videos/$1.png"
+  run_ffmpeg -i "$videos/$1.png" -update 1 -frames:v 1 \
+    -vf "scale=960:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=128[p];[b][p]paletteuse=dither=none" \
+    "docs/pictures/$1.png"
+}
+
+make_video() { simulate "$1" --picture "$videos/$1.png" --record "$videos/$1.mp4"; }
+
+# Frames of half the width, side by side, with words that a phone shows legibly.
+make_comparison() {
+  local collision
+  for collision in bullet softcd; do
+    simulate "$1" --collision "$collision" --picture-size 640x480 --picture "$videos/$1-$collision.png" \
+      --record "$videos/$1-$collision.mp4"
+  done
+  local text="fontsize=34:fontcolor=black:box=1:boxcolor=white@0.75:boxborderw=10:x=16:y=16"
+  run_ffmpeg -i "$videos/$1-bullet.mp4" -i "$videos/$1-softcd.mp4" -filter_complex \
+    "[0]drawtext=text=Bullet:${text}[a];[1]drawtext=text=Bullet with softcd:${text}[b];[a][b]hstack" \
+    "$videos/$1-comparison.mp4"
+}
+
+make_animation() {
+  make_comparison reef-knot
+  run_ffmpeg -i "$videos/reef-knot-comparison.mp4" -vf "fps=15,scale=960:-1:flags=lanczos" -loop 0 -quality 60 \
+    docs/pictures/comparison.webp
+}
+
+case "${1:-}" in
+  -h | --help) usage && exit 0 ;;
+  pictures | videos | comparisons | animation) kind=${1%s} && shift ;;
+  *) usage >&2 && exit 2 ;;
+esac
+
+cmake/setup.sh ffmpeg fonts-dejavu-core
+cmake/build.sh softcd_demo
+mkdir -p "$videos"
+if [ "$kind" = animation ]; then make_animation && exit; fi
+scenes=("$@")
+if [ $# = 0 ]; then mapfile -t scenes < <(list_scenes); fi
+for scene in "${scenes[@]}"; do "make_$kind" "$scene"; done
