@@ -292,6 +292,7 @@ class CpuBackend {
     contacts_ = contacts.data();
   }
 
+  void* mark_end() { return nullptr; }
   Counters finish() {
     task_.wait();
     end_part();

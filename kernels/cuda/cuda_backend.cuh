@@ -66,6 +66,7 @@ class CudaBackend {
     std::array<Launched, kLaunchPartCount> launched;
     PinnedBuffer<Contact> contacts;
     const Contact* found = nullptr;  ///< there, or on the device
+    std::optional<Event> end;        ///< of what was enqueued last
   };
 
   template <class T>
@@ -384,6 +385,18 @@ class CudaBackend {
       cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(
           count, contacts.data(), session_->contacts.data());
     });
+  }
+
+  /// What is enqueued from now on comes after a cudaEvent_t.
+  void wait_for(void* event) {
+    check_cuda(cudaStreamWaitEvent(stream_, static_cast<cudaEvent_t>(event), 0), "waiting for positions");
+  }
+
+  /// An event after all that was enqueued.
+  void* mark_end() {
+    if (!session_->end) session_->end.emplace(cudaEventDisableTiming);
+    check_cuda(cudaEventRecord(session_->end->get(), stream_), "marking the end of a detection");
+    return session_->end->get();
   }
 
   Counters finish() {

@@ -68,6 +68,7 @@ class DetectorOnDevice final : public Detector {
     const DeviceGuard guard(device_);
     detector_->start(static_cast<QueryOnDevice&>(query).query(), bodies, settings);
   }
+  StayingContacts staying() const override { return detector_->staying(); }
   Span<const Contact> finish(Statistics& statistics) override {
     const DeviceGuard guard(device_);
     return detector_->finish(statistics);

@@ -46,6 +46,22 @@ __global__ void __launch_bounds__(kBlockSize)
   surveys[blockIdx.x] = survey;
 }
 
+/// One block, after survey_vertices: whether all runs are as foreseen. All arrays are the host's.
+__global__ void __launch_bounds__(kBlockSize) judge_surveys(const StepSurvey* surveys, const StepSurvey* foreseen,
+                                                            std::uint32_t runs, Foreseen scene, std::uint32_t* is_so) {
+  using Reduce = cub::BlockReduce<StepSurvey, kBlockSize>;
+  __shared__ typename Reduce::TempStorage shared;
+  StepSurvey all;
+  bool are_within = true;
+  for (std::uint32_t run = threadIdx.x; run < runs; run += kBlockSize) {
+    are_within = are_within && is_within(surveys[run], foreseen[run]);
+    all.merge(surveys[run]);
+  }
+  const bool are_all_within = __syncthreads_and(are_within ? 1 : 0) != 0;
+  all = Reduce(shared).Reduce(all, Merge{});
+  if (threadIdx.x == 0) *is_so = are_all_within && is_as_foreseen(all, scene) ? 1U : 0U;
+}
+
 /// On one device, whichever is the calling thread's current one.
 class CudaPositionReader final : public DevicePositionReader {
  public:
@@ -77,14 +93,30 @@ class CudaPositionReader final : public DevicePositionReader {
 
   Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) override {
     const DeviceGuard guard(device_);
-    on_device_->vertices.reserve(vertices.size());
-    on_device_->surveys.reserve(vertices.size());
-    std::copy(vertices.begin(), vertices.end(), on_device_->vertices.data());
-    survey_vertices<<<static_cast<unsigned>(vertices.size()), kBlockSize, 0, stream()>>>(
-        on_device_->vertices.data(), origin, needs_t0, on_device_->surveys.data());
+    enqueue_survey(vertices, origin, needs_t0);
+    return seen();
+  }
+
+  ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen, const Foreseen& scene,
+                       bool needs_t0) override {
+    const DeviceGuard guard(device_);
+    enqueue_survey(vertices, scene.origin, needs_t0);
+    OnDevice& on_device = *on_device_;
+    on_device.foreseen.reserve(foreseen.size());
+    on_device.is_so.reserve(1);
+    std::copy(foreseen.begin(), foreseen.end(), on_device.foreseen.data());
+    judge_surveys<<<1, kBlockSize, 0, stream()>>>(on_device.surveys.data(), on_device.foreseen.data(),
+                                                  static_cast<std::uint32_t>(foreseen.size()), scene,
+                                                  on_device.is_so.data());
     check_cuda(cudaGetLastError(), "looking at positions");
-    check_cuda(cudaStreamSynchronize(stream()), "looking at positions");
-    return {on_device_->surveys.data(), vertices.size()};
+    check_cuda(cudaEventRecord(on_device.has_looked.get(), stream()), "looking at positions");
+    return {on_device.is_so.data(), on_device.has_looked.get()};
+  }
+
+  Span<const StepSurvey> seen() override {
+    const DeviceGuard guard(device_);
+    finish_looking();
+    return {on_device_->surveys.data(), on_device_->survey_count};
   }
 
   void copy(const GivenPositions& from, std::uint64_t count, void* to) override {
@@ -102,7 +134,31 @@ class CudaPositionReader final : public DevicePositionReader {
     Stream stream{cudaStreamDefault};
     PinnedBuffer<SurveyedVertices> vertices;
     PinnedBuffer<StepSurvey> surveys;
+    std::uint64_t survey_count = 0;
+    PinnedBuffer<StepSurvey> foreseen;
+    PinnedBuffer<std::uint32_t> is_so;
+    Event has_looked{cudaEventDisableTiming};
+    bool is_looking = false;  ///< the arrays are in use
   };
+
+  void enqueue_survey(Span<const SurveyedVertices> vertices, const Vec3d& origin, bool needs_t0) {
+    OnDevice& on_device = *on_device_;
+    finish_looking();
+    on_device.vertices.reserve(vertices.size());
+    on_device.surveys.reserve(vertices.size());
+    on_device.survey_count = vertices.size();
+    std::copy(vertices.begin(), vertices.end(), on_device.vertices.data());
+    on_device.is_looking = true;
+    survey_vertices<<<static_cast<unsigned>(vertices.size()), kBlockSize, 0, stream()>>>(
+        on_device.vertices.data(), origin, needs_t0, on_device.surveys.data());
+    check_cuda(cudaGetLastError(), "looking at positions");
+  }
+
+  void finish_looking() {
+    if (!on_device_->is_looking) return;
+    check_cuda(cudaStreamSynchronize(stream()), "looking at positions");
+    on_device_->is_looking = false;
+  }
 
   cudaStream_t stream() const { return on_device_->stream.get(); }
 

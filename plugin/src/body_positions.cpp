@@ -18,12 +18,6 @@ void move_end(Vec3d from, Vec3d to, const std::vector<Vec3d>& full, std::size_t 
   }
 }
 
-double origin_of(double lo, double hi) {
-  const auto centre = static_cast<double>(static_cast<float>(0.5 * (lo + hi)));
-  const bool is_far = centre > 0 ? lo >= 0.5 * centre && hi <= 2 * centre : hi <= 0.5 * centre && lo >= 2 * centre;
-  return is_far ? centre : 0.0;
-}
-
 }  // namespace
 
 void BodyPositions::set(const Positions& x_t0, const Positions& x_t1) {
@@ -129,10 +123,6 @@ void BodyPositions::place_t0(Vec3d origin, std::size_t count, PositionArrays out
     if (!full_t0_.empty()) survey_rounding<double>(x_t0, origin, survey_.t0);
     out.x_t0[i] = placed(x_t0, origin);
   }
-}
-
-Vec3d origin_of(const Extent& scene) {
-  return {origin_of(scene.lo.x, scene.hi.x), origin_of(scene.lo.y, scene.hi.y), origin_of(scene.lo.z, scene.hi.z)};
 }
 
 }  // namespace softcd

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "softcd/mesh/given_positions.hpp"
+#include "softcd/mesh/foreseen_positions.hpp"
 #include "softcd/positions.hpp"
 
 namespace softcd {
@@ -73,11 +73,5 @@ class BodyPositions {
   bool have_two_ends_ = false;  ///< not one and the same array
   bool is_t0_placed_ = false;
 };
-
-/// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only
-/// where the scene is at least as far from the origin as it is wide: the difference of two numbers within a factor of
-/// two of each other is exact (Sterbenz 1974), so that float32 positions stay as they are, shifted or not, and can be
-/// told from what they were shifted to.
-Vec3d origin_of(const Extent& scene);
 
 }  // namespace softcd

@@ -97,7 +97,10 @@ class Selection {
 }  // namespace
 
 const PairSelection& PairSelector::select(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
-                                          const PairFilter& filter) {
+                                          const PairFilter& filter, std::uint64_t bodies_number) {
+  if (!filter && bodies_number != 0 && bodies_number == selected_of_ && selecting == selected_by_) return selection_;
+  selected_of_ = 0;
+  ++selection_.number;
   selection_.pair_count = selection_.self_count = 0;
   selection_.vertex_triangle = selection_.edge_edge = false;
   pairs_.clear();
@@ -114,6 +117,8 @@ const PairSelection& PairSelector::select(const std::vector<Body>& bodies, Vec3d
     }
   }
   write_rows();
+  selected_of_ = filter ? 0 : bodies_number;
+  selected_by_ = selecting;
   return selection_;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "body.hpp"
@@ -17,8 +19,9 @@ struct PairSelection {
   std::uint64_t self_count = 0;
   bool vertex_triangle = false;  ///< some pair wants these features
   bool edge_edge = false;
+  std::uint64_t number = 0;  ///< of the selector's
 
-  SceneBodies view() const { return {bodies, partner_begin, partners}; }
+  SceneBodies view() const { return {bodies, partner_begin, partners, number}; }
 };
 
 /// What a detection takes of bodies.
@@ -33,21 +36,33 @@ struct Selecting {
   float distance_factor = 1.0F;  ///< times all of that
   Features features;
   std::uint64_t changed_since = 0;  ///< a body of each pair, see Body::last_change
+
+  friend bool operator==(const Selecting& a, const Selecting& b) {
+    const auto values = [](const Selecting& s) {
+      return std::tie(s.t0, s.t1, s.covers_rounding_t0, s.covers_rounding_t1, s.margins, s.neighbour_filters,
+                      s.motion_margin, s.distance_factor, s.features.vertex_triangle, s.features.edge_edge,
+                      s.changed_since);
+    };
+    return values(a) == values(b);
+  }
 };
 
 /// Chooses pairs for one detection after another. Memory, and what is known of where bodies are, serves the next.
 class PairSelector {
  public:
   /// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are
-  /// relative to `origin`, as positions are. Valid until the next call.
+  /// relative to `origin`, as positions are. Valid until the next call. Without a filter those of the last call are
+  /// selected again where all is the same but for what bodies have the same `bodies_number`, which is not 0.
   const PairSelection& select(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
-                              const PairFilter& filter);
+                              const PairFilter& filter, std::uint64_t bodies_number = 0);
 
  private:
   void survey_bodies(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting);
   void write_rows();
 
   PairSelection selection_;
+  Selecting selected_by_;
+  std::uint64_t selected_of_ = 0;       ///< the number of bodies, where they had one, and there was no filter
   std::vector<Box> boxes_;              ///< of all bodies, empty where they are nowhere
   std::vector<std::uint32_t> batches_;  ///< empty where there is one
   BoxPairs box_pairs_;

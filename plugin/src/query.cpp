@@ -20,6 +20,10 @@ DeviceContacts Ticket::wait_on_device() {
   if (query_ == nullptr) throw Error("this Ticket was moved from; wait for the one that it was moved to.");
   return query_->wait_on_device(number_);
 }
+PendingContacts Ticket::on_device() {
+  if (query_ == nullptr) throw Error("this Ticket was moved from; ask the one that it was moved to.");
+  return query_->on_device(number_);
+}
 
 Query::Query(Scene& scene, const QueryOptions& options)
     : core_(guarded([] { return detail::kNoMemoryAtAll; },

@@ -62,6 +62,7 @@ SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFacto
 }
 
 BodyId SceneCore::add_body(const BodyDesc& desc) {
+  finish_foreseen();
   const BodyId id = store_.next_id();
   validate_mesh(id, desc);
   validate_rank(id, desc);
@@ -121,6 +122,7 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
 }
 
 void SceneCore::set_ignored_pairs(Span<const BodyPair> pairs) {
+  finish_foreseen();
   for (const BodyPair& pair : pairs) {
     find(pair.a);
     find(pair.b);
@@ -185,7 +187,9 @@ void SceneCore::validate_rank(BodyId id, const BodyDesc& desc) const {
       fmt::format("body {}: rank is {}; ranks count from 0 to {}, and -1 is all.", id.value, desc.rank, size - 1));
 }
 
+/// For who changes it.
 Body& SceneCore::find(BodyId id) {
+  finish_foreseen();
   Body* const body = store_.find(id);
   if (body == nullptr) {
     throw InvalidInput(fmt::format("body {} is not in the scene; it was removed, or never added.", id.value));
@@ -217,6 +221,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
   try {
     start_detector(query, detection, pairs);
   } catch (...) {
+    store_.doubt_foreseen();
     if (ranks_ == nullptr) {
       query.detection_.reset();
       throw;
@@ -241,11 +246,29 @@ void SceneCore::meet_ranks(const QueryOptions& options, Pairs pairs) {
 
 void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs) {
   guarded_in_memory(
-      query.statistics_, [&] { return preparation_problem(); }, [&] { prepare(query, detection, pairs); });
+      query.statistics_, [&] { return preparation_problem(); },
+      [&] { prepare(query, detection, pairs, may_foresee(query, pairs)); });
   if (!detection.has_work) return;
   guarded_in_memory(
       query.statistics_, [&] { return detection_problem(); },
-      [&] { detector_->start(store_, query.free_memories(), detection.input); });
+      [&] {
+        detector_->start(store_, query.free_memories(), detection.input);
+        if (query.options_.contacts_on_device) detection.staying = detector_->staying();
+      });
+}
+
+/// Waits for the detection that was started. Where it is on foreseen positions, and these are not so, it is repeated.
+void SceneCore::finish_detector(QueryCore& query, PendingDetection& detection, Statistics& found) {
+  detection.contacts = detector_->finish(found);
+  if (store_.has_foreseen() && !judge_foreseen()) {
+    prepare(query, detection, Pairs::all, /*may_foresee=*/false);
+    detection.contacts = {};
+    detection.staying = {};
+    if (!detection.has_work) return;
+    detector_->start(store_, query.free_memories(), detection.input);
+    detection.contacts = detector_->finish(found);
+  }
+  if (query.options_.contacts_on_device) detection.staying = detector_->staying();
 }
 
 void SceneCore::conclude(PendingDetection& detection) {
@@ -263,18 +286,23 @@ std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
                  [&] { return ranks_->gather(contacts); });
 }
 
+/// Whether a detection may be repeated with no one noticing.
+bool SceneCore::may_foresee(const QueryCore& query, Pairs pairs) const {
+  return options_.backend == Backend::cuda && ranks_ == nullptr && pairs == Pairs::all && !query.filter_;
+}
+
 /// Everything that a detection needs, but for the detector's start.
-void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs) {
+void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee) {
   const QueryOptions& options = query.options_;
-  settle(looked_at_by(options));
+  settle(looked_at_by(options), may_foresee);
   warn_of_strays();
   const std::vector<Body>& bodies = store_.bodies();
   const SceneSize size = count_elements(detection.statistics);
   const bool moves = something_moves(options, bodies);
   const std::uint64_t changed_since = pairs == Pairs::changed ? query.last_change_ : 0;
   if (options.neighbour_filters) require_rest_positions();
-  const PairSelection& selected =
-      query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since), pair_filter(query));
+  const PairSelection& selected = query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since),
+                                                      pair_filter(query), store_.selection_number());
   detection.decisions = {
       size.bodies, selected.pair_count,          selected.self_count, selected.vertex_triangle, selected.edge_edge,
       moves,       size.bodies_without_positions};
@@ -307,13 +335,25 @@ void SceneCore::require_rest_positions() const {
   }
 }
 
-void SceneCore::settle(const LookedAt& by_next) {
+/// Throws BackendError where f, which reads positions on the device, throws DeviceError.
+template <class F>
+auto SceneCore::reading(const F& f) {
   try {
-    DevicePositionReader* const reader = store_.has_positions_on_device() ? &detector_->position_reader() : nullptr;
-    store_.settle(looked_at(), by_next, reader);
+    return f();
   } catch (const DeviceError& error) {
     throw BackendError(fmt::format("{}. Positions in a device's memory could not be read.", error.what()));
   }
+}
+
+void SceneCore::settle(const LookedAt& by_next, bool may_foresee) {
+  reading([&] {
+    DevicePositionReader* const reader = store_.has_positions_on_device() ? &detector_->position_reader() : nullptr;
+    store_.settle(looked_at(), by_next, reader, may_foresee);
+  });
+}
+
+bool SceneCore::judge_foreseen() {
+  return reading([&] { return store_.judge_foreseen(detector_->position_reader()); });
 }
 
 void SceneCore::answer(ProbeCore& probe, bool wants_sides, const Questions& ask) {
@@ -330,7 +370,7 @@ void SceneCore::answer(ProbeCore& probe, bool wants_sides, const Questions& ask)
 
 ProbedScene SceneCore::probed_scene(ProbeCore& probe, bool wants_sides) {
   const bool at_t0 = probe.options_.step_end == StepEnd::t0;
-  settle(probe.looked_at());
+  settle(probe.looked_at(), /*may_foresee=*/false);
   warn_of_strays();
   if (wants_sides) store_.find_closed_surfaces();
   probe.bodies_.clear();
@@ -391,14 +431,21 @@ void SceneCore::finish_running() noexcept {
   try {
     Statistics found = detection.statistics;
     guarded_in_memory(
-        query.statistics_, [&] { return detection_problem(); }, [&] { detection.contacts = detector_->finish(found); });
+        query.statistics_, [&] { return detection_problem(); }, [&] { finish_detector(query, detection, found); });
     detection.tests = detector_->test_samples();
     found.ms.transfer += detection.statistics.ms.transfer;
     found.ms.total += detection.statistics.ms.total;
     detection.statistics = found;
   } catch (...) {
+    store_.doubt_foreseen();
     detection.problem = std::current_exception();
   }
+}
+
+/// Where the detection that runs has to be repeated if its positions are not as foreseen, which takes everything as it
+/// was.
+void SceneCore::finish_foreseen() noexcept {
+  if (store_.has_foreseen()) finish_running();
 }
 
 void SceneCore::drop_detections() noexcept {
@@ -465,6 +512,7 @@ void SceneCore::log(LogLevel level, std::string_view message) const {
 QueryCore::QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options)
     : scene_(std::move(scene)), options_(options) {
   validate_options(options);
+  scene_->finish_foreseen();
   scene_->enter(*this);
 }
 
@@ -481,6 +529,7 @@ void QueryCore::close() noexcept {
 /// Nobody is interested in the query's detection, or its failure, any more.
 void QueryCore::end() noexcept {
   if (scene_->is_running(*this)) scene_->finish_running();
+  scene_->finish_foreseen();
   detection_.reset();
 }
 
@@ -499,19 +548,33 @@ Span<const Contact> QueryCore::wait(std::uint64_t number) {
   if (options_.contacts_on_device) {
     throw Error("a Ticket's contacts are on the device; use wait_on_device(), or a Query without contacts_on_device.");
   }
-  return finished(number);
+  return finished(number).contacts;
 }
 
 DeviceContacts QueryCore::wait_on_device(std::uint64_t number) {
-  if (!options_.contacts_on_device) {
-    throw Error("a Ticket's contacts are on the host; use wait(), or a Query with contacts_on_device.");
-  }
-  const Span<const Contact> contacts = finished(number);
-  return {contacts.data(), contacts.size(), scene_->cuda_device()};
+  require_contacts_on_device();
+  const PendingDetection found = finished(number);
+  return {found.contacts.data(), found.contacts.size(), scene_->cuda_device(), found.staying.body_begin,
+          found.staying.body_ids};
 }
 
-/// The contacts of the detection, once.
-Span<const Contact> QueryCore::finished(std::uint64_t number) {
+PendingContacts QueryCore::on_device(std::uint64_t number) {
+  require_contacts_on_device();
+  require_unread(number);
+  if (scene_->is_running(*this) && detection_->staying.counts == nullptr) scene_->finish_running();
+  if (detection_->problem) std::rethrow_exception(detection_->problem);
+  const StayingContacts& found = detection_->staying;
+  return {found.data,     found.capacity, found.counts,         found.body_begin,
+          found.body_ids, found.ready,    scene_->cuda_device()};
+}
+
+void QueryCore::require_contacts_on_device() const {
+  if (options_.contacts_on_device) return;
+  throw Error("a Ticket's contacts are on the host; use wait(), or a Query with contacts_on_device.");
+}
+
+/// Throws where nothing is known, or any more, of the detection.
+void QueryCore::require_unread(std::uint64_t number) const {
   if (is_closed_) throw Error("a Ticket was waited for, but its Query is gone.");
   if (number != last_number_) {
     throw Error("a Ticket was waited for, but its Query has started another detection since; wait for each before.");
@@ -520,6 +583,11 @@ Span<const Contact> QueryCore::finished(std::uint64_t number) {
   if (!detection_) {
     throw Error("a Ticket was waited for, but was before, or options were set that have ended its detection.");
   }
+}
+
+/// The detection, once.
+PendingDetection QueryCore::finished(std::uint64_t number) {
+  require_unread(number);
   if (scene_->is_running(*this)) scene_->finish_running();
   PendingDetection detection = *std::exchange(detection_, std::nullopt);
   scene_->conclude(detection);
@@ -527,7 +595,7 @@ Span<const Contact> QueryCore::finished(std::uint64_t number) {
   decisions_ = detection.decisions;
   has_contacts_ = true;
   contacts_ = detection.contacts;
-  return contacts_;
+  return detection;
 }
 
 std::vector<Contact> QueryCore::gather_contacts() {
@@ -539,7 +607,13 @@ std::vector<Contact> QueryCore::gather_contacts() {
   return scene_->gather(contacts_);
 }
 
+void QueryCore::set_pair_filter(PairFilter filter) {
+  scene_->finish_foreseen();
+  filter_ = std::move(filter);
+}
+
 void QueryCore::set_only_pairs(Span<const BodyPair> pairs) {
+  scene_->finish_foreseen();
   guarded([] { return kNoMemoryForPairs; }, [&] { only_pairs_ = BodyPairList(pairs); });
 }
 

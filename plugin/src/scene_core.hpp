@@ -32,7 +32,8 @@ struct PendingDetection {
   Decisions decisions;
   bool has_work = false;  ///< of the detector's
   Span<const Contact> contacts;
-  TestSamples tests;  ///< where it was one rank's
+  StayingContacts staying;  ///< where they do
+  TestSamples tests;        ///< where it was one rank's
   std::exception_ptr problem;
 };
 
@@ -48,12 +49,13 @@ class QueryCore {
   std::uint64_t start(Pairs pairs);
   Span<const Contact> wait(std::uint64_t number);
   DeviceContacts wait_on_device(std::uint64_t number);
+  PendingContacts on_device(std::uint64_t number);
   /// Its query is gone.
   void close() noexcept;
 
   void set_options(const QueryOptions& options);
   const QueryOptions& options() const { return options_; }
-  void set_pair_filter(PairFilter filter) { filter_ = std::move(filter); }
+  void set_pair_filter(PairFilter filter);
   void set_only_pairs(Span<const BodyPair> pairs);
   std::shared_ptr<const void> hold_contacts();
   std::vector<Contact> gather_contacts();
@@ -64,7 +66,9 @@ class QueryCore {
   friend class SceneCore;
 
   void end() noexcept;
-  Span<const Contact> finished(std::uint64_t number);
+  void require_contacts_on_device() const;
+  void require_unread(std::uint64_t number) const;
+  PendingDetection finished(std::uint64_t number);
   QueryMemories& free_memories();
 
   std::shared_ptr<SceneCore> scene_;
@@ -113,6 +117,8 @@ class SceneCore {
   bool is_running(const QueryCore& query) const { return running_ == &query; }
   /// Waits for the detection that runs, if any; its query has its contacts, or what went wrong, then.
   void finish_running() noexcept;
+  /// The same where what changes the scene, or a query, may change what it finds.
+  void finish_foreseen() noexcept;
   /// Those that were not waited for.
   void drop_detections() noexcept;
   /// Ends what runs; there are no further detections.
@@ -138,8 +144,13 @@ class SceneCore {
   void start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs);
   std::unique_ptr<SelectedDetector> detector_for(const SceneOptions& options, DetectorFactories factories);
   void use(std::unique_ptr<SelectedDetector> detector);
-  void settle(const LookedAt& by_next);
-  void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs);
+  void finish_detector(QueryCore& query, PendingDetection& detection, Statistics& found);
+  template <class F>
+  static auto reading(const F& f);
+  void settle(const LookedAt& by_next, bool may_foresee);
+  bool judge_foreseen();
+  bool may_foresee(const QueryCore& query, Pairs pairs) const;
+  void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee);
   ProbedScene probed_scene(ProbeCore& probe, bool wants_sides);
   PairFilter pair_filter(const QueryCore& query) const;
   void require_rest_positions() const;

@@ -47,7 +47,13 @@ Extent SceneStore::extent(bool t0) const {
 /// Reads what was set, once, unless the scene's origin moves. What is on the host cannot fail, and is read even where
 /// what is on a device does.
 void SceneStore::read_positions(const LookedAt& looked_at, DevicePositionReader* reader) {
+  selection_number_ = 0;
+  foreseen_bodies_.clear();
+  looked_at_ = looked_at;
   const bool needs_t0 = needs_t0_ = looked_at.needs_t0();
+  const bool are_new = std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) {
+    return body.positions.are_on_device() && body.positions.are_new();
+  });
   for (Body& body : bodies_) {
     if (body.positions.are_on_device()) continue;
     if (body.positions.are_new()) {
@@ -81,7 +87,82 @@ void SceneStore::read_positions(const LookedAt& looked_at, DevicePositionReader*
     for (Body& body : bodies_) body.positions.distrust_device();
     std::rethrow_exception(device_problem);
   }
-  if (reader != nullptr) take_strays_to_host(*reader);
+  if (reader == nullptr) return;
+  take_strays_to_host(*reader);
+  if (are_new) foresight_.learn(bodies_);
+}
+
+/// Floats alone are what they are wherever the origin is, and only what is new on a device has not been seen.
+bool SceneStore::can_foresee(const LookedAt& looked_at) const {
+  bool has_new = false;
+  for (const Body& body : bodies_) {
+    const BodyPositions& positions = body.positions;
+    if (lacks_t0(body)) return false;
+    if (!positions.are_new()) continue;
+    if (!positions.are_on_device() || positions.given_t1().is_double()) return false;
+    has_new = true;
+  }
+  return has_new && foresight_.is_known() && looked_at == looked_at_;
+}
+
+/// As read_positions(), but takes positions on the device to be where they are foreseen.
+void SceneStore::foresee(const LookedAt& looked_at, DevicePositionReader& reader) {
+  std::vector<Block> blocks;
+  std::vector<StepSurvey> foreseen;
+  std::vector<std::size_t> bodies;
+  Foreseen scene;
+  scene.origin = origin_;
+  scene.looks_at_t0 = looked_at.t0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    Body& body = bodies_[b];
+    if (!body.positions.are_set()) continue;
+    if (body.positions.are_new()) {
+      bodies.push_back(b);
+      append_blocks(body, blocks);
+      foreseen.resize(blocks.size(), foresight_.of(b));
+      scene.moves |= foresight_.of(b).moves;
+      wait_until_ready(body, reader);
+    } else {
+      scene.others.extend(body.positions.survey().t1.extent);
+      if (looked_at.t0) scene.others.extend(body.positions.survey().t0.extent);
+    }
+  }
+  verdict_ = reader.look(surveyed(blocks), foreseen, scene, needs_t0_);
+  foreseen_blocks_ = std::move(blocks);
+  for (const std::size_t b : bodies) {
+    bodies_[b].positions.set_survey(foresight_.of(b));
+    finish_reading(bodies_[b], origin_);
+  }
+  const bool is_same = foreseen_number_ == foresight_.number() && foreseen_bodies_ == bodies;
+  if (!is_same) ++last_selection_number_;
+  selection_number_ = last_selection_number_;
+  foreseen_number_ = foresight_.number();
+  foreseen_bodies_ = std::move(bodies);
+}
+
+bool SceneStore::judge_foreseen(DevicePositionReader& reader) {
+  try {
+    merge_surveys(foreseen_blocks_, reader.seen());
+  } catch (...) {
+    doubt_foreseen();
+    throw;
+  }
+  if (*verdict_.is_as_foreseen == 0) {
+    foresight_.fail();
+    doubt_foreseen();
+    return false;
+  }
+  foreseen_blocks_.clear();
+  verdict_ = {};
+  foresight_.confirm();
+  foresight_.learn(bodies_);
+  return true;
+}
+
+void SceneStore::doubt_foreseen() noexcept {
+  for (const Block& block : foreseen_blocks_) block.body->positions.distrust_device();
+  foreseen_blocks_.clear();
+  verdict_ = {};
 }
 
 /// Somebody looks at t0 who did not before.
@@ -155,18 +236,25 @@ void SceneStore::survey_device_bodies(DevicePositionReader& reader, Vec3d origin
   for (Body& body : bodies_) {
     if (!body.positions.are_on_device() || !is_concerned(body)) continue;
     append_blocks(body, blocks);
-    for (const Positions* const end : {&body.positions.given_t0(), &body.positions.given_t1()}) {
-      if (end->ready() != nullptr) reader.wait_for(end->ready());
-    }
+    wait_until_ready(body, reader);
   }
-  if (blocks.empty()) return;
+  if (!blocks.empty()) merge_surveys(blocks, reader.survey(surveyed(blocks), origin, needs_t0_));
+}
+
+void SceneStore::wait_until_ready(const Body& body, DevicePositionReader& reader) {
+  for (const Positions* const end : {&body.positions.given_t0(), &body.positions.given_t1()}) {
+    if (end->ready() != nullptr) reader.wait_for(end->ready());
+  }
+}
+
+std::vector<SurveyedVertices> SceneStore::surveyed(const std::vector<Block>& blocks) {
   std::vector<SurveyedVertices> vertices(blocks.size());
   std::transform(blocks.begin(), blocks.end(), vertices.begin(), [](const Block& block) {
     const BodyPositions& positions = block.body->positions;
     return SurveyedVertices{given(positions.given_t0()), given(positions.given_t1()), block.begin, block.end,
                             positions.have_two_ends()};
   });
-  merge_surveys(blocks, reader.survey(vertices, origin, needs_t0_));
+  return vertices;
 }
 
 void SceneStore::take_to_host(DevicePositionReader& reader) {

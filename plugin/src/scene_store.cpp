@@ -157,7 +157,7 @@ void SceneStore::remove_body(Body& body) {
 
 void SceneStore::set_positions(Body& body, const Positions& x_t0, const Positions& x_t1) {
   body.positions.set(x_t0, x_t1);
-  change(body);
+  body.last_change = ++last_change_;
 }
 
 Body* SceneStore::find(BodyId id) {
@@ -194,11 +194,16 @@ void SceneStore::resize(const Sizes& sizes) noexcept {
   for_each_array([&](auto& array, const Kind& kind) { array.resize(sizes.*kind.size); });
 }
 
-void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader) {
+void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader,
+                        bool may_foresee) {
   newly_left_out_.clear();
   lay_out();
   settle_changes();
-  read_positions(by_scene, reader);
+  if (may_foresee && reader != nullptr && can_foresee(by_scene)) {
+    foresee(by_scene, *reader);
+  } else {
+    read_positions(by_scene, reader);
+  }
   leave_out_strays(by_next);
   settle_neighbours();
   list_neighbours();
@@ -564,6 +569,7 @@ SceneChanges SceneStore::changes(bool all, bool with_t0) const {
     if (all || body.unsent.x_t1) append_end(changes.x_t1, changes.device_x_t1, body.positions.given_t1());
   }
   changes.origin = origin_;
+  changes.verdict = verdict_;
   const auto unsent = [&](const UnsentRanges& ranges, const std::vector<std::uint64_t>& features) {
     return all ? std::vector<Range>{{0, features.size()}} : ranges.within(features.size());
   };

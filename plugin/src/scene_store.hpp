@@ -4,6 +4,7 @@
 
 #include "body.hpp"
 #include "filter_store.hpp"
+#include "foresight.hpp"
 #include "host_array.hpp"
 #include "softcd/pipeline/detector.hpp"
 
@@ -17,6 +18,8 @@ struct LookedAt {
 
   bool needs_t0() const { return t0 || moves; }
   bool needs_t1() const { return t1 || moves; }
+
+  friend bool operator==(const LookedAt&, const LookedAt&) = default;
 };
 
 /// How many bodies, and elements of theirs.
@@ -58,8 +61,18 @@ class SceneStore {
   /// Brings the arrays up to date; nothing reads them meanwhile. How far away the scene is counts where any of its
   /// queries looks, where vertices are not finite where the next detection does. Whatever is thrown, the caller's
   /// memory is not needed afterwards, and the next call goes on. `reader` where there are positions on a device: they
-  /// are not in the arrays, but are among changes().
-  void settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader);
+  /// are not in the arrays, but are among changes(). Where it `may_foresee`, their surveys may be what was foreseen:
+  /// judge_foreseen() then has to follow before anything else is changed.
+  void settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader, bool may_foresee);
+  /// Whether the last settle() has foreseen what it did not wait for.
+  bool has_foreseen() const { return !foreseen_blocks_.empty(); }
+  /// Once a detector that was told changes() has finished: whether what it was told was so. Else the next settle()
+  /// looks anew. Throws what the reader does, as if it was not.
+  bool judge_foreseen(DevicePositionReader& reader);
+  /// As if it was not so.
+  void doubt_foreseen() noexcept;
+  /// Another one where pairs of bodies may be others than they were; 0 where that is not known.
+  std::uint64_t selection_number() const { return selection_number_; }
   /// Brings positions on a device into the arrays, as if they had been given on the host.
   void take_to_host(DevicePositionReader& reader);
   /// The bodies with vertices that are not finite, and were not said to be before the last settle().
@@ -106,7 +119,10 @@ class SceneStore {
   void resize(const Sizes& sizes) noexcept;
   void plan(Body& body, std::size_t vertices, std::size_t triangles, std::size_t edges);
   void replace(Body& body, const BodyDesc& desc);
-  void change(Body& body) { body.last_change = ++last_change_; }
+  void change(Body& body) {
+    body.last_change = ++last_change_;
+    foresight_.forget();
+  }
 
   void lay_out();
   bool has_to_move() const;
@@ -128,9 +144,13 @@ class SceneStore {
   PositionArrays positions_of(const Body& body);
   Extent extent(bool t0) const;
   void read_positions(const LookedAt& looked_at, DevicePositionReader* reader);
+  bool can_foresee(const LookedAt& looked_at) const;
+  void foresee(const LookedAt& looked_at, DevicePositionReader& reader);
   void read_new_positions(Vec3d origin, bool needs_t0);
   void read_in_parallel(Vec3d origin, bool needs_t0);
   static void append_blocks(Body& body, std::vector<Block>& blocks);
+  static void wait_until_ready(const Body& body, DevicePositionReader& reader);
+  static std::vector<SurveyedVertices> surveyed(const std::vector<Block>& blocks);
   static void merge_surveys(const std::vector<Block>& blocks, Span<const StepSurvey> surveys);
   bool lacks_t0(const Body& body) const;
   void finish_reading(Body& body, Vec3d origin);
@@ -156,6 +176,14 @@ class SceneStore {
   bool has_new_layout_ = false;
   Vec3d origin_{0, 0, 0};
   bool needs_t0_ = false;  ///< the queries did, when positions were read last
+  LookedAt looked_at_;     ///< by them
+  Foresight foresight_;
+  std::vector<Block> foreseen_blocks_;  ///< whose surveys are foreseen; bodies stay where they are meanwhile
+  ForeseenVerdict verdict_;             ///< on them
+  // Of the last settle() that has foreseen, while there is no other:
+  std::uint64_t foreseen_number_ = 0;         ///< of what was
+  std::vector<std::size_t> foreseen_bodies_;  ///< whose positions were
+  std::uint64_t selection_number_ = 0, last_selection_number_ = 0;
   HostArray<Vec3f> x_t0_, x_t1_;
   HostArray<Triangle> triangles_;
   HostArray<TriangleEdges> triangle_edges_;

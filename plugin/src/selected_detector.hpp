@@ -56,6 +56,8 @@ class SelectedDetector {
   void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
   /// `scene` is settled, and stays so until finish().
   void start(SceneStore& scene, QueryMemories& query, const DetectionInput& input);
+  /// Of the detection that was started last.
+  StayingContacts staying() const { return detector_in_use()->staying(); }
   /// Contacts stay valid until the next detection of the query, however long the detector lives.
   Span<const Contact> finish(Statistics& statistics);
   /// Asks about the settled scene, which `triangle_count` decides where. No detection runs.

@@ -55,6 +55,7 @@ class FaultyDevice final : public Detector {
     fault_.at(Failing::start);
     detector_->start(query, bodies, settings);
   }
+  StayingContacts staying() const override { return detector_->staying(); }
   Span<const Contact> finish(Statistics& statistics) override {
     const Span<const Contact> contacts = detector_->finish(statistics);
     fault_.at(Failing::finish);

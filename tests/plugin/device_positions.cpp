@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -29,7 +31,9 @@ class CopyingDevice final : public ForwardingDetector {
     SceneArrays mirrored = scene;
     mirrored.x_t0 = x_t0_;
     mirrored.x_t1 = x_t1_;
-    ForwardingDetector::set_scene(mirrored, {});
+    SceneChanges none;
+    none.verdict = changes.verdict;
+    ForwardingDetector::set_scene(mirrored, none);
   }
 
  private:
@@ -55,10 +59,15 @@ class CopyingDevice final : public ForwardingDetector {
   std::vector<Vec3f> x_t0_, x_t1_;
 };
 
+/// At positions that were foreseen.
+struct Looks {
+  int all = 0, in_vain = 0;
+};
+
 /// Reads the host's memory as if it were a device's, and fails when told to.
 class HostReader final : public DevicePositionReader {
  public:
-  explicit HostReader(const bool& fails) : fails_(fails) {}
+  HostReader(const bool& fails, Looks& looks) : fails_(fails), looks_(looks) {}
 
   int device() const override { return 0; }
   bool can_read(const void* data) override {
@@ -81,6 +90,21 @@ class HostReader final : public DevicePositionReader {
     }
     return surveys_;
   }
+  ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen, const Foreseen& scene,
+                       bool needs_t0) override {
+    survey(vertices, scene.origin, needs_t0);
+    StepSurvey all;
+    bool is_so = true;
+    for (std::size_t i = 0; i < surveys_.size(); ++i) {
+      is_so = is_so && is_within(surveys_[i], foreseen[i]);
+      all.merge(surveys_[i]);
+    }
+    ++looks_.all;
+    is_so_ = is_so && is_as_foreseen(all, scene) ? 1 : 0;
+    looks_.in_vain += is_so_ == 0;
+    return {&is_so_, nullptr};
+  }
+  Span<const StepSurvey> seen() override { return surveys_; }
   void copy(const GivenPositions& from, std::uint64_t count, void* to) override {
     if (fails_) throw DeviceError("the device fell off the bus");
     const std::size_t size = from.is_double ? sizeof(Vec3d) : sizeof(Vec3f);
@@ -92,7 +116,9 @@ class HostReader final : public DevicePositionReader {
 
  private:
   const bool& fails_;
+  Looks& looks_;
   std::vector<StepSurvey> surveys_;
+  std::uint32_t is_so_ = 0;
 };
 
 /// Positions in one of the forms that they may be given in.
@@ -192,7 +218,7 @@ class DevicePositionsTest : public testing::Test {
   LoadedCore on_device(Backend wanted = Backend::cuda) {
     if (backend_under_test() == Backend::cuda) return {options(wanted), log(), machine_factories(options(wanted))};
     DetectorFactories factories = {make_cpu_detector, [] { return std::make_unique<CopyingDevice>(); }, ""};
-    factories.make_reader = [this] { return std::make_unique<HostReader>(fails_); };
+    factories.make_reader = [this] { return std::make_unique<HostReader>(fails_, looks_); };
     return {options(wanted), log(), std::move(factories)};
   }
   static SceneBody soup(std::uint64_t seed, std::uint32_t triangle_count = 300) {
@@ -211,6 +237,7 @@ class DevicePositionsTest : public testing::Test {
   }
 
   bool fails_ = false;
+  Looks looks_;  ///< of the pretended device
   std::vector<std::string> warnings_;
 };
 
@@ -404,6 +431,231 @@ TEST_F(DevicePositionsTest, contacts_stay_on_the_device) {
   EXPECT_THROW(device.query().wait(device.query().start(Pairs::all)), Error);
   host.query().set_options(options);
   EXPECT_THROW(host.query().start(Pairs::all), BackendError);
+}
+
+/// Two bodies that move slowly, the same in both scenes.
+class ForeseenPositionsTest : public DevicePositionsTest {
+ protected:
+  void SetUp() override {
+    for (std::uint64_t i = 0; i < 2; ++i) {
+      bodies_.push_back(soup(i, 150));
+      host_.add(bodies_.back());
+      device_.add(bodies_.back());
+    }
+  }
+
+  void set(std::size_t i, bool moves = true) {
+    host_.set(i, bodies_[i], form_, moves, false);
+    device_.set(i, bodies_[i], form_, moves, true);
+  }
+  void move(std::size_t i, const Vec3d& by) {
+    bodies_[i].x_t0 = std::exchange(bodies_[i].x_t1, translated(bodies_[i].x_t1, by));
+  }
+  /// A step of both, and a detection.
+  void step(const Vec3d& by) {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      move(i, i == 0 ? by : -1.0 * by);
+      set(i);
+    }
+    detect();
+  }
+  void detect() {
+    const std::vector<Contact> expected = host_.detect(options_);
+    contact_count_ += expected.size();
+    ASSERT_TRUE(identical(expected, device_.detect(options_)));
+    EXPECT_EQ(device_.query().statistics().vt_contacts, host_.query().statistics().vt_contacts);
+  }
+  void expect_looks(int all, int in_vain) {
+    if (backend_under_test() == Backend::cuda) return;
+    EXPECT_GE(looks_.all, all);
+    EXPECT_LE(looks_.in_vain, in_vain);
+  }
+
+  const Vec3d kSlowly{0.003, -0.002, 0.001};
+  QueryOptions options_ = looking_for(Detection::ccd);
+  Form form_;
+  Scene bodies_;
+  LoadedCore host_ = on_host();
+  LoadedCore device_ = on_device();
+  std::size_t contact_count_ = 0;
+};
+
+TEST_F(ForeseenPositionsTest, are_detected_without_looking_first) {
+  for (int i = 0; i < 40; ++i) step(kSlowly);
+  expect_looks(30, 1);
+  for (int i = 0; i < 4; ++i) step({0, 0, 0});
+  form_.is_double = true;
+  const int before = looks_.all;
+  for (int i = 0; i < 4; ++i) step(kSlowly);
+  EXPECT_EQ(looks_.all, before) << "what becomes of doubles depends on the scene's origin";
+  EXPECT_GT(contact_count_, 1000U);
+}
+
+TEST_F(ForeseenPositionsTest, are_looked_at_again_where_they_are_not_as_foreseen) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const auto settle = [&] {
+    for (int i = 0; i < 12; ++i) step(kSlowly);
+  };
+  settle();
+  step({0.7, 0.1, 0.2});
+  settle();
+  for (int i = 0; i < 2; ++i) {  // far away, so that the scene's origin moves, and back
+    for (SceneBody& body : bodies_) {
+      body.x_t1 = body.x_t0 = translated(body.x_t1, i == 0 ? Vec3d{900, 0, 0} : Vec3d{-900, 0, 0});
+    }
+    settle();
+  }
+  const Vec3d x = std::exchange(bodies_[0].x_t1[7], {kNaN, 0, 0});
+  set(0);
+  detect();
+  bodies_[0].x_t1[7] = x;
+  settle();
+  step({0, 0, 0});
+  step({0, 0, 0});  // nothing moves
+  for (std::size_t b = 0; b < 2; ++b) set(b, false);
+  detect();
+  settle();
+  EXPECT_GT(looks_.in_vain + (backend_under_test() == Backend::cuda ? 1 : 0), 0);
+}
+
+TEST_F(ForeseenPositionsTest, do_not_outlive_what_else_changes) {
+  Random random(5);
+  for (int i = 0; i < 80; ++i) {
+    if (random.chance(0.05)) {
+      bodies_.push_back(soup(random.bits(), 30));
+      for (LoadedCore* const core : {&host_, &device_}) core->add(bodies_.back());
+      set(bodies_.size() - 1);
+    }
+    if (random.chance(0.05)) {
+      const auto b = random.below(static_cast<std::uint32_t>(bodies_.size()));
+      bodies_[b].settings.margin = static_cast<float>(random.uniform(0.01, 0.2));
+      for (LoadedCore* const core : {&host_, &device_}) core->scene().set_settings(core->ids()[b], bodies_[b].settings);
+    }
+    if (random.chance(0.1)) {
+      options_ = looking_for(random.chance(0.5) ? Detection::ccd : Detection::dcd);
+      if (random.chance(0.5)) options_.motion_margin = options_.detection == Detection::dcd ? 0.5F : 0.0F;
+    }
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      if (i % 20 > 15 && b == 1) continue;  // not every body in every step
+      move(b, random.chance(0.02) ? 0.5 * random.direction() : kSlowly);
+      set(b);
+    }
+    ASSERT_NO_FATAL_FAILURE(detect()) << "step " << i;
+  }
+  expect_looks(15, 30);
+}
+
+TEST_F(ForeseenPositionsTest, may_be_set_for_the_next_step_while_a_detection_runs) {
+  for (int i = 0; i < 10; ++i) step(kSlowly);
+  for (int i = 0; i < 8; ++i) {
+    for (std::size_t b = 0; b < 2; ++b) {
+      move(b, i % 3 == 2 ? Vec3d{0.6, 0, 0} : kSlowly);  // now and then not as foreseen
+      set(b);
+    }
+    const std::vector<Contact> expected = host_.detect(options_);
+    const std::uint64_t number = device_.query().start(Pairs::all);
+    for (std::size_t b = 0; b < 2; ++b) {
+      move(b, kSlowly);
+      set(b);
+    }
+    device_.scene().set_settings(device_.ids()[0], everything(0.3F));
+    const Span<const Contact> found = device_.query().wait(number);
+    ASSERT_TRUE(identical(expected, found)) << "step " << i;
+    device_.scene().set_settings(device_.ids()[0], bodies_[0].settings);
+    detect();
+  }
+}
+
+TEST_F(ForeseenPositionsTest, say_on_the_device_whether_they_were_not_as_foreseen) {
+  options_.contacts_on_device = true;
+  device_.query().set_options(options_);
+  QueryOptions on_the_host = options_;
+  on_the_host.contacts_on_device = false;
+  for (int i = 0; i < 20; ++i) {
+    for (std::size_t b = 0; b < 2; ++b) {
+      move(b, i == 15 ? Vec3d{0.6, 0, 0} : kSlowly);
+      set(b);
+    }
+    const std::vector<Contact> expected = host_.detect(on_the_host);
+    const DeviceContacts found = device_.query().wait_on_device(device_.query().start(Pairs::all));
+    ASSERT_EQ(found.count, expected.size()) << "step " << i;
+    const std::vector<std::byte> bytes = read_device(backend_under_test(), found.data, found.count * sizeof(Contact));
+    EXPECT_EQ(std::memcmp(bytes.data(), expected.data(), bytes.size()), 0) << "step " << i;
+  }
+  expect_looks(10, 2);
+}
+
+/// Everything that a query has found on the device, on the host.
+struct ReadContacts {
+  explicit ReadContacts(const DeviceContacts& found)
+      : bytes(read_device(backend_under_test(), found.data, found.count * sizeof(Contact))),
+        ranges(read_device(backend_under_test(), found.body_begin,
+                           (2 * std::size_t{found.body_ids} + 1) * sizeof(std::uint64_t))),
+        contacts(reinterpret_cast<const Contact*>(bytes.data()), found.count),
+        body_begin(reinterpret_cast<const std::uint64_t*>(ranges.data()), ranges.size() / sizeof(std::uint64_t)) {}
+
+  std::vector<std::byte> bytes, ranges;
+  Span<const Contact> contacts;
+  Span<const std::uint64_t> body_begin;
+};
+
+TEST_F(DevicePositionsTest, contacts_of_each_body_lie_where_their_ranges_say) {
+  LoadedCore device = on_device();
+  for (std::uint64_t i = 0; i < 6; ++i) device.add(soup(i, 120));
+  device.scene().remove_body(device.ids()[2]);
+  for (std::uint64_t i = 0; i < 6; ++i) {
+    if (i != 2) device.set(i, soup(i, 120), {}, true, true);
+  }
+  QueryOptions options = looking_for(Detection::ccd);
+  options.contacts_on_device = true;
+  device.query().set_options(options);
+  const DeviceContacts found = device.query().wait_on_device(device.query().start(Pairs::all));
+  const ReadContacts read(found);
+  ASSERT_EQ(found.body_ids, 6U);
+  ASSERT_EQ(read.body_begin.size(), 13U);
+  EXPECT_EQ(read.body_begin[0], 0U);
+  EXPECT_EQ(read.body_begin[12], found.count);
+  for (std::uint32_t range = 0; range < 12; ++range) {
+    const auto kind = static_cast<ContactKind>(range / 6);
+    const std::uint32_t id = range % 6;
+    const auto is_in_range = [&](const Contact& contact) { return contact.kind == kind && contact.body_a.value == id; };
+    const auto count = std::count_if(read.contacts.begin(), read.contacts.end(), is_in_range);
+    const std::uint64_t begin = read.body_begin[range];
+    const std::uint64_t end = read.body_begin[range + 1];
+    ASSERT_EQ(end - begin, static_cast<std::uint64_t>(count)) << "range " << range;
+    EXPECT_EQ(count == 0, id == 2) << "range " << range;
+    EXPECT_TRUE(std::all_of(read.contacts.begin() + begin, read.contacts.begin() + end, is_in_range));
+  }
+}
+
+TEST_F(DevicePositionsTest, contacts_are_told_of_before_they_are_waited_for) {
+  LoadedCore device = on_device();
+  for (std::uint64_t i = 0; i < 2; ++i) device.add(soup(i));
+  QueryOptions options = looking_for(Detection::ccd);
+  EXPECT_THROW(device.query().on_device(device.query().start(Pairs::all)), Error) << "contacts go to the host";
+  options.contacts_on_device = true;
+  device.query().set_options(options);
+  const std::uint64_t without_positions = device.query().start(Pairs::all);
+  EXPECT_EQ(device.query().on_device(without_positions).counts, nullptr);
+  for (int repetition = 0; repetition < 4; ++repetition) {
+    for (std::uint64_t i = 0; i < 2; ++i) device.set(i, soup(i), {}, true, true);
+    const std::uint64_t number = device.query().start(Pairs::all);
+    const PendingContacts first = device.query().on_device(number);
+    ASSERT_NE(first.counts, nullptr);
+    const DeviceContacts found = device.query().wait_on_device(number);
+    ASSERT_GT(found.count, 100U);
+    EXPECT_THROW(device.query().on_device(number), Error) << "it was waited for";
+    if (repetition == 0) continue;  // lists grow
+    EXPECT_EQ(first.data, found.data);
+    EXPECT_EQ(first.body_begin, found.body_begin);
+    EXPECT_EQ(first.body_ids, found.body_ids);
+    EXPECT_GE(first.capacity, found.count);
+    const std::vector<std::byte> bytes = read_device(backend_under_test(), first.counts, sizeof(ContactCounts));
+    ContactCounts counts{};
+    std::memcpy(&counts, bytes.data(), bytes.size());
+    EXPECT_EQ(counts.contacts, found.count);
+    EXPECT_EQ(counts.is_complete, 1U);
+  }
 }
 
 }  // namespace

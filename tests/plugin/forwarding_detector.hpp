@@ -19,6 +19,7 @@ class ForwardingDetector : public Detector {
   void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) override {
     detector_->start(query, bodies, settings);
   }
+  StayingContacts staying() const override { return detector_->staying(); }
   Span<const Contact> finish(Statistics& statistics) override { return detector_->finish(statistics); }
   std::unique_ptr<QueryMemory> make_probe() override { return detector_->make_probe(); }
   void answer(QueryMemory& probe, const ProbedScene& scene, const Questions& ask) override {

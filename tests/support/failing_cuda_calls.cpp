@@ -13,6 +13,7 @@ std::atomic<std::int64_t> calls_left{0};
 std::atomic<bool> goes_on{false};
 std::atomic<bool> has_one_failed{false};
 std::atomic<std::int64_t> living{0};
+std::atomic<std::uint64_t> waits{0};
 /// What cudaGetLastError will say.
 thread_local cudaError_t last_error = cudaSuccess;
 
@@ -45,6 +46,10 @@ bool FailingCudaCall::has_failed() const {
   return has_one_failed;
 }
 
+std::uint64_t cuda_waits() {
+  return waits;
+}
+
 std::int64_t living_cuda_objects() {
   return living;
 }
@@ -59,6 +64,15 @@ std::int64_t living_cuda_objects() {
 #define SOFTCD_MAY_FAIL(name, parameters, arguments)                                 \
   SOFTCD_REAL(name, parameters)                                                      \
   cudaError_t __wrap_##name parameters {                                             \
+    if (softcd::test::fails()) return softcd::test::failure(cudaErrorLaunchFailure); \
+    return __real_##name arguments;                                                  \
+  }
+
+// A call that may fail, and waits for the device.
+#define SOFTCD_WAITS(name, parameters, arguments)                                    \
+  SOFTCD_REAL(name, parameters)                                                      \
+  cudaError_t __wrap_##name parameters {                                             \
+    ++softcd::test::waits;                                                           \
     if (softcd::test::fails()) return softcd::test::failure(cudaErrorLaunchFailure); \
     return __real_##name arguments;                                                  \
   }
@@ -107,7 +121,9 @@ SOFTCD_MAY_FAIL(cudaMemcpy2DAsync,
                  std::size_t height, cudaMemcpyKind kind, cudaStream_t s),
                 (to, to_pitch, from, from_pitch, width, height, kind, s))
 SOFTCD_MAY_FAIL(cudaMemsetAsync, (void* data, int value, std::size_t bytes, cudaStream_t s), (data, value, bytes, s))
-SOFTCD_MAY_FAIL(cudaStreamSynchronize, (cudaStream_t stream), (stream))
+SOFTCD_WAITS(cudaStreamSynchronize, (cudaStream_t stream), (stream))
+SOFTCD_WAITS(cudaEventSynchronize, (cudaEvent_t event), (event))
+SOFTCD_WAITS(cudaDeviceSynchronize, (), ())
 SOFTCD_MAY_FAIL(cudaStreamWaitEvent, (cudaStream_t stream, cudaEvent_t event, unsigned flags), (stream, event, flags))
 SOFTCD_MAY_FAIL(cudaStreamBeginCapture, (cudaStream_t stream, cudaStreamCaptureMode mode), (stream, mode))
 SOFTCD_MAY_FAIL(cudaGraphLaunch, (cudaGraphExec_t executable, cudaStream_t stream), (executable, stream))

@@ -22,6 +22,9 @@ class FailingCudaCall {
   bool has_failed() const;
 };
 
+/// Calls so far that wait for the device.
+std::uint64_t cuda_waits();
+
 /// Memory, streams, events and graphs of CUDA's that were made and not given back.
 std::int64_t living_cuda_objects();
 

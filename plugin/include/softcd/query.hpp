@@ -90,6 +90,23 @@ struct DeviceContacts {
   const Contact* data = nullptr;  ///< on that device; valid as long as those of Ticket::wait()
   std::uint64_t count = 0;        ///< how many there are
   std::int32_t device = 0;        ///< as cudaGetDeviceCount counts them
+  /// On that device, 2 * body_ids + 1 values: contacts [body_begin[k * body_ids + id], body_begin[k * body_ids + id +
+  /// 1]) are those of kind k, 0 for vertex-triangle and 1 for edge-edge, whose body_a has this id. Null where no bodies
+  /// were compared. Valid as long as `data`.
+  const std::uint64_t* body_begin = nullptr;
+  std::uint32_t body_ids = 0;  ///< all bodies' ids are less
+};
+
+/// Contacts in a CUDA device's memory of a detection that may still run, for work that is enqueued on that device.
+struct PendingContacts {
+  const Contact* data = nullptr;  ///< on the device, as DeviceContacts has them, once `ready` has happened
+  std::uint64_t capacity = 0;     ///< how many there is room for
+  /// On the device: how many there are, and whether that is all. Null where no bodies are compared: there are none.
+  const ContactCounts* counts = nullptr;
+  const std::uint64_t* body_begin = nullptr;  ///< see DeviceContacts
+  std::uint32_t body_ids = 0;                 ///< see DeviceContacts
+  void* ready = nullptr;                      ///< a cudaEvent_t after which all of it is there
+  std::int32_t device = 0;                    ///< as cudaGetDeviceCount counts them
 };
 
 /// A detection that was started.
@@ -106,6 +123,10 @@ class SOFTCD_EXPORT Ticket {
   Span<const Contact> wait();
   /// The same for a query with contacts_on_device. They are there, completely, when the call returns.
   DeviceContacts wait_on_device();
+  /// For a query with contacts_on_device: where they will be, without waiting for them. A stream that waits for `ready`
+  /// may read them; nothing else tells whether they are complete than their counts, there or after wait_on_device(),
+  /// which repeats a detection where they are not. Valid as long as what wait_on_device() returns. Throws as that does.
+  PendingContacts on_device();
 
  private:
   friend class Query;

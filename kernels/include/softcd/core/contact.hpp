@@ -44,5 +44,14 @@ struct alignas(8) Contact {
   float time_of_impact;  ///< in [0, 1], t0 to t1; 1 for a discrete detection
 };
 
+/// What a detection that leaves its contacts on a device says of them there.
+struct ContactCounts {
+  std::uint64_t contacts;  ///< that were found: those beyond what there is room for are not there
+  /// 1: all contacts are there, in order. 0: something did not fit, or was not as foreseen; what is there is of no use,
+  /// and waiting for the detection repeats it.
+  std::uint32_t is_complete;
+  std::uint32_t unused;  ///< 0
+};
+
 }  // namespace SOFTCD_VERSION_NAMESPACE
 }  // namespace softcd

@@ -76,7 +76,8 @@ concept RunsOrders = requires(B b, const char* label, Count count, probe::Functo
 };
 
 /// A detection from its beginning to its results. launch() runs a callable that enqueues and may return early; read()
-/// and finish() wait. Session is what the backend keeps of one query.
+/// and finish() wait, mark_end() says by what others may wait, or null where they need not. Session is what the backend
+/// keeps of one query.
 template <class B>
 concept RunsDetections = std::default_initializable<typename B::Session> &&
     requires(B b, const B& observed, typename B::Session session, const Signature& signature, probe::Functor f,
@@ -87,6 +88,7 @@ concept RunsDetections = std::default_initializable<typename B::Session> &&
   b.begin(Stage::volumes);
   b.launch(signature, f);
   { b.read(counters) } -> std::same_as<Counters>;
+  { b.mark_end() } -> std::same_as<void*>;
   b.download(counters, contacts, count, bool{});
   { b.finish() } -> std::same_as<Counters>;
   { b.contacts(std::uint64_t{}) } -> std::same_as<Span<const Contact>>;

@@ -8,7 +8,7 @@
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
 #include "softcd/grid/partition.hpp"
-#include "softcd/mesh/given_positions.hpp"
+#include "softcd/mesh/foreseen_positions.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/pipeline/spatial_queries.hpp"
 
@@ -54,6 +54,12 @@ struct DevicePositions {
   std::uint64_t first, count;
 };
 
+/// Whether positions on a device are as they were foreseen.
+struct ForeseenVerdict {
+  const std::uint32_t* is_as_foreseen = nullptr;  ///< in memory that host and device read; null where the host has seen
+  void* known = nullptr;                          ///< the cudaEvent_t after which that is known
+};
+
 /// What of SceneArrays is not as it was.
 struct SceneChanges {
   std::vector<Range> vertices, triangles, edges;  ///< of the meshes
@@ -64,6 +70,8 @@ struct SceneChanges {
   Vec3d origin{0, 0, 0};
   std::vector<Range> vertex_triangle_neighbours, edge_edge_neighbours;
   bool filters = false;  ///< all of them
+  ForeseenVerdict
+      verdict{};  ///< of the positions on the device: the next detection finds nothing where it is against them
 };
 
 /// The bodies and their pairs in one detection; see SceneView.
@@ -71,6 +79,7 @@ struct SceneBodies {
   Span<const SceneBody> bodies;
   Span<const std::uint64_t> partner_begin;
   Span<const std::uint32_t> partners;
+  std::uint64_t number = 0;  ///< the same only where all of it is, of one query's; 0 where that is not known
 
   Span<const std::uint32_t> row(std::size_t body) const {
     return {partners.data() + partner_begin[body], partner_begin[body + 1] - partner_begin[body]};
@@ -94,6 +103,16 @@ struct DetectionSettings {
   Partition partition;
 
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
+};
+
+/// Contacts that stay in the backend's memory, once what was enqueued has run; see PendingContacts.
+struct StayingContacts {
+  const Contact* data = nullptr;
+  std::uint64_t capacity = 0;
+  const ContactCounts* counts = nullptr;  ///< null until all is enqueued
+  const std::uint64_t* body_begin = nullptr;
+  std::uint32_t body_ids = 0;
+  void* ready = nullptr;
 };
 
 /// How many tests a rank has made, and where: the cell of the test before which i / kTestSamples of them lie.
@@ -137,6 +156,8 @@ class Detector {
   /// The detection before was finished, or failed. Reads `bodies` before it returns. Contacts of the query's last
   /// detection are gone.
   virtual void start(QueryMemory& query, const SceneBodies& bodies, const DetectionSettings& settings) = 0;
+  /// Of the detection that was started last, where contacts stay. Valid as contacts are.
+  virtual StayingContacts staying() const = 0;
   /// Waits for the detection that was started last, and returns its contacts, on the host unless they stay, which are
   /// valid until the query's next start(). Fills all of `statistics` that the detection determines.
   virtual Span<const Contact> finish(Statistics& statistics) = 0;
@@ -165,6 +186,11 @@ class DevicePositionReader {
   /// What is known of each run of vertices when they are placed relative to the origin; nothing of t0 where it is not
   /// t1 and not needed. Valid until the next call.
   virtual Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) = 0;
+  /// Enqueues a survey, and whether each run is within what is `foreseen` of it, and all together as `scene` says.
+  virtual ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen,
+                               const Foreseen& scene, bool needs_t0) = 0;
+  /// What the last look has seen, once it has. Valid until the next call.
+  virtual Span<const StepSurvey> seen() = 0;
   /// To the host, one behind the other.
   virtual void copy(const GivenPositions& from, std::uint64_t count, void* to) = 0;
 };

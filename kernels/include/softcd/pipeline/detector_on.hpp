@@ -13,6 +13,7 @@
 #include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/narrow_phase.hpp"
 #include "softcd/pipeline/spatial_queries_on.hpp"
+#include "softcd/pipeline/staying_contacts.hpp"
 #include "softcd/pipeline/workspace.hpp"
 
 namespace softcd {
@@ -26,17 +27,24 @@ struct QueryOn final : QueryMemory {
   explicit QueryOn(std::shared_ptr<MemoryAccount> its_account) : account(std::move(its_account)) {}
 
   void release() override {
+    bodies_number = 0;
     bodies = {};
     partner_begin = {};
     partners = {};
     contacts = {};
+    body_begin = {};
+    contact_counts = {};
   }
 
   std::shared_ptr<MemoryAccount> account;  ///< of the buffers
+  std::uint64_t bodies_number = 0;         ///< of what these three have; see SceneBodies
   Buffer<SceneBody> bodies;
   Buffer<std::uint64_t> partner_begin;
   Buffer<std::uint32_t> partners;
   Buffer<Contact> contacts;
+  // Where contacts stay; see DeviceContacts and PendingContacts:
+  Buffer<std::uint64_t> body_begin;
+  Buffer<ContactCounts> contact_counts;
   std::array<std::uint64_t, kListCount> capacities{};  ///< of the lists, after the last detection
   std::uint64_t guessed_for = 0;                       ///< triangles that the first capacities were guessed for
   std::uint64_t chunks = 1;                            ///< parts that the last detection's pair tests were made in
@@ -79,6 +87,7 @@ class DetectorOn final : public Detector {
 
   void set_scene(const SceneArrays& scene, const SceneChanges& changes) override {
     needs_ = MemoryNeed::For::scene;
+    verdict_ = changes.verdict;
     with_lists_or_without([&] { follow(scene, changes); });
     counts_ = {scene.triangles.size(), scene.vertex_triangle_neighbours.size(), scene.edge_edge_neighbours.size()};
     scene_.triangle_count = static_cast<std::uint32_t>(scene.triangles.size());
@@ -102,19 +111,29 @@ class DetectorOn final : public Detector {
     query_->orders_in_runs |= query_->revision != revision_;
     may_keep_ = settings.reuses_pairs && chunks_ == 1 && !account_->is_limited() && settings.partition.is_whole();
     given_bodies_ = bodies;
-    with_lists_or_without([&] {
-      upload(query_->bodies, bodies.bodies);
-      upload(query_->partner_begin, bodies.partner_begin);
-      const std::uint64_t partners = bodies.partners.size();
-      if (partners > query_->partners.capacity()) query_->partners.reserve(backend_, partners + partners / 4, 0);
-      upload(query_->partners, bodies.partners);
-    });
+    body_ids_ = settings.contacts_stay && !bodies.bodies.empty() ? bodies.bodies[bodies.bodies.size() - 1].id + 1 : 0;
+    is_all_enqueued_ = false;
+    if (bodies.number == 0 || bodies.number != query_->bodies_number) {
+      query_->bodies_number = 0;
+      with_lists_or_without([&] { upload_bodies(bodies); });
+      query_->bodies_number = bodies.number;
+    }
     needs_ = MemoryNeed::For::lists;
     found_ = 0;
     view_scene(bodies);
     restore_capacities();
     guess_lists();
     is_launched_ = attempt([&] { launch(); });
+  }
+
+  StayingContacts staying() const override {
+    if (!is_all_enqueued_) return {};
+    return {query_->contacts.data(),
+            w_.lists.found.capacity(),
+            query_->contact_counts.data(),
+            query_->body_begin.data(),
+            body_ids_,
+            ready_};
   }
 
   Span<const Contact> finish(Statistics& statistics) override {
@@ -135,6 +154,13 @@ class DetectorOn final : public Detector {
         backend_.count_rerun();
       });
     }
+    if (counters.all == 0) {  // nothing was looked at, and nothing is learnt
+      may_keep_ = false;
+      is_all_enqueued_ = true;
+      backend_.contacts(0);
+      statistics.ms = backend_.times();
+      return {};
+    }
     if (!has_reused_) {
       w_.kept.has_split = counters.splits > 0;
       if (may_keep_) keeping_->conclude(counters);
@@ -143,6 +169,7 @@ class DetectorOn final : public Detector {
       if (!Backend::kKnowsCounts && !has_reused_) fit_lists(counters, lists...);
       query_->capacities = {lists.capacity()...};
     });
+    is_all_enqueued_ = true;
     query_->chunks = chunks_;
     query_->revision = revision_;
     const Span<const Contact> contacts = backend_.contacts(counters.contacts);
@@ -185,6 +212,14 @@ class DetectorOn final : public Detector {
     backend_.upload(buffer, values);
   }
 
+  void upload_bodies(const SceneBodies& bodies) {
+    upload(query_->bodies, bodies.bodies);
+    upload(query_->partner_begin, bodies.partner_begin);
+    const std::uint64_t partners = bodies.partners.size();
+    if (partners > query_->partners.capacity()) query_->partners.reserve(backend_, partners + partners / 4, 0);
+    upload(query_->partners, bodies.partners);
+  }
+
   void follow(const SceneArrays& scene, const SceneChanges& changes) {
     mirror_.triangles.follow(backend_, scene.triangles, changes.triangles);
     mirror_.triangle_edges.follow(backend_, scene.triangle_edges, changes.triangles);
@@ -196,6 +231,7 @@ class DetectorOn final : public Detector {
     mirror_.x_t0.follow(backend_, scene.x_t0, changes.x_t0);
     mirror_.x_t1.follow(backend_, scene.x_t1, changes.x_t1);
     if constexpr (!Backend::kKnowsCounts) {
+      if (verdict_.known != nullptr) backend_.wait_for(verdict_.known);
       mirror_.x_t0.place(backend_, changes.device_x_t0, changes.origin);
       mirror_.x_t1.place(backend_, changes.device_x_t1, changes.origin);
     }
@@ -419,7 +455,7 @@ class DetectorOn final : public Detector {
     w_.lists.with_all([](auto&... lists) { (lists.rewind(), ...); });
     w_.contact_keys.rewind();
     w_.contact_order.rewind();
-    backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_});
+    backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_, verdict_.is_as_foreseen});
     BroadPhase broad_phase(backend_, w_, scene_, settings_);
     broad_phase.bound_triangles();
     if (may_keep_) keeping_->enqueue_comparison(broad_phase);
@@ -444,11 +480,28 @@ class DetectorOn final : public Detector {
     narrow_phase.order_contacts(query_->contacts.data(), query_->orders_in_runs && has_runs(narrow_phase));
     backend_.begin(Stage::transfer);
     const Count found = w_.lists.found.count(w_.counters.data());
-    if (settings_.contacts_stay) {
-      backend_.run_once("count_vt_contacts",
-                        CountVertexTriangleContacts{query_->contacts.data(), found, &w_.counters.data()->vt_contacts});
-    }
+    if (settings_.contacts_stay) conclude_contacts(found);
     backend_.download(w_.counters, query_->contacts, found, !settings_.contacts_stay);
+  }
+
+  /// For who reads contacts where they are.
+  void conclude_contacts(Count found) {
+    const std::uint64_t ranges = 2 * std::uint64_t{body_ids_} + 1;
+    query_->body_begin.reserve(backend_, ranges, 0);
+    query_->contact_counts.reserve(backend_, 1, 0);
+    Counters* const counters = w_.counters.data();
+    std::uint64_t* const body_begin = query_->body_begin.data();
+    backend_.for_each("find_body_ranges", Count{&counters->all, ranges},
+                      FindBodyRange{query_->contacts.data(), found, body_ids_, body_begin});
+    const bool needs_short_runs = !Backend::kKnowsCounts && query_->orders_in_runs;
+    w_.lists.with_all([&](auto&... lists) {
+      backend_.run_once("conclude_contacts",
+                        ConcludeContacts<kListCount + 1>{counters,
+                                                         {lists.bound(counters)..., w_.kept.pairs.bound(counters)},
+                                                         needs_short_runs,
+                                                         body_begin + body_ids_,
+                                                         query_->contact_counts.data()});
+    });
   }
 
   /// Where memory is short contacts are sorted.
@@ -501,6 +554,7 @@ class DetectorOn final : public Detector {
   }
 
   void launch() {
+    is_all_enqueued_ = false;
     w_.counters.reserve(backend_, 1, 0);
     if (may_keep_ && !has_reused_) {
       keeping_.emplace(backend_, w_, scene_, host_bodies(), settings_, revision_, query_->usefulness);
@@ -512,6 +566,8 @@ class DetectorOn final : public Detector {
     } else {
       detect([this](LaunchPart part, const auto& enqueue) { backend_.launch(signature(part), enqueue); });
     }
+    if (settings_.contacts_stay) ready_ = backend_.mark_end();
+    is_all_enqueued_ = !Backend::kKnowsCounts;
   }
 
   /// While the detection is started; where all runs on the host, until it is finished.
@@ -534,6 +590,8 @@ class DetectorOn final : public Detector {
             counts_,
             chunks_,
             query_->orders_in_runs,
+            body_ids_,
+            verdict_.is_as_foreseen,
             w_.lists.with_all([](auto&... lists) { return std::array{lists.capacity()...}; })};
   }
 
@@ -574,6 +632,7 @@ class DetectorOn final : public Detector {
   Bvhs<Backend> bvhs_;
   SceneView scene_;
   SceneCounts counts_{};
+  ForeseenVerdict verdict_;           ///< see SceneChanges
   std::uint64_t scene_revision_ = 0;  ///< see SceneArrays
   std::uint64_t revision_ = 1;        ///< changes with the triangles and the memory that there is for them
   // Of the detection that was started last:
@@ -585,9 +644,12 @@ class DetectorOn final : public Detector {
   Counters reached_{};             ///< by the detection's last attempt that was finished; 0 at its start
   bool has_released_ = false;      ///< the detection's lists have only what it needs itself
   bool is_launched_ = false;
-  bool may_keep_ = false;                                ///< pairs, for later looks, or reuse those of an earlier one
-  bool has_reused_ = false;                              ///< pairs of an earlier look
-  SceneBodies given_bodies_;                             ///< until it is started
+  bool is_all_enqueued_ = false;  ///< by the last attempt; where work enqueues itself, once it has run
+  void* ready_ = nullptr;         ///< see StayingContacts
+  std::uint32_t body_ids_ = 0;    ///< where contacts stay; see DeviceContacts
+  bool may_keep_ = false;         ///< pairs, for later looks, or reuse those of an earlier one
+  bool has_reused_ = false;       ///< pairs of an earlier look
+  SceneBodies given_bodies_;      ///< until it is started
   std::optional<LookKeeping<Backend, Scheme>> keeping_;  ///< what it does for others, where it may
   MemoryNeed::For needs_ = MemoryNeed::For::scene;       ///< what is being done
   std::uint64_t found_ = 0;                              ///< contacts, when memory ran out

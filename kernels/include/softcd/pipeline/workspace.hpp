@@ -55,9 +55,9 @@ struct Counters {
   std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, contacts, unsettled;
   std::uint64_t contacts_in_runs, long_runs;  ///< see contact_order.hpp
-  std::uint64_t all;                          ///< no less than anything whose number the host knows
-  ChunkCounts chunk;                          ///< of the current one
-  ChunkCounts done, most;                     ///< of the chunks before: together, and in one
+  std::uint64_t all;       ///< no less than anything whose number the host knows; 0: see ClearCounters
+  ChunkCounts chunk;       ///< of the current one
+  ChunkCounts done, most;  ///< of the chunks before: together, and in one
   float earliest_toi;
   GridParameters grid;
   std::uint64_t active, escaped;             ///< triangles, see FindEscaped
@@ -86,17 +86,20 @@ struct NextChunk {
   };
 };
 
+/// Where positions are not as foreseen there is nothing: no work has an item.
 struct ClearCounters {
   Counters* counters;
   SceneCounts scene;
+  const std::uint32_t* is_as_foreseen;  ///< see ForeseenVerdict
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
     if (!team.is_leader()) return;
     *counters = Counters{};
+    counters->earliest_toi = 1.0F;
+    if (is_as_foreseen != nullptr && *is_as_foreseen == 0) return;
     counters->scene = scene;
     counters->all = ~std::uint64_t{0};
-    counters->earliest_toi = 1.0F;
   }
 };
 
@@ -131,10 +134,20 @@ struct RestoreKeptCounts {
   }
 };
 
+/// How many values a list was asked for, at once and by any chunk before, and how many it holds.
+struct ListBound {
+  const std::uint64_t* count;
+  const std::uint64_t* most;
+  std::uint64_t capacity;
+
+  SOFTCD_HD bool holds_all() const { return *count <= capacity && *most <= capacity; }
+};
+
 /// The counter of a list of the whole detection, and of one chunk.
 template <std::uint64_t Counters::*kMember>
 struct DetectionCounter {
   static constexpr bool kIsOfChunk = false;
+  static const std::uint64_t& most(const Counters& counters) { return counters.*kMember; }
   template <class Values>
   static SOFTCD_HD auto& in(Values& counters) {
     return counters.*kMember;
@@ -143,6 +156,7 @@ struct DetectionCounter {
 template <std::uint64_t ChunkCounts::*kMember>
 struct ChunkCounter {
   static constexpr bool kIsOfChunk = true;
+  static const std::uint64_t& most(const Counters& counters) { return counters.most.*kMember; }
   template <class Values>
   static SOFTCD_HD auto& in(Values& counters) {
     return counters.chunk.*kMember;
@@ -208,6 +222,9 @@ class List {
             bound_};
   }
   Count count(const Counters* counters) const { return {&Counter::in(*counters), bound_}; }
+  ListBound bound(const Counters* counters) const {
+    return {&Counter::in(*counters), &Counter::most(*counters), bound_};
+  }
 
  private:
   void reserve_columns(Backend& backend, std::uint64_t bound, std::uint64_t kept) {
@@ -398,6 +415,8 @@ struct Signature {
   SceneCounts counts;
   std::uint64_t chunks;
   bool orders_in_runs;
+  std::uint32_t body_ids;               ///< see DeviceContacts
+  const std::uint32_t* is_as_foreseen;  ///< see ForeseenVerdict
   std::array<std::uint64_t, kListCount> capacities;
 
   friend bool operator==(const Signature&, const Signature&) = default;

@@ -48,27 +48,4 @@ struct WriteContact {
   }
 };
 
-/// How many of the sorted contacts are vertex-triangle ones, which are the first.
-struct CountVertexTriangleContacts {
-  const Contact* contacts;
-  Count count;
-  std::uint64_t* vertex_triangle;
-
-  template <class Team>
-  SOFTCD_HD void operator()(Team& team) const {
-    if (!team.is_leader()) return;
-    std::uint64_t begin = 0;
-    std::uint64_t end = count.get();
-    while (begin < end) {
-      const std::uint64_t middle = begin + (end - begin) / 2;
-      if (contacts[middle].kind == ContactKind::vertex_triangle) {
-        begin = middle + 1;
-      } else {
-        end = middle;
-      }
-    }
-    *vertex_triangle = begin;
-  }
-};
-
 }  // namespace softcd

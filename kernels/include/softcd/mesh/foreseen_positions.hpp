@@ -1,0 +1,47 @@
+#pragma once
+
+#include "softcd/mesh/given_positions.hpp"
+
+namespace softcd {
+
+SOFTCD_HD inline double origin_of(double lo, double hi) {
+  const auto centre = static_cast<double>(static_cast<float>(0.5 * (lo + hi)));
+  const bool is_far = centre > 0 ? lo >= 0.5 * centre && hi <= 2 * centre : hi <= 0.5 * centre && lo >= 2 * centre;
+  return is_far ? centre : 0.0;
+}
+
+/// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only
+/// where the scene is at least as far from the origin as it is wide: the difference of two numbers within a factor of
+/// two of each other is exact (Sterbenz 1974), so that float32 positions stay as they are, shifted or not, and can be
+/// told from what they were shifted to.
+SOFTCD_HD inline Vec3d origin_of(const Extent& scene) {
+  return {origin_of(scene.lo.x, scene.hi.x), origin_of(scene.lo.y, scene.hi.y), origin_of(scene.lo.z, scene.hi.z)};
+}
+
+/// What a detection takes for granted of positions on a device that the host has not seen, beside where each body is.
+struct Foreseen {
+  Vec3d origin{0, 0, 0};     ///< of the scene, with these positions in it
+  Extent others;             ///< of all others that the origin depends on
+  bool looks_at_t0 = false;  ///< it depends on these at t0, too
+  bool moves = false;        ///< some vertex is not at t1 where it was at t0
+};
+
+/// Whether vertices are where this was foreseen of the body that they are of.
+SOFTCD_HD inline bool is_within(const Extent& seen, const Extent& foreseen) {
+  return seen.lo.x >= foreseen.lo.x && seen.lo.y >= foreseen.lo.y && seen.lo.z >= foreseen.lo.z &&
+         seen.hi.x <= foreseen.hi.x && seen.hi.y <= foreseen.hi.y && seen.hi.z <= foreseen.hi.z;
+}
+SOFTCD_HD inline bool is_within(const StepSurvey& seen, const StepSurvey& foreseen) {
+  return seen.t0.stray_count + seen.t1.stray_count == 0 && is_within(seen.t0.extent, foreseen.t0.extent) &&
+         is_within(seen.t1.extent, foreseen.t1.extent) && seen.squared_move <= foreseen.squared_move;
+}
+
+/// Whether the rest holds of all of them together.
+SOFTCD_HD inline bool is_as_foreseen(const StepSurvey& seen, const Foreseen& foreseen) {
+  Extent extent = foreseen.others;
+  extent.extend(seen.t1.extent);
+  if (foreseen.looks_at_t0) extent.extend(seen.t0.extent);
+  return seen.moves == foreseen.moves && origin_of(extent) == foreseen.origin;
+}
+
+}  // namespace softcd

@@ -1,0 +1,224 @@
+#include <cuda_runtime_api.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "device_memory.hpp"
+#include "expectations.hpp"
+#include "failing_cuda_calls.hpp"
+#include "mesh_generators.hpp"
+
+// A simulation on a stream of its own: what detections read comes from there, what they find goes there, and the host
+// need not wait for either.
+namespace softcd::test {
+namespace {
+
+constexpr int kSteps = 24;
+/// Until then lists have grown, graphs are captured, and it is known how far bodies move.
+constexpr int kSteady = 12;
+
+void check(cudaError_t status) {
+  ASSERT_EQ(status, cudaSuccess) << cudaGetErrorString(status);
+}
+
+/// What work on a stream waits for on the host's side, for 20 seconds at most.
+class Gate {
+ public:
+  void close() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_open_ = false;
+  }
+  void open() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      is_open_ = true;
+    }
+    changed_.notify_all();
+  }
+  /// A cudaHostFn_t.
+  static void wait(void* gate) { static_cast<Gate*>(gate)->wait_until_open(); }
+
+ private:
+  void wait_until_open() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait_for(lock, std::chrono::seconds(20), [&] { return is_open_; });
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool is_open_ = true;
+};
+
+/// What the simulation has copied of one detection, on its stream.
+struct Seen {
+  ContactCounts counts{};
+  std::vector<std::byte> contacts;
+};
+
+class DeviceStreams : public testing::Test {
+ protected:
+  void SetUp() override {
+    SceneOptions options;
+    options.backend = Backend::cuda;
+    try {
+      scene_.emplace(options);
+    } catch (const BackendError& error) {
+      GTEST_SKIP() << error.what();
+    }
+    SoupOptions of_triangles;
+    of_triangles.triangle_count = 300;
+    of_triangles.half_extent = 1.5;
+    of_triangles.largest = 1.0;
+    of_triangles.size_ratio = 8.0;
+    of_triangles.joined_share = 0.5;
+    const Mesh mesh = triangle_soup(of_triangles);
+    body_ = moving(mesh, scattered(mesh, 0.3, 1), everything(0.03F));
+    id_ = scene_->add_body(desc());
+    query_.emplace(*scene_, query_options(true));
+    const std::size_t bytes = count() * sizeof(Vec3f);
+    for (std::optional<DeviceMemory>* const memory : {&t0_, &t1_}) memory->emplace(Backend::cuda, bytes);
+    for (int step = 0; step < kSteps; ++step) {
+      for (const Positions3* const x : {&body_.x_t0, &body_.x_t1}) {
+        ends_.emplace_back(Backend::cuda, bytes).write(end_of_step(*x, step).data(), bytes);
+      }
+    }
+    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
+    check(cudaEventCreateWithFlags(&ready_, cudaEventDisableTiming));
+  }
+  void TearDown() override {
+    gate_.open();
+    query_.reset();
+    scene_.reset();
+    if (stream_ != nullptr) check(cudaStreamDestroy(stream_));
+    if (ready_ != nullptr) check(cudaEventDestroy(ready_));
+  }
+
+  static QueryOptions query_options(bool on_device) {
+    QueryOptions options;
+    options.detection = Detection::ccd;
+    options.contacts_on_device = on_device;
+    options.reuse_pairs = false;
+    return options;
+  }
+  BodyDesc desc() const { return {body_.triangles, static_cast<std::uint32_t>(count()), body_.settings}; }
+  std::size_t count() const { return body_.x_t0.size(); }
+
+  /// Slowly along, but in the last step.
+  static std::vector<Vec3f> end_of_step(const Positions3& x, int step) {
+    const Vec3d by = step == kSteps - 1 ? Vec3d{0, 0, 2} : static_cast<double>(step) * Vec3d{0.004, 0.002, -0.003};
+    std::vector<Vec3f> end;
+    for (const Vec3d& position : x) end.push_back(vec3_cast<float>(position + by));
+    return end;
+  }
+  /// What the CPU finds in a step.
+  std::vector<Contact> expected(int step) const {
+    SceneOptions options;
+    options.backend = Backend::cpu;
+    softcd::Scene scene(options);
+    const BodyId id = scene.add_body(desc());
+    const std::vector<Vec3f> x_t0 = end_of_step(body_.x_t0, step);
+    const std::vector<Vec3f> x_t1 = end_of_step(body_.x_t1, step);
+    scene.set_positions(id, x_t0, x_t1);
+    Query query(scene, query_options(false));
+    const Span<const Contact> contacts = query.detect();
+    return {contacts.begin(), contacts.end()};
+  }
+
+  void copy(DeviceMemory& from, DeviceMemory& to) {
+    check(cudaMemcpyAsync(to.data(), from.data(), count() * sizeof(Vec3f), cudaMemcpyDeviceToDevice, stream_));
+  }
+  /// Enqueues what makes a step's positions, some time after the gate is open.
+  void make_positions(int step) {
+    check(cudaLaunchHostFunc(stream_, Gate::wait, &gate_));
+    check(cudaLaunchHostFunc(
+        stream_, [](void*) { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }, nullptr));
+    const std::size_t first = 2 * static_cast<std::size_t>(step);
+    copy(ends_[first], *t0_);
+    copy(ends_[first + 1], *t1_);
+    check(cudaEventRecord(ready_, stream_));
+  }
+  void set_positions() {
+    const auto at = [&](DeviceMemory& memory) {
+      return Positions::on_device(reinterpret_cast<const float*>(memory.data()), count(), sizeof(Vec3f), ready_);
+    };
+    scene_->set_positions(id_, at(*t0_), at(*t1_));
+  }
+  /// Enqueues copies of what is found, once it is.
+  void read(const PendingContacts& found, Seen& seen) {
+    check(cudaStreamWaitEvent(stream_, static_cast<cudaEvent_t>(found.ready), 0));
+    seen.contacts.resize(found.capacity * sizeof(Contact));
+    check(cudaMemcpyAsync(&seen.counts, found.counts, sizeof(ContactCounts), cudaMemcpyDeviceToHost, stream_));
+    check(cudaMemcpyAsync(seen.contacts.data(), found.data, seen.contacts.size(), cudaMemcpyDeviceToHost, stream_));
+  }
+  /// Enqueues what makes positions useless.
+  void destroy_positions() {
+    for (DeviceMemory* const x : {&*t0_, &*t1_}) {
+      check(cudaMemsetAsync(x->data(), 0xFF, count() * sizeof(Vec3f), stream_));
+    }
+  }
+
+  Gate gate_;
+  SceneBody body_;
+  std::optional<softcd::Scene> scene_;
+  std::optional<Query> query_;
+  BodyId id_;
+  cudaStream_t stream_ = nullptr;
+  cudaEvent_t ready_ = nullptr;
+  std::optional<DeviceMemory> t0_, t1_;  ///< what the scene is given
+  std::vector<DeviceMemory> ends_;       ///< of all steps
+};
+
+TEST_F(DeviceStreams, detections_see_what_comes_before_them_and_nothing_after) {
+  for (int step = 0; step < kSteps; ++step) {
+    make_positions(step);
+    set_positions();
+    const DeviceContacts found = query_->detect_on_device();
+    destroy_positions();
+    const std::vector<Contact> contacts = expected(step);
+    ASSERT_GT(contacts.size(), 100U);
+    ASSERT_EQ(found.count, contacts.size()) << "step " << step;
+    const std::vector<std::byte> bytes = read_device(Backend::cuda, found.data, found.count * sizeof(Contact));
+    EXPECT_EQ(std::memcmp(bytes.data(), contacts.data(), bytes.size()), 0) << "step " << step;
+  }
+}
+
+/// While the gate is closed there are no positions yet: who waits for anything of theirs waits for ever.
+TEST_F(DeviceStreams, detections_that_nobody_reads_on_the_host_are_started_without_waiting) {
+  for (int step = 0; step < kSteps; ++step) {
+    const bool is_steady = step >= kSteady;
+    if (is_steady) gate_.close();
+    make_positions(step);
+    set_positions();
+    const std::uint64_t waits = cuda_waits();
+    Ticket ticket = query_->start();
+    const PendingContacts pending = ticket.on_device();
+    if (is_steady) {
+      EXPECT_EQ(cuda_waits(), waits) << "step " << step;
+    }
+    ASSERT_NE(pending.counts, nullptr);
+    std::optional<Seen> seen;
+    gate_.open();
+    if (is_steady) read(pending, seen.emplace());
+    check(cudaStreamSynchronize(stream_));
+    const DeviceContacts found = ticket.wait_on_device();
+    const std::vector<Contact> contacts = expected(step);
+    ASSERT_EQ(found.count, contacts.size()) << "step " << step;
+    if (seen) {
+      EXPECT_EQ(seen->counts.is_complete, step < kSteps - 1 ? 1U : 0U) << "step " << step;
+    }
+    if (seen && seen->counts.is_complete == 1) {
+      ASSERT_EQ(seen->counts.contacts, contacts.size()) << "step " << step;
+      EXPECT_EQ(std::memcmp(seen->contacts.data(), contacts.data(), contacts.size() * sizeof(Contact)), 0);
+    }
+    destroy_positions();
+  }
+}
+
+}  // namespace
+}  // namespace softcd::test
