@@ -94,6 +94,14 @@ nb::object DeviceContactsArray::column(const std::string& name) const {
                                              strides.data(), dtype, nb::device::cuda::value, contacts_.device));
 }
 
+nb::object DeviceContactsArray::body_begin() const {
+  const bool is_empty = contacts_.body_begin == nullptr;
+  const std::size_t shape[] = {is_empty ? 0 : 2 * std::size_t{contacts_.body_ids} + 1};
+  return nb::cast(nb::ndarray<nb::array_api>(const_cast<std::uint64_t*>(contacts_.body_begin), 1, shape, keeper_,
+                                             nullptr, nb::dtype<std::int64_t>(), nb::device::cuda::value,
+                                             contacts_.device));
+}
+
 void bind_contacts(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<DeviceContactsArray>(module, "DeviceContacts",
@@ -104,6 +112,11 @@ void bind_contacts(nb::module_& module) {
       .def("__getitem__", &DeviceContactsArray::column, "name"_a,
            "A column of softcd.contact_dtype as an object with __dlpack__, for torch.from_dlpack, cupy.from_dlpack and "
            "the like: int32 for the dtype's uint32, uint8 for its bool.")
+      .def_prop_ro(
+          "body_begin", &DeviceContactsArray::body_begin,
+          "Where each body's contacts are, on the GPU, an object with __dlpack__: int64 of shape (2 * n + 1,), n "
+          "being more than all bodies' ids. Those of kind k whose body_a is b are [body_begin[k * n + b], "
+          "body_begin[k * n + b + 1]). Of shape (0,) where no bodies were compared.")
       .def("__repr__", [](const DeviceContactsArray& self) {
         return fmt::format("<softcd.DeviceContacts, {} on CUDA device {}>", self.size(), self.device());
       });

@@ -18,6 +18,7 @@ class DeviceContactsArray {
   std::size_t size() const { return contacts_.count; }
   int device() const { return contacts_.device; }
   nb::object column(const std::string& name) const;
+  nb::object body_begin() const;
 
  private:
   DeviceContacts contacts_;

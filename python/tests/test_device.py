@@ -126,6 +126,29 @@ def test_contacts_stay_on_the_gpu():
     assert torch.equal(distances, columns["distance"])
 
 
+def test_contacts_of_each_body_are_a_range():
+    """As many simulations in one want them: each body in a batch of its own, answered without the host."""
+    scene = softcd.Scene(backend=softcd.Backend.cuda)
+    bodies = []
+    for batch in range(5):
+        t0, t1, triangles = step_of(batch, np.float32)
+        bodies.append(scene.add_body(triangles, len(t0), self_collision=True, edge_edge=True, margin=0.001, batch=batch))
+        scene.set_positions(bodies[-1], torch_array(t0), torch_array(t1))
+    query = softcd.Query(scene, detection=softcd.Detection.ccd, contacts_on_device=True)
+    contacts = query.detect()
+    begin = torch.from_dlpack(contacts.body_begin)
+    assert begin.dtype == torch.int64 and begin.shape == (11,)
+    counts = begin.diff().reshape(2, 5)
+    kind = torch.from_dlpack(contacts["kind"]).long()
+    body = torch.from_dlpack(contacts["body_a"]).long()
+    expected = torch.zeros(10, dtype=torch.int64, device="cuda").index_add_(0, 5 * kind + body, torch.ones_like(kind))
+    assert torch.equal(counts.flatten(), expected)
+    assert (counts.sum(dim=0) > 0).all()
+    times = torch.from_dlpack(contacts["time_of_impact"])
+    earliest = torch.segment_reduce(times, "min", lengths=counts.flatten()).reshape(2, 5).amin(dim=0)
+    assert (earliest < 1).all(), "a step size for each"
+
+
 def test_arguments_are_checked():
     t0, _, triangles = step_of(5, np.float32)
     scene, body, query = query_of(triangles, len(t0))

@@ -125,7 +125,8 @@ class SOFTCD_EXPORT Ticket {
   DeviceContacts wait_on_device();
   /// For a query with contacts_on_device: where they will be, without waiting for them. A stream that waits for `ready`
   /// may read them; nothing else tells whether they are complete than their counts, there or after wait_on_device(),
-  /// which repeats a detection where they are not. Valid as long as what wait_on_device() returns. Throws as that does.
+  /// which repeats a detection where they are not: positions on the device have to stay as they are for that. Valid as
+  /// long as what wait_on_device() returns. Throws as that does.
   PendingContacts on_device();
 
  private:
