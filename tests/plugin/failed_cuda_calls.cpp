@@ -27,25 +27,43 @@ SceneBody soup(std::uint64_t seed) {
   return moving(mesh, scattered(mesh, 0.3, seed), everything(0.03F));
 }
 
-/// Both ends of a body's step, on the device.
-struct GivenEnds {
-  explicit GivenEnds(const SceneBody& body)
-      : count(body.x_t0.size()), t0(Backend::cuda, count * sizeof(Vec3d)), t1(Backend::cuda, count * sizeof(Vec3d)) {
-    t0.write(body.x_t0.data(), count * sizeof(Vec3d));
-    t1.write(body.x_t1.data(), count * sizeof(Vec3d));
+/// Positions on the device.
+template <class T>
+struct GivenEnd {
+  explicit GivenEnd(const std::vector<Vec3<T>>& x) : count(x.size()), memory(Backend::cuda, count * sizeof(Vec3<T>)) {
+    memory.write(x.data(), count * sizeof(Vec3<T>));
   }
-  Positions at(DeviceMemory& memory) const {
-    return Positions::on_device(reinterpret_cast<const double*>(memory.data()), count, sizeof(Vec3d));
-  }
+  Positions get() { return Positions::on_device(reinterpret_cast<const T*>(memory.data()), count, sizeof(Vec3<T>)); }
 
   std::size_t count;
-  DeviceMemory t0, t1;
+  DeviceMemory memory;
+};
+
+std::vector<Vec3f> as_floats(const Positions3& x) {
+  std::vector<Vec3f> floats;
+  for (const Vec3d& position : x) floats.push_back(vec3_cast<float>(position));
+  return floats;
+}
+
+/// Both ends of a body's step, as doubles and as floats, on the device, and floats on the host.
+struct GivenEnds {
+  explicit GivenEnds(const SceneBody& body)
+      : t0(body.x_t0),
+        t1(body.x_t1),
+        host_float_t0(as_floats(body.x_t0)),
+        host_float_t1(as_floats(body.x_t1)),
+        float_t0(host_float_t0),
+        float_t1(host_float_t1) {}
+
+  GivenEnd<double> t0, t1;
+  std::vector<Vec3f> host_float_t0, host_float_t1;
+  GivenEnd<float> float_t0, float_t1;
 };
 
 /// What calls have returned, one after another.
 struct Lived {
   std::vector<std::vector<Contact>> contacts;
-  std::vector<std::uint32_t> nearest;  ///< triangles
+  std::vector<std::vector<std::uint32_t>> answers;  ///< to questions: triangles
 };
 
 void expect_same(const Lived& expected, const Lived& found) {
@@ -53,7 +71,7 @@ void expect_same(const Lived& expected, const Lived& found) {
   for (std::size_t i = 0; i < expected.contacts.size(); ++i) {
     EXPECT_TRUE(identical(expected.contacts[i], found.contacts[i])) << "detection " << i;
   }
-  EXPECT_EQ(expected.nearest, found.nearest);
+  EXPECT_EQ(expected.answers, found.answers);
 }
 
 /// What a user does with a scene, from its making to its end.
@@ -76,6 +94,10 @@ class Life {
     attempt([&] { scene_->update_body(ids_[0], desc_of(2)); });
     set_other_positions();
     for (int times = 0; times < 2; ++times) detect();
+    for (int times = 0; times < 4; ++times) {  // the last two without looking first
+      set_floats();
+      detect();
+    }
     if (backend_ == Backend::cuda) detect_on_device();
     ask();
     return std::move(lived_);
@@ -116,9 +138,25 @@ class Life {
       attempt(
           [&] {
             if (has_device_) {
-              scene_->set_positions(ids_[b], x.at(x.t0), x.at(x.t1));
+              scene_->set_positions(ids_[b], x.t0.get(), x.t1.get());
             } else {
               scene_->set_positions(ids_[b], body.x_t0, body.x_t1);
+            }
+          },
+          has_device_);
+    }
+  }
+
+  /// The same positions, as floats.
+  void set_floats() {
+    for (std::size_t b = 0; b < 2; ++b) {
+      GivenEnds& x = on_device_[b];
+      attempt(
+          [&] {
+            if (has_device_) {
+              scene_->set_positions(ids_[b], x.float_t0.get(), x.float_t1.get());
+            } else {
+              scene_->set_positions(ids_[b], x.host_float_t0, x.host_float_t1);
             }
           },
           has_device_);
@@ -145,16 +183,41 @@ class Life {
     EXPECT_TRUE(identical(lived_.contacts.back(), {contacts, found.count}));
   }
 
+  /// Asks a question, and notes the triangles of its answers.
+  template <class Ask>
+  void ask(const Ask& question) {
+    attempt(
+        [&] {
+          std::vector<std::uint32_t> triangles;
+          question(triangles);
+          lived_.answers.push_back(std::move(triangles));
+        },
+        true);
+  }
+  template <class Answers>
+  static void append_lists(const Answers& lists, std::vector<std::uint32_t>& triangles) {
+    for (const auto& answer : lists.all()) triangles.push_back(answer.triangle);
+  }
+
   void ask() {
     std::optional<Probe> probe;
     attempt([&] { probe.emplace(*scene_); });
     const std::vector<QueryPoint> points = {{{0, 0, 0}}, {{1, -0.5, 0.3}}, {{-3, 2, 1}}};
-    attempt(
-        [&] {
-          lived_.nearest.clear();
-          for (const ClosestPoint& nearest : probe->closest_points(points)) lived_.nearest.push_back(nearest.triangle);
-        },
-        true);
+    const std::vector<Ray> rays = {{{-5, 0.1, 0.2}, {1, 0, 0}}, {{0.3, 5, -0.4}, {0, -1, 0.1}}};
+    const std::vector<QuerySphere> spheres = {{{0, 0, 0}, 0.7}, {{1, 1, 0}, 0.2}};
+    const std::vector<QueryBox> boxes = {{{-0.5, -0.5, -0.5}, {0.5, 0.4, 0.3}}};
+    const std::vector<QueryOrientedBox> turned = {
+        {{0.2, 0, 0.1}, {0.4, 0.3, 0.2}, {{0.6, 0.8, 0}, {-0.8, 0.6, 0}, {0, 0, 1}}}};
+    ask([&](auto& triangles) {
+      for (const ClosestPoint& nearest : probe->closest_points(points)) triangles.push_back(nearest.triangle);
+    });
+    ask([&](auto& triangles) {
+      for (const RayHit& hit : probe->first_hits(rays)) triangles.push_back(hit.triangle);
+    });
+    ask([&](auto& triangles) { append_lists(probe->all_hits(rays), triangles); });
+    ask([&](auto& triangles) { append_lists(probe->overlaps(spheres), triangles); });
+    ask([&](auto& triangles) { append_lists(probe->overlaps(boxes), triangles); });
+    ask([&](auto& triangles) { append_lists(probe->overlaps(turned), triangles); });
   }
 
   Backend backend_;
