@@ -28,9 +28,17 @@ __device__ void survey_as(const SurveyedVertices& vertices, const Vec3d& origin,
   }
 }
 
-/// A block for each run of vertices. Both arrays are the host's.
+/// What the device keeps of a run's survey, to be judged: reading the host's memory takes long.
+struct JudgedRun {
+  StepSurvey survey;
+  bool is_within;
+};
+
+/// A block for each run of vertices. Arrays are the host's, but `judged`; that and `foreseen` are null where nothing
+/// is.
 __global__ void __launch_bounds__(kBlockSize)
-    survey_vertices(const SurveyedVertices* runs, Vec3d origin, bool needs_t0, StepSurvey* surveys) {
+    survey_vertices(const SurveyedVertices* runs, Vec3d origin, bool needs_t0, StepSurvey* surveys,
+                    const StepSurvey* foreseen, JudgedRun* judged) {
   using Reduce = cub::BlockReduce<StepSurvey, kBlockSize>;
   __shared__ typename Reduce::TempStorage shared;
   const SurveyedVertices vertices = runs[blockIdx.x];
@@ -44,22 +52,25 @@ __global__ void __launch_bounds__(kBlockSize)
   if (threadIdx.x != 0) return;
   if (!vertices.has_two_ends) survey.t0 = survey.t1;
   surveys[blockIdx.x] = survey;
+  if (judged != nullptr) judged[blockIdx.x] = {survey, is_within(survey, foreseen[blockIdx.x])};
 }
 
-/// One block, after survey_vertices: whether all runs are as foreseen. All arrays are the host's.
-__global__ void __launch_bounds__(kBlockSize) judge_surveys(const StepSurvey* surveys, const StepSurvey* foreseen,
-                                                            std::uint32_t runs, Foreseen scene, std::uint32_t* is_so) {
+/// One block, after survey_vertices: whether all is as foreseen, for the device and for the host.
+__global__ void __launch_bounds__(kBlockSize) judge_surveys(const JudgedRun* judged, std::uint32_t runs, Foreseen scene,
+                                                            std::uint32_t* on_device, std::uint32_t* on_host) {
   using Reduce = cub::BlockReduce<StepSurvey, kBlockSize>;
   __shared__ typename Reduce::TempStorage shared;
   StepSurvey all;
   bool are_within = true;
   for (std::uint32_t run = threadIdx.x; run < runs; run += kBlockSize) {
-    are_within = are_within && is_within(surveys[run], foreseen[run]);
-    all.merge(surveys[run]);
+    are_within = are_within && judged[run].is_within;
+    all.merge(judged[run].survey);
   }
   const bool are_all_within = __syncthreads_and(are_within ? 1 : 0) != 0;
   all = Reduce(shared).Reduce(all, Merge{});
-  if (threadIdx.x == 0) *is_so = are_all_within && is_as_foreseen(all, scene) ? 1U : 0U;
+  if (threadIdx.x != 0) return;
+  *on_device = are_all_within && is_as_foreseen(all, scene) ? 1U : 0U;
+  *on_host = *on_device;
 }
 
 /// On one device, whichever is the calling thread's current one.
@@ -93,30 +104,38 @@ class CudaPositionReader final : public DevicePositionReader {
 
   Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) override {
     const DeviceGuard guard(device_);
-    enqueue_survey(vertices, origin, needs_t0);
-    return seen();
+    enqueue_survey(vertices, origin, needs_t0, nullptr, nullptr);
+    return seen().surveys;
   }
 
   ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen, const Foreseen& scene,
                        bool needs_t0) override {
     const DeviceGuard guard(device_);
-    enqueue_survey(vertices, scene.origin, needs_t0);
+    finish_looking();
     OnDevice& on_device = *on_device_;
     on_device.foreseen.reserve(foreseen.size());
-    on_device.is_so.reserve(1);
     std::copy(foreseen.begin(), foreseen.end(), on_device.foreseen.data());
-    judge_surveys<<<1, kBlockSize, 0, stream()>>>(on_device.surveys.data(), on_device.foreseen.data(),
-                                                  static_cast<std::uint32_t>(foreseen.size()), scene,
-                                                  on_device.is_so.data());
+    if (on_device.judged_capacity < foreseen.size()) {
+      on_device.judged_capacity = 0;
+      on_device.judged = DeviceMemory<JudgedRun>(foreseen.size());
+      on_device.judged_capacity = foreseen.size();
+    }
+    if (on_device.verdict.get() == nullptr) on_device.verdict = DeviceMemory<std::uint32_t>(1);
+    on_device.host_verdict.reserve(1);
+    enqueue_survey(vertices, scene.origin, needs_t0, on_device.foreseen.data(), on_device.judged.get());
+    judge_surveys<<<1, kBlockSize, 0, stream()>>>(on_device.judged.get(), static_cast<std::uint32_t>(foreseen.size()),
+                                                  scene, on_device.verdict.get(), on_device.host_verdict.data());
     check_cuda(cudaGetLastError(), "looking at positions");
     check_cuda(cudaEventRecord(on_device.has_looked.get(), stream()), "looking at positions");
-    return {on_device.is_so.data(), on_device.has_looked.get()};
+    return {on_device.verdict.get(), on_device.has_looked.get()};
   }
 
-  Span<const StepSurvey> seen() override {
+  SeenPositions seen() override {
     const DeviceGuard guard(device_);
     finish_looking();
-    return {on_device_->surveys.data(), on_device_->survey_count};
+    const OnDevice& on_device = *on_device_;
+    const bool are_as_foreseen = on_device.host_verdict.capacity() > 0 && *on_device.host_verdict.data() != 0;
+    return {{on_device.surveys.data(), on_device.survey_count}, are_as_foreseen};
   }
 
   void copy(const GivenPositions& from, std::uint64_t count, void* to) override {
@@ -136,12 +155,16 @@ class CudaPositionReader final : public DevicePositionReader {
     PinnedBuffer<StepSurvey> surveys;
     std::uint64_t survey_count = 0;
     PinnedBuffer<StepSurvey> foreseen;
-    PinnedBuffer<std::uint32_t> is_so;
+    DeviceMemory<JudgedRun> judged;
+    std::uint64_t judged_capacity = 0;
+    DeviceMemory<std::uint32_t> verdict;
+    PinnedBuffer<std::uint32_t> host_verdict;
     Event has_looked{cudaEventDisableTiming};
     bool is_looking = false;  ///< the arrays are in use
   };
 
-  void enqueue_survey(Span<const SurveyedVertices> vertices, const Vec3d& origin, bool needs_t0) {
+  void enqueue_survey(Span<const SurveyedVertices> vertices, const Vec3d& origin, bool needs_t0,
+                      const StepSurvey* foreseen, JudgedRun* judged) {
     OnDevice& on_device = *on_device_;
     finish_looking();
     on_device.vertices.reserve(vertices.size());
@@ -150,7 +173,7 @@ class CudaPositionReader final : public DevicePositionReader {
     std::copy(vertices.begin(), vertices.end(), on_device.vertices.data());
     on_device.is_looking = true;
     survey_vertices<<<static_cast<unsigned>(vertices.size()), kBlockSize, 0, stream()>>>(
-        on_device.vertices.data(), origin, needs_t0, on_device.surveys.data());
+        on_device.vertices.data(), origin, needs_t0, on_device.surveys.data(), foreseen, judged);
     check_cuda(cudaGetLastError(), "looking at positions");
   }
 

@@ -247,7 +247,12 @@ void SceneCore::meet_ranks(const QueryOptions& options, Pairs pairs) {
 void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs) {
   guarded_in_memory(
       query.statistics_, [&] { return preparation_problem(); },
-      [&] { prepare(query, detection, pairs, may_foresee(query, pairs)); });
+      [&] {
+        prepare(query, detection, pairs, may_foresee(query, pairs));
+        // Without work nobody will ask whether that there is none was foreseen rightly.
+        if (detection.has_work || !store_.has_foreseen() || judge_foreseen()) return;
+        prepare(query, detection, pairs, /*may_foresee=*/false);
+      });
   if (!detection.has_work) return;
   guarded_in_memory(
       query.statistics_, [&] { return detection_problem(); },

@@ -141,13 +141,16 @@ void SceneStore::foresee(const LookedAt& looked_at, DevicePositionReader& reader
 }
 
 bool SceneStore::judge_foreseen(DevicePositionReader& reader) {
+  bool is_so = false;
   try {
-    merge_surveys(foreseen_blocks_, reader.seen());
+    const SeenPositions seen = reader.seen();
+    merge_surveys(foreseen_blocks_, seen.surveys);
+    is_so = seen.are_as_foreseen;
   } catch (...) {
     doubt_foreseen();
     throw;
   }
-  if (*verdict_.is_as_foreseen == 0) {
+  if (!is_so) {
     foresight_.fail();
     doubt_foreseen();
     return false;

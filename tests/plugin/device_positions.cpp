@@ -104,7 +104,7 @@ class HostReader final : public DevicePositionReader {
     looks_.in_vain += is_so_ == 0;
     return {&is_so_, nullptr};
   }
-  Span<const StepSurvey> seen() override { return surveys_; }
+  SeenPositions seen() override { return {surveys_, is_so_ != 0}; }
   void copy(const GivenPositions& from, std::uint64_t count, void* to) override {
     if (fails_) throw DeviceError("the device fell off the bus");
     const std::size_t size = from.is_double ? sizeof(Vec3d) : sizeof(Vec3f);
@@ -465,6 +465,10 @@ class ForeseenPositionsTest : public DevicePositionsTest {
     ASSERT_TRUE(identical(expected, device_.detect(options_)));
     EXPECT_EQ(device_.query().statistics().vt_contacts, host_.query().statistics().vt_contacts);
   }
+  void expect_in_vain(int looks) {
+    if (backend_under_test() == Backend::cuda) return;
+    EXPECT_EQ(looks_.in_vain, looks);
+  }
   void expect_looks(int all, int in_vain) {
     if (backend_under_test() == Backend::cuda) return;
     EXPECT_GE(looks_.all, all);
@@ -546,24 +550,112 @@ TEST_F(ForeseenPositionsTest, do_not_outlive_what_else_changes) {
 }
 
 TEST_F(ForeseenPositionsTest, may_be_set_for_the_next_step_while_a_detection_runs) {
-  for (int i = 0; i < 10; ++i) step(kSlowly);
-  for (int i = 0; i < 8; ++i) {
+  for (int times = 0; times < 2; ++times) {
+    for (int i = 0; i < 40; ++i) step(kSlowly);  // whatever was in vain before
+    const int before = looks_.in_vain;
     for (std::size_t b = 0; b < 2; ++b) {
-      move(b, i % 3 == 2 ? Vec3d{0.6, 0, 0} : kSlowly);  // now and then not as foreseen
+      move(b, {0.6, 0, 0});  // not as foreseen
       set(b);
     }
     const std::vector<Contact> expected = host_.detect(options_);
     const std::uint64_t number = device_.query().start(Pairs::all);
     for (std::size_t b = 0; b < 2; ++b) {
-      move(b, kSlowly);
-      set(b);
+      move(b, {0, 0.3, 0});
+      if (times == 0) set(b);
     }
-    device_.scene().set_settings(device_.ids()[0], everything(0.3F));
+    for (LoadedCore* const core : {&host_, &device_}) core->scene().set_settings(core->ids()[0], everything(0.2F));
     const Span<const Contact> found = device_.query().wait(number);
-    ASSERT_TRUE(identical(expected, found)) << "step " << i;
-    device_.scene().set_settings(device_.ids()[0], bodies_[0].settings);
+    ASSERT_TRUE(identical(expected, found));
+    expect_in_vain(before + 1);
     detect();
   }
+}
+
+/// Two flat sheets, the second above the first, which come so near each other that they touch within what was foreseen
+/// of the second alone.
+TEST_F(DevicePositionsTest, foreseen_of_some_bodies_are_not_taken_for_those_of_others) {
+  LoadedCore host = on_host();
+  LoadedCore device = on_device();
+  const Mesh sheet = grid_cloth(5, 5, 0.25);
+  BodySettings settings = everything(0.005F);
+  settings.self_collision = false;
+  std::vector<SceneBody> bodies;
+  for (int b = 0; b < 2; ++b) {
+    bodies.push_back(still(moved(sheet, {0, 0, 0.028 * b}), settings));
+    for (LoadedCore* const core : {&host, &device}) core->add(bodies.back());
+  }
+  const auto set = [&](std::size_t b, const Vec3d& by) {
+    bodies[b].x_t1 = translated(bodies[b].x_t0, by);
+    host.set(b, bodies[b], {}, true, false);
+    device.set(b, bodies[b], {}, true, true);
+    bodies[b].x_t0 = bodies[b].x_t1;
+  };
+  const auto detect = [&](bool touch) {
+    const std::vector<Contact> expected = host.detect(looking_for(Detection::ccd));
+    EXPECT_EQ(expected.empty(), !touch);
+    EXPECT_TRUE(identical(expected, device.detect(looking_for(Detection::ccd))));
+  };
+  const Vec3d down = {0, 0, -0.005};
+  const Vec3d nowhere = {0, 0, 0};
+  for (int i = 0; i < 2; ++i) {
+    set(0, nowhere);
+    set(1, down);
+    detect(false);
+  }
+  set(0, nowhere);
+  detect(false);
+  set(0, nowhere);
+  set(1, 1.9 * down);
+  detect(true);
+  EXPECT_EQ(looks_.in_vain, 0);
+}
+
+/// Two bodies far apart, one of which is suddenly where the other one is.
+TEST_F(DevicePositionsTest, that_come_together_from_far_away_are_not_missed) {
+  LoadedCore host = on_host();
+  LoadedCore device = on_device();
+  std::vector<SceneBody> bodies = {soup(1, 100), soup(2, 100)};
+  for (SceneBody& body : bodies) {
+    body.settings.self_collision = false;
+    for (LoadedCore* const core : {&host, &device}) core->add(body);
+  }
+  for (int i = 0; i < 9; ++i) {
+    for (std::size_t b = 0; b < 2; ++b) {
+      const Vec3d by = b == 1 && i < 8 ? Vec3d{30, 0, 0} : Vec3d{0, 0.002 * i, 0};
+      SceneBody body = bodies[b];
+      body.x_t0 = body.x_t1 = translated(body.x_t1, by);
+      body.x_t1[0].z += 0.01;
+      host.set(b, body, {}, true, false);
+      device.set(b, body, {}, true, true);
+    }
+    const std::vector<Contact> expected = host.detect(looking_for(Detection::ccd));
+    EXPECT_EQ(expected.empty(), i < 8);
+    EXPECT_TRUE(identical(expected, device.detect(looking_for(Detection::ccd)))) << "step " << i;
+  }
+}
+
+/// The scene's origin follows its extent, though no body leaves where it was foreseen.
+TEST_F(ForeseenPositionsTest, are_looked_at_again_where_the_origin_moves) {
+  options_.accuracy = Accuracy::fast;
+  double low = 1e9;
+  double high = -1e9;
+  for (const SceneBody& body : bodies_) {
+    for (const Vec3d& x : body.x_t1) {
+      low = std::min(low, x.x);
+      high = std::max(high, x.x);
+    }
+  }
+  // From half its width from 0 on a scene is far away.
+  const double offset = 0.5 * (high - low) - low - 0.03;
+  for (SceneBody& body : bodies_) body.x_t0 = body.x_t1 = translated(body.x_t1, {offset, 0, 0});
+  for (int i = 0; i < 30; ++i) {
+    for (std::size_t b = 0; b < 2; ++b) {
+      move(b, {0.003, 0, 0});
+      set(b);
+    }
+    detect();
+  }
+  EXPECT_GE(looks_.in_vain, backend_under_test() == Backend::cuda ? 0 : 1);
 }
 
 TEST_F(ForeseenPositionsTest, say_on_the_device_whether_they_were_not_as_foreseen) {

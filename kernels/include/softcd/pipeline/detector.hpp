@@ -56,8 +56,14 @@ struct DevicePositions {
 
 /// Whether positions on a device are as they were foreseen.
 struct ForeseenVerdict {
-  const std::uint32_t* is_as_foreseen = nullptr;  ///< in memory that host and device read; null where the host has seen
+  const std::uint32_t* is_as_foreseen = nullptr;  ///< on the device; null where the host has seen them
   void* known = nullptr;                          ///< the cudaEvent_t after which that is known
+};
+
+/// What a look at positions on a device has seen of each run of vertices, and whether that is as was foreseen.
+struct SeenPositions {
+  Span<const StepSurvey> surveys;
+  bool are_as_foreseen = false;
 };
 
 /// What of SceneArrays is not as it was.
@@ -190,7 +196,7 @@ class DevicePositionReader {
   virtual ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen,
                                const Foreseen& scene, bool needs_t0) = 0;
   /// What the last look has seen, once it has. Valid until the next call.
-  virtual Span<const StepSurvey> seen() = 0;
+  virtual SeenPositions seen() = 0;
   /// To the host, one behind the other.
   virtual void copy(const GivenPositions& from, std::uint64_t count, void* to) = 0;
 };
