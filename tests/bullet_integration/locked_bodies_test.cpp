@@ -123,7 +123,8 @@ TEST_P(LockedBodies, stay_at_rest_when_nothing_moves_them) {
 TEST_P(LockedBodies, come_apart_and_are_named_again_when_they_are_put_through_each_other_again) {
   lock_two(/*is_first_fixed=*/true);
   const btVector3 start = second->m_nodes[0].m_x;
-  for (int i = 0; i < 75; ++i) {
+  // 58 to 78 steps, by the order of Bullet's contacts, which in the deformable world follows addresses.
+  for (int i = 0; i < 100; ++i) {
     step([&] {
       for (int n = 0; n < second->m_nodes.size(); ++n) second->m_nodes[n].m_v = away();
     });
