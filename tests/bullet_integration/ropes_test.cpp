@@ -92,13 +92,6 @@ TEST_P(Ropes, lie_across_each_other) {
   }
 }
 
-TEST_P(Ropes, stop_each_other_however_fast_they_are) {
-  if (GetParam() == World::dispatcher) GTEST_SKIP() << "which does not prevent crossings";
-  for (const btScalar speed : {btScalar(10), btScalar(50)}) {
-    EXPECT_GT(least_gap(GetParam(), rope_settings(Detection::ccd), speed, 5), 0) << speed;
-  }
-}
-
 TEST_P(Ropes, hang_over_the_border_of_a_cloth) {
   for (const EdgeContacts edge_contacts : {EdgeContacts::respond, EdgeContacts::off}) {
     AnySimulation simulation(GetParam(), rope_settings(Detection::ccd, edge_contacts));
