@@ -12,9 +12,6 @@ namespace softcd::test {
 
 enum class World { one_line, multi_body, dispatcher, deformable, attached, attached_deformable };
 
-/// Of Bullet.
-constexpr bool kIsDouble = sizeof(btScalar) == sizeof(double);
-
 inline bool is_deformable(World world) {
   return world == World::deformable || world == World::attached_deformable;
 }

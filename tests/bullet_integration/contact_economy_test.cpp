@@ -430,10 +430,8 @@ std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step) 
   return {sum / btScalar(steps - steps * 3 / 4), contacts};
 }
 
-/// In double precision the classic world has come nearer to rest after three seconds, to within 2.3 %.
 void expect_same_rest(const std::pair<btScalar, std::size_t>& all, const std::pair<btScalar, std::size_t>& chosen) {
-  const double tolerance = sizeof(btScalar) == sizeof(double) ? 0.05 : 0.02;
-  EXPECT_NEAR(double(chosen.first), double(all.first), tolerance * double(all.first));
+  EXPECT_NEAR(double(chosen.first), double(all.first), 0.02 * double(all.first));
   EXPECT_LE(chosen.second, all.second / 2);
 }
 

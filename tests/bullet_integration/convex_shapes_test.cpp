@@ -169,7 +169,6 @@ TEST_P(ConvexShapes, a_thrown_box_does_not_pass_a_coarse_cloth) {
     EXPECT_GT(throw_box(GetParam(), std::nullopt, mass, 50), 10) << "with Bullet alone";
     EXPECT_GT(throw_box(GetParam(), test_settings(Detection::ccd), mass, 50), 10);
     for (const btScalar speed : {btScalar(5), btScalar(20), btScalar(50)}) {
-      if (kIsDouble && is_deformable(GetParam()) && speed > 20) continue;  // docs/limits.md
       EXPECT_EQ(throw_box(GetParam(), with_faces_and_edges(Detection::ccd), mass, speed), 0)
           << mass << " kg, " << speed << " m/s";
     }

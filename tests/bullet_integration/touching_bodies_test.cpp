@@ -122,7 +122,6 @@ TEST_P(TouchingUnderADispatcher, have_contacts) {
 }
 
 TEST_P(TouchingBodies, that_are_through_each_other_there_come_apart) {
-  if (kIsDouble && is_deformable(GetParam())) GTEST_SKIP() << "in double precision they stay so: docs/limits.md";
   btSoftBody& floor = add_floor();
   btSoftBody& cloth = add_upright();
   EXPECT_GT(count_edges(floor, cloth), 0U);
