@@ -21,7 +21,7 @@ packages=(
   libtbb-dev libhwy-dev libbullet-dev libeigen3-dev
   libcli11-dev libfmt-dev nlohmann-json3-dev libpng-dev
   libglfw3-dev libimgui-dev libepoxy-dev libegl-dev libgl1-mesa-dri
-  libgtest-dev libgmock-dev libboost-dev libgmp-dev libbenchmark-dev
+  libgtest-dev libgmock-dev libboost-dev libgmp-dev libbenchmark-dev libassimp-dev
 )
 
 say() { printf 'softcd setup: %s\n' "$*" >&2; }

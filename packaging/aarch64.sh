@@ -27,7 +27,7 @@ fi
 
 dpkg --add-architecture arm64
 cmake/setup.sh g++-aarch64-linux-gnu qemu-user \
-  {libc6-dev,libstdc++-12-dev,libtbb-dev,libhwy-dev,libbullet-dev,libfmt-dev,libgtest-dev,libgmock-dev,libgmp-dev}:arm64
+  {libc6-dev,libstdc++-12-dev,libtbb-dev,libhwy-dev,libbullet-dev,libfmt-dev,libgtest-dev,libgmock-dev,libgmp-dev,libassimp-dev}:arm64
 
 cmake -S . -B build/aarch64 -G Ninja --toolchain "$PWD/packaging/aarch64.cmake" -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_UNITY_BUILD=ON -DSOFTCD_CUDA=OFF -DSOFTCD_DEMOS=OFF -DSOFTCD_BENCHMARKS=OFF >&2

@@ -1,12 +1,16 @@
 #include "command_line.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
+#include <filesystem>
 #include <vector>
 
 #include "command_line/choices.hpp"
 #include "command_line/world_choices.hpp"
+#include "mesh_io/mesh_io.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -89,6 +93,15 @@ void check_exported_step(const CLI::App& app, const DemoCommand& command) {
   if (folder.empty()) throw CLI::ValidationError("--export-step", "DIR is empty");
 }
 
+void check_mesh_files(const std::string& target) {
+  if (target.find('#') == std::string::npos) return;  // a folder
+  const std::string extension = std::filesystem::path(target).extension().string();
+  if (std::find(kWrittenExtensions.begin(), kWrittenExtensions.end(), extension) == kWrittenExtensions.end()) {
+    throw CLI::ValidationError("--export",
+                               fmt::format("'{}' ends in none of {}", target, fmt::join(kWrittenExtensions, ", ")));
+  }
+}
+
 }  // namespace
 
 const char* name_of(Collision collision) {
@@ -140,8 +153,8 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
                  "Write frames as pictures DIR/frame-0000.png, ..., or as a video (by the program ffmpeg)")
       ->option_text("DIR|FILE.mp4");
   app.add_option("--export", command.mesh_files,
-                 "Write all bodies of each frame as one binary PLY file: DIR/frame-0000.ply, ..., or a name in\n"
-                 "which a row of # stands for the frame's number")
+                 "Write all bodies of each frame as one file: DIR/frame-0000.ply, ..., or a name in which a row of\n"
+                 "# stands for the frame's number and whose end is .ply, .stl (both binary) or .glb (glTF)")
       ->option_text("DIR|PATTERN");
   app.add_option("--frame-steps", command.frame_steps,
                  "Steps from one frame of --record and --export to the next; 4 are 1/30 second")
@@ -174,6 +187,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (!list) check_scene(command, size);
+    check_mesh_files(command.mesh_files);
     check_exported_step(app, command);
     if (!size_of_pictures.empty()) take_picture_size(size_of_pictures, command.pictures);
     take_overlays(overlays, command);

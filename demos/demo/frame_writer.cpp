@@ -33,7 +33,7 @@ Mesh mesh_of(const Scene& scene) {
 
 void write_mesh(const std::filesystem::path& file, const Scene& scene) {
   std::filesystem::create_directories(file.parent_path());
-  write_ply(file, mesh_of(scene));
+  write_mesh(file, mesh_of(scene));
 }
 
 FileSequence::FileSequence(const std::string& target, const std::string& extension) {
@@ -66,7 +66,7 @@ FrameWriter::FrameWriter(PictureTaker* pictures, const std::string& record, cons
 void FrameWriter::write(const Scene& scene) {
   if (video_) video_->add(picture_taker_->take(scene));
   if (pictures_) write_png(pictures_->next(), picture_taker_->take(scene));
-  if (meshes_) write_ply(meshes_->next(), mesh_of(scene));
+  if (meshes_) write_mesh(meshes_->next(), mesh_of(scene));
 }
 
 void FrameWriter::finish() {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "softcd/core/types.hpp"
@@ -24,8 +26,13 @@ class MeshError : public std::runtime_error {
 /// pipes of up to 16 GiB are read. Throws MeshError.
 Mesh read_mesh(const std::filesystem::path& path);
 
-/// Writes binary PLY (little endian, single precision). Throws MeshError.
-void write_ply(const std::filesystem::path& path, const Mesh& mesh);
+/// What the names of files that write_mesh writes end in.
+constexpr std::array<std::string_view, 3> kWrittenExtensions = {".ply", ".stl", ".glb"};
+
+/// Writes single precision, as binary PLY (little endian), as binary STL, in which each triangle has vertices of its
+/// own, or as glTF 2.0 in one file (.glb), which must have triangles and finite positions; which, the name's end says.
+/// Throws MeshError.
+void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 
 /// Throws MeshError, naming both files, when they are not two frames of one mesh: other vertex counts or triangles.
 void require_same_topology(const Mesh& a, const std::filesystem::path& path_a, const Mesh& b,

@@ -17,6 +17,7 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+using testing::StartsWith;
 
 /// PATH, until the object goes.
 class SearchPath {
@@ -95,6 +96,13 @@ TEST_F(Demo, exports_meshes_that_can_be_read_back) {
   EXPECT_EQ(first.positions[0].y, 3);
   EXPECT_EQ(second.positions[0].y, 3);
   EXPECT_LT(second.positions[144 + 6 * 12 + 6].y, first.positions[144 + 6 * 12 + 6].y);
+}
+
+TEST_F(Demo, exports_what_the_name_ends_in) {
+  run_well("two-cloths --size 12 --frame-steps 8 --export " + folder_.file("frame-#.stl"));
+  EXPECT_EQ(folder_.read("frame-0.stl").size(), 84 + 50 * 484U);
+  run_well("two-cloths --size 12 --frame-steps 8 --export " + folder_.file("frame-#.glb"));
+  EXPECT_THAT(folder_.read("frame-0.glb"), StartsWith("glTF"));
 }
 
 TEST_F(Demo, exports_one_step_as_two_frames) {
@@ -196,6 +204,7 @@ TEST_F(Demo, refuses_command_lines) {
   expect_refused("two-cloths --steps 8 --export-step 9 folder", "9 is not a step from 1 to 8");
   expect_refused("two-cloths --export-step 0 folder", "0 is not a step from 1 to");
   expect_refused("two-cloths --export-step 5", "--export-step");
+  expect_refused("two-cloths --export frame-##.obj", "'frame-##.obj' ends in none of .ply, .stl, .glb");
 }
 
 }  // namespace

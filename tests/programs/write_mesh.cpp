@@ -1,0 +1,131 @@
+#include <assimp/scene.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "mesh_io/mesh_io.hpp"
+#include "temporary_folder.hpp"
+
+// What is written is read back by assimp, which knows nothing of the writers.
+namespace softcd::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// Two triangles of a folded square, a sliver without area, and a vertex that none has.
+demo::Mesh some_mesh() {
+  return {{{0, 0, 0}, {1, 0, 0}, {0, 2, 0.1}, {-1e-3, 2, 3}, {1e6, -7, 0.3}, {9, 9, 9}},
+          {{{0, 1, 2}}, {{2, 1, 3}}, {{4, 4, 0}}}};
+}
+
+std::uint32_t number_at(const std::string& bytes, std::size_t offset) {
+  std::uint32_t number = 0;
+  std::memcpy(&number, bytes.data() + offset, sizeof number);
+  return number;
+}
+
+class MeshWriting : public testing::Test {
+ protected:
+  std::string write(const std::string& name, const demo::Mesh& mesh) const {
+    demo::write_mesh(folder_.file(name), mesh);
+    return folder_.file(name);
+  }
+
+  std::string error_of(const std::string& name, const demo::Mesh& mesh) const {
+    try {
+      write(name, mesh);
+    } catch (const demo::MeshError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  /// As assimp reads it; it lives as long as the test.
+  const aiMesh& read(const std::string& file) {
+    const aiScene* scene = importer_.ReadFile(file, 0);
+    if (scene == nullptr || scene->mNumMeshes != 1) throw std::runtime_error(importer_.GetErrorString());
+    return *scene->mMeshes[0];
+  }
+
+  TemporaryFolder folder_;
+  Assimp::Importer importer_;
+};
+
+void expect_at(const aiVector3D& read, const Vec3d& written) {
+  EXPECT_EQ(read.x, static_cast<float>(written.x));
+  EXPECT_EQ(read.y, static_cast<float>(written.y));
+  EXPECT_EQ(read.z, static_cast<float>(written.z));
+}
+
+TEST_F(MeshWriting, keeps_vertices_and_triangles_in_ply_and_gltf) {
+  const demo::Mesh mesh = some_mesh();
+  for (const char* name : {"mesh.ply", "mesh.glb"}) {
+    const aiMesh& read_back = read(write(name, mesh));
+    ASSERT_EQ(read_back.mNumVertices, mesh.positions.size()) << name;
+    ASSERT_EQ(read_back.mNumFaces, mesh.triangles.size()) << name;
+    for (unsigned i = 0; i < read_back.mNumVertices; ++i) expect_at(read_back.mVertices[i], mesh.positions[i]);
+    for (unsigned f = 0; f < read_back.mNumFaces; ++f) {
+      ASSERT_EQ(read_back.mFaces[f].mNumIndices, 3u);
+      for (int i = 0; i < 3; ++i) EXPECT_EQ(read_back.mFaces[f].mIndices[i], mesh.triangles[f].v[i]) << name << f;
+    }
+  }
+}
+
+TEST_F(MeshWriting, gives_stl_corners_and_normals) {
+  const demo::Mesh mesh = some_mesh();
+  const aiMesh& read_back = read(write("mesh.stl", mesh));
+  ASSERT_EQ(read_back.mNumFaces, mesh.triangles.size());
+  for (unsigned f = 0; f < read_back.mNumFaces; ++f) {
+    for (int i = 0; i < 3; ++i) {
+      expect_at(read_back.mVertices[read_back.mFaces[f].mIndices[i]], mesh.positions[mesh.triangles[f].v[i]]);
+    }
+  }
+  // Of (1, 0, 0) x (0, 2, 0.1), and of the sliver none.
+  EXPECT_NEAR(read_back.mNormals[0].y, -0.1 / std::hypot(0.1, 2), 1e-7);
+  EXPECT_NEAR(read_back.mNormals[0].z, 2 / std::hypot(0.1, 2), 1e-7);
+  EXPECT_EQ(number_at(folder_.read("mesh.stl"), 84 + 2 * 50), 0u);
+  EXPECT_EQ(folder_.read("mesh.stl").size(), 84 + 3 * 50u);
+}
+
+// What the standard asks for beyond what readers check: lengths, alignment, bounds.
+TEST_F(MeshWriting, makes_gltf_of_two_chunks_with_bounds) {
+  write("mesh.glb", some_mesh());
+  const std::string bytes = folder_.read("mesh.glb");
+  ASSERT_GT(bytes.size(), 28u);
+  EXPECT_EQ(bytes.substr(0, 4), "glTF");
+  EXPECT_EQ(number_at(bytes, 4), 2u);
+  EXPECT_EQ(number_at(bytes, 8), bytes.size());
+  const std::size_t description_bytes = number_at(bytes, 12);
+  EXPECT_EQ(bytes.substr(16, 4), "JSON");
+  EXPECT_EQ(description_bytes % 4, 0u);
+  const std::size_t buffer_bytes = number_at(bytes, 20 + description_bytes);
+  EXPECT_EQ(bytes.substr(24 + description_bytes, 4), std::string("BIN\0", 4));
+  EXPECT_EQ(28 + description_bytes + buffer_bytes, bytes.size());
+
+  const nlohmann::json description = nlohmann::json::parse(bytes.substr(20, description_bytes));
+  EXPECT_EQ(description.at("buffers").at(0).at("byteLength"), buffer_bytes);
+  const nlohmann::json& positions = description.at("accessors").at(0);
+  EXPECT_EQ(positions.at("min").get<std::vector<float>>(), (std::vector<float>{-1e-3F, -7, 0}));
+  EXPECT_EQ(positions.at("max").get<std::vector<float>>(), (std::vector<float>{1e6F, 9, 9}));
+}
+
+TEST_F(MeshWriting, refuses_what_a_format_cannot_hold) {
+  demo::Mesh mesh = some_mesh();
+  EXPECT_THAT(error_of("mesh.obj", mesh), HasSubstr("mesh.obj: ends in none of .ply, .stl, .glb"));
+  EXPECT_THAT(error_of("missing/mesh.stl", mesh), HasSubstr("mesh.stl: cannot be written"));
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), 1e300}) {
+    mesh.positions[3].y = bad;
+    EXPECT_THAT(error_of("mesh.glb", mesh), HasSubstr("mesh.glb: cannot be glTF: vertex 3 is not finite"));
+    EXPECT_EQ(error_of("mesh.ply", mesh), "");
+  }
+  EXPECT_THAT(error_of("mesh.glb", {}), HasSubstr("there are no triangles"));
+}
+
+}  // namespace
+}  // namespace softcd::test
