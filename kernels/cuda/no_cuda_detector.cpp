@@ -17,8 +17,8 @@ void* allocate_shared_memory(std::uint64_t /*bytes*/) {
 void free_shared_memory(void* /*memory*/) {}
 
 const char* cuda_problem() {
-  return "this build of softcd has no CUDA backend (no nvcc was found when it was configured); rebuild with "
-         "SOFTCD_CUDA=ON";
+  return "this build of softcd has no CUDA backend (it was configured without one, or found no nvcc); "
+         "rebuild with SOFTCD_CUDA=ON";
 }
 
 }  // namespace softcd
