@@ -8,8 +8,8 @@ usage: packaging/bare.sh SUITE [COMMAND...]
 
 Makes a bare distribution (debootstrap; Debian's bookworm and trixie, Ubuntu's noble) in build/bare/SUITE, unless it is
 there, puts this clone's files into its /softcd, as they are here, and runs COMMAND there; `cmake/build.sh` where none
-is named. What COMMAND installs and builds there stays for the next one. As root, who may mount. Ubuntu's takes Ubuntu's
-keys (the package ubuntu-keyring, which Debian 12 lacks).
+is named. What COMMAND installs and builds there stays for the next one. As root, who may mount. Ubuntu's is made in
+the bare Debian 13, since Debian 12's debootstrap knows neither it nor its keys.
 
   packaging/bare.sh trixie tests/run.sh              README's tests on Debian 13
   packaging/bare.sh trixie packaging/debian.sh --try
@@ -31,14 +31,28 @@ if [ ${#command[@]} -eq 0 ]; then command=(cmake/build.sh); fi
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bare=$PWD/build/bare/$suite
 
+make_debian() {
+  SOFTCD_SETUP=on cmake/setup.sh debootstrap
+  debootstrap --force-check-gpg --variant=minbase --include=ca-certificates "$suite" "$bare.part" >&2
+}
+
+make_ubuntu() {
+  # shellcheck disable=SC2016  # the inner shell expands it
+  packaging/bare.sh trixie bash -c '
+    set -euo pipefail
+    apt-get -qq update
+    DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends debootstrap ubuntu-keyring >/dev/null
+    rm -rf /ubuntu
+    debootstrap --force-check-gpg --variant=minbase --components=main,universe --include=ca-certificates "$1" /ubuntu >&2
+  ' bash "$suite"
+  mv build/bare/trixie/ubuntu "$bare.part"
+}
+
 # A folder that is not finished is not taken for one that is.
 if [ ! -d "$bare" ]; then
-  SOFTCD_SETUP=on cmake/setup.sh debootstrap
   rm -rf "$bare.part"
   mkdir -p build/bare
-  components=main
-  if [ "$suite" = noble ]; then components=main,universe; fi
-  debootstrap --force-check-gpg --variant=minbase --components="$components" --include=ca-certificates "$suite" "$bare.part" >&2
+  if [ "$suite" = noble ]; then make_ubuntu; else make_debian; fi
   mv "$bare.part" "$bare"
 fi
 
