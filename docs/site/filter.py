@@ -83,7 +83,7 @@ def main():
     with open(path, encoding="utf-8") as file:
         text = file.read()
     text = page(path, text) if path.endswith(".md") else without_inline_namespaces(text)
-    if os.path.basename(path) in ("softcd.h", "softcd.hpp"):  # Their first comments are about all of them.
+    if os.path.basename(path) in ("softcd.h", "softcd.hpp", "softcd_probe.h"):  # Their first comments are about all.
         text = text.replace("\n\n/**\n", "\n\n/** @file\n", 1).replace("\n\n///", "\n/// @file\n///", 1)
     sys.stdout.write(text)
 

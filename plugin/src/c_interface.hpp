@@ -78,4 +78,12 @@ Span<const Mine> elements(const Theirs* first, std::uint64_t count, const char* 
   return {reinterpret_cast<const Mine*>(first), static_cast<std::size_t>(count)};
 }
 
+/// `count` elements of several scalars each.
+template <class Row, class Scalar>
+Span<const Row> rows(const Scalar* first, std::uint64_t count, const char* argument) {
+  static_assert(sizeof(Row) % sizeof(Scalar) == 0 && alignof(Row) == alignof(Scalar));
+  if (count > 0) required(first, argument);
+  return {reinterpret_cast<const Row*>(first), static_cast<std::size_t>(count)};
+}
+
 }  // namespace softcd::c_interface

@@ -1,4 +1,6 @@
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 #include "c_interface.hpp"
 
@@ -23,12 +25,42 @@ static_assert(sizeof(softcd_closest_point) == sizeof(ClosestPoint) &&
               offsetof(softcd_closest_point, side) == offsetof(ClosestPoint, side));
 static_assert(sizeof(softcd_sphere) == sizeof(QuerySphere) &&
               offsetof(softcd_sphere, radius) == offsetof(QuerySphere, radius));
+static_assert(sizeof(softcd_capsule) == sizeof(QueryCapsule) &&
+              offsetof(softcd_capsule, to) == offsetof(QueryCapsule, to) &&
+              offsetof(softcd_capsule, radius) == offsetof(QueryCapsule, radius));
 static_assert(sizeof(softcd_box) == sizeof(QueryBox) && offsetof(softcd_box, hi) == offsetof(QueryBox, hi));
 static_assert(sizeof(softcd_oriented_box) == sizeof(QueryOrientedBox) &&
               offsetof(softcd_oriented_box, half) == offsetof(QueryOrientedBox, half) &&
               offsetof(softcd_oriented_box, axes) == offsetof(QueryOrientedBox, axes));
 static_assert(sizeof(softcd_overlap) == sizeof(TriangleOverlap) &&
               offsetof(softcd_overlap, triangle) == offsetof(TriangleOverlap, triangle));
+
+static_assert(sizeof(softcd_body_pair) == sizeof(QueryBodies) &&
+              offsetof(softcd_body_pair, b) == offsetof(QueryBodies, b));
+static_assert(sizeof(softcd_body_distance) == sizeof(BodyDistance) &&
+              offsetof(softcd_body_distance, body_b) == offsetof(BodyDistance, body_b) &&
+              offsetof(softcd_body_distance, triangle_a) == offsetof(BodyDistance, triangle_a) &&
+              offsetof(softcd_body_distance, triangle_b) == offsetof(BodyDistance, triangle_b) &&
+              offsetof(softcd_body_distance, position_a) == offsetof(BodyDistance, position_a) &&
+              offsetof(softcd_body_distance, position_b) == offsetof(BodyDistance, position_b) &&
+              offsetof(softcd_body_distance, distance) == offsetof(BodyDistance, distance) &&
+              offsetof(softcd_body_distance, weights_a) == offsetof(BodyDistance, weights_a) &&
+              offsetof(softcd_body_distance, weights_b) == offsetof(BodyDistance, weights_b));
+static_assert(sizeof(softcd_intersection) == sizeof(TriangleIntersection) &&
+              offsetof(softcd_intersection, triangle_a) == offsetof(TriangleIntersection, triangle_a) &&
+              offsetof(softcd_intersection, body_b) == offsetof(TriangleIntersection, body_b) &&
+              offsetof(softcd_intersection, triangle_b) == offsetof(TriangleIntersection, triangle_b));
+static_assert(sizeof(softcd_change_intersection) == sizeof(ChangeIntersection) &&
+              offsetof(softcd_change_intersection, body) == offsetof(ChangeIntersection, body) &&
+              offsetof(softcd_change_intersection, triangle) == offsetof(ChangeIntersection, triangle));
+
+/// The caller's arrays stay where they are.
+QueryChange query_change(const softcd_change& given) {
+  return {{given.body},
+          elements<std::uint32_t>(given.removed, given.removed_count, "removed"),
+          rows<Triangle>(given.added, given.added_count, "added"),
+          rows<Vec3d>(given.new_vertices, given.new_vertex_count, "new_vertices")};
+}
 
 /// Asks one answer for each question, or lists of them, by `ask(probe)`.
 template <class Answer, class Ask>
@@ -66,6 +98,16 @@ void softcd_probe_destroy(softcd_probe* probe) {
   delete probe;
 }
 
+softcd_status softcd_probe_set_body_filter(softcd_probe* probe, softcd_body_filter filter, void* user_data) {
+  return c::guarded_call([&] {
+    softcd::BodyFilter callback;
+    if (filter != nullptr) {
+      callback = [filter, user_data](softcd::BodyId body) { return filter(user_data, body.value) != 0; };
+    }
+    c::required(probe, "probe").probe.set_body_filter(std::move(callback));
+  });
+}
+
 softcd_status softcd_probe_first_hits(softcd_probe* probe, const softcd_ray* rays, uint64_t count,
                                       const softcd_ray_hit** hits) {
   return c::ask_each(probe, hits, [&](softcd::Probe& asked) {
@@ -94,6 +136,13 @@ softcd_status softcd_probe_sphere_overlaps(softcd_probe* probe, const softcd_sph
   });
 }
 
+softcd_status softcd_probe_capsule_overlaps(softcd_probe* probe, const softcd_capsule* capsules, uint64_t count,
+                                            const uint64_t** begins, const softcd_overlap** overlaps) {
+  return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
+    return asked.overlaps(c::elements<softcd::QueryCapsule>(capsules, count, "capsules"));
+  });
+}
+
 softcd_status softcd_probe_box_overlaps(softcd_probe* probe, const softcd_box* boxes, uint64_t count,
                                         const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
@@ -105,5 +154,41 @@ softcd_status softcd_probe_oriented_box_overlaps(softcd_probe* probe, const soft
                                                  const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
     return asked.overlaps(c::elements<softcd::QueryOrientedBox>(boxes, count, "boxes"));
+  });
+}
+
+softcd_status softcd_probe_distances(softcd_probe* probe, const softcd_body_pair* pairs, uint64_t count,
+                                     const softcd_body_distance** distances) {
+  return c::ask_each(probe, distances, [&](softcd::Probe& asked) {
+    return asked.distances(c::elements<softcd::QueryBodies>(pairs, count, "pairs"));
+  });
+}
+
+softcd_status softcd_probe_intersections(softcd_probe* probe, const softcd_body_pair* pairs, uint64_t count,
+                                         const uint64_t** begins, const softcd_intersection** intersections) {
+  return c::ask_lists(probe, begins, intersections, [&](softcd::Probe& asked) {
+    return asked.intersections(c::elements<softcd::QueryBodies>(pairs, count, "pairs"));
+  });
+}
+
+softcd_status softcd_probe_has_intersections(softcd_probe* probe, const softcd_body_pair* pair,
+                                             uint32_t* has_intersections) {
+  return c::guarded_call([&] {
+    uint32_t& out = c::result(has_intersections, "has_intersections");
+    const softcd::QueryBodies bodies =
+        pair != nullptr ? softcd::QueryBodies{{pair->a}, {pair->b}} : softcd::QueryBodies();
+    out = c::required(probe, "probe").probe.has_intersections(bodies) ? 1 : 0;
+  });
+}
+
+softcd_status softcd_probe_intersections_after(softcd_probe* probe, const softcd_change* changes, uint64_t count,
+                                               const uint64_t** begins,
+                                               const softcd_change_intersection** intersections) {
+  return c::ask_lists(probe, begins, intersections, [&](softcd::Probe& asked) {
+    std::vector<softcd::QueryChange> asked_about;
+    for (const softcd_change& change : c::elements<softcd_change>(changes, count, "changes")) {
+      asked_about.push_back(c::query_change(change));
+    }
+    return asked.intersections_after(asked_about);
   });
 }

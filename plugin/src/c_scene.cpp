@@ -53,14 +53,6 @@ BodySettings body_settings(const softcd_body_settings* given) {
   return settings;
 }
 
-/// Elements of several indices each.
-template <class Row>
-Span<const Row> rows(const uint32_t* indices, uint64_t count, const char* argument) {
-  static_assert(sizeof(Row::v) == sizeof(Row) && alignof(Row) == alignof(std::uint32_t));
-  if (count > 0) required(indices, argument);
-  return {reinterpret_cast<const Row*>(indices), static_cast<std::size_t>(count)};
-}
-
 BodyDesc body_desc(const uint32_t* triangles, uint64_t triangle_count, uint32_t vertex_count,
                    const softcd_body_settings* settings) {
   return {rows<Triangle>(triangles, triangle_count, "triangles"), vertex_count, body_settings(settings)};

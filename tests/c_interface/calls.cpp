@@ -321,11 +321,89 @@ TEST_F(CProbes, nearest_points_and_overlaps) {
   EXPECT_EQ(begins[1], 1U);
 }
 
+TEST_F(CProbes, what_is_in_a_capsule) {
+  const softcd_capsule capsules[] = {{{0.25, 0.25, -1}, {0.25, 0.25, 1}, 0.01}, {{0.9, 0.9, 0}, {2, 2, 0}, 0.6}};
+  const std::uint64_t* begins = nullptr;
+  const softcd_overlap* overlaps = nullptr;
+  ASSERT_EQ(softcd_probe_capsule_overlaps(probe(), capsules, 2, &begins, &overlaps), SOFTCD_OK);
+  ASSERT_EQ(begins[1], 2U);
+  ASSERT_EQ(begins[2], 3U);
+  EXPECT_EQ(overlaps[1].body, upper_);
+  EXPECT_EQ(overlaps[2].body, lower_);
+}
+
+TEST_F(CProbes, how_far_bodies_are_and_whether_they_intersect) {
+  const softcd_body_pair pairs[] = {{upper_, lower_}, {upper_, upper_}};
+  const softcd_body_distance* distances = nullptr;
+  ASSERT_EQ(softcd_probe_distances(probe(), pairs, 2, &distances), SOFTCD_OK);
+  EXPECT_EQ(distances[0].body_a, upper_);
+  EXPECT_EQ(distances[0].body_b, lower_);
+  EXPECT_FLOAT_EQ(static_cast<float>(distances[0].distance), 0.1F);
+  EXPECT_EQ(distances[0].weights_a[0], 1.0F);
+  EXPECT_EQ(distances[0].position_b[2], 0.0);
+  EXPECT_EQ(distances[1].body_a, SOFTCD_NO_BODY);
+
+  std::uint32_t has_intersections = 1;
+  ASSERT_EQ(softcd_probe_has_intersections(probe(), nullptr, &has_intersections), SOFTCD_OK);
+  EXPECT_EQ(has_intersections, 0U);
+  constexpr float kThrough[] = {0.25F, 0.25F, -0.1F, 0.25F, 0.5F, 5, 0.5F, 0.25F, 5};
+  const softcd_positions x = positions(kThrough);
+  ASSERT_EQ(softcd_scene_set_positions(scene(), upper_, nullptr, &x), SOFTCD_OK);
+  ASSERT_EQ(softcd_probe_has_intersections(probe(), &pairs[0], &has_intersections), SOFTCD_OK);
+  EXPECT_EQ(has_intersections, 1U);
+  const std::uint64_t* begins = nullptr;
+  const softcd_intersection* intersections = nullptr;
+  ASSERT_EQ(softcd_probe_intersections(probe(), pairs, 2, &begins, &intersections), SOFTCD_OK);
+  ASSERT_EQ(begins[1], 1U);
+  EXPECT_EQ(begins[2], 1U);
+  EXPECT_EQ(intersections[0].body_a, upper_);
+  EXPECT_EQ(intersections[0].body_b, lower_);
+}
+
+TEST_F(CProbes, what_a_change_would_intersect) {
+  constexpr std::uint32_t kRemoved[] = {0};
+  constexpr std::uint32_t kAdded[] = {0, 1, 3, 1, 2, 3};
+  constexpr double kBelow[] = {0.25, 0.25, -1};  // towards which the upper triangle would pass through the lower one
+  const softcd_change changes[] = {{upper_, kRemoved, 1, kAdded, 2, kBelow, 1},
+                                   {lower_, kRemoved, 1, nullptr, 0, nullptr, 0}};
+  const std::uint64_t* begins = nullptr;
+  const softcd_change_intersection* found = nullptr;
+  ASSERT_EQ(softcd_probe_intersections_after(probe(), changes, 2, &begins, &found), SOFTCD_OK) << softcd_last_error();
+  ASSERT_EQ(begins[1], 2U);
+  EXPECT_EQ(begins[2], 2U);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(found[i].added, i);
+    EXPECT_EQ(found[i].body, lower_);
+    EXPECT_EQ(found[i].triangle, 0U);
+  }
+}
+
+TEST_F(CProbes, a_body_filter_leaves_bodies_out) {
+  std::vector<softcd_body> asked;
+  const softcd_body_filter filter = [](void* data, softcd_body body) {
+    static_cast<std::vector<softcd_body>*>(data)->push_back(body);
+    return std::uint32_t{body == 0 ? 0U : 4U};
+  };
+  ASSERT_EQ(softcd_probe_set_body_filter(probe(), filter, &asked), SOFTCD_OK);
+  const softcd_point point = {{0.25, 0.25, -1}, INFINITY};
+  const softcd_closest_point* closest = nullptr;
+  ASSERT_EQ(softcd_probe_closest_points(probe(), &point, 1, &closest), SOFTCD_OK);
+  EXPECT_EQ(closest[0].body, upper_);
+  EXPECT_EQ(asked, (std::vector<softcd_body>{lower_, upper_}));
+  ASSERT_EQ(softcd_probe_set_body_filter(probe(), nullptr, nullptr), SOFTCD_OK);
+  ASSERT_EQ(softcd_probe_closest_points(probe(), &point, 1, &closest), SOFTCD_OK);
+  EXPECT_EQ(closest[0].body, lower_);
+}
+
 TEST_F(CProbes, nothing_may_be_asked) {
   const softcd_ray_hit* hits = nullptr;
   EXPECT_EQ(softcd_probe_first_hits(probe(), nullptr, 0, &hits), SOFTCD_OK);
   const std::uint64_t* begins = nullptr;
   EXPECT_EQ(softcd_probe_all_hits(probe(), nullptr, 0, &begins, &hits), SOFTCD_OK);
+  const softcd_intersection* intersections = nullptr;
+  EXPECT_EQ(softcd_probe_intersections(probe(), nullptr, 0, &begins, &intersections), SOFTCD_OK);
+  const softcd_change_intersection* after = nullptr;
+  EXPECT_EQ(softcd_probe_intersections_after(probe(), nullptr, 0, &begins, &after), SOFTCD_OK);
 }
 
 }  // namespace

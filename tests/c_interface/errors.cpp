@@ -108,7 +108,46 @@ TEST_F(CErrors, null_probes_and_arguments) {
   expect_refused(softcd_probe_sphere_overlaps(created, nullptr, 1, &begins, &overlaps), "spheres is NULL");
   expect_refused(softcd_probe_box_overlaps(created, nullptr, 1, &begins, &overlaps), "boxes is NULL");
   expect_refused(softcd_probe_oriented_box_overlaps(created, nullptr, 1, &begins, &overlaps), "boxes is NULL");
+  expect_refused(softcd_probe_capsule_overlaps(created, nullptr, 1, &begins, &overlaps), "capsules is NULL");
   softcd_probe_destroy(nullptr);
+}
+
+TEST_F(CErrors, questions_about_bodies_that_cannot_be_answered) {
+  softcd_probe* none = nullptr;
+  softcd_probe* created = nullptr;
+  ASSERT_EQ(softcd_probe_create(scene(), SOFTCD_T1, &created), SOFTCD_OK);
+  const ProbePointer probe(created);
+  const softcd_body_pair pairs[] = {{upper_, lower_}, {99, lower_}};
+  const softcd_body_distance* distances = nullptr;
+  const softcd_intersection* intersections = nullptr;
+  const softcd_change_intersection* after = nullptr;
+  const std::uint64_t* begins = nullptr;
+  std::uint32_t has_intersections = 7;
+  expect_refused(softcd_probe_set_body_filter(none, nullptr, nullptr), "probe is NULL");
+  expect_refused(softcd_probe_distances(none, pairs, 1, &distances), "probe is NULL");
+  expect_refused(softcd_probe_distances(created, nullptr, 1, &distances), "pairs is NULL");
+  expect_refused(softcd_probe_distances(created, pairs, 2, &distances), "pair 1: body 99 is not in the scene");
+  expect_refused(softcd_probe_intersections(created, nullptr, 1, &begins, &intersections), "pairs is NULL");
+  expect_refused(softcd_probe_intersections(created, pairs, 2, &begins, &intersections), "pair 1: body 99");
+  expect_refused(softcd_probe_has_intersections(none, nullptr, &has_intersections), "probe is NULL");
+  EXPECT_EQ(has_intersections, 0U);
+  expect_refused(softcd_probe_has_intersections(created, nullptr, nullptr), "has_intersections is NULL");
+  expect_refused(softcd_probe_has_intersections(created, &pairs[1], &has_intersections), "body 99");
+
+  expect_refused(softcd_probe_intersections_after(created, nullptr, 1, &begins, &after), "changes is NULL");
+  softcd_change change = {upper_, nullptr, 1, nullptr, 0, nullptr, 0};
+  expect_refused(softcd_probe_intersections_after(created, &change, 1, &begins, &after), "removed is NULL");
+  change = {upper_, nullptr, 0, nullptr, 1, nullptr, 0};
+  expect_refused(softcd_probe_intersections_after(created, &change, 1, &begins, &after), "added is NULL");
+  change = {upper_, nullptr, 0, nullptr, 0, nullptr, 1};
+  expect_refused(softcd_probe_intersections_after(created, &change, 1, &begins, &after), "new_vertices is NULL");
+  constexpr std::uint32_t kIndices[] = {0, 1, 3};
+  change = {upper_, kIndices, 2, nullptr, 0, nullptr, 0};
+  expect_refused(softcd_probe_intersections_after(created, &change, 1, &begins, &after), "change 0");
+  change = {upper_, nullptr, 0, kIndices, 1, nullptr, 0};
+  expect_refused(softcd_probe_intersections_after(created, &change, 1, &begins, &after), "change 0");
+  change = {99, nullptr, 0, nullptr, 0, nullptr, 0};
+  expect_refused(softcd_probe_intersections_after(created, &change, 1, &begins, &after), "change 0: body 99");
 }
 
 TEST_F(CErrors, structs_of_other_sizes) {
@@ -254,6 +293,9 @@ TEST_F(CErrors, a_scene_that_is_gone) {
   const softcd_ray_hit* hits = nullptr;
   EXPECT_EQ(softcd_query_start(left_query, SOFTCD_PAIRS_ALL), SOFTCD_ERROR);
   EXPECT_EQ(softcd_probe_first_hits(left_probe, &ray, 1, &hits), SOFTCD_ERROR);
+  std::uint32_t has_intersections = 7;
+  EXPECT_EQ(softcd_probe_has_intersections(left_probe, nullptr, &has_intersections), SOFTCD_ERROR);
+  EXPECT_EQ(has_intersections, 0U);
 }
 
 // Nobody should, but what a callback throws does not leave C either.

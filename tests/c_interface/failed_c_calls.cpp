@@ -28,6 +28,7 @@ class FailedCCalls : public TwoTriangles {
     if (status == SOFTCD_OK) status = softcd_probe_create(scene(), SOFTCD_T1, &made_probe);
     const ProbePointer probe(made_probe);
     if (status == SOFTCD_OK) status = softcd_probe_first_hits(made_probe, &kRay, 1, &hits_);
+    if (status == SOFTCD_OK) status = ask_about_bodies(made_probe, body);
     if (status == SOFTCD_OK) status = softcd_scene_update_mesh(scene(), body, &kMesh, &settings_, kTriangle, 1);
     if (status == SOFTCD_OK) status = softcd_scene_update_body(scene(), upper_, kTriangle, 1, 3, &settings_);
     if (status == SOFTCD_OK) status = softcd_scene_set_positions(scene(), upper_, nullptr, &x);
@@ -35,6 +36,19 @@ class FailedCCalls : public TwoTriangles {
     return is_gone ? status : SOFTCD_ERROR;
   }
 
+  softcd_status ask_about_bodies(softcd_probe* probe, softcd_body body) {
+    const softcd_body_pair all = {SOFTCD_NO_BODY, SOFTCD_NO_BODY};
+    const softcd_change change = {body, nullptr, 0, kTriangle, 1, nullptr, 0};
+    softcd_status status = softcd_probe_set_body_filter(probe, nobody_is_left_out, nullptr);
+    if (status == SOFTCD_OK) status = softcd_probe_distances(probe, &all, 1, &distances_);
+    if (status == SOFTCD_OK) status = softcd_probe_intersections(probe, &all, 1, &begins_, &intersections_);
+    if (status == SOFTCD_OK) status = softcd_probe_has_intersections(probe, nullptr, &has_intersections_);
+    if (status == SOFTCD_OK) status = softcd_probe_intersections_after(probe, &change, 1, &begins_, &after_);
+    if (status == SOFTCD_OK) status = softcd_probe_capsule_overlaps(probe, &kCapsule, 1, &begins_, &overlaps_);
+    return status;
+  }
+
+  static std::uint32_t nobody_is_left_out(void* /*data*/, softcd_body /*body*/) { return 1; }
   static std::uint32_t everything_passes(void* /*data*/, softcd_body /*a*/, softcd_body /*b*/) { return 1; }
   static void nobody_listens(void* /*data*/, softcd_log_level /*level*/, const char* /*text*/) {}
 
@@ -42,7 +56,14 @@ class FailedCCalls : public TwoTriangles {
   static constexpr softcd_ray kRay = {{0.3, 0.3, 9}, {0, 0, -1}, 0, 100};
   const softcd_contact* contacts_ = nullptr;
   std::uint64_t count_ = 0;
+  static constexpr softcd_capsule kCapsule = {{0.3, 0.3, 9}, {0.3, 0.3, 0}, 0.1};
   const softcd_ray_hit* hits_ = nullptr;
+  const std::uint64_t* begins_ = nullptr;
+  const softcd_body_distance* distances_ = nullptr;
+  const softcd_intersection* intersections_ = nullptr;
+  const softcd_change_intersection* after_ = nullptr;
+  const softcd_overlap* overlaps_ = nullptr;
+  std::uint32_t has_intersections_ = 0;
 };
 
 TEST_F(FailedCCalls, are_out_of_memory_or_do_without) {

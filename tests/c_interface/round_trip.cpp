@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <vector>
 
 #include "c_client.h"
+#include "handles.hpp"
 #include "mesh_generators.hpp"
 #include "scene.hpp"
+#include "softcd/softcd.hpp"
 
 // What goes through C comes out as it does of the C++ interface, to the last byte.
 namespace softcd::test {
@@ -182,13 +185,112 @@ TEST(CRoundTrip, each_option_arrives) {
   }
 }
 
+/// Both interfaces' probes of the same bodies.
+struct BothProbes {
+  explicit BothProbes(const Scene& scene)
+      : ends(scene), bodies(SceneOptions{test_options(Detection::dcd).backend}), in_cpp(bodies) {
+    softcd_scene_options options{};
+    EXPECT_EQ(softcd_scene_options_init(&options, sizeof options), SOFTCD_OK);
+    options.backend = static_cast<softcd_backend>(bodies.options().backend);
+    softcd_scene* made_scene = nullptr;
+    softcd_probe* made_probe = nullptr;
+    EXPECT_EQ(softcd_scene_create(&options, &made_scene), SOFTCD_OK) << softcd_last_error();
+    bodies_in_c.reset(made_scene);
+    EXPECT_EQ(softcd_probe_create(made_scene, SOFTCD_T1, &made_probe), SOFTCD_OK);
+    in_c.reset(made_probe);
+    for (std::size_t b = 0; b < scene.size(); ++b) {
+      const auto vertex_count = static_cast<std::uint32_t>(scene[b].x_t1.size());
+      const BodyId id = bodies.add_body({scene[b].triangles, vertex_count, scene[b].settings});
+      bodies.set_positions(id, ends.t1[b].to_cpp());
+      softcd_body body = SOFTCD_NO_BODY;
+      EXPECT_EQ(softcd_scene_add_body(made_scene, &scene[b].triangles[0].v[0], scene[b].triangles.size(), vertex_count,
+                                      nullptr, &body),
+                SOFTCD_OK);
+      EXPECT_EQ(body, id.value);
+      const softcd_positions x = ends.t1[b].to_c();
+      EXPECT_EQ(softcd_scene_set_positions(made_scene, body, nullptr, &x), SOFTCD_OK);
+    }
+  }
+
+  Ends<double> ends;
+  softcd::Scene bodies;
+  Probe in_cpp;
+  ScenePointer bodies_in_c;
+  ProbePointer in_c;
+};
+
+template <class Answer, class Expected>
+void expect_same_bytes(const Answer* answers, Span<const Expected> expected) {
+  static_assert(sizeof(Answer) == sizeof(Expected));
+  ASSERT_GT(expected.size(), 0U);
+  EXPECT_EQ(std::memcmp(answers, expected.data(), expected.size() * sizeof(Answer)), 0);
+}
+template <class Answer, class Expected>
+void expect_same_lists(const std::uint64_t* begins, const Answer* answers, const AnswerLists<Expected>& expected) {
+  EXPECT_TRUE(std::equal(expected.begins().begin(), expected.begins().end(), begins));
+  expect_same_bytes(answers, expected.all());
+}
+
+TEST(CRoundTrip, answers_about_bodies_are_those_of_cpp) {
+  BothProbes probes(touching_scene());
+  const std::vector<QueryBodies> pairs = {{{0}, {1}}, {{2}, {}}, {{0}, {0}}, {{}, {}}};
+  const auto* const pairs_in_c = reinterpret_cast<const softcd_body_pair*>(pairs.data());
+  const softcd_body_distance* distances = nullptr;
+  ASSERT_EQ(softcd_probe_distances(probes.in_c.get(), pairs_in_c, pairs.size(), &distances), SOFTCD_OK);
+  expect_same_bytes(distances, probes.in_cpp.distances(pairs));
+  const std::uint64_t* begins = nullptr;
+  const softcd_intersection* intersections = nullptr;
+  ASSERT_EQ(softcd_probe_intersections(probes.in_c.get(), pairs_in_c, pairs.size(), &begins, &intersections),
+            SOFTCD_OK);
+  expect_same_lists(begins, intersections, probes.in_cpp.intersections(pairs));
+  for (const QueryBodies& pair : pairs) {
+    const softcd_body_pair in_c = {pair.a.value, pair.b.value};
+    std::uint32_t has_some = 2;
+    ASSERT_EQ(softcd_probe_has_intersections(probes.in_c.get(), &in_c, &has_some), SOFTCD_OK);
+    EXPECT_EQ(has_some, probes.in_cpp.has_intersections(pair) ? 1U : 0U);
+  }
+}
+
+TEST(CRoundTrip, answers_about_changes_and_shapes_are_those_of_cpp) {
+  const Scene scene = touching_scene();
+  BothProbes probes(scene);
+  const std::vector<std::uint32_t> removed = {3, 0};
+  const auto new_vertex = static_cast<std::uint32_t>(scene[0].x_t1.size());
+  const std::vector<Triangle> added = {{{0, 1, new_vertex}}, {{5, 40, 61}}};
+  const std::vector<Vec3d> new_vertices = {{0.4, 0.4, 0.2}};
+  const std::vector<QueryChange> changes = {{{0}, removed, added, new_vertices}, {{1}, {}, {added.data() + 1, 1}, {}}};
+  std::vector<softcd_change> in_c;
+  for (const QueryChange& change : changes) {
+    in_c.push_back({change.body.value, change.removed.data(), change.removed.size(),
+                    change.added.empty() ? nullptr : &change.added[0].v[0], change.added.size(),
+                    change.new_vertices.empty() ? nullptr : &change.new_vertices[0].x, change.new_vertices.size()});
+  }
+  const std::uint64_t* begins = nullptr;
+  const softcd_change_intersection* intersections = nullptr;
+  ASSERT_EQ(softcd_probe_intersections_after(probes.in_c.get(), in_c.data(), in_c.size(), &begins, &intersections),
+            SOFTCD_OK)
+      << softcd_last_error();
+  expect_same_lists(begins, intersections, probes.in_cpp.intersections_after(changes));
+
+  const std::vector<QueryCapsule> capsules = {{{0, 0, 0}, {1, 1, 0}, 0.1}, {{0.4, 0.4, 0.1}, {0.4, 0.4, 0.1}, 0.35}};
+  const softcd_overlap* overlaps = nullptr;
+  ASSERT_EQ(softcd_probe_capsule_overlaps(probes.in_c.get(), reinterpret_cast<const softcd_capsule*>(capsules.data()),
+                                          capsules.size(), &begins, &overlaps),
+            SOFTCD_OK);
+  expect_same_lists(begins, overlaps, probes.in_cpp.overlaps(capsules));
+}
+
 TEST(CRoundTrip, structs_have_one_layout_in_both_languages) {
-  const std::vector<std::size_t> expected = {
-      sizeof(softcd_scene_options), sizeof(softcd_body_settings), sizeof(softcd_positions),
-      sizeof(softcd_query_options), sizeof(softcd_contact),       sizeof(softcd_statistics),
-      sizeof(softcd_ray),           sizeof(softcd_ray_hit),       sizeof(softcd_point),
-      sizeof(softcd_closest_point), sizeof(softcd_sphere),        sizeof(softcd_box),
-      sizeof(softcd_overlap),       sizeof(softcd_oriented_box),  sizeof(softcd_mesh)};
+  const std::vector<std::size_t> expected = {sizeof(softcd_scene_options), sizeof(softcd_body_settings),
+                                             sizeof(softcd_positions),     sizeof(softcd_query_options),
+                                             sizeof(softcd_contact),       sizeof(softcd_statistics),
+                                             sizeof(softcd_ray),           sizeof(softcd_ray_hit),
+                                             sizeof(softcd_point),         sizeof(softcd_closest_point),
+                                             sizeof(softcd_sphere),        sizeof(softcd_box),
+                                             sizeof(softcd_overlap),       sizeof(softcd_oriented_box),
+                                             sizeof(softcd_mesh),          sizeof(softcd_capsule),
+                                             sizeof(softcd_body_distance), sizeof(softcd_intersection),
+                                             sizeof(softcd_change),        sizeof(softcd_change_intersection)};
   std::vector<std::size_t> sizes(expected.size());
   ASSERT_EQ(client_struct_sizes(sizes.data(), sizes.size()), sizes.size());
   EXPECT_EQ(sizes, expected);

@@ -301,8 +301,50 @@ class Handles {
     const bool ok = is_ok(call(some(probes_), questions.data(), questions.size(), &begins, &answers));
     check_list(ok, answers, ok && !questions.empty() ? begins[questions.size()] : 0);
   }
+  softcd_body body_or_all() { return bytes_.one_in(4) ? SOFTCD_NO_BODY : some_body(); }
+  void ask_about_pairs() {
+    std::vector<softcd_body_pair> pairs(bytes_.below(4));
+    for (softcd_body_pair& pair : pairs) pair = {body_or_all(), body_or_all()};
+    softcd_probe* probe = some(probes_);
+    const softcd_body_distance* distances = nullptr;
+    bool ok = is_ok(softcd_probe_distances(probe, pairs.data(), pairs.size(), &distances));
+    check_list(ok, distances, ok ? pairs.size() : 0);
+    const std::uint64_t* begins = nullptr;
+    const softcd_intersection* intersections = nullptr;
+    ok = is_ok(softcd_probe_intersections(probe, pairs.data(), pairs.size(), &begins, &intersections));
+    const std::uint64_t count = ok && !pairs.empty() ? begins[pairs.size()] : 0;
+    check_list(ok, intersections, count);
+    if (!ok || pairs.size() != 1) return;
+    std::uint32_t has_some = 2;
+    require(is_ok(softcd_probe_has_intersections(probe, pairs.data(), &has_some)), "what was answered is again");
+    require(has_some == (count > 0 ? 1 : 0), "there are intersections where some are found");
+  }
+  void ask_about_changes() {
+    struct Fuzzed {
+      std::vector<std::uint32_t> removed, added;
+      std::vector<double> new_vertices;
+    };
+    std::vector<Fuzzed> given(bytes_.below(3));
+    std::vector<softcd_change> changes;
+    for (Fuzzed& change : given) {
+      change = {fuzzed_indices(1), fuzzed_triangles(), {}};
+      for (std::uint32_t i = 3 * bytes_.below(3); i > 0; --i) change.new_vertices.push_back(fuzzed_number());
+      changes.push_back({some_body(), change.removed.data(), change.removed.size(), change.added.data(),
+                         change.added.size() / 3, change.new_vertices.data(), change.new_vertices.size() / 3});
+      if (bytes_.one_in(32)) changes.back().added = nullptr;
+    }
+    const std::uint64_t* begins = nullptr;
+    const softcd_change_intersection* found = nullptr;
+    const bool ok =
+        is_ok(softcd_probe_intersections_after(some(probes_), changes.data(), changes.size(), &begins, &found));
+    check_list(ok, found, ok && !changes.empty() ? begins[changes.size()] : 0);
+  }
+  void set_body_filter() {
+    const auto takes_some = [](void*, softcd_body body) { return static_cast<std::uint32_t>(body % 3); };
+    is_ok(softcd_probe_set_body_filter(some(probes_), bytes_.below(2) == 0 ? nullptr : +takes_some, nullptr));
+  }
   void ask() {
-    switch (bytes_.below(5)) {
+    switch (bytes_.below(10)) {
       case 0:
         return ask_for_one(softcd_probe_first_hits);
       case 1:
@@ -311,6 +353,16 @@ class Handles {
         return ask_for_one(softcd_probe_closest_points);
       case 3:
         return ask_for_all(softcd_probe_sphere_overlaps);
+      case 4:
+        return ask_for_all(softcd_probe_capsule_overlaps);
+      case 5:
+        return ask_for_all(softcd_probe_oriented_box_overlaps);
+      case 6:
+        return ask_about_pairs();
+      case 7:
+        return ask_about_changes();
+      case 8:
+        return set_body_filter();
       default:
         return ask_for_all(softcd_probe_box_overlaps);
     }

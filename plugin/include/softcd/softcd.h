@@ -445,109 +445,13 @@ typedef struct softcd_statistics {
 /** Fills in *statistics, whose struct_size the caller has set. */
 SOFTCD_EXPORT softcd_status softcd_query_statistics(const softcd_query* query, softcd_statistics* statistics);
 
-/* -- Probes -------------------------------------------------------------------------------------------------------- */
-
-/** Asks what of a scene's bodies is at a place, in batches: questions in, as many answers out, in their order.
- *  Kinematic bodies answer too; groups, masks and margins do not count. Bodies whose positions were never set are left
- *  out, and so are triangles with a vertex that is not finite. Every call reads positions that were set and waits for a
- *  detection that runs. Answers are in the probe's memory: valid until its next call, until it is destroyed, or the
- *  scene's options are set. Questions may be NULL where there are none. */
-typedef struct softcd_probe softcd_probe;
-
-/** Asks about the end `step_end` of the step. */
-SOFTCD_EXPORT softcd_status softcd_probe_create(softcd_scene* scene, softcd_step_end step_end, softcd_probe** probe);
-/** NULL is nothing to destroy. */
-SOFTCD_EXPORT void softcd_probe_destroy(softcd_probe* probe);
-
-/** The points origin + t direction, t_min <= t <= t_max. t counts in directions, whose length is any but 0. */
-typedef struct softcd_ray {
-  double origin[3];    /**< in world coordinates */
-  double direction[3]; /**< the unit of t */
-  double t_min;        /**< where the ray begins */
-  double t_max;        /**< INFINITY for no end */
-} softcd_ray;
-
-/** Where a ray meets a triangle. */
-typedef struct softcd_ray_hit {
-  softcd_body body;  /**< SOFTCD_NO_BODY where the ray hits nothing */
-  uint32_t triangle; /**< of the body; UINT32_MAX where the ray hits nothing */
-  double t;          /**< the point is origin + t direction */
-  float weights[3];  /**< of the triangle's vertices there; their sum is 1 */
-  float normal[3];   /**< unit vector along (x1 - x0) x (x2 - x0); 0 for a triangle without area */
-} softcd_ray_hit;
-
-/** For each of `count` rays what it meets first. */
-SOFTCD_EXPORT softcd_status softcd_probe_first_hits(softcd_probe* probe, const softcd_ray* rays, uint64_t count,
-                                                    const softcd_ray_hit** hits);
-/** For each of `count` rays all triangles that it meets, in the order of t: ray i has hits[begins[i]] up to, but
- *  without, hits[begins[i + 1]]. There are count + 1 begins, and none where there are no rays. */
-SOFTCD_EXPORT softcd_status softcd_probe_all_hits(softcd_probe* probe, const softcd_ray* rays, uint64_t count,
-                                                  const uint64_t** begins, const softcd_ray_hit** hits);
-
-/** A point that is asked for what is nearest to it, and at most max_distance away: INFINITY for any distance. */
-typedef struct softcd_point {
-  double point[3];     /**< in world coordinates */
-  double max_distance; /**< at least 0; in the positions' unit */
-} softcd_point;
-
-/** The nearest point of a scene's triangles. */
-typedef struct softcd_closest_point {
-  softcd_body body;   /**< SOFTCD_NO_BODY where there is nothing within max_distance */
-  uint32_t triangle;  /**< of the body; UINT32_MAX where there is nothing */
-  double position[3]; /**< in world coordinates */
-  double distance;    /**< at least 0 */
-  float weights[3];   /**< of the triangle's vertices there; their sum is 1 */
-  /** Where the body's surface is closed 1 on the side that normals point to, -1 on the other, 0 on it; else 0. */
-  int32_t side;
-} softcd_closest_point;
-
-/** For each of `count` points the nearest of all triangles' points. */
-SOFTCD_EXPORT softcd_status softcd_probe_closest_points(softcd_probe* probe, const softcd_point* points, uint64_t count,
-                                                        const softcd_closest_point** closest);
-
-/** All points at most `radius` from the centre. */
-typedef struct softcd_sphere {
-  double centre[3]; /**< in world coordinates */
-  double radius;    /**< at least 0; in the positions' unit */
-} softcd_sphere;
-
-/** All points between lo and hi. */
-typedef struct softcd_box {
-  double lo[3]; /**< its lowest coordinates */
-  double hi[3]; /**< its highest coordinates */
-} softcd_box;
-
-/** All points centre + x axes[0] + y axes[1] + z axes[2], |x| <= half[0] and so on; the axes are unit vectors at right
- *  angles to each other. */
-typedef struct softcd_oriented_box {
-  double centre[3];  /**< in world coordinates */
-  double half[3];    /**< half its extent along each axis, at least 0 */
-  double axes[3][3]; /**< one behind the other */
-} softcd_oriented_box;
-
-/** A triangle that has a point in common with a shape. */
-typedef struct softcd_overlap {
-  softcd_body body;  /**< the one that the triangle is of */
-  uint32_t triangle; /**< of the body */
-} softcd_overlap;
-
-/** For each of `count` spheres all triangles that have a point in common with it, borders included, in the order of
- *  bodies and indices; in lists as those of softcd_probe_all_hits(). */
-SOFTCD_EXPORT softcd_status softcd_probe_sphere_overlaps(softcd_probe* probe, const softcd_sphere* spheres,
-                                                         uint64_t count, const uint64_t** begins,
-                                                         const softcd_overlap** overlaps);
-/** The same for boxes. */
-SOFTCD_EXPORT softcd_status softcd_probe_box_overlaps(softcd_probe* probe, const softcd_box* boxes, uint64_t count,
-                                                      const uint64_t** begins, const softcd_overlap** overlaps);
-/** The same for boxes that are turned. */
-SOFTCD_EXPORT softcd_status softcd_probe_oriented_box_overlaps(softcd_probe* probe, const softcd_oriented_box* boxes,
-                                                               uint64_t count, const uint64_t** begins,
-                                                               const softcd_overlap** overlaps);
-
 #ifdef __cplusplus
 } /* extern "C" */
 #endif
 
 /* NOLINTEND(modernize-*, readability-identifier-naming) */
+
+/* What a scene's probes are asked. */
+#include "softcd/softcd_probe.h"
 
 #endif /* SOFTCD_SOFTCD_H */
