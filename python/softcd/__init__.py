@@ -1,6 +1,7 @@
 """Collision detection between deformable triangle meshes, on the GPU when there is one and on the CPU when not."""
 
 from ._core import (
+    NO_BODY,
     Accuracy,
     Backend,
     BroadPhase,
@@ -9,6 +10,7 @@ from ._core import (
     Detection,
     DeviceContacts,
     LogLevel,
+    MeshChange,
     Pairs,
     Query,
     QueryOptions,
@@ -25,12 +27,15 @@ from ._core import contact_dtype as _contact_dtype
 from ._core import version as __version__
 from ._errors import BackendError, Error, InvalidInput, MeshError, OutOfMemory
 from ._helpers import collision_free_step, detect, self_intersections
+from ._probe import AnswerLists, Probe
 
 contact_dtype = _contact_dtype()
 """The fields of a contact; what they mean stands in softcd/core/contact.hpp and docs/python.md."""
 
 __all__ = [
+    "NO_BODY",
     "Accuracy",
+    "AnswerLists",
     "Backend",
     "BackendError",
     "BroadPhase",
@@ -41,9 +46,11 @@ __all__ = [
     "Error",
     "InvalidInput",
     "LogLevel",
+    "MeshChange",
     "MeshError",
     "OutOfMemory",
     "Pairs",
+    "Probe",
     "Query",
     "QueryOptions",
     "Scene",

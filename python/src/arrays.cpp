@@ -191,12 +191,9 @@ std::vector<Row> read_rows(const char* name, nb::handle object, const char* shap
   throw nb::type_error(fmt::format("{}: expected {}, got {}", name, expected, dtype_name(array)).c_str());
 }
 
-}  // namespace
-
-PositionsArray read_positions(const char* name, nb::handle object) {
-  constexpr const char* kExpected =
-      "an array of float32 or float64 of shape (n, 3) in the CPU's or a CUDA device's memory";
-  Array array = read_array(name, object, kExpected, true);
+/// `expected` says where.
+PositionsArray read_rows_of_floats(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu) {
+  Array array = read_array(name, object, expected, may_be_on_gpu);
   require_shape(name, array, "(n, 3)", 3);
   Positions positions;
   if (array.dtype() == nb::dtype<float>()) {
@@ -204,9 +201,34 @@ PositionsArray read_positions(const char* name, nb::handle object) {
   } else if (array.dtype() == nb::dtype<double>()) {
     positions = positions_in<double>(name, array);
   } else {
-    throw nb::type_error(fmt::format("{}: expected {}, got {}", name, kExpected, dtype_name(array)).c_str());
+    throw nb::type_error(fmt::format("{}: expected {}, got {}", name, expected, dtype_name(array)).c_str());
   }
   return {std::move(array), positions};
+}
+
+template <class Scalar>
+std::vector<Vec3d> points_of(const Positions& positions) {
+  std::vector<Vec3d> points(positions.count());
+  const auto* row = static_cast<const char*>(positions.data());
+  for (Vec3d& point : points) {
+    const auto* const x = reinterpret_cast<const Scalar*>(row);
+    point = {double{x[0]}, double{x[1]}, double{x[2]}};
+    row += positions.stride();
+  }
+  return points;
+}
+
+}  // namespace
+
+PositionsArray read_positions(const char* name, nb::handle object) {
+  return read_rows_of_floats(
+      name, object, "an array of float32 or float64 of shape (n, 3) in the CPU's or a CUDA device's memory", true);
+}
+
+std::vector<Vec3d> read_points(const char* name, nb::handle object) {
+  const PositionsArray read =
+      read_rows_of_floats(name, object, "an array of float32 or float64 of shape (n, 3) in the CPU's memory", false);
+  return read.positions.is_double() ? points_of<double>(read.positions) : points_of<float>(read.positions);
 }
 
 void require_finite(const char* name, const Positions& positions) {

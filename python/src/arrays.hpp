@@ -30,6 +30,9 @@ PositionsArray read_positions(const char* name, nb::handle object);
 /// Throws InvalidInput where a coordinate in the CPU's memory is one that the library leaves out.
 void require_finite(const char* name, const Positions& positions);
 
+/// Float32 or float64 of shape (n, 3) in the CPU's memory, as read_positions() reads them, copied.
+std::vector<Vec3d> read_points(const char* name, nb::handle object);
+
 /// Integers of shape (n, 3), any strides, in the CPU's memory.
 std::vector<Triangle> read_triangles(const char* name, nb::handle object);
 /// The same of shape (n, 2).

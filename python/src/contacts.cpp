@@ -11,39 +11,25 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "owned_arrays.hpp"
 
 namespace softcd::python {
 namespace {
 
-/// A Contact's layout, as numpy describes it.
 nb::object make_dtype() {
-  nb::list names, formats, offsets;
-  const auto add = [&](const char* name, nb::object format, std::size_t offset) {
-    names.append(name);
-    formats.append(std::move(format));
-    offsets.append(offset);
-  };
-  const auto scalar = [](const char* format) { return nb::object(nb::str(format)); };
-  const auto several = [](const char* format, int count) {
-    return nb::object(nb::make_tuple(format, nb::make_tuple(count)));
-  };
-  add("kind", scalar("u1"), offsetof(Contact, kind));
-  add("is_unsettled", scalar("?"), offsetof(Contact, is_unsettled));
-  add("body_a", scalar("=u4"), offsetof(Contact, body_a));
-  add("body_b", scalar("=u4"), offsetof(Contact, body_b));
-  add("feature_a", scalar("=u4"), offsetof(Contact, feature_a));
-  add("feature_b", scalar("=u4"), offsetof(Contact, feature_b));
-  add("vertices", several("=u4", 4), offsetof(Contact, vertices));
-  add("weights", several("=f4", 4), offsetof(Contact, weights));
-  add("normal", several("=f4", 3), offsetof(Contact, normal));
-  add("distance", scalar("=f4"), offsetof(Contact, distance));
-  add("time_of_impact", scalar("=f4"), offsetof(Contact, time_of_impact));
-  nb::dict layout;
-  layout["names"] = names;
-  layout["formats"] = formats;
-  layout["offsets"] = offsets;
-  layout["itemsize"] = sizeof(Contact);
-  return nb::module_::import_("numpy").attr("dtype")(layout);
+  StructLayout layout;
+  layout.add("kind", "u1", offsetof(Contact, kind));
+  layout.add("is_unsettled", "?", offsetof(Contact, is_unsettled));
+  layout.add("body_a", "=u4", offsetof(Contact, body_a));
+  layout.add("body_b", "=u4", offsetof(Contact, body_b));
+  layout.add("feature_a", "=u4", offsetof(Contact, feature_a));
+  layout.add("feature_b", "=u4", offsetof(Contact, feature_b));
+  layout.add("vertices", "=u4", 4, offsetof(Contact, vertices));
+  layout.add("weights", "=f4", 4, offsetof(Contact, weights));
+  layout.add("normal", "=f4", 3, offsetof(Contact, normal));
+  layout.add("distance", "=f4", offsetof(Contact, distance));
+  layout.add("time_of_impact", "=f4", offsetof(Contact, time_of_impact));
+  return layout.dtype(sizeof(Contact));
 }
 
 nb::handle contact_dtype() {

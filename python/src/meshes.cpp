@@ -3,30 +3,18 @@
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/vector.h>
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "mesh_io/mesh_io.hpp"
+#include "owned_arrays.hpp"
 #include "program.hpp"
 #include "scenes/exact_intersection.hpp"
 
 namespace softcd::python {
 namespace {
-
-/// An array of rows of kWidth scalars over what it owns.
-template <class Scalar, std::size_t kWidth, class Row>
-nb::object own(std::vector<Row> rows) {
-  static_assert(sizeof(Row) == kWidth * sizeof(Scalar));
-  auto kept = std::make_unique<std::vector<Row>>(std::move(rows));
-  auto* const data = reinterpret_cast<Scalar*>(kept->data());
-  const std::size_t count = kept->size();
-  const nb::capsule keeper(kept.get(), [](void* owned) noexcept { delete static_cast<std::vector<Row>*>(owned); });
-  static_cast<void>(kept.release());
-  return nb::cast(nb::ndarray<nb::numpy, Scalar, nb::shape<-1, kWidth>>(data, {count, kWidth}, keeper));
-}
 
 nb::tuple read_mesh(const std::filesystem::path& path) {
   demo::Mesh mesh;

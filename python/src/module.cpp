@@ -13,5 +13,6 @@ NB_MODULE(_core, module) {
   bind_contacts(module);
   bind_scene(module);
   bind_query(module);
+  bind_probe(module);
   bind_meshes(module);
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bindings.hpp"
+#include "collected.hpp"
 #include "contacts.hpp"
 #include "options.hpp"
 #include "scene.hpp"
@@ -122,19 +123,8 @@ class BoundTicket {
   Ticket ticket_;
 };
 
-template <class T>
-int traverse_object(PyObject* self, visitproc visit, void* arg) {
-  Py_VISIT(Py_TYPE(self));
-  return nb::inst_ready(self) ? nb::inst_ptr<T>(self)->traverse(visit, arg) : 0;
-}
-
-int clear_query(PyObject* self) {
-  nb::inst_ptr<BoundQuery>(self)->clear();
-  return 0;
-}
-
 PyType_Slot query_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<BoundQuery>)},
-                             {Py_tp_clear, reinterpret_cast<void*>(clear_query)},
+                             {Py_tp_clear, reinterpret_cast<void*>(clear_object<BoundQuery>)},
                              {0, nullptr}};
 PyType_Slot ticket_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<BoundTicket>)}, {0, nullptr}};
 

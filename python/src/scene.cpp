@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bindings.hpp"
+#include "collected.hpp"
 #include "options.hpp"
 
 namespace softcd::python {
@@ -31,18 +32,8 @@ Mesh read_mesh(nb::handle triangles, std::uint32_t vertex_count, nb::handle segm
   return mesh;
 }
 
-int traverse_scene(PyObject* self, visitproc visit, void* arg) {
-  Py_VISIT(Py_TYPE(self));
-  return nb::inst_ready(self) ? nb::inst_ptr<BoundScene>(self)->traverse(visit, arg) : 0;
-}
-
-int clear_scene(PyObject* self) {
-  nb::inst_ptr<BoundScene>(self)->clear();
-  return 0;
-}
-
-PyType_Slot scene_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_scene)},
-                             {Py_tp_clear, reinterpret_cast<void*>(clear_scene)},
+PyType_Slot scene_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<BoundScene>)},
+                             {Py_tp_clear, reinterpret_cast<void*>(clear_object<BoundScene>)},
                              {0, nullptr}};
 
 constexpr const char* kSetPositions =

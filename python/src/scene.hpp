@@ -106,22 +106,16 @@ class BoundScene {
     discarded_->give_back();
     return f(scene_);
   }
-  /// The same where f starts a detection, which reads what was set.
+  /// The same where f reads what was set. When it throws, it may not have.
   template <class F>
   auto call_and_read(const F& f) {
     KeptArrays read;  // let go of with the interpreter's lock
     std::vector<Array> replaced;
     return call([&](Scene& scene) {
-      const struct Finally {
-        ~Finally() {
-          read.swap(self.kept_);
-          replaced.swap(self.replaced_);
-        }
-        KeptArrays& read;
-        std::vector<Array>& replaced;
-        BoundScene& self;
-      } finally{read, replaced, *this};
-      return f(scene);
+      auto result = f(scene);
+      read.swap(kept_);
+      replaced.swap(replaced_);
+      return result;
     });
   }
 

@@ -140,6 +140,57 @@ def test_other_arguments_are_named(error, text, call):
         call()
 
 
+def probe_of_one_body():
+    scene = softcd.Scene()
+    scene.set_positions(scene.add_body(PIERCING_TRIANGLES, 6), GOOD)
+    return softcd.Probe(scene)
+
+
+def change_to(new_vertices):
+    return softcd.MeshChange(0, new_vertices=new_vertices)
+
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    "error, text, ask",
+    [
+        (TypeError, "^origins: .*got <U1", lambda probe: probe.first_hits(["0", "0", "1"], UP)),
+        (TypeError, "^origins: .*got complex", lambda probe: probe.first_hits(GOOD * 1j, UP)),
+        (TypeError, "^directions: .*got bool", lambda probe: probe.all_hits(GOOD, GOOD > 0)),
+        (TypeError, "^origins: .*got object", lambda probe: probe.first_hits([2**70, None, 1], UP)),
+        (TypeError, "^origins: expected numbers", lambda probe: probe.first_hits([[0, 0, 1], [0]], UP)),
+        (ValueError, r"^origins: .*\(n, 3\).*got \(6, 2\)", lambda probe: probe.first_hits(GOOD[:, :2], UP)),
+        (ValueError, r"^directions: .*got \(1, 6, 3\)", lambda probe: probe.first_hits(GOOD, GOOD[None])),
+        (ValueError, "^directions: expected 6 rows, as origins", lambda probe: probe.first_hits(GOOD, GOOD[:5])),
+        (ValueError, r"^t_max: .*\(n,\), or one number", lambda probe: probe.first_hits(GOOD, UP, t_max=GOOD)),
+        (ValueError, "^max_distance: expected 6 rows", lambda probe: probe.closest_points(GOOD, np.ones(2))),
+        (ValueError, r"^points: .*got \(\)", lambda probe: probe.closest_points(1.0)),
+        (ValueError, r"^axes: .*\(n, 3, 3\)", lambda probe: probe.oriented_box_overlaps(GOOD, UP, GOOD)),
+        (TypeError, "radii", lambda probe: probe.sphere_overlaps(GOOD, None)),
+        (TypeError, "pairs", lambda probe: probe.distances([0, 1])),
+        (TypeError, "pairs", lambda probe: probe.intersections([(0, -1)])),
+        (ValueError, "pair 1: body 3 is not in the scene", lambda probe: probe.distances([(0, 0), (3, None)])),
+        (ValueError, "body 3 is not in the scene", lambda probe: probe.has_intersections(3)),
+        (TypeError, "a: int", lambda probe: probe.has_intersections("x")),
+        (TypeError, "changes", lambda probe: probe.intersections_after([0])),
+        (ValueError, "change 0: body 3", lambda probe: probe.intersections_after([softcd.MeshChange(3)])),
+        (ValueError, "change 0 .*2", lambda probe: probe.intersections_after([softcd.MeshChange(0, np.array([2]))])),
+        (TypeError, "^removed: .*got list", lambda _: softcd.MeshChange(0, [0])),
+        (ValueError, r"^added: expected shape \(n, 3\)", lambda _: softcd.MeshChange(0, added=np.array([0, 1]))),
+        (TypeError, "^new_vertices: .*got int64", lambda _: softcd.MeshChange(0, new_vertices=np.zeros((1, 3), int))),
+        (ValueError, "^new_vertices: rows", lambda _: softcd.MeshChange(0, new_vertices=GOOD[::-1])),
+        (ValueError, "not finite", lambda probe: probe.intersections_after([change_to(GOOD * np.nan)])),
+        (TypeError, "scene: softcd", lambda _: softcd.Probe(None)),
+        (TypeError, "step_end", lambda _: softcd.Probe(softcd.Scene(), step_end=0.5)),
+    ],
+)
+def test_questions_that_cannot_be_read_are_named(error, text, ask):
+    with pytest.raises(error, match=text):
+        ask(probe_of_one_body())
+
+
 def some_arguments(choose):
     """Arguments of every kind, more wrong ones than right ones; none that asks for gigabytes."""
     arrays = [wrong for _, wrong in WRONG_POSITIONS.values()]
@@ -148,6 +199,8 @@ def some_arguments(choose):
     arrays += [memoryview(GOOD), np.ma.masked_array(GOOD), np.zeros((6, 0)), np.zeros((0, 3), int), GOOD[:4]]
     others = [None, True, 0, 1, 6, -1, 2**32, 2**70, 0.5, -1.0, np.inf, np.nan, "", "x", b"", (), [], {}, object()]
     others += [*softcd.Detection, *softcd.Backend, *softcd.Pairs, softcd.Scene(), softcd.QueryOptions(), len]
+    others += [[(0, None)], [(None, None), (0, 0)], [(7, 0)]]
+    others += [softcd.MeshChange(0), [softcd.MeshChange(0, added=PIERCING_TRIANGLES)]]
     return choose(arrays) if choose([True, False]) else choose(others)
 
 
@@ -155,6 +208,7 @@ def test_random_arguments_only_raise():
     choose = random.Random(1).choice
     scene = softcd.Scene()
     query = softcd.Query(scene)
+    probe = softcd.Probe(scene)
     scene.add_body(PIERCING_TRIANGLES, 6, self_collision=True)
     calls = {
         softcd.Scene: ["log", "backend", "memory_limit", "max_threads", "cuda_device"],
@@ -175,6 +229,21 @@ def test_random_arguments_only_raise():
         softcd.self_intersections: ["max_threads", "memory_limit"],
         softcd.read_mesh: [],
         softcd._core.edges_meet_triangles: [],
+        softcd.Probe: ["step_end"],
+        softcd.MeshChange: ["removed", "added", "new_vertices"],
+        probe.first_hits: ["t_min", "t_max"],
+        probe.all_hits: ["t_max"],
+        probe.closest_points: ["max_distance"],
+        probe.sphere_overlaps: [],
+        probe.capsule_overlaps: [],
+        probe.box_overlaps: [],
+        probe.oriented_box_overlaps: [],
+        probe.distances: [],
+        probe.distance: [],
+        probe.intersections: [],
+        probe.has_intersections: ["a", "b"],
+        probe.intersections_after: [],
+        probe.set_body_filter: [],
     }
     good = [scene, 0, PIERCING_TRIANGLES, GOOD, 6]
     succeeded, raised = 0, 0

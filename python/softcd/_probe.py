@@ -1,0 +1,161 @@
+"""Questions about what of a scene's bodies is where."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._core import MeshChange, Scene, StepEnd
+from ._errors import InvalidInput
+
+Numbers = Any
+"""Numbers, or an array of any real type: numpy's, or what numpy.asarray makes one of."""
+
+BodyPairs = Sequence[tuple["int | None", "int | None"]]
+"""Pairs of bodies; None stands for all."""
+
+
+def _numbers(name: str, values: Numbers, shape: tuple[int, ...]) -> np.ndarray:
+    """Of float64, of that shape or of several such in a row."""
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise TypeError(f"{name}: expected numbers, got what cannot be read as such: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: expected numbers, got {array.dtype}")
+    if array.shape[array.ndim - len(shape) :] != shape or not 0 <= array.ndim - len(shape) <= 1:
+        one = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})" if shape else "one number"
+        several = f"({', '.join(map(str, ('n', *shape)))}{'' if shape else ','})"
+        raise InvalidInput(f"{name}: expected shape {several}, or {one} for all, got {array.shape}")
+    with np.errstate(over="ignore"):
+        return array.astype(np.float64)
+
+
+def _batch(**columns: tuple[Numbers, tuple[int, ...]]) -> np.ndarray:
+    """A row for each question: the columns side by side, those of one value repeated."""
+    arrays = {name: _numbers(name, values, shape) for name, (values, shape) in columns.items()}
+    counts = {name: len(arrays[name]) for name, (_, shape) in columns.items() if arrays[name].ndim > len(shape)}
+    first, count = next(iter(counts.items()), (None, 1))
+    for name in counts:
+        if counts[name] != count:
+            raise InvalidInput(f"{name}: expected {count} rows, as {first} has, got {counts[name]}")
+    rows = [arrays[name].reshape(counts.get(name, 1), math.prod(shape)) for name, (_, shape) in columns.items()]
+    return np.concatenate([np.broadcast_to(row, (count, row.shape[1])) for row in rows], axis=1)
+
+
+class AnswerLists(Sequence[np.ndarray]):
+    """A list of answers for each question of a batch, in the questions' order: an array each, part of `all`."""
+
+    def __init__(self, begins: np.ndarray, answers: np.ndarray) -> None:
+        self.begins = begins
+        """Where each question's answers begin in `all`, and where the last one's end: int64."""
+        self.all = answers
+        """All answers, those of one question behind those of the one before."""
+
+    def __len__(self) -> int:
+        return len(self.begins) - 1
+
+    def __getitem__(self, question: Any) -> Any:
+        if isinstance(question, slice):
+            return [self[i] for i in range(len(self))[question]]
+        i = range(len(self))[question]
+        return self.all[self.begins[i] : self.begins[i + 1]]
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return (self[i] for i in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"<softcd.AnswerLists, {len(self.all)} answers to {len(self)} questions>"
+
+
+class Probe:
+    """Asks what of a scene's bodies is at a place, in batches: as many answers as questions, in their order.
+
+    Kinematic bodies answer too; groups, masks and margins do not count. Bodies whose positions were never set are left
+    out, and so are triangles with a vertex that is not finite. Every call reads positions that were set and waits for a
+    detection that runs. Places are of shape (n, 3), or (3,) for one, or one for all; what else a question has is of
+    shape (n,), or one number for all.
+
+    Answers are structured arrays of their own. Where there is none `body` is softcd.NO_BODY.
+    """
+
+    def __init__(self, scene: Scene, *, step_end: StepEnd = StepEnd.t1) -> None:
+        self._core = _core.Probe(scene, step_end)
+
+    def first_hits(
+        self, origins: Numbers, directions: Numbers, t_min: Numbers = 0.0, t_max: Numbers = np.inf
+    ) -> np.ndarray:
+        """What each ray meets first of origin + t * direction, t_min <= t <= t_max: `body`, `triangle`, `t`, `weights`
+        of the triangle's vertices, and its unit `normal`."""
+        return self._core.first_hits(self._rays(origins, directions, t_min, t_max))
+
+    def all_hits(
+        self, origins: Numbers, directions: Numbers, t_min: Numbers = 0.0, t_max: Numbers = np.inf
+    ) -> AnswerLists:
+        """All that each ray meets, in the order of t, then of bodies and triangles."""
+        return AnswerLists(*self._core.all_hits(self._rays(origins, directions, t_min, t_max)))
+
+    @staticmethod
+    def _rays(origins: Numbers, directions: Numbers, t_min: Numbers, t_max: Numbers) -> np.ndarray:
+        return _batch(origins=(origins, (3,)), directions=(directions, (3,)), t_min=(t_min, ()), t_max=(t_max, ()))
+
+    def closest_points(self, points: Numbers, max_distance: Numbers = np.inf) -> np.ndarray:
+        """The nearest of all triangles' points that is at most max_distance away: `body`, `triangle`, `position`,
+        `distance`, `weights` of the triangle's vertices, and `side`: where the body's surface is closed 1 on the side
+        that normals point to, -1 on the other, else 0."""
+        return self._core.closest_points(_batch(points=(points, (3,)), max_distance=(max_distance, ())))
+
+    def sphere_overlaps(self, centres: Numbers, radii: Numbers) -> AnswerLists:
+        """All triangles that have a point in common with each sphere: `body` and `triangle`, in their order."""
+        return AnswerLists(*self._core.sphere_overlaps(_batch(centres=(centres, (3,)), radii=(radii, ()))))
+
+    def capsule_overlaps(self, starts: Numbers, ends: Numbers, radii: Numbers) -> AnswerLists:
+        """The same for all points at most a radius from the segments between starts and ends."""
+        batch = _batch(starts=(starts, (3,)), ends=(ends, (3,)), radii=(radii, ()))
+        return AnswerLists(*self._core.capsule_overlaps(batch))
+
+    def box_overlaps(self, lows: Numbers, highs: Numbers) -> AnswerLists:
+        """The same for boxes between their lowest and highest coordinates."""
+        return AnswerLists(*self._core.box_overlaps(_batch(lows=(lows, (3,)), highs=(highs, (3,)))))
+
+    def oriented_box_overlaps(self, centres: Numbers, halves: Numbers, axes: Numbers) -> AnswerLists:
+        """The same for boxes that are turned: half their extent along each of three axes, which are the rows of axes,
+        of shape (n, 3, 3), unit vectors at right angles to each other."""
+        batch = _batch(centres=(centres, (3,)), halves=(halves, (3,)), axes=(axes, (3, 3)))
+        return AnswerLists(*self._core.oriented_box_overlaps(batch))
+
+    def distances(self, pairs: BodyPairs) -> np.ndarray:
+        """The nearest points of a triangle of a and a triangle of b for each pair (a, b) of different bodies, None
+        being all: `body_a`, `triangle_a`, `position_a`, `weights_a`, the same of b, and `distance`, exactly 0 where
+        they intersect. Takes time for each triangle of a: the smaller body goes first."""
+        return self._core.distances(pairs)
+
+    def distance(self, a: int | None, b: int | None) -> np.void:
+        """The same for one pair."""
+        return self.distances([(a, b)])[0]
+
+    def intersections(self, pairs: BodyPairs = ((None, None),)) -> AnswerLists:
+        """All triangles of a and b that intersect for each pair (a, b), decided exactly for the positions as the scene
+        has them: `body_a`, `triangle_a`, `body_b`, `triangle_b`. Within a body where a is b, of all bodies with each
+        other and with themselves where both are None, as where no pairs are given. Each two once, in the order of the
+        first, then of the second."""
+        return AnswerLists(*self._core.intersections(pairs))
+
+    def has_intersections(self, a: int | None = None, b: int | None = None) -> bool:
+        """Whether there is one; stops at the first that is found."""
+        return self._core.has_intersections(a, b)
+
+    def intersections_after(self, changes: Sequence[MeshChange]) -> AnswerLists:
+        """What each change's new triangles would intersect: `added`, which of them, `body` and `triangle`, of all
+        triangles that would stay, or, with softcd.NO_BODY, a later one of those that would be added. Changes are judged
+        one by one, with the scene as it is."""
+        return AnswerLists(*self._core.intersections_after(changes))
+
+    def set_body_filter(self, filter: Callable[[int], bool] | None) -> None:
+        """filter(body) is asked by every call from the next one on whether a body that has positions answers; None
+        leaves nobody out. It must not call the scene, its queries or probes."""
+        self._core.set_body_filter(filter)

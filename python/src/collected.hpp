@@ -1,0 +1,21 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace softcd::python {
+
+/// For classes whose objects may be parts of cycles that only Python's collector finds: Py_tp_traverse by T::traverse.
+template <class T>
+int traverse_object(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  return nanobind::inst_ready(self) ? nanobind::inst_ptr<T>(self)->traverse(visit, arg) : 0;
+}
+
+/// Py_tp_clear by T::clear, which lets go of what cycles lead through.
+template <class T>
+int clear_object(PyObject* self) {
+  nanobind::inst_ptr<T>(self)->clear();
+  return 0;
+}
+
+}  // namespace softcd::python

@@ -1,0 +1,275 @@
+#include <fmt/format.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "collected.hpp"
+#include "owned_arrays.hpp"
+#include "scene.hpp"
+
+namespace softcd::python {
+namespace {
+
+nb::object make_dtype(const RayHit* /*type*/) {
+  StructLayout layout;
+  layout.add("body", "=u4", offsetof(RayHit, body));
+  layout.add("triangle", "=u4", offsetof(RayHit, triangle));
+  layout.add("t", "=f8", offsetof(RayHit, t));
+  layout.add("weights", "=f4", 3, offsetof(RayHit, weights));
+  layout.add("normal", "=f4", 3, offsetof(RayHit, normal));
+  return layout.dtype(sizeof(RayHit));
+}
+
+nb::object make_dtype(const ClosestPoint* /*type*/) {
+  StructLayout layout;
+  layout.add("body", "=u4", offsetof(ClosestPoint, body));
+  layout.add("triangle", "=u4", offsetof(ClosestPoint, triangle));
+  layout.add("position", "=f8", 3, offsetof(ClosestPoint, position));
+  layout.add("distance", "=f8", offsetof(ClosestPoint, distance));
+  layout.add("weights", "=f4", 3, offsetof(ClosestPoint, weights));
+  layout.add("side", "=i4", offsetof(ClosestPoint, side));
+  return layout.dtype(sizeof(ClosestPoint));
+}
+
+nb::object make_dtype(const TriangleOverlap* /*type*/) {
+  StructLayout layout;
+  layout.add("body", "=u4", offsetof(TriangleOverlap, body));
+  layout.add("triangle", "=u4", offsetof(TriangleOverlap, triangle));
+  return layout.dtype(sizeof(TriangleOverlap));
+}
+
+nb::object make_dtype(const BodyDistance* /*type*/) {
+  StructLayout layout;
+  layout.add("body_a", "=u4", offsetof(BodyDistance, body_a));
+  layout.add("body_b", "=u4", offsetof(BodyDistance, body_b));
+  layout.add("triangle_a", "=u4", offsetof(BodyDistance, triangle_a));
+  layout.add("triangle_b", "=u4", offsetof(BodyDistance, triangle_b));
+  layout.add("position_a", "=f8", 3, offsetof(BodyDistance, position_a));
+  layout.add("position_b", "=f8", 3, offsetof(BodyDistance, position_b));
+  layout.add("distance", "=f8", offsetof(BodyDistance, distance));
+  layout.add("weights_a", "=f4", 3, offsetof(BodyDistance, weights_a));
+  layout.add("weights_b", "=f4", 3, offsetof(BodyDistance, weights_b));
+  return layout.dtype(sizeof(BodyDistance));
+}
+
+nb::object make_dtype(const TriangleIntersection* /*type*/) {
+  StructLayout layout;
+  layout.add("body_a", "=u4", offsetof(TriangleIntersection, body_a));
+  layout.add("triangle_a", "=u4", offsetof(TriangleIntersection, triangle_a));
+  layout.add("body_b", "=u4", offsetof(TriangleIntersection, body_b));
+  layout.add("triangle_b", "=u4", offsetof(TriangleIntersection, triangle_b));
+  return layout.dtype(sizeof(TriangleIntersection));
+}
+
+nb::object make_dtype(const ChangeIntersection* /*type*/) {
+  StructLayout layout;
+  layout.add("added", "=u4", offsetof(ChangeIntersection, added));
+  layout.add("body", "=u4", offsetof(ChangeIntersection, body));
+  layout.add("triangle", "=u4", offsetof(ChangeIntersection, triangle));
+  return layout.dtype(sizeof(ChangeIntersection));
+}
+
+template <class Answer>
+nb::object own_answers(std::vector<Answer> answers) {
+  static const nb::object* const dtype = new nb::object(make_dtype(static_cast<const Answer*>(nullptr)));
+  return own_structs(std::move(answers), *dtype);
+}
+
+/// A batch of questions, all members of which are doubles.
+template <class Question>
+using Batch =
+    nb::ndarray<const double, nb::shape<-1, sizeof(Question) / sizeof(double)>, nb::c_contig, nb::device::cpu>;
+
+template <class Question>
+Span<const Question> questions_in(const Batch<Question>& batch) {
+  return {reinterpret_cast<const Question*>(batch.data()), batch.shape(0)};
+}
+
+/// Pairs of bodies, or of all where there is none.
+using AskedPairs = std::vector<std::pair<std::optional<std::uint32_t>, std::optional<std::uint32_t>>>;
+
+QueryBodies asked_pair(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
+  return {{a.value_or(kNoIndex)}, {b.value_or(kNoIndex)}};
+}
+
+std::vector<QueryBodies> asked_pairs(const AskedPairs& numbers) {
+  std::vector<QueryBodies> pairs;
+  pairs.reserve(numbers.size());
+  for (const auto& [a, b] : numbers) pairs.push_back(asked_pair(a, b));
+  return pairs;
+}
+
+/// QueryChange with what it refers to.
+struct MeshChange {
+  std::uint32_t body;
+  std::vector<std::uint32_t> removed;
+  std::vector<Triangle> added;
+  std::vector<Vec3d> new_vertices;
+};
+
+MeshChange make_change(std::uint32_t body, nb::handle removed, nb::handle added, nb::handle new_vertices) {
+  MeshChange change{body, {}, {}, {}};
+  if (!removed.is_none()) change.removed = read_indices("removed", removed);
+  if (!added.is_none()) change.added = read_triangles("added", added);
+  if (!new_vertices.is_none()) change.new_vertices = read_points("new_vertices", new_vertices);
+  return change;
+}
+
+std::string describe(const MeshChange& change) {
+  return fmt::format("<softcd.MeshChange of body {}: {} triangles removed, {} added, {} new vertices>", change.body,
+                     change.removed.size(), change.added.size(), change.new_vertices.size());
+}
+
+/// softcd::Probe for Python, which keeps its scene alive. Answers are copied before anybody asks again.
+class BoundProbe {
+ public:
+  BoundProbe(nb::object scene, StepEnd step_end) : object_(std::move(scene)), scene_(nb::cast<BoundScene&>(object_)) {
+    probe_ = scene_.call([&](Scene& bound) { return std::make_shared<Probe>(bound, ProbeOptions{step_end}); });
+  }
+  BoundProbe(const BoundProbe&) = delete;
+  BoundProbe& operator=(const BoundProbe&) = delete;
+  ~BoundProbe() { scene_.discarded()->add(std::move(probe_)); }
+
+  nb::object first_hits(const Batch<Ray>& rays) {
+    return ask_each(questions_in<Ray>(rays), [&](auto asked) { return probe_->first_hits(asked); });
+  }
+  nb::tuple all_hits(const Batch<Ray>& rays) {
+    return ask_lists(questions_in<Ray>(rays), [&](auto asked) { return probe_->all_hits(asked); });
+  }
+  nb::object closest_points(const Batch<QueryPoint>& points) {
+    return ask_each(questions_in<QueryPoint>(points), [&](auto asked) { return probe_->closest_points(asked); });
+  }
+  template <class Shape>
+  nb::tuple overlaps(const Batch<Shape>& shapes) {
+    return ask_lists(questions_in<Shape>(shapes), [&](auto asked) { return probe_->overlaps(asked); });
+  }
+  nb::object distances(const AskedPairs& pairs) {
+    return ask_each(asked_pairs(pairs), [&](const auto& asked) { return probe_->distances(asked); });
+  }
+  nb::tuple intersections(const AskedPairs& pairs) {
+    return ask_lists(asked_pairs(pairs), [&](const auto& asked) { return probe_->intersections(asked); });
+  }
+  bool has_intersections(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
+    return scene_.call_and_read([&](Scene&) { return probe_->has_intersections(asked_pair(a, b)); });
+  }
+  nb::tuple intersections_after(const std::vector<MeshChange>& changes) {
+    std::vector<QueryChange> asked;
+    asked.reserve(changes.size());
+    for (const MeshChange& change : changes) {
+      asked.push_back({{change.body}, change.removed, change.added, change.new_vertices});
+    }
+    return ask_lists(asked, [&](const auto& all) { return probe_->intersections_after(all); });
+  }
+  void set_body_filter(nb::object filter) {
+    BodyFilter asked;
+    if (!filter.is_none()) asked = [this](BodyId body) { return is_asked_about(body); };
+    scene_.call([&](Scene&) {
+      probe_->set_body_filter(std::move(asked));
+      std::swap(filter_, filter);
+    });
+  }
+
+  int traverse(visitproc visit, void* arg) {
+    Py_VISIT(object_.ptr());
+    Py_VISIT(filter_.ptr());
+    return 0;
+  }
+  /// Cycles lead through the filter.
+  void clear() { filter_.reset(); }
+
+ private:
+  /// What `f` returns. Without questions a probe reads no positions.
+  template <class F>
+  auto answer(bool has_questions, const F& f) {
+    const auto ask = [&](Scene&) { return f(); };
+    return has_questions ? scene_.call_and_read(ask) : scene_.call(ask);
+  }
+  template <class Questions, class Ask>
+  nb::object ask_each(const Questions& questions, const Ask& ask) {
+    return own_answers(answer(!questions.empty(), [&] {
+      const auto answers = ask(questions);
+      return std::vector(answers.begin(), answers.end());
+    }));
+  }
+  /// Where each question's answers begin, and all of them.
+  template <class Questions, class Ask>
+  nb::tuple ask_lists(const Questions& questions, const Ask& ask) {
+    auto [begins, answers] = answer(!questions.empty(), [&] {
+      const auto lists = ask(questions);
+      std::vector<std::uint64_t> starts(lists.begins().begin(), lists.begins().end());
+      if (starts.empty()) starts.push_back(0);
+      return std::pair(std::move(starts), std::vector(lists.all().begin(), lists.all().end()));
+    });
+    return nb::make_tuple(own<std::int64_t, 1>(std::move(begins)).attr("ravel")(), own_answers(std::move(answers)));
+  }
+  bool is_asked_about(BodyId body) {
+    const nb::gil_scoped_acquire interpreter;
+    if (!filter_.is_valid()) return true;
+    return nb::cast<bool>(nb::bool_(filter_(body.value)));
+  }
+
+  nb::object object_;
+  BoundScene& scene_;
+  std::shared_ptr<Probe> probe_;
+  nb::object filter_;
+};
+
+PyType_Slot probe_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<BoundProbe>)},
+                             {Py_tp_clear, reinterpret_cast<void*>(clear_object<BoundProbe>)},
+                             {0, nullptr}};
+
+}  // namespace
+
+void bind_probe(nb::module_& module) {
+  using namespace nb::literals;
+  module.attr("NO_BODY") = kNoIndex;
+  nb::class_<MeshChange>(module, "MeshChange",
+                         "A change of one body's mesh that might be made: an edge split, collapsed or flipped, a hole "
+                         "filled.")
+      .def(
+          "__init__",
+          [](MeshChange* self, std::uint32_t body, nb::handle removed, nb::handle added, nb::handle new_vertices) {
+            new (self) MeshChange(make_change(body, removed, added, new_vertices));
+          },
+          "body"_a, "removed"_a.none() = nb::none(), "added"_a.none() = nb::none(),
+          "new_vertices"_a.none() = nb::none(),
+          "removed, integers of shape (n,), are triangles of the body that would not be there any more; added, of "
+          "shape "
+          "(n, 3), what would come instead. New vertex i, in new_vertices of float32 or float64 of shape (n, 3), has "
+          "the "
+          "index `vertex count of the body + i`; a vertex that would move is a new one. All are copied.")
+      .def("__repr__", describe);
+
+  nb::class_<BoundProbe>(module, "Probe", nb::type_slots(probe_slots), "What softcd.Probe asks.")
+      .def(
+          "__init__",
+          [](BoundProbe* self, nb::handle_t<BoundScene> scene, StepEnd step_end) {
+            new (self) BoundProbe(nb::borrow(scene), step_end);
+          },
+          "scene"_a, "step_end"_a)
+      .def("first_hits", &BoundProbe::first_hits, "rays"_a)
+      .def("all_hits", &BoundProbe::all_hits, "rays"_a)
+      .def("closest_points", &BoundProbe::closest_points, "points"_a)
+      .def("sphere_overlaps", &BoundProbe::overlaps<QuerySphere>, "spheres"_a)
+      .def("capsule_overlaps", &BoundProbe::overlaps<QueryCapsule>, "capsules"_a)
+      .def("box_overlaps", &BoundProbe::overlaps<QueryBox>, "boxes"_a)
+      .def("oriented_box_overlaps", &BoundProbe::overlaps<QueryOrientedBox>, "boxes"_a)
+      .def("distances", &BoundProbe::distances, "pairs"_a)
+      .def("intersections", &BoundProbe::intersections, "pairs"_a)
+      .def("has_intersections", &BoundProbe::has_intersections, "a"_a.none(), "b"_a.none())
+      .def("intersections_after", &BoundProbe::intersections_after, "changes"_a)
+      .def("set_body_filter", &BoundProbe::set_body_filter, "filter"_a.none());
+}
+
+}  // namespace softcd::python
