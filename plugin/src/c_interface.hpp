@@ -60,6 +60,15 @@ Struct& sized(Struct* pointer, const char* argument) {
   return found;
 }
 
+/// A struct of the caller's that results go to, 0 until there are some.
+template <class Struct>
+Struct& sized_result(Struct* pointer, const char* argument) {
+  Struct& found = sized(pointer, argument);
+  found = {};
+  found.struct_size = sizeof(Struct);
+  return found;
+}
+
 /// For ..._init(): `defaults` for a caller whose struct has `size` bytes.
 template <class Struct>
 softcd_status initialize(Struct* pointer, std::uint64_t size, const char* argument, const Struct& defaults) noexcept {

@@ -16,6 +16,8 @@ static_assert(offsetof(softcd_contact, is_unsettled) == offsetof(Contact, is_uns
               offsetof(softcd_contact, normal) == offsetof(Contact, normal) &&
               offsetof(softcd_contact, distance) == offsetof(Contact, distance) &&
               offsetof(softcd_contact, time_of_impact) == offsetof(Contact, time_of_impact));
+static_assert(sizeof(softcd_contact_counts) == sizeof(ContactCounts) &&
+              offsetof(softcd_contact_counts, is_complete) == offsetof(ContactCounts, is_complete));
 static_assert(SOFTCD_NO_BODY == BodyId().value);
 
 const softcd_contact* to_c(const Contact* contacts) {
@@ -138,16 +140,29 @@ softcd_status softcd_query_wait(softcd_query* query, const softcd_contact** cont
   });
 }
 
-softcd_status softcd_query_wait_on_device(softcd_query* query, const softcd_contact** contacts, uint64_t* count,
-                                          int32_t* device) {
+softcd_status softcd_query_wait_on_device(softcd_query* query, softcd_device_contacts* contacts) {
   return c::guarded_call([&] {
-    const softcd_contact*& out = c::result(contacts, "contacts");
-    uint64_t& out_count = c::result(count, "count");
-    int32_t& out_device = c::result(device, "device");
+    softcd_device_contacts& out = c::sized_result(contacts, "contacts");
     const softcd::DeviceContacts found = c::started(c::required(query, "query")).wait_on_device();
-    out = c::to_c(found.data);
-    out_count = found.count;
-    out_device = found.device;
+    out.device = found.device;
+    out.data = c::to_c(found.data);
+    out.count = found.count;
+    out.body_begin = found.body_begin;
+    out.body_ids = found.body_ids;
+  });
+}
+
+softcd_status softcd_query_on_device(softcd_query* query, softcd_pending_contacts* contacts) {
+  return c::guarded_call([&] {
+    softcd_pending_contacts& out = c::sized_result(contacts, "contacts");
+    const softcd::PendingContacts found = c::started(c::required(query, "query")).on_device();
+    out.device = found.device;
+    out.data = c::to_c(found.data);
+    out.capacity = found.capacity;
+    out.counts = reinterpret_cast<const softcd_contact_counts*>(found.counts);
+    out.body_begin = found.body_begin;
+    out.body_ids = found.body_ids;
+    out.ready = found.ready;
   });
 }
 

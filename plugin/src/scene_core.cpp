@@ -630,7 +630,8 @@ void QueryCore::set_options(const QueryOptions& options) {
 }
 
 std::shared_ptr<const void> QueryCore::hold_contacts() {
-  if (!has_contacts_) {
+  const bool will_have_contacts = detection_ && detection_->staying.counts != nullptr;
+  if (!has_contacts_ && !will_have_contacts) {
     throw Error("a Query has no contacts to hold; wait for a detection, and hold before the next one is started.");
   }
   if (memories_.empty()) return {};

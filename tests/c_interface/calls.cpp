@@ -236,6 +236,15 @@ TEST_F(CCalls, options_are_changed_later) {
   EXPECT_EQ(detect(), 1U);
 }
 
+/// What is in the GPU's memory.
+template <class T>
+std::vector<T> on_host(const T* data, std::size_t count = 1) {
+  const std::vector<std::byte> bytes = read_device(Backend::cuda, data, count * sizeof(T));
+  std::vector<T> read(count);
+  std::memcpy(read.data(), bytes.data(), bytes.size());
+  return read;
+}
+
 // On a GPU nothing passes the bus but the count.
 TEST_F(CCalls, both_ends_may_stay_on_a_device) {
   const Backend backend = backend_under_test();
@@ -254,18 +263,30 @@ TEST_F(CCalls, both_ends_may_stay_on_a_device) {
   ASSERT_EQ(softcd_query_options_init(&options, sizeof options), SOFTCD_OK);
   options.contacts_on_device = 1;
   ASSERT_EQ(softcd_query_set_options(query(), &options), SOFTCD_OK);
-  const softcd_contact* contacts = nullptr;
-  std::uint64_t count = 0;
-  std::int32_t device = -1;
-  ASSERT_EQ(softcd_query_start(query(), SOFTCD_PAIRS_ALL), SOFTCD_OK) << softcd_last_error();
-  ASSERT_EQ(softcd_query_wait_on_device(query(), &contacts, &count, &device), SOFTCD_OK) << softcd_last_error();
-  ASSERT_EQ(count, 1U);
-  EXPECT_GE(device, 0);
-  const std::vector<std::byte> bytes = read_device(backend, contacts, sizeof(softcd_contact));
-  softcd_contact contact{};
-  std::memcpy(&contact, bytes.data(), sizeof contact);
+  softcd_pending_contacts pending{};
+  softcd_device_contacts found{};
+  pending.struct_size = sizeof pending;
+  found.struct_size = sizeof found;
+  for (int repetition = 0; repetition < 2; ++repetition) {  // lists have grown in the second one
+    ASSERT_EQ(softcd_query_start(query(), SOFTCD_PAIRS_ALL), SOFTCD_OK) << softcd_last_error();
+    ASSERT_EQ(softcd_query_on_device(query(), &pending), SOFTCD_OK) << softcd_last_error();
+    ASSERT_EQ(softcd_query_wait_on_device(query(), &found), SOFTCD_OK) << softcd_last_error();
+  }
+  ASSERT_EQ(found.count, 1U);
+  EXPECT_GE(found.device, 0);
+  ASSERT_EQ(found.body_ids, 2U);
+  const auto contact = on_host<softcd_contact>(found.data)[0];
   EXPECT_EQ(contact.body_a, upper_);
   EXPECT_EQ(contact.body_b, lower_);
+  EXPECT_EQ(on_host<std::uint64_t>(found.body_begin, 5), (std::vector<std::uint64_t>{0, 0, 1, 1, 1}));
+  EXPECT_EQ(pending.data, found.data);
+  EXPECT_EQ(pending.body_begin, found.body_begin);
+  EXPECT_EQ(pending.device, found.device);
+  EXPECT_GE(pending.capacity, found.count);
+  EXPECT_NE(pending.ready, nullptr);
+  const auto counts = on_host<softcd_contact_counts>(pending.counts)[0];
+  EXPECT_EQ(counts.contacts, 1U);
+  EXPECT_EQ(counts.is_complete, 1U);
 }
 
 class CProbes : public TwoTriangles {

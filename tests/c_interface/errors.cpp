@@ -64,7 +64,6 @@ TEST_F(CErrors, null_queries_and_arguments) {
   softcd_query* created = query();
   const softcd_contact* contacts = nullptr;
   std::uint64_t count = 7;
-  std::int32_t device = 7;
   softcd_statistics statistics{};
   statistics.struct_size = sizeof statistics;
   expect_refused(softcd_query_create(nullptr, nullptr, &created), "scene is NULL");
@@ -76,8 +75,18 @@ TEST_F(CErrors, null_queries_and_arguments) {
   expect_refused(softcd_query_wait(none, &contacts, &count), "query is NULL");
   EXPECT_EQ(count, 0U);
   expect_refused(softcd_query_wait(query(), nullptr, &count), "contacts is NULL");
-  expect_refused(softcd_query_wait_on_device(none, &contacts, &count, &device), "query is NULL");
-  expect_refused(softcd_query_wait_on_device(query(), &contacts, &count, nullptr), "device is NULL");
+  softcd_device_contacts found{};
+  softcd_pending_contacts pending{};
+  found.struct_size = sizeof found;
+  pending.struct_size = sizeof pending;
+  found.count = pending.capacity = 7;
+  expect_refused(softcd_query_wait_on_device(none, &found), "query is NULL");
+  expect_refused(softcd_query_on_device(none, &pending), "query is NULL");
+  EXPECT_EQ(found.count, 0U);
+  EXPECT_EQ(found.struct_size, sizeof found);
+  EXPECT_EQ(pending.capacity, 0U);
+  expect_refused(softcd_query_wait_on_device(query(), nullptr), "contacts is NULL");
+  expect_refused(softcd_query_on_device(query(), nullptr), "contacts is NULL");
   expect_refused(softcd_query_detect(none, SOFTCD_PAIRS_ALL, &contacts, &count), "query is NULL");
   expect_refused(softcd_query_detect(query(), SOFTCD_PAIRS_ALL, &contacts, nullptr), "count is NULL");
   expect_refused(softcd_query_statistics(none, &statistics), "query is NULL");
@@ -155,6 +164,8 @@ TEST_F(CErrors, structs_of_other_sizes) {
   softcd_body_settings settings{};
   softcd_query_options query_options{};
   softcd_statistics statistics{};
+  softcd_device_contacts on_device{};
+  softcd_pending_contacts pending{};
   softcd_positions x = positions(kLower);
   x.struct_size -= 1;
   softcd_body body = 0;
@@ -178,6 +189,8 @@ TEST_F(CErrors, structs_of_other_sizes) {
   expect_refused(softcd_query_create(scene(), &query_options, &other_query), of_size_0);
   expect_refused(softcd_query_set_options(query(), &query_options), of_size_0);
   expect_refused(softcd_query_statistics(query(), &statistics), of_size_0);
+  expect_refused(softcd_query_wait_on_device(query(), &on_device), of_size_0);
+  expect_refused(softcd_query_on_device(query(), &pending), of_size_0);
 }
 
 TEST_F(CErrors, values_out_of_range) {
@@ -238,12 +251,17 @@ TEST_F(CErrors, meshes_and_positions_that_do_not_fit) {
 TEST_F(CErrors, detections_that_nobody_started) {
   const softcd_contact* contacts = nullptr;
   std::uint64_t count = 7;
-  std::int32_t device = 0;
+  softcd_device_contacts on_device{};
+  softcd_pending_contacts pending{};
+  on_device.struct_size = sizeof on_device;
+  pending.struct_size = sizeof pending;
+  EXPECT_EQ(softcd_query_on_device(query(), &pending), SOFTCD_ERROR);
   EXPECT_EQ(softcd_query_wait(query(), &contacts, &count), SOFTCD_ERROR);
   EXPECT_EQ(count, 0U);
   EXPECT_STREQ(softcd_last_error(), "no detection was started; call softcd_query_start() first.");
   ASSERT_EQ(softcd_query_start(query(), SOFTCD_PAIRS_ALL), SOFTCD_OK);
-  EXPECT_EQ(softcd_query_wait_on_device(query(), &contacts, &count, &device), SOFTCD_ERROR);
+  EXPECT_EQ(softcd_query_wait_on_device(query(), &on_device), SOFTCD_ERROR);
+  EXPECT_EQ(softcd_query_on_device(query(), &pending), SOFTCD_ERROR) << "contacts are on the host";
   EXPECT_EQ(softcd_query_wait(query(), &contacts, &count), SOFTCD_OK) << softcd_last_error();
   EXPECT_EQ(count, 1U);
   EXPECT_EQ(softcd_query_wait(query(), &contacts, &count), SOFTCD_ERROR);

@@ -250,10 +250,16 @@ class Handles {
   void wait() {
     const softcd_contact* contacts = nullptr;
     std::uint64_t count = 0;
-    std::int32_t device = 0;
     softcd_query* query = some(queries_);
-    const bool ok = is_ok(bytes_.one_in(8) ? softcd_query_wait_on_device(query, &contacts, &count, &device)
-                                           : softcd_query_wait(query, &contacts, &count));
+    if (bytes_.one_in(8)) {
+      softcd_device_contacts on_device{};
+      softcd_pending_contacts pending{};
+      on_device.struct_size = bytes_.one_in(8) ? bytes_.below(100) : sizeof on_device;
+      pending.struct_size = bytes_.one_in(8) ? bytes_.below(100) : sizeof pending;
+      require(!is_ok(softcd_query_on_device(query, &pending)), "there is no device");
+      require(!is_ok(softcd_query_wait_on_device(query, &on_device)), "there is no device");
+    }
+    const bool ok = is_ok(softcd_query_wait(query, &contacts, &count));
     check_list(ok, contacts, count);
   }
   void detect() {

@@ -170,9 +170,10 @@ class SOFTCD_EXPORT Query {
   /// Pairs of bodies that are not in the scene are nothing to compare.
   void set_only_pairs(Span<const BodyPair> pairs);
 
-  /// What holds the contacts that were returned last: they stay valid until what is returned and its copies are gone,
-  /// whatever becomes of the query and its scene. Detections use other memory meanwhile. Throws Error when those
-  /// contacts are not valid any more. Giving it back counts as using the scene: one thread at a time.
+  /// What holds the contacts that were returned last, or told of by Ticket::on_device() last, unless the detection is
+  /// repeated: they stay valid until what is returned and its copies are gone, whatever becomes of the query and its
+  /// scene. Detections use other memory meanwhile. Throws Error when those contacts are not valid any more. Giving it
+  /// back counts as using the scene: one thread at a time.
   std::shared_ptr<const void> hold_contacts();
 
   /// Where the scene has a communicator: the contacts that all ranks' last detections found, in order, which all of

@@ -411,10 +411,52 @@ SOFTCD_EXPORT softcd_status softcd_query_start(softcd_query* query, softcd_pairs
  *  is destroyed. SOFTCD_ERROR where none was started, it was waited for already, or contacts are on the device; else
  *  what has gone wrong in the detection. */
 SOFTCD_EXPORT softcd_status softcd_query_wait(softcd_query* query, const softcd_contact** contacts, uint64_t* count);
-/** The same for a query with contacts_on_device: `contacts` is in the memory of CUDA device `device`. They are there,
- *  completely, when the call returns. */
-SOFTCD_EXPORT softcd_status softcd_query_wait_on_device(softcd_query* query, const softcd_contact** contacts,
-                                                        uint64_t* count, int32_t* device);
+
+/** Contacts in a CUDA device's memory, as softcd_query_wait() would return them, and valid as long as those. */
+typedef struct softcd_device_contacts {
+  uint32_t struct_size;       /**< sizeof of this struct */
+  int32_t device;             /**< as cudaGetDeviceCount counts them */
+  const softcd_contact* data; /**< on that device */
+  uint64_t count;             /**< how many there are */
+  /** On that device, 2 * body_ids + 1 values: contacts [body_begin[k * body_ids + b], body_begin[k * body_ids + b + 1])
+   *  are those of kind k whose body_a is b. NULL where no bodies were compared. */
+  const uint64_t* body_begin;
+  uint32_t body_ids; /**< all bodies' numbers are less */
+} softcd_device_contacts;
+
+/** softcd_query_wait() for a query with contacts_on_device. They are there, completely, when the call returns. Fills in
+ *  *contacts, whose struct_size the caller has set. */
+SOFTCD_EXPORT softcd_status softcd_query_wait_on_device(softcd_query* query, softcd_device_contacts* contacts);
+
+/** What a detection that leaves its contacts on a device says of them there. */
+typedef struct softcd_contact_counts {
+  uint64_t contacts; /**< that were found: those beyond what there is room for are not there */
+  /** 1: all contacts are there, in order. 0: something did not fit, or was not as foreseen; what is there is of no use,
+   *  and waiting for the detection repeats it. */
+  uint32_t is_complete;
+  uint32_t unused; /**< 0 */
+} softcd_contact_counts;
+
+/** Contacts in a CUDA device's memory of a detection that may still run, for work that is enqueued on that device. */
+typedef struct softcd_pending_contacts {
+  uint32_t struct_size;       /**< sizeof of this struct */
+  int32_t device;             /**< as cudaGetDeviceCount counts them */
+  const softcd_contact* data; /**< on that device, once `ready` has happened */
+  uint64_t capacity;          /**< how many there is room for */
+  /** On that device: how many there are, and whether that is all. NULL where no bodies are compared: there are none. */
+  const softcd_contact_counts* counts;
+  const uint64_t* body_begin; /**< see softcd_device_contacts */
+  uint32_t body_ids;          /**< see softcd_device_contacts */
+  void* ready;                /**< a cudaEvent_t after which all of it is there */
+} softcd_pending_contacts;
+
+/** For a query with contacts_on_device: where the contacts of the detection that was started last will be, without
+ *  waiting for them. A stream that waits for `ready` may read them; nothing else tells whether they are complete than
+ *  their counts, there or after softcd_query_wait_on_device(), which repeats a detection where they are not: positions
+ *  on the device have to stay as they are for that. Fills in *contacts, whose struct_size the caller has set; valid as
+ *  long as what softcd_query_wait_on_device() returns. Errors are those of that. */
+SOFTCD_EXPORT softcd_status softcd_query_on_device(softcd_query* query, softcd_pending_contacts* contacts);
+
 /** softcd_query_start() and softcd_query_wait() in one. */
 SOFTCD_EXPORT softcd_status softcd_query_detect(softcd_query* query, softcd_pairs pairs,
                                                 const softcd_contact** contacts, uint64_t* count);
