@@ -36,6 +36,8 @@ void ChangingMesh::change(Span<const Triangle> triangles, std::uint32_t vertex_c
   touched_.reserve(most);
   for (const std::uint32_t t : changed) touched_.insert(t);
   for (std::uint32_t t = std::min(before, now); t < most; ++t) touched_.insert(t);
+  // Caches have what lies beside each other; and new edges do not depend on the order of `changed`.
+  touched_.sort();
   reserve(most, std::max(vertex_count, mesh_.vertex_count), touched_.indices().size());
 
   has_changes_ = true;
@@ -56,9 +58,6 @@ void ChangingMesh::change(Span<const Triangle> triangles, std::uint32_t vertex_c
   }
   for (const std::uint32_t v : vertices_.indices()) give_vertex(v);
   for (const std::uint32_t e : edges_.indices()) give_edge(e);
-  for (const std::uint32_t t : changed_triangles_.indices()) {
-    if (t < now) mark_around(t);
-  }
   vertices_.clear();
   edges_.clear();
   first_corner_.resize(vertex_count);
@@ -69,6 +68,11 @@ void ChangingMesh::forget_changes() noexcept {
   has_changes_ = false;
   changed_triangles_.clear();
   changed_edges_.clear();
+}
+
+void ChangingMesh::forget_relisted() noexcept {
+  finds_relisted_ = true;
+  for (IndexSet* const set : {&relisted_, &stale_, &stale_vertices_, &stale_edges_}) set->clear();
 }
 
 /// All that the change may need.
@@ -84,15 +88,17 @@ void ChangingMesh::reserve(std::size_t triangle_count, std::size_t vertex_count,
   reserve_roomy(free_edges_, free_edges_.size() + 3 * touched_count);
   reserve_roomy(lost_by_key_, 3 * touched_count);
   changed_triangles_.reserve(triangle_count);
+  relisted_.reserve(triangle_count);
   stale_.reserve(triangle_count);
+  stale_vertices_.reserve(vertex_count);
+  stale_edges_.reserve(edges);
   changed_edges_.reserve(edges);
   vertices_.reserve(vertex_count);
   edges_.reserve(edges);
 }
 
 void ChangingMesh::take_out(std::uint32_t triangle) noexcept {
-  mark_around(triangle);
-  changed_triangles_.insert(triangle);
+  mark_changing(triangle);
   for (std::uint32_t corner = 0; corner < 3; ++corner) {
     const std::uint32_t edge = mesh_.triangle_edges[triangle].e[corner];
     if (edge != kNoIndex) edges_.insert(edge);
@@ -112,7 +118,9 @@ void ChangingMesh::find_lost_edges() noexcept {
 }
 
 void ChangingMesh::put_in(std::uint32_t triangle, const Triangle& vertices) noexcept {
+  // Where it is new there is nothing that was listed of it.
   changed_triangles_.insert(triangle);
+  if (finds_relisted_) relisted_.insert(triangle);
   TriangleEdges& edges = mesh_.triangle_edges[triangle];
   edges = {{kNoIndex, kNoIndex, kNoIndex}};
   for (std::uint32_t side = 0; side < 3; ++side) {
@@ -177,11 +185,22 @@ void ChangingMesh::unlink(std::uint32_t corner) noexcept {
   corners_around_ -= 2 * std::uint64_t{--triangle_count_[v]} + 1;
 }
 
-/// What neighbours may touch with is listed with both.
-void ChangingMesh::mark_around(std::uint32_t triangle) noexcept {
-  if (!finds_stale_) return;
+/// While the triangle still is what it was.
+void ChangingMesh::mark_changing(std::uint32_t triangle) noexcept {
+  changed_triangles_.insert(triangle);
+  if (!finds_relisted_ || relisted_.contains(triangle)) return;
+  relisted_.insert(triangle);
+  mark_stale(triangle);
+}
+
+/// What has a part in features that were listed. Neighbours that were taken out already are marked themselves.
+void ChangingMesh::mark_stale(std::uint32_t triangle) noexcept {
+  const Ownership ownership = mesh_.ownership[triangle];
   stale_.insert(triangle);
-  for (const std::uint32_t v : mesh_.triangles[triangle].v) {
+  for (std::uint32_t corner = 0; corner < 3; ++corner) {
+    const std::uint32_t v = mesh_.triangles[triangle].v[corner];
+    if ((ownership & (1U << corner)) != 0) stale_vertices_.insert(v);
+    if ((ownership & (8U << corner)) != 0) stale_edges_.insert(mesh_.triangle_edges[triangle].e[corner]);
     for_each_triangle_of(v, [&](std::uint32_t t) { stale_.insert(t); });
   }
 }
@@ -199,11 +218,11 @@ std::uint32_t ChangingMesh::give(std::uint32_t vertex, const OwnershipIn& owners
   });
   if (first == owner) return first;
   if (owner != kNoIndex) {
+    mark_changing(owner);
     mesh_.ownership[owner] = static_cast<Ownership>(mesh_.ownership[owner] & ~ownership_in(owner));
-    changed_triangles_.insert(owner);
   }
+  mark_changing(first);
   mesh_.ownership[first] = static_cast<Ownership>(mesh_.ownership[first] | ownership_in(first));
-  changed_triangles_.insert(first);
   return first;
 }
 

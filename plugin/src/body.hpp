@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "body_positions.hpp"
-#include "feature_blocks.hpp"
+#include "feature_slots.hpp"
 #include "softcd/mesh/changing_mesh.hpp"
 #include "softcd/mesh/topology.hpp"
 #include "softcd/pipeline/detector.hpp"
@@ -34,10 +34,10 @@ struct Unsent {
 struct ChangingBody {
   explicit ChangingBody(const Topology& topology) : mesh(topology) {}
 
-  ChangingMesh mesh;        ///< as it will be once the scene's arrays are up to date
-  bool is_new = false;      ///< to be put into the scene's arrays as a whole
-  bool has_blocks = false;  ///< of the features on the scene's lists
-  FeatureBlocks vertex_triangle, edge_edge;
+  ChangingMesh mesh;       ///< as it will be once the scene's arrays are up to date
+  bool is_new = false;     ///< to be put into the scene's arrays as a whole
+  bool has_slots = false;  ///< of the features on the scene's lists
+  FeatureSlots vertex_triangle, edge_edge;
 };
 
 /// A body as the scene keeps it; its mesh and positions are in the scene's arrays.

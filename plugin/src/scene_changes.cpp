@@ -78,16 +78,88 @@ void SceneStore::settle_changes(Body& body) {
   body.named_strays.clear();
   body.is_closed.reset();
   // What was listed before triangles were changed can only be listed anew.
-  if (body.lists_neighbours != changing.lists_neighbours() || (body.lists_neighbours && !body.changing->has_blocks)) {
+  if (body.lists_neighbours != changing.lists_neighbours() || (body.lists_neighbours && !body.changing->has_slots)) {
     drop_neighbours(body);
   }
   changing.forget_changes();
 }
 
+namespace {
+
+/// What is listed of the neighbours of a body whose triangles have changed.
+class ChangedNeighbours {
+ public:
+  /// Indices into the scene's arrays are those into the mesh, and these more.
+  struct Numbering {
+    std::uint64_t vertex_triangle, edge_edge;
+  };
+
+  ChangedNeighbours(ChangingBody& body, const Numbering& first, const FeaturePart& vertex_triangle,
+                    const FeaturePart& edge_edge)
+      : body_(body), first_(first), vertex_triangle_(vertex_triangle), edge_edge_(edge_edge) {}
+
+  /// In order of triangles, as what lies beside each other is in the cache. Slots that become free in this order are
+  /// taken in the opposite one: triangles' features stay near those of triangles nearby.
+  bool list() {
+    const ChangingMesh& mesh = body_.mesh;
+    for (const std::uint32_t t : sorted(mesh.stale_triangles())) drop(t);
+    const std::vector<std::uint32_t> relisted = sorted(mesh.relisted_triangles());
+    return std::all_of(relisted.rbegin(), relisted.rend(),
+                       [&](std::uint32_t t) { return t >= mesh_.triangles.size() || relist(t); });
+  }
+
+ private:
+  static std::vector<std::uint32_t> sorted(Span<const std::uint32_t> triangles) {
+    std::vector<std::uint32_t> all(triangles.begin(), triangles.end());
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+
+  static std::uint32_t high(std::uint64_t feature) { return static_cast<std::uint32_t>(feature >> 32); }
+  static std::uint32_t low(std::uint64_t feature) { return static_cast<std::uint32_t>(feature); }
+
+  void drop(std::uint32_t triangle) {
+    body_.vertex_triangle.drop(vertex_triangle_, triangle, [&](std::uint64_t pair) {
+      pair -= first_.vertex_triangle;
+      return body_.mesh.is_stale_pair(high(pair), low(pair));
+    });
+    body_.edge_edge.drop(edge_edge_, triangle, [&](std::uint64_t edges) {
+      edges -= first_.edge_edge;
+      return body_.mesh.are_stale_edges(high(edges), low(edges));
+    });
+  }
+
+  /// All that it has with its neighbours is its own; where a neighbour is relisted, too, half of that.
+  bool relist(std::uint32_t triangle) {
+    features_.vertex_triangle.clear();
+    features_.edge_edge.clear();
+    for_each_neighbour(mesh_, body_.mesh, triangle, [&](std::uint32_t neighbour) {
+      lister_.add(triangle, neighbour);
+      if (!body_.mesh.is_relisted(neighbour)) lister_.add(neighbour, triangle);
+    });
+    const auto add = [triangle](FeatureSlots& slots, const FeaturePart& part, std::uint64_t first,
+                                const std::vector<std::uint64_t>& features) {
+      return std::all_of(features.begin(), features.end(),
+                         [&](std::uint64_t feature) { return slots.add(part, triangle, feature + first); });
+    };
+    return add(body_.vertex_triangle, vertex_triangle_, first_.vertex_triangle, features_.vertex_triangle) &&
+           add(body_.edge_edge, edge_edge_, first_.edge_edge, features_.edge_edge);
+  }
+
+  ChangingBody& body_;
+  Numbering first_;
+  FeaturePart vertex_triangle_, edge_edge_;
+  MeshView mesh_ = view_of(body_.mesh.topology());
+  NeighbourFeatures features_;
+  NeighbourLister lister_{mesh_, body_.mesh.topology().ownership, features_};
+};
+
+}  // namespace
+
 /// Brings up to date what is listed of neighbours; where there is no room for that it is listed anew.
 void SceneStore::settle_neighbours() {
   for (Body& body : bodies_) {
-    if (!body.changing || !body.lists_neighbours || body.changing->mesh.stale_triangles().empty()) continue;
+    if (!body.changing || !body.lists_neighbours || body.changing->mesh.relisted_triangles().empty()) continue;
     bool is_settled = false;
     try {
       is_settled = settle_neighbours(body);
@@ -100,31 +172,17 @@ void SceneStore::settle_neighbours() {
 }
 
 bool SceneStore::settle_neighbours(Body& body) {
-  ChangingBody& changing = *body.changing;
-  const Topology& topology = changing.mesh.topology();
-  const MeshView mesh = view_of(topology);
-  NeighbourFeatures features;
-  NeighbourLister lister(mesh, topology.ownership, features);
-  const auto put = [](FeatureBlocks& blocks, std::uint32_t t, std::vector<std::uint64_t>& of_triangle,
-                      std::uint64_t first, std::vector<std::uint64_t>& list, const Range& part, UnsentRanges& unsent) {
-    for (std::uint64_t& pair : of_triangle) pair += first;
-    const Span<std::uint64_t> of_body(list.data() + part.begin, part.end - part.begin);
-    return blocks.put(of_body, t, of_triangle, part.begin, unsent);
+  const auto part_of = [](std::vector<std::uint64_t>& list, const Range& part, UnsentRanges& unsent) {
+    return FeaturePart{{list.data() + part.begin, part.end - part.begin}, part.begin, unsent};
   };
-  const std::uint64_t first_pair = (std::uint64_t{body.vertices.first} << 32) + body.triangles.first;
-  const std::uint64_t first_edges = (std::uint64_t{body.edges.first} << 32) + body.edges.first;
-  for (const std::uint32_t t : changing.mesh.stale_triangles()) {
-    features.vertex_triangle.clear();
-    features.edge_edge.clear();
-    if (t < topology.triangles.size()) for_each_neighbour(mesh, changing.mesh, t, [&](auto n) { lister.add(t, n); });
-    if (!put(changing.vertex_triangle, t, features.vertex_triangle, first_pair, vertex_triangle_neighbours_,
-             body.vertex_triangle_neighbours, unsent_vertex_triangle_neighbours_) ||
-        !put(changing.edge_edge, t, features.edge_edge, first_edges, edge_edge_neighbours_, body.edge_edge_neighbours,
-             unsent_edge_edge_neighbours_)) {
-      return false;
-    }
-  }
-  changing.mesh.forget_stale();
+  const ChangedNeighbours::Numbering first{(std::uint64_t{body.vertices.first} << 32) + body.triangles.first,
+                                           (std::uint64_t{body.edges.first} << 32) + body.edges.first};
+  ChangedNeighbours neighbours(
+      *body.changing, first,
+      part_of(vertex_triangle_neighbours_, body.vertex_triangle_neighbours, unsent_vertex_triangle_neighbours_),
+      part_of(edge_edge_neighbours_, body.edge_edge_neighbours, unsent_edge_edge_neighbours_));
+  if (!neighbours.list()) return false;
+  body.changing->mesh.forget_relisted();
   return true;
 }
 
@@ -135,13 +193,13 @@ NeighbourFeatures SceneStore::listed_neighbours(Body& body) const {
   ChangingBody& changing = *body.changing;
   std::vector<FeatureEnds> ends;
   NeighbourFeatures features = neighbour_features(mesh_of(body), ownership, &ends);
-  changing.vertex_triangle.assign(ends, &FeatureEnds::vertex_triangle);
-  changing.edge_edge.assign(ends, &FeatureEnds::edge_edge);
-  changing.has_blocks = features.are_listed;
   for (std::vector<std::uint64_t>* const list : {&features.vertex_triangle, &features.edge_edge}) {
     list->resize(list->size() + list->size() / 4, kNoFeatures);
   }
-  changing.mesh.forget_stale();
+  changing.vertex_triangle.assign(ends, &FeatureEnds::vertex_triangle, features.vertex_triangle.size());
+  changing.edge_edge.assign(ends, &FeatureEnds::edge_edge, features.edge_edge.size());
+  changing.has_slots = features.are_listed;
+  changing.mesh.forget_relisted();
   return features;
 }
 

@@ -459,7 +459,7 @@ void SceneStore::find_closed_surfaces() {
 void SceneStore::drop_neighbours(Body& body) {
   has_dropped_neighbours_ |= body.lists_neighbours;
   body.has_neighbours = body.lists_neighbours = false;
-  if (body.changing) body.changing->has_blocks = false;
+  if (body.changing) body.changing->has_slots = false;
   body.vertex_triangle_neighbours = body.edge_edge_neighbours = {0, 0};
 }
 

@@ -14,6 +14,11 @@ class UnsentRanges {
  public:
   void add(std::uint64_t begin, std::uint64_t end) {
     if (begin == end) return;
+    if (!ranges_.empty() && begin <= ranges_.back().end + kNear && ranges_.back().begin <= end + kNear) {
+      Range& last = ranges_.back();
+      last = {std::min(last.begin, begin), std::max(last.end, end)};
+      return;
+    }
     ranges_.push_back({begin, end});
     if (ranges_.size() < 2 * merged_count_ + kMostApart) return;
     merge(ranges_);

@@ -75,45 +75,88 @@ void expect_topology_of(const Changed& wanted, const ChangingMesh& changing) {
   EXPECT_EQ(changing.lists_neighbours(), corners_around <= 64 * wanted.triangles.size());
 }
 
-/// What each triangle lists, sorted.
-std::vector<std::vector<std::uint64_t>> neighbours_of(const ChangingMesh& changing) {
+/// Vertices with triangles, and pairs of edges, each sorted.
+struct Listed {
+  std::vector<std::uint64_t> vertex_triangle, edge_edge;
+
+  void sort() {
+    std::sort(vertex_triangle.begin(), vertex_triangle.end());
+    std::sort(edge_edge.begin(), edge_edge.end());
+  }
+};
+
+/// What each triangle has with its neighbours.
+std::vector<NeighbourFeatures> neighbours_of(const ChangingMesh& changing) {
   const Topology& topology = changing.topology();
   const MeshView mesh = view_of(topology);
-  std::vector<std::vector<std::uint64_t>> all;
+  std::vector<NeighbourFeatures> all(topology.triangles.size());
   for (std::uint32_t t = 0; t < topology.triangles.size(); ++t) {
-    NeighbourFeatures features;
-    NeighbourLister lister(mesh, topology.ownership, features);
+    NeighbourLister lister(mesh, topology.ownership, all[t]);
     for_each_neighbour(mesh, changing, t, [&](std::uint32_t n) { lister.add(t, n); });
-    std::vector<std::uint64_t> both = features.vertex_triangle;
-    both.push_back(kNoFeatures);
-    std::sort(features.edge_edge.begin(), features.edge_edge.end());
-    std::sort(both.begin(), both.end());
-    both.insert(both.end(), features.edge_edge.begin(), features.edge_edge.end());
-    all.push_back(std::move(both));
   }
   return all;
 }
 
-/// Whatever is not named as changed, or stale, is as it was.
-void expect_named(const Topology& before, const std::vector<std::vector<std::uint64_t>>& neighbours_before,
-                  const ChangingMesh& changing) {
+bool is_in(Span<const std::uint32_t> indices, std::uint32_t index) {
+  return std::find(indices.begin(), indices.end(), index) != indices.end();
+}
+
+Ends high_and_low(std::uint64_t features) {
+  return {static_cast<std::uint32_t>(features >> 32), static_cast<std::uint32_t>(features)};
+}
+
+/// What is not stale of what a triangle had; nothing is stale where the triangle is not.
+void keep(const NeighbourFeatures& features, bool is_stale_triangle, const ChangingMesh& changing, Listed& kept) {
+  for (const std::uint64_t pair : features.vertex_triangle) {
+    const bool is_stale = changing.is_stale_pair(high_and_low(pair).first, high_and_low(pair).second);
+    EXPECT_TRUE(is_stale_triangle || !is_stale);
+    if (!is_stale) kept.vertex_triangle.push_back(pair);
+  }
+  for (const std::uint64_t edges : features.edge_edge) {
+    const bool is_stale = changing.are_stale_edges(high_and_low(edges).first, high_and_low(edges).second);
+    EXPECT_TRUE(is_stale_triangle || !is_stale);
+    if (!is_stale) kept.edge_edge.push_back(edges);
+  }
+}
+
+/// What was listed before, without what is stale and with what relisted triangles have, is what there is now.
+void expect_relisted(const std::vector<NeighbourFeatures>& before, const ChangingMesh& changing) {
+  Listed found;
+  for (std::uint32_t t = 0; t < before.size(); ++t) {
+    keep(before[t], is_in(changing.stale_triangles(), t), changing, found);
+  }
+  const MeshView mesh = view_of(changing.topology());
+  NeighbourFeatures added;
+  NeighbourLister lister(mesh, changing.topology().ownership, added);
+  for (const std::uint32_t t : changing.relisted_triangles()) {
+    EXPECT_TRUE(changing.is_relisted(t));
+    if (t >= mesh.triangles.size()) continue;
+    for_each_neighbour(mesh, changing, t, [&](std::uint32_t n) {
+      lister.add(t, n);
+      if (!changing.is_relisted(n)) lister.add(n, t);
+    });
+  }
+  found.vertex_triangle.insert(found.vertex_triangle.end(), added.vertex_triangle.begin(), added.vertex_triangle.end());
+  found.edge_edge.insert(found.edge_edge.end(), added.edge_edge.begin(), added.edge_edge.end());
+  found.sort();
+  const NeighbourFeatures anew = neighbour_features(mesh, changing.topology().ownership);
+  if (!anew.are_listed) return;
+  Listed expected{anew.vertex_triangle, anew.edge_edge};
+  expected.sort();
+  EXPECT_EQ(found.vertex_triangle, expected.vertex_triangle);
+  EXPECT_EQ(found.edge_edge, expected.edge_edge);
+}
+
+/// Whatever is not named as changed is as it was.
+void expect_named(const Topology& before, const ChangingMesh& changing) {
   const Topology& now = changing.topology();
-  const auto is_in = [](Span<const std::uint32_t> indices, std::uint32_t index) {
-    return std::find(indices.begin(), indices.end(), index) != indices.end();
-  };
-  const std::vector<std::vector<std::uint64_t>> neighbours = neighbours_of(changing);
   const std::size_t most = std::max(before.triangles.size(), now.triangles.size());
   for (std::uint32_t t = 0; t < most; ++t) {
-    const bool is_in_both = t < std::min(before.triangles.size(), now.triangles.size());
-    if (!is_in(changing.changed_triangles(), t)) {
-      ASSERT_TRUE(is_in_both) << t;
-      EXPECT_TRUE(same(before.triangles[t], now.triangles[t])) << t;
-      EXPECT_TRUE(std::equal(now.triangle_edges[t].e, now.triangle_edges[t].e + 3, before.triangle_edges[t].e)) << t;
-      EXPECT_EQ(before.ownership[t], now.ownership[t]) << t;
-    }
-    if (is_in(changing.stale_triangles(), t)) continue;
-    ASSERT_TRUE(is_in_both) << t;
-    EXPECT_EQ(neighbours[t], neighbours_before[t]) << t;
+    if (is_in(changing.changed_triangles(), t)) continue;
+    ASSERT_LT(t, std::min(before.triangles.size(), now.triangles.size()));
+    EXPECT_TRUE(same(before.triangles[t], now.triangles[t])) << t;
+    EXPECT_TRUE(std::equal(now.triangle_edges[t].e, now.triangle_edges[t].e + 3, before.triangle_edges[t].e)) << t;
+    EXPECT_EQ(before.ownership[t], now.ownership[t]) << t;
   }
   for (std::uint32_t e = 0; e < std::max(before.edges.size(), now.edges.size()); ++e) {
     if (is_in(changing.changed_edges(), e)) continue;
@@ -191,7 +234,7 @@ TEST(ChangingMesh, is_what_it_would_be_anew_but_for_the_order_of_edges) {
     for (const Mesh& mesh : meshes) {
       Changed now = changed_of(mesh);
       ChangingMesh changing(build_topology(now.triangles, now.vertex_count));
-      changing.forget_stale();
+      changing.forget_relisted();
       Changer changer(seed);
       for (int step = 0; step < 40 && !testing::Test::HasFailure(); ++step) {
         SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << mesh.triangles.size() << " triangles, step "
@@ -206,9 +249,10 @@ TEST(ChangingMesh, is_what_it_would_be_anew_but_for_the_order_of_edges) {
         }
         EXPECT_TRUE(changing.has_changes());
         expect_topology_of(now, changing);
-        expect_named(before, neighbours_before, changing);
+        expect_named(before, changing);
+        expect_relisted(neighbours_before, changing);
         changing.forget_changes();
-        changing.forget_stale();
+        changing.forget_relisted();
         EXPECT_TRUE(changing.changed_triangles().empty() && changing.changed_edges().empty() &&
                     !changing.has_changes());
       }
@@ -231,12 +275,13 @@ TEST(ChangingMesh, reads_what_has_changed) {
 TEST(ChangingMesh, costs_what_has_changed) {
   Changed now = changed_of(grid_cloth(100, 100, 1.0));
   ChangingMesh changing(build_topology(now.triangles, now.vertex_count));
-  changing.forget_stale();
+  changing.forget_relisted();
   std::swap(now.triangles[5000].v[0], now.triangles[5001].v[0]);
   const std::vector<std::uint32_t> changed{5000, 5001};
   changing.change(now.triangles, now.vertex_count, changed);
   EXPECT_LT(changing.changed_triangles().size(), 20U);
   EXPECT_LT(changing.changed_edges().size(), 10U);
+  EXPECT_LT(changing.relisted_triangles().size(), 20U);
   EXPECT_LT(changing.stale_triangles().size(), 80U);
   EXPECT_GT(changing.stale_triangles().size(), 10U);
 }

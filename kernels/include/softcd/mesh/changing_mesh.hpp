@@ -39,13 +39,21 @@ class ChangingMesh {
   bool has_changes() const { return has_changes_; }
   void forget_changes() noexcept;
 
-  /// Triangles whose part of NeighbourFeatures is not what it was when forget_stale() was called last; some may be
-  /// gone. Found from the first such call on.
+  /// Since the last forget_relisted(), and found from the first such call on: triangles with other vertices, edges or
+  /// ownership, whose NeighbourFeatures, and their neighbours' with them, are to be listed anew; some may be gone.
+  Span<const std::uint32_t> relisted_triangles() const { return relisted_.indices(); }
+  bool is_relisted(std::uint32_t t) const { return relisted_.contains(t); }
+  /// They, and the neighbours that they had.
   Span<const std::uint32_t> stale_triangles() const { return stale_.indices(); }
-  void forget_stale() noexcept {
-    finds_stale_ = true;
-    stale_.clear();
+  /// Whether a vertex and a triangle, or two edges, which were listed, are to be listed anew, or are no more. Of such
+  /// two the triangle and the vertex's owner, or both edges' owners, were stale_triangles().
+  bool is_stale_pair(std::uint32_t vertex, std::uint32_t triangle) const {
+    return relisted_.contains(triangle) || stale_vertices_.contains(vertex);
   }
+  bool are_stale_edges(std::uint32_t a, std::uint32_t b) const {
+    return stale_edges_.contains(a) || stale_edges_.contains(b);
+  }
+  void forget_relisted() noexcept;
 
  private:
   /// Of a triangle's corner, 3 * triangle + corner: those of the same vertex. Only a triangle's first corner at a
@@ -63,7 +71,8 @@ class ChangingMesh {
   void put_in(std::uint32_t triangle, const Triangle& vertices) noexcept;
   void link(std::uint32_t corner) noexcept;
   void unlink(std::uint32_t corner) noexcept;
-  void mark_around(std::uint32_t triangle) noexcept;
+  void mark_changing(std::uint32_t triangle) noexcept;
+  void mark_stale(std::uint32_t triangle) noexcept;
   std::uint32_t edge_between(std::uint32_t a, std::uint32_t b) noexcept;
   void find_lost_edges() noexcept;
   void give_vertex(std::uint32_t vertex) noexcept;
@@ -77,8 +86,10 @@ class ChangingMesh {
   std::vector<std::uint32_t> triangle_count_;  ///< of each vertex
   std::uint64_t corners_around_ = 0;           ///< the sum of the squares of triangle_count_
   std::vector<std::uint32_t> free_edges_;
-  IndexSet changed_triangles_, changed_edges_, stale_;
-  bool has_changes_ = false, finds_stale_ = false;
+  IndexSet changed_triangles_, changed_edges_;
+  IndexSet relisted_, stale_;              ///< triangles
+  IndexSet stale_vertices_, stale_edges_;  ///< that relisted triangles owned when something was listed
+  bool has_changes_ = false, finds_relisted_ = false;
   // Of the change that is being made:
   IndexSet touched_;                    ///< triangles that are taken out, put in, or both
   IndexSet vertices_, edges_;           ///< of these, before and afterwards

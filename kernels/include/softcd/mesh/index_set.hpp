@@ -15,7 +15,8 @@ void reserve_roomy(std::vector<T>& values, std::size_t count) {
   if (count > values.capacity()) values.reserve(std::max(count, values.capacity() + values.capacity() / 4));
 }
 
-/// Indices, each once, in the order in which they were inserted. Emptied at the cost of what is in it.
+/// Indices, each once, in the order in which they were inserted, or in ascending order once sorted. Emptied at the cost
+/// of what is in it.
 class IndexSet {
  public:
   /// Indices below `bound` can be inserted from now on.
@@ -34,6 +35,7 @@ class IndexSet {
     for (const std::uint32_t index : indices_) is_in_[index] = 0;
     indices_.clear();
   }
+  void sort() noexcept { std::sort(indices_.begin(), indices_.end()); }
   bool contains(std::uint32_t index) const { return is_in_[index] != 0; }
   Span<const std::uint32_t> indices() const { return indices_; }
 
