@@ -23,6 +23,13 @@ bool SceneStore::has_positions_on_device() const {
   return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.positions.are_on_device(); });
 }
 
+bool SceneStore::has_new_doubles_on_device() const {
+  return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) {
+    const BodyPositions& positions = body.positions;
+    return positions.are_new() && positions.are_on_device() && positions.given_t1().is_double();
+  });
+}
+
 PositionArrays SceneStore::positions_of(const Body& body) {
   return {x_t0_.data() + body.vertices.first, x_t1_.data() + body.vertices.first};
 }
@@ -92,14 +99,14 @@ void SceneStore::read_positions(const LookedAt& looked_at, DevicePositionReader*
   if (are_new) foresight_.learn(bodies_);
 }
 
-/// Floats alone are what they are wherever the origin is, and only what is new on a device has not been seen.
+/// Only what is new on a device has not been seen. The origin, which doubles are rounded from, is foreseen, too.
 bool SceneStore::can_foresee(const LookedAt& looked_at) const {
   bool has_new = false;
   for (const Body& body : bodies_) {
     const BodyPositions& positions = body.positions;
     if (lacks_t0(body)) return false;
     if (!positions.are_new()) continue;
-    if (!positions.are_on_device() || positions.given_t1().is_double()) return false;
+    if (!positions.are_on_device()) return false;
     has_new = true;
   }
   return has_new && foresight_.is_known() && looked_at == looked_at_;

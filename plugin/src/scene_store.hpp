@@ -57,6 +57,8 @@ class SceneStore {
   }
 
   bool has_positions_on_device() const;
+  /// Whether some of them are doubles that nobody has looked at.
+  bool has_new_doubles_on_device() const;
 
   /// Brings the arrays up to date; nothing reads them meanwhile. How far away the scene is counts where any of its
   /// queries looks, where vertices are not finite where the next detection does. Whatever is thrown, the caller's

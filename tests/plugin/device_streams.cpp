@@ -61,7 +61,8 @@ struct Seen {
   std::vector<std::byte> contacts;
 };
 
-class DeviceStreams : public testing::Test {
+/// Of positions that are floats or, where the parameter says so, doubles.
+class DeviceStreams : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
     SceneOptions options;
@@ -81,12 +82,11 @@ class DeviceStreams : public testing::Test {
     body_ = moving(mesh, scattered(mesh, 0.3, 1), everything(0.03F));
     id_ = scene_->add_body(desc());
     query_.emplace(*scene_, query_options(true));
-    const std::size_t bytes = count() * sizeof(Vec3f);
-    for (std::optional<DeviceMemory>* const memory : {&t0_, &t1_}) memory->emplace(Backend::cuda, bytes);
-    for (int step = 0; step < kSteps; ++step) {
-      for (const Positions3* const x : {&body_.x_t0, &body_.x_t1}) {
-        ends_.emplace_back(Backend::cuda, bytes).write(end_of_step(*x, step).data(), bytes);
-      }
+    for (std::optional<DeviceMemory>* const memory : {&t0_, &t1_}) memory->emplace(Backend::cuda, size());
+    if (are_doubles()) {
+      write_ends<Vec3d>();
+    } else {
+      write_ends<Vec3f>();
     }
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
     check(cudaEventCreateWithFlags(&ready_, cudaEventDisableTiming));
@@ -108,22 +108,39 @@ class DeviceStreams : public testing::Test {
   }
   BodyDesc desc() const { return {body_.triangles, static_cast<std::uint32_t>(count()), body_.settings}; }
   std::size_t count() const { return body_.x_t0.size(); }
+  static bool are_doubles() { return GetParam(); }
+  static std::size_t stride() { return are_doubles() ? sizeof(Vec3d) : sizeof(Vec3f); }
+  /// Of a body's positions, in bytes.
+  std::size_t size() const { return count() * stride(); }
 
   /// Slowly along, but in the last step.
-  static std::vector<Vec3f> end_of_step(const Positions3& x, int step) {
+  template <class Position>
+  static std::vector<Position> end_of_step(const Positions3& x, int step) {
     const Vec3d by = step == kSteps - 1 ? Vec3d{0, 0, 2} : static_cast<double>(step) * Vec3d{0.004, 0.002, -0.003};
-    std::vector<Vec3f> end;
-    for (const Vec3d& position : x) end.push_back(vec3_cast<float>(position + by));
+    std::vector<Position> end;
+    for (const Vec3d& position : x) end.push_back(vec3_cast<decltype(Position::x)>(position + by));
     return end;
+  }
+  template <class Position>
+  void write_ends() {
+    for (int step = 0; step < kSteps; ++step) {
+      for (const Positions3* const x : {&body_.x_t0, &body_.x_t1}) {
+        ends_.emplace_back(Backend::cuda, size()).write(end_of_step<Position>(*x, step).data(), size());
+      }
+    }
   }
   /// What the CPU finds in a step.
   std::vector<Contact> expected(int step) const {
+    return are_doubles() ? expected_of<Vec3d>(step) : expected_of<Vec3f>(step);
+  }
+  template <class Position>
+  std::vector<Contact> expected_of(int step) const {
     SceneOptions options;
     options.backend = Backend::cpu;
     softcd::Scene scene(options);
     const BodyId id = scene.add_body(desc());
-    const std::vector<Vec3f> x_t0 = end_of_step(body_.x_t0, step);
-    const std::vector<Vec3f> x_t1 = end_of_step(body_.x_t1, step);
+    const std::vector<Position> x_t0 = end_of_step<Position>(body_.x_t0, step);
+    const std::vector<Position> x_t1 = end_of_step<Position>(body_.x_t1, step);
     scene.set_positions(id, x_t0, x_t1);
     Query query(scene, query_options(false));
     const Span<const Contact> contacts = query.detect();
@@ -131,7 +148,7 @@ class DeviceStreams : public testing::Test {
   }
 
   void copy(DeviceMemory& from, DeviceMemory& to) {
-    check(cudaMemcpyAsync(to.data(), from.data(), count() * sizeof(Vec3f), cudaMemcpyDeviceToDevice, stream_));
+    check(cudaMemcpyAsync(to.data(), from.data(), size(), cudaMemcpyDeviceToDevice, stream_));
   }
   /// Enqueues what makes a step's positions, some time after the gate is open.
   void make_positions(int step) {
@@ -145,7 +162,10 @@ class DeviceStreams : public testing::Test {
   }
   void set_positions() {
     const auto at = [&](DeviceMemory& memory) {
-      return Positions::on_device(reinterpret_cast<const float*>(memory.data()), count(), sizeof(Vec3f), ready_);
+      if (are_doubles()) {
+        return Positions::on_device(reinterpret_cast<const double*>(memory.data()), count(), stride(), ready_);
+      }
+      return Positions::on_device(reinterpret_cast<const float*>(memory.data()), count(), stride(), ready_);
     };
     scene_->set_positions(id_, at(*t0_), at(*t1_));
   }
@@ -159,7 +179,7 @@ class DeviceStreams : public testing::Test {
   /// Enqueues what makes positions useless.
   void destroy_positions() {
     for (DeviceMemory* const x : {&*t0_, &*t1_}) {
-      check(cudaMemsetAsync(x->data(), 0xFF, count() * sizeof(Vec3f), stream_));
+      check(cudaMemsetAsync(x->data(), 0xFF, size(), stream_));
     }
   }
 
@@ -174,7 +194,7 @@ class DeviceStreams : public testing::Test {
   std::vector<DeviceMemory> ends_;       ///< of all steps
 };
 
-TEST_F(DeviceStreams, detections_see_what_comes_before_them_and_nothing_after) {
+TEST_P(DeviceStreams, detections_see_what_comes_before_them_and_nothing_after) {
   for (int step = 0; step < kSteps; ++step) {
     make_positions(step);
     set_positions();
@@ -189,7 +209,7 @@ TEST_F(DeviceStreams, detections_see_what_comes_before_them_and_nothing_after) {
 }
 
 /// While the gate is closed there are no positions yet: who waits for anything of theirs waits for ever.
-TEST_F(DeviceStreams, detections_that_nobody_reads_on_the_host_are_started_without_waiting) {
+TEST_P(DeviceStreams, detections_that_nobody_reads_on_the_host_are_started_without_waiting) {
   for (int step = 0; step < kSteps; ++step) {
     const bool is_steady = step >= kSteady;
     if (is_steady) gate_.close();
@@ -219,6 +239,9 @@ TEST_F(DeviceStreams, detections_that_nobody_reads_on_the_host_are_started_witho
     destroy_positions();
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Positions, DeviceStreams, testing::Bool(),
+                         [](const testing::TestParamInfo<bool>& of) { return of.param ? "doubles" : "floats"; });
 
 }  // namespace
 }  // namespace softcd::test

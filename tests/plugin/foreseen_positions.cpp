@@ -68,11 +68,36 @@ class ForeseenPositionsTest : public DevicePositionsTest {
 TEST_F(ForeseenPositionsTest, are_detected_without_looking_first) {
   for (int i = 0; i < 40; ++i) step(kSlowly);
   expect_looks(30, 1);
-  for (int i = 0; i < 4; ++i) step({0, 0, 0});
+  EXPECT_GT(contact_count_, 1000U);
+}
+
+TEST_F(ForeseenPositionsTest, may_be_doubles_where_margins_do_not_cover_their_rounding) {
   form_.is_double = true;
+  for (const Accuracy accuracy : {Accuracy::precise, Accuracy::fast}) {
+    options_.accuracy = accuracy;
+    for (int i = 0; i < 20; ++i) step(kSlowly);
+  }
+  expect_looks(20, 8);
+  options_.accuracy = Accuracy::conservative;
   const int before = looks_.all;
-  for (int i = 0; i < 4; ++i) step(kSlowly);
-  EXPECT_EQ(looks_.all, before) << "what becomes of doubles depends on the scene's origin";
+  for (int i = 0; i < 12; ++i) step(kSlowly);
+  EXPECT_EQ(looks_.all, before);
+  EXPECT_GT(contact_count_, 1000U);
+}
+
+/// Far from 0, in the second half, they are rounded relative to an origin that moves along.
+TEST_F(ForeseenPositionsTest, may_be_doubles_between_which_conservative_queries_look) {
+  Random random(3);
+  form_.is_double = true;
+  for (int i = 0; i < 60; ++i) {
+    if (i == 30) {
+      for (SceneBody& body : bodies_) body.x_t0 = body.x_t1 = translated(body.x_t1, {1000.1, 0, 0});
+    }
+    options_.accuracy = random.chance(0.3) ? Accuracy::conservative : Accuracy::precise;
+    if (random.chance(0.1)) form_.is_double = !form_.is_double;
+    ASSERT_NO_FATAL_FAILURE(step(random.chance(0.05) ? Vec3d{0.5, 0, 0} : kSlowly)) << "step " << i;
+    ASSERT_NO_FATAL_FAILURE(detect()) << "step " << i;
+  }
   EXPECT_GT(contact_count_, 1000U);
 }
 
