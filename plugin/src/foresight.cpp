@@ -66,6 +66,8 @@ void Foresight::foresee(const std::vector<double>& moves) {
     body.t0.extent = grown(body.t0.extent, slack);
     body.t1.extent = grown(body.t1.extent, slack);
     body.squared_move *= 4.0;
+    // Of doubles that were there before; where it counts, what is foreseen are floats, which are not rounded.
+    body.t0.squared_rounding = body.t1.squared_rounding = 0.0;
   }
   is_known_ = true;
   ++number_;

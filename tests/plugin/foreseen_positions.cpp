@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "foresight.hpp"
 #include "pretended_device.hpp"
 #include "random.hpp"
 
@@ -281,6 +282,25 @@ TEST_F(ForeseenPositionsTest, say_on_the_device_whether_they_were_not_as_foresee
     EXPECT_EQ(std::memcmp(bytes.data(), expected.data(), bytes.size()), 0) << "step " << i;
   }
   expect_looks(10, 2);
+}
+
+/// Else margins of conservative detections would cover what was rounded when positions still were doubles.
+TEST(Foresight, has_nothing_rounded) {
+  const Vec3d x{1, 2, 3};
+  std::vector<Body> bodies(1);
+  const Positions on_device = Positions::on_device(&x.x, 1, sizeof(Vec3d));
+  bodies[0].positions.set(on_device, on_device);
+  StepSurvey seen;
+  seen.t1.extent.extend(x);
+  seen.t1.squared_rounding = 1.0;
+  seen.t0 = seen.t1;
+  bodies[0].positions.set_survey(seen);
+  Foresight foresight;
+  for (int looks = 0; looks < 2; ++looks) foresight.learn(bodies);
+  ASSERT_TRUE(foresight.is_known());
+  EXPECT_EQ(foresight.of(0).t0.squared_rounding, 0.0);
+  EXPECT_EQ(foresight.of(0).t1.squared_rounding, 0.0);
+  EXPECT_TRUE(is_within(seen.t1.extent, foresight.of(0).t1.extent));
 }
 
 }  // namespace
