@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "BulletCollision/CollisionShapes/btConeShape.h"
 #include "BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h"
@@ -178,9 +179,13 @@ bool ConvexCore::is_edge(std::uint32_t low, std::uint32_t high) const {
 
 bool ConvexCore::is_farthest(const btVector3& point, const btVector3& normal, double time) const {
   constexpr btScalar kStillFarthest = btScalar(0.01);
+  constexpr btScalar kSamePlace = 4 * btScalar(std::numeric_limits<float>::epsilon());
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
-    const btVector3 away = to_bullet((1 - time) * x_t0()[i] + time * x_t1()[i]) - point;
-    if (away.dot(normal) > kStillFarthest * away.length()) return false;
+    const btVector3 start = to_bullet(x_t0()[i]);
+    const btVector3 end = to_bullet(x_t1()[i]);
+    const btVector3 away = lerp(start, end, btScalar(time)) - point;
+    const btScalar rounding = kSamePlace * (start.length() + end.length());
+    if (away.dot(normal) > kStillFarthest * away.length() + rounding) return false;
   }
   return true;
 }

@@ -30,7 +30,8 @@ class ConvexCore {
   const std::vector<Vec3d>& x_t0() const { return placement_.x_t0(); }
   const std::vector<Vec3d>& x_t1() const { return placement_.x_t1(); }
   /// Whether none of it is further than `point` along `normal`, at that part of the step: an object cannot be touched
-  /// from there else. What is off by a hundredth of its distance from the point counts as rounding.
+  /// from there else. What is off by a hundredth of its distance from the point counts as rounding, and so do the last
+  /// digits of single precision, which contacts' weights and times have: the point may itself be one of its vertices.
   bool is_farthest(const btVector3& point, const btVector3& normal, double time) const;
   /// Where the step begins: whether the point is in it, nearer to where it ends against `normal` than to where it ends
   /// along it.

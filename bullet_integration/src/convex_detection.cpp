@@ -245,7 +245,6 @@ void ConvexDetection::add_face_touch(const Shape& shape, btSoftBody& soft, btSof
   if (!(touch.time_of_impact > 0) && shape.core.is_pierced(start, touch.normal)) touch.normal = -touch.normal;
   if (depth(touch, end, touch.object_point_t1) >= 0 || !can_touch(shape.core, touch)) return;
   if (native_.hold(face, weights, touch)) return;
-  native_.doubt(&face, *shape.object);
   touches_.add(soft, face, weights, touch);
   meetings_.push_back({&soft, touch.object});
 }
@@ -261,7 +260,7 @@ void ConvexDetection::find_node(const Contact& contact, const Shape& shape) {
   if (native_.hold(node, touch)) return;
   // At edges it comes up for the triangles on both sides.
   if (!known_.emplace(shape.id.value, kNoIndex, &node, nullptr, nullptr).second) return;
-  native_.doubt(&node, *shape.object);
+  native_.doubt(node, *shape.object);
   touches_.add(soft, node, touch);
   meetings_.push_back({&soft, touch.object});
 }

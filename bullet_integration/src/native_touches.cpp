@@ -20,21 +20,19 @@ void NativeTouches::clear() {
   doubted_.clear();
 }
 
-template <class RigidContact>
-void NativeTouches::add(btSoftBody& body, Array array, int index, const void* feature, const RigidContact& contact) {
-  entries_.emplace(Key(feature, contact.m_cti.m_colObj), Entry{&body, array, index, contact.m_cti.m_normal});
+/// `feature` is the contact's member that points to the node or the face.
+template <class RigidContacts, class Feature>
+void NativeTouches::add(btSoftBody& body, const RigidContacts& contacts, Feature feature, bool is_classic) {
+  for (int i = 0; i < contacts.size(); ++i) {
+    const auto& info = contacts[i].m_cti;
+    entries_.emplace(Key(contacts[i].*feature, info.m_colObj), Entry{&body, is_classic, i, info.m_normal});
+  }
 }
 
 void NativeTouches::read(btSoftBody& body) {
-  for (int i = 0; i < body.m_rcontacts.size(); ++i) {
-    add(body, Array::classic_node, i, body.m_rcontacts[i].m_node, body.m_rcontacts[i]);
-  }
-  for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) {
-    add(body, Array::node, i, body.m_nodeRigidContacts[i].m_node, body.m_nodeRigidContacts[i]);
-  }
-  for (int i = 0; i < body.m_faceRigidContacts.size(); ++i) {
-    add(body, Array::face, i, body.m_faceRigidContacts[i].m_face, body.m_faceRigidContacts[i]);
-  }
+  add(body, body.m_rcontacts, &btSoftBody::RContact::m_node, /*is_classic=*/true);
+  add(body, body.m_nodeRigidContacts, &btSoftBody::DeformableNodeRigidContact::m_node, /*is_classic=*/false);
+  add(body, body.m_faceRigidContacts, &btSoftBody::DeformableFaceRigidContact::m_face, /*is_classic=*/false);
 }
 
 bool NativeTouches::has_within(const void* feature, const RigidTouch& touch, btScalar least_cosine) const {
@@ -56,29 +54,19 @@ bool NativeTouches::hold(const btSoftBody::Face& face, const btVector3& weights,
   return true;
 }
 
-void NativeTouches::doubt(const void* feature, const btCollisionObject& object) {
-  const auto [begin, end] = entries_.equal_range(Key(feature, &object));
-  for (auto entry = begin; entry != end; ++entry) doubted_.push_back(entry->second);
+void NativeTouches::doubt(const btSoftBody::Node& node, const btCollisionObject& object) {
+  const auto [begin, end] = entries_.equal_range(Key(&node, &object));
+  for (auto entry = begin; entry != end; ++entry) {
+    if (entry->second.is_classic) doubted_.push_back(entry->second);
+  }
 }
 
 void NativeTouches::remove_doubted() {
-  const auto place = [](const Entry& entry) { return std::tuple(entry.body, entry.array, entry.index); };
+  const auto place = [](const Entry& entry) { return std::tuple(entry.body, entry.index); };
   std::sort(doubted_.begin(), doubted_.end(), [&](const Entry& a, const Entry& b) { return place(a) > place(b); });
   const auto end = std::unique(doubted_.begin(), doubted_.end(),
                                [&](const Entry& a, const Entry& b) { return place(a) == place(b); });
-  for (auto entry = doubted_.begin(); entry != end; ++entry) {
-    switch (entry->array) {
-      case Array::classic_node:
-        remove_at(entry->body->m_rcontacts, entry->index);
-        break;
-      case Array::node:
-        remove_at(entry->body->m_nodeRigidContacts, entry->index);
-        break;
-      case Array::face:
-        remove_at(entry->body->m_faceRigidContacts, entry->index);
-        break;
-    }
-  }
+  for (auto entry = doubted_.begin(); entry != end; ++entry) remove_at(entry->body->m_rcontacts, entry->index);
   clear();
 }
 

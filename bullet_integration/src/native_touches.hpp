@@ -20,23 +20,24 @@ class NativeTouches {
   /// that what is between them is, too.
   bool hold(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch) const;
 
-  /// What stands in the way of a touch that they do not hold: contacts of the node or the face with the object that
-  /// push through it. Bullet looks at one end of a step, where what is fast has passed already.
-  void doubt(const void* feature, const btCollisionObject& object);
+  /// What stands in the way of a touch that they do not hold: contacts of the node with the object, of classic worlds,
+  /// that push through it. Bullet takes those from the end of a step, where what is fast has passed already. Those of
+  /// the deformable world have the normal of the start: one that differs is of another side of the object, around which
+  /// the body is bent, and without it the object sinks in.
+  void doubt(const btSoftBody::Node& node, const btCollisionObject& object);
   /// Takes what is doubted out of Bullet's arrays.
   void remove_doubted();
 
  private:
-  enum class Array { classic_node, node, face };
   struct Entry {
     btSoftBody* body;
-    Array array;
+    bool is_classic;  ///< in m_rcontacts
     int index;
     btVector3 normal;
   };
   using Key = std::pair<const void*, const btCollisionObject*>;
-  template <class RigidContact>
-  void add(btSoftBody& body, Array array, int index, const void* feature, const RigidContact& contact);
+  template <class RigidContacts, class Feature>
+  void add(btSoftBody& body, const RigidContacts& contacts, Feature feature, bool is_classic);
   bool has_within(const void* feature, const RigidTouch& touch, btScalar least_cosine) const;
 
   std::multimap<Key, Entry> entries_;

@@ -18,6 +18,7 @@
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "BulletCollision/CollisionShapes/btTriangleShape.h"
+#include "vectors.hpp"
 
 namespace softcd::test {
 namespace {
@@ -149,6 +150,32 @@ TEST(ConvexCores, tell_in_front_from_behind_and_within) {
   EXPECT_TRUE(core.is_pierced(btVector3(0, btScalar(-0.5), 0), btVector3(0, 1, 0)));
   EXPECT_FALSE(core.is_pierced(btVector3(0, btScalar(0.5), 0), btVector3(0, 1, 0))) << "nearer to the other end";
   EXPECT_FALSE(core.is_pierced(btVector3(2, btScalar(-0.5), 0), btVector3(0, 1, 0))) << "beside it";
+}
+
+/// A contact's point is rounded in another order than the core's vertices are, and would be one of them.
+TEST(ConvexCore, no_vertex_is_further_than_itself) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<btScalar> coordinate(-3, 3);
+  const auto pose = [&] {
+    const btVector3 axis(coordinate(random), coordinate(random), coordinate(random));
+    return btTransform(btQuaternion(axis, coordinate(random)), {coordinate(random), coordinate(random), 0});
+  };
+  ConvexCore core;
+  core.read(btBoxShape(btVector3(btScalar(0.3), btScalar(0.2), btScalar(0.1))));
+  for (int i = 0; i < 1000; ++i) {
+    const btTransform start = pose();
+    const btTransform end(start.getRotation(), start.getOrigin() + btVector3(0, coordinate(random), 0));
+    core.place({start, end});
+    const float time = static_cast<float>(i) / 1000;
+    for (std::size_t v = 0; v < core.vertices().size(); ++v) {
+      const btVector3 outward = (start.getBasis() * core.vertices()[v]).normalized();
+      const btVector3 point =
+          lerp(bullet::to_bullet(core.x_t0()[v]), bullet::to_bullet(core.x_t1()[v]), btScalar(time));
+      const btScalar share = btScalar(1e-3);
+      EXPECT_TRUE(core.is_farthest(point, outward, double(time))) << i;
+      EXPECT_FALSE(core.is_farthest(point - share * outward, outward, double(time))) << i;
+    }
+  }
 }
 
 }  // namespace

@@ -178,15 +178,16 @@ TEST_P(ConvexShapes, a_thrown_box_does_not_pass_a_coarse_cloth) {
 /// A box of so many times the mass of a coarse cloth that is held at its corners falls upon it. How low it is after
 /// five seconds.
 btScalar drop_on_held_cloth(World world, const std::optional<bullet::Settings>& settings, btScalar mass,
-                            btScalar height) {
+                            btScalar height, int nodes_per_side = 4) {
   AnySimulation simulation(world, settings);
-  demo::ClothShape shape = demo::horizontal_cloth(4, 2, 0);
-  shape.is_fixed = [](int column, int row) { return column % 3 == 0 && row % 3 == 0; };
+  demo::ClothShape shape = demo::horizontal_cloth(nodes_per_side, 2, 0);
+  const int last = nodes_per_side - 1;
+  shape.is_fixed = [last](int column, int row) { return column % last == 0 && row % last == 0; };
   auto cloth = demo::make_cloth(simulation.world_info(), shape, 1);
   cloth->getCollisionShape()->setMargin(btScalar(0.02));
   cloth->m_cfg.piterations = 10;
   cloth->m_cfg.kDP = btScalar(0.02);
-  simulation.add(std::move(cloth));
+  simulation.add(std::move(cloth)).m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
   constexpr btScalar kHalf = btScalar(0.15);
   const btRigidBody& box = simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(kHalf, kHalf, kHalf)),
                                                 btVector3(btScalar(0.03), kHalf + height, btScalar(0.02)), mass);
@@ -204,6 +205,18 @@ TEST_P(ConvexShapes, a_held_cloth_keeps_a_box) {
           << mass << " times its mass, from " << height << " m";
     }
   }
+}
+
+/// Boxes of about ten times the mass of the cloth stretch it to more than twice its length, each in another way. 9 of
+/// these 13 fell through where contacts that Bullet had found made way for softcd's.
+TEST_P(ConvexShapes, a_held_cloth_keeps_most_boxes_of_ten_times_its_mass) {
+  if (GetParam() != World::deformable) return;  // it takes seconds
+  int fallen = 0;
+  for (int percent = 94; percent <= 106; ++percent) {
+    const btScalar mass = btScalar(percent) / 10;
+    fallen += drop_on_held_cloth(GetParam(), with_faces_and_edges(), mass, btScalar(0.1), /*nodes_per_side=*/6) < -15;
+  }
+  EXPECT_LE(fallen, 4);
 }
 
 /// Over the middle of a large box nothing but nodes touches.
