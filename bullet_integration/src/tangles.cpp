@@ -124,24 +124,23 @@ bool any_node(const MemberContact& found, Visit visit) {
   return false;
 }
 
-/// Whether a face at the one feature and a face at the other that share no node intersect.
-template <class PositionOf>
-bool do_faces_intersect(const MemberContact& found, PositionOf position_of) {
+/// Whether `holds` for a face at the one feature and a face at the other that share no node.
+template <class Predicate>
+bool any_two_faces(const MemberContact& found, Predicate holds) {
   const Contact& contact = found.contact;
   const WorldMirror::Member& a = found.a;
   const WorldMirror::Member& b = found.b;
   const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
   const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
 
-  const auto meets_one_at_a = [&](std::uint32_t face_b) {
-    const Corners corners = corners_of(b, face_b, position_of(b));
+  const auto holds_for_one_at_a = [&](std::uint32_t face_b) {
     return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](std::uint32_t face_a) {
       const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(face_a), b.mesh.corners(face_b));
-      return !are_neighbours && intersect(corners_of(a, face_a, position_of(a)), corners);
+      return !are_neighbours && holds(face_a, face_b);
     });
   };
-  if (is_vertex) return meets_one_at_a(contact.feature_b);
-  return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], meets_one_at_a);
+  if (is_vertex) return holds_for_one_at_a(contact.feature_b);
+  return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], holds_for_one_at_a);
 }
 
 /// The faces around a point of a mesh: all that have the smallest feature with it.
@@ -207,37 +206,102 @@ bool are_separable(const Fan& a, const Fan& b, Vec3d point) {
   return false;
 }
 
-/// Where features touch when the step begins.
+/// Where features touch.
 struct Touch {
   std::vector<std::uint32_t> nodes_a, nodes_b;  ///< of the smallest features there
   Vec3d point;                                  ///< or, where none of these is a node, one of the first feature
 };
 
+/// Two bodies with their nodes where the step begins.
+struct Sides {
+  Sides(const MemberContact& found, const WorldKind& kind)
+      : a(found.a), b(found.b), start_a(start_of(kind, *a.body)), start_b(start_of(kind, *b.body)) {}
+
+  const WorldMirror::Member &a, &b;
+  NodePosition start_a, start_b;
+};
+
+/// A feature of the first side, its nodes before those of the other one's; what they are, and where.
+class FeaturePair {
+ public:
+  FeaturePair(const Sides& sides, std::size_t count_a, const std::array<std::uint32_t, 4>& nodes)
+      : sides_(sides), count_a_(count_a), nodes_(nodes) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      x_[i] = i < count_a ? place_of(sides.a, nodes[i], sides.start_a) : place_of(sides.b, nodes[i], sides.start_b);
+    }
+    extent_ = std::max({max_norm(x_[1] - x_[0]), max_norm(x_[2] - x_[0]), max_norm(x_[3] - x_[0])});
+  }
+
+  double extent() const { return extent_; }
+
+  std::optional<Touch> touch() const {
+    const ClosestPoints<double> closest = closest_points();
+    if (!(closest.distance() <= kRounding * extent_)) return {};
+    Touch touch;
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (closest.weights[i] > kRounding) (i < count_a_ ? touch.nodes_a : touch.nodes_b).push_back(nodes_[i]);
+    }
+    if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // of what is no number
+    const bool is_node_of_b = touch.nodes_b.size() == 1 && touch.nodes_a.size() > 1;
+    touch.point = is_node_of_b ? place_of(sides_.b, touch.nodes_b[0], sides_.start_b)
+                               : place_of(sides_.a, touch.nodes_a[0], sides_.start_a);
+    return touch;
+  }
+
+ private:
+  ClosestPoints<double> closest_points() const {
+    if (count_a_ == 1) return closest_points_vertex_triangle(x_[0], x_[1], x_[2], x_[3]);
+    if (count_a_ == 2) return closest_points_edge_edge(x_[0], x_[1], x_[2], x_[3]);
+    ClosestPoints<double> closest = closest_points_vertex_triangle(x_[3], x_[0], x_[1], x_[2]);
+    std::rotate(std::begin(closest.weights), std::begin(closest.weights) + 1, std::end(closest.weights));
+    return closest;
+  }
+
+  const Sides& sides_;
+  std::size_t count_a_;
+  std::array<std::uint32_t, 4> nodes_;
+  std::array<Vec3d, 4> x_;
+  double extent_;
+};
+
+/// Where the contact's features touch when the step begins.
 std::optional<Touch> touch_of(const MemberContact& found, const WorldKind& kind) {
   const Contact& contact = found.contact;
-  const int count_a = contact.kind == ContactKind::vertex_triangle ? 1 : 2;
-  std::array<Vec3d, 4> x;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const WorldMirror::Member& member = int(i) < count_a ? found.a : found.b;
-    x[i] = place_of(member, contact.vertices[i], start_of(kind, *member.body));
-  }
-  const double extent = std::max({max_norm(x[1] - x[0]), max_norm(x[2] - x[0]), max_norm(x[3] - x[0])});
+  const std::uint32_t(&v)[4] = contact.vertices;
+  const Sides sides(found, kind);
+  const FeaturePair features(sides, contact.kind == ContactKind::vertex_triangle ? 1 : 2, {v[0], v[1], v[2], v[3]});
   constexpr double kRoundingOfContacts = 1e-5;
-  if (double(contact.distance) > kRoundingOfContacts * extent) return {};
-  const ClosestPoints<double> closest = count_a == 1 ? closest_points_vertex_triangle(x[0], x[1], x[2], x[3])
-                                                     : closest_points_edge_edge(x[0], x[1], x[2], x[3]);
-  if (!(closest.distance() <= kRounding * extent)) return {};
-  Touch touch;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (closest.weights[i] > kRounding) {
-      (int(i) < count_a ? touch.nodes_a : touch.nodes_b).push_back(contact.vertices[i]);
+  if (double(contact.distance) > kRoundingOfContacts * features.extent()) return {};
+  return features.touch();
+}
+
+/// Whether `holds` for a place at which a corner of the one face is on the other, or edges of both meet.
+template <class Predicate>
+bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, Predicate holds) {
+  const Triangle triangle_a = sides.a.mesh.corners(face_a);
+  const Triangle triangle_b = sides.b.mesh.corners(face_b);
+  const std::uint32_t(&a)[3] = triangle_a.v;
+  const std::uint32_t(&b)[3] = triangle_b.v;
+  const auto holds_at = [&](std::size_t count_a, const std::array<std::uint32_t, 4>& nodes) {
+    const std::optional<Touch> touch = FeaturePair(sides, count_a, nodes).touch();
+    return touch.has_value() && holds(*touch);
+  };
+  for (int i = 0; i < 3; ++i) {
+    if (holds_at(1, {a[i], b[0], b[1], b[2]}) || holds_at(3, {a[0], a[1], a[2], b[i]})) return true;
+    for (int j = 0; j < 3; ++j) {
+      if (holds_at(2, {a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]})) return true;
     }
   }
-  if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // of what is no number
-  const bool is_node_of_b = touch.nodes_b.size() == 1 && touch.nodes_a.size() > 1;
-  touch.point = is_node_of_b ? place_of(found.b, touch.nodes_b[0], start_of(kind, *found.b.body))
-                             : place_of(found.a, touch.nodes_a[0], start_of(kind, *found.a.body));
-  return touch;
+  return false;
+}
+
+/// Whether a face lies on one side of the other's plane, without touching it. False where rounding may have decided.
+bool are_apart(const Corners& a, const Corners& b) {
+  const auto is_beside = [](const Corners& face, const Corners& other) {
+    const std::array<int, 3> sides = sides_of(face, Plane::through(other[0], other[1], other[2]));
+    return sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0];
+  };
+  return is_beside(a, b) || is_beside(b, a);
 }
 
 bool are_neighbours(const Fan& a, const Fan& b) {
@@ -247,14 +311,22 @@ bool are_neighbours(const Fan& a, const Fan& b) {
   });
 }
 
-/// Whether faces around a point at which the features touch are on both sides of each other. Of those that share nodes
-/// that is not known.
-bool are_through_where_they_touch(const MemberContact& found, const WorldKind& kind) {
-  const std::optional<Touch> touch = touch_of(found, kind);
-  if (!touch.has_value()) return false;
-  const Fan a = fan_of(found.a, touch->nodes_a, start_of(kind, *found.a.body));
-  const Fan b = fan_of(found.b, touch->nodes_b, start_of(kind, *found.b.body));
-  return !(&found.a == &found.b && are_neighbours(a, b)) && !are_separable(a, b, touch->point);
+/// Whether faces around a point at which features touch are on both sides of each other. Of those that share nodes that
+/// is not known.
+bool are_through_at(const Touch& touch, const Sides& sides) {
+  const Fan a = fan_of(sides.a, touch.nodes_a, sides.start_a);
+  const Fan b = fan_of(sides.b, touch.nodes_b, sides.start_b);
+  return !(&sides.a == &sides.b && are_neighbours(a, b)) && !are_separable(a, b, touch.point);
+}
+
+/// Whether they intersect, or touch where the faces around are through each other: what goes through a face along its
+/// border, or at a corner of it, intersects the insides of none.
+bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b) {
+  const Corners a = corners_of(sides.a, face_a, sides.start_a);
+  const Corners b = corners_of(sides.b, face_b, sides.start_b);
+  if (are_apart(a, b)) return false;
+  return intersect(a, b) ||
+         any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
 }
 
 /// Of these it is never known whether they are through each other. A body has links or faces.
@@ -265,8 +337,10 @@ bool are_links(const MemberContact& found) {
 }  // namespace
 
 bool is_tangled(const MemberContact& found, const WorldKind& kind) {
-  const auto start = [&kind](const WorldMirror::Member& member) { return start_of(kind, *member.body); };
-  return do_faces_intersect(found, start) || are_through_where_they_touch(found, kind);
+  const Sides sides(found, kind);
+  return any_two_faces(found, [&sides](std::uint32_t face_a, std::uint32_t face_b) {
+    return are_through_each_other(sides, face_a, face_b);
+  });
 }
 
 bool is_touching(const MemberContact& found, const WorldKind& kind) {
@@ -274,8 +348,9 @@ bool is_touching(const MemberContact& found, const WorldKind& kind) {
 }
 
 bool may_be_tangled_at_the_end(const MemberContact& found, const WorldKind& kind) {
-  return are_links(found) ||
-         do_faces_intersect(found, [&kind](const WorldMirror::Member& /*member*/) { return kind.end; });
+  return are_links(found) || any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
+           return intersect(corners_of(found.a, face_a, kind.end), corners_of(found.b, face_b, kind.end));
+         });
 }
 
 void TangledNodes::add(const MemberContact& found, const WorldKind& kind) {

@@ -11,9 +11,10 @@
 namespace softcd::bullet {
 
 /// Whether a face at the one feature (around the vertex, at the edge) and a face at the other (the triangle, at the
-/// edge) that share no node intersect at the start of the step, certainly; or the features touch then, up to the
-/// rounding of double, and the faces around the point that they share are on both sides of each other. What touches
-/// from one side, or in one plane, does not count, nor do two links. The meshes have faces_of_nodes.
+/// edge) that share no node intersect at the start of the step, certainly; or they touch then, up to the rounding of
+/// double, and all faces around a point that they share are on both sides of each other, as where a sheet goes through
+/// another along its edges. What touches from one side, or in one plane, does not count, nor do two links. The meshes
+/// have faces_of_nodes.
 bool is_tangled(const MemberContact& found, const WorldKind& kind);
 
 /// Whether the features touch when the step begins, up to the rounding of double, and are not both links.

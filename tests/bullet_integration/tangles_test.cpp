@@ -142,6 +142,57 @@ TEST(Tangles, what_only_touches_is_none) {
   }
 }
 
+struct Neighbours {
+  int count = 0, tangled = 0;
+};
+
+/// Vertices of `a` with faces of `b` that have a corner within a distance of them along every axis.
+Neighbours neighbours_of(btSoftBody& a, btSoftBody& b, btScalar distance) {
+  const WorldMirror::Member side_a = member_of(a);
+  const WorldMirror::Member side_b = member_of(b);
+  Neighbours neighbours;
+  for (std::uint32_t n = 0; n < side_a.mesh.node_count; ++n) {
+    for (std::uint32_t f = 0; f < side_b.mesh.face_count; ++f) {
+      const std::uint32_t(&v)[3] = side_b.mesh.triangles[f].v;
+      const bool is_near = std::any_of(std::begin(v), std::end(v), [&](std::uint32_t corner) {
+        const btVector3 offset = (a.m_nodes[int(n)].m_x - b.m_nodes[int(corner)].m_x).absolute();
+        return offset[offset.maxAxis()] <= distance;
+      });
+      if (!is_near) continue;
+      Contact contact{};
+      contact.feature_b = f;
+      contact.vertices[0] = n;
+      std::copy(std::begin(v), std::end(v), contact.vertices + 1);
+      ++neighbours.count;
+      neighbours.tangled += is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableWorld) ? 1 : 0;
+    }
+  }
+  return neighbours;
+}
+
+// What goes through faces along their borders intersects the insides of none. Nodes that follow it shall pass, too.
+TEST(Tangles, are_where_faces_go_through_each_others_borders) {
+  constexpr auto kGap = btScalar(0x1p-8);
+  btSoftBodyWorldInfo world_info;
+  SheetOptions options;
+  options.nodes_per_side = 5;
+  const auto floor = make_sheet(world_info, options);
+  const auto sheet = make_sheet(world_info, options);
+  const auto neighbours_when = [&](auto shape) {
+    for (int n = 0; n < sheet->m_nodes.size(); ++n) sheet->m_nodes[n].m_x = shape(floor->m_nodes[n].m_x);
+    return neighbours_of(*sheet, *floor, kGap);
+  };
+  const Neighbours upright = neighbours_when([&](btVector3 x) { return btVector3(0, x.x() - kGap, x.z()); });
+  EXPECT_GT(upright.count, 20);
+  EXPECT_EQ(upright.tangled, upright.count) << "its middle row is below nodes of the floor";
+  for (const btScalar height : {btScalar(0), kGap}) {
+    const Neighbours valley =
+        neighbours_when([&](btVector3 x) { return btVector3(x.x(), btFabs(x.x()) + height, x.z()); });
+    EXPECT_GT(valley.count, 20);
+    EXPECT_EQ(valley.tangled, 0) << "it stands on the floor, or above it";
+  }
+}
+
 /// Multiples of three, so that the centre has whole coordinates, too.
 std::array<Vec3d, 3> lattice_triangle(Random& random) {
   std::array<Vec3d, 3> corners;
