@@ -47,6 +47,9 @@ AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryBox> boxes) {
 AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryOrientedBox> boxes) {
   return core().overlaps(boxes);
 }
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryHull> hulls) {
+  return core().overlaps(hulls);
+}
 Span<const BodyDistance> Probe::distances(Span<const QueryBodies> pairs) {
   return core().distances(pairs);
 }

@@ -65,6 +65,13 @@ AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryOrientedBox> bo
                                                [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
 }
 
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryHull> hulls) {
+  return answers<AnswerLists<TriangleOverlap>>(hulls.size(), false, [&](SpatialQueries& queries) {
+    hulls_.prepare(hulls);
+    return queries.overlaps(hulls_.questions());
+  });
+}
+
 template <class Answers, class Ask>
 Answers ProbeCore::answers_about(Span<const QueryBodies> pairs, const Ask& ask) {
   for (std::size_t i = 0; i < pairs.size() && !scene_->is_closed(); ++i) {

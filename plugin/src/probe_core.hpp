@@ -5,6 +5,7 @@
 
 #include "body_questions.hpp"
 #include "change_questions.hpp"
+#include "hull_questions.hpp"
 #include "scene_core.hpp"
 #include "softcd/probe.hpp"
 
@@ -25,6 +26,7 @@ class ProbeCore {
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules);
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryHull> hulls);
   Span<const BodyDistance> distances(Span<const QueryBodies> pairs);
   AnswerLists<TriangleIntersection> intersections(Span<const QueryBodies> pairs);
   bool has_intersections(const QueryBodies& pair);
@@ -52,6 +54,7 @@ class ProbeCore {
   std::vector<ProbedBody> bodies_;  ///< of the scene, for those that are asked last
   BodyQuestions body_questions_;
   ChangesInQuestion changes_;
+  HullsInQuestion hulls_;
 };
 
 }  // namespace softcd::detail

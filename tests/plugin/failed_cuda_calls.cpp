@@ -232,6 +232,8 @@ class Life {
     const std::vector<QueryBox> boxes = {{{-0.5, -0.5, -0.5}, {0.5, 0.4, 0.3}}};
     const std::vector<QueryOrientedBox> turned = {
         {{0.2, 0, 0.1}, {0.4, 0.3, 0.2}, {{0.6, 0.8, 0}, {-0.8, 0.6, 0}, {0, 0, 1}}}};
+    const std::vector<Vec3d> corners = {{0, 0, 0}, {0.6, 0, 0.1}, {0, 0.5, 0.2}, {0.1, 0.2, 0.7}};
+    const std::vector<QueryHull> hulls = {{corners, 0.1}, {corners}};
     ask([&](auto& triangles) {
       for (const ClosestPoint& nearest : probe->closest_points(points)) triangles.push_back(nearest.triangle);
     });
@@ -242,6 +244,7 @@ class Life {
     ask([&](auto& triangles) { append_lists(probe->overlaps(spheres), triangles); });
     ask([&](auto& triangles) { append_lists(probe->overlaps(boxes), triangles); });
     ask([&](auto& triangles) { append_lists(probe->overlaps(turned), triangles); });
+    ask([&](auto& triangles) { append_lists(probe->overlaps(hulls), triangles); });
   }
 
   Backend backend_;

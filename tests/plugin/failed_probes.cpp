@@ -33,7 +33,9 @@ class Interview {
     const std::size_t distances = probe.distances(pairs_).size();
     const std::size_t intersections = probe.intersections(pairs_).all().size();
     const std::size_t changes = probe.intersections_after(change()).size();
-    return hits + all + distances + intersections + changes + probe.closest_points(points_).size();
+    const QueryHull hull = {corners_, 0.1};
+    const std::size_t overlaps = probe.overlaps({&hull, 1}).all().size();
+    return hits + all + distances + intersections + changes + overlaps + probe.closest_points(points_).size();
   }
 
   Answers ask(Probe& probe) const {
@@ -53,6 +55,7 @@ class Interview {
 
   std::vector<Ray> rays_;
   std::vector<QueryPoint> points_;
+  std::vector<Vec3d> corners_{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25, 0.25, 1}};
   std::vector<Triangle> added_{{{0, 1, 2}}, {{3, 4, 5}}};
   std::vector<QueryBodies> pairs_{{}, {BodyId{0}, BodyId{1}}};
 };

@@ -73,6 +73,9 @@ class SOFTCD_EXPORT Probe {
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
   /// The same for boxes that are turned.
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
+  /// The same for convex hulls, told unless a plane parts them; for slivers, triangles or hulls, one that is told may
+  /// be apart by somewhat more than rounding. Throws InvalidInput where all together have 2^31 points or more.
+  AnswerLists<TriangleOverlap> overlaps(Span<const QueryHull> hulls);
 
   /// For each pair of bodies the nearest points of a triangle of a and a triangle of b, which are different bodies:
   /// none where a is b. Of triangles that are equally near, as computed, those of the lowest body and index of a, then

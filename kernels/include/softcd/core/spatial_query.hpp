@@ -97,6 +97,15 @@ struct QueryOrientedBox {
   Vec3d axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };
 
+/// All points at most `radius` from the convex hull of some points, in world coordinates: a polyhedron, a piece of a
+/// plane or a line, a ball around one point. In any order; what is inside, in a plane, on a line with others, or there
+/// twice, changes nothing but the time, to which each point adds. Nothing where there is no point, anything is NaN, the
+/// radius is negative, or a point is further than 1e37 from the scene's origin.
+struct QueryHull {
+  Span<const Vec3d> points;  ///< in world coordinates; read during the call
+  double radius = 0;         ///< at least 0; in the positions' unit
+};
+
 /// A triangle that has a point in common with a shape.
 struct TriangleOverlap {
   BodyId body;             ///< the one that the triangle is of

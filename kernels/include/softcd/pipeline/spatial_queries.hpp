@@ -6,6 +6,7 @@
 #include "softcd/core/spatial_query.hpp"
 #include "softcd/math/box.hpp"
 #include "softcd/stages/body_pairs.hpp"
+#include "softcd/stages/hull_questions.hpp"
 #include "softcd/stages/mesh_changes.hpp"
 #include "softcd/stages/probed_scene.hpp"
 
@@ -32,6 +33,7 @@ class SpatialQueries {
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(const HullQuestions& questions) = 0;
   /// With the number of all items of the questions.
   virtual Span<const BodyDistance> distances(Span<const BodiesQuestion> questions, std::uint64_t item_count) = 0;
   virtual AnswerLists<TriangleIntersection> intersections(Span<const BodiesQuestion> questions,

@@ -12,6 +12,7 @@
 #include "softcd/stages/body_distances.hpp"
 #include "softcd/stages/body_pairs.hpp"
 #include "softcd/stages/closest_points.hpp"
+#include "softcd/stages/hull_questions.hpp"
 #include "softcd/stages/mesh_changes.hpp"
 #include "softcd/stages/overlaps.hpp"
 #include "softcd/stages/ray_casting.hpp"
@@ -39,6 +40,8 @@ struct ProbeOn final : QueryMemory {
     capsules = {};
     boxes = {};
     oriented_boxes = {};
+    hulls = {};
+    hull_points = {};
     bodies_questions = {};
     changes = {};
     removed_triangles = {};
@@ -67,6 +70,8 @@ struct ProbeOn final : QueryMemory {
   Mirror<QueryCapsule> capsules;
   Mirror<QueryBox> boxes;
   Mirror<QueryOrientedBox> oriented_boxes;
+  Mirror<HullQuestion> hulls;
+  Mirror<Vec3d> hull_points;
   Mirror<BodiesQuestion> bodies_questions;
   Mirror<ChangeQuestion> changes;
   Mirror<std::uint32_t> removed_triangles;
@@ -126,26 +131,33 @@ class SpatialQueriesOn final : public SpatialQueries {
 
   AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) override {
     const Count count = send(probe_.spheres, spheres);
-    return list(count, ListOverlaps<QuerySphere, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps,
+    return list(count, ListOverlaps<const QuerySphere*, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps,
                 probe_.read_overlaps);
   }
 
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules) override {
     const Count count = send(probe_.capsules, capsules);
-    return list(count, ListOverlaps<QueryCapsule, CapsuleShape>{scene_, probe_.capsules.data()}, probe_.overlaps,
+    return list(count, ListOverlaps<const QueryCapsule*, CapsuleShape>{scene_, probe_.capsules.data()}, probe_.overlaps,
                 probe_.read_overlaps);
   }
 
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) override {
     const Count count = send(probe_.boxes, boxes);
-    return list(count, ListOverlaps<QueryBox, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps,
+    return list(count, ListOverlaps<const QueryBox*, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps,
                 probe_.read_overlaps);
   }
 
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) override {
     const Count count = send(probe_.oriented_boxes, boxes);
-    return list(count, ListOverlaps<QueryOrientedBox, OrientedBoxShape>{scene_, probe_.oriented_boxes.data()},
+    return list(count, ListOverlaps<const QueryOrientedBox*, OrientedBoxShape>{scene_, probe_.oriented_boxes.data()},
                 probe_.overlaps, probe_.read_overlaps);
+  }
+
+  AnswerLists<TriangleOverlap> overlaps(const HullQuestions& questions) override {
+    const Count count = send(probe_.hulls, questions.hulls);
+    const HullQuestions asked = {{probe_.hulls.data(), questions.hulls.size()},
+                                 there(probe_.hull_points, questions.points)};
+    return list(count, ListOverlaps<HullQuestions, HullShape>{scene_, asked}, probe_.overlaps, probe_.read_overlaps);
   }
 
   Span<const BodyDistance> distances(Span<const BodiesQuestion> questions, std::uint64_t item_count) override {

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cfloat>
+#include <cstddef>
 #include <cstdint>
 
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/spatial_query.hpp"
+#include "softcd/math/hull_triangle.hpp"
 #include "softcd/math/ray_triangle.hpp"
 #include "softcd/math/segment_triangle.hpp"
 #include "softcd/math/triangle_box.hpp"
@@ -181,13 +184,51 @@ class OrientedBoxShape {
   bool is_usable_ = false;
 };
 
-/// The triangles that each shape overlaps, by bodies and indices.
-template <class Question, class Shape>
+/// A convex hull relative to the scene's origin. Boxes of triangles are compared with the box around it.
+class HullShape {
+ public:
+  SOFTCD_HD HullShape(const QueryHull& hull, const ProbedSceneView& scene)
+      : points_{hull.points, scene.origin},
+        squared_radius_(hull.radius * hull.radius),
+        is_usable_(!hull.points.empty() && hull.radius >= 0.0) {
+    const double reach = square_root(reach_of(squared_radius_, scene));
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Vec3d p = points_[i];
+      is_usable_ = is_usable_ && softcd::is_usable(p);
+      for (int axis = 0; axis < 3; ++axis) {
+        lo_[axis] = smaller(p[axis] - reach, lo_[axis]);
+        hi_[axis] = larger(p[axis] + reach, hi_[axis]);
+      }
+    }
+  }
+
+  SOFTCD_HD bool is_usable() const { return is_usable_; }
+  SOFTCD_HD bool may_overlap(const Box& box) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (static_cast<double>(box.lo[axis]) > hi_[axis] || static_cast<double>(box.hi[axis]) < lo_[axis]) return false;
+    }
+    return true;
+  }
+  SOFTCD_HD bool overlaps(const BvhLeaf& leaf) const {
+    const Vec3d t[3] = {vec3_cast<double>(leaf.x[0]), vec3_cast<double>(leaf.x[1]), vec3_cast<double>(leaf.x[2])};
+    return are_hull_and_triangle_within(points_, t, squared_radius_);
+  }
+
+ private:
+  PlacedPoints points_;
+  double squared_radius_;
+  bool is_usable_;
+  double lo_[3] = {DBL_MAX, DBL_MAX, DBL_MAX};
+  double hi_[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
+};
+
+/// The triangles that each shape overlaps, by bodies and indices. `Questions` are what Shapes are made of, by number.
+template <class Questions, class Shape>
 struct ListOverlaps {
   using Answer = TriangleOverlap;
 
   ProbedSceneView scene;
-  const Question* questions;
+  Questions questions;
 
   template <class Sink>
   SOFTCD_HD void list(std::uint32_t i, Sink& sink) const {

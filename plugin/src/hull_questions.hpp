@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "softcd/stages/hull_questions.hpp"
+
+namespace softcd::detail {
+
+/// Hulls as detectors answer them.
+class HullsInQuestion {
+ public:
+  /// Throws InvalidInput where they have 2^31 points or more.
+  void prepare(Span<const QueryHull> hulls);
+
+  HullQuestions questions() const { return {hulls_, points_}; }
+
+ private:
+  std::vector<HullQuestion> hulls_;
+  std::vector<Vec3d> points_;
+};
+
+}  // namespace softcd::detail
