@@ -66,6 +66,11 @@ void SoftBodyScene::keep(Span<btSoftBody* const> all) {
   }
 }
 
+const SoftBodyScene::Member* SoftBodyScene::find(const btSoftBody& body) const {
+  const auto found = members_.find(&body);
+  return found == members_.end() ? nullptr : &found->second;
+}
+
 const SoftBodyScene::Member* SoftBodyScene::find(BodyId id) const {
   const auto found = members_by_id_.find(id.value);
   return found == members_by_id_.end() ? nullptr : found->second;
@@ -75,7 +80,7 @@ void SoftBodyScene::set_mesh(Member& member, btSoftBody& body, std::vector<Trian
   BodyMesh mesh = read_mesh(body);
   std::vector<Triangle> triangles = mesh.triangles;
   triangles.insert(triangles.end(), tetrahedra.begin(), tetrahedra.end());
-  const BodyDesc desc = {triangles, mesh.node_count, {}};
+  const BodyDesc desc = {triangles, mesh.node_count, {}, -1, mesh.segments};
   if (member.body == nullptr) {
     member.id = scene_.add_body(desc);
     try {

@@ -30,6 +30,8 @@ class SoftBodyScene {
   const Member& update(btSoftBody& body);
   /// Forgets bodies that are not among these, once there are some.
   void keep(Span<btSoftBody* const> all);
+  /// Null where it was not asked for, or is forgotten.
+  const Member* find(const btSoftBody& body) const;
   /// Null where the id is none of a soft body.
   const Member* find(BodyId id) const;
 

@@ -1,11 +1,14 @@
 #include "softcd/bullet/world_probe.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
 #include "contact_test.hpp"
+#include "convex_core.hpp"
+#include "vectors.hpp"
 #include "world_rays.hpp"
 
 namespace softcd::bullet {
@@ -32,6 +35,14 @@ class OfRigidObjects final : public btCollisionWorld::ContactResultCallback {
 
 }  // namespace
 
+ShapeHull::ShapeHull(const btConvexShape& shape, const btTransform& place)
+    : radius_(std::max(0.0, double(shape.getMarginNonVirtual()))) {
+  ConvexCore core;
+  core.read(shape);
+  points_.reserve(core.vertices().size());
+  for (const btVector3& corner : core.vertices()) points_.push_back(to_doubles(place * corner));
+}
+
 class WorldProbe::Implementation {
  public:
   Implementation(btCollisionWorld& world, LogCallback log)
@@ -45,9 +56,17 @@ class WorldProbe::Implementation {
 
   Probe& soft_bodies() {
     const std::vector<btSoftBody*> all = all_soft_bodies();
-    bodies_.keep(all);
     for (btSoftBody* body : all) bodies_.update(*body);
+    // All of them are known now: whatever is more has left the world.
+    bodies_.keep(all);
     return probe_;
+  }
+  BodyId body_id(const btSoftBody& body) const {
+    const SoftBodyScene::Member* const member = bodies_.find(body);
+    if (member == nullptr) {
+      throw InvalidInput("a soft body was not in the world when soft_bodies() was called last; call it again.");
+    }
+    return member->id;
   }
   btSoftBody* soft_body(BodyId id) const {
     const SoftBodyScene::Member* const member = bodies_.find(id);
@@ -124,6 +143,9 @@ WorldProbe& WorldProbe::operator=(WorldProbe&&) noexcept = default;
 
 Probe& WorldProbe::soft_bodies() {
   return implementation_->soft_bodies();
+}
+BodyId WorldProbe::body_id(const btSoftBody& body) const {
+  return implementation_->body_id(body);
 }
 btSoftBody* WorldProbe::soft_body(BodyId body) const {
   return implementation_->soft_body(body);

@@ -8,7 +8,6 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
@@ -16,11 +15,10 @@
 #include "BulletCollision/CollisionShapes/btCompoundShape.h"
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
-#include "any_simulation.hpp"
 #include "random.hpp"
 #include "reference_distance.hpp"
 #include "scene.hpp"
-#include "softcd/bullet/world_probe.hpp"
+#include "world_probes.hpp"
 
 namespace softcd::test {
 namespace {
@@ -62,21 +60,6 @@ struct Listener : btCollisionWorld::ContactResultCallback {
     return all;
   }
 };
-
-Vec3d node(const btSoftBody& body, std::uint32_t i) {
-  const btVector3& x = body.m_nodes[int(i)].m_x;
-  return {double(x.x()), double(x.y()), double(x.z())};
-}
-
-std::vector<Triangle> faces_of(const btSoftBody& body) {
-  std::vector<Triangle> faces;
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    Triangle face{};
-    for (int k = 0; k < 3; ++k) face.v[k] = std::uint32_t(body.m_faces[i].m_n[k] - &body.m_nodes[0]);
-    faces.push_back(face);
-  }
-  return faces;
-}
 
 /// Which nodes have no face: they are points.
 std::vector<bool> single_nodes_of(const btSoftBody& body) {
@@ -133,31 +116,7 @@ std::vector<Features> brute_force(const btSoftBody& a, const btSoftBody& b, doub
   return found;
 }
 
-/// Softcd's worlds, and one that knows nothing of it.
-class WorldProbes : public testing::TestWithParam<std::optional<World>> {
- protected:
-  AnySimulation simulation{GetParam().value_or(World::one_line),
-                           GetParam().has_value() ? std::optional(cpu_settings()) : std::nullopt};
-  bullet::WorldProbe probe{simulation.world()};
-
-  btSoftBody& add_ball(const btVector3& center) {
-    btSoftBody& ball = simulation.add(demo::make_ball(simulation.world_info(), center, btScalar(0.5), 1));
-    ball.getCollisionShape()->setMargin(btScalar(0.03));
-    // As an app may move nodes.
-    Random random(std::uint64_t(ball.m_nodes.size()) + std::uint64_t(simulation.world().getNumCollisionObjects()));
-    for (int i = 0; i < ball.m_nodes.size(); ++i) {
-      const Vec3d by = random.in_box(0.05);
-      ball.m_nodes[i].m_x += btVector3(btScalar(by.x), btScalar(by.y), btScalar(by.z));
-    }
-    return ball;
-  }
-};
-INSTANTIATE_TEST_SUITE_P(Worlds, WorldProbes,
-                         testing::Values(std::nullopt, World::one_line, World::multi_body, World::dispatcher,
-                                         World::deformable, World::attached, World::attached_deformable),
-                         [](const auto& world) {
-                           return world.param ? name_of(*world.param) : std::string("bullets");
-                         });
+INSTANTIATE_TEST_SUITE_P(Worlds, WorldProbes, kProbedWorlds, name_of_probed);
 
 TEST_P(WorldProbes, tell_every_pair_of_features_of_soft_bodies) {
   btSoftBody& a = add_ball({0, 0, 0});

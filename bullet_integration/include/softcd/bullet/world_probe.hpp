@@ -1,12 +1,14 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
 #include "softcd/export.hpp"
 #include "softcd/softcd.hpp"
 #include "softcd/version.hpp"
 
+class btConvexShape;
 class btSoftBody;
 
 namespace softcd::bullet {
@@ -17,8 +19,24 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 constexpr int kNodePart = 0;
 /// faces, as in m_faces;
 constexpr int kFacePart = 1;
-/// and edges of all faces, numbered as in Contact.
+/// and edges of all faces, or of a rope's links, numbered as in Contact.
 constexpr int kEdgePart = 2;
+
+/// A convex shape that is put somewhere, for Probe::overlaps(). Bullet takes a shape for all that is within its margin
+/// of a core, and so does this: spheres, capsules, boxes, hulls and other polyhedra are what they are to Bullet. The
+/// cores of cylinders and cones are inscribed, with circles of 32 corners: of a circle's radius 0.5 % may be missing.
+/// What is curved in another way has 16 corners from pole to pole.
+class SOFTCD_EXPORT ShapeHull {
+ public:
+  /// Reads the shape; where it has no corners, or one is not finite, the hull overlaps nothing.
+  ShapeHull(const btConvexShape& shape, const btTransform& place);
+  /// Valid as long as this.
+  QueryHull query() const { return {points_, radius_}; }
+
+ private:
+  std::vector<Vec3d> points_;
+  double radius_;
+};
 
 /// Asks what soft bodies of a world are where, with their nodes where they are now. Whatever the world is, Bullet's
 /// own, one of softcd's, under a softcd::bullet::Dispatcher, or attached to: Bullet's functions of these names build
@@ -36,9 +54,14 @@ class SOFTCD_EXPORT WorldProbe {
   WorldProbe(WorldProbe&&) noexcept;
   WorldProbe& operator=(WorldProbe&&) noexcept;
 
-  /// Batched questions about all soft bodies of the world, which this call reads. Triangles are faces; those behind a
-  /// body's faces stand for single nodes without one. Valid until the world's bodies, or their topologies, change.
+  /// All of a Probe's questions about all soft bodies of the world, which this call reads. Vertices are nodes and
+  /// triangles are faces, as in m_nodes and m_faces; triangles behind a body's faces stand for single nodes without
+  /// one, and then for links of a body that has nothing else (ropes). Valid until the world's bodies, or their
+  /// topologies, change.
   Probe& soft_bodies();
+  /// Who a soft body is in its questions and answers. Throws InvalidInput where it was not in the world at the last
+  /// call of soft_bodies().
+  BodyId body_id(const btSoftBody& body) const;
   /// Whom a body of its answers stands for; null where it was not in the world at the last call of soft_bodies().
   btSoftBody* soft_body(BodyId body) const;
 
