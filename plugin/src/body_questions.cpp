@@ -53,8 +53,9 @@ void BodyQuestions::prepare(Span<const QueryBodies> asked, Span<const ProbedBody
     question.a = number_of(pair.a, bodies);
     question.b = number_of(pair.b, bodies);
     if (question.b != kNoIndex) {
-      question.partners = question.repeated_partners = 0;
-      add_partner(question, question.b);
+      question.partners = class_of(question.b);
+      // Triangles of other bodies ask for it, whatever their class.
+      question.repeated_partners = question.a == question.b ? BodyClasses{0} : question.partners;
     }
     const Triangles triangles = triangles_of(question.a, bodies);
     question.first_triangle = triangles.first;

@@ -21,6 +21,19 @@ Mesh slanted_sheet(double offset) {
   return mesh;
 }
 
+/// In one plane exactly, with coordinates so long that determinants of them are not doubles.
+Mesh sheet_of_long_numbers(int offset) {
+  Mesh mesh = grid_cloth(6, 6, 1.0);
+  int i = 0;
+  for (Vec3d& x : mesh.positions) {
+    const double along = 2 * (i % 6) + offset;
+    const double across = 2 * (i / 6) + offset;
+    x = along * Vec3d{700001, 312347, 123457} + across * Vec3d{-400009, 654323, 298723};
+    ++i;
+  }
+  return mesh;
+}
+
 std::vector<NamedScene> entangled_scenes() {
   std::vector<NamedScene> scenes = odd_scenes();
   const Mesh ball = outward_ball(2, 1.0);
@@ -28,6 +41,8 @@ std::vector<NamedScene> entangled_scenes() {
   scenes.push_back({"a crumpled cloth", {still(crumpled_cloth(16, 14, 0.25, 0.05, 5), {})}});
   scenes.push_back({"sheets in one slanted plane",
                     {still(slanted_sheet(0), {}), still(slanted_sheet(0.25), {}), still(slanted_sheet(0.125), {})}});
+  scenes.push_back({"sheets of long numbers in one plane",
+                    {still(sheet_of_long_numbers(0), {}), still(sheet_of_long_numbers(1), {})}});
   for (NamedScene& named : scenes) {
     for (SceneBody& body : named.bodies) {
       for (Positions3* const x : {&body.x_t0, &body.x_t1}) {
@@ -83,6 +98,30 @@ TEST(Intersections, are_those_of_rational_arithmetic) {
     }
   }
   EXPECT_GT(count, 2500U);
+}
+
+/// Nodes of the hierarchy know 16 classes of bodies.
+TEST(Intersections, of_bodies_of_one_class_are_found) {
+  constexpr std::uint32_t kCount = 34;
+  Scene bodies;
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const double place = i == 16 ? 0 : i;
+    bodies.push_back(still(moved(one_triangle(), {8 * place, 0, i == 16 ? 0.125 : 0}), {}));
+  }
+  // The other way across the first one.
+  for (Positions3* const x : {&bodies[16].x_t0, &bodies[16].x_t1}) (*x)[2] = {0.25, 0.25, -4};
+  ProbedBodies probed(std::move(bodies));
+  EXPECT_THAT(as_tuples(probed.probe.intersections({probed.ids[0], BodyId()})), ElementsAre(Intersection{0, 0, 16, 0}));
+  EXPECT_THAT(as_tuples(probed.probe.intersections({BodyId(), probed.ids[16]})),
+              ElementsAre(Intersection{0, 0, 16, 0}));
+  EXPECT_THAT(as_tuples(probed.probe.intersections()), ElementsAre(Intersection{0, 0, 16, 0}));
+  EXPECT_TRUE(probed.probe.has_intersections({probed.ids[16], BodyId()}));
+  EXPECT_TRUE(probed.probe.has_intersections({probed.ids[0], probed.ids[16]}));
+  EXPECT_TRUE(probed.probe.has_intersections({probed.ids[16], probed.ids[0]}));
+  EXPECT_EQ(probed.probe.distance({probed.ids[16], BodyId()}).body_b, probed.ids[0]);
+  EXPECT_EQ(probed.probe.distance({probed.ids[16], probed.ids[0]}).distance, 0);
+  EXPECT_NEAR(probed.probe.distance({probed.ids[1], probed.ids[33]}).distance, 8 * 32 - 1, 1e-9);
+  EXPECT_FALSE(probed.probe.has_intersections({probed.ids[1], BodyId()}));
 }
 
 TEST(Intersections, of_a_mesh_are_beyond_what_is_shared) {

@@ -145,6 +145,28 @@ TEST(MeshChanges, of_edges_that_are_split_or_flipped_name_what_they_would_meet) 
   EXPECT_FALSE(probe.has_intersections()) << "nothing was changed";
 }
 
+TEST(MeshChanges, meet_all_but_the_triangles_that_they_remove) {
+  Mesh stack;
+  for (std::uint32_t i = 0; i < 9; ++i) stack = joined(stack, moved(one_triangle(), {0, 0, 2.0 * i}));
+  ProbedBodies probed({still(moved(outward_ball(1, 1.0), {9, 9, 9}), {}), still(stack, {})});
+  const auto found_without = [&](const std::vector<std::uint32_t>& removed) {
+    Change blade = {probed.ids[1], removed, {{{27, 28, 29}}}, {{0.25, 0.25, -9}, {0.25, 0.5, -9}, {0.25, 0.25, 99}}};
+    std::vector<std::uint32_t> triangles;
+    for (const ChangeIntersection& one : probed.probe.intersections_after(blade.query())) {
+      EXPECT_EQ(one.body, probed.ids[1]);
+      triangles.push_back(one.triangle);
+    }
+    return triangles;
+  };
+  EXPECT_THAT(found_without({}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8));
+  for (std::uint32_t i = 0; i < 9; ++i) {
+    EXPECT_EQ(found_without({i}).size(), 8U);
+    EXPECT_THAT(found_without({i}), testing::Not(testing::Contains(i)));
+  }
+  EXPECT_THAT(found_without({8, 0, 5, 5, 3}), ElementsAre(1, 2, 4, 6, 7));
+  EXPECT_THAT(found_without({7, 6, 5, 4, 3, 2, 1, 0}), ElementsAre(8));
+}
+
 TEST(MeshChanges, leave_out_what_the_filter_does) {
   ProbedBodies probed = edge_and_blade(0.0);
   probed.probe.set_body_filter([&](BodyId body) { return body != probed.ids[1]; });

@@ -19,7 +19,7 @@ struct BodiesQuestion {
   std::uint32_t first_triangle;  ///< of the scene, that the first item stands for
   std::uint64_t first_item;
   BodyClasses partners;           ///< that b stands for
-  BodyClasses repeated_partners;  ///< of these, the classes that have two of them or more
+  BodyClasses repeated_partners;  ///< of these, the classes in which a triangle's own body has another one
 };
 
 /// All questions.
