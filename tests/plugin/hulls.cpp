@@ -4,10 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <string>
 #include <vector>
 
-#include "probing.hpp"
+#include "overlapping.hpp"
 #include "reference_distance.hpp"
 #include "softcd/math/scalar.hpp"
 
@@ -17,11 +16,7 @@ namespace softcd::test {
 namespace {
 
 using Corners = std::array<Vec3d, 3>;
-using Wide = Vec3<long double>;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
+using LongVec3 = Vec3<long double>;
 /// A hull that owns its points.
 struct Hull {
   std::vector<Vec3d> points;
@@ -36,25 +31,8 @@ std::vector<QueryHull> queries_of(const std::vector<Hull>& hulls) {
   return queries;
 }
 
-std::vector<TriangleOverlap> sorted(Span<const TriangleOverlap> overlaps) {
-  return {overlaps.begin(), overlaps.end()};
-}
-
 bool are_same(const TriangleOverlap& a, const TriangleOverlap& b) {
   return a.body == b.body && a.triangle == b.triangle;
-}
-
-bool is_before(const TriangleOverlap& a, const TriangleOverlap& b) {
-  return a.body < b.body || (a.body == b.body && a.triangle < b.triangle);
-}
-
-bool has(Span<const TriangleOverlap> overlaps, const PlacedTriangle& triangle) {
-  const TriangleOverlap wanted = {triangle.body, triangle.index};
-  return std::binary_search(overlaps.begin(), overlaps.end(), wanted, is_before);
-}
-
-void expect_in_order(Span<const TriangleOverlap> overlaps) {
-  for (std::size_t i = 1; i < overlaps.size(); ++i) ASSERT_TRUE(is_before(overlaps[i - 1], overlaps[i])) << "at " << i;
 }
 
 /// What a hull has with a triangle.
@@ -67,13 +45,13 @@ struct Meeting {
 
 /// Of a segment that passes through a triangle: where a point of it is in the triangle's plane.
 void add_passing(const Vec3d& p, const Vec3d& q, const Corners& t, Meeting& meeting) {
-  const Wide a = vec3_cast<long double>(t[0]);
-  const Wide normal = cross(vec3_cast<long double>(t[1]) - a, vec3_cast<long double>(t[2]) - a);
+  const LongVec3 a = vec3_cast<long double>(t[0]);
+  const LongVec3 normal = cross(vec3_cast<long double>(t[1]) - a, vec3_cast<long double>(t[2]) - a);
   const long double length = std::sqrt(squared_norm(normal));
   const long double p_height = dot(normal, vec3_cast<long double>(p) - a) / length;
   const long double q_height = dot(normal, vec3_cast<long double>(q) - a) / length;
   if (!(p_height * q_height < 0)) return;
-  const Wide through = lerp(vec3_cast<long double>(p), vec3_cast<long double>(q), p_height / (p_height - q_height));
+  const LongVec3 through = lerp(vec3_cast<long double>(p), vec3_cast<long double>(q), p_height / (p_height - q_height));
   const Vec3d point = vec3_cast<double>(through);
   const long double distance = distance_vertex_triangle(point, t[0], t[1], t[2]);
   const long double size = std::sqrt(squared_norm(q - p)) + std::sqrt(squared_norm(t[1] - t[0]));
@@ -96,9 +74,9 @@ void add_triangles(const Corners& a, const Corners& b, Meeting& meeting) {
 }
 
 void add_inside(Vec3d p, const std::array<Vec3d, 4>& corners, Meeting& meeting) {
-  Wide x[4];
+  LongVec3 x[4];
   for (std::size_t i = 0; i < 4; ++i) x[i] = vec3_cast<long double>(corners[i]) - vec3_cast<long double>(p);
-  const auto volume = [](Wide a, Wide b, Wide c) { return dot(cross(a, b), c); };
+  const auto volume = [](LongVec3 a, LongVec3 b, LongVec3 c) { return dot(cross(a, b), c); };
   const long double parts[4] = {volume(x[1], x[2], x[3]), -volume(x[0], x[2], x[3]), volume(x[0], x[1], x[3]),
                                 -volume(x[0], x[1], x[2])};
   const long double whole = parts[0] + parts[1] + parts[2] + parts[3];
@@ -150,11 +128,13 @@ double gap_of_boxes(const Hull& hull, const PlacedTriangle& triangle) {
   double gap = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto [t_lo, t_hi] = std::minmax({triangle.x[0][axis], triangle.x[1][axis], triangle.x[2][axis]});
-    for (const double sign : {1.0, -1.0}) {
-      double most = -kInfinity;
-      for (const Vec3d& p : hull.points) most = std::max(most, sign * p[axis]);
-      gap = std::max(gap, sign > 0 ? t_lo - most : -most - t_hi < 0 ? 0.0 : -most - t_hi);
+    double lo = hull.points[0][axis];
+    double hi = lo;
+    for (const Vec3d& p : hull.points) {
+      lo = std::min(lo, p[axis]);
+      hi = std::max(hi, p[axis]);
     }
+    gap = std::max({gap, t_lo - hi, lo - t_hi});
   }
   return gap;
 }
@@ -289,16 +269,16 @@ struct HalfSpace {
 };
 
 bool has_part_in(const PlacedTriangle& triangle, const std::vector<HalfSpace>& solid, double growth) {
-  std::vector<Wide> polygon;
+  std::vector<LongVec3> polygon;
   for (const Vec3d& x : triangle.x) polygon.push_back(vec3_cast<long double>(x));
   for (const HalfSpace& side : solid) {
-    std::vector<Wide> kept;
-    const auto depth = [&](const Wide& p) {
+    std::vector<LongVec3> kept;
+    const auto depth = [&](const LongVec3& p) {
       return static_cast<long double>(side.offset + growth) - dot(vec3_cast<long double>(side.normal), p);
     };
     for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Wide& p = polygon[i];
-      const Wide& q = polygon[(i + 1) % polygon.size()];
+      const LongVec3& p = polygon[i];
+      const LongVec3& q = polygon[(i + 1) % polygon.size()];
       if (depth(p) >= 0) kept.push_back(p);
       if ((depth(p) >= 0) != (depth(q) >= 0)) kept.push_back(lerp(p, q, depth(p) / (depth(p) - depth(q))));
     }
@@ -380,7 +360,7 @@ TEST(Hulls, of_one_and_two_points_are_spheres_and_capsules) {
   }
   const auto lists_of = [](const AnswerLists<TriangleOverlap>& answers) {
     std::vector<std::vector<TriangleOverlap>> lists;
-    for (std::size_t i = 0; i < answers.size(); ++i) lists.push_back(sorted(answers[i]));
+    for (std::size_t i = 0; i < answers.size(); ++i) lists.push_back(copy_of(answers[i]));
     return lists;
   };
   const auto expect_same = [](const auto& a, const auto& b) {
@@ -408,6 +388,8 @@ TEST(Hulls, that_touch_on_a_grid_overlap) {
 }
 
 TEST(Hulls, that_are_none_overlap_nothing) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
   const std::vector<Hull> hulls = {{{{0, 0, 0}}, 1},
                                    {{}, 1},

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "probing.hpp"
+#include "overlapping.hpp"
 #include "reference_distance.hpp"
 #include "softcd/math/closest_point.hpp"
 
@@ -16,20 +16,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-bool has(Span<const TriangleOverlap> overlaps, const PlacedTriangle& triangle) {
-  return std::any_of(overlaps.begin(), overlaps.end(), [&](const TriangleOverlap& overlap) {
-    return overlap.body == triangle.body && overlap.triangle == triangle.index;
-  });
-}
-
-void expect_in_order(Span<const TriangleOverlap> overlaps) {
-  for (std::size_t i = 1; i < overlaps.size(); ++i) {
-    const TriangleOverlap& a = overlaps[i - 1];
-    const TriangleOverlap& b = overlaps[i];
-    ASSERT_TRUE(a.body < b.body || (a.body == b.body && a.triangle < b.triangle)) << "at " << i;
-  }
-}
 
 TEST(Overlaps, of_spheres_are_triangles_within_their_radius) {
   for (NamedScene& named : odd_scenes()) {

@@ -87,7 +87,7 @@ class NearestSimplex {
     direction_ = (-1.0 / nearest.scale) * nearest.offset;
     count_ = 0;
     for (int i = 0; i < 2; ++i) {
-      if (nearest.weights[1 + i] > 0.0) x_[count_++] = corners.x[i];
+      if (nearest.weights[1 + i] > 0.0 && !has(corners.x[i])) x_[count_++] = corners.x[i];
     }
     x_[count_++] = corners.x[2];
     if (count_ == 2) turn_across_edge();
