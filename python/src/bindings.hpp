@@ -9,6 +9,7 @@ void register_exceptions();
 void bind_enumerations(nanobind::module_& module);
 void bind_statistics(nanobind::module_& module);
 void bind_contacts(nanobind::module_& module);
+void bind_device_contacts(nanobind::module_& module);
 void bind_scene(nanobind::module_& module);
 void bind_query(nanobind::module_& module);
 void bind_probe(nanobind::module_& module);

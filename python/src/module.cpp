@@ -11,6 +11,7 @@ NB_MODULE(_core, module) {
   bind_enumerations(module);
   bind_statistics(module);
   bind_contacts(module);
+  bind_device_contacts(module);
   bind_scene(module);
   bind_query(module);
   bind_probe(module);

@@ -8,6 +8,7 @@
 #include "bindings.hpp"
 #include "collected.hpp"
 #include "contacts.hpp"
+#include "device_contacts.hpp"
 #include "options.hpp"
 #include "scene.hpp"
 
@@ -42,6 +43,17 @@ class BoundQuery {
       Ticket ticket = query_->start(pairs);
       return wait_and_hold(ticket);
     }));
+  }
+
+  /// `query` is this object as Python knows it.
+  PendingContactsArray on_device(Ticket& ticket, nb::object query) {
+    PendingContacts found;
+    std::shared_ptr<const void> memory;
+    scene_.call([&](Scene&) {
+      found = ticket.on_device();
+      if (found.counts != nullptr) memory = query_->hold_contacts();
+    });
+    return {found, HeldContacts(std::move(memory), scene_.discarded()), std::move(query)};
   }
 
   QueryOptions options() {
@@ -112,6 +124,7 @@ class BoundTicket {
       : object_(std::move(query)), query_(nb::cast<BoundQuery&>(object_)), ticket_(query_.start(pairs)) {}
 
   nb::object wait() { return query_.wait(ticket_); }
+  PendingContactsArray on_device() { return query_.on_device(ticket_, object_); }
   int traverse(visitproc visit, void* arg) {
     Py_VISIT(object_.ptr());
     return 0;
@@ -145,7 +158,11 @@ void bind_query(nb::module_& module) {
   nb::class_<BoundTicket>(module, "Ticket", nb::type_slots(ticket_slots), "A detection that was started.")
       .def("wait", &BoundTicket::wait,
            "What Query.detect returns. Raises Error when it was called before, when the query has started another "
-           "detection, or when options were set; else what has gone wrong in the detection.");
+           "detection, or when options were set; else what has gone wrong in the detection.")
+      .def(
+          "on_device", &BoundTicket::on_device,
+          "For a query with contacts_on_device: PendingContacts, which say where the contacts will be, without waiting "
+          "for them. Raises what wait() does.");
 
   auto query = nb::class_<BoundQuery>(module, "Query", nb::type_slots(query_slots),
                                       "Finds contacts between the bodies of a scene. The same input gives the same "

@@ -98,3 +98,11 @@ def test_several_meshes_are_bodies_in_their_order():
     )
     pairs = {tuple(pair) for pair in np.stack([contacts["body_a"], contacts["body_b"]], axis=1).tolist()}
     assert pairs == {(0, 1), (1, 0)}
+
+
+def test_contacts_on_the_host_are_told_of_when_they_are_waited_for():
+    scene = softcd.Scene(backend=softcd.Backend.cpu)
+    ticket = softcd.Query(scene).start()
+    with pytest.raises(softcd.Error, match="on the host; use wait"):
+        ticket.on_device()
+    assert len(ticket.wait()) == 0

@@ -149,6 +149,82 @@ def test_contacts_of_each_body_are_a_range():
     assert (earliest < 1).all(), "a step size for each"
 
 
+def test_contacts_are_told_of_before_anybody_waits():
+    """A stream of torch's reads them as soon as they are there; the host waits afterwards, to compare."""
+    t0, t1, triangles = step_of(6, np.float32)
+    scene, body, query = query_of(triangles, len(t0), contacts_on_device=True)
+    scene.set_positions(body, torch_array(t0), torch_array(t1))
+    query.detect()  # lists have grown
+    stream = torch.cuda.Stream()
+    for step in range(4):
+        moved = t1 + np.float32(1e-4 * step)
+        scene.set_positions(body, torch_array(t0), torch_array(moved))
+        ticket = query.start()
+        pending = ticket.on_device()
+        assert "on CUDA device 0" in repr(pending) and pending.ready != 0
+        with torch.cuda.stream(stream):
+            times = torch.from_dlpack(pending["time_of_impact"])
+            count, is_complete = torch.from_dlpack(pending.count), torch.from_dlpack(pending.is_complete)
+            begin = torch.from_dlpack(pending.body_begin).clone()
+            is_there = torch.arange(pending.capacity, device="cuda") < count
+            earliest = torch.where(is_there, times, 1).min()
+            found = count.clone()
+        contacts = ticket.wait()
+        stream.synchronize()
+        assert is_complete.tolist() == [1] and found.tolist() == [len(contacts)]
+        assert len(contacts) <= pending.capacity == len(times)
+        assert begin.tolist() == torch.from_dlpack(contacts.body_begin).tolist()
+        waited_for = torch.from_dlpack(contacts["time_of_impact"])
+        assert waited_for.data_ptr() == times.data_ptr(), "not a copy"
+        assert earliest == waited_for.min() < 1
+        with pytest.raises(softcd.Error, match="waited for"):
+            ticket.on_device()
+
+
+def test_contacts_that_were_told_of_stay_as_they_are():
+    t0, t1, triangles = step_of(7, np.float32)
+    scene, body, query = query_of(triangles, len(t0), contacts_on_device=True)
+    scene.set_positions(body, torch_array(t0), torch_array(t1))
+    expected = torch.from_dlpack(query.detect()["distance"]).clone()
+    scene.set_positions(body, torch_array(t0), torch_array(t1))
+    distances = torch.from_dlpack(query.start().on_device()["distance"])
+    gc.collect()
+    for _ in range(3):
+        scene.set_positions(body, torch_array(t0 + 100), torch_array(t1[::-1].copy()))
+        query.detect()
+    del scene, query
+    gc.collect()
+    assert torch.equal(distances[: len(expected)], expected)
+
+
+def test_nothing_is_told_of_where_no_bodies_are_compared():
+    query = softcd.Query(softcd.Scene(backend=softcd.Backend.cuda), contacts_on_device=True)
+    pending = query.start().on_device()
+    assert pending.capacity == 0 and pending.count.shape == pending.is_complete.shape == (0,)
+    assert torch.from_dlpack(pending["vertices"]).shape == (0, 4)
+
+
+def test_arrays_on_the_gpu_speak_cuda_s_array_interface():
+    cupy = pytest.importorskip("cupy")
+    t0, t1, triangles = step_of(8, np.float32)
+    scene, body, query = query_of(triangles, len(t0), contacts_on_device=True)
+    for step in range(2):
+        scene.set_positions(body, torch_array(t0), torch_array(t1))
+        ticket = query.start()
+        pending = ticket.on_device()
+        contacts = ticket.wait() if step == 0 else pending
+        vertices, kind = cupy.asarray(contacts["vertices"]), cupy.asarray(contacts["kind"])
+        interface = contacts["vertices"].__cuda_array_interface__
+        assert interface["version"] == 3 and interface["stream"] == (None if step == 0 else 1)
+        assert vertices.dtype == np.uint32 and vertices.data.ptr == interface["data"][0], "not a copy"
+        assert kind.dtype == np.uint8 and vertices.strides == interface["strides"] == (72, 4)
+        if step == 0:
+            expected = vertices.copy()
+    assert len(expected) > 0 and (vertices[: len(expected)] == expected).all()
+    assert contacts["weights"].__dlpack_device__() == (2, 0)
+    assert repr(contacts["distance"]).startswith("<softcd.DeviceArray of shape (")
+
+
 def test_arguments_are_checked():
     t0, _, triangles = step_of(5, np.float32)
     scene, body, query = query_of(triangles, len(t0))
