@@ -135,11 +135,15 @@ std::string describe(const MeshChange& change) {
 class BoundProbe {
  public:
   BoundProbe(nb::object scene, StepEnd step_end) : object_(std::move(scene)), scene_(nb::cast<BoundScene&>(object_)) {
-    probe_ = scene_.call([&](Scene& bound) { return std::make_shared<Probe>(bound, ProbeOptions{step_end}); });
+    scene_.call([&](Scene& bound) {
+      auto probe = std::make_shared<Probe>(bound, ProbeOptions{step_end});
+      probe_ = probe.get();
+      discardable_.push_back(std::move(probe));
+    });
   }
   BoundProbe(const BoundProbe&) = delete;
   BoundProbe& operator=(const BoundProbe&) = delete;
-  ~BoundProbe() { scene_.discarded()->add(std::move(probe_)); }
+  ~BoundProbe() { scene_.discarded()->add(discardable_); }
 
   nb::object first_hits(const Batch<Ray>& rays) {
     return ask_each(questions_in<Ray>(rays), [&](auto asked) { return probe_->first_hits(asked); });
@@ -221,7 +225,8 @@ class BoundProbe {
 
   nb::object object_;
   BoundScene& scene_;
-  std::shared_ptr<Probe> probe_;
+  Discardable discardable_;  ///< the probe
+  Probe* probe_ = nullptr;
   nb::object filter_;
 };
 

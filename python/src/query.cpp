@@ -26,11 +26,15 @@ class BoundQuery {
  public:
   BoundQuery(nb::object scene, const QueryOptions& options)
       : object_(std::move(scene)), scene_(nb::cast<BoundScene&>(object_)) {
-    query_ = scene_.call([&](Scene& bound) { return std::make_shared<Query>(bound, options); });
+    scene_.call([&](Scene& bound) {
+      auto query = std::make_shared<Query>(bound, options);
+      query_ = query.get();
+      discardable_.push_back(std::move(query));
+    });
   }
   BoundQuery(const BoundQuery&) = delete;
   BoundQuery& operator=(const BoundQuery&) = delete;
-  ~BoundQuery() { scene_.discarded()->add(std::move(query_)); }
+  ~BoundQuery() { scene_.discarded()->add(discardable_); }
 
   Ticket start(Pairs pairs) {
     return scene_.call_and_read([&](Scene&) { return query_->start(pairs); });
@@ -113,7 +117,8 @@ class BoundQuery {
 
   nb::object object_;
   BoundScene& scene_;
-  std::shared_ptr<Query> query_;
+  Discardable discardable_;  ///< the query
+  Query* query_ = nullptr;
   nb::object filter_;
 };
 

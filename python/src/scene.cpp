@@ -80,6 +80,7 @@ void BoundScene::update_body(std::uint32_t body, nb::handle triangles, std::uint
   std::vector<std::uint32_t> indices;
   if (!changed.is_none()) indices = read_indices("changed", changed);
   call([&](Scene& scene) {
+    replaced_.reserve(replaced_.size() + 2);
     if (changed.is_none()) {
       scene.update_body({body}, mesh.desc(settings));
     } else {
@@ -95,6 +96,7 @@ void BoundScene::set_settings(std::uint32_t body, const BodySettings& settings) 
 
 void BoundScene::remove_body(std::uint32_t body) {
   call([&](Scene& scene) {
+    replaced_.reserve(replaced_.size() + 2);
     scene.remove_body({body});
     replace_on_device(body);
     --body_count_;
@@ -116,7 +118,7 @@ void BoundScene::set_positions(std::uint32_t body, nb::handle vertices_t0, nb::h
     }
     const bool is_on_device = t0.positions.is_on_device();
     std::array<Array, 2>& kept = (is_on_device ? on_device_ : kept_)[body];
-    replaced_.reserve(replaced_.size() + 2);
+    replaced_.reserve(replaced_.size() + 4);
     if (vertices_t1.is_none()) {
       scene.set_positions({body}, t0.positions);
     } else {
@@ -152,7 +154,7 @@ void BoundScene::set_rest_positions(std::uint32_t body, nb::handle vertices) {
   call([&](Scene& scene) { scene.set_rest_positions({body}, rest.positions); });
 }
 
-/// A detection may still read what the body had.
+/// A detection may still read what the body had. There is room for two more of replaced_.
 void BoundScene::replace_on_device(std::uint32_t body) {
   const auto found = on_device_.find(body);
   if (found == on_device_.end()) return;

@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -34,38 +35,43 @@ inline std::vector<BodyPair> body_pairs(const NumberPairs& numbers) {
   return pairs;
 }
 
+/// Nothing, or one object, with what it takes to be discarded: letting go of it allocates nothing.
+using Discardable = std::list<std::shared_ptr<const void>>;
+
 /// What Python has let go of, in whatever thread, and what is given back in a scene's next call, as one thread at a
 /// time may use it. What is still there when the last owner goes is given back then.
 class Discarded {
  public:
-  void add(std::shared_ptr<const void> object) noexcept {
+  void add(Discardable& object) noexcept {
     const std::lock_guard lock(mutex_);
-    objects_.push_back(std::move(object));
+    objects_.splice(objects_.end(), object);
   }
   void give_back() {
-    std::vector<std::shared_ptr<const void>> objects;
+    Discardable objects;
     const std::lock_guard lock(mutex_);
     objects.swap(objects_);
   }
 
  private:
   std::mutex mutex_;
-  std::vector<std::shared_ptr<const void>> objects_;
+  Discardable objects_;
 };
 
 /// Keeps contacts for as long as an array shows them.
 class HeldContacts {
  public:
   HeldContacts(std::shared_ptr<const void> contacts, std::shared_ptr<Discarded> discarded)
-      : contacts_(std::move(contacts)), discarded_(std::move(discarded)) {}
+      : contacts_(1), discarded_(std::move(discarded)) {
+    contacts_.front() = std::move(contacts);
+  }
   HeldContacts(HeldContacts&&) noexcept = default;
   HeldContacts& operator=(HeldContacts&&) = delete;
   ~HeldContacts() {
-    if (contacts_ != nullptr) discarded_->add(std::move(contacts_));
+    if (discarded_ != nullptr) discarded_->add(contacts_);
   }
 
  private:
-  std::shared_ptr<const void> contacts_;
+  Discardable contacts_;
   std::shared_ptr<Discarded> discarded_;
 };
 
