@@ -8,6 +8,7 @@ usage: docs/pictures/make.sh pictures [SCENE...]      docs/pictures/SCENE.png, a
        docs/pictures/make.sh videos [SCENE...]        build/videos/SCENE.mp4, 1280 x 720, 30 frames a second
        docs/pictures/make.sh comparisons [SCENE...]   build/videos/SCENE-comparison.mp4: Bullet's own detection on the
                                                       left, softcd on the right, the same scene
+       docs/pictures/make.sh window                   docs/pictures/viewer.png, the window of --view, on a display of Xvfb's
        docs/pictures/make.sh animation                docs/pictures/comparison.webp, README's: the comparison of reef-knot
 
 Without SCENE: all of them. Builds softcd-demo, and installs ffmpeg where it is missing. Minutes for a scene on two cores.
@@ -43,11 +44,22 @@ list_scenes() { "$demo" --list | grep -v '^ ' | if [ "$kind" = comparison ]; the
 run_ffmpeg() { ffmpeg -y -loglevel error "$@"; }
 
 # A palette of 128 colours, which smooth shading survives without dots, makes a file of a sixth.
-make_picture() {
-  simulate "$1" --picture "$videos/$1.png"
+shrink() {
   run_ffmpeg -i "$videos/$1.png" -update 1 -frames:v 1 \
     -vf "scale=960:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=128[p];[b][p]paletteuse=dither=none" \
     "docs/pictures/$1.png"
+}
+
+make_picture() {
+  simulate "$1" --picture "$videos/$1.png"
+  shrink "$1"
+}
+
+make_window() {
+  cmake/setup.sh xvfb xauth
+  xvfb-run -a -s "-screen 0 1280x800x24" "$demo" cloth-on-ball --size 40 --backend cpu --view --overlays contacts,cells \
+    --view-frames 90 --screenshot "$videos/viewer.png"
+  shrink viewer
 }
 
 make_video() { simulate "$1" --picture "$videos/$1.png" --record "$videos/$1.mp4"; }
@@ -73,14 +85,19 @@ make_animation() {
 
 case "${1:-}" in
   -h | --help) usage && exit 0 ;;
-  pictures | videos | comparisons | animation) kind=${1%s} && shift ;;
+  pictures | videos | comparisons | window | animation) kind=${1%s} && shift ;;
   *) usage >&2 && exit 2 ;;
 esac
 
 cmake/setup.sh ffmpeg fonts-dejavu-core
 cmake/build.sh softcd_demo
 mkdir -p "$videos"
-if [ "$kind" = animation ]; then make_animation && exit; fi
+case $kind in
+  window | animation)
+    "make_$kind"
+    exit
+    ;;
+esac
 scenes=("$@")
 if [ $# = 0 ]; then mapfile -t scenes < <(list_scenes); fi
 for scene in "${scenes[@]}"; do "make_$kind" "$scene"; done
