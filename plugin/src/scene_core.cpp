@@ -10,6 +10,7 @@
 
 #include "detection_settings.hpp"
 #include "probe_core.hpp"
+#include "startable_threads.hpp"
 #include "validation.hpp"
 
 namespace softcd::detail {
@@ -56,6 +57,8 @@ LookedAt looked_at_by(const QueryOptions& options) {
 SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories)
     : options_(options), log_(std::move(log)), arena_(concurrency(options)) {
   validate_options(options);
+  const std::string warning = keep_to_startable_threads();
+  if (!warning.empty()) this->log(LogLevel::warning, warning);
   const std::shared_ptr<RankLink>& link = options.communicator.link();
   if (link != nullptr && link->size() > 1) ranks_ = std::make_unique<RankExchange>(link);
   use(detector_for(options, std::move(factories)));

@@ -1,0 +1,89 @@
+#include "startable_threads.hpp"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace softcd {
+namespace {
+
+/// Threads that do nothing but live until all of them end.
+class IdleThreads {
+ public:
+  IdleThreads() = default;
+  IdleThreads(const IdleThreads&) = delete;
+  IdleThreads& operator=(const IdleThreads&) = delete;
+  ~IdleThreads() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      may_end_ = true;
+    }
+    ending_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  /// At most `wanted`; returns how many there are.
+  std::size_t start(std::size_t wanted) {
+    threads_.reserve(wanted);
+    try {
+      while (threads_.size() < wanted) {
+        threads_.emplace_back([this] {
+          std::unique_lock<std::mutex> lock(mutex_);
+          ending_.wait(lock, [this] { return may_end_; });
+        });
+      }
+    } catch (const std::system_error&) {
+      // One that could not be started: those before it are what there can be.
+    }
+    return threads_.size();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ending_;
+  bool may_end_ = false;
+  std::vector<std::thread> threads_;
+};
+
+/// What keeps oneTBB to fewer threads, where it has to be kept, and what to say about that.
+struct Limit {
+  std::unique_ptr<tbb::global_control> control;
+  std::string warning;
+};
+
+Limit limit_threads() {
+  constexpr auto kThreads = tbb::global_control::max_allowed_parallelism;
+  const std::size_t wanted = tbb::global_control::active_value(kThreads) - 1;
+  const std::size_t startable = count_startable_threads(wanted);
+  if (startable == wanted) return {};
+  // Half of them, as others may want to start some until oneTBB does.
+  const std::size_t taken = startable / 2;
+  return {std::make_unique<tbb::global_control>(kThreads, 1 + taken),
+          fmt::format("only {} of {} threads can be started; oneTBB goes on with {} beside the calling one. Raise the "
+                      "limit on threads (ulimit -u, or the container's).",
+                      startable, wanted, taken)};
+}
+
+}  // namespace
+
+std::size_t count_startable_threads(std::size_t wanted) {
+  return IdleThreads().start(wanted);
+}
+
+std::string keep_to_startable_threads() {
+  // Never destroyed: oneTBB may be used by what is destroyed later.
+  static Limit* const limit = new Limit(limit_threads());
+  static std::once_flag is_told;
+  std::string warning;
+  std::call_once(is_told, [&] { warning = std::move(limit->warning); });
+  return warning;
+}
+
+}  // namespace softcd
