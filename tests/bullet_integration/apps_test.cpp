@@ -80,7 +80,7 @@ class Apps : public testing::Test {
 };
 
 TEST_F(Apps, a_multithreaded_dispatcher_works_in_one_line_worlds) {
-  btSetTaskScheduler(btGetSequentialTaskScheduler());  // Bullet's requires one
+  set_task_scheduler();
   btCollisionDispatcher plain(&configuration);
   btCollisionDispatcherMt multithreaded(&configuration);
   EXPECT_EQ(contacts_with<bullet::SoftRigidDynamicsWorld>(multithreaded),

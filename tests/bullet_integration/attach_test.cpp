@@ -88,7 +88,7 @@ using PassingDispatchers = testing::Types<PassingBy, btCollisionDispatcherMt>;
 TYPED_TEST_SUITE(UnderDispatcher, PassingDispatchers);
 
 TYPED_TEST(UnderDispatcher, that_passes_the_pair_cache_by_attached_softcd_leaves_rigid_meshes_alone) {
-  btSetTaskScheduler(btGetSequentialTaskScheduler());  // Bullet's multithreaded one requires one
+  set_task_scheduler();
   constexpr bool kIsKnown = std::is_same_v<TypeParam, btCollisionDispatcherMt>;
   std::vector<std::string> said;
   bullet::Settings settings = cpu_settings();

@@ -218,7 +218,7 @@ void expect_contacts_with_every_dispatcher(btCollisionShape& shape, const std::p
   plain.make(settings);
   EXPECT_EQ(first_contacts(plain, shape), expected);
 
-  btSetTaskScheduler(btGetSequentialTaskScheduler());
+  set_task_scheduler();
   OwnWorld threaded;
   threaded.dispatcher = std::make_unique<btCollisionDispatcherMt>(&threaded.configuration);
   threaded.make(settings);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "LinearMath/btThreads.h"
 #include "backend_under_test.hpp"
 #include "scenes/cloth.hpp"
 #include "scenes/simulation.hpp"
@@ -54,6 +55,12 @@ inline bullet::Settings test_settings(Detection detection = Detection::dcd) {
 /// Of those that are about the bodies and worlds of apps, which no backend sees.
 inline bullet::Settings cpu_settings(Detection detection = Detection::dcd) {
   return settings_on(Backend::cpu, detection);
+}
+
+/// For btCollisionDispatcherMt, which requires a scheduler: threads, where Bullet was built with BT_THREADSAFE.
+inline void set_task_scheduler() {
+  static btITaskScheduler* const threads = btCreateDefaultTaskScheduler();  // none where it was not
+  btSetTaskScheduler(threads != nullptr ? threads : btGetSequentialTaskScheduler());
 }
 
 struct SheetOptions {
