@@ -3,12 +3,12 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kWidth = btScalar(0.35);
-constexpr btScalar kHeight = btScalar(1.5);
-constexpr btScalar kLevel = btScalar(0.6);  // between parts of the ribbon that cross
-constexpr btScalar kFurthest = 16;
-constexpr btScalar kPullingSpeed = 3;
-constexpr btScalar kFriction = btScalar(0.8);
+constexpr btScalar kBowlineWidth = btScalar(0.35);
+constexpr btScalar kBowlineHeight = btScalar(1.5);
+constexpr btScalar kBowlineLevel = btScalar(0.6);  // between parts of the ribbon that cross
+constexpr btScalar kBowlineFurthest = 16;
+constexpr btScalar kBowlinePullingSpeed = 3;
+constexpr btScalar kBowlineFriction = btScalar(0.8);
 constexpr btScalar kPostRadius = btScalar(0.6);
 constexpr btScalar kPostHeight = 3;
 const btVector3 kPostFoot(btScalar(-3.5), 0, 0);
@@ -29,7 +29,7 @@ const double kPath[][3] = {
 std::vector<btVector3> control_points() {
   std::vector<btVector3> points;
   for (const auto& [x, level, z] : kPath) {
-    points.emplace_back(btScalar(x), kHeight + kLevel * btScalar(level), btScalar(z));
+    points.emplace_back(btScalar(x), kBowlineHeight + kBowlineLevel * btScalar(level), btScalar(z));
   }
   return points;
 }
@@ -38,25 +38,25 @@ std::vector<btVector3> control_points() {
 
 Bowline::Bowline(const SceneOptions& options) : Scene(options), columns_(options.size) {
   simulation().world_info().m_gravity.setZero();
-  ClothShape shape = ribbon_shape(control_points(), kWidth, columns_);
+  ClothShape shape = ribbon_shape(control_points(), kBowlineWidth, columns_);
   shape.is_fixed = [](int column, int) { return column == 0; };
-  ribbon_ = &add(make_ribbon(simulation().world_info(), shape, kFriction));
+  ribbon_ = &add(make_ribbon(simulation().world_info(), shape, kBowlineFriction));
   standing_part_.emplace(*ribbon_, columns_, 0, columns_ / 20);
 
-  const btScalar spacing = kWidth / btScalar(shape.rows - 1);
+  const btScalar spacing = kBowlineWidth / btScalar(shape.rows - 1);
   const int around = 2 * static_cast<int>(SIMD_PI * kPostRadius / (2 * spacing));
   const int along = static_cast<int>(kPostHeight / (2 * spacing));
   ClothShape tube = vertical_tube(kPostFoot, kPostRadius, kPostHeight, around, along);
   tube.is_fixed = [](int, int) { return true; };
   auto post = make_cloth(simulation().world_info(), tube, 1);
   post->getCollisionShape()->setMargin(ribbon_->getCollisionShape()->getMargin());
-  post->m_cfg.kDF = kFriction;
+  post->m_cfg.kDF = kBowlineFriction;
   post_ = &add(std::move(post));
 }
 
 void Bowline::animate() {
-  const bool is_furthest = standing_end() > kFurthest;
-  const btScalar speed = is_furthest ? btScalar(0) : hand_speed(kPullingSpeed, stretch(), time());
+  const bool is_furthest = standing_end() > kBowlineFurthest;
+  const btScalar speed = is_furthest ? btScalar(0) : hand_speed(kBowlinePullingSpeed, stretch(), time());
   for (int node = 0; node < ribbon_->m_nodes.size(); node += columns_) {
     ribbon_->m_nodes[node].m_v = btVector3(speed, 0, 0);
   }

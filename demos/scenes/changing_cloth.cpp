@@ -7,8 +7,8 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kMassPerArea = btScalar(0.1);  // kilograms
-constexpr btScalar kMarginInCells = btScalar(1) / 8;
+constexpr btScalar kChangingClothMassPerArea = btScalar(0.1);  // kilograms
+constexpr btScalar kChangingClothMarginInCells = btScalar(1) / 8;
 constexpr int kStepsBetweenChanges = 4;
 
 /// With links along faces' edges only, all of which may be changed.
@@ -19,7 +19,7 @@ std::unique_ptr<btSoftBody> make_patch(btSoftBodyWorldInfo& world_info, const Cl
   std::unique_ptr<btSoftBody> cloth(
       btSoftBodyHelpers::CreatePatch(world_info, corner(-half, -half), corner(half, -half), corner(-half, half),
                                      corner(half, half), nodes, nodes, held, /*gendiags=*/true));
-  cloth->setTotalMass(kMassPerArea * shape.side * shape.side);
+  cloth->setTotalMass(kChangingClothMassPerArea * shape.side * shape.side);
   cloth->m_cfg.collisions = btSoftBody::fCollision::SDF_RS | btSoftBody::fCollision::VF_SS;
   cloth->m_cfg.kDF = btScalar(0.3);
   cloth->m_cfg.kDP = btScalar(0.02);
@@ -32,7 +32,7 @@ std::unique_ptr<btSoftBody> make_patch(btSoftBodyWorldInfo& world_info, const Cl
 
 ChangingCloth::ChangingCloth(const SceneOptions& options, const ClothAndBall& shape)
     : Scene(options), spacing_(shape.side / btScalar(options.size - 1)) {
-  const btScalar margin = kMarginInCells * spacing_;
+  const btScalar margin = kChangingClothMarginInCells * spacing_;
   auto cloth = make_patch(simulation().world_info(), shape, options.size);
   cloth->getCollisionShape()->setMargin(margin);
   cloth_ = &add(std::move(cloth));

@@ -8,22 +8,23 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kSide = 6;
-constexpr btScalar kRadius = btScalar(1.5);
+constexpr btScalar kClothOnBallSide = 6;
+constexpr btScalar kClothOnBallRadius = btScalar(1.5);
 constexpr btScalar kTurnsFrom = 1;  // seconds
 constexpr btScalar kTurnRate = 1;   // radians a second
 constexpr btScalar kRampUp = 1;     // seconds until the ball turns at that rate
-constexpr btScalar kMarginInCells = btScalar(1) / 4;
+constexpr btScalar kClothOnBallMarginInCells = btScalar(1) / 4;
 const btVector3 kCenter(0, btScalar(2.6), 0);
 
 }  // namespace
 
 ClothOnBall::ClothOnBall(const SceneOptions& options) : Scene(options) {
-  const btScalar spacing = kSide / btScalar(options.size - 1);
-  const btScalar margin = kMarginInCells * spacing;
+  const btScalar spacing = kClothOnBallSide / btScalar(options.size - 1);
+  const btScalar margin = kClothOnBallMarginInCells * spacing;
 
-  auto cloth = make_cloth(simulation().world_info(),
-                          horizontal_cloth(options.size, kSide, kCenter.y() + kRadius + 3 * margin), 2);
+  auto cloth =
+      make_cloth(simulation().world_info(),
+                 horizontal_cloth(options.size, kClothOnBallSide, kCenter.y() + kClothOnBallRadius + 3 * margin), 2);
   cloth->getCollisionShape()->setMargin(margin);
   cloth->setSelfCollision(true);
   cloth->m_cfg.kDF = btScalar(0.4);
@@ -32,8 +33,8 @@ ClothOnBall::ClothOnBall(const SceneOptions& options) : Scene(options) {
   cloth_ = &add(std::move(cloth));
 
   int subdivisions = 1;  // until the ball's edges are about as long as the cloth's
-  while (kRadius / btScalar(1 << subdivisions) > spacing * btScalar(1.6)) ++subdivisions;
-  auto ball = make_ball(simulation().world_info(), kCenter, kRadius, subdivisions);
+  while (kClothOnBallRadius / btScalar(1 << subdivisions) > spacing * btScalar(1.6)) ++subdivisions;
+  auto ball = make_ball(simulation().world_info(), kCenter, kClothOnBallRadius, subdivisions);
   ball->getCollisionShape()->setMargin(margin);
   ball->m_cfg.kDF = btScalar(0.4);
   ball_ = &add(std::move(ball));

@@ -14,7 +14,7 @@
 namespace softcd::demo {
 namespace {
 
-const btVector3 kGravity(0, -10, 0);
+const btVector3 kDeformableSimulationGravity(0, -10, 0);
 
 }  // namespace
 
@@ -25,7 +25,7 @@ DeformableSimulation::DeformableSimulation(const std::optional<bullet::Settings>
       dispatcher_(std::make_unique<btCollisionDispatcher>(configuration_.get())),
       deformable_solver_(std::make_unique<btDeformableBodySolver>()),
       solver_(std::make_unique<btDeformableMultiBodyConstraintSolver>()),
-      gravity_(std::make_unique<btDeformableGravityForce>(kGravity)),
+      gravity_(std::make_unique<btDeformableGravityForce>(kDeformableSimulationGravity)),
       springs_(std::make_unique<btDeformableMassSpringForce>(material.elastic, material.damping,
                                                              /*conserve_angular=*/true, material.bending)) {
   solver_->setDeformableSolver(deformable_solver_.get());
@@ -38,8 +38,8 @@ DeformableSimulation::DeformableSimulation(const std::optional<bullet::Settings>
     world_ = std::make_unique<btDeformableMultiBodyDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
                                                                   configuration_.get(), deformable_solver_.get());
   }
-  world_->setGravity(kGravity);
-  world_->getWorldInfo().m_gravity = kGravity;
+  world_->setGravity(kDeformableSimulationGravity);
+  world_->getWorldInfo().m_gravity = kDeformableSimulationGravity;
 }
 
 DeformableSimulation::~DeformableSimulation() {

@@ -31,7 +31,7 @@ const std::vector<ProfilePoint> kDancer = {{0, btScalar(0.04)},
                                            {0, btScalar(1.74)}};
 constexpr btScalar kWaistHeight = btScalar(1.08);
 constexpr btScalar kWaistRadius = btScalar(0.125);
-constexpr btScalar kLayerGap = btScalar(0.012);  // at the waist
+constexpr btScalar kFlamencoLayerGap = btScalar(0.012);  // at the waist
 constexpr btScalar kRuffles = 10;
 constexpr btScalar kRuffleDepth = btScalar(0.07);  // of the hem's radius
 
@@ -53,7 +53,7 @@ struct Swing {
   btScalar period;
 };
 
-constexpr Swing kTurn = {5, 3};  // radians
+constexpr Swing kFlamencoTurn = {5, 3};  // radians
 constexpr Swing kSwayX = {btScalar(0.12), btScalar(3.3)};
 constexpr Swing kSwayZ = {btScalar(0.08), btScalar(2.1)};
 constexpr Swing kLegs = {btScalar(0.14), btScalar(1.5)};
@@ -70,14 +70,14 @@ btVector3 Flamenco::pose(const btVector3& at_rest, btScalar time) {
   btVector3 x = at_rest;
   const btScalar below = std::max(btScalar(0), (kLegsBelow - x.y()) / kLegsBelow);
   x.setX(x.x() + swing(kLegs, time) * below * below);
-  const btVector3 turned = quatRotate(btQuaternion(btVector3(0, 1, 0), swing(kTurn, time)), x);
+  const btVector3 turned = quatRotate(btQuaternion(btVector3(0, 1, 0), swing(kFlamencoTurn, time)), x);
   return turned + btVector3(swing(kSwayX, time), 0, swing(kSwayZ, time));
 }
 
 Flamenco::Flamenco(const SceneOptions& options) : Scene(options) {
   columns_ = 2 * static_cast<int>(kColumnsPerRow * btScalar(options.size) / 2);
   const btScalar spacing_at_waist = SIMD_2_PI * kWaistRadius / btScalar(columns_);
-  const btScalar margin = std::min(spacing_at_waist, kLayerGap) / 4;
+  const btScalar margin = std::min(spacing_at_waist, kFlamencoLayerGap) / 4;
   add_dancer(kLongest / btScalar(options.size), margin);
   for (int layer = 0; layer < static_cast<int>(kLayers.size()); ++layer) {
     add_layer(layer, options.size, columns_, margin);
@@ -103,7 +103,7 @@ void Flamenco::add_layer(int layer, int rows, int columns, btScalar margin) {
     const btScalar down = btScalar(row) / btScalar(shape.rows - 1);
     const btScalar angle = SIMD_2_PI * btScalar(column) / btScalar(columns);
     const btScalar depth = down * (kWaistHeight - hem_height);
-    const btScalar cone = kWaistRadius + kLayerGap * btScalar(layer) + slope * depth;
+    const btScalar cone = kWaistRadius + kFlamencoLayerGap * btScalar(layer) + slope * depth;
     const btScalar radius = cone * (1 + kRuffleDepth * down * btCos(kRuffles * angle));
     return btVector3(radius * btCos(angle), kWaistHeight - depth, radius * btSin(angle));
   };

@@ -7,18 +7,18 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kSide = 3;    // of a layer
-constexpr btScalar kHeight = 1;  // of the lowest layer
-constexpr btScalar kLayerGap = btScalar(0.3);
-constexpr btScalar kMarginInCells = btScalar(1) / 4;
+constexpr btScalar kFoldingClothSide = 3;    // of a layer
+constexpr btScalar kFoldingClothHeight = 1;  // of the lowest layer
+constexpr btScalar kFoldingClothLayerGap = btScalar(0.3);
+constexpr btScalar kFoldingClothMarginInCells = btScalar(1) / 4;
 
 }  // namespace
 
 FoldingCloth::FoldingCloth(const SceneOptions& options) : Scene(options) {
   rows_ = options.size;
   flat_cells_ = options.size - 1;
-  const btScalar spacing = kSide / btScalar(flat_cells_);
-  const btScalar bend_length = SIMD_HALF_PI * kLayerGap;
+  const btScalar spacing = kFoldingClothSide / btScalar(flat_cells_);
+  const btScalar bend_length = SIMD_HALF_PI * kFoldingClothLayerGap;
   bend_cells_ = std::max(2, static_cast<int>(bend_length / spacing + btScalar(0.5)));
   const int layer_cells = flat_cells_ + bend_cells_;
   columns_ = kLayers * layer_cells - bend_cells_ + 1;
@@ -31,19 +31,19 @@ FoldingCloth::FoldingCloth(const SceneOptions& options) : Scene(options) {
     const int cells = column % layer_cells;
     const bool backwards = layer % 2 == 1;
     btScalar x = spacing * btScalar(std::min(cells, flat_cells_));
-    btScalar y = kHeight + kLayerGap * btScalar(layer);
+    btScalar y = kFoldingClothHeight + kFoldingClothLayerGap * btScalar(layer);
     if (cells > flat_cells_) {
       const btScalar angle = SIMD_PI * btScalar(cells - flat_cells_) / btScalar(bend_cells_);
-      x += kLayerGap / 2 * btSin(angle);
-      y += kLayerGap / 2 * (1 - btCos(angle));
+      x += kFoldingClothLayerGap / 2 * btSin(angle);
+      y += kFoldingClothLayerGap / 2 * (1 - btCos(angle));
     }
-    if (backwards) x = kSide - x;
-    return btVector3(x - kSide / 2, y, spacing * btScalar(row) - kSide / 2);
+    if (backwards) x = kFoldingClothSide - x;
+    return btVector3(x - kFoldingClothSide / 2, y, spacing * btScalar(row) - kFoldingClothSide / 2);
   };
   shape.is_fixed = [this](int column, int) { return column <= flat_cells_; };
 
   auto cloth = make_cloth(simulation().world_info(), shape, 2);
-  cloth->getCollisionShape()->setMargin(kMarginInCells * spacing);
+  cloth->getCollisionShape()->setMargin(kFoldingClothMarginInCells * spacing);
   cloth->setSelfCollision(true);
   cloth->m_cfg.kDF = btScalar(0.5);
   cloth->m_cfg.kDP = btScalar(0.01);

@@ -11,7 +11,7 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kSide = btScalar(3.2);
+constexpr btScalar kFunnelSide = btScalar(3.2);
 constexpr btScalar kSpoutRadius = btScalar(0.4);
 constexpr btScalar kRimRadius = btScalar(2.4);
 constexpr btScalar kSpoutBottom = btScalar(2.0);
@@ -22,7 +22,7 @@ constexpr btScalar kStartHeight = kRimHeight + btScalar(0.1);
 constexpr btScalar kPullRadius = btScalar(0.14);
 constexpr btScalar kPulledMass = 30;  // times the other nodes'
 // Small, as Bullet's solver applies it in each of its iterations for each contact of a node.
-constexpr btScalar kFriction = btScalar(0.002);
+constexpr btScalar kFunnelFriction = btScalar(0.002);
 constexpr btScalar kPullFrom = btScalar(0.6);  // seconds
 constexpr btScalar kPullSpeed = 1;
 constexpr btScalar kReleaseHeight = btScalar(0.4);
@@ -42,13 +42,13 @@ btScalar wall_radius(btScalar height) {
 
 Funnel::Funnel(const SceneOptions& options) : Scene(options) {
   simulation().add_static(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
-  const btScalar spacing = kSide / btScalar(options.size - 1);
+  const btScalar spacing = kFunnelSide / btScalar(options.size - 1);
   const btScalar margin = std::min(spacing / 4, kLargestMargin);
 
-  auto cloth = make_cloth(simulation().world_info(), horizontal_cloth(options.size, kSide, kStartHeight), 1);
+  auto cloth = make_cloth(simulation().world_info(), horizontal_cloth(options.size, kFunnelSide, kStartHeight), 1);
   cloth->getCollisionShape()->setMargin(margin);
   cloth->setSelfCollision(true);
-  cloth->m_cfg.kDF = kFriction;
+  cloth->m_cfg.kDF = kFunnelFriction;
   cloth->m_cfg.kDP = btScalar(0.02);
   cloth->m_cfg.kKHR = 1;
   cloth->m_cfg.piterations = 12;
@@ -64,7 +64,7 @@ Funnel::Funnel(const SceneOptions& options) : Scene(options) {
   const int segments = std::max(24, static_cast<int>(SIMD_2_PI * kSpoutRadius / spacing));
   auto funnel = make_body(simulation().world_info(), lathe_mesh(refined(kProfile, coarse), segments), 0);
   funnel->getCollisionShape()->setMargin(margin);
-  funnel->m_cfg.kDF = kFriction;
+  funnel->m_cfg.kDF = kFunnelFriction;
   funnel_ = &add(std::move(funnel));
 }
 

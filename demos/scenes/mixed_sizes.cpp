@@ -18,8 +18,8 @@ constexpr btScalar kEdgeRatio = 100;
 constexpr btScalar kLowerRadius = 3;
 constexpr btScalar kUpperRadius = btScalar(1.7);  // nothing hangs over the border of the lower one
 constexpr btScalar kLowerHeight = btScalar(2.2);
-constexpr btScalar kDrop = btScalar(0.3);
-const btVector3 kUpperOffset(1, kDrop, btScalar(0.5));
+constexpr btScalar kMixedSizesDrop = btScalar(0.3);
+const btVector3 kUpperOffset(1, kMixedSizesDrop, btScalar(0.5));
 constexpr btScalar kMarginInEdges = btScalar(0.25);  // of the shortest
 
 /// Similar triangles, from a fan in the middle outwards.
@@ -40,8 +40,8 @@ std::unique_ptr<btSoftBody> make_graded_cloth(btSoftBodyWorldInfo& world_info, i
   return cloth;
 }
 
-constexpr btScalar kBallRadius = btScalar(0.095);
-constexpr int kBallSubdivisions = 3;
+constexpr btScalar kMixedSizesBallRadius = btScalar(0.095);
+constexpr int kMixedSizesBallSubdivisions = 3;
 constexpr btScalar kBallMargin = btScalar(0.003);  // a quarter of an edge
 // They rain onto a disc, along the spiral of a sunflower's seeds.
 constexpr btScalar kRainRadius = btScalar(1.9);
@@ -88,12 +88,13 @@ MixedSizesBalls::MixedSizesBalls(const SceneOptions& options) : Scene(options) {
     boulder->m_cfg.kDF = btScalar(0.1);
     boulders_.push_back(&add(std::move(boulder)));
   }
-  const btScalar bottom = kBoulderHeight + kBoulderRadius + 2 * kBallRadius;
+  const btScalar bottom = kBoulderHeight + kBoulderRadius + 2 * kMixedSizesBallRadius;
   for (int ball = 0; ball < options.size; ++ball) {
     const btScalar radius = kRainRadius * btSqrt((btScalar(ball) + btScalar(0.5)) / btScalar(options.size));
     const btScalar angle = kGoldenAngle * btScalar(ball);
     const btVector3 center(radius * btCos(angle), bottom + kHeightBetween * btScalar(ball), radius * btSin(angle));
-    auto soft = make_soft_ball(simulation(), {center, kBallRadius, kBallSubdivisions, 1, kBallMargin});
+    auto soft =
+        make_soft_ball(simulation(), {center, kMixedSizesBallRadius, kMixedSizesBallSubdivisions, 1, kBallMargin});
     soft->setSelfCollision(true);
     balls_.push_back(&add(std::move(soft)));
   }

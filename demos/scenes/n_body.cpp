@@ -13,15 +13,15 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kBallRadius = btScalar(0.25);
-constexpr int kBallSubdivisions = 2;
+constexpr btScalar kNBodyBallRadius = btScalar(0.25);
+constexpr int kNBodyBallSubdivisions = 2;
 constexpr btScalar kMargin = btScalar(0.01);  // an eighth of a ball's edges
-constexpr btScalar kSpacing = btScalar(2.3) * kBallRadius;
+constexpr btScalar kSpacing = btScalar(2.3) * kNBodyBallRadius;
 constexpr btScalar kConeRadius = btScalar(0.9);
 constexpr btScalar kConeHeight = btScalar(1.6);
 constexpr int kConeSegments = 24;
 constexpr btScalar kUsualTop = 4;
-constexpr btScalar kFirstLayer = kConeHeight + 2 * kBallRadius;
+constexpr btScalar kFirstLayer = kConeHeight + 2 * kNBodyBallRadius;
 
 // Around a middle one; they do not touch.
 const std::array<btVector3, 7> kConePlaces = {{{0, 0, 0},
@@ -64,11 +64,11 @@ void NBody::add_balls(int count) {
     const btScalar offset = kSpacing * (btScalar(layer % 2) / 2 - btScalar(per_side) / 2 + btScalar(0.25));
     const btVector3 center(offset + kSpacing * btScalar(ball % per_side), kFirstLayer + kSpacing * btScalar(layer),
                            offset + kSpacing * btScalar(ball / per_side % per_side));
-    auto soft = make_soft_ball(simulation(), {center, kBallRadius, kBallSubdivisions, 1, kMargin});
+    auto soft = make_soft_ball(simulation(), {center, kNBodyBallRadius, kNBodyBallSubdivisions, 1, kMargin});
     // Balls whose shape is matched are not crushed.
     soft->setSelfCollision(true);
     balls_.push_back(&add(std::move(soft)));
-    top_ = center.y() + kBallRadius;
+    top_ = center.y() + kNBodyBallRadius;
   }
 }
 

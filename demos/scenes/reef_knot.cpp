@@ -5,12 +5,12 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kWidth = btScalar(0.35);
-constexpr btScalar kHeight = btScalar(1.2);
-constexpr btScalar kLevel = btScalar(0.5);  // of a ribbon's middle above or below the other's where they cross
-constexpr btScalar kFurthest = btScalar(6.5);
-constexpr btScalar kPullingSpeed = btScalar(1.5);
-constexpr btScalar kFriction = btScalar(0.02);
+constexpr btScalar kReefKnotWidth = btScalar(0.35);
+constexpr btScalar kReefKnotHeight = btScalar(1.2);
+constexpr btScalar kReefKnotLevel = btScalar(0.5);  // of a ribbon's middle above or below the other's where they cross
+constexpr btScalar kReefKnotFurthest = btScalar(6.5);
+constexpr btScalar kReefKnotPullingSpeed = btScalar(1.5);
+constexpr btScalar kReefKnotFriction = btScalar(0.02);
 
 // One half of the ribbon whose ends are on the left, from an end to the middle of its bight: over the other's bight,
 // under the other's leg, round it, and over both its legs. x, height in levels, z.
@@ -29,9 +29,9 @@ const btVector3 kHalf[] = {{btScalar(-3.8), 0, btScalar(0.35)},
 std::vector<btVector3> control_points(btScalar direction) {
   // The other ribbon is this one, turned by half a turn about the z axis.
   std::vector<btVector3> points;
-  for (const btVector3& p : kHalf) points.emplace_back(-direction * p.x(), -direction * kLevel * p.y(), p.z());
+  for (const btVector3& p : kHalf) points.emplace_back(-direction * p.x(), -direction * kReefKnotLevel * p.y(), p.z());
   for (std::size_t i = points.size() - 1; i-- > 0;) points.emplace_back(points[i].x(), points[i].y(), -points[i].z());
-  for (btVector3& p : points) p += btVector3(0, kHeight, 0);
+  for (btVector3& p : points) p += btVector3(0, kReefKnotHeight, 0);
   return points;
 }
 
@@ -43,10 +43,10 @@ ReefKnot::ReefKnot(const SceneOptions& options)
 }
 
 btSoftBody& ReefKnot::add_ribbon(btScalar direction) {
-  ClothShape shape = ribbon_shape(control_points(direction), kWidth, columns_);
+  ClothShape shape = ribbon_shape(control_points(direction), kReefKnotWidth, columns_);
   const int last = columns_ - 1;
   shape.is_fixed = [last](int column, int) { return column == 0 || column == last; };
-  btSoftBody& body = add(make_ribbon(simulation().world_info(), shape, kFriction));
+  btSoftBody& body = add(make_ribbon(simulation().world_info(), shape, kReefKnotFriction));
   const int leg = columns_ / 10;
   const btVector3 outwards(direction, 0, 0);
   hands_.push_back({&body, 0, outwards, {body, columns_, 0, leg}});
@@ -55,8 +55,8 @@ btSoftBody& ReefKnot::add_ribbon(btScalar direction) {
 }
 
 void ReefKnot::animate() {
-  const bool is_furthest = btFabs(ribbons_[0]->m_nodes[0].m_x.x()) > kFurthest;
-  const btScalar speed = is_furthest ? btScalar(0) : hand_speed(kPullingSpeed, stretch(), time());
+  const bool is_furthest = btFabs(ribbons_[0]->m_nodes[0].m_x.x()) > kReefKnotFurthest;
+  const btScalar speed = is_furthest ? btScalar(0) : hand_speed(kReefKnotPullingSpeed, stretch(), time());
   for (const Hand& hand : hands_) {
     for (int node = hand.column; node < hand.ribbon->m_nodes.size(); node += columns_) {
       hand.ribbon->m_nodes[node].m_v = speed * hand.direction;
@@ -65,8 +65,8 @@ void ReefKnot::animate() {
 }
 
 btScalar ReefKnot::overlap() const {
-  btScalar left_ribbons_end = -kFurthest;
-  btScalar right_ribbons_end = kFurthest;
+  btScalar left_ribbons_end = -kReefKnotFurthest;
+  btScalar right_ribbons_end = kReefKnotFurthest;
   for (int node = 0; node < ribbons_[0]->m_nodes.size(); ++node) {
     left_ribbons_end = std::max(left_ribbons_end, ribbons_[0]->m_nodes[node].m_x.x());
     right_ribbons_end = std::min(right_ribbons_end, ribbons_[1]->m_nodes[node].m_x.x());

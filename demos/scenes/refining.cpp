@@ -11,10 +11,10 @@ namespace {
 
 using Edge = std::pair<int, int>;
 
-constexpr btScalar kHeight = 3;
-constexpr btScalar kRadius = btScalar(0.7);
+constexpr btScalar kRefiningHeight = 3;
+constexpr btScalar kRefiningRadius = btScalar(0.7);
 constexpr btScalar kFold = btScalar(0.35);  // radians between triangles
-constexpr btScalar kShortestInCells = btScalar(0.45);
+constexpr btScalar kRefiningShortestInCells = btScalar(0.45);
 constexpr std::size_t kMostAtOnce = 60;
 
 /// Which triangles are beside which edges, for as long as the cloth does not change.
@@ -119,10 +119,11 @@ void halve(btSoftBody& cloth, const Edge& edge) {
 }  // namespace
 
 Refining::Refining(const SceneOptions& options)
-    : ChangingCloth(options, {4, kHeight, false, btVector3(0, kHeight - kRadius - btScalar(0.2), 0), kRadius}) {}
+    : ChangingCloth(options, {4, kRefiningHeight, false,
+                              btVector3(0, kRefiningHeight - kRefiningRadius - btScalar(0.2), 0), kRefiningRadius}) {}
 
 std::vector<Refining::Edge> Refining::edges_to_change() const {
-  const std::set<Edge> edges = Neighbours(cloth()).to_be_halved(kShortestInCells * spacing());
+  const std::set<Edge> edges = Neighbours(cloth()).to_be_halved(kRefiningShortestInCells * spacing());
   return {edges.begin(), edges.end()};
 }
 

@@ -8,9 +8,9 @@ namespace {
 
 constexpr int kSamplesPerSpan = 64;
 constexpr btScalar kMass = 1;
-constexpr btScalar kMarginInCells = btScalar(0.2);
+constexpr btScalar kRibbonMarginInCells = btScalar(0.2);
 /// Of links. With stiffer ones the nodes of a tight knot tremble ten times as fast.
-constexpr btScalar kStiffness = btScalar(0.5);
+constexpr btScalar kRibbonStiffness = btScalar(0.5);
 /// With twice as many columns the solver needs four times as many iterations to carry a pull along the ribbon.
 constexpr int kColumnsOfAStretch = 75;
 constexpr int kFewestIterations = 4;
@@ -75,9 +75,9 @@ ClothShape ribbon_shape(const std::vector<btVector3>& control_points, btScalar w
 std::unique_ptr<btSoftBody> make_ribbon(btSoftBodyWorldInfo& world_info, const ClothShape& shape, btScalar friction) {
   auto ribbon = make_cloth(world_info, shape, kMass);
   const btScalar cell = shape.position(0, 0).distance(shape.position(0, 1));
-  ribbon->getCollisionShape()->setMargin(kMarginInCells * cell);
+  ribbon->getCollisionShape()->setMargin(kRibbonMarginInCells * cell);
   ribbon->setSelfCollision(true);
-  ribbon->m_materials[0]->m_kLST = kStiffness;
+  ribbon->m_materials[0]->m_kLST = kRibbonStiffness;
   ribbon->m_cfg.kDF = friction;
   ribbon->m_cfg.kDP = btScalar(0.03);
   const int stretches = shape.columns / kColumnsOfAStretch;

@@ -13,7 +13,7 @@
 namespace softcd::demo {
 namespace {
 
-const btVector3 kGravity(0, -10, 0);
+const btVector3 kSimulationGravity(0, -10, 0);
 
 }  // namespace
 
@@ -21,8 +21,8 @@ Simulation::Simulation(PlugIn plug_in, const bullet::Settings& settings)
     : configuration_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()),
       solver_(std::make_unique<btMultiBodyConstraintSolver>()) {
   make_world(plug_in, settings);
-  world_->setGravity(kGravity);
-  world_info_->m_gravity = kGravity;
+  world_->setGravity(kSimulationGravity);
+  world_info_->m_gravity = kSimulationGravity;
   world_info_->m_broadphase = broadphase_.get();
   world_info_->m_dispatcher = dispatcher_.get();
 }

@@ -9,16 +9,16 @@ namespace softcd::demo {
 namespace {
 
 constexpr btScalar kHeldSide = 5;
-constexpr btScalar kSide = 4;
-constexpr btScalar kHeight = btScalar(2.5);  // of the lowest cloth
+constexpr btScalar kStackSide = 4;
+constexpr btScalar kStackHeight = btScalar(2.5);  // of the lowest cloth
 constexpr btScalar kGap = btScalar(0.3);
-constexpr btScalar kTurn = btScalar(0.4);          // radians, from cloth to cloth
-constexpr btScalar kMassPerArea = btScalar(0.05);  // kilograms
-constexpr btScalar kMarginInCells = btScalar(1) / 4;
+constexpr btScalar kStackTurn = btScalar(0.4);          // radians, from cloth to cloth
+constexpr btScalar kStackMassPerArea = btScalar(0.05);  // kilograms
+constexpr btScalar kStackMarginInCells = btScalar(1) / 4;
 
 std::unique_ptr<btSoftBody> make_configured(btSoftBodyWorldInfo& world_info, const ClothShape& shape, btScalar side) {
-  auto cloth = make_cloth(world_info, shape, kMassPerArea * side * side);
-  cloth->getCollisionShape()->setMargin(kMarginInCells * kSide / btScalar(shape.columns - 1));
+  auto cloth = make_cloth(world_info, shape, kStackMassPerArea * side * side);
+  cloth->getCollisionShape()->setMargin(kStackMarginInCells * kStackSide / btScalar(shape.columns - 1));
   cloth->m_cfg.kDF = btScalar(0.5);
   cloth->m_cfg.kDP = btScalar(0.01);
   cloth->m_cfg.piterations = 6;
@@ -29,15 +29,16 @@ std::unique_ptr<btSoftBody> make_configured(btSoftBodyWorldInfo& world_info, con
 
 Stack::Stack(const SceneOptions& options) : Scene(options) {
   const int nodes = options.size;
-  ClothShape held = horizontal_cloth(nodes, kHeldSide, kHeight);
+  ClothShape held = horizontal_cloth(nodes, kHeldSide, kStackHeight);
   held.is_fixed = [last = nodes - 1](int column, int row) {
     return column == 0 || row == 0 || column == last || row == last;
   };
   cloths_.push_back(&add(make_configured(simulation().world_info(), held, kHeldSide)));
   for (int number = 1; number < kCloths; ++number) {
-    auto cloth = make_configured(simulation().world_info(),
-                                 horizontal_cloth(nodes, kSide, kHeight + kGap * btScalar(number)), kSide);
-    cloth->rotate(btQuaternion(btVector3(0, 1, 0), kTurn * btScalar(number)));
+    auto cloth =
+        make_configured(simulation().world_info(),
+                        horizontal_cloth(nodes, kStackSide, kStackHeight + kGap * btScalar(number)), kStackSide);
+    cloth->rotate(btQuaternion(btVector3(0, 1, 0), kStackTurn * btScalar(number)));
     cloths_.push_back(&add(std::move(cloth)));
   }
 }

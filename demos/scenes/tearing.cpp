@@ -5,17 +5,18 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kHeight = 3;
-constexpr btScalar kRadius = btScalar(0.6);
+constexpr btScalar kTearingHeight = 3;
+constexpr btScalar kTearingRadius = btScalar(0.6);
 constexpr btScalar kSpeed = 3;              // meters a second, downwards
 constexpr btScalar kStops = btScalar(1.2);  // seconds
 constexpr btScalar kMostStretch = btScalar(1.25);
-constexpr btScalar kShortestInCells = btScalar(0.5);
+constexpr btScalar kTearingShortestInCells = btScalar(0.5);
 
 }  // namespace
 
 Tearing::Tearing(const SceneOptions& options)
-    : ChangingCloth(options, {4, kHeight, true, btVector3(0, kHeight + kRadius + btScalar(0.3), 0), kRadius}) {}
+    : ChangingCloth(options, {4, kTearingHeight, true, btVector3(0, kTearingHeight + kTearingRadius + btScalar(0.3), 0),
+                              kTearingRadius}) {}
 
 void Tearing::animate() {
   const btVector3 velocity(0, time() < kStops ? -kSpeed : 0, 0);
@@ -24,7 +25,7 @@ void Tearing::animate() {
 }
 
 std::vector<Tearing::Edge> Tearing::edges_to_change() const {
-  return overstretched_links(cloth(), kMostStretch, kShortestInCells * spacing());
+  return overstretched_links(cloth(), kMostStretch, kTearingShortestInCells * spacing());
 }
 
 bool Tearing::change_at(const Edge& edge) {

@@ -6,20 +6,20 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kRadius = btScalar(0.7);
-constexpr btScalar kHeight = 4;
+constexpr btScalar kTubeRadius = btScalar(0.7);
+constexpr btScalar kTubeHeight = 4;
 constexpr btScalar kFootHeight = btScalar(0.1);
-constexpr btScalar kBow = btScalar(0.1);        // of the middle: where it gives way is not left to rounding
-constexpr btScalar kStiffness = btScalar(0.1);  // Bullet's, 0 to 1
-constexpr btScalar kMarginInCells = btScalar(1) / 4;
+constexpr btScalar kBow = btScalar(0.1);            // of the middle: where it gives way is not left to rounding
+constexpr btScalar kTubeStiffness = btScalar(0.1);  // Bullet's, 0 to 1
+constexpr btScalar kTubeMarginInCells = btScalar(1) / 4;
 
 }  // namespace
 
 Tube::Tube(const SceneOptions& options) : Scene(options) {
   const int columns = options.size + options.size % 2;
-  const btScalar spacing = SIMD_2_PI * kRadius / btScalar(columns);
-  const int rows = static_cast<int>(kHeight / spacing) + 1;
-  ClothShape shape = vertical_tube(btVector3(0, kFootHeight, 0), kRadius, kHeight, columns, rows);
+  const btScalar spacing = SIMD_2_PI * kTubeRadius / btScalar(columns);
+  const int rows = static_cast<int>(kTubeHeight / spacing) + 1;
+  ClothShape shape = vertical_tube(btVector3(0, kFootHeight, 0), kTubeRadius, kTubeHeight, columns, rows);
   shape.position = [=, straight = shape.position](int column, int row) {
     const btScalar bow = kBow * btSin(SIMD_PI * btScalar(row) / btScalar(rows - 1));
     return straight(column, row) + btVector3(bow, 0, 0);
@@ -28,9 +28,9 @@ Tube::Tube(const SceneOptions& options) : Scene(options) {
   shape.resists_bending = false;
 
   auto tube = make_cloth(simulation().world_info(), shape, 1);
-  tube->getCollisionShape()->setMargin(kMarginInCells * spacing);
+  tube->getCollisionShape()->setMargin(kTubeMarginInCells * spacing);
   tube->setSelfCollision(true);
-  tube->m_materials[0]->m_kLST = kStiffness;
+  tube->m_materials[0]->m_kLST = kTubeStiffness;
   tube->m_cfg.kDF = btScalar(0.4);
   tube->m_cfg.kDP = btScalar(0.02);
   tube->m_cfg.kKHR = 1;

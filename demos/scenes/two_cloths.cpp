@@ -8,14 +8,14 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kSide = 6;
-constexpr btScalar kHeight = 3;
-constexpr btScalar kDrop = btScalar(0.3);
-constexpr btScalar kTurn = btScalar(0.35);  // radians
+constexpr btScalar kTwoClothsSide = 6;
+constexpr btScalar kTwoClothsHeight = 3;
+constexpr btScalar kTwoClothsDrop = btScalar(0.3);
+constexpr btScalar kTwoClothsTurn = btScalar(0.35);  // radians
 
 std::unique_ptr<btSoftBody> make_configured(btSoftBodyWorldInfo& world_info, const ClothShape& shape) {
   auto cloth = make_cloth(world_info, shape, 2);
-  cloth->getCollisionShape()->setMargin(kSide / btScalar(shape.columns - 1) / 4);
+  cloth->getCollisionShape()->setMargin(kTwoClothsSide / btScalar(shape.columns - 1) / 4);
   cloth->m_cfg.kDF = btScalar(0.5);
   cloth->m_cfg.kDP = btScalar(0.01);
   cloth->m_cfg.piterations = 4;
@@ -26,10 +26,11 @@ std::unique_ptr<btSoftBody> make_configured(btSoftBodyWorldInfo& world_info, con
 
 LowerAndUpperCloth make_two_cloths(btSoftBodyWorldInfo& world_info, int nodes_per_side) {
   const int last = nodes_per_side - 1;
-  ClothShape held = horizontal_cloth(nodes_per_side, kSide, kHeight);
+  ClothShape held = horizontal_cloth(nodes_per_side, kTwoClothsSide, kTwoClothsHeight);
   held.is_fixed = [last](int column, int row) { return column == 0 || row == 0 || column == last || row == last; };
-  auto falling = make_configured(world_info, horizontal_cloth(nodes_per_side, kSide, kHeight + kDrop));
-  falling->rotate(btQuaternion(btVector3(0, 1, 0), kTurn));
+  auto falling =
+      make_configured(world_info, horizontal_cloth(nodes_per_side, kTwoClothsSide, kTwoClothsHeight + kTwoClothsDrop));
+  falling->rotate(btQuaternion(btVector3(0, 1, 0), kTwoClothsTurn));
   return {make_configured(world_info, held), std::move(falling)};
 }
 

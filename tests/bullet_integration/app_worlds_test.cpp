@@ -145,29 +145,29 @@ TEST_P(AppWorlds, are_saved_as_bullets_are) {
   EXPECT_EQ(saved.collision_flags, (std::vector<int>{clusters, clusters, sheets, sheets}));
 }
 
-int lines_drawn(btDiscreteDynamicsWorld& world, int draw_flags) {
+int lines_drawn_of(btDiscreteDynamicsWorld& world, int draw_flags) {
   if (auto* soft_rigid = dynamic_cast<btSoftRigidDynamicsWorld*>(&world)) soft_rigid->setDrawFlags(draw_flags);
   if (auto* multi_body = dynamic_cast<btSoftMultiBodyDynamicsWorld*>(&world)) multi_body->setDrawFlags(draw_flags);
-  return softcd::test::lines_drawn(world);
+  return lines_drawn(world);
 }
 
 // Bullet's face trees are what softcd saves.
 TEST_P(AppWorlds, are_drawn_as_bullets_are_but_for_face_trees) {
   Collection ours(GetParam());
   Collection bullets(PlugIn::none);
-  const int nothing = lines_drawn(ours.world(), 0);
+  const int nothing = lines_drawn_of(ours.world(), 0);
   for (int flag = fDrawFlags::Nodes; flag <= fDrawFlags::Joints; flag *= 2) {
-    const int lines = lines_drawn(ours.world(), flag);
+    const int lines = lines_drawn_of(ours.world(), flag);
     if (flag == fDrawFlags::FaceTree) {
       EXPECT_EQ(lines, nothing);
       continue;
     }
-    EXPECT_EQ(lines, lines_drawn(bullets.world(), flag)) << "flag " << flag;
+    EXPECT_EQ(lines, lines_drawn_of(bullets.world(), flag)) << "flag " << flag;
     if (flag != fDrawFlags::Tetras) {
       EXPECT_GT(lines, nothing) << "flag " << flag;
     }
   }
-  EXPECT_GT(lines_drawn(ours.world(), -1), 0);
+  EXPECT_GT(lines_drawn_of(ours.world(), -1), 0);
 }
 
 /// A crate that stands on the box of a Collection, whatever the world's solver does.

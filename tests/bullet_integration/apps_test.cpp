@@ -21,10 +21,10 @@ namespace {
 
 /// Two sheets within each other's reach in a world of the test's.
 template <class World>
-class Sheets {
+class AppSheets {
  public:
-  explicit Sheets(World& world) : Sheets(world, world.getWorldInfo()) {}
-  Sheets(World& world, btSoftBodyWorldInfo& info) : world_(world) {
+  explicit AppSheets(World& world) : AppSheets(world, world.getWorldInfo()) {}
+  AppSheets(World& world, btSoftBodyWorldInfo& info) : world_(world) {
     info.m_gravity.setZero();
     SheetOptions options;
     options.margin = btScalar(0.02);
@@ -34,12 +34,12 @@ class Sheets {
     world_.addSoftBody(lower_.get());
     world_.addSoftBody(upper_.get());
   }
-  ~Sheets() {
+  ~AppSheets() {
     world_.removeSoftBody(lower_.get());
     world_.removeSoftBody(upper_.get());
   }
-  Sheets(const Sheets&) = delete;
-  Sheets& operator=(const Sheets&) = delete;
+  AppSheets(const AppSheets&) = delete;
+  AppSheets& operator=(const AppSheets&) = delete;
 
   int step() {
     world_.stepSimulation(kStep, 0);
@@ -71,7 +71,7 @@ class Apps : public testing::Test {
   int contacts_with(btCollisionDispatcher& dispatcher) {
     btDbvtBroadphase broadphase;
     World world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());
-    Sheets sheets(world);
+    AppSheets sheets(world);
     const int contacts = sheets.step();
     EXPECT_FALSE(sheets.has_duplicates());
     EXPECT_GT(world.detection().contacts().statistics().vt_contacts, 0U);
@@ -97,7 +97,7 @@ TEST_F(Apps, any_broad_phase_and_an_apps_own_world_info_work) {
   btSoftBodyWorldInfo info;
   info.m_broadphase = &broadphase;
   info.m_dispatcher = &dispatcher;
-  Sheets sheets(world, info);
+  AppSheets sheets(world, info);
   EXPECT_EQ(broadphase.soft_bodies().size(), 2U);
   EXPECT_GT(sheets.step(), 0);
   EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
@@ -107,7 +107,7 @@ TEST_F(Apps, a_one_line_world_leaves_detection_to_softcds_dispatcher) {
   bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
   bullet::Dispatcher dispatcher(&configuration, broadphase, cpu_settings());
   bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  Sheets sheets(world);
+  AppSheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
   EXPECT_FALSE(sheets.has_duplicates());
   EXPECT_EQ(&world.detection(), &dispatcher.detection());
@@ -126,7 +126,7 @@ std::vector<std::string> warnings_on_dispatcher(btCollisionConfiguration& config
   bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
   bullet::Dispatcher dispatcher(&configuration, broadphase, settings);
   World world(&dispatcher, &broadphase, &solver, &configuration);
-  Sheets sheets(world);
+  AppSheets sheets(world);
   sheets.step();
   settings.detection = later_steps;
   dispatcher.detection().set_settings(settings);
@@ -159,7 +159,7 @@ TEST_F(Apps, a_one_line_world_with_another_broad_phase_than_the_dispatchers_dete
   btDbvtBroadphase other_broadphase;
   bullet::SoftRigidDynamicsWorld world(&dispatcher, &other_broadphase, &solver, &configuration, nullptr,
                                        cpu_settings());
-  Sheets sheets(world);
+  AppSheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
   EXPECT_FALSE(sheets.has_duplicates());
   EXPECT_NE(&world.detection(), &dispatcher.detection());
@@ -171,10 +171,10 @@ TEST_F(Apps, a_second_world_on_the_dispatcher_gets_bullets_detection) {
   btSoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
   btDbvtBroadphase plain_broadphase;
   btSoftRigidDynamicsWorld plain_world(&dispatcher, &plain_broadphase, &solver, &configuration);
-  Sheets plain_sheets(plain_world);
+  AppSheets plain_sheets(plain_world);
   EXPECT_GT(plain_sheets.step(), 0);
   EXPECT_EQ(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
-  Sheets sheets(world);
+  AppSheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
   EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
 }
@@ -185,7 +185,7 @@ TEST_F(Apps, a_plain_world_on_the_dispatcher_of_a_one_line_world_keeps_bullets_d
   const bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr,
                                              cpu_settings());
   btSoftRigidDynamicsWorld plain_world(&dispatcher, &plain_broadphase, &solver, &configuration);
-  Sheets plain_sheets(plain_world);
+  AppSheets plain_sheets(plain_world);
   EXPECT_GT(plain_sheets.step(), 0);
 }
 
@@ -193,7 +193,7 @@ TEST_F(Apps, settings_can_change_at_run_time) {
   btDbvtBroadphase broadphase;
   btCollisionDispatcher dispatcher(&configuration);
   bullet::SoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration, nullptr, cpu_settings());
-  Sheets sheets(world);
+  AppSheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
   world.detection().set_settings(cpu_settings(Detection::ccd));
   EXPECT_EQ(world.detection().settings().detection, Detection::ccd);

@@ -46,7 +46,7 @@ const BodyPairContacts* find(const Pairs& pairs, const btCollisionObject& a, con
 }
 
 /// One triangle, a metre and a half wide, whose centre is above the origin.
-std::unique_ptr<btSoftBody> make_triangle(btSoftBodyWorldInfo& info, btScalar height, bool fixed) {
+std::unique_ptr<btSoftBody> make_level_triangle(btSoftBodyWorldInfo& info, btScalar height, bool fixed) {
   const btScalar x[] = {-1, height, -1, 2, height, -1, -1, height, 2};
   btVector3 nodes[3];
   for (int i = 0; i < 3; ++i) nodes[i].setValue(x[3 * i], x[3 * i + 1], x[3 * i + 2]);
@@ -62,7 +62,7 @@ std::unique_ptr<btSoftBody> make_triangle(btSoftBodyWorldInfo& info, btScalar he
 
 /// One that points down, so that its first node is `gap` above the centre of the other.
 std::unique_ptr<btSoftBody> make_pointing_triangle(btSoftBodyWorldInfo& info, btScalar gap) {
-  auto body = make_triangle(info, 0, false);
+  auto body = make_level_triangle(info, 0, false);
   body->m_nodes[0].m_x.setValue(0, gap, 0);
   body->m_nodes[1].m_x.setValue(1, gap + 1, 0);
   body->m_nodes[2].m_x.setValue(0, gap + 1, 1);
@@ -86,7 +86,7 @@ TEST_P(BodyContacts, have_the_node_the_face_and_where_they_touch) {
     simulation.world_info().m_gravity.setZero();
     btSoftBody* node_body = nullptr;
     if (node_comes_first) node_body = &simulation.add(make_pointing_triangle(simulation.world_info(), btScalar(0.06)));
-    btSoftBody& face_body = simulation.add(make_triangle(simulation.world_info(), 0, true));
+    btSoftBody& face_body = simulation.add(make_level_triangle(simulation.world_info(), 0, true));
     if (!node_comes_first) node_body = &simulation.add(make_pointing_triangle(simulation.world_info(), btScalar(0.06)));
     node_body->m_cfg.piterations = 0;
     EXPECT_TRUE(simulation.detection().body_contacts().empty()) << "before the first step";

@@ -26,7 +26,7 @@ using demo::PlugIn;
 using demo::Simulation;
 using SContact = btSoftBody::SContact;
 
-constexpr btScalar kMargin = btScalar(0.05);
+constexpr btScalar kThickness = btScalar(0.05);
 constexpr btScalar kCell = btScalar(0.125);
 constexpr int kNodes = 9;  // a side of a sheet
 constexpr long double kRounding = 2e-6L;
@@ -48,7 +48,7 @@ class Still {
 
   btSoftBody& add(const demo::ClothShape& shape) {
     auto sheet = demo::make_cloth(simulation_.world_info(), shape, 1);
-    sheet->getCollisionShape()->setMargin(kMargin);
+    sheet->getCollisionShape()->setMargin(kThickness);
     sheet->m_cfg.piterations = 0;
     sheet->m_cfg.kDF = btScalar(0.25);
     bodies_.push_back(&simulation_.add(std::move(sheet)));

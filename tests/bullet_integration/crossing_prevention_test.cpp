@@ -388,9 +388,9 @@ TEST(AnswersToCrossings, do_not_hold_what_touches_from_the_start) {
 }
 
 /// A triangle of nodes that go where the app sends them, but for one that may be free.
-std::unique_ptr<btSoftBody> make_triangle(btSoftBodyWorldInfo& world_info, const WorldKind& kind,
-                                          const std::array<btVector3, 3>& places,
-                                          const std::array<btVector3, 3>& ways) {
+std::unique_ptr<btSoftBody> make_free_triangle(btSoftBodyWorldInfo& world_info, const WorldKind& kind,
+                                               const std::array<btVector3, 3>& places,
+                                               const std::array<btVector3, 3>& ways) {
   auto body = std::make_unique<btSoftBody>(&world_info, 3, places.data(), nullptr);
   body->appendFace(0, 1, 2);
   body->m_cfg.collisions = kind.vertex_face_flag;
@@ -418,10 +418,10 @@ TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) 
   for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
     btSoftBodyWorldInfo world_info;
     const auto dancer =
-        make_triangle(world_info, *kind, {a, b, btVector3(0, btScalar(1.05), 0)}, {way_a, way_b, way_b});
+        make_free_triangle(world_info, *kind, {a, b, btVector3(0, btScalar(1.05), 0)}, {way_a, way_b, way_b});
     const auto skirt =
-        make_triangle(world_info, *kind, {c, free_node, btVector3(btScalar(0.09), btScalar(1.05), btScalar(0.3))},
-                      {way_c, btVector3(0, 0, 0), way_c});
+        make_free_triangle(world_info, *kind, {c, free_node, btVector3(btScalar(0.09), btScalar(1.05), btScalar(0.3))},
+                           {way_c, btVector3(0, 0, 0), way_c});
     skirt->setMass(1, btScalar(0.01));
     btSoftBody* const bodies[] = {dancer.get(), skirt.get()};
     bullet::Settings settings = test_settings(Detection::ccd);

@@ -86,7 +86,7 @@ TEST(DeformableAppTopology, faces_reordered_in_place_are_noticed) {
   expect_steps_as_bullets(run, {true, true});
 }
 
-class VerticalPlane : public btSoftBody::ImplicitFn {
+class CuttingPlane : public btSoftBody::ImplicitFn {
  public:
   btScalar Eval(const btVector3& x) override { return x.x() - btScalar(0.07); }
 };
@@ -96,7 +96,7 @@ TEST(DeformableAppTopology, refined_faces_collide) {
     TwoHeldSheets sheets(settings);
     Steps steps = {sheets.step()};
     const int faces = sheets.upper.m_faces.size();
-    VerticalPlane plane;
+    CuttingPlane plane;
     sheets.upper.refine(&plane, btScalar(0.001), /*cut=*/false);
     EXPECT_GT(sheets.upper.m_faces.size(), faces);
     sheets.hold(sheets.upper);
@@ -113,7 +113,7 @@ TEST(DeformableAppTopology, cut_cloths_collide) {
     sheets.simulation().add_rigid(std::make_unique<btBoxShape>(btVector3(1, 1, 1)), btVector3(0, -1, 0));
     for (btSoftBody* body : {&sheets.lower, &sheets.upper}) body->m_cfg.collisions |= more_flags;
     const std::size_t whole = sheets.step().size();
-    VerticalPlane plane;
+    CuttingPlane plane;
     sheets.upper.refine(&plane, btScalar(0.001), /*cut=*/true);
     ASSERT_TRUE(sheets.lower.cutLink(40, 41, btScalar(0.4)));
     for (btSoftBody* body : {&sheets.lower, &sheets.upper}) sheets.hold(*body);

@@ -22,13 +22,13 @@ btScalar kinetic_energy(const btSoftBody& body) {
   return energy;
 }
 
-struct Rest {
+struct RestOfWorld {
   btScalar height = 0;
   btScalar energy = 0;
   int below = 0;
 };
 
-void print(const char* scene, const Rest& bullets, const Rest& ours) {
+void print(const char* scene, const RestOfWorld& bullets, const RestOfWorld& ours) {
   std::cout << scene << ", Bullet and softcd: mean height " << bullets.height << ", " << ours.height
             << "; kinetic energy " << bullets.energy << ", " << ours.energy << "; nodes on the wrong side "
             << bullets.below << ", " << ours.below << "\n";
@@ -38,7 +38,7 @@ void print(const char* scene, const Rest& bullets, const Rest& ours) {
 constexpr btScalar kShortStep = btScalar(1) / 240;
 
 /// Sheets fall onto a held one, and onto each other.
-Rest stacked_cloths(const MaybeSettings& settings, int layers) {
+RestOfWorld stacked_cloths(const MaybeSettings& settings, int layers) {
   DeformableSimulation simulation(settings);
   SheetOptions options;
   options.margin = btScalar(0.02);
@@ -55,7 +55,7 @@ Rest stacked_cloths(const MaybeSettings& settings, int layers) {
     sheets.push_back(&simulation.add(make_sheet(simulation.world_info(), options)));
   }
   for (int step = 0; step < 360; ++step) simulation.step(kShortStep);
-  Rest rest;
+  RestOfWorld rest;
   for (btSoftBody* sheet : sheets) {
     rest.below += count_below(*sheet, *below);
     rest.energy += kinetic_energy(*sheet);
@@ -66,9 +66,9 @@ Rest stacked_cloths(const MaybeSettings& settings, int layers) {
 }
 
 TEST(DeformableWorld, a_cloth_rests_on_another_as_with_bullet) {
-  const Rest bullets = stacked_cloths(std::nullopt, 1);
+  const RestOfWorld bullets = stacked_cloths(std::nullopt, 1);
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    const Rest ours = stacked_cloths(test_settings(detection), 1);
+    const RestOfWorld ours = stacked_cloths(test_settings(detection), 1);
     print("a cloth on another", bullets, ours);
     EXPECT_EQ(ours.below, 0);
     EXPECT_NEAR(ours.height, bullets.height, 0.01);
@@ -77,9 +77,9 @@ TEST(DeformableWorld, a_cloth_rests_on_another_as_with_bullet) {
 }
 
 TEST(DeformableWorld, cloths_stack) {
-  const Rest bullets = stacked_cloths(std::nullopt, 4);
+  const RestOfWorld bullets = stacked_cloths(std::nullopt, 4);
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    const Rest ours = stacked_cloths(test_settings(detection), 4);
+    const RestOfWorld ours = stacked_cloths(test_settings(detection), 4);
     print("four cloths", bullets, ours);
     if (detection == Detection::ccd) {
       EXPECT_EQ(ours.below, 0);
@@ -89,7 +89,7 @@ TEST(DeformableWorld, cloths_stack) {
 }
 
 /// A strip folded once; the lower half is held.
-Rest folded_strip(const MaybeSettings& settings, bool self_collision) {
+RestOfWorld folded_strip(const MaybeSettings& settings, bool self_collision) {
   DeformableSimulation simulation(settings);
   demo::ClothShape shape;
   shape.columns = 33;
@@ -109,7 +109,7 @@ Rest folded_strip(const MaybeSettings& settings, bool self_collision) {
   strip->setSelfCollision(self_collision);
   const btSoftBody& body = simulation.add(std::move(strip));
   for (int step = 0; step < 360; ++step) simulation.step(kShortStep);
-  Rest rest;
+  RestOfWorld rest;
   int count = 0;
   for (int column = 20; column < 33; ++column) {
     for (int row = 0; row < 9; ++row) {
@@ -126,9 +126,9 @@ Rest folded_strip(const MaybeSettings& settings, bool self_collision) {
 }
 
 TEST(DeformableWorld, a_folded_strip_rests_on_itself) {
-  const Rest bullets = folded_strip(std::nullopt, true);
+  const RestOfWorld bullets = folded_strip(std::nullopt, true);
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    const Rest ours = folded_strip(test_settings(detection), true);
+    const RestOfWorld ours = folded_strip(test_settings(detection), true);
     print("folded strip", bullets, ours);
     EXPECT_EQ(ours.below, 0);
     EXPECT_NEAR(ours.height, 0.05, 0.01) << "twice the margin";
@@ -136,7 +136,7 @@ TEST(DeformableWorld, a_folded_strip_rests_on_itself) {
   EXPECT_LT(folded_strip(test_settings(), false).height, -0.3) << "without self-collision";
 }
 
-Rest ball_on_box_and_cloth(const MaybeSettings& settings) {
+RestOfWorld ball_on_box_and_cloth(const MaybeSettings& settings) {
   DeformableSimulation simulation(settings);
   simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.5), 2)), btVector3(0, btScalar(-0.5), 0));
   SheetOptions options;
@@ -151,8 +151,8 @@ Rest ball_on_box_and_cloth(const MaybeSettings& settings) {
 }
 
 TEST(DeformableWorld, a_cloth_lies_on_a_rigid_box_under_a_ball_as_with_bullet) {
-  const Rest bullets = ball_on_box_and_cloth(std::nullopt);
-  const Rest ours = ball_on_box_and_cloth(test_settings());
+  const RestOfWorld bullets = ball_on_box_and_cloth(std::nullopt);
+  const RestOfWorld ours = ball_on_box_and_cloth(test_settings());
   print("cloth on a box, under a ball", bullets, ours);
   EXPECT_NEAR(ours.height, bullets.height, 0.01);
   EXPECT_GT(ours.height, 0);

@@ -19,7 +19,7 @@ using demo::DeformableSimulation;
 using demo::PlugIn;
 using demo::Simulation;
 
-constexpr btScalar kMargin = btScalar(0.03);
+constexpr btScalar kEdgeMargin = btScalar(0.03);
 
 /// A roof: two rows of large faces that meet in a ridge along x (or z) at `height`, and hang down from it (or stand up
 /// from it). Its nodes are far from everything but the ridge's ends.
@@ -36,7 +36,7 @@ std::unique_ptr<btSoftBody> make_ridge(btSoftBodyWorldInfo& info, btScalar heigh
   };
   if (fixed) shape.is_fixed = [](int, int) { return true; };
   auto ridge = demo::make_cloth(info, shape, 1);
-  ridge->getCollisionShape()->setMargin(kMargin);
+  ridge->getCollisionShape()->setMargin(kEdgeMargin);
   ridge->m_cfg.piterations = 10;
   return ridge;
 }
@@ -72,7 +72,7 @@ void expect_the_crossing(const std::vector<EdgeContact>& contacts, const btSoftB
     EXPECT_NEAR(found->b.weights[i], 0.5, 0.01);
   }
   EXPECT_NEAR(found->normal.y(), -1, 0.01) << "from the upper edge towards the lower one";
-  EXPECT_LT(found->distance, 2 * kMargin + btScalar(1e-4));
+  EXPECT_LT(found->distance, 2 * kEdgeMargin + btScalar(1e-4));
 }
 
 template <class AnySimulation, class Reported>
@@ -87,7 +87,7 @@ void expect_ridges_to_rest(AnySimulation& simulation, btScalar step, const Repor
     }
   }
   EXPECT_TRUE(is_reported);
-  EXPECT_NEAR(ridges.gap(), 2 * kMargin, 0.001);
+  EXPECT_NEAR(ridges.gap(), 2 * kEdgeMargin, 0.001);
 }
 
 class EdgeResponse : public testing::TestWithParam<Detection> {};

@@ -22,9 +22,9 @@ namespace {
 
 using bullet::EdgeContacts;
 
-constexpr btScalar kMargin = btScalar(0.03);
+constexpr btScalar kFastMargin = btScalar(0.03);
 constexpr int kLinks = 15;
-constexpr int kSteps = 200;  // of 1/60 s
+constexpr int kFastSteps = 200;  // of 1/60 s
 
 using Edge = std::array<std::size_t, 2>;
 
@@ -106,7 +106,7 @@ std::unique_ptr<btSoftBody> make_rope(btSoftBodyWorldInfo& info, const btVector3
   rope->m_cfg.collisions = btSoftBody::fCollision::SDF_RS | btSoftBody::fCollision::VF_SS;
   rope->m_cfg.piterations = 10;
   rope->m_cfg.kDP = btScalar(0.02);
-  rope->getCollisionShape()->setMargin(kMargin);
+  rope->getCollisionShape()->setMargin(kFastMargin);
   rope->setTotalMass(btScalar(0.5));
   return rope;
 }
@@ -134,7 +134,7 @@ Count throw_at_rope(World world, EdgeContacts edge_contacts, btScalar speed) {
     go_on(b, lower);
     count.passes += count_passes(a, b);
   };
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kFastSteps; ++step) {
     simulation.step([&](btScalar) { look(); });
     count.contacts += simulation.detection().edge_contacts().size();
   }
@@ -170,7 +170,7 @@ Count throw_at_roof(World world, EdgeContacts edge_contacts, btScalar speed) {
   for (const auto& t : kTriangles) mesh.addTriangle(kCorners[t[0]], kCorners[t[1]], kCorners[t[2]]);
   AnySimulation simulation(world, rope_settings(edge_contacts));
   auto shape = std::make_unique<btBvhTriangleMeshShape>(&mesh, true);
-  shape->setMargin(kMargin);
+  shape->setMargin(kFastMargin);
   simulation.add_rigid(std::move(shape), btVector3(0, 0, 0));
   btSoftBody& rope = simulation.add(make_rope(simulation.world_info(), btVector3(btScalar(0.1), btScalar(0.3), -1),
                                               btVector3(btScalar(0.2), btScalar(0.4), 1)));
@@ -182,7 +182,7 @@ Count throw_at_roof(World world, EdgeContacts edge_contacts, btScalar speed) {
     go_on(way, rope);
     count.passes += count_passes(way, roof);
   };
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kFastSteps; ++step) {
     simulation.step([&](btScalar) { look(); });
     count.contacts += static_cast<std::size_t>(AnySimulation::count_contacts(rope));
   }

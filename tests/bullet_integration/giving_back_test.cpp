@@ -20,7 +20,7 @@ using demo::PlugIn;
 using demo::Simulation;
 using Flags = btSoftBody::fCollision;
 
-constexpr int kSoft = SOFTBODY_SHAPE_PROXYTYPE;
+constexpr int kSoftProxy = SOFTBODY_SHAPE_PROXYTYPE;
 constexpr int kMesh = TRIANGLE_MESH_SHAPE_PROXYTYPE;
 
 const btCollisionAlgorithmCreateFunc* registered(btCollisionDispatcher& dispatcher, int type0, int type1) {
@@ -77,17 +77,17 @@ struct SheetOnMesh {
 template <class AnySimulation>
 void expect_algorithms_to_stay(AnySimulation& simulation, btCollisionDispatcher& dispatcher) {
   CountingCreateFunc soft_soft, soft_mesh;
-  dispatcher.registerCollisionCreateFunc(kSoft, kSoft, &soft_soft);
-  for (const auto& [a, b] : {std::pair{kSoft, kMesh}, std::pair{kMesh, kSoft}}) {
+  dispatcher.registerCollisionCreateFunc(kSoftProxy, kSoftProxy, &soft_soft);
+  for (const auto& [a, b] : {std::pair{kSoftProxy, kMesh}, std::pair{kMesh, kSoftProxy}}) {
     dispatcher.registerCollisionCreateFunc(a, b, &soft_mesh);
   }
   const SheetOnMesh scene(simulation);
   simulation.step(kStep);
   EXPECT_EQ(soft_mesh.calls, 0) << "softcd takes the pair";
   EXPECT_GT(scene.count_contacts(), 0);
-  EXPECT_EQ(registered(dispatcher, kSoft, kSoft), &soft_soft);
-  EXPECT_EQ(registered(dispatcher, kSoft, kMesh), &soft_mesh);
-  EXPECT_EQ(registered(dispatcher, kMesh, kSoft), &soft_mesh);
+  EXPECT_EQ(registered(dispatcher, kSoftProxy, kSoftProxy), &soft_soft);
+  EXPECT_EQ(registered(dispatcher, kSoftProxy, kMesh), &soft_mesh);
+  EXPECT_EQ(registered(dispatcher, kMesh, kSoftProxy), &soft_mesh);
   scene.sheet->m_cfg.collisions = (scene.sheet->m_cfg.collisions & ~Flags::RVSmask) | Flags::CL_RS;
   simulation.step(kStep);
   EXPECT_EQ(soft_mesh.calls, 1) << "the pair is the app's";
@@ -112,18 +112,18 @@ TEST(GivingBack, algorithms_that_come_between_two_steps_stay_and_pairs_stay_soft
   simulation.step(kStep);
   btCollisionDispatcher& dispatcher = simulation.dispatcher();
   btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
-  const auto* gimpact = registered(dispatcher, kSoft, GIMPACT_SHAPE_PROXYTYPE);
+  const auto* gimpact = registered(dispatcher, kSoftProxy, GIMPACT_SHAPE_PROXYTYPE);
   simulation.step(kStep);
-  EXPECT_EQ(registered(dispatcher, kSoft, GIMPACT_SHAPE_PROXYTYPE), gimpact);
+  EXPECT_EQ(registered(dispatcher, kSoftProxy, GIMPACT_SHAPE_PROXYTYPE), gimpact);
   EXPECT_GT(simulation.detection()->rigid_meshes().statistics().vt_contacts, 0U);
 }
 
 /// Two sheets within each other's reach, in whatever world.
-struct Sheets {
+struct SheetsOfBullet {
   btSoftBodyWorldInfo info;
   std::unique_ptr<btSoftBody> lower, upper;
 
-  Sheets() {
+  SheetsOfBullet() {
     info.m_gravity.setZero();
     SheetOptions options;
     options.margin = btScalar(0.02);
@@ -150,7 +150,7 @@ class GivenBack : public testing::Test {
   btSequentialImpulseConstraintSolver solver;
   btCollisionDispatcher plain_dispatcher{&configuration};
   btDbvtBroadphase plain_broadphase;
-  Sheets sheets;
+  SheetsOfBullet sheets;
 
   /// How many contacts a step of Bullet's own has.
   int bullets_contacts() {
@@ -163,8 +163,8 @@ class GivenBack : public testing::Test {
 };
 
 TEST_F(GivenBack, two_worlds_on_a_dispatcher_disturb_no_algorithm) {
-  const auto* soft_soft = registered(plain_dispatcher, kSoft, kSoft);
-  const auto* soft_mesh = registered(plain_dispatcher, kSoft, kMesh);
+  const auto* soft_soft = registered(plain_dispatcher, kSoftProxy, kSoftProxy);
+  const auto* soft_mesh = registered(plain_dispatcher, kSoftProxy, kMesh);
   {
     btDbvtBroadphase broadphase;
     bullet::SoftRigidDynamicsWorld first(&plain_dispatcher, &broadphase, &solver, &configuration, nullptr,
@@ -180,8 +180,8 @@ TEST_F(GivenBack, two_worlds_on_a_dispatcher_disturb_no_algorithm) {
     EXPECT_GT(sheets.count_contacts(), 0);
     sheets.remove_from(first);
   }
-  EXPECT_EQ(registered(plain_dispatcher, kSoft, kSoft), soft_soft);
-  EXPECT_EQ(registered(plain_dispatcher, kSoft, kMesh), soft_mesh);
+  EXPECT_EQ(registered(plain_dispatcher, kSoftProxy, kSoftProxy), soft_soft);
+  EXPECT_EQ(registered(plain_dispatcher, kSoftProxy, kMesh), soft_mesh);
 }
 
 TEST_F(GivenBack, bodies_of_a_one_line_world_that_goes_collide_in_bullets_world) {

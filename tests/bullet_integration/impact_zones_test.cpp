@@ -21,7 +21,7 @@ using bullet::Impact;
 using bullet::ImpactZones;
 using Node = btSoftBody::Node;
 
-btVector3 random_vector(Random& random, double size) {
+btVector3 random_offset(Random& random, double size) {
   const Vec3d v = random.in_box(size);
   return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
 }
@@ -35,11 +35,11 @@ struct Zone {
 
   explicit Zone(Random& random, double speed) {
     std::array<btVector3, kNodes> places;
-    for (btVector3& x : places) x = random_vector(random, 1);
+    for (btVector3& x : places) x = random_offset(random, 1);
     body = std::make_unique<btSoftBody>(&world_info, kNodes, places.data(), nullptr);
     for (int n = 0; n < kNodes; ++n) {
       body->setMass(n, btScalar(random.uniform(1, 3)));
-      node(n).m_v = random_vector(random, speed);
+      node(n).m_v = random_offset(random, speed);
       node(n).m_splitv.setZero();
     }
   }
@@ -200,7 +200,7 @@ TEST(InelasticImpulses, of_nodes_that_touch_what_is_rigid_add_no_energy) {
     ConstrainedNodes constrained;
     constrained.add(*zone.body);
     const double tilt = seed % 2 == 0 ? 1e-4 : 1;
-    const btVector3 normal = (btVector3(0, seed % 4 < 2 ? 1 : -1, 0) + random_vector(random, tilt)).normalized();
+    const btVector3 normal = (btVector3(0, seed % 4 < 2 ? 1 : -1, 0) + random_offset(random, tilt)).normalized();
     const std::array<btScalar, 2> heights = {zone.node(0).m_v.y(), zone.node(1).m_v.y()};
     const btScalar energy = zone.energy();
     bullet::apply_inelastic_impulses({make_impact(zone, normal, constrained)});

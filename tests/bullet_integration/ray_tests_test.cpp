@@ -18,7 +18,7 @@ namespace softcd::test {
 namespace {
 
 /// What a callback was told of one object.
-struct Told {
+struct ToldOfRay {
   const btCollisionObject* object;
   int part, triangle;
   btVector3 normal;
@@ -26,8 +26,8 @@ struct Told {
 };
 
 /// All that it is told, first the nearest.
-struct Listener : btCollisionWorld::RayResultCallback {
-  std::vector<Told> told;
+struct RayListener : btCollisionWorld::RayResultCallback {
+  std::vector<ToldOfRay> told;
   bool keeps_nearest = false;
 
   btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_in_world_space) override {
@@ -35,7 +35,7 @@ struct Listener : btCollisionWorld::RayResultCallback {
     const btCollisionWorld::LocalShapeInfo* shape = result.m_localShapeInfo;
     told.push_back({result.m_collisionObject, shape != nullptr ? shape->m_shapePart : -1,
                     shape != nullptr ? shape->m_triangleIndex : -1, result.m_hitNormalLocal, result.m_hitFraction});
-    std::sort(told.begin(), told.end(), [](const Told& a, const Told& b) { return a.fraction < b.fraction; });
+    std::sort(told.begin(), told.end(), [](const ToldOfRay& a, const ToldOfRay& b) { return a.fraction < b.fraction; });
     if (keeps_nearest) m_closestHitFraction = result.m_hitFraction;
     m_collisionObject = result.m_collisionObject;
     return m_closestHitFraction;
@@ -66,8 +66,8 @@ class RayTests : public testing::TestWithParam<World> {
     return simulation.add(make_sheet(simulation.world_info(), options));
   }
 
-  Listener told(const btVector3& from, const btVector3& to) {
-    Listener listener;
+  RayListener told(const btVector3& from, const btVector3& to) {
+    RayListener listener;
     simulation.world().rayTest(from, to, listener);
     return listener;
   }
@@ -75,7 +75,7 @@ class RayTests : public testing::TestWithParam<World> {
   /// From high above straight down.
   std::vector<const btCollisionObject*> objects_below(btScalar x, btScalar z) {
     std::vector<const btCollisionObject*> objects;
-    for (const Told& one : told({x, 10, z}, {x, -10, z}).told) objects.push_back(one.object);
+    for (const ToldOfRay& one : told({x, 10, z}, {x, -10, z}).told) objects.push_back(one.object);
     return objects;
   }
 };
@@ -99,7 +99,7 @@ TEST_P(RayTests, tell_what_bullets_tell) {
     const btVector3 from = point(3);
     const btVector3 to = from + 3 * (point(0.7) - from);
     for (const bool keeps_nearest : {false, true}) {
-      Listener ours, bullets;
+      RayListener ours, bullets;
       ours.keeps_nearest = bullets.keeps_nearest = keeps_nearest;
       simulation.world().rayTest(from, to, ours);
       bullets_ray_test(simulation.world(), from, to, bullets);
@@ -144,7 +144,7 @@ TEST_P(RayTests, follow_whatever_the_app_does) {
 
 TEST_P(RayTests, ask_the_callback_about_every_body) {
   add_sheet(0);
-  Listener listener;
+  RayListener listener;
   listener.m_collisionFilterMask = btBroadphaseProxy::StaticFilter;
   simulation.world().rayTest(kHigh, kLow, listener);
   EXPECT_FALSE(listener.hasHit());
@@ -175,7 +175,7 @@ TEST_P(RayTests, go_on_as_bullets_where_memory_runs_out) {
   warnings.clear();
   for_every_allocation([&](std::uint64_t n) {
     simulation.detection().set_settings(settings);
-    Listener listener;
+    RayListener listener;
     listener.told.reserve(4);
     bool has_failed = false;
     {
@@ -205,7 +205,7 @@ TEST(RayTestsOfTetrahedra, tell_their_index_in_classic_worlds) {
   body->appendTetra(0, 1, 2, 3);
   const btSoftBody& tetrahedron = simulation.add(std::move(body));
   for (const bool is_bullets : {false, true}) {
-    Listener listener;
+    RayListener listener;
     const btVector3 from(btScalar(0.1), 5, btScalar(0.2));
     const btVector3 to(btScalar(0.1), -5, btScalar(0.2));
     if (is_bullets) {

@@ -13,7 +13,7 @@
 namespace softcd::test {
 namespace {
 
-constexpr int kSteps = 40;
+constexpr int kReusingSteps = 40;
 
 std::unique_ptr<demo::Scene> make(const std::string& name, demo::World world, Detection detection, bool reuse_pairs) {
   demo::SceneOptions options;
@@ -42,7 +42,7 @@ TEST(ReusedPairs, leave_every_step_of_a_classic_world_as_it_is) {
       const auto scene = make(name, demo::World::classic, detection, /*reuse_pairs=*/true);
       const auto other = make(name, demo::World::classic, detection, /*reuse_pairs=*/false);
       int reused = 0;
-      for (int step = 0; step < kSteps; ++step) {
+      for (int step = 0; step < kReusingSteps; ++step) {
         scene->step();
         other->step();
         ASSERT_EQ(coordinates_of(*scene), coordinates_of(*other)) << "after step " << step;
@@ -62,7 +62,7 @@ TEST(ReusedPairs, find_as_much_in_every_step_of_a_deformable_world) {
     int reused = 0;
     std::size_t contacts = 0;
     scene->step();
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < kReusingSteps; ++step) {
       other->go_on_from(*scene);
       scene->simulation().step();
       other->simulation().step();
@@ -74,7 +74,7 @@ TEST(ReusedPairs, find_as_much_in_every_step_of_a_deformable_world) {
       reused += detection.contacts().statistics().reused_pairs ? 1 : 0;
     }
     EXPECT_GT(contacts, 0U);
-    EXPECT_GT(reused, kSteps / 2);
+    EXPECT_GT(reused, kReusingSteps / 2);
   }
 }
 

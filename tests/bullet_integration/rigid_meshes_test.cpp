@@ -28,7 +28,7 @@ btScalar ground(btScalar x, btScalar z) {
 }
 
 /// A rigid shape with what it is made of.
-struct Ground {
+struct MadeGround {
   std::unique_ptr<btTriangleMesh> triangles;
   std::unique_ptr<btBvhTriangleMeshShape> unscaled;
   std::vector<btScalar> heights;
@@ -55,8 +55,8 @@ std::unique_ptr<btTriangleMesh> ground_mesh(btScalar scale) {
 
 enum class Kind { bvh, scaled, gimpact, terrain, compound };
 
-Ground make_ground(Kind kind) {
-  Ground result;
+MadeGround make_ground(Kind kind) {
+  MadeGround result;
   if (kind == Kind::terrain) {
     for (int j = 0; j <= kCells; ++j) {
       for (int i = 0; i <= kCells; ++i) {
@@ -127,7 +127,7 @@ Gaps gaps_above(const btSoftBody& body, btScalar ground_height = 0) {
 }
 
 Gaps drape(World world, Kind kind, const std::optional<bullet::Settings>& settings, int steps) {
-  Ground made = make_ground(kind);
+  MadeGround made = make_ground(kind);
   AnySimulation simulation(world, settings);
   if (kind == Kind::gimpact) {
     btGImpactCollisionAlgorithm::registerAlgorithm(
@@ -139,7 +139,7 @@ Gaps drape(World world, Kind kind, const std::optional<bullet::Settings>& settin
   return gaps_above(sheet);
 }
 
-std::string name_of(Kind kind) {
+std::string name_of_kind(Kind kind) {
   constexpr std::array kNames = {"bvh", "scaled", "gimpact", "terrain", "compound"};
   return kNames[static_cast<std::size_t>(kind)];
 }
@@ -148,7 +148,7 @@ const auto kKinds = testing::Values(Kind::bvh, Kind::scaled, Kind::gimpact, Kind
 
 class RigidMeshes : public testing::TestWithParam<std::tuple<World, Kind>> {};
 INSTANTIATE_TEST_SUITE_P(Grounds, RigidMeshes, testing::Combine(kWorlds, kKinds), [](const auto& parameter) {
-  return name_of(std::get<0>(parameter.param)) + "_" + name_of(std::get<1>(parameter.param));
+  return name_of(std::get<0>(parameter.param)) + "_" + name_of_kind(std::get<1>(parameter.param));
 });
 
 TEST_P(RigidMeshes, carry_a_cloth_at_the_margin) {
@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshWorlds, kWorlds,
                          [](const auto& parameter) { return name_of(parameter.param); });
 
 TEST_P(RigidMeshWorlds, nothing_passes_through_a_thin_ground_at_60_metres_per_second) {
-  Ground made = make_ground(Kind::bvh);
+  MadeGround made = make_ground(Kind::bvh);
   AnySimulation simulation(GetParam(), test_settings());
   simulation.add_rigid(std::move(made.shape), made.center);
   btSoftBody& sheet = simulation.add(make_draped_sheet(simulation.world_info(), btScalar(0.6)));
@@ -189,7 +189,7 @@ TEST_P(RigidMeshWorlds, nothing_passes_through_a_thin_ground_at_60_metres_per_se
 }
 
 TEST_P(RigidMeshWorlds, a_rising_ground_lifts_the_cloth) {
-  Ground made = make_ground(Kind::bvh);
+  MadeGround made = make_ground(Kind::bvh);
   AnySimulation simulation(GetParam(), test_settings());
   btRigidBody& rigid = simulation.add_rigid(std::move(made.shape), made.center);
   rigid.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
@@ -241,7 +241,7 @@ TEST_P(RigidMeshWorlds, a_falling_mesh_is_caught_by_a_cloth) {
 
 TEST_P(RigidMeshWorlds, ignored_pairs_and_masks_are_respected) {
   for (const bool by_mask : {false, true}) {
-    Ground made = make_ground(Kind::bvh);
+    MadeGround made = make_ground(Kind::bvh);
     AnySimulation simulation(GetParam(), test_settings());
     btRigidBody& rigid = simulation.add_rigid(std::move(made.shape), made.center);
     if (by_mask) rigid.getBroadphaseProxy()->m_collisionFilterMask = 0;
@@ -254,7 +254,7 @@ TEST_P(RigidMeshWorlds, ignored_pairs_and_masks_are_respected) {
 }
 
 TEST_P(RigidMeshWorlds, a_mesh_that_changes_or_goes_is_noticed) {
-  Ground high = make_ground(Kind::bvh);
+  MadeGround high = make_ground(Kind::bvh);
   AnySimulation simulation(GetParam(), test_settings());
   btRigidBody& rigid = simulation.add_rigid(std::move(high.shape), btVector3(0, 0, 0));
   btSoftBody& sheet = simulation.add(make_draped_sheet(simulation.world_info(), btScalar(0.2)));

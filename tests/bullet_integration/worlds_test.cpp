@@ -89,13 +89,13 @@ TEST(Bullet, a_cloth_falls_through_another_whose_flag_is_off) {
   EXPECT_GT(rest_of_upper_cloth(Collision::off, PlugIn::none, Detection::dcd).penetrating, 100U);
 }
 
-struct Impact {
+struct Shot {
   int through = 0;  ///< nodes below the sheet half a second later
   btScalar highest = 0;
 };
 
 /// A cloth that hits a sheet with fixed nodes at 40 m/s: 0.67 m a step, from 0.3 m.
-Impact shoot(PlugIn plug_in, Detection detection) {
+Shot shoot(PlugIn plug_in, Detection detection) {
   Simulation simulation(plug_in, test_settings(detection));
   SheetOptions options;
   options.fixed = true;
@@ -109,7 +109,7 @@ Impact shoot(PlugIn plug_in, Detection detection) {
   options.height = btScalar(0.3);
   btSoftBody& cloth = simulation.add(make_sheet(simulation.world_info(), options));
   cloth.setVelocity(btVector3(0, -40, 0));
-  Impact impact;
+  Shot impact;
   for (int step = 0; step < 30; ++step) {
     simulation.step(kStep);
     for (int i = 0; i < cloth.m_nodes.size(); ++i) impact.highest = btMax(impact.highest, cloth.m_nodes[i].m_x.y());
@@ -119,7 +119,7 @@ Impact shoot(PlugIn plug_in, Detection detection) {
 }
 
 TEST_P(PluggedIn, nothing_passes_through_at_40_metres_per_second) {
-  const Impact impact = shoot(GetParam(), Detection::ccd);
+  const Shot impact = shoot(GetParam(), Detection::ccd);
   EXPECT_EQ(impact.through, 0);
   EXPECT_LT(impact.highest, 1) << "the cloth was thrown back";
 }

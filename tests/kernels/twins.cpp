@@ -22,7 +22,7 @@ constexpr int kRounds = 400000;
 constexpr int kFew = 4000;
 
 /// Zeros of both signs, what is too small to be normal, what is next to it and to 1, the largest, infinities and NaN.
-float awkward(Random& random) {
+float awkward_value(Random& random) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr std::array<float, 14> kValues = {0.0F,           -0.0F,
                                              FLT_TRUE_MIN,   -FLT_TRUE_MIN,
@@ -34,9 +34,9 @@ float awkward(Random& random) {
   return kValues[random.below(kValues.size())];
 }
 
-/// A small integer, so that bounds touch, or, now and then, something awkward.
+/// A small integer, so that bounds touch, or, now and then, something awkward_value.
 float value(Random& random, int lowest, int highest) {
-  if (random.chance(0.04)) return awkward(random);
+  if (random.chance(0.04)) return awkward_value(random);
   return static_cast<float>(lowest + static_cast<int>(random.below(static_cast<std::uint32_t>(highest - lowest + 1))));
 }
 
@@ -92,7 +92,8 @@ TEST(Twins, volumes_overlap) {
 TEST(Twins, end_volumes_are_apart_throughout) {
   expect_the_same(
       2, [](Random& random) { return end_volumes(random_volume(random), random_volume(random)); },
-      certainly_apart_throughout, generic::certainly_apart_throughout);
+      [](const EndVolumes& a, const EndVolumes& b) { return certainly_apart_throughout(a, b); },
+      [](const EndVolumes& a, const EndVolumes& b) { return generic::certainly_apart_throughout(a, b); });
 }
 
 // Every axis, in either direction, at either end alone and at both.
@@ -133,7 +134,7 @@ TEST(Twins, grown_volumes) {
   Random random(5);
   for (int round = 0; round < kRounds / 4; ++round) {
     const Vec3f points[3] = {point(random, -4, 4), point(random, -4, 4), point(random, -4, 4)};
-    const float radius = random.chance(0.1) ? awkward(random) : 0.3F * static_cast<float>(random.below(4));
+    const float radius = random.chance(0.1) ? awkward_value(random) : 0.3F * static_cast<float>(random.below(4));
     expect_same_bounds(grown_volume(points, radius), generic::grown_volume(points, radius), round);
   }
 }

@@ -18,7 +18,7 @@ bool ran(const Outcome& outcome, const std::string& stage) {
   return line != outcome.report.end() && line->ran;
 }
 
-Mesh soup(std::uint64_t seed, std::uint32_t triangle_count = 400) {
+Mesh coarse_soup(std::uint64_t seed, std::uint32_t triangle_count = 400) {
   SoupOptions options;
   options.triangle_count = triangle_count;
   options.half_extent = 2.0;
@@ -30,7 +30,7 @@ Mesh soup(std::uint64_t seed, std::uint32_t triangle_count = 400) {
 
 /// Two bodies that touch themselves and each other.
 Scene two_soups(float margin = 0.02F) {
-  return {still(soup(1), everything(margin)), still(soup(2), everything(margin))};
+  return {still(coarse_soup(1), everything(margin)), still(coarse_soup(2), everything(margin))};
 }
 
 /// The scene with a triangle that touches nothing and moves.
@@ -145,7 +145,7 @@ TEST(AutomaticChoices, static_bodies_are_never_compared) {
   EXPECT_EQ(only_static.statistics.entries, 0U);
   EXPECT_TRUE(only_static.contacts.empty());
 
-  const SceneBody dynamic = still(soup(3), everything(0.02F));
+  const SceneBody dynamic = still(coarse_soup(3), everything(0.02F));
   const Outcome with_dynamic = outcome_of({scene[0], scene[1], dynamic}, test_options(Detection::dcd));
   const auto pair_filter = [](BodyId a, BodyId b) { return !(a == BodyId{0} && b == BodyId{1}); };
   for (SceneBody& body : scene) {
@@ -195,7 +195,7 @@ TEST(AutomaticChoices, a_triangle_is_not_split_where_tests_against_all_cost_less
 
 TEST(AutomaticChoices, small_scenes_stay_on_the_cpu) {
   PipelineOptions options = test_options(Detection::ccd);
-  const Scene small{still(soup(4, 60), everything(0.1F)), still(soup(5, 60), everything(0.1F))};
+  const Scene small{still(coarse_soup(4, 60), everything(0.1F)), still(coarse_soup(5, 60), everything(0.1F))};
   const Outcome expected = outcome_of(small, options);
   EXPECT_FALSE(expected.contacts.empty());
   options.backend = Backend::automatic;

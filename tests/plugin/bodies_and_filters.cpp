@@ -12,7 +12,7 @@
 namespace softcd::test {
 namespace {
 
-Mesh soup(std::uint64_t seed, std::uint32_t count = 150) {
+Mesh small_soup(std::uint64_t seed, std::uint32_t count = 150) {
   SoupOptions options;
   options.triangle_count = count;
   options.half_extent = 1.5;
@@ -23,7 +23,7 @@ Mesh soup(std::uint64_t seed, std::uint32_t count = 150) {
 
 Scene soups(std::uint32_t body_count) {
   Scene scene;
-  for (std::uint32_t i = 0; i < body_count; ++i) scene.push_back(still(soup(40 + i), everything(0.02F)));
+  for (std::uint32_t i = 0; i < body_count; ++i) scene.push_back(still(small_soup(40 + i), everything(0.02F)));
   return scene;
 }
 
@@ -93,7 +93,7 @@ TEST(Filters, without_self_collision_whatever_the_number_of_bodies) {
   for (const std::uint32_t count : {2U, 8U, 9U, 34U}) {
     Scene scene;
     for (std::uint32_t i = 0; i < count; ++i) {
-      scene.push_back(still(soup(90 + i, 200 / count), everything(0.02F)));
+      scene.push_back(still(small_soup(90 + i, 200 / count), everything(0.02F)));
       scene.back().settings.self_collision = false;
     }
     expect_both_kinds(scene);
@@ -163,7 +163,7 @@ TEST(Bodies, new_topology) {
   Scene scene = soups(2);
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
-  scene[0] = still(soup(99, 60), everything(0.05F));
+  scene[0] = still(small_soup(99, 60), everything(0.05F));
   loaded.pipeline.update_body(
       loaded.ids[0], {scene[0].triangles, static_cast<std::uint32_t>(scene[0].x_t1.size()), scene[0].settings});
   loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, scene[0].x_t1);

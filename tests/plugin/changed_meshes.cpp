@@ -14,6 +14,7 @@
 #include "fans.hpp"
 #include "mesh_generators.hpp"
 #include "random.hpp"
+#include "scene_parts.hpp"
 
 // Bodies of which some triangles are changed have the contacts of a scene that was made anew.
 namespace softcd::test {
@@ -41,10 +42,6 @@ std::vector<Touching> all_touching(Span<const Contact> contacts, const std::map<
 
 std::uint32_t vertex_count(const SceneBody& body) {
   return static_cast<std::uint32_t>(body.x_t1.size());
-}
-
-BodyDesc desc_of(const SceneBody& body) {
-  return {body.triangles, vertex_count(body), body.settings, /*rank=*/-1, body.segments};
 }
 
 /// What an app does to a mesh, and which of its triangles are others afterwards.
@@ -133,18 +130,6 @@ class Surgeon {
   Random& random_;
   std::vector<std::uint32_t> changed_;
 };
-
-QueryOptions looking_for(Detection detection) {
-  QueryOptions options;
-  options.detection = detection;
-  return options;
-}
-
-SceneOptions scene_options() {
-  SceneOptions options;
-  options.backend = backend_under_test();
-  return options;
-}
 
 /// A scene whose meshes are operated on, and what it should be.
 class Hospital {

@@ -12,9 +12,6 @@
 namespace softcd::test {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 std::vector<QueryPoint> many_points(const std::vector<PlacedTriangle>& triangles, double extent, std::uint64_t seed) {
   Random random(seed);
   std::vector<QueryPoint> points;

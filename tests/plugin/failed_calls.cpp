@@ -9,6 +9,7 @@
 #include "expectations.hpp"
 #include "failing_allocations.hpp"
 #include "mesh_generators.hpp"
+#include "scene_parts.hpp"
 
 // Whichever allocation fails in a call, the pipeline is as it was before.
 namespace softcd::test {
@@ -25,10 +26,6 @@ Scene small_scene(bool has_strays) {
     scene[2].x_t1[3].x = std::numeric_limits<double>::infinity();
   }
   return scene;
-}
-
-BodyDesc desc_of(const SceneBody& body) {
-  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings};
 }
 
 std::vector<Contact> contacts_of(CollisionPipeline& pipeline) {

@@ -16,7 +16,6 @@ namespace softcd::test {
 namespace {
 
 using Corners = std::array<Vec3d, 3>;
-using LongVec3 = Vec3<long double>;
 /// A hull that owns its points.
 struct Hull {
   std::vector<Vec3d> points;
@@ -388,8 +387,6 @@ TEST(Hulls, that_touch_on_a_grid_overlap) {
 }
 
 TEST(Hulls, that_are_none_overlap_nothing) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
   const std::vector<Hull> hulls = {{{{0, 0, 0}}, 1},
                                    {{}, 1},

@@ -16,8 +16,8 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kFloatNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
 template <class Exception, class Call>
 std::string message_of(const Call& call) {
@@ -157,7 +157,7 @@ TEST_F(InputErrors, removed_body) {
 
 TEST_F(InputErrors, margin) {
   const std::vector<Triangle> triangles{{{0, 1, 2}}};
-  for (const float wrong : {kNaN, kInfinity, -kInfinity, -1e-30F, -1.0F}) {
+  for (const float wrong : {kFloatNaN, kFloatInfinity, -kFloatInfinity, -1e-30F, -1.0F}) {
     BodySettings settings;
     settings.margin = wrong;
     EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().add_body({triangles, 3, settings}); }), HasSubstr("margin"));
@@ -171,7 +171,7 @@ TEST_F(InputErrors, margin) {
 }
 
 TEST_F(InputErrors, lambda) {
-  for (const float wrong : {kNaN, kInfinity, -1.0F}) {
+  for (const float wrong : {kFloatNaN, kFloatInfinity, -1.0F}) {
     PipelineOptions options = test_options(Detection::dcd);
     options.lambda = wrong;
     EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr("lambda"));
@@ -180,7 +180,7 @@ TEST_F(InputErrors, lambda) {
 }
 
 TEST_F(InputErrors, motion_margin) {
-  for (const float wrong : {kNaN, kInfinity, -1.0F}) {
+  for (const float wrong : {kFloatNaN, kFloatInfinity, -1.0F}) {
     PipelineOptions options = test_options(Detection::dcd);
     options.motion_margin = wrong;
     EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr("motion_margin"));
@@ -228,7 +228,7 @@ TEST_F(InputErrors, exception_in_the_pair_filter) {
 }
 
 TEST_F(InputErrors, exception_in_the_log) {
-  const float strays[3] = {kNaN, 0.0F, 0.0F};
+  const float strays[3] = {kFloatNaN, 0.0F, 0.0F};
   const std::vector<Triangle> triangles{{{0, 0, 0}}};
   const BodyId spoilt = pipeline().add_body({triangles, 1, {}});
   pipeline().set_positions(spoilt, Positions(strays, 1, sizeof(strays)));

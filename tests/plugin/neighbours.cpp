@@ -12,7 +12,7 @@ namespace softcd::test {
 namespace {
 
 /// Rough enough for what shares a vertex to touch in many places.
-Mesh rough_cloth() {
+Mesh rough_mesh() {
   Mesh mesh = crumpled_cloth(16, 12, 0.25, 0.5, 7);
   mesh.positions = jittered(mesh.positions, 0.2, 8);
   snap_to_grid(mesh.positions, 17);
@@ -41,10 +41,10 @@ std::size_t count_neighbours(const SceneBody& body, const std::vector<Contact>& 
 }
 
 TEST(Neighbours, touch_as_everything_else_does) {
-  const Scene near{still(rough_cloth(), everything(0.04F))};
+  const Scene near{still(rough_mesh(), everything(0.04F))};
   expect_discrete_contacts(near, test_options(Detection::dcd));
   EXPECT_GT(count_neighbours(near[0], detect_once(near, test_options(Detection::dcd))), 50U);
-  const Scene passing{in_motion(rough_cloth(), 0.0F)};
+  const Scene passing{in_motion(rough_mesh(), 0.0F)};
   expect_continuous_contacts(passing, test_options(Detection::ccd));
   EXPECT_GT(count_neighbours(passing[0], detect_once(passing, test_options(Detection::ccd))), 10U);
 }
@@ -104,7 +104,7 @@ TEST(Neighbours, around_a_vertex_are_tested_only_with_those_near_them) {
 }
 
 TEST(Neighbours, follow_the_settings) {
-  const Scene scene{in_motion(rough_cloth(), 0.02F), still(moved(rough_cloth(), {0.1, 0.2, 0.3}), everything(0.02F))};
+  const Scene scene{in_motion(rough_mesh(), 0.02F), still(moved(rough_mesh(), {0.1, 0.2, 0.3}), everything(0.02F))};
   LoadedScene loaded = load(scene, test_options(Detection::ccd));
   const auto expect_same_as_anew = [&](const BodySettings& settings) {
     loaded.scene[0].settings = settings;
@@ -126,7 +126,7 @@ TEST(Neighbours, follow_the_settings) {
 }
 
 TEST(Neighbours, go_with_triangles_that_are_left_out_and_come_back) {
-  Scene scene{still(rough_cloth(), everything(0.04F))};
+  Scene scene{still(rough_mesh(), everything(0.04F))};
   const std::vector<Contact> whole = detect_once(scene, test_options(Detection::dcd));
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();

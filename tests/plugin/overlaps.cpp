@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "overlapping.hpp"
@@ -13,9 +12,6 @@
 // Triangles that spheres and boxes overlap, against every triangle tried by itself.
 namespace softcd::test {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Overlaps, of_spheres_are_triangles_within_their_radius) {
   for (NamedScene& named : odd_scenes()) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,19 +11,15 @@
 #include "mesh_generators.hpp"
 #include "random.hpp"
 #include "scene.hpp"
+#include "scene_parts.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::test {
 
-inline SceneOptions scene_options() {
-  SceneOptions options;
-  options.backend = backend_under_test();
-  return options;
-}
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-inline BodyDesc desc_of(const SceneBody& body) {
-  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings, -1, body.segments};
-}
+using LongVec3 = Vec3<long double>;
 
 /// Bodies in a softcd::Scene and who asks about them.
 struct ProbedBodies {

@@ -15,9 +15,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 using HitKey = std::tuple<double, std::uint32_t, std::uint32_t>;
 
 HitKey key_of(const RayHit& hit) {
@@ -104,13 +101,12 @@ struct PlainCrossing {
   long double t, depth;
 };
 PlainCrossing plain_crossing(const PlacedTriangle& triangle, const Ray& ray) {
-  using Wide = Vec3<long double>;
-  const Wide a = vec3_cast<long double>(triangle.x[0]);
-  const Wide b = vec3_cast<long double>(triangle.x[1]) - a;
-  const Wide c = vec3_cast<long double>(triangle.x[2]) - a;
-  const Wide d = vec3_cast<long double>(ray.direction);
-  const Wide from = vec3_cast<long double>(ray.origin) - a;
-  const Wide across = cross(d, c);
+  const LongVec3 a = vec3_cast<long double>(triangle.x[0]);
+  const LongVec3 b = vec3_cast<long double>(triangle.x[1]) - a;
+  const LongVec3 c = vec3_cast<long double>(triangle.x[2]) - a;
+  const LongVec3 d = vec3_cast<long double>(ray.direction);
+  const LongVec3 from = vec3_cast<long double>(ray.origin) - a;
+  const LongVec3 across = cross(d, c);
   const long double determinant = dot(b, across);
   const long double v = dot(from, across) / determinant;
   const long double w = dot(d, cross(from, b)) / determinant;

@@ -10,20 +10,11 @@
 #include "fans.hpp"
 #include "mesh_generators.hpp"
 #include "random.hpp"
+#include "scene_parts.hpp"
 
 // Pairs of triangles that one detection has found serve later ones, which find what they would have found alone.
 namespace softcd::test {
 namespace {
-
-SceneOptions scene_options() {
-  SceneOptions options;
-  options.backend = backend_under_test();
-  return options;
-}
-
-BodyDesc desc_of(const SceneBody& body) {
-  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings, -1, body.segments};
-}
 
 /// What a scene's first detection finds.
 std::vector<Contact> detect_anew(const Scene& bodies, const QueryOptions& options, const PairFilter& filter) {
@@ -34,13 +25,6 @@ std::vector<Contact> detect_anew(const Scene& bodies, const QueryOptions& option
   const Span<const Contact> contacts = query.detect();
   EXPECT_FALSE(query.statistics().reused_pairs);
   return {contacts.begin(), contacts.end()};
-}
-
-QueryOptions looking_for(Detection detection, bool margins = true) {
-  QueryOptions options;
-  options.detection = detection;
-  options.margins = margins;
-  return options;
 }
 
 /// A scene, and queries that keep what they find.

@@ -13,18 +13,13 @@
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
 #include "random.hpp"
+#include "scene_parts.hpp"
 
 // One scene, several queries: each finds what a pipeline of its own would.
 namespace softcd::test {
 namespace {
 
 using testing::HasSubstr;
-
-SceneOptions scene_options() {
-  SceneOptions options;
-  options.backend = backend_under_test();
-  return options;
-}
 
 SceneBody soup_body(std::uint64_t seed, std::uint32_t triangle_count = 120) {
   SoupOptions options;
@@ -35,10 +30,6 @@ SceneBody soup_body(std::uint64_t seed, std::uint32_t triangle_count = 120) {
   options.seed = seed;
   const Mesh mesh = triangle_soup(options);
   return moving(mesh, scattered(mesh, 0.4, seed + 100), everything(0.02F));
-}
-
-BodyDesc desc_of(const SceneBody& body) {
-  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings};
 }
 
 /// A scene's bodies in a softcd::Scene.
@@ -61,12 +52,6 @@ Scene three_soups() {
 
 std::vector<Contact> copy_of(Span<const Contact> contacts) {
   return {contacts.begin(), contacts.end()};
-}
-
-QueryOptions looking_for(Detection detection) {
-  QueryOptions options;
-  options.detection = detection;
-  return options;
 }
 
 PipelineOptions alone(const QueryOptions& query) {

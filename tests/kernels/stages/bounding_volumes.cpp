@@ -11,7 +11,7 @@
 namespace softcd::test {
 namespace {
 
-Mesh soup(std::uint64_t seed) {
+Mesh uneven_soup(std::uint64_t seed) {
   SoupOptions options;
   options.triangle_count = 400;
   options.size_ratio = 100.0;
@@ -22,10 +22,10 @@ Mesh soup(std::uint64_t seed) {
 }
 
 HostScene scene_of(bool continuous, float margin) {
-  const Mesh mesh = soup(1);
+  const Mesh mesh = uneven_soup(1);
   Positions3 start = jittered(mesh.positions, 0.3, 2);
   snap_to_grid(start, 17);
-  return HostScene({{mesh, start, margin}, {moved(soup(2), {0.5, 0, 0}), {}, 2.0F * margin}}, continuous);
+  return HostScene({{mesh, start, margin}, {moved(uneven_soup(2), {0.5, 0, 0}), {}, 2.0F * margin}}, continuous);
 }
 
 bool holds(const Kdop18& volume, Vec3d p) {

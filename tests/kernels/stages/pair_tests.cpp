@@ -68,15 +68,15 @@ bool apart_as_points(const TriangleMotion& a, const TriangleMotion& b, float dis
          certainly_apart_on_diagonal_axes<true, 3>(points, reach);
 }
 
-struct Meeting {
+struct FirstTouch {
   TriangleMotion a, b;
   float gap;
 };
 
 /// Triangles brought together, at one time of the step, to a distance of less than the gap.
-Meeting random_meeting(Random& random) {
+FirstTouch random_touch(Random& random) {
   const double offset = std::ldexp(1.0, static_cast<int>(random.below(12)));
-  Meeting meeting{random_motion(random, offset, 8.0), random_motion(random, 0.0, 8.0), 0.0F};
+  FirstTouch meeting{random_motion(random, offset, 8.0), random_motion(random, 0.0, 8.0), 0.0F};
   meeting.gap = static_cast<float>(random.chance(0.5) ? 0.001 * offset : 0.1);
   const double time = random.chance(0.2) ? (random.chance(0.5) ? 0.0 : 1.0) : random.unit();
   double w_a[3] = {random.unit(), random.unit(), 0.0};
@@ -95,7 +95,7 @@ Meeting random_meeting(Random& random) {
 TEST(MotionTests, keep_what_meets_at_any_time) {
   Random random(1);
   for (int i = 0; i < 100000; ++i) {
-    const Meeting meeting = random_meeting(random);
+    const FirstTouch meeting = random_touch(random);
     const float furthest = furthest_of(meeting.a, meeting.b);
     ASSERT_TRUE(overlap_in_a_slab(meeting.a, meeting.b, meeting.gap, furthest)) << "pair " << i;
     ASSERT_FALSE(
@@ -150,7 +150,7 @@ Mesh soup(std::uint64_t seed) {
 using Pairs = std::set<std::uint64_t>;
 
 /// Every pair that passes PairTest, by trying all.
-Pairs all_pairs(const SceneView& scene, const HostVolumes& bounds) {
+Pairs pairs_of_all(const SceneView& scene, const HostVolumes& bounds) {
   Pairs pairs;
   for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {
     for (std::uint32_t b = a + 1; b < scene.triangle_count; ++b) {
@@ -181,7 +181,7 @@ TEST(TestAgainstBig, pairs_each_triangle_with_each_big_one_once) {
 
   Pairs expected;
   const std::set<std::uint32_t> is_big(bigs.begin(), bigs.end());
-  for (const std::uint64_t pair : all_pairs(scene, bounds)) {
+  for (const std::uint64_t pair : pairs_of_all(scene, bounds)) {
     if (is_big.contains(static_cast<std::uint32_t>(pair >> 32)) || is_big.contains(static_cast<std::uint32_t>(pair))) {
       expected.insert(pair);
     }

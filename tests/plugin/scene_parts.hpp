@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+
+#include "backend_under_test.hpp"
+#include "scene.hpp"
+#include "softcd/softcd.hpp"
+
+// What tests fill a softcd::Scene with and ask it.
+namespace softcd::test {
+
+inline SceneOptions scene_options() {
+  SceneOptions options;
+  options.backend = backend_under_test();
+  return options;
+}
+
+inline BodyDesc desc_of(const SceneBody& body) {
+  return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings, /*rank=*/-1, body.segments};
+}
+
+inline QueryOptions looking_for(Detection detection, bool margins = true) {
+  QueryOptions options;
+  options.detection = detection;
+  options.margins = margins;
+  return options;
+}
+
+}  // namespace softcd::test
