@@ -6,11 +6,12 @@ usage() {
   cat <<'TEXT'
 usage: cmake/build.sh [TARGET...]
 
-Builds softcd (Release) into build/release, all of it or the named targets, after installing what is missing.
+Builds softcd (Release), all of it or the named targets, after installing what is missing.
 
   SOFTCD_CUDA=auto|on|off   auto (default) builds the CUDA backend where there is an nvcc; on fetches one if need be
   CUDAARCHS                 CUDA architectures; default: this machine's GPU, 90 where there is none
   SOFTCD_CMAKE_ARGS         more arguments for cmake's configuration
+  SOFTCD_BUILD_DIR          where; default: build/release
   SOFTCD_SETUP=off          installs nothing
 TEXT
 }
@@ -39,9 +40,10 @@ if [ -z "${CUDAARCHS:-}" ]; then
   export CUDAARCHS
 fi
 
+build=${SOFTCD_BUILD_DIR:-$root/build/release}
 # Everything is built from nothing as a rule, hence the sources of each library as one.
 # shellcheck disable=SC2086  # several arguments in one variable
-cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON \
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON \
   -DSOFTCD_CUDA="${cuda^^}" ${SOFTCD_CMAKE_ARGS:-} >&2
 targets=("$@")
-cmake --build "$root/build/release" --parallel "$(nproc)" ${targets[@]+--target "${targets[@]}"} >&2
+cmake --build "$build" --parallel "$(nproc)" ${targets[@]+--target "${targets[@]}"} >&2

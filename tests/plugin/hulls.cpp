@@ -16,6 +16,7 @@ namespace softcd::test {
 namespace {
 
 using Corners = std::array<Vec3d, 3>;
+
 /// A hull that owns its points.
 struct Hull {
   std::vector<Vec3d> points;
