@@ -20,6 +20,7 @@ using demo::DeformableSimulation;
 struct NodeFace {
   int node_body, node, face_body, face;
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes what this compares with for a pointer.
   friend auto operator<=>(const NodeFace&, const NodeFace&) = default;
 };
 using NodeFaces = std::multiset<NodeFace>;

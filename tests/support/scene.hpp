@@ -35,6 +35,7 @@ struct FeaturePair {
   std::uint32_t body_b = 0;
   std::uint32_t feature_b = 0;
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes what this compares with for a pointer.
   friend auto operator<=>(const FeaturePair&, const FeaturePair&) = default;
 };
 std::ostream& operator<<(std::ostream& out, const FeaturePair& pair);
