@@ -55,6 +55,9 @@ static_assert(sizeof(softcd_change_intersection) == sizeof(ChangeIntersection) &
               offsetof(softcd_change_intersection, triangle) == offsetof(ChangeIntersection, triangle));
 
 /// The caller's arrays stay where they are.
+QueryHull query_hull(const softcd_hull& given) {
+  return {rows<Vec3d>(given.points, given.point_count, "points"), given.radius};
+}
 QueryChange query_change(const softcd_change& given) {
   return {{given.body},
           elements<std::uint32_t>(given.removed, given.removed_count, "removed"),
@@ -154,6 +157,17 @@ softcd_status softcd_probe_oriented_box_overlaps(softcd_probe* probe, const soft
                                                  const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
     return asked.overlaps(c::elements<softcd::QueryOrientedBox>(boxes, count, "boxes"));
+  });
+}
+
+softcd_status softcd_probe_hull_overlaps(softcd_probe* probe, const softcd_hull* hulls, uint64_t count,
+                                         const uint64_t** begins, const softcd_overlap** overlaps) {
+  return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
+    std::vector<softcd::QueryHull> asked_about;
+    for (const softcd_hull& hull : c::elements<softcd_hull>(hulls, count, "hulls")) {
+      asked_about.push_back(c::query_hull(hull));
+    }
+    return asked.overlaps(asked_about);
   });
 }
 

@@ -19,12 +19,16 @@ BodyPairs = Sequence[tuple["int | None", "int | None"]]
 """Pairs of bodies; None stands for all."""
 
 
-def _numbers(name: str, values: Numbers, shape: tuple[int, ...]) -> np.ndarray:
-    """Of float64, of that shape or of several such in a row."""
+def _array(name: str, values: Numbers) -> np.ndarray:
     try:
-        array = np.asarray(values)
+        return np.asarray(values)
     except (TypeError, ValueError, RuntimeError) as error:
         raise TypeError(f"{name}: expected numbers, got what cannot be read as such: {error}") from None
+
+
+def _numbers(name: str, values: Numbers, shape: tuple[int, ...]) -> np.ndarray:
+    """Of float64, of that shape or of several such in a row."""
+    array = _array(name, values)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected numbers, got {array.dtype}")
     if array.shape[array.ndim - len(shape) :] != shape or not 0 <= array.ndim - len(shape) <= 1:
@@ -127,6 +131,14 @@ class Probe:
         of shape (n, 3, 3), unit vectors at right angles to each other."""
         batch = _batch(centres=(centres, (3,)), halves=(halves, (3,)), axes=(axes, (3, 3)))
         return AnswerLists(*self._core.oriented_box_overlaps(batch))
+
+    def hull_overlaps(self, points: Numbers, begins: Numbers | None = None, radii: Numbers = 0.0) -> AnswerLists:
+        """The same for all points at most a radius from convex hulls: hull i is that of points begins[i] up to, but
+        without, begins[i + 1], in any order, and nothing where there are none. begins, integers of shape (n + 1,), lead
+        from 0 to the number of points, as AnswerLists.begins do; without them all points are one hull's."""
+        corners = _numbers("points", points, (3,)).reshape(-1, 3)
+        places = np.array([0, len(corners)]) if begins is None else _array("begins", begins)
+        return AnswerLists(*self._core.hull_overlaps(corners, places, _numbers("radii", radii, ())))
 
     def distances(self, pairs: BodyPairs) -> np.ndarray:
         """The nearest points of a triangle of a and a triangle of b for each pair (a, b) of different bodies, None

@@ -91,9 +91,36 @@ template <class Question>
 using Batch =
     nb::ndarray<const double, nb::shape<-1, sizeof(Question) / sizeof(double)>, nb::c_contig, nb::device::cpu>;
 
+/// One number for each question, or, of no dimension, one for all.
+using Radii = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+
 template <class Question>
 Span<const Question> questions_in(const Batch<Question>& batch) {
   return {reinterpret_cast<const Question*>(batch.data()), batch.shape(0)};
+}
+
+/// Hull i is of the points from begins[i] up to, but without, begins[i + 1]; one radius is for all.
+std::vector<QueryHull> hulls_in(const Batch<Vec3d>& points, const std::vector<std::uint32_t>& begins,
+                                const Radii& radii) {
+  if (begins.empty()) throw InvalidInput("begins: expected shape (n + 1,) for n hulls, got (0,)");
+  if (begins.front() != 0 || begins.back() != points.shape(0)) {
+    throw InvalidInput(fmt::format("begins: expected 0 first, and {}, the number of points, last, got {} and {}",
+                                   points.shape(0), begins.front(), begins.back()));
+  }
+  const std::size_t count = begins.size() - 1;
+  if (radii.ndim() > 0 && radii.size() != count) {
+    throw InvalidInput(fmt::format("radii: expected {} rows, as begins has hulls, got {}", count, radii.size()));
+  }
+  const Span<const Vec3d> all = questions_in<Vec3d>(points);
+  std::vector<QueryHull> hulls(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (begins[i] > begins[i + 1]) {
+      throw InvalidInput(
+          fmt::format("begins: row {} is {}, which is less than {} before it", i + 1, begins[i + 1], begins[i]));
+    }
+    hulls[i] = {{all.data() + begins[i], begins[i + 1] - begins[i]}, radii.data()[radii.ndim() > 0 ? i : 0]};
+  }
+  return hulls;
 }
 
 /// Pairs of bodies, or of all where there is none.
@@ -157,6 +184,10 @@ class BoundProbe {
   template <class Shape>
   nb::tuple overlaps(const Batch<Shape>& shapes) {
     return ask_lists(questions_in<Shape>(shapes), [&](auto asked) { return probe_->overlaps(asked); });
+  }
+  nb::tuple hull_overlaps(const Batch<Vec3d>& points, nb::handle begins, const Radii& radii) {
+    return ask_lists(hulls_in(points, read_indices("begins", begins), radii),
+                     [&](const auto& asked) { return probe_->overlaps(asked); });
   }
   nb::object distances(const AskedPairs& pairs) {
     return ask_each(asked_pairs(pairs), [&](const auto& asked) { return probe_->distances(asked); });
@@ -270,6 +301,7 @@ void bind_probe(nb::module_& module) {
       .def("capsule_overlaps", &BoundProbe::overlaps<QueryCapsule>, "capsules"_a)
       .def("box_overlaps", &BoundProbe::overlaps<QueryBox>, "boxes"_a)
       .def("oriented_box_overlaps", &BoundProbe::overlaps<QueryOrientedBox>, "boxes"_a)
+      .def("hull_overlaps", &BoundProbe::hull_overlaps, "points"_a, "begins"_a, "radii"_a)
       .def("distances", &BoundProbe::distances, "pairs"_a)
       .def("intersections", &BoundProbe::intersections, "pairs"_a)
       .def("has_intersections", &BoundProbe::has_intersections, "a"_a.none(), "b"_a.none())

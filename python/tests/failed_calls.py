@@ -71,6 +71,7 @@ CALLS = {
     "capsule_overlaps": lambda world: world.probe.capsule_overlaps(GOOD, RAY[0], 1).all.tobytes(),
     "box_overlaps": lambda world: world.probe.box_overlaps(GOOD, GOOD + 1).all.tobytes(),
     "oriented_box_overlaps": lambda world: world.probe.oriented_box_overlaps(GOOD, RAY[0], np.eye(3)).all.tobytes(),
+    "hull_overlaps": lambda world: world.probe.hull_overlaps(GOOD, [0, 2, len(GOOD)], 1).all.tobytes(),
     "has_intersections": lambda world: world.probe.has_intersections(),
     "softcd.detect": lambda world: softcd.detect(PIERCING_T0, PIERCING_TRIANGLES, PIERCING_T1).tobytes(),
     "self_intersections": lambda world: softcd.self_intersections(PIERCING_T1, PIERCING_TRIANGLES).tobytes(),

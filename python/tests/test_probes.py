@@ -58,12 +58,11 @@ def segment_triangle_distance(p, q, corners):
     return min(*sides, point_triangle_distance(p, *corners), point_triangle_distance(q, *corners))
 
 
-def reaches_into_box(corners, low, high):
-    """What is left of the triangle when it is cut along the box's sides."""
+def reaches_into(corners, sides):
+    """What is left of the triangle when it is cut along the sides: normals that point out, and how far along them."""
     polygon = list(corners)
-    for axis, sign in itertools.product(range(3), (1, -1)):
-        limit = high[axis] if sign > 0 else -low[axis]
-        inside = [limit - sign * p[axis] for p in polygon]
+    for normal, limit in sides:
+        inside = [limit - normal @ p for p in polygon]
         cut = []
         for i, p in enumerate(polygon):
             if inside[i - 1] * inside[i] < 0:
@@ -72,6 +71,20 @@ def reaches_into_box(corners, low, high):
                 cut.append(p)
         polygon = cut
     return len(polygon) > 0
+
+
+def sides_of_box(low, high):
+    return [(normal, high @ normal) for normal in np.eye(3)] + [(-normal, -low @ normal) for normal in np.eye(3)]
+
+
+def sides_of_tetrahedron(corners):
+    sides = []
+    for i in range(4):
+        x, y, z = np.delete(corners, i, axis=0)
+        normal = np.cross(y - x, z - x)
+        normal *= np.sign(normal @ (x - corners[i]))
+        sides.append((normal, normal @ x))
+    return sides
 
 
 def triangles_intersect(a, b):
@@ -137,23 +150,50 @@ def test_shapes_overlap_what_each_triangle_says():
     random = np.random.default_rng(3)
     centres, ends, halves = random.random((12, 3)), random.random((12, 3)), 0.05 + 0.2 * random.random((12, 3))
     turned = np.stack([np.linalg.qr(random.normal(size=(3, 3)))[0].T for _ in range(12)])
+    tetrahedra = random.random((12, 4, 3))
     answers = {
         "spheres": probe.sphere_overlaps(centres, 0.15),
         "capsules": probe.capsule_overlaps(centres, ends, halves[:, 0]),
         "boxes": probe.box_overlaps(centres - halves, centres + halves),
         "turned boxes": probe.oriented_box_overlaps(centres, halves, turned),
+        "hulls": probe.hull_overlaps(tetrahedra.reshape(-1, 3), np.arange(0, 49, 4)),
     }
     for i in range(12):
         overlaps = {
             "spheres": lambda x: point_triangle_distance(centres[i], *x) <= 0.15,
             "capsules": lambda x: segment_triangle_distance(centres[i], ends[i], x) <= halves[i, 0],
-            "boxes": lambda x: reaches_into_box(x, centres[i] - halves[i], centres[i] + halves[i]),
-            "turned boxes": lambda x: reaches_into_box((x - centres[i]) @ turned[i].T, -halves[i], halves[i]),
+            "boxes": lambda x: reaches_into(x, sides_of_box(centres[i] - halves[i], centres[i] + halves[i])),
+            "turned boxes": lambda x: reaches_into((x - centres[i]) @ turned[i].T, sides_of_box(-halves[i], halves[i])),
+            "hulls": lambda x: reaches_into(x, sides_of_tetrahedron(tetrahedra[i])),
         }
         for shape, overlap in overlaps.items():
             expected = [(body, triangle) for body, triangle, corners in corners_of(meshes) if overlap(corners)]
             assert pairs_of(answers[shape][i]) == expected, f"{shape}, {i}"
     assert all(len(found.all) > 9 for found in answers.values())
+
+
+def test_hulls_of_the_corners_of_other_shapes_overlap_the_same():
+    probe = softcd.Probe(scene_of(*soups(2, 12)))
+    random = np.random.default_rng(4)
+    centres, ends, radii = random.random((12, 3)), random.random((12, 3)), 0.05 + 0.2 * random.random(12)
+    low, high = np.minimum(centres, ends), np.maximum(centres, ends)
+    corners = np.stack([np.where(of_high, high, low) for of_high in itertools.product((True, False), repeat=3)], axis=1)
+    balls, capsules = probe.sphere_overlaps(centres, radii), probe.capsule_overlaps(centres, ends, radii)
+    answers = {
+        "spheres": (balls, probe.hull_overlaps(centres, np.arange(13), radii)),
+        "capsules": (capsules, probe.hull_overlaps(np.hstack([centres, ends]).reshape(-1, 3), range(0, 25, 2), radii)),
+        "boxes": (probe.box_overlaps(low, high), probe.hull_overlaps(corners.reshape(-1, 3), np.arange(0, 97, 8))),
+    }
+    for shape, (expected, found) in answers.items():
+        assert len(expected.all) > 9 and found.begins.tolist() == expected.begins.tolist(), shape
+        assert found.all.tobytes() == expected.all.tobytes(), shape
+    for places in (centres[2], centres[2:3], [centres[2]] * 3):
+        assert [pairs_of(found) for found in probe.hull_overlaps(places, radii=radii[2])] == [pairs_of(balls[2])]
+    mixed = probe.hull_overlaps([*corners[3], centres[2], ends[2]], [0, 8, 8, 10], [0, 1, radii[2]])
+    expected = [pairs_of(answers["boxes"][0][3]), [], pairs_of(capsules[2])]
+    assert [pairs_of(found) for found in mixed] == expected and expected[0] and expected[2]
+    assert len(probe.hull_overlaps(np.zeros((0, 3)), np.array([0]))) == 0
+    assert [len(found) for found in probe.hull_overlaps(np.zeros((0, 3)), radii=1)] == [0]
 
 
 def triangle_distance(a, b):

@@ -64,6 +64,7 @@ size_t client_struct_sizes(size_t* sizes, size_t capacity) {
                          sizeof(softcd_oriented_box),
                          sizeof(softcd_mesh),
                          sizeof(softcd_capsule),
+                         sizeof(softcd_hull),
                          sizeof(softcd_body_distance),
                          sizeof(softcd_intersection),
                          sizeof(softcd_change),

@@ -353,6 +353,20 @@ TEST_F(CProbes, what_is_in_a_capsule) {
   EXPECT_EQ(overlaps[2].body, lower_);
 }
 
+TEST_F(CProbes, what_is_in_a_hull) {
+  const double tetrahedron[] = {0.3, 0.3, 0.05, 0, 0, 1, 1, 0, 1, 0, 1, 1};
+  const double point[] = {0.25, 0.25, 0};
+  const softcd_hull hulls[] = {{tetrahedron, 4, 0}, {nullptr, 0, 1}, {tetrahedron, 4, 0.06}, {point, 1, 0.05}};
+  const std::uint64_t* begins = nullptr;
+  const softcd_overlap* overlaps = nullptr;
+  ASSERT_EQ(softcd_probe_hull_overlaps(probe(), hulls, 4, &begins, &overlaps), SOFTCD_OK);
+  EXPECT_EQ(std::vector<std::uint64_t>(begins, begins + 5), (std::vector<std::uint64_t>{0, 1, 1, 3, 4}));
+  EXPECT_EQ(overlaps[0].body, upper_);
+  EXPECT_EQ(overlaps[1].body, lower_);
+  EXPECT_EQ(overlaps[2].body, upper_);
+  EXPECT_EQ(overlaps[3].body, lower_);
+}
+
 TEST_F(CProbes, how_far_bodies_are_and_whether_they_intersect) {
   const softcd_body_pair pairs[] = {{upper_, lower_}, {upper_, upper_}};
   const softcd_body_distance* distances = nullptr;

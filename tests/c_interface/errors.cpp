@@ -118,6 +118,13 @@ TEST_F(CErrors, null_probes_and_arguments) {
   expect_refused(softcd_probe_box_overlaps(created, nullptr, 1, &begins, &overlaps), "boxes is NULL");
   expect_refused(softcd_probe_oriented_box_overlaps(created, nullptr, 1, &begins, &overlaps), "boxes is NULL");
   expect_refused(softcd_probe_capsule_overlaps(created, nullptr, 1, &begins, &overlaps), "capsules is NULL");
+  expect_refused(softcd_probe_hull_overlaps(created, nullptr, 1, &begins, &overlaps), "hulls is NULL");
+  const double point[] = {0, 0, 0};
+  const softcd_hull without_points[] = {{point, 1, 0}, {nullptr, 1, 0}};
+  const softcd_hull too_many_points = {point, std::uint64_t{1} << 31, 0};
+  expect_refused(softcd_probe_hull_overlaps(none, without_points, 1, &begins, &overlaps), "probe is NULL");
+  expect_refused(softcd_probe_hull_overlaps(created, without_points, 2, &begins, &overlaps), "points is NULL");
+  expect_refused(softcd_probe_hull_overlaps(created, &too_many_points, 1, &begins, &overlaps), "2^31");
   softcd_probe_destroy(nullptr);
 }
 

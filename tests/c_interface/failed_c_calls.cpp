@@ -45,6 +45,7 @@ class FailedCCalls : public TwoTriangles {
     if (status == SOFTCD_OK) status = softcd_probe_has_intersections(probe, nullptr, &has_intersections_);
     if (status == SOFTCD_OK) status = softcd_probe_intersections_after(probe, &change, 1, &begins_, &after_);
     if (status == SOFTCD_OK) status = softcd_probe_capsule_overlaps(probe, &kCapsule, 1, &begins_, &overlaps_);
+    if (status == SOFTCD_OK) status = softcd_probe_hull_overlaps(probe, &kHull, 1, &begins_, &overlaps_);
     return status;
   }
 
@@ -57,6 +58,8 @@ class FailedCCalls : public TwoTriangles {
   const softcd_contact* contacts_ = nullptr;
   std::uint64_t count_ = 0;
   static constexpr softcd_capsule kCapsule = {{0.3, 0.3, 9}, {0.3, 0.3, 0}, 0.1};
+  static constexpr double kHullPoints[] = {0.3, 0.3, 9, 0.3, 0.3, 0};
+  static constexpr softcd_hull kHull = {kHullPoints, 2, 0.1};
   const softcd_ray_hit* hits_ = nullptr;
   const std::uint64_t* begins_ = nullptr;
   const softcd_body_distance* distances_ = nullptr;

@@ -278,6 +278,17 @@ TEST(CRoundTrip, answers_about_changes_and_shapes_are_those_of_cpp) {
                                           capsules.size(), &begins, &overlaps),
             SOFTCD_OK);
   expect_same_lists(begins, overlaps, probes.in_cpp.overlaps(capsules));
+
+  const std::vector<Vec3d> corners = {{0, 0, 0}, {1, 1, 0}, {0.2, 0.9, 0.3}, {0.5, 0.1, -0.4}, {0.4, 0.4, 0.1}};
+  const std::vector<QueryHull> hulls = {{{corners.data(), 2}, 0.1}, {}, {corners}, {{corners.data() + 4, 1}, 0.35}};
+  std::vector<softcd_hull> hulls_in_c;
+  for (const QueryHull& hull : hulls) {
+    hulls_in_c.push_back({hull.points.empty() ? nullptr : &hull.points[0].x, hull.points.size(), hull.radius});
+  }
+  ASSERT_EQ(softcd_probe_hull_overlaps(probes.in_c.get(), hulls_in_c.data(), hulls_in_c.size(), &begins, &overlaps),
+            SOFTCD_OK)
+      << softcd_last_error();
+  expect_same_lists(begins, overlaps, probes.in_cpp.overlaps(hulls));
 }
 
 TEST(CRoundTrip, structs_have_one_layout_in_both_languages) {
@@ -297,6 +308,7 @@ TEST(CRoundTrip, structs_have_one_layout_in_both_languages) {
                                              sizeof(softcd_oriented_box),
                                              sizeof(softcd_mesh),
                                              sizeof(softcd_capsule),
+                                             sizeof(softcd_hull),
                                              sizeof(softcd_body_distance),
                                              sizeof(softcd_intersection),
                                              sizeof(softcd_change),

@@ -307,6 +307,19 @@ class Handles {
     const bool ok = is_ok(call(some(probes_), questions.data(), questions.size(), &begins, &answers));
     check_list(ok, answers, ok && !questions.empty() ? begins[questions.size()] : 0);
   }
+  void ask_about_hulls() {
+    std::vector<std::vector<double>> points(bytes_.below(4));
+    std::vector<softcd_hull> hulls;
+    for (std::vector<double>& of_one : points) {
+      for (std::uint32_t i = 3 * bytes_.below(8); i > 0; --i) of_one.push_back(fuzzed_number());
+      hulls.push_back({of_one.data(), of_one.size() / 3, fuzzed_number()});
+      if (bytes_.one_in(32)) hulls.back().points = nullptr;
+    }
+    const std::uint64_t* begins = nullptr;
+    const softcd_overlap* overlaps = nullptr;
+    const bool ok = is_ok(softcd_probe_hull_overlaps(some(probes_), hulls.data(), hulls.size(), &begins, &overlaps));
+    check_list(ok, overlaps, ok && !hulls.empty() ? begins[hulls.size()] : 0);
+  }
   softcd_body body_or_all() { return bytes_.one_in(4) ? SOFTCD_NO_BODY : some_body(); }
   void ask_about_pairs() {
     std::vector<softcd_body_pair> pairs(bytes_.below(4));
@@ -350,7 +363,7 @@ class Handles {
     is_ok(softcd_probe_set_body_filter(some(probes_), bytes_.below(2) == 0 ? nullptr : +takes_some, nullptr));
   }
   void ask() {
-    switch (bytes_.below(10)) {
+    switch (bytes_.below(11)) {
       case 0:
         return ask_for_one(softcd_probe_first_hits);
       case 1:
@@ -369,6 +382,8 @@ class Handles {
         return ask_about_changes();
       case 8:
         return set_body_filter();
+      case 9:
+        return ask_about_hulls();
       default:
         return ask_for_all(softcd_probe_box_overlaps);
     }

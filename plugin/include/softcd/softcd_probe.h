@@ -108,6 +108,14 @@ typedef struct softcd_oriented_box {
   double axes[3][3]; /**< one behind the other */
 } softcd_oriented_box;
 
+/** All points at most `radius` from the convex hull of some points: a polyhedron, a piece of a plane or a line, a ball
+ *  around one point. In any order; nothing where there is no point. */
+typedef struct softcd_hull {
+  const double* points; /**< 3 * point_count world coordinates, read during the call; NULL where there are none */
+  uint64_t point_count; /**< how many points */
+  double radius;        /**< at least 0; in the positions' unit */
+} softcd_hull;
+
 /** A triangle that has a point in common with a shape. */
 typedef struct softcd_overlap {
   softcd_body body;  /**< the one that the triangle is of */
@@ -130,6 +138,10 @@ SOFTCD_EXPORT softcd_status softcd_probe_box_overlaps(softcd_probe* probe, const
 SOFTCD_EXPORT softcd_status softcd_probe_oriented_box_overlaps(softcd_probe* probe, const softcd_oriented_box* boxes,
                                                                uint64_t count, const uint64_t** begins,
                                                                const softcd_overlap** overlaps);
+/** The same for convex hulls, told unless a plane parts them; for slivers, triangles or hulls, one that is told may be
+ *  apart by somewhat more than rounding. SOFTCD_INVALID_INPUT where all together have 2^31 points or more. */
+SOFTCD_EXPORT softcd_status softcd_probe_hull_overlaps(softcd_probe* probe, const softcd_hull* hulls, uint64_t count,
+                                                       const uint64_t** begins, const softcd_overlap** overlaps);
 
 /** The nearest points of two bodies' triangles. */
 typedef struct softcd_body_distance {
