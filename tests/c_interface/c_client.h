@@ -1,7 +1,9 @@
-#ifndef C_CLIENT_H
-#define C_CLIENT_H
+#ifndef SOFTCD_C_CLIENT_H
+#define SOFTCD_C_CLIENT_H
 
 /* A user of softcd.h in C, for tests in C++. */
+
+/* NOLINTBEGIN(modernize-*, readability-identifier-naming): as in softcd.h. */
 
 #include <softcd/softcd.h>
 #include <stddef.h>
@@ -30,5 +32,7 @@ size_t client_struct_sizes(size_t* sizes, size_t capacity);
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(modernize-*, readability-identifier-naming) */
 
 #endif

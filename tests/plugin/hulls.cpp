@@ -235,7 +235,8 @@ int count_overlaps(double gap, double radius) {
   Scene bodies;
   std::vector<Hull> hulls;
   for (int i = 0; i < 1800; ++i) {
-    const Vec3d centre = {4.0 * (i % 12), 4.0 * (i / 12 % 12), 4.0 * (i / 144)};
+    const int layer = i / 144;
+    const Vec3d centre = {4.0 * (i % 12), 4.0 * (i / 12 % 12), 4.0 * layer};
     Facing made = facing(random, centre, 1 + i % 3, 1 + i / 3 % 3, gap + radius);
     bodies.push_back(still(made.triangle, {}));
     made.hull.radius = radius;
