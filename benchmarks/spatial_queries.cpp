@@ -3,18 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "body_questions.hpp"
 #include "detector_scenes.hpp"
 #include "random.hpp"
 #include "report.hpp"
 #include "rival_scene.hpp"
+#include "timing.hpp"
 
-// Rays and nearest points on one mesh, with softcd and beside it others. Rays have nothing to do with each other: from
-// around the mesh to anywhere in its box.
+// Rays and nearest points on one mesh, with softcd and beside it others, and what is asked about bodies and shapes.
+// Rays have nothing to do with each other: from around the mesh to anywhere in its box.
 
 namespace softcd::benchmarks {
 namespace {
@@ -29,18 +30,6 @@ struct Times {
   std::size_t rays = 0, points = 0;                 ///< that were asked about; 0: none
   double build_ms = 0, rays_ms = 0, points_ms = 0;  ///< medians
 };
-
-template <class F>
-double milliseconds_of(const F& f) {
-  const auto begin = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
 
 class Benchmark {
  public:
@@ -59,8 +48,8 @@ class Benchmark {
     for (const Backend backend : options_.backends) add(measure(backend));
     if (options_.measures_rivals) measure_rivals();
     const std::string report =
-        fmt::format("{}: {} triangles, {} rays of which {} meet something, {} points\n\n{}", scene_.name,
-                    triangles_.size(), rays_.size(), answers_.hits, points_.size(), table_.text());
+        fmt::format("{}: {} triangles, {} rays of which {} meet something, {} points\n\n{}\n{}", scene_.name,
+                    triangles_.size(), rays_.size(), answers_.hits, points_.size(), table_.text(), ask_about_bodies());
     fmt::print("{}", report);
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report);
     if (!options_.json_file.empty()) write_json(options_.json_file, json_);
@@ -76,6 +65,7 @@ class Benchmark {
     }
     const Vec3d centre = 0.5 * (lo + hi);
     const double radius = std::sqrt(squared_norm(hi - centre));
+    extent_ = radius;
     test::Random random(1);
     const auto in_box = [&] {
       return Vec3d{random.uniform(lo.x, hi.x), random.uniform(lo.y, hi.y), random.uniform(lo.z, hi.z)};
@@ -106,18 +96,12 @@ class Benchmark {
       answers_.distances = 0;
       for (const ClosestPoint& point : closest) answers_.distances += point.distance;
     }
-    return {fmt::format("softcd, {}", scene.backend() == Backend::cuda ? "cuda" : "cpu"),
+    return {fmt::format("softcd, {}", demo::name_of(demo::kBackends, scene.backend())),
             rays_.size(),
             points_.size(),
-            without_first(build),
-            without_first(rays),
-            without_first(points)};
-  }
-
-  /// The first takes memory.
-  static double without_first(std::vector<double> values) {
-    values.erase(values.begin());
-    return median(std::move(values));
+            median_without_first(build),
+            median_without_first(rays),
+            median_without_first(points)};
   }
 
   void measure_rivals() {
@@ -140,8 +124,34 @@ class Benchmark {
     const bool tells_distances = answers.distances >= 0;
     if (rival.counts_exactly()) expect_near(rival.name(), "hits", double(answers.hits), double(answers_.hits));
     if (tells_distances) expect_near(rival.name(), "distances", answers.distances, answers_.distances);
-    add({rival.name(), rays_.size(), tells_distances ? points_.size() : 0, without_first(build), without_first(rays),
-         without_first(points)});
+    add({rival.name(), rays_.size(), tells_distances ? points_.size() : 0, median_without_first(build),
+         median_without_first(rays), median_without_first(points)});
+  }
+
+  /// Measures that too.
+  std::string ask_about_bodies() {
+    BodyQuestions questions({triangles_, x_}, extent_, options_.questions);
+    std::vector<BodyQuestionTime> times;
+    const auto append = [&](const std::vector<BodyQuestionTime>& more) {
+      times.insert(times.end(), more.begin(), more.end());
+    };
+    for (const Backend backend : options_.backends) append(questions.measure(backend, options_.repetitions));
+    if (options_.measures_rivals) append(questions.measure_rivals(options_.repetitions));
+    std::stable_sort(times.begin(), times.end(),
+                     [](const BodyQuestionTime& a, const BodyQuestionTime& b) { return a.question < b.question; });
+    Table table({"", "by", "questions", "answers", "us a question"}, 2);
+    for (const BodyQuestionTime& time : times) {
+      const char* const question = kBodyQuestionNames[static_cast<std::size_t>(time.question)];
+      table.add({question, time.name, fmt::to_string(time.questions), fmt::to_string(time.answers),
+                 fmt::format("{:.1f}", time.microseconds_each)});
+      json_["bodies"].push_back({{"scene", scene_.name},
+                                 {"question", question},
+                                 {"name", time.name},
+                                 {"questions", time.questions},
+                                 {"answers", time.answers},
+                                 {"us_each", time.microseconds_each}});
+    }
+    return fmt::format("{}\n\n{}", questions.description(), table.text());
   }
 
   /// Of one question, not of another.
@@ -171,6 +181,7 @@ class Benchmark {
   std::vector<Vec3f> x_;
   std::vector<Ray> rays_;
   std::vector<QueryPoint> points_;
+  double extent_ = 0;  ///< half the diagonal of the mesh's box
   Answers answers_;
   Table table_{{"", "build ms", "rays ms", "points ms"}, 1};
   nlohmann::ordered_json json_ = describe_run("queries", options_.machine);
@@ -184,14 +195,21 @@ void add_spatial_queries(CLI::App& app, SpatialQueryOptions& options) {
       "Rays, to the first hit, and nearest points, of one mesh at the end of a step: with softcd's Probe, and beside "
       "it\n"
       "with Bullet's btSoftBody::rayTest and, where it was found when this was configured, Embree 3. Median times in\n"
-      "milliseconds; build is what one question takes after positions have changed");
+      "milliseconds; build is what one question takes after positions have changed.\n\n"
+      "Then, in microseconds a question, of the mesh and balls at it: their distances, and their triangles that\n"
+      "intersect, beside a test of every two triangles of a few; and of the mesh alone: which triangles of its own\n"
+      "intersect (no rival), triangles in capsules and convex hulls, beside Bullet's contactPairTest of a triangle\n"
+      "mesh (GJK in float, on one thread), and what changes of it would intersect, beside a test of every triangle.\n"
+      "A test of every two triangles has to answer the same; Bullet may count a few others");
   command
       ->add_option("--step", options.step_folder,
                    "A folder with a folder frames of two meshes. Left out: a generated cloth on a ball, 92K triangles")
       ->option_text("DIR")
       ->check(CLI::ExistingDirectory);
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
-  command->add_option("--questions", options.questions, "Rays, and points")
+  command
+      ->add_option("--questions", options.questions,
+                   "Rays, and points; a hundredth of capsules, hulls and changes, a ten-thousandth of balls")
       ->option_text("N [1e6]")
       ->check(CLI::Range(1, 100000000));
   command->add_option("--repeat", options.repetitions, "Measured times, after one to warm up")

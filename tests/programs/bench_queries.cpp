@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -12,6 +13,24 @@ namespace {
 
 using testing::HasSubstr;
 
+struct Asked {
+  int questions = 0;
+  std::map<std::string, std::size_t> answers;  ///< by who answers
+};
+
+/// What was asked about bodies, shapes and changes, by question.
+std::map<std::string, Asked> asked_about_bodies(const nlohmann::json& rows) {
+  std::map<std::string, Asked> asked;
+  for (const auto& row : rows) {
+    EXPECT_GT(row.at("us_each"), 0) << row;
+    EXPECT_GT(row.at("answers"), 0) << row;
+    Asked& question = asked[row.at("question")];
+    if (row.at("name") == "softcd, cpu") question.questions = row.at("questions");
+    question.answers[row.at("name")] = row.at("answers");
+  }
+  return asked;
+}
+
 class BenchQueries : public testing::Test {
  protected:
   Result run(const std::string& arguments) const { return run_program(SOFTCD_BENCH, "queries " + arguments, folder_); }
@@ -20,7 +39,7 @@ class BenchQueries : public testing::Test {
 };
 
 // Others answer the same questions: the program fails where they answer something else.
-TEST_F(BenchQueries, rays_and_points_are_measured) {
+TEST_F(BenchQueries, all_questions_are_measured) {
   const Result result =
       run("--questions 1000 --repeat 1 --json " + folder_.file("json") + " --markdown " + folder_.file("table.md"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -35,6 +54,33 @@ TEST_F(BenchQueries, rays_and_points_are_measured) {
     EXPECT_GT(row["ms"]["build"], 0) << row;
     EXPECT_GT(row["ms"]["rays"], 0) << row;
   }
+  const std::map<std::string, int> questions = {{"distance of two bodies", 2},
+                                                {"intersections of two", 2},
+                                                {"whether two intersect", 2},
+                                                {"intersections within the mesh", 1},
+                                                {"capsules", 10},
+                                                {"hulls", 10},
+                                                {"changes", 10}};
+  std::map<std::string, Asked> asked = asked_about_bodies(json.at("bodies"));
+  EXPECT_EQ(asked.size(), questions.size());
+  for (const auto& [question, count] : questions) EXPECT_EQ(asked[question].questions, count) << question;
+  for (const char* question : {"distance of two bodies", "intersections of two", "changes"}) {
+    EXPECT_EQ(asked[question].answers.count("every two triangles"), 1U) << question;
+  }
+  for (const char* question : {"capsules", "hulls"}) {
+    const std::map<std::string, std::size_t>& answers = asked[question].answers;
+    if (answers.count("Bullet") == 0) continue;  // built without it
+    const auto expected = static_cast<double>(answers.at("softcd, cpu"));
+    EXPECT_NEAR(static_cast<double>(answers.at("Bullet")), expected, 0.02 * expected) << question;
+  }
+}
+
+TEST_F(BenchQueries, without_rivals_softcd_alone_is_measured) {
+  const Result result = run("--questions 100 --repeat 1 --no-rivals --json " + folder_.file("json"));
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json json = nlohmann::json::parse(folder_.read("json"));
+  EXPECT_EQ(json.at("bodies").size(), 7U);
+  for (const auto& row : json["bodies"]) EXPECT_EQ(row.at("name"), "softcd, cpu") << row;
 }
 
 TEST_F(BenchQueries, a_folder_without_meshes_is_wrong_input) {
