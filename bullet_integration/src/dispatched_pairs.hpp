@@ -33,7 +33,7 @@ class DispatchedPairs {
     std::vector<Pair> pairs;
     bool is_complete = true;
   };
-  /// Those since the last call.
+  /// Those since the last call, in the order in which threads came upon them: see PairOrder.
   Collected take() { return std::exchange(collected_, {}); }
 
  private:

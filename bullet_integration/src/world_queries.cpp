@@ -2,6 +2,8 @@
 
 #include <new>
 
+#include "pair_order.hpp"
+
 namespace softcd::bullet {
 
 WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
@@ -42,22 +44,24 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
   if (!has_finished) kind_.detect_natively(bodies, gate, settings_);
 }
 
-void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
-  const MeshPairs::Collected collected = mesh_pairs_->take();
+void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
+  MeshPairs::Collected collected = mesh_pairs_->take();
+  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
   const bool has_found = rigid_meshes.run(settings_, [&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
-    detection.find_contacts(collected.pairs, info.m_timeStep);
+    detection.find_contacts(collected.pairs, gate.info().m_timeStep);
   });
   if (has_found) return;
-  for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, info);
+  for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, gate.info());
 }
 
-void WorldQueries::find_convex_contacts(const btDispatcherInfo& info) {
-  const ConvexPairs::Collected collected = convex_pairs_->take();
+void WorldQueries::find_convex_contacts(const PairGate& gate) {
+  ConvexPairs::Collected collected = convex_pairs_->take();
+  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
   late_impulses_.clear();
   convex_shapes.run(settings_, [&](ConvexDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
-    detection.find_contacts(collected.pairs, info.m_timeStep);
+    detection.find_contacts(collected.pairs, gate.info().m_timeStep);
     if (settings_.detection == Detection::ccd && kind_.moves_rigid_bodies_first) {
       for (const auto& [soft, object] : detection.meetings()) late_impulses_.add(*soft, *object);
     }

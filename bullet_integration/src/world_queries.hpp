@@ -55,8 +55,8 @@ class WorldQueries {
       process_natively();
     }
     // First, while the arrays have nothing but Bullet's own contacts, of which it may take some out.
-    if (settings_.convex_shapes != ConvexShapes::nodes) find_convex_contacts(gate.info());
-    if (settings_.rigid_meshes) find_mesh_contacts(*dispatcher, gate.info());
+    if (settings_.convex_shapes != ConvexShapes::nodes) find_convex_contacts(gate);
+    if (settings_.rigid_meshes) find_mesh_contacts(*dispatcher, gate);
   }
   /// The other part, after the solver.
   void find_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
@@ -109,8 +109,8 @@ class WorldQueries {
   }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
-  void find_mesh_contacts(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
-  void find_convex_contacts(const btDispatcherInfo& info);
+  void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);
+  void find_convex_contacts(const PairGate& gate);
 
   const WorldKind& kind_;
   Settings settings_;
