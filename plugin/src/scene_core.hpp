@@ -23,6 +23,7 @@ class ProbeCore;
 class SceneCore;
 
 constexpr const char* kNoMemoryAtAll = "memory ran out where hardly any is needed; free memory.";
+constexpr const char* kNoMemoryForPairs = "memory ran out for a list of pairs of bodies. Free memory, or give fewer.";
 
 /// A detection that nobody has waited for.
 struct PendingDetection {

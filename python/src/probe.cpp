@@ -281,10 +281,9 @@ void bind_probe(nb::module_& module) {
           "body"_a, "removed"_a.none() = nb::none(), "added"_a.none() = nb::none(),
           "new_vertices"_a.none() = nb::none(),
           "removed, integers of shape (n,), are triangles of the body that would not be there any more; added, of "
-          "shape "
-          "(n, 3), what would come instead. New vertex i, in new_vertices of float32 or float64 of shape (n, 3), has "
-          "the "
-          "index `vertex count of the body + i`; a vertex that would move is a new one. All are copied.")
+          "shape (n, 3), what would come instead. New vertex i, in new_vertices of float32 or float64 of shape "
+          "(n, 3), has the index `vertex count of the body + i`; a vertex that would move is a new one. All are "
+          "copied.")
       .def("__repr__", describe);
 
   nb::class_<BoundProbe>(module, "Probe", nb::type_slots(probe_slots), "What softcd.Probe asks.")

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "any_simulation.hpp"
+#include "backend_under_test.hpp"
 #include "failing_cuda_calls.hpp"
 #include "layers.hpp"
 
@@ -102,13 +103,8 @@ std::uint64_t stride() {
 class FailedCudaSteps : public testing::TestWithParam<std::tuple<World, Backend, Fails>> {
  protected:
   void SetUp() override {
-    try {
-      SceneOptions options;
-      options.backend = Backend::cuda;
-      const softcd::Scene scene(options);
-    } catch (const BackendError& error) {
-      GTEST_SKIP() << error.what();
-    }
+    const std::string reason = why_missing(Backend::cuda);
+    if (!reason.empty()) GTEST_SKIP() << reason;
   }
 
   /// `make(backend)` makes sheets in a world; `bullets` are in Bullet's own.

@@ -48,30 +48,9 @@ softcd_status client_detect(const client_body* bodies, size_t body_count, const 
 }
 
 size_t client_struct_sizes(size_t* sizes, size_t capacity) {
-  const size_t here[] = {sizeof(softcd_scene_options),
-                         sizeof(softcd_body_settings),
-                         sizeof(softcd_positions),
-                         sizeof(softcd_query_options),
-                         sizeof(softcd_contact),
-                         sizeof(softcd_statistics),
-                         sizeof(softcd_ray),
-                         sizeof(softcd_ray_hit),
-                         sizeof(softcd_point),
-                         sizeof(softcd_closest_point),
-                         sizeof(softcd_sphere),
-                         sizeof(softcd_box),
-                         sizeof(softcd_overlap),
-                         sizeof(softcd_oriented_box),
-                         sizeof(softcd_mesh),
-                         sizeof(softcd_capsule),
-                         sizeof(softcd_hull),
-                         sizeof(softcd_body_distance),
-                         sizeof(softcd_intersection),
-                         sizeof(softcd_change),
-                         sizeof(softcd_change_intersection),
-                         sizeof(softcd_device_contacts),
-                         sizeof(softcd_contact_counts),
-                         sizeof(softcd_pending_contacts)};
+#define SIZE_OF(type) sizeof(type),
+  const size_t here[] = {SOFTCD_CLIENT_STRUCTS(SIZE_OF)};
+#undef SIZE_OF
   const size_t count = sizeof here / sizeof here[0];
   if (count <= capacity) memcpy(sizes, here, sizeof here);
   return count;

@@ -292,30 +292,9 @@ TEST(CRoundTrip, answers_about_changes_and_shapes_are_those_of_cpp) {
 }
 
 TEST(CRoundTrip, structs_have_one_layout_in_both_languages) {
-  const std::vector<std::size_t> expected = {sizeof(softcd_scene_options),
-                                             sizeof(softcd_body_settings),
-                                             sizeof(softcd_positions),
-                                             sizeof(softcd_query_options),
-                                             sizeof(softcd_contact),
-                                             sizeof(softcd_statistics),
-                                             sizeof(softcd_ray),
-                                             sizeof(softcd_ray_hit),
-                                             sizeof(softcd_point),
-                                             sizeof(softcd_closest_point),
-                                             sizeof(softcd_sphere),
-                                             sizeof(softcd_box),
-                                             sizeof(softcd_overlap),
-                                             sizeof(softcd_oriented_box),
-                                             sizeof(softcd_mesh),
-                                             sizeof(softcd_capsule),
-                                             sizeof(softcd_hull),
-                                             sizeof(softcd_body_distance),
-                                             sizeof(softcd_intersection),
-                                             sizeof(softcd_change),
-                                             sizeof(softcd_change_intersection),
-                                             sizeof(softcd_device_contacts),
-                                             sizeof(softcd_contact_counts),
-                                             sizeof(softcd_pending_contacts)};
+#define SIZE_OF(type) sizeof(type),
+  const std::vector<std::size_t> expected = {SOFTCD_CLIENT_STRUCTS(SIZE_OF)};
+#undef SIZE_OF
   std::vector<std::size_t> sizes(expected.size());
   ASSERT_EQ(client_struct_sizes(sizes.data(), sizes.size()), sizes.size());
   EXPECT_EQ(sizes, expected);

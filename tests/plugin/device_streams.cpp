@@ -6,9 +6,11 @@
 #include <cstring>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
+#include "backend_under_test.hpp"
 #include "device_memory.hpp"
 #include "expectations.hpp"
 #include "failing_cuda_calls.hpp"
@@ -65,13 +67,11 @@ struct Seen {
 class DeviceStreams : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
+    const std::string reason = why_missing(Backend::cuda);
+    if (!reason.empty()) GTEST_SKIP() << reason;
     SceneOptions options;
     options.backend = Backend::cuda;
-    try {
-      scene_.emplace(options);
-    } catch (const BackendError& error) {
-      GTEST_SKIP() << error.what();
-    }
+    scene_.emplace(options);
     SoupOptions of_triangles;
     of_triangles.triangle_count = 300;
     of_triangles.half_extent = 1.5;

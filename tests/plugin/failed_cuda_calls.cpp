@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "backend_under_test.hpp"
 #include "device_memory.hpp"
 #include "expectations.hpp"
 #include "failing_cuda_calls.hpp"
@@ -261,13 +262,8 @@ class Life {
 class FailedCudaCalls : public testing::TestWithParam<std::tuple<Backend, Part>> {
  protected:
   void SetUp() override {
-    try {
-      SceneOptions options;
-      options.backend = Backend::cuda;
-      const softcd::Scene scene(options);
-    } catch (const BackendError& error) {
-      GTEST_SKIP() << error.what();
-    }
+    const std::string reason = why_missing(Backend::cuda);
+    if (!reason.empty()) GTEST_SKIP() << reason;
   }
 
   /// Of the body that takes the first one's place, and of the second one.

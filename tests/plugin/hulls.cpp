@@ -140,40 +140,23 @@ double gap_of_boxes(const Hull& hull, const PlacedTriangle& triangle) {
 }
 
 TEST(Hulls, of_few_points_overlap_what_their_tetrahedra_do) {
-  std::size_t inside = 0;
-  std::size_t outside = 0;
-  for (NamedScene& named : odd_scenes()) {
-    SCOPED_TRACE(named.name);
-    const double extent = extent_of(named.bodies);
-    ProbedBodies probed(std::move(named.bodies));
-    const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
-    Random random(9);
+  const auto make = [](Random& random, double extent, const std::vector<PlacedTriangle>& triangles) {
     std::vector<Hull> hulls;
     for (int i = 0; i < 40; ++i) hulls.push_back(random_hull(random, extent, triangles));
-    const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(queries_of(hulls));
-    ASSERT_EQ(found.size(), hulls.size());
-    for (std::size_t i = 0; i < hulls.size(); ++i) {
-      expect_in_order(found[i]);
-      for (const PlacedTriangle& t : triangles) {
-        const bool is_found = has(found[i], t);
-        if (gap_of_boxes(hulls[i], t) > hulls[i].radius + 1e-10 * extent) {
-          ASSERT_FALSE(is_found) << "hull " << i;
-          continue;
-        }
-        const Meeting meeting = meeting_of(hulls[i], t);
-        const double gap = static_cast<double>(meeting.distance) - hulls[i].radius;
-        if (meeting.is_certain || gap < -1e-10 * extent) {
-          ASSERT_TRUE(is_found) << "hull " << i << ", triangle " << t.index;
-          ++inside;
-        } else if (gap > 1e-10 * extent) {
-          ASSERT_FALSE(is_found) << "hull " << i << ", triangle " << t.index << ", " << gap / extent;
-          ++outside;
-        }
-      }
-    }
-  }
-  EXPECT_GT(inside, 1500U);
-  EXPECT_GT(outside, 1500U);
+    return hulls;
+  };
+  std::size_t apart = 0;
+  const auto judge = [&apart](const Hull& hull, const PlacedTriangle& t, double extent) {
+    const double slack = 1e-10 * extent;
+    if (gap_of_boxes(hull, t) > hull.radius + slack) return Verdict::apart;
+    const Meeting meeting = meeting_of(hull, t);
+    if (meeting.is_certain) return Verdict::overlapping;
+    const Verdict verdict = verdict_on(static_cast<double>(meeting.distance) - hull.radius, slack);
+    if (verdict == Verdict::apart) ++apart;
+    return verdict;
+  };
+  EXPECT_GT(compare_overlaps(9, make, judge), 1500U);
+  EXPECT_GT(apart, 1500U);
 }
 
 /// A triangle on one side of a plane and a hull on the other one, both of which have a point at the same place of it.
@@ -263,31 +246,6 @@ TEST(Hulls, that_are_apart_by_little_more_than_rounding_are_told_from_those_that
   }
 }
 
-/// Points p with dot(normal, p) <= offset.
-struct HalfSpace {
-  Vec3d normal;
-  double offset;
-};
-
-bool has_part_in(const PlacedTriangle& triangle, const std::vector<HalfSpace>& solid, double growth) {
-  std::vector<LongVec3> polygon;
-  for (const Vec3d& x : triangle.x) polygon.push_back(vec3_cast<long double>(x));
-  for (const HalfSpace& side : solid) {
-    std::vector<LongVec3> kept;
-    const auto depth = [&](const LongVec3& p) {
-      return static_cast<long double>(side.offset + growth) - dot(vec3_cast<long double>(side.normal), p);
-    };
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const LongVec3& p = polygon[i];
-      const LongVec3& q = polygon[(i + 1) % polygon.size()];
-      if (depth(p) >= 0) kept.push_back(p);
-      if ((depth(p) >= 0) != (depth(q) >= 0)) kept.push_back(lerp(p, q, depth(p) / (depth(p) - depth(q))));
-    }
-    polygon = kept;
-  }
-  return !polygon.empty();
-}
-
 /// A prism with so many sides around an axis, and what is inside of it.
 struct Prism {
   Hull hull;
@@ -315,36 +273,25 @@ struct Prism {
   }
 };
 
+std::vector<QueryHull> queries_of(const std::vector<Prism>& prisms) {
+  std::vector<QueryHull> queries;
+  for (const Prism& prism : prisms) queries.push_back(prism.hull.query());
+  return queries;
+}
+
 TEST(Hulls, of_many_points_overlap_what_is_between_their_sides) {
-  std::size_t certain = 0;
-  for (NamedScene& named : odd_scenes()) {
-    SCOPED_TRACE(named.name);
-    const double extent = extent_of(named.bodies);
-    ProbedBodies probed(std::move(named.bodies));
-    const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
-    Random random(10);
+  const auto make = [](Random& random, double extent, const std::vector<PlacedTriangle>& /*triangles*/) {
     std::vector<Prism> prisms;
-    std::vector<QueryHull> queries;
     for (int i = 0; i < 60; ++i) {
       const double size = std::exp2(random.uniform(-4, 0)) * extent;
       prisms.emplace_back(random, random.in_box(extent), size, 4 + int(random.below(30)));
     }
-    for (const Prism& prism : prisms) queries.push_back(prism.hull.query());
-    const AnswerLists<TriangleOverlap> found = probed.probe.overlaps(queries);
-    for (std::size_t i = 0; i < prisms.size(); ++i) {
-      expect_in_order(found[i]);
-      for (const PlacedTriangle& t : triangles) {
-        const bool is_found = has(found[i], t);
-        if (has_part_in(t, prisms[i].sides, -1e-10 * extent)) {
-          ASSERT_TRUE(is_found) << "prism " << i;
-          ++certain;
-        } else if (is_found) {
-          ASSERT_TRUE(has_part_in(t, prisms[i].sides, 1e-10 * extent)) << "prism " << i;
-        }
-      }
-    }
-  }
-  EXPECT_GT(certain, 1500U);
+    return prisms;
+  };
+  const auto judge = [](const Prism& prism, const PlacedTriangle& t, double extent) {
+    return verdict_on(t, prism.sides, 1e-10 * extent);
+  };
+  EXPECT_GT(compare_overlaps(10, make, judge), 1500U);
 }
 
 TEST(Hulls, of_one_and_two_points_are_spheres_and_capsules) {

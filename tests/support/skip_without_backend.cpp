@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <string>
 
 #include "backend_under_test.hpp"
-#include "softcd/softcd.hpp"
 
 namespace softcd::test {
 namespace {
@@ -12,14 +12,10 @@ namespace {
 class BackendUnderTest : public testing::Environment {
  public:
   void SetUp() override {
-    PipelineOptions options;
-    options.backend = backend_under_test();
-    try {
-      const CollisionPipeline pipeline(options);
-    } catch (const BackendError& error) {
-      std::printf("[  SKIPPED ] %s\n", error.what());  // as ctest knows it
-      GTEST_SKIP() << error.what();
-    }
+    const std::string reason = why_missing(backend_under_test());
+    if (reason.empty()) return;
+    std::printf("[  SKIPPED ] %s\n", reason.c_str());  // as ctest knows it
+    GTEST_SKIP() << reason;
   }
 };
 
