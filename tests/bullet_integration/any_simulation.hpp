@@ -90,5 +90,10 @@ inline std::string name_of(World world) {
 
 inline const auto kWorlds = testing::Values(World::one_line, World::multi_body, World::dispatcher, World::deformable,
                                             World::attached, World::attached_deformable);
+inline const auto kClassicWorlds =
+    testing::Values(World::one_line, World::multi_body, World::dispatcher, World::attached);
+/// softcd looks for crossings once the solver is done; it has no part in that under a dispatcher.
+inline const auto kLookingWorlds =
+    testing::Values(World::one_line, World::multi_body, World::deformable, World::attached, World::attached_deformable);
 
 }  // namespace softcd::test

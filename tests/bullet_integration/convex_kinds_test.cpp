@@ -85,6 +85,16 @@ std::vector<Made> make_shapes() {
 class ConvexKinds : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKinds, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
 
+/// In the deformable world Bullet finds these contacts itself.
+class ConvexKindsInClassicWorlds : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKindsInClassicWorlds, kClassicWorlds,
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+class LinksOfMultiBodies : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, LinksOfMultiBodies,
+                         testing::Values(World::multi_body, World::deformable, World::attached_deformable),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
 /// The height of a triangle that has fallen with 3 m/s on the shape's origin, a metre below.
 btScalar fall_on(World world, const bullet::Settings& settings, Made& made) {
   AnySimulation simulation(world, settings);
@@ -159,8 +169,7 @@ TEST_P(ConvexKinds, may_be_replaced_and_scaled) {
   EXPECT_NEAR(lie_on_sphere(GetParam(), with_faces_and_edges(), scale), -0.88, 0.03);
 }
 
-TEST_P(ConvexKinds, can_be_asked_for_and_left_to_bullet_at_any_time) {
-  if (is_deformable(GetParam())) return;  // where Bullet finds the sphere, too
+TEST_P(ConvexKindsInClassicWorlds, can_be_asked_for_and_left_to_bullet_at_any_time) {
   const auto turn_on = [](AnySimulation& simulation, auto&, auto&, int step) {
     if (step == 1) simulation.detection().set_settings(with_faces_and_edges());
   };
@@ -171,8 +180,7 @@ TEST_P(ConvexKinds, can_be_asked_for_and_left_to_bullet_at_any_time) {
   EXPECT_LT(lie_on_sphere(GetParam(), with_faces_and_edges(), turn_off), -1.5);
 }
 
-TEST_P(ConvexKinds, are_reported_with_depth_and_time) {
-  if (is_deformable(GetParam())) return;  // where the contacts are Bullet's
+TEST_P(ConvexKindsInClassicWorlds, are_reported_with_depth_and_time) {
   bullet::Settings settings = with_faces_and_edges();
   settings.read_out = bullet::ReadOut::contacts;
   bool has_read = false;
@@ -250,8 +258,7 @@ btScalar fall_on_link(World world, const bullet::Settings& settings, btScalar sp
   return height;
 }
 
-TEST_P(ConvexKinds, may_be_links_of_multibodies) {
-  if (GetParam() != World::multi_body && !is_deformable(GetParam())) return;
+TEST_P(LinksOfMultiBodies, are_met_as_shapes_of_rigid_bodies_are) {
   EXPECT_GT(fall_on_link(GetParam(), with_faces_and_edges(), 5), -1.05);
   EXPECT_GT(fall_on_link(GetParam(), with_faces_and_edges(), 100), -6);
   EXPECT_LT(fall_on_link(GetParam(), test_settings(), 100), -20);

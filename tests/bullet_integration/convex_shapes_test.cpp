@@ -15,6 +15,19 @@ namespace {
 class ConvexShapes : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapes, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
 
+class ConvexShapesInClassicWorlds : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapesInClassicWorlds, kClassicWorlds,
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+class ThrownShapes : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ThrownShapes, kLookingWorlds,
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+class ShapesOnHeldCloths : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ShapesOnHeldCloths,
+                         testing::Values(World::one_line, World::multi_body, World::attached),
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
 btTransform on_its_corner(const btVector3& place) {
   return btTransform(shortestArcQuat(btVector3(1, 1, 1).normalized(), btVector3(0, 1, 0)), place);
 }
@@ -36,8 +49,7 @@ btScalar drop_corner(World world, const std::optional<bullet::Settings>& setting
 }
 
 /// Bullet's deformable world does not solve contacts of what is all fixed.
-TEST_P(ConvexShapes, a_corner_is_caught_by_a_large_triangle) {
-  if (is_deformable(GetParam())) return;
+TEST_P(ConvexShapesInClassicWorlds, a_corner_is_caught_by_a_large_triangle) {
   EXPECT_LT(drop_corner(GetParam(), std::nullopt), -1) << "with Bullet alone";
   EXPECT_EQ(drop_corner(GetParam(), test_settings()), drop_corner(GetParam(), std::nullopt));
   EXPECT_GT(drop_corner(GetParam(), with_faces_and_edges()), 0.05);
@@ -163,8 +175,7 @@ btScalar throw_box(World world, const std::optional<bullet::Settings>& settings,
   return deepest;
 }
 
-TEST_P(ConvexShapes, a_thrown_box_does_not_pass_a_coarse_cloth) {
-  if (GetParam() == World::dispatcher) return;  // which has no part in what follows the solver
+TEST_P(ThrownShapes, do_not_pass_a_coarse_cloth) {
   for (const btScalar mass : {btScalar(0.05), btScalar(0.5)}) {
     EXPECT_GT(throw_box(GetParam(), std::nullopt, mass, 50), 10) << "with Bullet alone";
     EXPECT_GT(throw_box(GetParam(), test_settings(Detection::ccd), mass, 50), 10);
@@ -196,8 +207,7 @@ btScalar drop_on_held_cloth(World world, const std::optional<bullet::Settings>& 
 }
 
 /// In the classic worlds: in the deformable one Bullet tests faces itself.
-TEST_P(ConvexShapes, a_held_cloth_keeps_a_box) {
-  if (is_deformable(GetParam()) || GetParam() == World::dispatcher) return;
+TEST_P(ShapesOnHeldCloths, stay_on_them) {
   EXPECT_LT(drop_on_held_cloth(GetParam(), std::nullopt, btScalar(0.5), btScalar(0.1)), -10) << "with Bullet alone";
   for (const btScalar mass : {btScalar(0.5), btScalar(2)}) {
     for (const btScalar height : {btScalar(0.1), btScalar(0.5), btScalar(1.5)}) {
@@ -209,12 +219,12 @@ TEST_P(ConvexShapes, a_held_cloth_keeps_a_box) {
 
 /// Boxes of about ten times the mass of the cloth stretch it to more than twice its length, each in another way. 9 of
 /// these 13 fell through where contacts that Bullet had found made way for softcd's.
-TEST_P(ConvexShapes, a_held_cloth_keeps_most_boxes_of_ten_times_its_mass) {
-  if (GetParam() != World::deformable) return;  // it takes seconds
+TEST(HeavyShapesOnHeldCloths, mostly_stay_on_them_with_ten_times_their_mass) {
   int fallen = 0;
   for (int percent = 94; percent <= 106; ++percent) {
     const btScalar mass = btScalar(percent) / 10;
-    fallen += drop_on_held_cloth(GetParam(), with_faces_and_edges(), mass, btScalar(0.1), /*nodes_per_side=*/6) < -15;
+    fallen +=
+        drop_on_held_cloth(World::deformable, with_faces_and_edges(), mass, btScalar(0.1), /*nodes_per_side=*/6) < -15;
   }
   EXPECT_LE(fallen, 4);
 }

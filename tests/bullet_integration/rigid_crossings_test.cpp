@@ -112,8 +112,6 @@ class RigidCrossings : public WarnedSimulation {
   long answered = 0;
   std::uint64_t unavoidable = 0, excepted = 0;
 };
-const auto kLookingWorlds =
-    testing::Values(World::one_line, World::multi_body, World::deformable, World::attached, World::attached_deformable);
 INSTANTIATE_TEST_SUITE_P(Worlds, RigidCrossings, kLookingWorlds,
                          [](const auto& parameter) { return name_of(parameter.param); });
 
