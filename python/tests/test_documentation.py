@@ -35,7 +35,6 @@ def test_examples_run(code, tmp_path, monkeypatch, capsys):
     vertices_t0, vertices_t1, triangles = folding_sheet()
     write_ply(tmp_path / "t0.ply", vertices_t0, triangles)
     write_ply(tmp_path / "t1.ply", vertices_t1, triangles)
-    write_ply(tmp_path / "mesh.ply", vertices_t1, triangles)
     monkeypatch.chdir(tmp_path)
     names = {}
     exec(compile(code, "example", "exec"), names)
