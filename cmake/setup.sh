@@ -4,11 +4,12 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-usage: cmake/setup.sh [EXTRA_PACKAGE...]
+usage: cmake/setup.sh [--only] [EXTRA_PACKAGE...]
 
-Installs the missing ones of the packages that softcd is built with, through apt-get, as root or with sudo. Does
-nothing when all are there.
+Installs the missing ones of the packages that softcd is built with, and of EXTRA_PACKAGEs, through apt-get, as root or
+with sudo. Does nothing when all are there.
 
+  --only           installs EXTRA_PACKAGEs alone, where nothing is built
   SOFTCD_CUDA=on   where there is no nvcc, also fetches NVIDIA's CUDA compiler (100 MB) into build/nvcc
   SOFTCD_SETUP=off does nothing at all: you look after the packages yourself
 TEXT
@@ -84,5 +85,10 @@ case "${1:-}" in
 esac
 [ "${SOFTCD_SETUP:-on}" != off ] || exit 0
 
+if [ "${1:-}" = --only ]; then
+  shift
+  install_packages "$@"
+  exit 0
+fi
 install_packages "${packages[@]}" "$@"
 if [ "${SOFTCD_CUDA:-auto}" = on ] && ! has_nvcc; then fetch_nvcc; fi

@@ -17,7 +17,7 @@ case "${1:-}" in
 esac
 folder=$(realpath -m "${1:-$(dirname "${BASH_SOURCE[0]}")/../build/site}")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-cmake/setup.sh doxygen python3
+cmake/setup.sh --only doxygen python3
 
 rm -rf "$folder/html"
 mkdir -p "$folder"

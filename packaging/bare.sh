@@ -32,7 +32,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bare=$PWD/build/bare/$suite
 
 make_debian() {
-  SOFTCD_SETUP=on cmake/setup.sh debootstrap
+  SOFTCD_SETUP=on cmake/setup.sh --only debootstrap
   debootstrap --force-check-gpg --variant=minbase --include=ca-certificates "$suite" "$bare.part" >&2
 }
 
