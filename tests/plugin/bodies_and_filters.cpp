@@ -240,12 +240,12 @@ TEST(Bodies, many_small_ones) {
 /// A square of `side`^2 single triangles, each of which touches those before and behind it.
 Scene triangles_in_rows(std::uint32_t side) {
   Scene scene;
-  for (std::uint32_t i = 0; i < side * side; ++i) {
-    Mesh triangle;
-    triangle.triangles = {{{0, 1, 2}}};
-    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
-    scene.push_back(still(moved(triangle, {2.0 * (i / side), 0.0, 0.9 * (i % side)}), BodySettings{}));
-    scene.back().settings.margin = 0.001F;
+  const Mesh triangle{{{{0, 1, 2}}}, {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}};
+  for (std::uint32_t row = 0; row < side; ++row) {
+    for (std::uint32_t place = 0; place < side; ++place) {
+      scene.push_back(still(moved(triangle, {2.0 * row, 0.0, 0.9 * place}), BodySettings{}));
+      scene.back().settings.margin = 0.001F;
+    }
   }
   return scene;
 }

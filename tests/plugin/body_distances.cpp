@@ -135,7 +135,10 @@ TEST(BodyDistances, are_the_least_of_all_triangles) {
   scenes.push_back({"near", {still(ball, {}), still(moved(ball, {2.125, 0.5, 0}), {}), still(small, {})}});
   std::vector<SceneBody> many;
   const Mesh tiny = outward_ball(0, 0.25);
-  for (int i = 0; i < 20; ++i) many.push_back(still(moved(tiny, {double(i % 7), double(i / 7), 0.125 * (i % 3)}), {}));
+  for (int i = 0; i < 20; ++i) {
+    const int row = i / 7;
+    many.push_back(still(moved(tiny, {double(i % 7), double(row), 0.125 * (i % 3)}), {}));
+  }
   scenes.push_back({"more bodies than classes", many});
   for (NamedScene& named : scenes) {
     SCOPED_TRACE(named.name);

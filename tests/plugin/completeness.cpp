@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -61,8 +62,8 @@ const CounterExample kCounterExamples[] = {
      {{{3.22, 2.5, 3.88}, {2.96, 2.56, 3}, {3.38, 2.38, 3.08}}}},
 };
 
-void PrintTo(const CounterExample& example, std::ostream* out) {
-  *out << example.name;
+std::ostream& operator<<(std::ostream& out, const CounterExample& example) {
+  return out << example.name;
 }
 
 /// Copies of the pair on a lattice whose period is a whole number of cells, half of them moved off it at random, and
@@ -75,8 +76,9 @@ Scene scattered_copies(const CounterExample& example, float margin) {
   Mesh first;
   Mesh second;
   for (int i = 0; i < kSide * kSide * kSide; ++i) {
-    const Vec3d lattice{kPeriod * (i % kSide - kSide / 2), kPeriod * (i / kSide % kSide - kSide / 2),
-                        kPeriod * (i / kSide / kSide - kSide / 2)};
+    const int row = i / kSide % kSide;
+    const int layer = i / kSide / kSide;
+    const Vec3d lattice = kPeriod * Vec3d{i % kSide - 0.5 * kSide, row - 0.5 * kSide, layer - 0.5 * kSide};
     const Vec3d offset = i % 2 == 0 ? lattice : lattice + random.in_box(1.0);
     add_triangle(first, example.a, offset);
     add_triangle(second, example.b, offset);
@@ -187,8 +189,9 @@ class PairBatch {
     const bool both_small = small_a_ && small_b_;
     const double period = both_small ? 4.0 : 48.0;
     const Vec3d corner{both_small ? 0.0 : -48.0 * side, 0.0, 0.0};
-    return corner + Vec3d{period * (i % side), period * (i / side % side), period * (i / side / side)} +
-           random_.in_box(1.0);
+    const std::uint32_t row = i / side % side;
+    const std::uint32_t layer = i / side / side;
+    return corner + period * Vec3d{double(i % side), double(row), double(layer)} + random_.in_box(1.0);
   }
 
   double radius(bool is_small) { return is_small ? random_.uniform(0.3, 1.0) : random_.uniform(3.0, 20.0); }

@@ -96,6 +96,7 @@ TEST_P(Determinism, callers_streams) {
   PipelineOptions options = test_options(GetParam());
   const std::vector<Contact> expected = detect_once(scene, options);
   for (const std::uintptr_t stream : {1U, 2U}) {
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): CUDA defines them so.
     options.cuda_stream = reinterpret_cast<void*>(stream);
     LoadedScene loaded = load(scene, options);
     for (int run = 0; run < 4; ++run) EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << "run " << run;

@@ -61,7 +61,7 @@ class ForeseenPositionsTest : public DevicePositionsTest {
     EXPECT_LE(looks_.in_vain, in_vain);
   }
 
-  const Vec3d kSlowly{0.003, -0.002, 0.001};
+  static constexpr Vec3d kSlowly{0.003, -0.002, 0.001};
   QueryOptions options_ = looking_for(Detection::ccd);
   Form form_;
   Scene bodies_;

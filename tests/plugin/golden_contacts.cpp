@@ -108,8 +108,8 @@ bool are_floats(const Scene& scene) {
   return true;
 }
 
-void PrintTo(const Golden& golden, std::ostream* out) {
-  *out << golden.scene.name;
+std::ostream& operator<<(std::ostream& out, const Golden& golden) {
+  return out << golden.scene.name;
 }
 
 enum class Given { as_doubles, as_floats };

@@ -26,8 +26,10 @@ Mesh sheet_of_long_numbers(int offset) {
   Mesh mesh = grid_cloth(6, 6, 1.0);
   int i = 0;
   for (Vec3d& x : mesh.positions) {
-    const double along = 2 * (i % 6) + offset;
-    const double across = 2 * (i / 6) + offset;
+    const int column = i % 6;
+    const int row = i / 6;
+    const double along = 2 * column + offset;
+    const double across = 2 * row + offset;
     x = along * Vec3d{700001, 312347, 123457} + across * Vec3d{-400009, 654323, 298723};
     ++i;
   }

@@ -158,8 +158,8 @@ TEST(Probes, say_what_is_wrong) {
   std::optional<softcd::Scene> scene(std::in_place, scene_options());
   Probe probe(*scene);
   Probe taken(std::move(probe));
-  EXPECT_THAT(error_of([&] { probe.closest_point({}); }),
-              HasSubstr("was moved from"));  // NOLINT(bugprone-use-after-move)
+  // NOLINTNEXTLINE(bugprone-use-after-move): this is what it says then.
+  EXPECT_THAT(error_of([&] { probe.closest_point({}); }), HasSubstr("was moved from"));
   EXPECT_FALSE(taken.closest_point({}).has_point());
   scene.reset();
   EXPECT_THAT(error_of([&] { taken.closest_point({}); }), HasSubstr("the Scene of this Probe is gone"));

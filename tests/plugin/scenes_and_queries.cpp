@@ -271,6 +271,7 @@ TEST(Tickets, say_what_is_gone) {
   EXPECT_EQ(query->statistics().vt_contacts, count);
   EXPECT_FALSE(query->explain().empty());
   Ticket taken = std::move(of_gone_scene);
+  // NOLINTNEXTLINE(bugprone-use-after-move): this is what it says then.
   EXPECT_THAT(error_of([&] { of_gone_scene.wait(); }), HasSubstr("moved"));
 }
 
@@ -350,6 +351,7 @@ TEST(Scenes, that_were_moved_from_say_so) {
   EXPECT_THAT(error_of([&] { const Query query(filled.scene, {}); }), HasSubstr("moved"));
   Query query(taken, {});
   Query other = std::move(query);
+  // NOLINTNEXTLINE(bugprone-use-after-move): this is what it says then.
   EXPECT_THAT(error_of([&] { query.detect(); }), HasSubstr("moved"));
   EXPECT_TRUE(identical(detect_once(filled.bodies, alone({})), other.detect()));
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "random.hpp"
@@ -28,10 +30,10 @@ float largest_of(const std::vector<float>& values) {
   return largest_size(team, histogram_of(values).data());
 }
 
-std::vector<float> log_uniform(std::uint64_t seed, double low, double high, int count) {
+std::vector<float> log_uniform(std::uint64_t seed, double low, double high, std::size_t count) {
   Random random(seed);
-  std::vector<float> values;
-  for (int i = 0; i < count; ++i) values.push_back(static_cast<float>(low * std::pow(high / low, random.unit())));
+  std::vector<float> values(count);
+  for (float& value : values) value = static_cast<float>(low * std::pow(high / low, random.unit()));
   return values;
 }
 

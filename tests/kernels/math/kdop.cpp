@@ -55,8 +55,8 @@ long double largest_gap(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b
 
 std::vector<Vec3f> random_triangle(Random& random, double offset, double size) {
   const Vec3d centre = random.in_box(offset);
-  std::vector<Vec3f> corners;
-  for (int i = 0; i < 3; ++i) corners.push_back(vec3_cast<float>(centre + random.in_box(size)));
+  std::vector<Vec3f> corners(3);
+  for (Vec3f& corner : corners) corner = vec3_cast<float>(centre + random.in_box(size));
   return corners;
 }
 
