@@ -25,7 +25,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=$PWD/build/packages
 
 build_packages() {
-  cmake/setup.sh dpkg-dev fakeroot
+  cmake/setup.sh dpkg-dev fakeroot file
   # shellcheck disable=SC2086  # several arguments in one variable
   cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DBUILD_SHARED_LIBS=ON \
     -DCMAKE_INSTALL_PREFIX=/usr -DSOFTCD_TESTS=OFF -DSOFTCD_BENCHMARKS=OFF -DSOFTCD_CUDA=OFF ${SOFTCD_CMAKE_ARGS:-} >&2
