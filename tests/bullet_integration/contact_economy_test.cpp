@@ -76,13 +76,13 @@ demo::ClothShape flat(btScalar height, btScalar shift = 0) {
 /// Each node off its place by up to `most` along every axis.
 demo::ClothShape bumpy(btScalar height, btScalar most, Random& random) {
   demo::ClothShape shape = flat(height);
-  std::vector<btVector3> offsets;
+  btAlignedObjectArray<btVector3> offsets;
   for (int i = 0; i < kNodes * kNodes; ++i) {
     const auto offset = [&] { return btScalar(random.uniform(double(-most), double(most))); };
-    offsets.emplace_back(offset(), offset(), offset());
+    offsets.push_back(btVector3{offset(), offset(), offset()});
   }
   shape.position = [=, on = shape.position](int column, int row) {
-    return on(column, row) + offsets[static_cast<std::size_t>(row * kNodes + column)];
+    return on(column, row) + offsets[row * kNodes + column];
   };
   return shape;
 }
@@ -422,12 +422,13 @@ std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step) 
   btScalar sum = 0;
   std::size_t contacts = 0;
   const int steps = static_cast<int>(1 / step);
+  const int steps_to_rest = steps * 3 / 4;
   for (int i = 0; i < steps; ++i) {
     simulation.step(step);
-    if (i >= steps * 3 / 4) sum += mean_height(sheet);
+    if (i >= steps_to_rest) sum += mean_height(sheet);
     contacts += static_cast<std::size_t>(sheet.m_scontacts.size() + sheet.m_faceNodeContacts.size());
   }
-  return {sum / btScalar(steps - steps * 3 / 4), contacts};
+  return {sum / btScalar(steps - steps_to_rest), contacts};
 }
 
 void expect_same_rest(const std::pair<btScalar, std::size_t>& all, const std::pair<btScalar, std::size_t>& chosen) {

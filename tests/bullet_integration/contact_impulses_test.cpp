@@ -271,7 +271,8 @@ TEST(ContactImpulses, are_not_known_of_bodies_that_something_else_moved) {
   btSoftBody* sheets[4];
   for (int i = 0; i < 4; ++i) {
     // Two pairs, far from each other.
-    options.height = btScalar(0.08) * btScalar(i % 2) + 5 * btScalar(i / 2);
+    const int pair = i / 2;
+    options.height = btScalar(0.08) * btScalar(i % 2) + 5 * btScalar(pair);
     sheets[i] = &simulation.add(make_sheet(simulation.world_info(), options));
   }
   // Called before the soft bodies are solved.

@@ -211,7 +211,9 @@ class WildSheets {
     options.fixed = place % 5 == 0;
     auto sheet = make_sheet(world_info_, options);
     sheet->rotate(btQuaternion(random_vector(random, 1).normalized(), btScalar(random.uniform(0, 3))));
-    const btVector3 center(btScalar(place % kSide), btScalar(place / kSide % kSide), btScalar(place / kSide / kSide));
+    const int row = place / kSide % kSide;
+    const int layer = place / kSide / kSide;
+    const btVector3 center(btScalar(place % kSide), btScalar(row), btScalar(layer));
     sheet->translate(center * btScalar(0.75));
     pointers_.push_back(sheet.get());
     sheets_.push_back(std::move(sheet));

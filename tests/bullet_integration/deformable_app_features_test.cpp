@@ -112,7 +112,9 @@ template <class Body>
 std::unique_ptr<Body> make_block(btSoftBodyWorldInfo& info, const btVector3& center) {
   std::vector<btVector3> x;
   for (int i = 0; i < 27; ++i) {
-    x.push_back(center + btVector3(btScalar(i % 3 - 1), btScalar(i / 3 % 3 - 1), btScalar(i / 9 - 1)) / 10);
+    const int row = i / 3 % 3;
+    const int layer = i / 9;
+    x.push_back(center + btVector3(btScalar(i % 3 - 1), btScalar(row - 1), btScalar(layer - 1)) / 10);
   }
   auto body = std::make_unique<Body>(&info, 27, x.data(), nullptr);
   for (int cube = 0; cube < 8; ++cube) {

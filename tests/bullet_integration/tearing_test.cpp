@@ -93,7 +93,8 @@ TEST(Tearing, a_cloth_that_is_refined_where_it_folds_is_never_through_itself) {
   std::size_t contacts = 0;
   for (int step = 0; step < 80; ++step) {
     if (step % 20 == 10) {
-      Plane plane(btScalar(0.02) * btScalar(step / 20 - 2) + btScalar(0.011));
+      const int refinement = step / 20;
+      Plane plane(btScalar(0.02) * btScalar(refinement - 2) + btScalar(0.011));
       cloth.refine(&plane, btScalar(0.001), /*cut=*/false);
     }
     for (int n = 0; n < cloth.m_nodes.size(); ++n) {  // the sides swing together
