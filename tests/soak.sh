@@ -10,7 +10,8 @@ Builds the soak test and runs it in each kind of world for STEPS steps, 200000 w
 number that its random choices follow from (1 where none is named); as many at once as there are processors. With --asan
 under the sanitizers of the preset cpu-asan, and 20000 steps where none are named. Prints what has been going on in each,
 and fails where a position is not finite, something is through something else, a detector has failed, memory has grown,
-or hardly anything has touched, as in fewer than 200 steps; the logs are in build/soak. 24 hours on 16 processors: 1000000 steps and 32 runs.
+or hardly anything has touched, as in fewer than 200 steps; the logs are in build/soak. 24 hours on 16 processors: 1000000
+steps and 32 runs.
 
 Environment: SOFTCD_TEST_BACKEND=cuda for the GPU, SOFTCD_CUDA=auto|on|off, SOFTCD_SETUP=off; see cmake/build.sh --help.
 TEXT
