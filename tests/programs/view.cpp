@@ -61,7 +61,7 @@ class Viewer : public testing::Test {
 
 TEST_F(Viewer, shows_the_cloths_and_closes) {
   const std::string file = folder_.file("window.png");
-  const Result result = run("two-cloths --size 20 --backend cpu --view --view-frames 10 --screenshot " + file);
+  const Result result = run("two-cloths --size 20 --backend cpu --view --view-frames 4 --screenshot " + file);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const Picture picture = read_png(file);
   ASSERT_GE(picture.width, 640U);
