@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "deformable_support.hpp"
+#include "exact_contacts.hpp"
 #include "random.hpp"
-#include "reference_distance.hpp"
 #include "soft_body_support.hpp"
 #include "softcd/bullet/soft_worlds.hpp"
 
@@ -126,15 +126,6 @@ Sites sites_of(const std::vector<btSoftBody*>& bodies) {
     }
   }
   return sites;
-}
-
-Vec3d position_of(const btSoftBody::Node& node) {
-  return {double(node.m_x.x()), double(node.m_x.y()), double(node.m_x.z())};
-}
-
-long double distance_of(const SContact& contact) {
-  return distance_vertex_triangle(position_of(*contact.m_node), position_of(*contact.m_face->m_n[0]),
-                                  position_of(*contact.m_face->m_n[1]), position_of(*contact.m_face->m_n[2]));
 }
 
 using Feature = std::set<const btSoftBody::Node*>;

@@ -7,8 +7,8 @@
 #include <map>
 #include <utility>
 
+#include "exact_contacts.hpp"
 #include "random.hpp"
-#include "reference_distance.hpp"
 #include "soft_body_support.hpp"
 
 namespace softcd::test {
@@ -57,15 +57,6 @@ struct Twin {
     return {};
   }
 };
-
-Vec3d position_of(const btSoftBody::Node& node) {
-  return {double(node.m_x.x()), double(node.m_x.y()), double(node.m_x.z())};
-}
-
-long double distance_of(const btSoftBody::Node& node, const btSoftBody::Face& face) {
-  return distance_vertex_triangle(position_of(node), position_of(*face.m_n[0]), position_of(*face.m_n[1]),
-                                  position_of(*face.m_n[2]));
-}
 
 long double margin_of(const btSoftBody& a, const btSoftBody& b, const btSoftBody::Node& node) {
   const long double margins = static_cast<long double>(a.getCollisionShape()->getMargin()) +

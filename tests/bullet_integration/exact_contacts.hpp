@@ -15,6 +15,14 @@ inline Vec3d position_of(const btSoftBody::Node& node) {
   return {double(node.m_x.x()), double(node.m_x.y()), double(node.m_x.z())};
 }
 
+inline long double distance_of(const btSoftBody::Node& node, const btSoftBody::Face& face) {
+  return distance_vertex_triangle(position_of(node), position_of(*face.m_n[0]), position_of(*face.m_n[1]),
+                                  position_of(*face.m_n[2]));
+}
+inline long double distance_of(const btSoftBody::SContact& contact) {
+  return distance_of(*contact.m_node, *contact.m_face);
+}
+
 /// Every node of `nodes` within reach of a face of `faces` has just that contact, and no other. Nothing moves here,
 /// so the margin is the sum of both bodies'.
 inline void expect_exact_contacts(const btSoftBody& nodes, const btSoftBody& faces) {
@@ -30,9 +38,7 @@ inline void expect_exact_contacts(const btSoftBody& nodes, const btSoftBody& fac
   for (int n = 0; n < nodes.m_nodes.size(); ++n) {
     for (int f = 0; f < faces.m_faces.size(); ++f) {
       const btSoftBody::Face& face = faces.m_faces[f];
-      const auto distance =
-          static_cast<double>(distance_vertex_triangle(position_of(nodes.m_nodes[n]), position_of(*face.m_n[0]),
-                                                       position_of(*face.m_n[1]), position_of(*face.m_n[2])));
+      const auto distance = static_cast<double>(distance_of(nodes.m_nodes[n], face));
       if (std::abs(distance - margin) < 1e-6) continue;
       expected_count += distance < margin;
       EXPECT_EQ(found.count({&nodes.m_nodes[n], &face}), distance < margin ? 1U : 0U);

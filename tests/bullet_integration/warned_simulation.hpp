@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "any_simulation.hpp"
+#include "scenes/penetration.hpp"
 
 namespace softcd::test {
 
@@ -14,6 +15,12 @@ namespace softcd::test {
 class WarnedSimulation : public testing::TestWithParam<World> {
  protected:
   WarnedSimulation() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
+
+  /// Of one body in triangles of another: no body here asks for contacts within itself.
+  static std::size_t count_edges(const std::vector<const btSoftBody*>& bodies) {
+    return demo::find_intersections(bodies, [](const btSoftBody& a, const btSoftBody& b) { return &a != &b; })
+        .edge_count;
+  }
 
   std::vector<std::string> warnings;
   AnySimulation simulation;

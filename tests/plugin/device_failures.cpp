@@ -13,6 +13,7 @@
 #include "probe_core.hpp"
 #include "scene.hpp"
 #include "scene_core.hpp"
+#include "scene_parts.hpp"
 #include "selected_detector.hpp"
 
 namespace softcd::test {
@@ -101,11 +102,8 @@ class FailingScene {
   const Statistics& statistics() const { return query_.statistics(); }
 
   std::vector<Contact> detect(Detection detection = Detection::ccd) {
-    QueryOptions options;
-    options.detection = detection;
-    query_.set_options(options);
-    const Span<const Contact> contacts = query_.wait(query_.start(Pairs::all));
-    return {contacts.begin(), contacts.end()};
+    query_.set_options(looking_for(detection));
+    return copy_of(query_.wait(query_.start(Pairs::all)));
   }
 
   std::vector<Contact> gather() { return query_.gather_contacts(); }
@@ -118,8 +116,7 @@ class FailingScene {
 
  private:
   static SceneOptions options(Backend wanted, const Communicator& communicator) {
-    SceneOptions result;
-    result.backend = wanted;
+    SceneOptions result = scene_options(wanted);
     result.communicator = communicator;
     return result;
   }

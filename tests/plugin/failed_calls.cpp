@@ -28,11 +28,6 @@ Scene small_scene(bool has_strays) {
   return scene;
 }
 
-std::vector<Contact> contacts_of(CollisionPipeline& pipeline) {
-  const Span<const Contact> contacts = pipeline.detect();
-  return {contacts.begin(), contacts.end()};
-}
-
 struct Case {
   Detection detection;
   bool has_strays;
@@ -45,7 +40,7 @@ class FailedCalls : public testing::TestWithParam<Case> {
 
   static std::vector<Contact> expected() {
     LoadedScene loaded = fresh();
-    return contacts_of(loaded.pipeline);
+    return copy_of(loaded.pipeline.detect());
   }
 
   /// `change` fails at each of its allocations: nothing has changed then, and the next attempt succeeds. `complete`
@@ -64,7 +59,7 @@ class FailedCalls : public testing::TestWithParam<Case> {
         change(loaded);
       }
       complete(loaded);
-      const std::vector<Contact> found = contacts_of(loaded.pipeline);
+      const std::vector<Contact> found = copy_of(loaded.pipeline.detect());
       EXPECT_FALSE(found.empty());
       EXPECT_TRUE(n == 1 || identical(after, found));
       after = found;
@@ -191,14 +186,14 @@ TEST_P(FailedCalls, set_positions) {
     CollisionPipeline pipeline(test_options(GetParam().detection));
     const BodyId id = pipeline.add_body(desc_of(bodies[0]));
     pipeline.set_positions(id, floats);
-    const std::vector<Contact> before = contacts_of(pipeline);
+    const std::vector<Contact> before = copy_of(pipeline.detect());
     const auto change = [&] { pipeline.set_positions(id, x_t0, bodies[0].x_t1); };
     const bool has_succeeded = succeeds_although(n, change);
     if (!has_succeeded) {
       EXPECT_TRUE(identical(before, pipeline.detect()));
       change();
     }
-    const std::vector<Contact> found = contacts_of(pipeline);
+    const std::vector<Contact> found = copy_of(pipeline.detect());
     EXPECT_FALSE(found.empty());
     EXPECT_TRUE(n == 1 || identical(after, found));
     after = found;
@@ -243,7 +238,7 @@ TEST_P(FailedCalls, detect_with_filters) {
     return loaded;
   };
   LoadedScene whole = filtered();
-  const std::vector<Contact> wanted = contacts_of(whole.pipeline);
+  const std::vector<Contact> wanted = copy_of(whole.pipeline.detect());
   EXPECT_FALSE(wanted.empty());
   EXPECT_LT(wanted.size(), expected().size());
   for_every_allocation([&](std::uint64_t n) {

@@ -18,16 +18,13 @@ namespace {
 class OutlivingScene {
  public:
   explicit OutlivingScene(Backend backend)
-      : scene_(options_with(backend)), query_(scene_, looking_for(Detection::ccd)) {
+      : scene_(scene_options(backend)), query_(scene_, looking_for(Detection::ccd)) {
     const BodyId id = scene_.add_body(desc_of(body_));
     scene_.set_positions(id, body_.x_t0, body_.x_t1);
   }
 
   Backend backend() const { return scene_.backend(); }
-  std::vector<Contact> detect() {
-    const Span<const Contact> contacts = query_.detect();
-    return {contacts.begin(), contacts.end()};
-  }
+  std::vector<Contact> detect() { return copy_of(query_.detect()); }
   /// Whether a detection says that the device has failed.
   bool is_told() {
     try {
@@ -40,11 +37,6 @@ class OutlivingScene {
   }
 
  private:
-  static SceneOptions options_with(Backend backend) {
-    SceneOptions options;
-    options.backend = backend;
-    return options;
-  }
   static SceneBody make_body() {
     SoupOptions options;
     options.triangle_count = 300;

@@ -18,6 +18,7 @@
 #include "forwarding_detector.hpp"
 #include "mesh_generators.hpp"
 #include "scene_core.hpp"
+#include "scene_parts.hpp"
 
 // Scenes whose positions are on a device: the GPU where that is under test, else one that is pretended.
 namespace softcd::test {
@@ -185,8 +186,7 @@ class LoadedCore {
   }
   std::vector<Contact> detect(const QueryOptions& options) {
     query_.set_options(options);
-    const Span<const Contact> contacts = query_.wait(query_.start(Pairs::all));
-    return {contacts.begin(), contacts.end()};
+    return copy_of(query_.wait(query_.start(Pairs::all)));
   }
 
  private:
@@ -203,23 +203,19 @@ class LoadedCore {
 
 class DevicePositionsTest : public testing::Test {
  protected:
-  static SceneOptions options(Backend backend) {
-    SceneOptions result;
-    result.backend = backend;
-    return result;
-  }
   LogCallback log() {
     return [this](LogLevel level, std::string_view message) {
       if (level == LogLevel::warning) warnings_.emplace_back(message);
     };
   }
-  LoadedCore on_host() { return {options(Backend::cpu), {}, {make_cpu_detector, {}, ""}}; }
+  LoadedCore on_host() { return {scene_options(Backend::cpu), {}, {make_cpu_detector, {}, ""}}; }
   /// The GPU where that is under test, else the pretended device.
   LoadedCore on_device(Backend wanted = Backend::cuda) {
-    if (backend_under_test() == Backend::cuda) return {options(wanted), log(), machine_factories(options(wanted))};
+    if (backend_under_test() == Backend::cuda)
+      return {scene_options(wanted), log(), machine_factories(scene_options(wanted))};
     DetectorFactories factories = {make_cpu_detector, [] { return std::make_unique<CopyingDevice>(); }, ""};
     factories.make_reader = [this] { return std::make_unique<HostReader>(fails_, looks_); };
-    return {options(wanted), log(), std::move(factories)};
+    return {scene_options(wanted), log(), std::move(factories)};
   }
   static SceneBody soup(std::uint64_t seed, std::uint32_t triangle_count = 300) {
     SoupOptions options;
@@ -229,11 +225,6 @@ class DevicePositionsTest : public testing::Test {
     options.seed = seed;
     const Mesh mesh = triangle_soup(options);
     return moving(mesh, scattered(mesh, 0.4, seed), everything(0.05F));
-  }
-  static QueryOptions looking_for(Detection detection) {
-    QueryOptions options;
-    options.detection = detection;
-    return options;
   }
 
   bool fails_ = false;

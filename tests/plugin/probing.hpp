@@ -124,9 +124,4 @@ inline double extent_of(const Scene& bodies) {
   return extent;
 }
 
-template <class T>
-std::vector<T> copy_of(Span<const T> values) {
-  return {values.begin(), values.end()};
-}
-
 }  // namespace softcd::test

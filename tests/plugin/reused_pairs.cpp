@@ -22,9 +22,9 @@ std::vector<Contact> detect_anew(const Scene& bodies, const QueryOptions& option
   for (const SceneBody& body : bodies) scene.set_positions(scene.add_body(desc_of(body)), body.x_t0, body.x_t1);
   Query query(scene, options);
   query.set_pair_filter(filter);
-  const Span<const Contact> contacts = query.detect();
+  std::vector<Contact> contacts = copy_of(query.detect());
   EXPECT_FALSE(query.statistics().reused_pairs);
-  return {contacts.begin(), contacts.end()};
+  return contacts;
 }
 
 /// A scene, and queries that keep what they find.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "backend_under_test.hpp"
 #include "scene.hpp"
@@ -9,9 +10,9 @@
 // What tests fill a softcd::Scene with and ask it.
 namespace softcd::test {
 
-inline SceneOptions scene_options() {
+inline SceneOptions scene_options(Backend backend = backend_under_test()) {
   SceneOptions options;
-  options.backend = backend_under_test();
+  options.backend = backend;
   return options;
 }
 
@@ -24,6 +25,12 @@ inline QueryOptions looking_for(Detection detection, bool margins = true) {
   options.detection = detection;
   options.margins = margins;
   return options;
+}
+
+/// Answers last until the next question.
+template <class T>
+std::vector<T> copy_of(Span<const T> answers) {
+  return {answers.begin(), answers.end()};
 }
 
 }  // namespace softcd::test

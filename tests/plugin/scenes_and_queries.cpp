@@ -50,10 +50,6 @@ Scene three_soups() {
   return {soup_body(1), soup_body(2), soup_body(3)};
 }
 
-std::vector<Contact> copy_of(Span<const Contact> contacts) {
-  return {contacts.begin(), contacts.end()};
-}
-
 PipelineOptions alone(const QueryOptions& query) {
   PipelineOptions options;
   static_cast<QueryOptions&>(options) = query;

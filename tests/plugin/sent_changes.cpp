@@ -11,6 +11,7 @@
 #include "mesh_generators.hpp"
 #include "random.hpp"
 #include "scene_core.hpp"
+#include "scene_parts.hpp"
 #include "selected_detector.hpp"
 
 // A device is told which parts of a scene have changed: all that have, and little more.
@@ -88,9 +89,6 @@ class SentChanges : public testing::Test {
   void change(BodyId id, const SceneBody& body, const std::vector<std::uint32_t>& changed) {
     scene_->update_body(id, desc_of(body), changed);
     scene_->set_positions(id, body.x_t0, body.x_t1);
-  }
-  static BodyDesc desc_of(const SceneBody& body) {
-    return {body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings};
   }
 
   Sent sent_;
