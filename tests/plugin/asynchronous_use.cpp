@@ -89,7 +89,13 @@ TEST_P(AsynchronousUse, changes_concern_the_next_detection) {
   pipeline.set_positions(added, changed[2].x_t0, changed[2].x_t1);
   EXPECT_TRUE(identical(fresh(scene), pipeline.wait()));
   EXPECT_EQ(pipeline.statistics().bodies, 3U) << "those of the detection that was waited for";
-  EXPECT_EQ(features_of(pipeline.detect()).size(), fresh(changed).size());
+  std::vector<FeaturePair> found = features_of(pipeline.detect());
+  for (FeaturePair& pair : found) {
+    for (std::uint32_t* body : {&pair.body_a, &pair.body_b}) {
+      if (*body == added.value) *body = 2;  // its place among those that are left
+    }
+  }
+  EXPECT_EQ(found, features_of(fresh(changed)));
 }
 
 TEST_P(AsynchronousUse, a_detection_that_nobody_waits_for_makes_room_for_the_next) {

@@ -89,6 +89,7 @@ TEST(AutomaticChoices, a_body_that_starts_or_stops_moving_is_noticed) {
   Scene moves = at_rest;
   moves[1].x_t0 = translated(moves[1].x_t1, {0.0, 0.0, 0.25});
   const PipelineOptions options = test_options(Detection::ccd);
+  ASSERT_FALSE(identical(detect_once(at_rest, options), detect_once(moves, options)));
   LoadedScene loaded = load(at_rest, options);
   for (const Scene& scene : {at_rest, moves, at_rest, moves}) {
     for (std::size_t b = 0; b < scene.size(); ++b)

@@ -142,8 +142,8 @@ TEST(Bodies, added_and_removed_between_detections) {
     return id;
   };
   const BodyId third = add(scene[2]);
-  EXPECT_EQ(body_pairs(contacts()),
-            body_pairs(detect_once({scene[0], scene[1], scene[2]}, test_options(Detection::dcd))));
+  EXPECT_EQ(features_of(contacts()),
+            features_of(detect_once({scene[0], scene[1], scene[2]}, test_options(Detection::dcd))));
 
   loaded.pipeline.remove_body(loaded.ids[0]);
   const BodyId fourth = add(scene[3]);

@@ -459,6 +459,7 @@ TEST(Filtering, with_memory_in_parts_and_a_limit) {
   options.memory_limit = loaded.pipeline.statistics().peak_bytes * 3 / 4;
   loaded.pipeline.set_options(options);
   EXPECT_TRUE(identical(loaded.pipeline.detect(), expected));
+  EXPECT_GT(loaded.pipeline.statistics().chunks, 1U);
 }
 
 TEST(Filtering, errors) {
