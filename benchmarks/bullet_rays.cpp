@@ -13,6 +13,7 @@ class BulletScene final : public RivalScene {
  public:
   BulletScene(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& x) {
     std::vector<btVector3> nodes;
+    nodes.reserve(x.size());
     for (const Vec3f& node : x) nodes.push_back(to_bullet(vec3_cast<double>(node)));
     const std::vector<btScalar> masses(x.size(), 1);
     body_ = std::make_unique<btSoftBody>(&info_, static_cast<int>(x.size()), nodes.data(), masses.data());

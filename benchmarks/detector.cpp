@@ -214,7 +214,7 @@ class Benchmark {
   }
 
   Measurement measure_one(const DetectorScene& scene, const MeasuredOptions& options) const {
-    const Measurement result = measure(scene, options, options_.repetitions);
+    Measurement result = measure(scene, options, options_.repetitions);
     if (!scene.is_from_files && result.left_out.empty() && contact_count(result) == 0) {
       throw std::runtime_error(
           fmt::format("the scene {} of {} triangles has no {} contacts, so there is nothing to measure", scene.name,

@@ -72,9 +72,10 @@ Surface make_square(int cells, double side) {
 
 /// A unit sphere of 20 frequency^2 triangles: the icosahedron's, each divided into frequency^2.
 Surface make_icosphere(int frequency) {
-  constexpr double g = std::numbers::phi;
-  constexpr Vec3d kCorners[12] = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
-                                  {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  constexpr double kPhi = std::numbers::phi;
+  constexpr Vec3d kCorners[12] = {{-1, kPhi, 0}, {1, kPhi, 0}, {-1, -kPhi, 0}, {1, -kPhi, 0},
+                                  {0, -1, kPhi}, {0, 1, kPhi}, {0, -1, -kPhi}, {0, 1, -kPhi},
+                                  {kPhi, 0, -1}, {kPhi, 0, 1}, {-kPhi, 0, -1}, {-kPhi, 0, 1}};
   constexpr int kFaces[20][3] = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
                                  {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
                                  {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
@@ -349,7 +350,8 @@ DetectorScene make_n_body(double scale) {
   const double cone_spacing = 45 * edge;
   std::vector<Cone> cones;
   for (int i = 0; i < cones_per_side * cones_per_side; ++i) {
-    const Vec3d foot = {(i % cones_per_side + 0.5) * cone_spacing, 0.0, (i / cones_per_side + 0.5) * cone_spacing};
+    const int row = i / cones_per_side;
+    const Vec3d foot = {(i % cones_per_side + 0.5) * cone_spacing, 0.0, (row + 0.5) * cone_spacing};
     cones.push_back({foot, 20 * edge, 44 * edge});
     const Surface surface = cones.back().surface();
     const std::vector<Vec3f> at_rest = to_floats(surface.positions);
@@ -363,8 +365,9 @@ DetectorScene make_n_body(double scale) {
   int placed = 0;
   for (int cell = 0; placed < ball_count; ++cell) {
     const auto index = static_cast<std::uint64_t>(cell);
-    Vec3d centre = {spacing * (cell % per_side + 0.5), spacing * (cell / (per_side * per_side) + 0.5),
-                    spacing * (cell / per_side % per_side + 0.5)};
+    const int row = cell / per_side % per_side;
+    const int layer = cell / per_side / per_side;
+    Vec3d centre = {spacing * (cell % per_side + 0.5), spacing * (layer + 0.5), spacing * (row + 0.5)};
     centre = centre + 0.05 * noise_vector(2 * index);
     bool is_inside = false;
     for (const Cone& cone : cones) {

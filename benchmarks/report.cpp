@@ -27,7 +27,7 @@ nlohmann::ordered_json flat(const nlohmann::ordered_json& row) {
       result[key] = value;
       continue;
     }
-    for (const auto& [inner_key, inner] : value.items()) result[key + "." + inner_key] = inner;
+    for (const auto& [inner_key, inner] : value.items()) result[fmt::format("{}.{}", key, inner_key)] = inner;
   }
   return result;
 }

@@ -76,7 +76,7 @@ class BenchCompare : public testing::Test {
   /// A program softcd-bench whose n-th run measures the n-th of `all_rows`, and logs that it ran.
   std::string write_build(const std::string& name, const std::vector<Rows>& all_rows) const {
     for (std::size_t i = 0; i < all_rows.size(); ++i) write(all_rows[i], name + std::to_string(i + 1));
-    const std::string file =
+    std::string file =
         folder_.write(name, "#!/bin/sh\ncd " + folder_.file("") + "\necho \"" + name + " $*\" >>log\n" +
                                 "for last; do :; done\ncp " + name + "$(grep -c '^" + name + " ' log) \"$last\"\n");
     std::filesystem::permissions(file, std::filesystem::perms::owner_all);

@@ -120,24 +120,24 @@ class CommandLines : public testing::Test {
   }
 
   std::string value(const Vocabulary& vocabulary) {
-    static const Words kNumbers = {"0",          "1",
-                                   "2",          "7",
-                                   "-1",         "1.5",
-                                   "1e-30",      "1e400",
-                                   "nan",        "-inf",
-                                   "0x10",       "4294967296",
-                                   "2147483648", "18446744073709551616",
-                                   "1,2",        "1e9GiB",
-                                   "3K",         "-0",
-                                   "99999999",   ""};
-    static const Words kFiles = {"mesh.obj",           "mesh.obj", "mesh.obj",  "empty.ply", "broken.ply",
-                                 "no-such-file.obj",   "/",        "/dev/null", "/dev/full", "written",
-                                 "no-such-folder/file"};
+    static const Words numbers = {"0",          "1",
+                                  "2",          "7",
+                                  "-1",         "1.5",
+                                  "1e-30",      "1e400",
+                                  "nan",        "-inf",
+                                  "0x10",       "4294967296",
+                                  "2147483648", "18446744073709551616",
+                                  "1,2",        "1e9GiB",
+                                  "3K",         "-0",
+                                  "99999999",   ""};
+    static const Words files = {"mesh.obj",           "mesh.obj", "mesh.obj",  "empty.ply", "broken.ply",
+                                "no-such-file.obj",   "/",        "/dev/null", "/dev/full", "written",
+                                "no-such-folder/file"};
     switch (random_.below(4)) {
       case 0:
-        return any_of(kNumbers);
+        return any_of(numbers);
       case 1:
-        return any_of(kFiles);
+        return any_of(files);
       case 2:
         return any_of(vocabulary.values);
       default:

@@ -24,7 +24,7 @@ class MeshReading : public testing::Test {
     try {
       demo::read_mesh(file);
     } catch (const demo::MeshError& error) {
-      const std::string message = error.what();
+      std::string message = error.what();
       EXPECT_THAT(message, testing::StartsWith(file + ":"));
       EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
       return message;
