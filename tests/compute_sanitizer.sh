@@ -20,6 +20,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 tools=("$@")
 [ $# -gt 0 ] || tools=(memcheck initcheck racecheck synccheck)
 
+if ! { command -v nvidia-smi && nvidia-smi -L; } >/dev/null 2>&1; then
+  echo "compute_sanitizer.sh: there is no GPU here" >&2
+  exit 1
+fi
+
 fetched=$PWD/build/compute-sanitizer
 sanitizer=$(PATH="$PATH:/usr/local/cuda/bin:$fetched/nvidia/cu13/bin" command -v compute-sanitizer || true)
 cmake/setup.sh python3 python3-pip
