@@ -44,16 +44,17 @@ btScalar bulge(const RigidBox& box, const RigidPoses& poses) {
 RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses) {
   const btVector3 center = (box.low + box.high) / 2;
   const btVector3 half = (box.high - box.low) / 2;
-  RigidBox result;
-  for (const btTransform* pose : {&poses.t0, &poses.t1}) {
-    const btTransform inverse = pose->inverse();
+  const auto box_at = [&](const btTransform& pose) -> RigidBox {
+    const btTransform inverse = pose.inverse();
     const btVector3 local_center = inverse * center;
     const btVector3 local_half(half.dot3(inverse.getBasis()[0].absolute(), inverse.getBasis()[1].absolute(),
                                          inverse.getBasis()[2].absolute()));
-    if (pose == &poses.t0) result = {local_center - local_half, local_center + local_half};
-    result.low.setMin(local_center - local_half);
-    result.high.setMax(local_center + local_half);
-  }
+    return {local_center - local_half, local_center + local_half};
+  };
+  RigidBox result = box_at(poses.t0);
+  const RigidBox end = box_at(poses.t1);
+  result.low.setMin(end.low);
+  result.high.setMax(end.high);
   const btScalar growth = bulge(box, poses);
   return {result.low - btVector3(growth, growth, growth), result.high + btVector3(growth, growth, growth)};
 }
