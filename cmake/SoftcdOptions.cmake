@@ -10,6 +10,7 @@ set(SOFTCD_PYBULLET_SOURCE "" CACHE PATH
 option(SOFTCD_DEMOS "Build the programs softcd-detect and softcd-demo" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_BENCHMARKS "Build the benchmarks" ${PROJECT_IS_TOP_LEVEL})
+option(SOFTCD_QUICK_PROGRAMS "Compile programs, but not the scenes, without optimization: only what they do is looked at" OFF)
 option(SOFTCD_INSTALL "Generate the install rules" ${PROJECT_IS_TOP_LEVEL})
 set(softcd_data_dir "${PROJECT_SOURCE_DIR}/../shared/data")
 if(NOT EXISTS "${softcd_data_dir}")
