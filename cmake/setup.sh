@@ -48,7 +48,8 @@ install_packages() {
     as_root=(sudo)
   fi
   say "installing ${missing[*]}"
-  local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq)
+  # Others, such as unattended-upgrades, may be installing: apt-get waits for them only when it is told to.
+  local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300)
   "${apt[@]}" update || say "the package lists could not be brought up to date; trying with the old ones"
   if ! "${apt[@]}" install -y --no-install-recommends "${missing[@]}" >/dev/null; then
     say "apt-get could not install ${missing[*]}; its messages above say why"
