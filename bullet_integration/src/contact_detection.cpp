@@ -83,7 +83,7 @@ void ContactDetection::finish(bool looks_at_crossings) {
   const Span<const Contact> contacts = ticket_->wait();
   find_spoilt(contacts);
   find_tangles(contacts);
-  economy_.choose(mirror_, contacts, settings_, [this](const MemberContact& found) { return use_of(found); });
+  economy_.choose(kind_, mirror_, contacts, settings_, [this](const MemberContact& found) { return use_of(found); });
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     if (found.contact.kind == ContactKind::edge_edge) edge_contacts_.push_back(edge_contact_of(found));
   });
@@ -91,8 +91,8 @@ void ContactDetection::finish(bool looks_at_crossings) {
   notes_.reset(keeps_notes ? contacts.size() : 0);
   // Nothing throws from here on: Bullet's arrays get all contacts or none.
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
-    const std::uint32_t stands_for = economy_.stands_for(static_cast<std::size_t>(&found.contact - contacts.begin()));
-    if (stands_for > 0) keeps_notes ? write_and_note(found, stands_for) : write(found, stands_for);
+    const ContactShare share = economy_.share_of(static_cast<std::size_t>(&found.contact - contacts.begin()));
+    if (share.count > 0) keeps_notes ? write_and_note(found, share) : write(found, share);
   });
   notes_.arrange();
 }
@@ -126,11 +126,11 @@ ContactUse ContactDetection::use_of(const MemberContact& found) const {
 }
 
 /// A contact stands with the nodes of one side, which for edges may be either.
-void ContactDetection::write_and_note(const MemberContact& found, std::uint32_t stands_for) {
+void ContactDetection::write_and_note(const MemberContact& found, const ContactShare& share) {
   const bool is_edges = found.contact.kind == ContactKind::edge_edge;
   const btSoftBody* const sides[2] = {found.a.body, found.b.body};
   const int counts[2] = {kind_.soft_contact_count(*sides[0]), kind_.soft_contact_count(*sides[1])};
-  write(found, stands_for);
+  write(found, share);
   for (int i = 0; i < 2; ++i) {
     const int added = kind_.soft_contact_count(*sides[i]) - counts[i];
     if (added == 0) continue;
@@ -151,12 +151,12 @@ bool ContactDetection::is_released(const MemberContact& found) const {
   return would_spoil || (has_begun_before(found.contact) && tangled_.has_one_of(found));
 }
 
-void ContactDetection::write(const MemberContact& found, std::uint32_t stands_for) const {
+void ContactDetection::write(const MemberContact& found, const ContactShare& share) const {
   if (is_released(found)) return;
   if (found.contact.kind == ContactKind::edge_edge) {
     if (settings_.edge_contacts == EdgeContacts::respond) kind_.write_edge_contact(found);
   } else if (is_with_face(found)) {
-    kind_.write_contact(found, settings_.detection, stands_for);
+    kind_.write_contact(found, settings_.detection, share);
   }
 }
 

@@ -41,8 +41,8 @@ class ContactDetection {
   void find_tangles(Span<const Contact> contacts);
   bool is_released(const MemberContact& found) const;
   ContactUse use_of(const MemberContact& found) const;
-  void write_and_note(const MemberContact& found, std::uint32_t stands_for);
-  void write(const MemberContact& found, std::uint32_t stands_for) const;
+  void write_and_note(const MemberContact& found, const ContactShare& share);
+  void write(const MemberContact& found, const ContactShare& share) const;
 
   const WorldKind& kind_;
   WorldMirror& mirror_;

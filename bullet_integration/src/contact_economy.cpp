@@ -46,19 +46,23 @@ bool are_on_one_side(const Contact& a, const Contact& b) {
 }
 
 /// Chooses among one node's contacts with one body, of which each array has `count`. A contact's owner is the one that
-/// stands for it, maybe itself.
+/// answers for it, maybe itself.
 class NodeChoice {
  public:
-  explicit NodeChoice(const Settings& settings) : settings_(settings) {}
+  NodeChoice(const WorldKind& kind, const WorldMirror& mirror, const Settings& settings)
+      : kind_(kind), mirror_(mirror), settings_(settings) {}
 
-  void choose(std::size_t count, const Contact* contacts, const Nearest* nearest, std::uint32_t* stands_for) {
+  void choose(std::size_t count, const Contact* contacts, const Nearest* nearest, ContactShare* shares) {
     contacts_ = contacts;
     nearest_ = nearest;
-    stands_for_ = stands_for;
+    shares_ = shares;
     put_nearest_first(count);
     find_owners(count);
     if (settings_.contacts == Contacts::closest_feature) drop_those_that_cannot_close(count);
     if (settings_.contacts_per_node > 0) drop_all_but_nearest();
+    for (const std::uint32_t i : order_) {
+      if (shares_[i].count > 1) cut_margin(i, count);
+    }
   }
 
  private:
@@ -80,7 +84,7 @@ class NodeChoice {
     for (std::size_t place = 0; place < order_.size(); ++place) {
       const std::uint32_t i = order_[place];
       owners_[i] = settings_.contacts == Contacts::closest_feature ? owner_of(place) : i;
-      ++stands_for_[owners_[i]];
+      ++shares_[owners_[i]].count;
     }
   }
 
@@ -114,7 +118,7 @@ class NodeChoice {
     for (const std::uint32_t i : order_) {
       if (nearest_[i].use == ContactUse::may_close) may_close_[owners_[i]] = 1;
     }
-    for (std::size_t i = 0; i < count; ++i) stands_for_[i] *= may_close_[i];
+    for (std::size_t i = 0; i < count; ++i) shares_[i].count *= may_close_[i];
   }
 
   void drop_all_but_nearest() {
@@ -123,30 +127,48 @@ class NodeChoice {
       std::uint32_t kept = 0;
       for (std::size_t nearer = 0; nearer < place; ++nearer) {
         const std::uint32_t j = order_[nearer];
-        if (stands_for_[j] > 0 && are_on_one_side(contacts_[j], contacts_[i])) ++kept;
+        if (shares_[j].count > 0 && are_on_one_side(contacts_[j], contacts_[i])) ++kept;
       }
-      if (kept >= settings_.contacts_per_node) stands_for_[i] = 0;
+      if (kept >= settings_.contacts_per_node) shares_[i].count = 0;
     }
   }
 
+  /// Contacts of one normal are of one point of the body: the first that is answered ends the approach for all.
+  void cut_margin(std::uint32_t owner, std::size_t count) {
+    const WorldMirror::Member& a = mirror_.member(contacts_[owner].body_a);
+    const WorldMirror::Member& b = mirror_.member(contacts_[owner].body_b);
+    answered_.clear();
+    bool are_of_one_normal = true;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (nearest_[i].use == ContactUse::none || owners_[i] != owner) continue;
+      answered_.push_back({contacts_[i], a, b});
+      are_of_one_normal &= contacts_[i].normal == contacts_[owner].normal;
+    }
+    if (are_of_one_normal) return;
+    shares_[owner].margin_cut = kind_.margin_cut({contacts_[owner], a, b}, answered_, settings_.detection);
+  }
+
+  const WorldKind& kind_;
+  const WorldMirror& mirror_;
   const Settings& settings_;
   const Contact* contacts_ = nullptr;
   const Nearest* nearest_ = nullptr;
-  std::uint32_t* stands_for_ = nullptr;
+  ContactShare* shares_ = nullptr;
   std::vector<std::uint32_t> order_, owners_, may_close_;
+  std::vector<MemberContact> answered_;
 };
 
 }  // namespace
 
-void ContactEconomy::choose(const WorldMirror& mirror, Span<const Contact> contacts, const Settings& settings,
-                            const Rule& rule) {
-  stands_for_.clear();
+void ContactEconomy::choose(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+                            const Settings& settings, const Rule& rule) {
+  shares_.clear();
   is_choosing_ = settings.contacts != Contacts::all || settings.contacts_per_node > 0;
   if (!is_choosing_) return;
   const auto* const edges = std::partition_point(
       contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
   const auto count = static_cast<std::size_t>(edges - contacts.begin());
-  stands_for_.assign(count, 0);
+  shares_.assign(count, {/*count=*/0});
   nearest_.resize(count);
   const ContactRange all(0, count, kContactsAtOnce);
   tbb::parallel_for(all, [&](const ContactRange& range) {
@@ -155,12 +177,12 @@ void ContactEconomy::choose(const WorldMirror& mirror, Span<const Contact> conta
                             [&](const MemberContact& found) { *next++ = nearest_of(found, rule(found)); });
   });
   tbb::parallel_for(all, [&](const ContactRange& range) {
-    NodeChoice node(settings);
+    NodeChoice node(kind, mirror, settings);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       if (i > 0 && are_of_one_node_and_body(contacts[i - 1], contacts[i])) continue;
       std::size_t end = i + 1;
       while (end < count && are_of_one_node_and_body(contacts[i], contacts[end])) ++end;
-      node.choose(end - i, &contacts[i], &nearest_[i], &stands_for_[i]);
+      node.choose(end - i, &contacts[i], &nearest_[i], &shares_[i]);
     }
   });
 }
@@ -168,8 +190,9 @@ void ContactEconomy::choose(const WorldMirror& mirror, Span<const Contact> conta
 StageReport ContactEconomy::report() const {
   const char* const stage = "contact economy";
   if (!is_choosing_) return {stage, false, "Bullet's solver is given all contacts"};
-  const auto dropped = std::count(stands_for_.begin(), stands_for_.end(), 0U);
-  const auto count = static_cast<std::ptrdiff_t>(stands_for_.size());
+  const auto dropped =
+      std::count_if(shares_.begin(), shares_.end(), [](const ContactShare& share) { return share.count == 0; });
+  const auto count = static_cast<std::ptrdiff_t>(shares_.size());
   return {stage, true,
           "Bullet's solver is given " + std::to_string(count - dropped) + " of " + std::to_string(count) +
               " contacts of nodes with faces"};

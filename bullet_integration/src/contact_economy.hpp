@@ -25,9 +25,10 @@ class ContactEconomy {
   using Rule = std::function<ContactUse(const MemberContact&)>;
 
   /// `contacts` as a query returns them.
-  void choose(const WorldMirror& mirror, Span<const Contact> contacts, const Settings& settings, const Rule& rule);
-  /// How many contacts, itself included, the solver answers in the one at this place; 0: it is not given.
-  std::uint32_t stands_for(std::size_t i) const { return i < stands_for_.size() ? stands_for_[i] : 1; }
+  void choose(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts, const Settings& settings,
+              const Rule& rule);
+  /// Of the contact at this place.
+  ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
   /// A line of explain() about what was chosen last.
   StageReport report() const;
 
@@ -41,8 +42,8 @@ class ContactEconomy {
 
  private:
   bool is_choosing_ = false;
-  std::vector<Nearest> nearest_;           ///< of vertex-face contacts, which come first
-  std::vector<std::uint32_t> stands_for_;  ///< likewise; empty: each is given
+  std::vector<Nearest> nearest_;      ///< of vertex-face contacts, which come first
+  std::vector<ContactShare> shares_;  ///< likewise; empty: each is given
 };
 
 }  // namespace softcd::bullet

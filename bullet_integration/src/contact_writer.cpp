@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "inverse_mass.hpp"
+#include "joint_margin.hpp"
 #include "vectors.hpp"
 
 namespace softcd::bullet {
@@ -187,11 +188,30 @@ bool is_soft_contact(const MemberContact& found, Detection detection) {
   return soft_contact(found, detection).has_value();
 }
 
-void write_soft_contact(const MemberContact& found, Detection detection, std::uint32_t stands_for) {
+void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share) {
   std::optional<btSoftBody::SContact> contact = soft_contact(found, detection);
   if (!contact) return;
-  if (stands_for > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(stands_for));
+  if (share.count > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(share.count));
+  contact->m_margin -= share.margin_cut;
   found.a.body->m_scontacts.push_back(*contact);
+}
+
+btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberContact>& several, Detection detection) {
+  const std::optional<btSoftBody::SContact> given = soft_contact(one, detection);
+  if (!given || !(approach_of(*given) > 0)) return 0;
+  const btScalar grown_by = given->m_margin - margin_sum(*one.a.body, *one.b.body);
+  if (!(grown_by > 0)) return 0;
+  std::vector<btSoftBody::SContact> contacts;
+  contacts.reserve(several.size());
+  std::size_t place = 0;
+  for (const MemberContact& found : several) {
+    const auto contact = soft_contact(found, detection);
+    if (!contact) continue;
+    if (&found.contact == &one.contact) place = contacts.size();
+    contacts.push_back(*contact);
+  }
+  const btScalar cut = given->m_margin - joint_margin(contacts, place, one.a.body->m_cfg.piterations);
+  return btMin(cut, grown_by);
 }
 
 void write_soft_edge_contact(const MemberContact& found) {
@@ -250,7 +270,7 @@ bool is_deformable_contact(const MemberContact& found) {
   return have_velocities(node, face) && node.m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;
 }
 
-void write_deformable_contact(const MemberContact& found, std::uint32_t stands_for) {
+void write_deformable_contact(const MemberContact& found, const ContactShare& share) {
   if (!is_deformable_contact(found)) return;
   const Contact& contact = found.contact;
   btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
@@ -260,7 +280,7 @@ void write_deformable_contact(const MemberContact& found, std::uint32_t stands_f
   deformable.m_normal = deformable_normal(found, node, face);
   const btScalar margin = margin_sum(*found.a.body, *found.b.body);
   const btScalar depth = btMax(btScalar(0), margin - btScalar(contact.distance));
-  deformable.m_margin = margin + btScalar(stands_for - 1) * depth;
+  deformable.m_margin = margin + btScalar(share.count - 1) * depth;
   found.a.body->m_faceNodeContacts.push_back(deformable);
 }
 

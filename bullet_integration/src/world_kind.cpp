@@ -93,8 +93,14 @@ bool may_close(const MemberContact& /*found*/) {
   return true;
 }
 
-void write_contact(const MemberContact& found, Detection /*detection*/, std::uint32_t stands_for) {
-  write_deformable_contact(found, stands_for);
+/// Springs push at once, and none ends what another has to do.
+btScalar margin_cut(const MemberContact& /*one*/, const std::vector<MemberContact>& /*several*/,
+                    Detection /*detection*/) {
+  return 0;
+}
+
+void write_contact(const MemberContact& found, Detection /*detection*/, const ContactShare& share) {
+  write_deformable_contact(found, share);
 }
 
 int soft_contact_count(const btSoftBody& body) {
@@ -167,6 +173,7 @@ const WorldKind kClassicWorld = {
     .asks_gate = classic::asks_gate,
     .is_written = is_soft_contact,
     .may_close = may_close,
+    .margin_cut = soft_margin_cut,
     .write_contact = write_soft_contact,
     .write_edge_contact = write_soft_edge_contact,
     .soft_contact_count = classic::soft_contact_count,
@@ -191,6 +198,7 @@ const WorldKind kDeformableWorld = {
     .asks_gate = deformable::asks_gate,
     .is_written = deformable::is_written,
     .may_close = deformable::may_close,
+    .margin_cut = deformable::margin_cut,
     .write_contact = deformable::write_contact,
     .write_edge_contact = write_deformable_edge_contact,
     .soft_contact_count = deformable::soft_contact_count,

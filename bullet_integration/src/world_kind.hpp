@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "contact_reader.hpp"
+#include "contact_writer.hpp"
 #include "impact_zones.hpp"
 #include "pair_gate.hpp"
 #include "softcd/bullet/settings.hpp"
@@ -43,8 +44,10 @@ struct WorldKind {
   bool (*is_written)(const MemberContact&, Detection);
   /// Whether Bullet's solver may have something to do for a contact that is written.
   bool (*may_close)(const MemberContact&);
-  /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may stand for several.
-  void (*write_contact)(const MemberContact&, Detection, std::uint32_t stands_for);
+  /// By how much the margin of the contact that answers for several, itself included, is cut.
+  btScalar (*margin_cut)(const MemberContact& one, const std::vector<MemberContact>& several, Detection);
+  /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may answer for several.
+  void (*write_contact)(const MemberContact&, Detection, const ContactShare&);
   void (*write_edge_contact)(const MemberContact&);
   /// How many contacts with faces of soft bodies the body's array has.
   int (*soft_contact_count)(const btSoftBody&);

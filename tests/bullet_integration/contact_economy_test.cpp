@@ -400,7 +400,7 @@ TEST(ContactEconomy, is_explained) {
 
 /// Mean gap, and contacts, of a sheet that has come to rest on a fixed one after a second.
 template <class AnySimulation>
-std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step) {
+std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step, btScalar height = btScalar(0.08)) {
   SheetOptions fixed;
   fixed.fixed = true;
   fixed.margin = btScalar(0.03);
@@ -408,7 +408,7 @@ std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step) 
   SheetOptions free = fixed;
   free.fixed = false;
   free.side = btScalar(0.9);
-  free.height = btScalar(0.08);
+  free.height = height;
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), free));
   btScalar sum = 0;
   std::size_t contacts = 0;
@@ -431,6 +431,20 @@ TEST(ContactEconomy, a_sheet_rests_as_high_in_the_classic_world) {
   Simulation all(PlugIn::one_line_world, settings_with(Contacts::all));
   Simulation chosen(PlugIn::one_line_world, settings_with(Contacts::closest_feature));
   expect_same_rest(rest(all, kStep), rest(chosen, kStep));
+}
+
+/// Bullet's classic margins let no node lie still, and where the hops of a second end depends on every bit of the
+/// start.
+TEST(ContactEconomy, sheets_rest_as_high_on_average_in_the_classic_world) {
+  double all_sum = 0, chosen_sum = 0;
+  for (int start = 0; start < 4; ++start) {
+    const btScalar height = btScalar(0.08) + btScalar(start) * btScalar(0.001);
+    Simulation all(PlugIn::one_line_world, settings_with(Contacts::all));
+    Simulation chosen(PlugIn::one_line_world, settings_with(Contacts::closest_feature));
+    all_sum += double(rest(all, kStep, height).first);
+    chosen_sum += double(rest(chosen, kStep, height).first);
+  }
+  EXPECT_NEAR(chosen_sum, all_sum, 0.01 * all_sum);
 }
 
 TEST(ContactEconomy, a_sheet_rests_as_high_in_the_deformable_world) {

@@ -39,8 +39,8 @@ enum class Contacts : std::uint32_t {
   /// One for each place where the body's surface is nearest to the node: a contact at an edge or a corner of its face
   /// goes where a face there is nearer, or as near and before it in the body's array, with a normal less than a right
   /// angle from its own. So one stays for each layer, wall of a fold or side of a valley that the node is between, the
-  /// nearest among them. What stays answers for what went: in the classic worlds with its friction, in the deformable
-  /// one with its springs. In the classic worlds what cannot close goes, too: what would not come within both bodies'
+  /// nearest among them. What stays answers for what went: in the deformable world with its springs, in the classic
+  /// ones with its friction and its push. There what cannot close goes, too: what would not come within both bodies'
   /// margins if both sides moved twice as far towards each other as in this step. Contacts of edges are all given.
   closest_feature,
 };
