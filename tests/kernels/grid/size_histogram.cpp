@@ -68,6 +68,15 @@ TEST(SizeHistogram, outliers_hardly_move_the_mean) {
   EXPECT_NEAR(mean_of(values), before, 0.02F * before);
 }
 
+TEST(SizeHistogram, mean_of_the_largest_numbers_is_finite) {
+  const std::vector<float> values = log_uniform(5, 1e38, 3.4e38, 10000);
+  double sum = 0.0;
+  for (const float value : values) sum += static_cast<double>(value);
+  EXPECT_NEAR(static_cast<double>(mean_of(values)) / (sum / 10000.0), 1.0, 0.13);
+  EXPECT_LT(mean_of({INFINITY}), INFINITY);
+  EXPECT_GT(mean_of({INFINITY}), 2e38F);
+}
+
 TEST(SizeHistogram, mean_of_nothing_is_zero) {
   EXPECT_EQ(mean_of({}), 0.0F);
   EXPECT_EQ(largest_of({}), 0.0F);

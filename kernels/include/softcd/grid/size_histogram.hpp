@@ -4,12 +4,16 @@
 #include <cstring>
 
 #include "softcd/core/host_device.hpp"
+#include "softcd/math/scalar.hpp"
 
 namespace softcd {
 
 /// Counts of positive floats, four bins per octave: bin = sign-less exponent:8 | mantissa's top two bits:2. Integer
 /// counts, so every order of counting gives the same histogram, and one value of 1e30 occupies one bin.
 constexpr int kSizeBins = 1024;
+constexpr int kBinsPerOctave = 4;
+/// Of those with a finite upper edge: the next one has that of infinity, whose octave is the last.
+constexpr int kLastFiniteBin = kSizeBins - kBinsPerOctave - 2;
 
 SOFTCD_HD inline std::uint32_t size_bin(float value) {
   std::uint32_t bits = 0;
@@ -33,10 +37,9 @@ SOFTCD_HD float clipped_mean(Team& team, const std::uint32_t* bins) {
   const std::uint64_t total = team.sum(kSizeBins, count_in);
   if (total == 0) return 0.0F;
 
-  constexpr int kOctave = 4;
   constexpr int kResolution = 28;
   const int median = team.first_exceeding(kSizeBins, total / 2, count_in);
-  const int cut = median + 3 * kOctave < kSizeBins - kOctave ? median + 3 * kOctave : kSizeBins - kOctave - 1;
+  const int cut = smaller(median + 3 * kBinsPerOctave, kLastFiniteBin);
   const double unit = static_cast<double>(size_bin_edge(static_cast<std::uint32_t>(cut))) / (1 << kResolution);
   if (!(unit > 0.0)) return 0.0F;
   const std::uint64_t sum = team.sum(kSizeBins, [&](int bin) -> std::uint64_t {
