@@ -88,14 +88,15 @@ std::int64_t living_cuda_objects() {
   }
 
 // A call that gives back.
-#define SOFTCD_GIVES_BACK(name, parameters, argument)                         \
-  SOFTCD_REAL(name, parameters)                                               \
-  cudaError_t __wrap_##name parameters {                                      \
-    const cudaError_t status = __real_##name(argument);                       \
-    if (status == cudaSuccess && argument != nullptr) --softcd::test::living; \
-    return status;                                                            \
+#define SOFTCD_GIVES_BACK(name, parameters, argument)                           \
+  SOFTCD_REAL(name, parameters)                                                 \
+  cudaError_t __wrap_##name parameters {                                        \
+    const cudaError_t status = __real_##name(argument);                         \
+    if (status == cudaSuccess && (argument) != nullptr) --softcd::test::living; \
+    return status;                                                              \
   }
 
+// NOLINTBEGIN(clang-diagnostic-reserved-identifier, readability-identifier-naming): the linker gives calls these names.
 extern "C" {
 
 SOFTCD_MAKES(cudaMalloc, (void** data, std::size_t bytes), (data, bytes), cudaErrorMemoryAllocation)
@@ -170,3 +171,4 @@ cudaError_t __wrap_cudaPeekAtLastError() {
 }
 
 }  // extern "C"
+// NOLINTEND(clang-diagnostic-reserved-identifier, readability-identifier-naming)

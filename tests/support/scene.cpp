@@ -44,6 +44,7 @@ std::vector<Edge> edges_of(const std::vector<Triangle>& triangles) {
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
   std::vector<Edge> edges;
+  edges.reserve(ends.size());
   for (const auto& [low, high] : ends) edges.push_back({{low, high}});
   return edges;
 }
