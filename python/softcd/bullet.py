@@ -92,7 +92,7 @@ def _load(client: int) -> int:
     if not PLUGIN.exists():
         raise Error(
             f"softcd was built without its plugin for PyBullet ({PLUGIN} is not there): build it with "
-            "-C cmake.define.SOFTCD_PYBULLET_SOURCE, as docs/pybullet.md says."
+            "--config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE, as docs/pybullet.md says."
         )
     plugin = pybullet.loadPlugin(str(PLUGIN), "_softcd", physicsClientId=client)
     if plugin < 0:

@@ -43,13 +43,14 @@ rm -rf "$build/venv" "$build/wheel"
 pip=("$build/venv/bin/python" -m pip --quiet --disable-pip-version-check)
 "${pip[@]}" install pytest numpy || skip "pip cannot fetch pytest and numpy"
 
-defines=(-C cmake.define.SOFTCD_CUDA="${cuda^^}")
+# Debian 12's pip does not know -C, which is short for it.
+defines=(--config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}")
 if [ -n "${SOFTCD_PYBULLET_SOURCE:-}" ]; then
   pybullet=$(sed -n "s/^ *version *= *'\([0-9.]*\)'.*/\1/p" "$SOFTCD_PYBULLET_SOURCE/setup.py")
   "${pip[@]}" install --only-binary :all: "pybullet==$pybullet" || skip "pip cannot fetch PyBullet $pybullet"
-  defines+=(-C cmake.define.SOFTCD_PYBULLET_SOURCE="$(cd "$SOFTCD_PYBULLET_SOURCE" && pwd)")
+  defines+=(--config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE="$(cd "$SOFTCD_PYBULLET_SOURCE" && pwd)")
 fi
-"${pip[@]}" wheel "$root/python" --no-deps --wheel-dir "$build/wheel" -C build-dir="$build/{wheel_tag}" "${defines[@]}"
+"${pip[@]}" wheel "$root/python" --no-deps --wheel-dir "$build/wheel" --config-settings=build-dir="$build/{wheel_tag}" "${defines[@]}"
 "${pip[@]}" install "$build"/wheel/softcd-*.whl
 cd "$root/python/tests"
 exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"
