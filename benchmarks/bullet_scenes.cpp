@@ -34,7 +34,7 @@ constexpr btScalar kLayerHeight = btScalar(0.9);  // each layer lies in the gaps
 constexpr btScalar kInwards = btScalar(0.1);      // velocity over distance from the middle
 
 void add_floor(SoftWorld& world, btScalar half_side) {
-  world.add_static(std::make_unique<btBoxShape>(btVector3(half_side, 1, half_side)), btVector3(0, -1, 0));
+  world.add_rigid(std::make_unique<btBoxShape>(btVector3(half_side, 1, half_side)), btVector3(0, -1, 0));
 }
 
 std::unique_ptr<btSoftBody> make_configured_cloth(SoftWorld& world, const demo::ClothShape& shape) {
@@ -60,7 +60,7 @@ void fill_draped(SoftWorld& world, int nodes_per_side) {
   const auto offset = [=](int hump) { return kHumpPitch * (btScalar(hump) - btScalar(humps - 1) / 2); };
   for (int x = 0; x < humps; ++x) {
     for (int z = 0; z < humps; ++z) {
-      world.add_static(std::make_unique<btSphereShape>(kHumpRadius), btVector3(offset(x), kHumpRadius, offset(z)));
+      world.add_rigid(std::make_unique<btSphereShape>(kHumpRadius), btVector3(offset(x), kHumpRadius, offset(z)));
     }
   }
   const btScalar height = 2 * kHumpRadius + 3 * kClothMargin;

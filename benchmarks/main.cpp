@@ -3,6 +3,7 @@
 #include <exception>
 
 #ifdef SOFTCD_BENCH_HAS_BULLET
+#include "apps.hpp"
 #include "bullet_step.hpp"
 #include "crossings.hpp"
 #include "simulated_scenes.hpp"
@@ -49,6 +50,8 @@ int main(int argc, char** argv) {
     add_simulated_scenes(app, simulated_scenes);
     CrossingsOptions crossings;
     add_crossings(app, crossings);
+    AppsOptions apps;
+    add_apps(app, apps);
 #endif
     SpatialQueryOptions spatial_queries;
     add_spatial_queries(app, spatial_queries);

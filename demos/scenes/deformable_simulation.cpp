@@ -38,8 +38,7 @@ DeformableSimulation::DeformableSimulation(const std::optional<bullet::Settings>
     world_ = std::make_unique<btDeformableMultiBodyDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
                                                                   configuration_.get(), deformable_solver_.get());
   }
-  world_->setGravity(kDeformableSimulationGravity);
-  world_->getWorldInfo().m_gravity = kDeformableSimulationGravity;
+  set_gravity(kDeformableSimulationGravity);
 }
 
 DeformableSimulation::~DeformableSimulation() {
@@ -78,6 +77,12 @@ btRigidBody& DeformableSimulation::add_rigid(std::unique_ptr<btCollisionShape> s
   rigid_bodies_.push_back(std::make_unique<btRigidBody>(info));
   world_->addRigidBody(rigid_bodies_.back().get());
   return *rigid_bodies_.back();
+}
+
+void DeformableSimulation::set_gravity(const btVector3& gravity) {
+  world_->setGravity(gravity);
+  world_->getWorldInfo().m_gravity = gravity;
+  gravity_->m_gravity = gravity;
 }
 
 void DeformableSimulation::step(btScalar seconds) {

@@ -41,6 +41,8 @@ class DeformableSimulation {
                   int filter_mask = btBroadphaseProxy::AllFilter);
   /// Takes the body out of the world; it can be added again.
   std::unique_ptr<btSoftBody> remove(btSoftBody& body);
+  /// Applies to soft bodies that are in the world already, too.
+  void set_gravity(const btVector3& gravity);
   btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0);
 
   /// One step of the given length, without substeps.

@@ -41,7 +41,7 @@ btScalar wall_radius(btScalar height) {
 }  // namespace
 
 Funnel::Funnel(const SceneOptions& options) : Scene(options) {
-  simulation().add_static(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
+  simulation().add_rigid(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
   const btScalar spacing = kFunnelSide / btScalar(options.size - 1);
   const btScalar margin = std::min(spacing / 4, kLargestMargin);
 

@@ -79,7 +79,7 @@ View MixedSizesCloth::view() const {
 }
 
 MixedSizesBalls::MixedSizesBalls(const SceneOptions& options) : Scene(options) {
-  simulation().add_static(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
+  simulation().add_rigid(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
   for (int i = 0; i < kBoulderCount; ++i) {
     const btScalar angle = SIMD_2_PI * btScalar(i) / btScalar(kBoulderCount);
     const btVector3 center(kPitRadius * btCos(angle), kBoulderHeight, kPitRadius * btSin(angle));

@@ -38,7 +38,7 @@ constexpr std::array<Color, 4> kBallColors = {
 }  // namespace
 
 NBody::NBody(const SceneOptions& options) : Scene(options) {
-  simulation().add_static(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
+  simulation().add_rigid(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
   add_cones();
   add_balls(options.size);
 }

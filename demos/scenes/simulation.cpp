@@ -21,8 +21,7 @@ Simulation::Simulation(PlugIn plug_in, const bullet::Settings& settings)
     : configuration_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()),
       solver_(std::make_unique<btMultiBodyConstraintSolver>()) {
   make_world(plug_in, settings);
-  world_->setGravity(kSimulationGravity);
-  world_info_->m_gravity = kSimulationGravity;
+  set_gravity(kSimulationGravity);
   world_info_->m_broadphase = broadphase_.get();
   world_info_->m_dispatcher = dispatcher_.get();
 }
@@ -43,9 +42,12 @@ void Simulation::make_world(PlugIn plug_in, const bullet::Settings& settings) {
     auto world = std::make_unique<bullet::SoftMultiBodyDynamicsWorld>(
         dispatcher_.get(), broadphase_.get(), solver_.get(), configuration_.get(), nullptr, settings);
     detection_ = &world->detection();
-    soft_multi_body_world_ = world.get();
-    world_ = std::move(world);
-    world_info_ = &soft_multi_body_world_->getWorldInfo();
+    use(std::move(world));
+    return;
+  }
+  if (plug_in == PlugIn::none_multi_body) {
+    use(std::make_unique<btSoftMultiBodyDynamicsWorld>(dispatcher_.get(), broadphase_.get(), solver_.get(),
+                                                       configuration_.get()));
     return;
   }
   if (plug_in == PlugIn::one_line_world) {
@@ -65,6 +67,12 @@ void Simulation::make_world(PlugIn plug_in, const bullet::Settings& settings) {
     detection_ = &attachment_->detection();
   }
   world_info_ = &soft_rigid_world_->getWorldInfo();
+}
+
+void Simulation::use(std::unique_ptr<btSoftMultiBodyDynamicsWorld> world) {
+  soft_multi_body_world_ = world.get();
+  world_info_ = &world->getWorldInfo();
+  world_ = std::move(world);
 }
 
 Simulation::~Simulation() {
@@ -104,6 +112,11 @@ btRigidBody& Simulation::add_rigid(std::unique_ptr<btCollisionShape> shape, cons
 
 btRigidBody& Simulation::add_static_box(const btVector3& half_extents, const btVector3& center) {
   return add_rigid(std::make_unique<btBoxShape>(half_extents), center);
+}
+
+void Simulation::set_gravity(const btVector3& gravity) {
+  world_->setGravity(gravity);
+  world_info_->m_gravity = gravity;
 }
 
 void Simulation::step(btScalar seconds) {

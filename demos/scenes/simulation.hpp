@@ -19,7 +19,8 @@ namespace softcd::demo {
 
 /// Who finds the vertex-face contacts of soft bodies, and how softcd is plugged in.
 enum class PlugIn : std::uint32_t {
-  none,              ///< Bullet alone
+  none,              ///< Bullet's btSoftRigidDynamicsWorld alone
+  none_multi_body,   ///< Bullet's btSoftMultiBodyDynamicsWorld alone
   one_line_world,    ///< softcd::bullet::SoftRigidDynamicsWorld
   multi_body_world,  ///< softcd::bullet::SoftMultiBodyDynamicsWorld
   dispatcher,        ///< softcd::bullet::Broadphase and Dispatcher under Bullet's btSoftRigidDynamicsWorld
@@ -43,6 +44,7 @@ class Simulation {
   /// Takes the body out of the world; it can be added again.
   std::unique_ptr<btSoftBody> remove(btSoftBody& body);
   btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0);
+  void set_gravity(const btVector3& gravity);
   /// A box that does not move.
   btRigidBody& add_static_box(const btVector3& half_extents, const btVector3& center);
 
@@ -54,6 +56,7 @@ class Simulation {
 
  private:
   void make_world(PlugIn plug_in, const bullet::Settings& settings);
+  void use(std::unique_ptr<btSoftMultiBodyDynamicsWorld> world);
 
   // In the order in which they need each other.
   std::unique_ptr<btCollisionConfiguration> configuration_;

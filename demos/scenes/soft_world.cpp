@@ -32,8 +32,9 @@ SoftWorld::SoftWorld(World kind, PlugIn plug_in, const bullet::Settings& setting
   if (kind == World::classic) {
     classic_ = std::make_unique<Simulation>(plug_in, settings);
   } else {
-    deformable_ = std::make_unique<DeformableSimulation>(
-        plug_in == PlugIn::none ? std::nullopt : std::optional<bullet::Settings>(settings));
+    deformable_ = std::make_unique<DeformableSimulation>(plug_in == PlugIn::none || plug_in == PlugIn::none_multi_body
+                                                             ? std::nullopt
+                                                             : std::optional<bullet::Settings>(settings));
   }
 }
 
@@ -48,11 +49,16 @@ btSoftBody& SoftWorld::add(std::unique_ptr<btSoftBody> body) {
   return *bodies_.back();
 }
 
-void SoftWorld::add_static(std::unique_ptr<btCollisionShape> shape, const btVector3& center) {
+btRigidBody& SoftWorld::add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass) {
+  return classic_ != nullptr ? classic_->add_rigid(std::move(shape), center, mass)
+                             : deformable_->add_rigid(std::move(shape), center, mass);
+}
+
+void SoftWorld::set_gravity(const btVector3& gravity) {
   if (classic_ != nullptr) {
-    classic_->add_rigid(std::move(shape), center);
+    classic_->set_gravity(gravity);
   } else {
-    deformable_->add_rigid(std::move(shape), center);
+    deformable_->set_gravity(gravity);
   }
 }
 

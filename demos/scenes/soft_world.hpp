@@ -17,14 +17,15 @@ enum class World : std::uint32_t {
 /// A world of either kind, Bullet's own or softcd's, and the bodies in it. Nothing in it falls asleep.
 class SoftWorld {
  public:
-  /// Of the deformable world, softcd's for any `plug_in` but `none`.
+  /// Of the deformable world, softcd's for any `plug_in` that is not Bullet alone.
   SoftWorld(World kind, PlugIn plug_in, const bullet::Settings& settings);
 
   World kind() const { return classic_ != nullptr ? World::classic : World::deformable; }
   btSoftBodyWorldInfo& world_info();
   /// In the deformable world the body gets masses with which its springs are stable.
   btSoftBody& add(std::unique_ptr<btSoftBody> body);
-  void add_static(std::unique_ptr<btCollisionShape> shape, const btVector3& center);
+  btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0);
+  void set_gravity(const btVector3& gravity);
   /// From now on no body asks for contacts with soft bodies.
   void stop_soft_contacts();
   void step() { step(time_step()); }

@@ -36,7 +36,7 @@ Tube::Tube(const SceneOptions& options) : Scene(options) {
   tube->m_cfg.kKHR = 1;
   tube->m_cfg.piterations = 8;
   tube_ = &add(std::move(tube));
-  simulation().add_static(std::make_unique<btBoxShape>(btVector3(4, 1, 4)), btVector3(0, -1, 0));
+  simulation().add_rigid(std::make_unique<btBoxShape>(btVector3(4, 1, 4)), btVector3(0, -1, 0));
 }
 
 void Tube::mark_passed_through(const btSoftBody& /*body*/, std::vector<bool>& /*marked*/) const {}

@@ -23,6 +23,8 @@ inline std::string name_of(demo::PlugIn plug_in) {
   switch (plug_in) {
     case demo::PlugIn::none:
       return "none";
+    case demo::PlugIn::none_multi_body:
+      return "none_multi_body";
     case demo::PlugIn::one_line_world:
       return "one_line_world";
     case demo::PlugIn::multi_body_world:

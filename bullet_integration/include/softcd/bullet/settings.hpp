@@ -153,7 +153,33 @@ struct Settings {
   OnError on_error = OnError::fall_back;  ///< what becomes of a step in which softcd fails
   /// As CollisionPipeline::set_log().
   LogCallback log;
+
+  // Presets. Each is a value whose members can be changed further.
+
+  /// The least time for a step: Bullet's own rules, in float, with one contact for each place where a body's surface is
+  /// nearest to a node.
+  static Settings fast();
+  /// The default.
+  static Settings balanced() { return {}; }
+  /// No step makes an intersection, at whatever speed: continuous detection, responses to edges, and the corners and
+  /// edges of convex shapes.
+  static Settings safe();
 };
+
+inline Settings Settings::fast() {
+  Settings settings;
+  settings.accuracy = Accuracy::fast;
+  settings.contacts = Contacts::closest_feature;
+  return settings;
+}
+
+inline Settings Settings::safe() {
+  Settings settings;
+  settings.detection = Detection::ccd;
+  settings.edge_contacts = EdgeContacts::respond;
+  settings.convex_shapes = ConvexShapes::faces_and_edges;
+  return settings;
+}
 
 }  // namespace
 

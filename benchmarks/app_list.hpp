@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "app_world.hpp"
+
+namespace softcd::benchmarks {
+
+/// Moves what an app moves by itself: called before each step, with the time at which the step ends and its length.
+using AppDrive = std::function<void(btScalar time, btScalar seconds)>;
+
+/// A program as a user of Bullet writes it in an afternoon, with whatever settings its author thought of.
+struct App {
+  const char* name;
+  const char* description;
+  double seconds;
+  btScalar lowest;  ///< a free body whose centre is below this height is lost
+  /// Adds the app's bodies to an empty world. The returned function is empty where the app moves nothing.
+  AppDrive (*build)(AppWorld& world);
+};
+
+const std::vector<App>& apps();
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,194 @@
+#include "apps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app_list.hpp"
+#include "command_line/choices.hpp"
+#include "report.hpp"
+#include "timing.hpp"
+
+// Whether apps are better with softcd than with Bullet alone: what intersects, how much energy there is, which bodies
+// are lost, and what a step takes.
+
+namespace softcd::benchmarks {
+namespace {
+
+using demo::name_of;
+
+constexpr std::array<demo::Choice<AppWorldKind>, 3> kAppWorlds = {{{"soft-rigid", AppWorldKind::soft_rigid},
+                                                                   {"soft-multi-body", AppWorldKind::soft_multi_body},
+                                                                   {"deformable", AppWorldKind::deformable}}};
+constexpr std::array<demo::Choice<AppDetection>, 4> kAppDetections = {{{"bullet", AppDetection::bullet},
+                                                                       {"fast", AppDetection::fast},
+                                                                       {"balanced", AppDetection::balanced},
+                                                                       {"safe", AppDetection::safe}}};
+
+std::optional<bullet::Settings> settings_of(AppDetection detection, Backend backend) {
+  bullet::Settings settings;
+  switch (detection) {
+    case AppDetection::bullet:
+      return std::nullopt;
+    case AppDetection::fast:
+      settings = bullet::Settings::fast();
+      break;
+    case AppDetection::balanced:
+      settings = bullet::Settings::balanced();
+      break;
+    case AppDetection::safe:
+      settings = bullet::Settings::safe();
+      break;
+  }
+  settings.backend = backend;
+  return settings;
+}
+
+struct AppRun {
+  const App* app = nullptr;
+  AppWorldKind world = AppWorldKind::soft_rigid;
+  AppDetection detection = AppDetection::bullet;
+  int iterations = 1;
+  int frames = 0;
+  int frames_with_crossings = 0;
+  std::size_t most_crossings = 0, crossings_at_end = 0;
+  double start_energy = 0, most_energy = 0;  ///< kinetic, J
+  double farthest = 0;                       ///< of a node or a rigid body from the origin, ever
+  std::size_t lost_bodies = 0;
+  double step_milliseconds = 0;  ///< median
+};
+
+void see_frame(AppWorld& world, AppRun& run) {
+  ++run.frames;
+  run.crossings_at_end = world.count_crossings();
+  run.most_crossings = std::max(run.most_crossings, run.crossings_at_end);
+  run.frames_with_crossings += run.crossings_at_end > 0 ? 1 : 0;
+  const AppMotion motion = world.motion();
+  if (!(motion.kinetic_energy <= run.most_energy)) run.most_energy = motion.kinetic_energy;
+  if (!(motion.farthest <= run.farthest)) run.farthest = motion.farthest;
+}
+
+AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int iterations, const AppsOptions& options) {
+  AppWorld world(kind, settings_of(detection, options.backend), iterations);
+  const AppDrive drive = app.build(world);
+  AppRun run;
+  run.app = &app;
+  run.world = kind;
+  run.detection = detection;
+  run.iterations = iterations;
+  run.start_energy = world.motion().kinetic_energy;
+  const int parts = world.steps_per_frame();
+  const btScalar seconds = AppWorld::kFrame / btScalar(parts);
+  const double duration = options.seconds > 0 ? options.seconds : app.seconds;
+  const int frames = std::max(2, static_cast<int>(std::lround(duration / double(AppWorld::kFrame))));
+  std::vector<double> times;
+  for (int step = 0; step < frames * parts; ++step) {
+    if (drive) drive(btScalar(step + 1) * seconds, seconds);
+    times.push_back(milliseconds_of([&] { world.step(seconds); }));
+    if ((step + 1) % parts == 0) see_frame(world, run);
+  }
+  run.lost_bodies = world.count_below(app.lowest);
+  run.step_milliseconds = median_without_first(times);
+  return run;
+}
+
+nlohmann::ordered_json to_json(const AppRun& run) {
+  return {{"app", run.app->name},
+          {"world", name_of(kAppWorlds, run.world)},
+          {"detection", name_of(kAppDetections, run.detection)},
+          {"iterations", run.iterations},
+          {"frames", run.frames},
+          {"frames_with_crossings", run.frames_with_crossings},
+          {"most_crossings", run.most_crossings},
+          {"crossings_at_end", run.crossings_at_end},
+          {"start_energy", run.start_energy},
+          {"most_energy", run.most_energy},
+          {"farthest", run.farthest},
+          {"lost_bodies", run.lost_bodies},
+          {"step_milliseconds", run.step_milliseconds}};
+}
+
+std::vector<std::string> to_row(const AppRun& run) {
+  return {run.app->name,
+          name_of(kAppWorlds, run.world),
+          name_of(kAppDetections, run.detection),
+          fmt::to_string(run.iterations),
+          fmt::format("{} of {}", run.frames_with_crossings, run.frames),
+          fmt::to_string(run.most_crossings),
+          fmt::to_string(run.crossings_at_end),
+          fmt::format("{:.3g}", run.start_energy),
+          fmt::format("{:.3g}", run.most_energy),
+          fmt::format("{:.3g}", run.farthest),
+          fmt::to_string(run.lost_bodies),
+          fmt::format("{:.3f}", run.step_milliseconds)};
+}
+
+void run(const AppsOptions& options) {
+  Table table({"app", "world", "detection", "iterations", "frames with", "most", "at the end", "J at start", "J, most",
+               "farthest", "lost", "ms"},
+              3);
+  nlohmann::ordered_json json = describe_run("apps", options.machine);
+  for (const App& app : apps()) {
+    const bool is_wanted =
+        options.apps.empty() || std::find(options.apps.begin(), options.apps.end(), app.name) != options.apps.end();
+    if (!is_wanted) continue;
+    for (const AppWorldKind world : options.worlds) {
+      for (const int iterations : options.iterations) {
+        // Bullet's deformable solver has no position iterations.
+        if (world == AppWorldKind::deformable && iterations != options.iterations.front()) continue;
+        for (const AppDetection detection : options.detections) {
+          const AppRun result = simulate(app, world, detection, iterations, options);
+          fmt::print(stderr, "{}\n", fmt::join(to_row(result), " "));
+          table.add(to_row(result));
+          json["apps"].push_back(to_json(result));
+        }
+      }
+    }
+  }
+  const std::string report = fmt::format(
+      "### Apps\n\n`frames with`: frames of 1/60 s that end with an edge through a triangle, in exact arithmetic; "
+      "`most` "
+      "edges in one frame, and `at the end`. J: kinetic energy. `farthest`: the largest distance of anything from the "
+      "origin, m. `lost`: free bodies that have fallen through. ms: median of a step.\n\n{}\n",
+      table.text());
+  fmt::print("{}", report);
+  if (!options.markdown_file.empty()) write_file(options.markdown_file, report);
+  if (!options.json_file.empty()) write_json(options.json_file, json);
+}
+
+}  // namespace
+
+void add_apps(CLI::App& app, AppsOptions& options) {
+  CLI::App* command = app.add_subcommand("apps",
+                                         "Small apps with Bullet alone and with softcd's presets: what intersects, "
+                                         "energy, bodies that are lost, and what\n"
+                                         "a step takes");
+  command->add_option("--app", options.apps, "Several by commas")
+      ->option_text("APP [all]")
+      ->delimiter(',')
+      ->check([](const std::string& name) {
+        const bool is_known = std::any_of(apps().begin(), apps().end(), [&](const App& a) { return a.name == name; });
+        return is_known ? std::string() : "there is no app '" + name + "'";
+      });
+  demo::add_choices(*command, "--world", kAppWorlds, options.worlds, "Of Bullet's, one after the other");
+  demo::add_choices(*command, "--detection", kAppDetections, options.detections, "Bullet's, or a preset of softcd's");
+  command->add_option("--iterations", options.iterations, "Of the soft bodies' positions; several by commas")
+      ->option_text("N [1,4]")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--seconds", options.seconds, "Simulated, of each app")
+      ->option_text("S [its own]")
+      ->check(CLI::Range(0.001, 10000.0));
+  demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "Where softcd computes");
+  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+      ->option_text("TEXT");
+  command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
+  command->add_option("--json", options.json_file, "Write every figure of every run")->option_text("FILE");
+  command->callback([&options] { run(options); });
+}
+
+}  // namespace softcd::benchmarks
