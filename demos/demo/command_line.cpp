@@ -28,6 +28,9 @@ constexpr std::array<Choice<Collision>, 3> kCollisions = {
 constexpr std::array<Choice<bullet::EdgeContacts>, 2> kEdgeContacts = {
     {{"off", bullet::EdgeContacts::off}, {"respond", bullet::EdgeContacts::respond}}};
 
+constexpr std::array<Choice<bullet::Settings (*)()>, 3> kPresets = {
+    {{"fast", bullet::Settings::fast}, {"balanced", bullet::Settings::balanced}, {"safe", bullet::Settings::safe}}};
+
 std::string size_text(const SceneInfo& scene, int size) {
   SceneOptions options;
   options.size = size;
@@ -56,10 +59,34 @@ int size_from(const std::string& word, const SceneInfo& scene) {
   return size;
 }
 
+/// How many letters have to be inserted, removed or replaced to get from one word to the other (Levenshtein 1966).
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
+    }
+  }
+  return row.back();
+}
+
+/// Names the scene that is most like the word; empty where none is alike.
+std::string suggestion_for(const std::string& word) {
+  const auto distance = [&](const SceneInfo& scene) { return edit_distance(word, scene.name); };
+  const auto nearest = std::min_element(scenes().begin(), scenes().end(), [&](const SceneInfo& a, const SceneInfo& b) {
+    return distance(a) < distance(b);
+  });
+  return distance(*nearest) <= word.size() / 2 ? fmt::format("; is '{}' meant?", nearest->name) : "";
+}
+
 void check_scene(DemoCommand& command, const std::string& size) {
   const SceneInfo* scene = find_scene(command.scene);
   if (scene == nullptr) {
-    throw CLI::ValidationError("SCENE", fmt::format("there is no scene '{}'; see --list", command.scene));
+    throw CLI::ValidationError(
+        "SCENE", fmt::format("there is no scene '{}'{}; see --list", command.scene, suggestion_for(command.scene)));
   }
   if (!size.empty()) command.options.size = size_from(size, *scene);
 }
@@ -129,6 +156,11 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
              "explicitly, in steps of 1/240 second");
   add_choice(app, "--collision", kCollisions, options.collision,
              "Who finds contacts between soft bodies. bullet knows none within a body");
+  app.add_option_function<std::string>(
+         "--preset", [&](const std::string& word) { options.settings = value_of(kPresets, word, "--preset")(); },
+         "softcd's settings, which the options below change; balanced is what the library does by default.\n"
+         "Left out: ccd, and edges respond")
+      ->option_text(join_names(kPresets, "|"));
   add_choice(app, "--backend", kBackends, options.settings.backend,
              "Where softcd computes; auto takes a GPU when there is one");
   add_choice(app, "--detection", kDetections, options.settings.detection,
@@ -137,6 +169,9 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
              "Whether softcd also looks for contacts between edges, and Bullet answers them");
   add_choice(app, "--contacts", kContacts, options.settings.contacts,
              "Which contacts of nodes with faces softcd gives to Bullet's solver. all: Bullet's rule");
+  app.add_option("--iterations", options.iterations, "Of Bullet's classic solver: Config::piterations of all bodies")
+      ->option_text("N [the scene's]")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--steps", command.steps, "Steps of 1/120 second")
       ->option_text("N [600]")
       ->check(CLI::Range(1L, 1000000L));

@@ -11,7 +11,7 @@ namespace {
 /// All bodies in one.
 Mesh mesh_of(const Scene& scene) {
   Mesh mesh;
-  for (const Surface& surface : scene.surfaces()) {
+  for (const Surface& surface : scene.all_surfaces()) {
     const btSoftBody& body = *surface.body;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     for (int i = 0; i < body.m_nodes.size(); ++i) {

@@ -95,8 +95,19 @@ void write_text(const std::string& file, const std::string& text) {
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
 }
 
+/// Writes a picture of the window into a new file here, and returns its name.
+std::string save_picture(const Image& image) {
+  for (int number = 1;; ++number) {
+    const std::string file = fmt::format("softcd-demo-{}.png", number);
+    if (std::filesystem::exists(file)) continue;
+    write_png(file, image);
+    return file;
+  }
+}
+
 void view(const DemoCommand& command) {
   ViewerOptions options;
+  options.save_picture = save_picture;
   options.frames = command.view_frames;
   options.overlays = command.pictures.overlays;
   if (!command.screenshot_file.empty()) {

@@ -14,6 +14,7 @@
 #include "scenes/penetration.hpp"
 #include "scenes/reef_knot.hpp"
 #include "scenes/refining.hpp"
+#include "scenes/soft_ball.hpp"
 #include "scenes/stack.hpp"
 #include "scenes/tearing.hpp"
 #include "scenes/tube.hpp"
@@ -21,6 +22,9 @@
 
 namespace softcd::demo {
 namespace {
+
+constexpr int kBallSubdivisions = 2;
+constexpr btScalar kBallMass = btScalar(0.5);
 
 template <class AnyScene>
 std::unique_ptr<Scene> make(const SceneOptions& options) {
@@ -33,6 +37,7 @@ Scene::Scene(const SceneOptions& options)
     : simulation_(options.world, options.collision == Collision::softcd ? options.plug_in : PlugIn::none,
                   options.settings),
       collision_(options.collision),
+      iterations_(options.iterations),
       time_step_(options.time_step > 0 ? options.time_step : kTimeStep),
       bullets_steps_(options.time_step > 0 ? 1 : std::lround(kTimeStep / simulation_.time_step())) {}
 
@@ -43,6 +48,9 @@ void Scene::step() {
 }
 
 void Scene::go_on_from(const Scene& other) {
+  for (std::size_t i = thrown_balls_.size(); i < other.thrown_balls_.size(); ++i) {
+    throw_ball(btVector3(0, 0, 0), other.thrown_balls_[i].radius, btVector3(0, 0, 0));
+  }
   // In the first step Bullet measures the links' rest lengths.
   if (step_count_ == 0) step();
   step_count_ = other.step_count_;
@@ -61,7 +69,21 @@ void Scene::go_on_from(const Scene& other) {
   }
 }
 
+void Scene::throw_ball(const btVector3& center, btScalar radius, const btVector3& velocity) {
+  auto ball = make_soft_ball(simulation_, {center, radius, kBallSubdivisions, kBallMass, radius / 10});
+  ball->setVelocity(velocity);
+  thrown_balls_.push_back({&add(std::move(ball)), radius});
+}
+
+std::vector<Surface> Scene::all_surfaces() const {
+  constexpr Color kOutside = {0.55F, 0.12F, 0.10F};
+  std::vector<Surface> all = surfaces();
+  for (const ThrownBall& ball : thrown_balls_) all.push_back({ball.body, kOutside, kOutside});
+  return all;
+}
+
 btSoftBody& Scene::add(std::unique_ptr<btSoftBody> body) {
+  if (iterations_ > 0) body->m_cfg.piterations = iterations_;
   btSoftBody& added = simulation_.add(std::move(body));
   if (collision_ == Collision::off) simulation_.stop_soft_contacts();
   return added;

@@ -22,6 +22,7 @@ struct SceneOptions {
   bullet::Settings settings;                ///< of softcd
   int size = 0;                             ///< in the scene's unit; 0: its default
   btScalar time_step = 0;                   ///< of the scene and of Bullet, seconds; 0: see Scene
+  int iterations = 0;  ///< of Bullet's classic solver, Config::piterations of all bodies; 0: the scene's own
 };
 
 struct Color {
@@ -66,8 +67,11 @@ class Scene {
   btScalar time() const { return btScalar(step_count_) * time_step_; }
   btScalar time_step() const { return time_step_; }
 
-  /// Takes over the time, changes of bodies, and the nodes' positions and velocities, of the same scene in another
-  /// world.
+  /// Throws a soft ball into the scene. It collides like the other bodies; penetration is counted without it.
+  void throw_ball(const btVector3& center, btScalar radius, const btVector3& velocity);
+
+  /// Takes over the time, changes of bodies, thrown balls, and the nodes' positions and velocities, of the same scene
+  /// in another world.
   void go_on_from(const Scene& other);
 
   Penetration count_penetration() const;
@@ -77,6 +81,8 @@ class Scene {
   std::size_t count_contacts() const;
 
   virtual std::vector<Surface> surfaces() const = 0;
+  /// The scene's own surfaces and the balls that were thrown.
+  std::vector<Surface> all_surfaces() const;
   std::size_t count_triangles() const;
   virtual View view() const = 0;
 
@@ -97,11 +103,18 @@ class Scene {
   virtual void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const = 0;
 
  private:
+  struct ThrownBall {
+    btSoftBody* body;
+    btScalar radius;
+  };
+
   SoftWorld simulation_;
   Collision collision_;
+  int iterations_;
   btScalar time_step_;
   long bullets_steps_;  ///< in one step
   long step_count_ = 0;
+  std::vector<ThrownBall> thrown_balls_;
 };
 
 struct SceneInfo {

@@ -84,6 +84,10 @@ const bullet::WorldDetection* SoftWorld::detection() const {
   return classic_ != nullptr ? classic_->detection() : deformable_->detection();
 }
 
+bullet::WorldDetection* SoftWorld::detection() {
+  return classic_ != nullptr ? classic_->detection() : deformable_->detection();
+}
+
 std::size_t SoftWorld::count_soft_contacts() const {
   return sum_over(bodies_, [](const btSoftBody& b) { return b.m_scontacts.size() + b.m_faceNodeContacts.size(); });
 }

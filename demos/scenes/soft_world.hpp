@@ -36,6 +36,7 @@ class SoftWorld {
   const std::vector<btSoftBody*>& bodies() const { return bodies_; }
   /// Null when Bullet detects.
   const bullet::WorldDetection* detection() const;
+  bullet::WorldDetection* detection();
   /// What Bullet's solver was given in the last step.
   std::size_t count_soft_contacts() const;
   std::size_t count_rigid_contacts() const;

@@ -17,6 +17,17 @@ Rgba faded(Rgba color, float opacity) {
   return {color[0], color[1], color[2], static_cast<std::uint8_t>(255 * opacity)};
 }
 
+/// From blue at 0 to red at 1.
+Rgba color_of_share(float share) {
+  constexpr std::array<Vec3f, 5> kStops = {
+      {{40, 70, 200}, {30, 170, 210}, {70, 200, 90}, {245, 205, 60}, {220, 50, 40}}};
+  const float place = std::clamp(share, 0.0F, 1.0F) * static_cast<float>(kStops.size() - 1);
+  const std::size_t stop = std::min(static_cast<std::size_t>(place), kStops.size() - 2);
+  const Vec3f color = lerp(kStops[stop], kStops[stop + 1], place - static_cast<float>(stop));
+  return {static_cast<std::uint8_t>(color.x), static_cast<std::uint8_t>(color.y), static_cast<std::uint8_t>(color.z),
+          255};
+}
+
 /// From 0, no tests, to 1. The root tells cells with few tests apart.
 float heat(std::uint64_t tests, std::uint64_t most) {
   return most == 0 ? 0.0F : std::sqrt(static_cast<float>(tests) / static_cast<float>(most));
@@ -67,10 +78,10 @@ void append_triangle_lines(const DetectionGrid::Corners& corners, Rgba color, st
   for (std::size_t i = 0; i < 3; ++i) append_line(corners[i], corners[(i + 1) % 3], color, out);
 }
 
-void append_contact(const btSoftBody::Node& node, const btVector3& normal, double length, OverlayGeometry& out) {
-  const Vec3d position = to_vec3d(node.m_x);
+void append_contact(const btVector3& place, const btVector3& normal, double length, Rgba color, OverlayGeometry& out) {
+  const Vec3d position = to_vec3d(place);
   const double arm = length / 6;
-  append_line(position, position + length * to_vec3d(normal), kGreen, out.bright_lines);
+  append_line(position, position + length * to_vec3d(normal), color, out.bright_lines);
   append_line(position - Vec3d{arm, 0, 0}, position + Vec3d{arm, 0, 0}, kWhite, out.bright_lines);
   append_line(position - Vec3d{0, 0, arm}, position + Vec3d{0, 0, arm}, kWhite, out.bright_lines);
 }
@@ -78,13 +89,7 @@ void append_contact(const btSoftBody::Node& node, const btVector3& normal, doubl
 }  // namespace
 
 Rgba color_of_tests(std::uint64_t tests, std::uint64_t most) {
-  constexpr std::array<Vec3f, 5> kStops = {
-      {{40, 70, 200}, {30, 170, 210}, {70, 200, 90}, {245, 205, 60}, {220, 50, 40}}};
-  const float place = heat(tests, most) * static_cast<float>(kStops.size() - 1);
-  const std::size_t stop = std::min(static_cast<std::size_t>(place), kStops.size() - 2);
-  const Vec3f color = lerp(kStops[stop], kStops[stop + 1], place - static_cast<float>(stop));
-  return {static_cast<std::uint8_t>(color.x), static_cast<std::uint8_t>(color.y), static_cast<std::uint8_t>(color.z),
-          255};
+  return color_of_share(heat(tests, most));
 }
 
 void append_cells(const DetectionGrid& grid, OverlayGeometry& out) {
@@ -126,11 +131,22 @@ void append_contacts(const std::vector<btSoftBody*>& bodies, OverlayGeometry& ou
     const double length = 2 * double(body->getCollisionShape()->getMargin());
     for (int i = 0; i < body->m_scontacts.size(); ++i) {
       const btSoftBody::SContact& contact = body->m_scontacts[i];
-      append_contact(*contact.m_node, contact.m_normal, length, out);
+      append_contact(contact.m_node->m_x, contact.m_normal, length, kGreen, out);
     }
     for (int i = 0; i < body->m_faceNodeContacts.size(); ++i) {
       const btSoftBody::DeformableFaceNodeContact& contact = body->m_faceNodeContacts[i];
-      append_contact(*contact.m_node, contact.m_normal, length, out);
+      append_contact(contact.m_node->m_x, contact.m_normal, length, kGreen, out);
+    }
+  }
+}
+
+void append_contacts(const std::vector<bullet::BodyPairContacts>& pairs, ContactColor color, OverlayGeometry& out) {
+  for (const bullet::BodyPairContacts& pair : pairs) {
+    const auto margin = static_cast<float>(pair.a != nullptr ? pair.a->getCollisionShape()->getMargin() : 0);
+    for (const bullet::BodyContact& contact : pair.contacts) {
+      const float share = color == ContactColor::depth ? static_cast<float>(contact.depth) / std::max(margin, 1e-6F)
+                                                       : 1 - static_cast<float>(contact.time_of_impact);
+      append_contact(contact.a.position, contact.normal, 2 * double(margin), color_of_share(share), out);
     }
   }
 }

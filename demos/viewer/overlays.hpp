@@ -4,17 +4,26 @@
 #include <cstdint>
 #include <vector>
 
+#include "softcd/bullet/body_contacts.hpp"
 #include "viewer/detection_grid.hpp"
 #include "viewer/node_drag.hpp"
 #include "viewer/picking.hpp"
 
 namespace softcd::demo {
 
+/// What the colour of a contact tells.
+enum class ContactColor : std::uint32_t {
+  one,             ///< nothing: all contacts have one colour
+  depth,           ///< how much closer two features are than the solver wants them, blue to red
+  time_of_impact,  ///< red at the start of the step, blue at its end
+};
+
 struct OverlayChoice {
   bool wire = false;      ///< the triangles' edges
   bool cells = false;     ///< occupied cells, coloured by their tests
   bool children = false;  ///< of the picked triangle
   bool contacts = false;
+  ContactColor contact_color = ContactColor::one;
   bool picked_cell = false;  ///< the one around the picked triangle's centroid
 };
 
@@ -43,6 +52,8 @@ void append_outline(const btSoftBody& body, int face, OverlayGeometry& out);
 void append_picked_cell(const DetectionGrid& grid, const OccupiedCell& cell, OverlayGeometry& out);
 /// A cross at each contact's node and its normal, twice the body's margin long.
 void append_contacts(const std::vector<btSoftBody*>& bodies, OverlayGeometry& out);
+/// A cross at each contact's point on the first body and its normal, in the contact's colour.
+void append_contacts(const std::vector<bullet::BodyPairContacts>& pairs, ContactColor color, OverlayGeometry& out);
 void append_drag(const NodeDrag::Line& line, OverlayGeometry& out);
 
 }  // namespace softcd::demo

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cfloat>
+#include <tuple>
 #include <utility>
 
 #include "softcd/pipeline/detector.hpp"
@@ -43,14 +44,87 @@ void draw_run(const Session& session, PanelState& state) {
   text(fmt::format("{:.2f} s", double(session.scene().time())));
   ImGui::SetNextItemWidth(0.5F * kPanelWidth);
   ImGui::SliderInt("steps a frame", &state.steps_per_frame, 1, 8);
+  if (ImGui::Button("Throw a ball")) state.throw_ball = true;
+  ImGui::SameLine();
+  if (ImGui::Button("Save a picture")) state.save_picture = true;
+  if (!state.saved_picture.empty()) note("saved " + state.saved_picture);
 }
 
-/// The ways to detect that can be switched between.
+void draw_scene_choice(const Session& session, PanelState& state) {
+  if (!ImGui::BeginCombo("scene", session.scene_name().c_str())) return;
+  for (const SceneInfo& scene : scenes()) {
+    const bool is_open = scene.name == session.scene_name();
+    if (ImGui::Selectable(scene.name, is_open) && !is_open) state.open_scene = scene.name;
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", scene.description);
+  }
+  ImGui::EndCombo();
+}
+
+/// The detectors that can be switched between.
 struct Detecting {
   const char* name;
   Collision collision;
   Backend backend;
 };
+
+struct Preset {
+  const char* name;
+  bullet::Settings (*make)();
+};
+
+constexpr std::array<Preset, 3> kPresets = {
+    {{"fast", bullet::Settings::fast}, {"balanced", bullet::Settings::balanced}, {"safe", bullet::Settings::safe}}};
+
+/// What a preset decides.
+auto dials_of(const bullet::Settings& settings) {
+  return std::tuple(settings.detection, settings.accuracy, settings.edge_contacts, settings.contacts,
+                    settings.contacts_per_node, settings.convex_shapes);
+}
+
+void draw_presets(const Session& session, PanelState& state) {
+  const bullet::Settings& settings = session.options().settings;
+  for (const Preset& preset : kPresets) {
+    bullet::Settings chosen = preset.make();
+    if (ImGui::RadioButton(preset.name, dials_of(chosen) == dials_of(settings))) {
+      chosen.backend = settings.backend;
+      state.go_on_with = session.options();
+      state.go_on_with->settings = chosen;
+    }
+    ImGui::SameLine();
+  }
+  text("preset");
+}
+
+template <class Value>
+void draw_switch(const char* name, Value bullet::Settings::*dial, Value off, Value on, const Session& session,
+                 PanelState& state) {
+  bool is_on = session.options().settings.*dial == on;
+  if (!ImGui::Checkbox(name, &is_on)) return;
+  state.go_on_with = session.options();
+  state.go_on_with->settings.*dial = is_on ? on : off;
+}
+
+void draw_settings(const Session& session, PanelState& state) {
+  using bullet::Settings;
+  draw_presets(session, state);
+  draw_switch("ccd: along the whole step", &Settings::detection, Detection::dcd, Detection::ccd, session, state);
+  draw_switch("edges respond", &Settings::edge_contacts, bullet::EdgeContacts::off, bullet::EdgeContacts::respond,
+              session, state);
+  draw_switch("one contact for each nearest place", &Settings::contacts, bullet::Contacts::all,
+              bullet::Contacts::closest_feature, session, state);
+  draw_switch("faces and edges on convex shapes", &Settings::convex_shapes, bullet::ConvexShapes::nodes,
+              bullet::ConvexShapes::faces_and_edges, session, state);
+}
+
+void draw_iterations(const Session& session, PanelState& state) {
+  if (session.options().world != World::classic) return;
+  int iterations = session.options().iterations;
+  ImGui::SetNextItemWidth(0.5F * kPanelWidth);
+  const char* const format = iterations == 0 ? "the scene's" : "%d";
+  if (!ImGui::SliderInt("iterations", &iterations, 0, 20, format)) return;
+  state.go_on_with = session.options();
+  state.go_on_with->iterations = iterations;
+}
 
 /// Two a row.
 constexpr std::array<Detecting, 4> kDetecting = {{{"off", Collision::off, Backend::automatic},
@@ -80,15 +154,9 @@ void draw_detection(const Session& session, PanelState& state) {
   }
   if (!cuda_missing.empty()) note("CUDA: " + cuda_missing);
   ImGui::BeginDisabled(session.options().collision != Collision::softcd);
-  for (const auto& [name, detection] :
-       {std::pair{"ccd: along a step", Detection::ccd}, std::pair{"dcd: at its end", Detection::dcd}}) {
-    if (detection == Detection::dcd) ImGui::SameLine(kPanelWidth / 2.0F);
-    if (ImGui::RadioButton(name, session.options().settings.detection == detection)) {
-      state.go_on_with = session.options();
-      state.go_on_with->settings.detection = detection;
-    }
-  }
+  draw_settings(session, state);
   ImGui::EndDisabled();
+  draw_iterations(session, state);
   if (!state.problem.empty()) note(state.problem);
 }
 
@@ -132,10 +200,21 @@ void draw_legend(const DetectionGrid& grid) {
   text("tests");
 }
 
+void draw_contact_colors(OverlayChoice& overlays) {
+  if (!overlays.contacts) return;
+  constexpr std::array<std::pair<const char*, ContactColor>, 3> kColors = {
+      {{"one colour", ContactColor::one}, {"depth", ContactColor::depth}, {"time", ContactColor::time_of_impact}}};
+  for (const auto& [name, color] : kColors) {
+    if (color != ContactColor::one) ImGui::SameLine();
+    if (ImGui::RadioButton(name, overlays.contact_color == color)) overlays.contact_color = color;
+  }
+}
+
 void draw_overlay_choice(const Session& session, const DetectionGrid* grid, PanelState& state) {
   ImGui::Checkbox("Edges of the triangles", &state.overlays.wire);
   ImGui::Checkbox("Contacts and normals", &state.overlays.contacts);
   ImGui::BeginDisabled(session.scene().simulation().detection() == nullptr);
+  draw_contact_colors(state.overlays);
   ImGui::Checkbox("Grid cells by tests", &state.overlays.cells);
   ImGui::Checkbox("Children or cells of the picked triangle", &state.overlays.children);
   ImGui::Checkbox("Picked cell", &state.overlays.picked_cell);
@@ -215,6 +294,7 @@ void draw_keys() {
         "left or right drag      turn the view", "middle or shift drag    move the view",
         "wheel                   nearer, further", "space                   pause, go on",
         "right arrow             one step", "R                       restart", "V                       first view",
+        "B                       throw a ball", "P                       save a picture",
         "H                       hide the panels", "Esc                     close"}) {
     text(line);
   }
@@ -229,7 +309,8 @@ void draw_panel(const Session& session, const DetectionGrid* grid, PanelState& s
   ImGui::Begin("softcd", nullptr, kFixed);
   int triangles = 0;
   for (const btSoftBody* body : session.bodies()) triangles += body->m_faces.size();
-  text(fmt::format("{}, {} triangles", session.scene_name(), triangles));
+  draw_scene_choice(session, state);
+  text(fmt::format("{} triangles", triangles));
   draw_run(session, state);
   if (begins_open("Detection")) draw_detection(session, state);
   if (begins_open("Measurements")) draw_measurements(session, grid, state);

@@ -21,7 +21,8 @@ struct PanelState {
   int steps_per_frame = 2;  ///< 120 steps a second: as fast as reality at 60 frames a second
   OverlayChoice overlays;
   std::optional<SelectedFace> selected;
-  std::string problem;  ///< why the last change of the detection failed; empty when it did not
+  std::string problem;        ///< why the last change of the scene or the detection failed; empty when it did not
+  std::string saved_picture;  ///< the file of the last picture; empty before
 
   /// On demand, at that simulated time.
   struct Penetrating {
@@ -34,7 +35,10 @@ struct PanelState {
   bool step_once = false;
   bool restart = false;
   bool reset_view = false;
+  bool throw_ball = false;
+  bool save_picture = false;
   std::optional<SceneOptions> go_on_with;
+  std::optional<std::string> open_scene;
 };
 
 constexpr int kPanelWidth = 340;  ///< pixels, at the left of the window

@@ -8,6 +8,17 @@
 
 namespace softcd::demo {
 
+namespace {
+
+void set_read_out(bullet::WorldDetection& detection, bullet::ReadOut read_out) {
+  if (detection.settings().read_out == read_out) return;
+  bullet::Settings settings = detection.settings();
+  settings.read_out = read_out;
+  detection.set_settings(settings);
+}
+
+}  // namespace
+
 void History::add(float value) {
   if (values_.size() == kLength) values_.erase(values_.begin());
   values_.push_back(value);
@@ -21,20 +32,38 @@ Session::Session(std::string scene_name, const SceneOptions& options)
 void Session::adopt(std::unique_ptr<Scene> scene) {
   scene_ = std::move(scene);
   bodies_ = scene_->simulation().bodies();
+  body_contacts_.clear();
 }
 
 void Session::step() {
+  bullet::WorldDetection* const detection = scene_->simulation().detection();
+  if (detection != nullptr)
+    set_read_out(*detection, reads_contacts_ ? bullet::ReadOut::contacts : bullet::ReadOut::off);
   const auto start = std::chrono::steady_clock::now();
   scene_->step();
   const std::chrono::duration<float, std::milli> duration = std::chrono::steady_clock::now() - start;
   step_ms_.add(duration.count());
-  if (const bullet::WorldDetection* detection = scene_->simulation().detection()) {
-    detection_ms_.add(static_cast<float>(detection->contacts().statistics().ms.total));
-  }
+  body_contacts_.clear();
+  if (detection == nullptr) return;
+  detection_ms_.add(static_cast<float>(detection->contacts().statistics().ms.total));
+  if (reads_contacts_) body_contacts_ = detection->body_contacts();
 }
 
 void Session::restart() {
   adopt(make_scene(scene_name_, options_));
+}
+
+void Session::open(const std::string& scene_name) {
+  SceneOptions options = options_;
+  options.size = 0;
+  adopt(make_scene(scene_name, options));
+  scene_name_ = scene_name;
+  options_ = options;
+}
+
+void Session::throw_ball(const btVector3& center, btScalar radius, const btVector3& velocity) {
+  scene_->throw_ball(center, radius, velocity);
+  bodies_ = scene_->simulation().bodies();
 }
 
 void Session::go_on_with(const SceneOptions& options) {

@@ -35,10 +35,18 @@ class Session {
 
   void step();
   void restart();
+  /// Another scene, at its default size, with the same options else. Throws as make_scene; nothing has changed then.
+  void open(const std::string& scene_name);
+  void throw_ball(const btVector3& center, btScalar radius, const btVector3& velocity);
   /// The same positions and velocities in a new world. Throws as make_scene; nothing has changed then.
   void go_on_with(const SceneOptions& options);
 
   const History& step_ms() const { return step_ms_; }
+  /// From the next step on, whether body_contacts() is read.
+  void set_reads_contacts(bool reads_contacts) { reads_contacts_ = reads_contacts; }
+  /// The contacts of the last step. Empty where Bullet detects, and unless they are read.
+  const std::vector<bullet::BodyPairContacts>& body_contacts() const { return body_contacts_; }
+
   /// Of softcd's detector; stands still where Bullet detects.
   const History& detection_ms() const { return detection_ms_; }
 
@@ -53,6 +61,8 @@ class Session {
   SceneOptions options_;
   std::unique_ptr<Scene> scene_;
   std::vector<btSoftBody*> bodies_;
+  std::vector<bullet::BodyPairContacts> body_contacts_;
+  bool reads_contacts_ = false;
   History step_ms_, detection_ms_;
 };
 

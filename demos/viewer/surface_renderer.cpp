@@ -234,7 +234,7 @@ void SurfaceRenderer::append(const Surface& surface) {
 
 void SurfaceRenderer::update(const Scene& scene) {
   vertices_.clear();
-  for (const Surface& surface : scene.surfaces()) append(surface);
+  for (const Surface& surface : scene.all_surfaces()) append(surface);
   mesh_.upload(vertices_);
   floor_height_ = double(scene.view().floor_height);
 

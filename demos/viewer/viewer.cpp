@@ -23,6 +23,8 @@ namespace {
 
 constexpr double kRadiansPerPixel = 0.006;
 constexpr double kZoomPerNotch = 0.9;
+constexpr btScalar kThrowRate = btScalar(1.5);   // distances from eye to scene per second, of a thrown ball
+constexpr btScalar kBallShare = btScalar(0.04);  // its radius, of that distance
 
 class Viewer {
  public:
@@ -42,6 +44,7 @@ class Viewer {
       take_mouse();
       advance();
       draw();
+      save_picture();
       if (is_last) {
         if (options_.take_screenshot) options_.take_screenshot(read_pixels(window_.width(), window_.height()));
         window_.close();
@@ -57,6 +60,8 @@ class Viewer {
       if (key == GLFW_KEY_RIGHT) panel_.step_once = panel_.is_paused = true;
       if (key == GLFW_KEY_R) panel_.restart = true;
       if (key == GLFW_KEY_V) panel_.reset_view = true;
+      if (key == GLFW_KEY_B) panel_.throw_ball = true;
+      if (key == GLFW_KEY_P) panel_.save_picture = true;
       if (key == GLFW_KEY_H) panel_.is_visible = !panel_.is_visible;
       if (key == GLFW_KEY_ESCAPE) window_.close();
     }
@@ -122,6 +127,8 @@ class Viewer {
     if (std::exchange(panel_.reset_view, false)) camera_ = OrbitCamera(session_.scene().view());
     if (std::exchange(panel_.restart, false)) restart();
     if (panel_.go_on_with) go_on_with(*std::exchange(panel_.go_on_with, std::nullopt));
+    if (panel_.open_scene) open(*std::exchange(panel_.open_scene, std::nullopt));
+    if (std::exchange(panel_.throw_ball, false)) throw_ball();
     const int steps = std::exchange(panel_.step_once, false) ? 1 : panel_.is_paused ? 0 : panel_.steps_per_frame;
     for (int i = 0; i < steps; ++i) {
       drag_.pull(session_.bodies());
@@ -132,9 +139,48 @@ class Viewer {
 
   void restart() {
     session_.restart();
+    forget_bodies();
+  }
+
+  void open(const std::string& scene_name) {
+    try {
+      session_.open(scene_name);
+      camera_ = OrbitCamera(session_.scene().view());
+      panel_.problem.clear();
+      forget_bodies();
+    } catch (const std::exception& error) {
+      panel_.problem = error.what();
+    }
+  }
+
+  /// The bodies are others than before.
+  void forget_bodies() {
     drag_.release();
+    panel_.selected.reset();
     panel_.penetrating.reset();
     has_changed_ = true;
+  }
+
+  /// From near the eye towards what it looks at.
+  void throw_ball() {
+    const View view = session_.scene().view();
+    const btScalar distance = view.eye.distance(view.target);
+    const Ray ray = camera_.ray_through(0, 0, viewport().aspect());
+    const Vec3d start = ray.origin + (0.3 * double(distance)) * ray.direction;
+    const btScalar speed = kThrowRate * distance;
+    const btVector3 direction(btScalar(ray.direction.x), btScalar(ray.direction.y), btScalar(ray.direction.z));
+    session_.throw_ball(btVector3(btScalar(start.x), btScalar(start.y), btScalar(start.z)), kBallShare * distance,
+                        speed * direction);
+    has_changed_ = true;
+  }
+
+  void save_picture() {
+    if (!options_.save_picture || !std::exchange(panel_.save_picture, false)) return;
+    try {
+      panel_.saved_picture = options_.save_picture(read_pixels(window_.width(), window_.height()));
+    } catch (const std::exception& error) {
+      panel_.problem = error.what();
+    }
   }
 
   void go_on_with(const SceneOptions& scene_options) {
@@ -165,7 +211,14 @@ class Viewer {
     const bool needs_grid = choice.cells || choice.children || choice.picked_cell || panel_.selected;
     if (needs_grid && grid_ == nullptr) grid_ = session_.make_grid();
     OverlayGeometry geometry;
-    if (choice.contacts) append_contacts(session_.bodies(), geometry);
+    const bool has_colors = choice.contacts && choice.contact_color != ContactColor::one &&
+                            session_.scene().simulation().detection() != nullptr;
+    session_.set_reads_contacts(has_colors);
+    if (has_colors) {
+      append_contacts(session_.body_contacts(), choice.contact_color, geometry);
+    } else if (choice.contacts) {
+      append_contacts(session_.bodies(), geometry);
+    }
     if (choice.cells && grid_ != nullptr) append_cells(*grid_, geometry);
     if (panel_.selected) append_selection(geometry);
     if (drag_.is_active()) append_drag(drag_.line(session_.bodies()), geometry);

@@ -190,6 +190,9 @@ TEST_F(Demo, refuses_command_lines) {
     test::expect_refused(SOFTCD_DEMO, arguments, folder_, problem);
   };
   expect_refused("teapot", "there is no scene 'teapot'; see --list");
+  expect_refused("cloth-on-bal", "there is no scene 'cloth-on-bal'; is 'cloth-on-ball' meant?; see --list");
+  expect_refused("two-cloths --preset quick", "'quick' is not one of fast, balanced, safe");
+  expect_refused("two-cloths --iterations 0", "--iterations");
   expect_refused("two-cloths --world rigid", "'rigid' is not one of soft, deformable");
   expect_refused("mixed-sizes-balls --world deformable", "mixed-sizes-balls runs in Bullet's classic soft world only");
   expect_refused("two-cloths --size 7", "'7' is neither 'paper' nor a number of nodes a side from 8 to");

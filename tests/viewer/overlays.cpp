@@ -46,6 +46,24 @@ TEST(Overlays, draw_a_line_for_each_contact) {
   EXPECT_EQ(geometry.bright_lines.size(), session.scene().count_contacts() * 3 * 2);
 }
 
+TEST(Overlays, colour_contacts_by_depth_and_time_of_impact) {
+  bullet::BodyPairContacts pair;
+  const Session session = touching_cloths();
+  pair.a = session.bodies().front();
+  pair.contacts.resize(2);
+  pair.contacts[0].depth = pair.a->getCollisionShape()->getMargin();
+  pair.contacts[1].time_of_impact = 0;
+  const Rgba red = color_of_tests(1, 1);
+  const Rgba blue = color_of_tests(0, 1);
+  OverlayGeometry by_depth, by_time;
+  append_contacts({pair}, ContactColor::depth, by_depth);
+  append_contacts({pair}, ContactColor::time_of_impact, by_time);
+  EXPECT_EQ(by_depth.bright_lines[0].color, red);
+  EXPECT_EQ(by_depth.bright_lines[6].color, blue);
+  EXPECT_EQ(by_time.bright_lines[0].color, blue);
+  EXPECT_EQ(by_time.bright_lines[6].color, red);
+}
+
 TEST(Overlays, draw_the_cells_of_a_whole_triangle) {
   const Session session = touching_cloths();
   const auto grid = session.make_grid();

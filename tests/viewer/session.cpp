@@ -43,6 +43,48 @@ struct Case {
   int size;
 };
 
+TEST(Session, opens_another_scene) {
+  Session session("two-cloths", small());
+  run(session, 3);
+  session.open("folding-cloth");
+  EXPECT_EQ(session.scene_name(), "folding-cloth");
+  EXPECT_EQ(session.scene().time(), 0);
+  EXPECT_EQ(session.bodies().size(), 1U);
+  EXPECT_THROW(session.open("nothing"), std::invalid_argument);
+  EXPECT_EQ(session.scene_name(), "folding-cloth");
+}
+
+TEST(Session, throws_balls_that_stay_under_other_options) {
+  Session session("two-cloths", small());
+  const std::size_t count = session.bodies().size();
+  session.throw_ball(btVector3(0, 3, 0), btScalar(0.2), btVector3(0, -5, 0));
+  ASSERT_EQ(session.bodies().size(), count + 1);
+  run(session, 10);
+  SceneOptions options = small();
+  options.settings.detection = Detection::dcd;
+  const std::vector<btVector3> positions = positions_of(session);
+  session.go_on_with(options);
+  EXPECT_EQ(positions_of(session), positions);
+  EXPECT_EQ(session.scene().all_surfaces().size(), session.scene().surfaces().size() + 1);
+}
+
+TEST(Session, gives_all_bodies_the_iterations_that_are_asked_for) {
+  SceneOptions options = small();
+  options.iterations = 7;
+  const Session session("two-cloths", options);
+  for (const btSoftBody* body : session.bodies()) EXPECT_EQ(body->m_cfg.piterations, 7);
+}
+
+TEST(Session, reads_contacts_while_it_is_asked_to) {
+  Session session("two-cloths", small());
+  run(session, 150);
+  ASSERT_GT(session.scene().count_contacts(), 0U);
+  EXPECT_TRUE(session.body_contacts().empty());
+  session.set_reads_contacts(true);
+  run(session, 1);
+  EXPECT_FALSE(session.body_contacts().empty());
+}
+
 class SessionOf : public testing::TestWithParam<Case> {};
 
 // Far enough that the cloths touch, and the ball turns.
