@@ -12,7 +12,7 @@ from ._core import Accuracy, Backend, ContactRule, Detection, Query, Scene
 from ._errors import InvalidInput
 
 Array = Any
-"""numpy's, or anything with the buffer protocol or `__dlpack__`, in the CPU's memory."""
+"""numpy's, anything with the buffer protocol or `__dlpack__` in the CPU's memory, or lists of numbers."""
 
 
 def _is_several(meshes: Array | Sequence[Array]) -> bool:
@@ -21,7 +21,9 @@ def _is_several(meshes: Array | Sequence[Array]) -> bool:
 
 def _row_count(name: str, array: Array) -> int:
     if not hasattr(array, "shape"):
-        raise TypeError(f"{name}: expected an array of shape (n, 3), got {type(array).__name__}")
+        if not isinstance(array, (list, tuple)):
+            raise TypeError(f"{name}: expected an array of shape (n, 3), got {type(array).__name__}")
+        return len(array)
     if len(array.shape) != 2:
         raise InvalidInput(f"{name}: expected shape (n, 3), got {tuple(array.shape)}")
     return int(array.shape[0])
@@ -74,6 +76,8 @@ def detect(
     """
     if detection is None:
         detection = Detection.dcd if vertices_t1 is None else Detection.ccd
+    elif detection == Detection.ccd and vertices_t1 is None:
+        raise InvalidInput("vertices_t1: continuous detection needs the positions at the end of the step")
     scene = _scene_of(
         vertices_t0,
         triangles,

@@ -86,11 +86,32 @@ std::string shape_of(const Array& array) {
   return fmt::format("({}{})", shape, array.ndim() == 1 ? "," : "");
 }
 
-Array read_array(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu) {
-  Array array;
-  const bool is_read = !object.is_none() && (nb::try_cast(object, array, /*convert=*/false) ||
-                                             (may_be_on_gpu && read_cuda_interface(object, array)));
-  if (!is_read) throw wrong_type(name, object, expected);
+bool try_read(nb::handle object, bool may_be_on_gpu, Array& array) {
+  return !object.is_none() &&
+         (nb::try_cast(object, array, /*convert=*/false) || (may_be_on_gpu && read_cuda_interface(object, array)));
+}
+
+/// Reads a contiguous copy of what numpy takes for an array of real numbers of at most 64 bits: of float32 where it
+/// has floats of at most 32 bits, else of float64 or, with `integers`, of int64. Returns whether there is one.
+bool try_read_copy(nb::handle object, bool integers, Array& array) {
+  try {
+    const nb::module_ numpy = nb::module_::import_("numpy");
+    const nb::object given = numpy.attr("asarray")(object);
+    const auto kind = nb::cast<std::string>(given.attr("dtype").attr("kind"));
+    const auto size = nb::cast<std::size_t>(given.attr("dtype").attr("itemsize"));
+    const bool is_integer = kind == "i" || kind == "u";
+    if (nb::cast<int>(given.attr("ndim")) == 0 || size > 8 || !(is_integer || (kind == "f" && !integers))) return false;
+    const char* const type =
+        integers ? (kind == "u" ? "uint64" : "int64") : (!is_integer && size <= 4 ? "float32" : "float64");
+    const nb::object copy = numpy.attr("require")(given, type, nb::make_tuple("C", "A"));
+    return nb::try_cast(copy, array, /*convert=*/false);
+  } catch (const nb::python_error& error) {
+    if (error.matches(PyExc_MemoryError)) throw;
+    return false;
+  }
+}
+
+Array on_expected_device(const char* name, Array array, const char* expected, bool may_be_on_gpu) {
   if (!is_on_cpu(array) && !(may_be_on_gpu && is_on_gpu(array))) {
     throw nb::type_error(fmt::format("{}: expected {}, got one on device {} of DLPack's type {}; copy it to the CPU",
                                      name, expected, array.device_id(), array.device_type())
@@ -121,6 +142,18 @@ std::size_t row_stride(const char* name, const Array& array, std::size_t item_si
                     name, array.stride(0)));
   }
   return static_cast<std::size_t>(array.stride(0)) * item_size;
+}
+
+bool is_of_floats(const Array& array) {
+  return array.dtype() == nb::dtype<float>() || array.dtype() == nb::dtype<double>();
+}
+
+/// Whether positions can be read where they lie: one aligned row behind the other.
+bool lies_in_rows(const Array& array) {
+  if (!is_of_floats(array)) return false;
+  const std::size_t item_size = array.dtype().bits / 8;
+  return reinterpret_cast<std::uintptr_t>(array.data()) % item_size == 0 &&
+         (array.shape(0) == 0 || array.stride(1) == 1) && (array.shape(0) <= 1 || array.stride(0) >= 3);
 }
 
 template <class Scalar>
@@ -179,7 +212,11 @@ std::vector<Row> rows_in(const char* name, const Array& array) {
 template <class Row>
 std::vector<Row> read_rows(const char* name, nb::handle object, const char* shape) {
   const std::string expected = fmt::format("an array of integers of shape {} in the CPU's memory", shape);
-  const Array array = read_array(name, object, expected.c_str(), false);
+  Array array;
+  if (!try_read(object, false, array) && !try_read_copy(object, /*integers=*/true, array)) {
+    throw wrong_type(name, object, expected.c_str());
+  }
+  array = on_expected_device(name, std::move(array), expected.c_str(), false);
   require_shape(name, array, shape, std::is_same_v<Row, std::uint32_t> ? 0 : kWidth<Row>);
   const auto is_of = [&](auto integer) { return array.dtype() == nb::dtype<decltype(integer)>(); };
   if (is_of(std::uint32_t{})) return rows_in<Row, std::uint32_t>(name, array);
@@ -193,7 +230,14 @@ std::vector<Row> read_rows(const char* name, nb::handle object, const char* shap
 
 /// `expected` says where.
 PositionsArray read_rows_of_floats(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu) {
-  Array array = read_array(name, object, expected, may_be_on_gpu);
+  Array array;
+  const bool is_read = try_read(object, may_be_on_gpu, array);
+  const bool has_rows = is_read && array.ndim() == 2 && array.shape(1) == 3;
+  const bool needs_copy = !is_read || (has_rows && is_on_cpu(array) && !lies_in_rows(array));
+  if (needs_copy && !try_read_copy(object, /*integers=*/false, array) && !is_read) {
+    throw wrong_type(name, object, expected);
+  }
+  array = on_expected_device(name, std::move(array), expected, may_be_on_gpu);
   require_shape(name, array, "(n, 3)", 3);
   Positions positions;
   if (array.dtype() == nb::dtype<float>()) {

@@ -25,7 +25,8 @@ inline constexpr auto kQueryOptions = fields_of<QueryOptions>(
     Field{"vertex_triangle", [](QueryOptions& o) -> bool& { return o.features.vertex_triangle; }},
     Field{"edge_edge", [](QueryOptions& o) -> bool& { return o.features.edge_edge; }},
     Field{"broad_phase", &QueryOptions::broad_phase}, Field{"subdivision", &QueryOptions::subdivision},
-    Field{"lambda_", &QueryOptions::lambda}, Field{"contacts_on_device", &QueryOptions::contacts_on_device},
+    Field{"lambda_", &QueryOptions::lambda}, Field{"reuse_pairs", &QueryOptions::reuse_pairs},
+    Field{"contacts_on_device", &QueryOptions::contacts_on_device},
     Field{"neighbour_filters", &QueryOptions::neighbour_filters});
 
 }  // namespace softcd::python

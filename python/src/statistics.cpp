@@ -19,12 +19,12 @@ constexpr auto kStatistics = fields_of<Statistics>(
     Field{"cell_size", &Statistics::cell_size}, Field{"split_triangles", &Statistics::split_triangles},
     Field{"children", &Statistics::children}, Field{"big_triangles", &Statistics::big_triangles},
     Field{"entries", &Statistics::entries}, Field{"cells", &Statistics::cells}, Field{"tests", &Statistics::tests},
-    Field{"triangle_pairs", &Statistics::triangle_pairs}, Field{"flagged_pairs", &Statistics::flagged_pairs},
-    Field{"vt_candidates", &Statistics::vt_candidates}, Field{"ee_candidates", &Statistics::ee_candidates},
-    Field{"vt_contacts", &Statistics::vt_contacts}, Field{"ee_contacts", &Statistics::ee_contacts},
-    Field{"unsettled_contacts", &Statistics::unsettled_contacts}, Field{"earliest_toi", &Statistics::earliest_toi},
-    Field{"peak_bytes", &Statistics::peak_bytes}, Field{"reruns", &Statistics::reruns},
-    Field{"chunks", &Statistics::chunks}, Field{"ms", &Statistics::ms});
+    Field{"reused_pairs", &Statistics::reused_pairs}, Field{"triangle_pairs", &Statistics::triangle_pairs},
+    Field{"flagged_pairs", &Statistics::flagged_pairs}, Field{"vt_candidates", &Statistics::vt_candidates},
+    Field{"ee_candidates", &Statistics::ee_candidates}, Field{"vt_contacts", &Statistics::vt_contacts},
+    Field{"ee_contacts", &Statistics::ee_contacts}, Field{"unsettled_contacts", &Statistics::unsettled_contacts},
+    Field{"earliest_toi", &Statistics::earliest_toi}, Field{"peak_bytes", &Statistics::peak_bytes},
+    Field{"reruns", &Statistics::reruns}, Field{"chunks", &Statistics::chunks}, Field{"ms", &Statistics::ms});
 
 constexpr auto kStageReport = fields_of<StageReport>(
     Field{"stage", &StageReport::stage}, Field{"ran", &StageReport::ran}, Field{"reason", &StageReport::reason});

@@ -10,6 +10,7 @@ import softcd
 from meshes import PIERCING_T0, PIERCING_T1, PIERCING_TRIANGLES
 
 GOOD = PIERCING_T0
+CCD = softcd.Detection.ccd
 
 
 def set_positions(*vertices):
@@ -18,28 +19,20 @@ def set_positions(*vertices):
 
 
 WRONG_POSITIONS = {
-    "a list": (TypeError, [[0, 0, 0]] * 6),
+    "a ragged list": (TypeError, [[0, 0, 0]] * 5 + [[0, 0]]),
+    "a list of words": (TypeError, [["0", "0", "1"]] * 6),
     "a number": (TypeError, 3.0),
     "text": (TypeError, "012"),
     "bytes": (ValueError, b"012345678901234567"),
-    "float16": (TypeError, GOOD.astype(np.float16)),
     "long double": (TypeError, GOOD.astype(np.longdouble)),
-    "integers": (TypeError, GOOD.astype(int)),
     "complex numbers": (TypeError, GOOD.astype(complex)),
-    "other endianness": (TypeError, GOOD.astype(">f8")),
     "objects": (TypeError, GOOD.astype(object)),
     "one dimension": (ValueError, GOOD.ravel()),
     "three dimensions": (ValueError, GOOD[None]),
     "no dimension": (ValueError, np.array(1.0)),
     "four columns": (ValueError, np.zeros((6, 4))),
-    "Fortran's order": (ValueError, np.asfortranarray(GOOD)),
-    "backwards": (ValueError, GOOD[::-1]),
-    "columns backwards": (ValueError, GOOD[:, ::-1]),
-    "one row repeated": (ValueError, np.broadcast_to(GOOD[0], (6, 3))),
-    "rows that overlap": (ValueError, np.lib.stride_tricks.as_strided(np.zeros(20), (6, 3), (8, 8))),
     "not a number": (ValueError, GOOD * np.nan),
     "too large": (ValueError, GOOD + 1e38),
-    "not aligned": (ValueError, np.frombuffer(b"\0" + GOOD.tobytes(), np.uint8)[1:].view(np.float64).reshape(6, 3)),
 }
 
 
@@ -62,7 +55,8 @@ def test_positions_of_the_wrong_number_or_two_types_are_refused():
 @pytest.mark.parametrize(
     "error, text, triangles",
     [
-        (TypeError, "^triangles: .*got list", [[0, 1, 2]]),
+        (TypeError, "^triangles: .*got list", [[0, 1, 2.5]]),
+        (TypeError, "^triangles: .*got list", [[0, 1, 2], [3, 4]]),
         (TypeError, "^triangles: .*got float64", PIERCING_TRIANGLES.astype(float)),
         (TypeError, "^triangles: .*got bool8", PIERCING_TRIANGLES.astype(bool)),
         (ValueError, r"^triangles: .*got \(6,\)", PIERCING_TRIANGLES.ravel()),
@@ -79,7 +73,7 @@ def test_triangles_that_cannot_be_read_are_named(error, text, triangles):
 @pytest.mark.parametrize(
     "error, text, segments",
     [
-        (TypeError, "^segments: .*got list", [[0, 1]]),
+        (TypeError, "^segments: .*got list", [[0, 1.0]]),
         (TypeError, "^segments: .*got float64", np.zeros((1, 2))),
         (ValueError, r"^segments: expected shape \(n, 2\), got \(2, 3\)", PIERCING_TRIANGLES),
         (ValueError, r"^segments: expected shape \(n, 2\), got \(2,\)", np.array([0, 1])),
@@ -99,7 +93,7 @@ def test_segments_that_cannot_be_read_are_named(error, text, segments):
 @pytest.mark.parametrize(
     "error, text, changed",
     [
-        (TypeError, "^changed: .*got list", [0]),
+        (TypeError, "^changed: .*got list", [0.0]),
         (TypeError, "^changed: .*got float64", np.zeros(1)),
         (ValueError, r"^changed: expected shape \(n,\), got \(2, 3\)", PIERCING_TRIANGLES),
         (ValueError, r"^changed: expected shape \(n,\), got \(\)", np.array(0)),
@@ -126,6 +120,7 @@ def test_changes_that_cannot_be_read_are_named(error, text, changed):
         (softcd.InvalidInput, "motion_margin", lambda: softcd.Query(softcd.Scene(), motion_margin=-0.5)),
         (softcd.InvalidInput, "body 7 is not in the scene", lambda: softcd.Scene().remove_body(7)),
         (softcd.InvalidInput, "^vertices_t1: expected 1", lambda: softcd.detect([GOOD], [PIERCING_TRIANGLES], [])),
+        (softcd.InvalidInput, "^vertices_t1: continuous", lambda: softcd.detect(GOOD, PIERCING_TRIANGLES, detection=CCD)),
         (TypeError, "detection: str", lambda: softcd.Query(softcd.Scene(), detection="ccd")),
         (TypeError, "scene: softcd", lambda: softcd.Query("scene")),
         (TypeError, "memory_limit: int", lambda: softcd.Scene(memory_limit=-1)),
@@ -188,10 +183,9 @@ UP = np.array([0.0, 0.0, 1.0])
         (TypeError, "changes", lambda probe: probe.intersections_after([0])),
         (ValueError, "change 0: body 3", lambda probe: probe.intersections_after([softcd.MeshChange(3)])),
         (ValueError, "change 0 .*2", lambda probe: probe.intersections_after([softcd.MeshChange(0, np.array([2]))])),
-        (TypeError, "^removed: .*got list", lambda _: softcd.MeshChange(0, [0])),
+        (TypeError, "^removed: .*got list", lambda _: softcd.MeshChange(0, [0.5])),
         (ValueError, r"^added: expected shape \(n, 3\)", lambda _: softcd.MeshChange(0, added=np.array([0, 1]))),
-        (TypeError, "^new_vertices: .*got int64", lambda _: softcd.MeshChange(0, new_vertices=np.zeros((1, 3), int))),
-        (ValueError, "^new_vertices: rows", lambda _: softcd.MeshChange(0, new_vertices=GOOD[::-1])),
+        (TypeError, "^new_vertices: .*got complex128", lambda _: softcd.MeshChange(0, new_vertices=GOOD * 1j)),
         (ValueError, "not finite", lambda probe: probe.intersections_after([change_to(GOOD * np.nan)])),
         (TypeError, "scene: softcd", lambda _: softcd.Probe(None)),
         (TypeError, "step_end", lambda _: softcd.Probe(softcd.Scene(), step_end=0.5)),

@@ -102,6 +102,13 @@ LAYOUTS = {
     "read-only": lambda x: np.frombuffer(x.tobytes(), x.dtype).reshape(-1, 3),
     "a memoryview": memoryview,
     "DLPack": OnlyDlpack,
+    # These are copied.
+    "lists": lambda x: x.astype(np.float64).tolist(),
+    "other endianness": lambda x: x.astype(x.dtype.newbyteorder()),
+    "Fortran's order": np.asfortranarray,
+    "backwards": lambda x: x[::-1].copy()[::-1],
+    "columns backwards": lambda x: x[:, ::-1].copy()[:, ::-1],
+    "not aligned": lambda x: np.frombuffer(b"\0" + x.tobytes(), np.uint8)[1:].view(x.dtype).reshape(-1, 3),
 }
 
 
@@ -122,8 +129,25 @@ def test_every_type_of_integers_makes_triangles(dtype):
         PIERCING_TRIANGLES.astype(dtype),
         np.asfortranarray(PIERCING_TRIANGLES.astype(dtype)),
         OnlyDlpack(PIERCING_TRIANGLES.astype(dtype)),
+        PIERCING_TRIANGLES.astype(dtype).tolist(),
     ):
         assert np.array_equal(contacts_of(PIERCING_T0, triangles, PIERCING_T1), expected)
+
+
+def test_other_numbers_are_positions():
+    touching = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 0], [1, 2, 1], [2, 1, 1]])
+    expected = contacts_of(touching.astype(np.float64), PIERCING_TRIANGLES)
+    assert len(expected) > 0
+    for dtype in (int, np.uint8, np.int16, np.float16):
+        assert np.array_equal(contacts_of(touching.astype(dtype), PIERCING_TRIANGLES), expected)
+
+
+def test_what_is_copied_is_read_at_once():
+    scene, body = scene_of(PIERCING_TRIANGLES, 6)
+    vertices_t1 = np.asfortranarray(PIERCING_T1)
+    scene.set_positions(body, np.asfortranarray(PIERCING_T0), vertices_t1)
+    vertices_t1[:] = PIERCING_T0
+    assert len(softcd.Query(scene, detection=softcd.Detection.ccd).detect()) == 1
 
 
 def test_positions_are_read_when_a_detection_starts():

@@ -1,6 +1,11 @@
 import importlib.metadata
 import pathlib
 import re
+import shutil
+import subprocess
+import sys
+
+import pytest
 
 import softcd
 
@@ -17,6 +22,23 @@ def test_annotations_are_installed():
     assert (FOLDER / "py.typed").exists()
     stub = (FOLDER / "_core.pyi").read_text()
     assert "class Scene:" in stub and "def set_positions(self, body: int, vertices_t0" in stub
+
+
+@pytest.mark.skipif(shutil.which("nm") is None, reason="there is no nm")
+def test_the_modules_export_no_name_but_their_entry():
+    for module in FOLDER.glob("*.so"):
+        if module.name.startswith("lib"):
+            continue
+        listed = subprocess.run(["nm", "-D", "--defined-only", module], capture_output=True, check=True, text=True)
+        names = [line.split()[-1] for line in listed.stdout.splitlines()]
+        entries = r"PyInit__core" if module.name.startswith("_core") else r"\w*Plugin\w*_softcd"
+        assert names and all(re.fullmatch(entries, name) for name in names), module.name
+
+
+@pytest.mark.parametrize("first, second", [("softcd", "torch"), ("torch", "softcd")])
+def test_torch_can_be_imported_beside_it(first, second):
+    pytest.importorskip("torch")
+    subprocess.run([sys.executable, "-c", f"import {first}, {second}"], check=True)
 
 
 def test_everything_public_is_there():

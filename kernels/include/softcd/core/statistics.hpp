@@ -31,10 +31,10 @@ struct StageTimes {
 /// Counts of the last detection.
 struct Statistics {
   Backend backend = Backend::cpu;        ///< where it was computed: never `automatic`
-  std::uint64_t bodies = 0;              ///< in the pipeline
-  std::uint64_t triangles = 0;           ///< in the pipeline
-  std::uint64_t vertices = 0;            ///< in the pipeline
-  std::uint64_t edges = 0;               ///< in the pipeline
+  std::uint64_t bodies = 0;              ///< in the scene
+  std::uint64_t triangles = 0;           ///< in the scene
+  std::uint64_t vertices = 0;            ///< in the scene
+  std::uint64_t edges = 0;               ///< in the scene
   std::uint64_t active_triangles = 0;    ///< that can reach a partner: bodies' boxes and filters leave them in
   std::uint64_t left_out_triangles = 0;  ///< with a vertex that is not finite
   double mean_radius = 0;                ///< clipped mean of the active triangles' bounding radii
