@@ -93,7 +93,7 @@ class DetectorOnDevice final : public Detector {
 }  // namespace
 
 DetectorFactory cuda_detector_factory(int device, void* stream) {
-  if (device < 0) device = current_device();
+  device = existing_device(device);
   return [device, stream] { return std::make_unique<DetectorOnDevice>(device, static_cast<cudaStream_t>(stream)); };
 }
 

@@ -2,7 +2,10 @@
 
 #include <cuda_runtime_api.h>
 
+#include <string>
+
 #include "check.hpp"
+#include "softcd/pipeline/detector.hpp"
 
 namespace softcd {
 
@@ -10,6 +13,16 @@ inline int current_device() {
   int device = 0;
   check_cuda(cudaGetDevice(&device), "cudaGetDevice");
   return device;
+}
+
+/// Returns the device, or the current one for -1. Throws DeviceError where there is no such device.
+inline int existing_device(int device) {
+  if (device < 0) return current_device();
+  int count = 0;
+  check_cuda(cudaGetDeviceCount(&count), "cudaGetDeviceCount");
+  if (device < count) return device;
+  throw DeviceError("cuda_device is " + std::to_string(device) + ", but there are only " + std::to_string(count) +
+                    " CUDA devices, counted from 0");
 }
 
 /// Makes a device the calling thread's current one for as long as it lives. An error that nobody has looked at, the

@@ -192,7 +192,7 @@ class CudaPositionReader final : public DevicePositionReader {
 }  // namespace
 
 DevicePositionReaderFactory cuda_position_reader_factory(int device) {
-  if (device < 0) device = current_device();
+  device = existing_device(device);
   return [device] { return std::make_unique<CudaPositionReader>(device); };
 }
 

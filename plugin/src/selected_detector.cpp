@@ -33,8 +33,9 @@ SelectedDetector::SelectedDetector(Backend wanted, LogCallback log, DetectorFact
   } else if (may_use_device()) {
     use_device();
   } else if (wanted == Backend::cuda) {
-    throw BackendError(fmt::format("the CUDA backend cannot be used: {}. Choose the backend `automatic`, which goes on without it, or `cpu`.",
-                                   factories_.device_problem));
+    throw BackendError(fmt::format(
+        "the CUDA backend cannot be used: {}. Choose the backend `automatic`, which goes on without it, or `cpu`.",
+        factories_.device_problem));
   } else {
     use_cpu(fmt::format("CUDA cannot be used: {}", factories_.device_problem));
     if (log_) log_(LogLevel::information, fmt::format("softcd runs on the CPU: {}", reason_));
