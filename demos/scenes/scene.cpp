@@ -39,7 +39,9 @@ Scene::Scene(const SceneOptions& options)
       collision_(options.collision),
       iterations_(options.iterations),
       time_step_(options.time_step > 0 ? options.time_step : kTimeStep),
-      bullets_steps_(options.time_step > 0 ? 1 : std::lround(kTimeStep / simulation_.time_step())) {}
+      bullets_steps_(options.time_step > 0 ? 1 : std::lround(kTimeStep / simulation_.time_step())) {
+  if (options.size <= 0) throw std::invalid_argument("a scene needs a size; make_scene() knows the default");
+}
 
 void Scene::step() {
   animate();

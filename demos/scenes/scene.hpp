@@ -20,7 +20,7 @@ struct SceneOptions {
   Collision collision = Collision::softcd;
   PlugIn plug_in = PlugIn::one_line_world;  ///< of softcd, in the classic world
   bullet::Settings settings;                ///< of softcd
-  int size = 0;                             ///< in the scene's unit; 0: its default
+  int size = 0;                             ///< in the scene's unit; 0: its default, for make_scene() alone
   btScalar time_step = 0;                   ///< of the scene and of Bullet, seconds; 0: see Scene
   int iterations = 0;  ///< of Bullet's classic solver, Config::piterations of all bodies; 0: the scene's own
 };
@@ -57,6 +57,7 @@ class Scene {
  public:
   static constexpr btScalar kTimeStep = btScalar(1) / 120;
 
+  /// Throws std::invalid_argument where the size is not positive: make_scene() knows each scene's default.
   explicit Scene(const SceneOptions& options);
   virtual ~Scene() = default;
   Scene(const Scene&) = delete;

@@ -43,6 +43,12 @@ SceneOptions small(const SceneInfo& info, World world) {
   return options;
 }
 
+TEST(Scenes, refuse_to_be_made_without_a_size) {
+  for (const SceneInfo& info : demo::scenes()) {
+    EXPECT_THROW(info.make(SceneOptions()), std::invalid_argument) << info.name;
+  }
+}
+
 struct Motion {
   btScalar fastest = 0;
   btVector3 low{SIMD_INFINITY, SIMD_INFINITY, SIMD_INFINITY};
