@@ -59,7 +59,7 @@ void MeshWays::keep_starts(const btCollisionObjectArray& objects, btScalar time_
   starts_.clear();
   for (int i = 0; i < objects.size(); ++i) {
     const btCollisionObject& object = *objects[i];
-    if (!object.isStaticObject() && has_meshes(object)) starts_.emplace(&object, start_of(object, time_step));
+    if (!is_standing(object) && has_meshes(object)) starts_.emplace(&object, start_of(object, time_step));
   }
   last_.clear();
   for (const auto& [object, start] : starts_) last_.emplace(object, object->getWorldTransform());

@@ -11,7 +11,7 @@ RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in
   if (object.isKinematicObject()) {
     btTransformUtil::integrateTransform(now, -object.getInterpolationLinearVelocity(),
                                         -object.getInterpolationAngularVelocity(), time_step, poses.t0);
-  } else if (!object.isStaticObject()) {
+  } else if (!is_standing(object)) {
     poses.t1 = object.getInterpolationWorldTransform();
   }
   return {poses.t0 * shape_in_object, poses.t1 * shape_in_object};

@@ -7,6 +7,11 @@
 
 namespace softcd::bullet {
 
+/// Whether nobody moves the object. Bullet's usual way to make a body of mass 0 kinematic leaves it static as well.
+inline bool is_standing(const btCollisionObject& object) {
+  return object.isStaticObject() && !object.isKinematicObject();
+}
+
 /// Where a rigid shape is at both ends of a step. Bullet's objects that somebody else moves (kinematic ones) are
 /// already where they will be at the end, all others are where they were at the start.
 struct RigidPoses {

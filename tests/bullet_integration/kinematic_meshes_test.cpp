@@ -1,0 +1,178 @@
+// A kinematic triangle mesh pushes a curtain in front of it, however the app makes it kinematic and moves it: edges of
+// either through faces of the other are counted in exact arithmetic.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
+#include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "LinearMath/btDefaultMotionState.h"
+#include "rigid_intersections.hpp"
+#include "warned_simulation.hpp"
+
+namespace softcd::test {
+namespace {
+
+constexpr int kKinematic = btCollisionObject::CF_KINEMATIC_OBJECT;
+/// What Bullet's usual way of making a body of mass 0 kinematic leaves.
+constexpr int kStaticAndKinematic = kKinematic | btCollisionObject::CF_STATIC_OBJECT;
+
+/// Metres a second.
+constexpr btScalar kSpeeds[] = {btScalar(0.25), 1, 5, 20};
+
+constexpr btScalar kHalfDepth = btScalar(0.15);
+
+RigidTriangles box(const btVector3& half) {
+  const auto corner = [&](int i) {
+    return btVector3((i & 1) != 0 ? half.x() : -half.x(), (i & 2) != 0 ? half.y() : -half.y(),
+                     (i & 4) != 0 ? half.z() : -half.z());
+  };
+  constexpr int kSides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  RigidTriangles triangles;
+  for (const auto& side : kSides) {
+    triangles.push_back({corner(side[0]), corner(side[1]), corner(side[2])});
+    triangles.push_back({corner(side[0]), corner(side[2]), corner(side[3])});
+  }
+  return triangles;
+}
+
+/// Across z.
+RigidTriangles wall() {
+  const auto corner = [](int x, int y) { return btVector3(btScalar(2 * x), btScalar(2 * y), 0); };
+  return {{corner(-1, -1), corner(1, -1), corner(-1, 1)}, {corner(1, -1), corner(1, 1), corner(-1, 1)}};
+}
+
+/// A mesh in a world, with its triangles.
+struct AddedMesh {
+  RigidTriangles triangles;
+  std::unique_ptr<btTriangleMesh> source;
+  btRigidBody* body = nullptr;
+};
+
+class KinematicMeshes : public WarnedSimulation {
+ protected:
+  /// Across z, held at its upper edge.
+  KinematicMeshes() {
+    demo::ClothShape shape = demo::horizontal_cloth(11, 1, 0);
+    shape.is_fixed = [](int i, int /*j*/) { return i == 0; };
+    auto cloth = demo::make_cloth(simulation.world_info(), shape, 1);
+    cloth->getCollisionShape()->setMargin(btScalar(0.02));
+    cloth->m_cfg.kDP = btScalar(0.02);
+    cloth->m_cfg.piterations = 4;
+    const bool is_first_row_low = cloth->m_nodes[0].m_x.z() < 0;
+    cloth->rotate(btQuaternion(btVector3(1, 0, 0), is_first_row_low ? SIMD_HALF_PI : -SIMD_HALF_PI));
+    cloth->setActivationState(DISABLE_DEACTIVATION);
+    curtain = &simulation.add(std::move(cloth));
+    for (int n = 0; n < curtain->m_nodes.size(); ++n) starts.push_back(curtain->m_nodes[n].m_x);
+  }
+
+  void add(AddedMesh& mesh, RigidTriangles triangles, const btVector3& place) {
+    mesh.triangles = std::move(triangles);
+    mesh.source = std::make_unique<btTriangleMesh>();
+    for (const auto& [a, b, c] : mesh.triangles) mesh.source->addTriangle(a, b, c);
+    auto shape = std::make_unique<btBvhTriangleMeshShape>(mesh.source.get(), /*quantised=*/true);
+    shape->setMargin(btScalar(0.02));
+    mesh.body = &simulation.add_rigid(std::move(shape), place);
+  }
+  /// `flags` are what the app makes of the body's own.
+  void add_walker(int flags) {
+    add(walker, box(btVector3(kHalfDepth, btScalar(0.4), kHalfDepth)), place_at(btScalar(-0.3)));
+    walker.body->setCollisionFlags(flags);
+    walker.body->setActivationState(DISABLE_DEACTIVATION);
+  }
+  static btVector3 place_at(btScalar z) { return {0, btScalar(-0.2), z}; }
+  static btTransform pose_at(btScalar z) { return btTransform(btQuaternion::getIdentity(), place_at(z)); }
+
+  /// Until it has stood at `end` for ten steps.
+  template <class Move>
+  void walk(btScalar speed, btScalar end, Move move) {
+    btScalar z = walker.body->getWorldTransform().getOrigin().z();
+    for (int steps_there = 0; steps_there < 10; steps_there += z < end ? 0 : 1) {
+      simulation.step([&](btScalar seconds) {
+        see();
+        z = btMin(end, z + speed * seconds);
+        move(pose_at(z));
+      });
+      see();
+    }
+  }
+  void push_at_all_speeds(int flags, bool has_motion_state) {
+    for (const btScalar speed : kSpeeds) {
+      SCOPED_TRACE(speed);
+      add_walker(flags);
+      btDefaultMotionState state(pose_at(btScalar(-0.3)));
+      if (has_motion_state) walker.body->setMotionState(&state);
+      walk(speed, btScalar(0.3), [&](const btTransform& pose) {
+        has_motion_state ? state.setWorldTransform(pose) : walker.body->setWorldTransform(pose);
+      });
+      expect_none_through();
+      walker.body->setMotionState(nullptr);
+      simulation.world().removeRigidBody(walker.body);
+      put_curtain_back();
+    }
+    EXPECT_GT(answered, 0) << "something would have met";
+  }
+  void put_curtain_back() const {
+    for (int n = 0; n < curtain->m_nodes.size(); ++n) {
+      btSoftBody::Node& node = curtain->m_nodes[n];
+      node.m_x = node.m_q = starts[static_cast<std::size_t>(n)];
+      node.m_v.setZero();
+    }
+  }
+  void see() {
+    const bullet::CrossingAnswers answers = simulation.detection().crossing_answers();
+    answered += answers.rounds > 0 ? 1 : 0;
+    unavoidable += answers.unavoidable;
+    excepted += answers.excepted;
+    std::size_t edges = 0;
+    for (const AddedMesh* mesh : {&walker, &obstacle}) {
+      if (mesh->body == nullptr) continue;
+      edges += count_intersections(*curtain, placed(mesh->triangles, mesh->body->getWorldTransform()));
+    }
+    most_edges = std::max(most_edges, edges);
+    for (int n = 0; n < curtain->m_nodes.size(); ++n) fastest = btMax(fastest, curtain->m_nodes[n].m_v.length());
+  }
+  void expect_none_through() const {
+    EXPECT_EQ(most_edges, 0U);
+    EXPECT_EQ(unavoidable, 0U);
+    EXPECT_EQ(excepted, 0U);
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
+  }
+
+  btSoftBody* curtain;
+  std::vector<btVector3> starts;  ///< of its nodes
+  AddedMesh walker, obstacle;
+  std::size_t most_edges = 0;
+  long answered = 0;
+  std::uint64_t unavoidable = 0, excepted = 0;
+  btScalar fastest = 0;  ///< of the curtain's nodes
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, KinematicMeshes, kLookingWorlds,
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+TEST_P(KinematicMeshes, push_a_curtain_as_static_and_kinematic_bodies) {
+  push_at_all_speeds(kStaticAndKinematic, /*has_motion_state=*/false);
+}
+TEST_P(KinematicMeshes, push_a_curtain_as_static_and_kinematic_bodies_with_motion_states) {
+  push_at_all_speeds(kStaticAndKinematic, /*has_motion_state=*/true);
+}
+TEST_P(KinematicMeshes, push_a_curtain_as_kinematic_bodies) {
+  push_at_all_speeds(kKinematic, /*has_motion_state=*/false);
+}
+
+// There is room for it between the two.
+TEST_P(KinematicMeshes, push_a_curtain_against_a_wall) {
+  add_walker(kStaticAndKinematic);
+  add(obstacle, wall(), btVector3(0, 0, btScalar(0.2)));
+  walk(2, btScalar(0.2) - kHalfDepth - btScalar(0.05),
+       [&](const btTransform& pose) { walker.body->setWorldTransform(pose); });
+  expect_none_through();
+}
+
+}  // namespace
+}  // namespace softcd::test
