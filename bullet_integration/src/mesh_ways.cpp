@@ -2,6 +2,8 @@
 
 #include "BulletCollision/CollisionShapes/btCompoundShape.h"
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
+#include "BulletDynamics/Dynamics/btRigidBody.h"
+#include "LinearMath/btTransformUtil.h"
 #include "mesh_pairs.hpp"
 
 namespace softcd::bullet {
@@ -22,6 +24,23 @@ bool has_meshes(const btCollisionObject& object) {
 
 bool is_moving(const btCollisionObject& object) {
   return !object.getInterpolationLinearVelocity().isZero() || !object.getInterpolationAngularVelocity().isZero();
+}
+
+bool has_jumped(const btCollisionShape& shape, const btTransform& from, const btTransform& to) {
+  btVector3 center;
+  btScalar radius = 0;
+  shape.getBoundingSphere(center, radius);
+  return (to * center).distance(from * center) > 2 * radius;
+}
+
+void set_velocity(btRigidBody& body, const btVector3& linear, const btVector3& angular) {
+  body.setLinearVelocity(linear);
+  body.setAngularVelocity(angular);
+}
+
+void set_interpolation_velocity(btRigidBody& body, const btVector3& linear, const btVector3& angular) {
+  body.setInterpolationLinearVelocity(linear);
+  body.setInterpolationAngularVelocity(angular);
 }
 
 RigidBox box_of(const btCollisionShape& shape, const RigidPoses& poses) {
@@ -50,22 +69,54 @@ void add_ways(btCollisionObject& object, const btCollisionShape& shape, const Ri
 }  // namespace
 
 btTransform MeshWays::start_of(const btCollisionObject& object, btScalar time_step) const {
-  if (!object.isKinematicObject() || !is_moving(object)) return object.getWorldTransform();
+  const btTransform& now = object.getWorldTransform();
+  if (!object.isKinematicObject()) return now;
   const auto known = last_.find(&object);
-  return known != last_.end() ? known->second : poses_of(object, btTransform::getIdentity(), time_step).t0;
+  if (known == last_.end()) {
+    return is_moving(object) ? poses_of(object, btTransform::getIdentity(), time_step).t0 : now;
+  }
+  const btTransform& last = known->second;
+  return is_moving(object) || !has_jumped(*object.getCollisionShape(), last, now) ? last : now;
+}
+
+/// As btRigidBody::saveKinematicState does for bodies that are awake.
+void MeshWays::lend_velocity(btCollisionObject& object, const btTransform& start, btScalar time_step) {
+  btRigidBody* body = btRigidBody::upcast(&object);
+  if (body == nullptr || start == object.getWorldTransform() || !(time_step > 0)) return;
+  lent_.push_back({body, body->getLinearVelocity(), body->getAngularVelocity()});
+  btVector3 linear;
+  btVector3 angular;
+  btTransformUtil::calculateVelocity(start, object.getWorldTransform(), time_step, linear, angular);
+  set_velocity(*body, linear, angular);
+  set_interpolation_velocity(*body, linear, angular);
+}
+
+void MeshWays::take_velocities_back(const btCollisionObjectArray& objects) {
+  const btVector3 none(0, 0, 0);
+  for (const Lent& lent : lent_) {
+    if (objects.findLinearSearch(lent.body) == objects.size()) continue;
+    set_velocity(*lent.body, lent.linear, lent.angular);
+    set_interpolation_velocity(*lent.body, none, none);
+  }
+  lent_.clear();
 }
 
 void MeshWays::keep_starts(const btCollisionObjectArray& objects, btScalar time_step) {
+  take_velocities_back(objects);
   starts_.clear();
   for (int i = 0; i < objects.size(); ++i) {
-    const btCollisionObject& object = *objects[i];
-    if (!is_standing(object) && has_meshes(object)) starts_.emplace(&object, start_of(object, time_step));
+    btCollisionObject& object = *objects[i];
+    if (is_standing(object) || !has_meshes(object)) continue;
+    const btTransform start = start_of(object, time_step);
+    starts_.emplace(&object, start);
+    if (object.isKinematicObject() && !is_moving(object)) lend_velocity(object, start, time_step);
   }
   last_.clear();
   for (const auto& [object, start] : starts_) last_.emplace(object, object->getWorldTransform());
 }
 
 std::vector<MeshWay> MeshWays::find(const btCollisionObjectArray& objects) {
+  take_velocities_back(objects);
   std::vector<MeshWay> ways;
   for (int i = 0; i < objects.size(); ++i) {
     btCollisionObject& object = *objects[i];

@@ -7,6 +7,7 @@
 #include "rigid_placement.hpp"
 
 class btConcaveShape;
+class btRigidBody;
 
 namespace softcd::bullet {
 
@@ -21,8 +22,11 @@ struct MeshWay {
 
 /// The ways of a world's rigid triangle meshes when Bullet has moved them. A step begins where the one before has
 /// ended, so that nothing is between two ways: Bullet moves kinematic objects in the first of a frame's steps, and
-/// keeps no more than their velocities. Those of static objects, and of kinematic ones without a velocity, are where
-/// they are.
+/// keeps no more than their velocities.
+///
+/// Bullet knows no velocity of a kinematic body that sleeps, nor where the app sets the interpolation transform as
+/// well. Such a body gets its velocity for the length of a step. Where it is further away than its own size it has
+/// jumped instead, and nothing is between the two places.
 class MeshWays {
  public:
   /// Before Bullet moves rigid objects in a step.
@@ -31,10 +35,18 @@ class MeshWays {
   std::vector<MeshWay> find(const btCollisionObjectArray& objects);
 
  private:
+  struct Lent {
+    btRigidBody* body;
+    btVector3 linear, angular;  ///< its velocities before
+  };
+
   btTransform start_of(const btCollisionObject& object, btScalar time_step) const;
+  void lend_velocity(btCollisionObject& object, const btTransform& start, btScalar time_step);
+  void take_velocities_back(const btCollisionObjectArray& objects);
 
   std::unordered_map<const btCollisionObject*, btTransform> starts_;  ///< of what moves and has meshes
   std::unordered_map<const btCollisionObject*, btTransform> last_;    ///< where they were seen last
+  std::vector<Lent> lent_;                                            ///< in this step
 };
 
 }  // namespace softcd::bullet
