@@ -99,10 +99,7 @@ void ContactEvents::forget_what_is_gone(btBroadphaseInterface* broadphase) {
 bool ContactImpulses::add_to(Impulse& sum, const ContactSource& source) const {
   const auto known = impulses_.find({source.owner, source.array});
   if (known == impulses_.end()) return false;
-  for (int i = source.first; i < source.first + source.count; ++i) {
-    sum.on_owner += known->second[static_cast<std::size_t>(i)].on_owner;
-    sum.on_other += known->second[static_cast<std::size_t>(i)].on_other;
-  }
+  for (int i = source.first; i < source.first + source.count; ++i) sum += known->second[static_cast<std::size_t>(i)];
   return true;
 }
 
@@ -134,7 +131,8 @@ void ContactReadOut::read(const WorldKind& kind, Span<btSoftBody* const> bodies,
   is_unread_ = true;
 }
 
-/// Bullet neither solves nor clears the entries of a body that sleeps. What they point to may be gone.
+/// Bullet neither solves nor clears the entries of a body that sleeps. What they point to may be gone. They go on to
+/// carry what they carried when it fell asleep.
 void ContactReadOut::keep_contacts_of_sleepers(const std::vector<KeyedPair>& before, Span<btSoftBody* const> bodies,
                                                btBroadphaseInterface& broadphase) {
   std::set<BodyKey> sleepers;
@@ -149,10 +147,13 @@ void ContactReadOut::keep_contacts_of_sleepers(const std::vector<KeyedPair>& bef
       const KeyedPair::Origin& origin = pair.origins[i];
       if (sleepers.count(origin.owner_is_b ? pair.key.second : pair.key.first) == 0) continue;
       KeyedPair& kept = pair_of(pair.key);
-      kept.pair.contacts.push_back(pair.pair.contacts[i]);
-      kept.pair.contacts.back().impulse_a.setZero();
-      kept.pair.contacts.back().impulse_b.setZero();
-      kept.origins.push_back(origin);
+      BodyContact& contact = kept.pair.contacts.emplace_back(pair.pair.contacts[i]);
+      ContactImpulses::Impulse impulse = {contact.impulse_a, contact.impulse_b};
+      if (origin.owner_is_b) std::swap(impulse.on_owner, impulse.on_other);
+      contact.impulse_a.setZero();
+      contact.impulse_b.setZero();
+      kept.origins.push_back({origin.source, origin.owner_is_b});
+      if (pair.pair.has_impulses) kept.origins.back().of_sleeper = impulse;
     }
   }
 }
@@ -162,7 +163,12 @@ void ContactReadOut::set_impulses(const ContactImpulses& impulses) {
     std::vector<ContactImpulses::Impulse> known(keyed.origins.size());
     bool knows_all = !impulses.is_doubtful(*keyed.key.first.object) && !impulses.is_doubtful(*keyed.key.second.object);
     for (std::size_t i = 0; i < known.size(); ++i) {
-      knows_all = knows_all && impulses.add_to(known[i], keyed.origins[i].source);
+      const KeyedPair::Origin& origin = keyed.origins[i];
+      if (origin.of_sleeper.has_value()) {
+        known[i] = *origin.of_sleeper;
+      } else {
+        knows_all = knows_all && impulses.add_to(known[i], origin.source);
+      }
     }
     if (!knows_all) continue;
     keyed.pair.has_impulses = true;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -27,6 +28,42 @@ struct BodyKey {
 };
 using BodyPairKey = std::pair<BodyKey, BodyKey>;
 
+/// What the solver gave through the entries of Bullet's arrays.
+class ContactImpulses {
+ public:
+  struct Impulse {
+    btVector3 on_owner{0, 0, 0};  ///< on the entry's node, or on the soft body where it touches a rigid object
+    btVector3 on_other{0, 0, 0};
+
+    Impulse& operator+=(const Impulse& more) {
+      on_owner += more.on_owner;
+      on_other += more.on_other;
+      return *this;
+    }
+  };
+
+  void clear() {
+    impulses_.clear();
+    doubtful_.clear();
+  }
+  std::vector<Impulse>& of(const btSoftBody& owner, ContactArray array) { return impulses_[{&owner, array}]; }
+  /// Null when nobody knows them.
+  std::vector<Impulse>* find(const btSoftBody& owner, ContactArray array) {
+    const auto known = impulses_.find({&owner, array});
+    return known != impulses_.end() ? &known->second : nullptr;
+  }
+  /// Those of all the source's entries. False when nobody knows them.
+  bool add_to(Impulse& sum, const ContactSource& source) const;
+
+  /// No impulse on this body is known.
+  void doubt(const btCollisionObject* body) { doubtful_.insert(body); }
+  bool is_doubtful(const btCollisionObject& body) const { return doubtful_.count(&body) != 0; }
+
+ private:
+  std::map<std::pair<const btSoftBody*, ContactArray>, std::vector<Impulse>> impulses_;
+  std::set<const btCollisionObject*> doubtful_;
+};
+
 /// The contacts of a pair, with where they stand in Bullet's arrays.
 struct KeyedPair {
   BodyPairKey key;
@@ -34,6 +71,8 @@ struct KeyedPair {
   struct Origin {
     ContactSource source;
     bool owner_is_b;
+    /// Where the owner sleeps: what the contact carried when it fell asleep, if that is known.
+    std::optional<ContactImpulses::Impulse> of_sleeper = std::nullopt;
   };
   std::vector<Origin> origins;  ///< of pair.contacts
 };
@@ -51,31 +90,6 @@ class ContactEvents {
   std::vector<KeyedPair> before_;
   std::vector<BodyPairContacts> pairs_;
   std::vector<BodyPairKey> keys_;  ///< of pairs_
-};
-
-/// What the solver gave through the entries of Bullet's arrays.
-class ContactImpulses {
- public:
-  struct Impulse {
-    btVector3 on_owner{0, 0, 0};  ///< on the entry's node, or on the soft body where it touches a rigid object
-    btVector3 on_other{0, 0, 0};
-  };
-
-  void clear() {
-    impulses_.clear();
-    doubtful_.clear();
-  }
-  std::vector<Impulse>& of(const btSoftBody& owner, ContactArray array) { return impulses_[{&owner, array}]; }
-  /// Those of all the source's entries. False when nobody knows them.
-  bool add_to(Impulse& sum, const ContactSource& source) const;
-
-  /// No impulse on this body is known.
-  void doubt(const btCollisionObject* body) { doubtful_.insert(body); }
-  bool is_doubtful(const btCollisionObject& body) const { return doubtful_.count(&body) != 0; }
-
- private:
-  std::map<std::pair<const btSoftBody*, ContactArray>, std::vector<Impulse>> impulses_;
-  std::set<const btCollisionObject*> doubtful_;
 };
 
 /// The contacts of a world's soft bodies in its last step.

@@ -45,7 +45,8 @@ struct BodyContact {
   /// always make opposite. In the deformable world likewise between soft bodies; and what a rigid object gets, to which
   /// the soft body's is set opposite: that is an estimate, as the solver goes on with the forces within that body. The
   /// shifts of positions by split impulses, which end with the step, and what Detection::ccd does last so that nothing
-  /// passes through anything, are no impulses of contacts. See BodyPairContacts::has_impulses.
+  /// passes through anything, are no impulses of contacts. A body that sleeps has the impulses of
+  /// the last step in which it was awake. See BodyPairContacts::has_impulses.
   btVector3 impulse_a{0, 0, 0};
   btVector3 impulse_b{0, 0, 0};  ///< see impulse_a
   bool is_new = false;           ///< the same parts of the two bodies were not in contact before
@@ -66,10 +67,9 @@ struct BodyPairContacts {
   btVector3 impulse_a{0, 0, 0};          ///< the sum over `contacts`
   btVector3 impulse_b{0, 0, 0};          ///< the sum over `contacts`
   /// Whether the impulses are known. They are all zero where not: without ReadOut::impulses; under a
-  /// softcd::bullet::Dispatcher alone, which does not see the solver; for pairs with a body that sleeps; in classic
-  /// worlds for bodies that something else than Bullet's solver of constraints moves at the same time (clusters that
-  /// collide, a soft body solver of the app's, a tick callback); and in the deformable world for contacts of reduced
-  /// bodies with rigid objects.
+  /// softcd::bullet::Dispatcher alone, which does not see the solver; in classic worlds for bodies that something
+  /// else than Bullet's solver of constraints moves at the same time (clusters that collide, a soft body solver of the
+  /// app's, a tick callback); and in the deformable world for contacts of reduced bodies with rigid objects.
   bool has_impulses = false;
 };
 
