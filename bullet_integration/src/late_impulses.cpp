@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "LinearMath/btTransformUtil.h"
+#include "one_by_one.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -11,11 +12,24 @@ namespace {
 /// Several contacts of one node want their turns.
 constexpr int kRounds = 4;
 
-void solve_contacts(btSoftBody& body) {
+/// Adds to `impulses`, of the contacts one by one, unless that is null.
+void solve_once(btSoftBody& body, std::vector<ContactImpulses::Impulse>* impulses) {
+  if (impulses == nullptr) {
+    btSoftBody::PSolve_RContacts(&body, 1, 0);
+    return;
+  }
+  for (int i = 0; i < body.m_rcontacts.size(); ++i) {
+    with_single_entry(body.m_rcontacts, i, [&](const btSoftBody::RContact& contact) {
+      (*impulses)[static_cast<std::size_t>(i)] += solve_rigid_contact_alone(body, contact, 0);
+    });
+  }
+}
+
+void solve_contacts(btSoftBody& body, std::vector<ContactImpulses::Impulse>* impulses) {
   std::vector<btVector3> before;
   before.reserve(static_cast<std::size_t>(body.m_nodes.size()));
   for (int i = 0; i < body.m_nodes.size(); ++i) before.push_back(body.m_nodes[i].m_x);
-  for (int round = 0; round < kRounds; ++round) btSoftBody::PSolve_RContacts(&body, 1, 0);
+  for (int round = 0; round < kRounds; ++round) solve_once(body, impulses);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     btSoftBody::Node& node = body.m_nodes[i];
     node.m_v += (node.m_x - before[static_cast<std::size_t>(i)]) * body.m_sst.isdt;
@@ -54,12 +68,16 @@ void LateImpulses::keep_velocities() {
   }
 }
 
-void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_step) {
+void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_step, ContactImpulses* impulses) {
   std::unordered_set<const btCollisionObject*> present;
   for (int i = 0; !soft_.empty() && i < objects.size(); ++i) present.insert(objects[i]);
   const auto is_present = [&](const btCollisionObject* object) { return present.count(object) != 0; };
   for (btSoftBody* body : soft_) {
-    if (is_present(body) && can_be_solved(*body, is_present)) solve_contacts(*body);
+    if (!is_present(body) || !can_be_solved(*body, is_present)) continue;
+    std::vector<ContactImpulses::Impulse>* known =
+        impulses != nullptr ? impulses->find(*body, ContactArray::rigid_node) : nullptr;
+    const bool are_these = known != nullptr && known->size() == static_cast<std::size_t>(body->m_rcontacts.size());
+    solve_contacts(*body, are_these ? known : nullptr);
   }
   for (const Rigid& rigid : rigid_) {
     if (!is_present(rigid.body)) continue;

@@ -5,7 +5,7 @@
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "BulletSoftBody/btSoftBody.h"
-#include "softcd/softcd.hpp"
+#include "contact_read_out.hpp"
 
 namespace softcd::bullet {
 
@@ -21,8 +21,9 @@ class LateImpulses {
 
   /// When rigid bodies have been moved, before soft bodies are solved.
   void keep_velocities();
-  /// Afterwards, once. What is not among the world's objects any more is left alone, and so is what touches it.
-  void answer(const btCollisionObjectArray& objects, btScalar time_step);
+  /// Afterwards, once. What is not among the world's objects any more is left alone, and so is what touches it. Adds
+  /// what contacts give to `impulses`, unless that is null, where those of the solver before are known.
+  void answer(const btCollisionObjectArray& objects, btScalar time_step, ContactImpulses* impulses);
 
  private:
   struct Rigid {

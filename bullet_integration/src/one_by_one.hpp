@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "contact_read_out.hpp"
 
 /// Makes Bullet's functions that answer all entries of an array answer one at a time, so that each one's impulse can be
@@ -37,6 +38,22 @@ ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSo
     if (!(nodes[i]->m_im > 0) || is_counted) continue;
     (i == 0 ? impulse.on_owner : impulse.on_other) += (nodes[i]->*moved - before[i]) * (unit / nodes[i]->m_im);
   }
+  return impulse;
+}
+
+/// Solves the only contact of a body with a rigid object, and returns what that gives to the node and to the object. A
+/// node without mass is given nothing, and what an object that no impulse moves is given is told from the node.
+inline ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, const btSoftBody::RContact& contact,
+                                                          btScalar progress) {
+  const btSoftBody::Node& node = *contact.m_node;
+  const btRigidBody* rigid = btRigidBody::upcast(contact.m_cti.m_colObj);
+  const bool is_moved = rigid != nullptr && rigid->getInvMass() > 0;
+  const btVector3 x = node.m_x;
+  const btVector3 velocity = is_moved ? rigid->getLinearVelocity() : btVector3(0, 0, 0);
+  btSoftBody::PSolve_RContacts(&body, 1, progress);
+  ContactImpulses::Impulse impulse;
+  if (node.m_im > 0) impulse.on_owner = (node.m_x - x) * (body.m_sst.isdt / node.m_im);
+  impulse.on_other = is_moved ? (rigid->getLinearVelocity() - velocity) / rigid->getInvMass() : -impulse.on_owner;
   return impulse;
 }
 

@@ -71,21 +71,6 @@ class StateKept {
   std::unordered_map<btMultiBody*, std::vector<btScalar>> multibodies_;
 };
 
-/// What PSolve_RContacts gives to the node and to the object of its only contact. A node without mass is given nothing,
-/// and what an object that no impulse moves is given is told from the node.
-ContactImpulses::Impulse rigid_impulse(btSoftBody& body, const btSoftBody::RContact& contact, btScalar progress) {
-  const Node& node = *contact.m_node;
-  const btRigidBody* rigid = btRigidBody::upcast(contact.m_cti.m_colObj);
-  const bool is_moved = rigid != nullptr && rigid->getInvMass() > 0;
-  const btVector3 x = node.m_x;
-  const btVector3 velocity = is_moved ? rigid->getLinearVelocity() : btVector3(0, 0, 0);
-  btSoftBody::PSolve_RContacts(&body, 1, progress);
-  ContactImpulses::Impulse impulse;
-  if (node.m_im > 0) impulse.on_owner = (node.m_x - x) * (body.m_sst.isdt / node.m_im);
-  impulse.on_other = is_moved ? (rigid->getLinearVelocity() - velocity) / rigid->getInvMass() : -impulse.on_owner;
-  return impulse;
-}
-
 /// Solves one body as btSoftBody::solveConstraints does, but for its clusters.
 class BodySolver {
  public:
@@ -165,13 +150,12 @@ class BodySolver {
 
   void solve_rigid_contact(int i, btScalar progress) {
     with_single_entry(body_.m_rcontacts, i, [&](const btSoftBody::RContact& contact) {
-      add(rigid_, i, rigid_impulse(body_, contact, progress));
+      add(rigid_, i, solve_rigid_contact_alone(body_, contact, progress));
     });
   }
 
   static void add(Impulses& impulses, int i, const ContactImpulses::Impulse& more) {
-    impulses[static_cast<std::size_t>(i)].on_owner += more.on_owner;
-    impulses[static_cast<std::size_t>(i)].on_other += more.on_other;
+    impulses[static_cast<std::size_t>(i)] += more;
   }
 
   btSoftBody& body_;
@@ -206,13 +190,12 @@ void SolverRehearsal::run(Span<btSoftBody* const> bodies) {
   }
 }
 
-const ContactImpulses& SolverRehearsal::confirmed(Span<btSoftBody* const> bodies) {
+void SolverRehearsal::confirm(Span<btSoftBody* const> bodies) {
   for (const Ends& ends : ends_) {
     const bool is_there = std::find(bodies.begin(), bodies.end(), ends.body) != bodies.end();
     if (!is_there || !are_positions(*ends.body, ends.positions)) impulses_.doubt(ends.object);
   }
   ends_.clear();
-  return impulses_;
 }
 
 }  // namespace softcd::bullet

@@ -14,8 +14,9 @@ class SolverRehearsal {
  public:
   /// When the solver is about to run for these bodies, all of the world's.
   void run(Span<btSoftBody* const> bodies);
-  /// When it has run, and these are the bodies in the world: the impulses, without those of bodies that went elsewhere.
-  const ContactImpulses& confirmed(Span<btSoftBody* const> bodies);
+  /// When it has run, and these are the bodies in the world: drops the impulses of bodies that went elsewhere.
+  void confirm(Span<btSoftBody* const> bodies);
+  ContactImpulses& impulses() { return impulses_; }
 
  private:
   struct Ends {

@@ -67,7 +67,7 @@ class WorldQueries {
   /// In classic worlds when rigid bodies have been moved, before soft bodies are solved, and afterwards.
   void keep_velocities() { late_impulses_.keep_velocities(); }
   void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
-    late_impulses_.answer(objects, time_step);
+    late_impulses_.answer(objects, time_step, read_out.rehearsed_impulses());
   }
   /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,

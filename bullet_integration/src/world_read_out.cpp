@@ -29,9 +29,14 @@ void WorldReadOut::rehearse_solver(Span<btSoftBody* const> bodies) {
   run([&] { rehearsal_.run(bodies); });
 }
 
-void WorldReadOut::take_rehearsed_impulses(Span<btSoftBody* const> bodies) {
+void WorldReadOut::confirm_rehearsal(Span<btSoftBody* const> bodies) {
   if (settings_.read_out != ReadOut::impulses) return;
-  run([&] { contacts_.set_impulses(rehearsal_.confirmed(bodies)); });
+  run([&] { rehearsal_.confirm(bodies); });
+}
+
+void WorldReadOut::take_rehearsed_impulses() {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { contacts_.set_impulses(rehearsal_.impulses()); });
 }
 
 bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {

@@ -26,7 +26,12 @@ class WorldReadOut {
 
   /// Classic worlds: right before the solver of soft bodies runs, and when it has run. `bodies` are in the world then.
   void rehearse_solver(Span<btSoftBody* const> bodies);
-  void take_rehearsed_impulses(Span<btSoftBody* const> bodies);
+  void confirm_rehearsal(Span<btSoftBody* const> bodies);
+  /// What the solver gave, to which others add what they give; null where nobody asks for it.
+  ContactImpulses* rehearsed_impulses() {
+    return settings_.read_out == ReadOut::impulses ? &rehearsal_.impulses() : nullptr;
+  }
+  void take_rehearsed_impulses();
   /// Deformable world: in place of applyRepulsionForce; false where that is to be called.
   bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 

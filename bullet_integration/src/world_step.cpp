@@ -16,8 +16,9 @@ void prepare_classic_solver(const WorldStep& step) {
 }
 
 void finish_classic_step(const WorldStep& step, btScalar time_step) {
-  step.queries.read_out.take_rehearsed_impulses(step.body_span());
+  step.queries.read_out.confirm_rehearsal(step.body_span());
   step.queries.answer_late(step.world.getCollisionObjectArray(), time_step);
+  step.queries.read_out.take_rehearsed_impulses();
   step.queries.prevent_crossings(step.body_span(), step.world.getCollisionObjectArray(), step.gate(), time_step);
   step.queries.read_out.finish(*step.world.getBroadphase());
 }

@@ -157,6 +157,99 @@ TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
   EXPECT_LT(worst, GetParam() == World::deformable ? greatest / 10 : btScalar(3e-5));
 }
 
+/// A coarse cloth of 200 grams between two fingers, which hold it by the middle of a face.
+class Gripper {
+ public:
+  Gripper(World world, Detection detection) : world_(world), simulation_(world, settings(detection)) {
+    demo::ClothShape shape;
+    shape.columns = shape.rows = 4;
+    shape.position = [](int column, int row) {
+      return btVector3(btScalar(column) - btScalar(1.5), btScalar(row) - btScalar(1.5), 0) / 2;
+    };
+    auto made = demo::make_cloth(simulation_.world_info(), shape, kMass);
+    made->getCollisionShape()->setMargin(btScalar(0.02));
+    made->m_cfg.piterations = 8;
+    made->m_cfg.kDF = 1;
+    cloth_ = &simulation_.add(std::move(made));
+    cloth_->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+    cloth_->setActivationState(DISABLE_DEACTIVATION);
+    node_mass_ = cloth_->getMass(0);
+    set_masses(0);
+    for (std::size_t side = 0; side < 2; ++side) {
+      auto box = std::make_unique<btBoxShape>(btVector3(1, 1, 1) * kHalfFinger);
+      fingers_[side] = &simulation_.add_rigid(std::move(box), place(side));
+      fingers_[side]->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+      fingers_[side]->setFriction(1);
+    }
+  }
+
+  static constexpr btScalar kMass = btScalar(0.2);
+  struct Forces {
+    btVector3 on_cloth{0, 0, 0}, on_fingers{0, 0, 0};
+    btVector3 expected{0, 0, 0};  ///< what the momentum of the cloth says
+  };
+
+  /// Newtons, over a second while the cloth hangs there.
+  Forces forces() {
+    Forces sums;
+    const bool has_short_steps = is_deformable(world_);
+    const btScalar time = has_short_steps ? kStep / 4 : kStep;
+    const int per_second = has_short_steps ? 240 : 60;
+    for (int step = 0; step < 3 * per_second; ++step) {
+      if (step == per_second / 2) set_masses(node_mass_);
+      time_ += time;
+      for (std::size_t side = 0; side < 2; ++side) {
+        fingers_[side]->setWorldTransform(btTransform(btQuaternion::getIdentity(), place(side)));
+      }
+      const btVector3 before = momentum(*cloth_, &btSoftBody::Node::m_v);
+      const btVector3 start = momentum(*cloth_, &btSoftBody::Node::m_x);
+      simulation_.world().stepSimulation(time, 0);
+      if (step < 2 * per_second) continue;
+      const Pairs& pairs = simulation_.detection().body_contacts();
+      sums.on_cloth += given_to(*cloth_, pairs);
+      for (const btRigidBody* finger : fingers_) sums.on_fingers += given_to(*finger, pairs);
+      sums.expected += momentum_at_end(world_, *cloth_, start, time) - before;
+      sums.expected += btVector3(0, kGravity * kMass * time, 0);
+    }
+    return sums;
+  }
+
+ private:
+  static constexpr btScalar kHalfFinger = btScalar(0.05);
+
+  static bullet::Settings settings(Detection detection) {
+    bullet::Settings settings = reading_impulses();
+    settings.detection = detection;
+    settings.convex_shapes = bullet::ConvexShapes::faces_and_edges;
+    return settings;
+  }
+  btVector3 place(std::size_t side) const {
+    const btScalar distance = btScalar(0.2) - btMin(2 * time_, btScalar(1)) * btScalar(0.145);
+    return {btScalar(0.1), btScalar(0.15), side == 0 ? -distance : distance};
+  }
+  void set_masses(btScalar mass) {
+    for (int i = 0; i < cloth_->m_nodes.size(); ++i) cloth_->setMass(i, mass);
+  }
+
+  World world_;
+  AnySimulation simulation_;
+  btSoftBody* cloth_;
+  btScalar node_mass_;
+  btScalar time_ = 0;
+  std::array<btRigidBody*, 2> fingers_;
+};
+
+TEST_P(ClassicContactImpulses, of_a_gripper_are_what_the_cloth_gets) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    SCOPED_TRACE(detection == Detection::ccd ? "ccd" : "dcd");
+    const Gripper::Forces forces = Gripper(GetParam(), detection).forces();
+    constexpr btScalar kPercent = btScalar(0.01) * Gripper::kMass * kGravity;
+    EXPECT_GT(forces.expected.y(), 90 * kPercent) << "it hangs";
+    EXPECT_LT(forces.on_cloth.distance(forces.expected), kPercent);
+    EXPECT_LT(forces.on_fingers.distance(-forces.expected), kPercent);
+  }
+}
+
 /// What a sheet of one kilogram lies on.
 enum class Ground { box, mesh, cloth };
 
@@ -259,9 +352,11 @@ TEST_P(ClassicContactImpulses, of_a_node_that_is_pushed_out_of_a_fixed_face_are_
 }
 
 /// Two sheets, one of them hanging on a box that falls onto the other.
-std::vector<btScalar> end_of_busy_scene(World world, ReadOut read_out) {
+std::vector<btScalar> end_of_busy_scene(World world, ReadOut read_out, Detection detection) {
   bullet::Settings settings = reading_impulses();
   settings.read_out = read_out;
+  settings.detection = detection;
+  settings.convex_shapes = bullet::ConvexShapes::faces_and_edges;
   AnySimulation simulation(world, settings);
   SheetOptions options;
   options.fixed = true;
@@ -289,7 +384,10 @@ std::vector<btScalar> end_of_busy_scene(World world, ReadOut read_out) {
 
 TEST(ContactImpulses, leave_no_trace_in_classic_worlds) {
   for (const World world : {World::one_line, World::multi_body}) {
-    EXPECT_EQ(end_of_busy_scene(world, ReadOut::impulses), end_of_busy_scene(world, ReadOut::off));
+    for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+      EXPECT_EQ(end_of_busy_scene(world, ReadOut::impulses, detection),
+                end_of_busy_scene(world, ReadOut::off, detection));
+    }
   }
 }
 
