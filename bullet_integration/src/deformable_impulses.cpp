@@ -3,25 +3,110 @@
 #include <numeric>
 #include <utility>
 
+#include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "BulletSoftBody/btDeformableBodySolver.h"
 #include "one_by_one.hpp"
 
 namespace softcd::bullet {
 namespace {
 
+using Impulses = std::vector<ContactImpulses::Impulse>;
+using Node = btSoftBody::Node;
+
+bool is_moved_by_impulses(const btCollisionObject& object) {
+  const btRigidBody* rigid = btRigidBody::upcast(&object);
+  return rigid == nullptr ? object.getInternalType() == btCollisionObject::CO_FEATHERSTONE_LINK
+                          : rigid->getInvMass() > 0;
+}
+
+/// Calls visit(node, change of its velocity by the constraint's impulses) for each node with mass.
+template <class Visit>
+void for_each_node(const btDeformableNodeRigidContactConstraint& constraint, Visit visit) {
+  const Node& node = *constraint.getContact()->m_node;
+  if (node.m_im > 0) visit(node, constraint.m_total_normal_dv + constraint.m_total_tangent_dv);
+}
+template <class Visit>
+void for_each_node(const btDeformableFaceRigidContactConstraint& constraint, Visit visit) {
+  const btVector3 change = constraint.m_total_normal_dv + constraint.m_total_tangent_dv;
+  for (int i = 0; i < 3; ++i) {
+    const Node& node = *constraint.getContact()->m_face->m_n[i];
+    if (node.m_im > 0) visit(node, change * constraint.getContact()->m_weights[i]);
+  }
+}
+
 /// A constraint keeps by what its impulses have changed the velocity of the soft body at the contact (m_total_normal_dv
-/// and m_total_tangent_dv); m_c5 is the inverse mass there.
+/// and m_total_tangent_dv); m_c5 is the inverse mass there. Bullet's weights give a face less than that.
 template <class Entry, class Constraint>
 void read_constraints(const btAlignedObjectArray<Entry>& entries, const btAlignedObjectArray<Constraint>& constraints,
-                      std::vector<ContactImpulses::Impulse>& impulses) {
+                      Impulses& impulses) {
   impulses.assign(static_cast<std::size_t>(entries.size()), {});
   for (int i = 0; i < constraints.size(); ++i) {
     const Constraint& constraint = constraints[i];
     const Entry* entry = constraint.getContact();
     ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(entry - &entries[0])];
-    impulse.on_owner = entry->m_c5.inverse() * (constraint.m_total_normal_dv + constraint.m_total_tangent_dv);
-    impulse.on_other = -impulse.on_owner;
+    for_each_node(constraint,
+                  [&](const Node& node, const btVector3& change) { impulse.on_owner += change / node.m_im; });
+    impulse.on_other = -(entry->m_c5.inverse() * (constraint.m_total_normal_dv + constraint.m_total_tangent_dv));
   }
+}
+
+/// What holds a node beyond what its contacts' constraints gave, and the number of these contacts.
+struct Reaction {
+  btVector3 rest{0, 0, 0};
+  int contact_count = 0;
+};
+using Reactions = std::unordered_map<const Node*, Reaction>;
+
+template <class Constraint>
+void take_from_rests(const btAlignedObjectArray<Constraint>& constraints, Reactions& reactions) {
+  for (int i = 0; i < constraints.size(); ++i) {
+    for_each_node(constraints[i], [&](const Node& node, const btVector3& change) {
+      Reaction& reaction = reactions[&node];
+      reaction.rest -= change / node.m_im;
+      ++reaction.contact_count;
+    });
+  }
+}
+
+/// The contacts of a node have equal shares of its rest.
+template <class Entry, class Constraint>
+void add_rests(const btAlignedObjectArray<Entry>& entries, const btAlignedObjectArray<Constraint>& constraints,
+               const Reactions& reactions, Impulses& impulses) {
+  for (int i = 0; i < constraints.size(); ++i) {
+    ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(constraints[i].getContact() - &entries[0])];
+    for_each_node(constraints[i], [&](const Node& node, const btVector3& /*change*/) {
+      const Reaction& reaction = reactions.at(&node);
+      impulse.on_owner += reaction.rest / btScalar(reaction.contact_count);
+    });
+  }
+}
+
+template <class Entry>
+void oppose_immovable(const btAlignedObjectArray<Entry>& entries, Impulses& impulses) {
+  for (int i = 0; i < entries.size(); ++i) {
+    ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(i)];
+    if (!is_moved_by_impulses(*entries[i].m_cti.m_colObj)) impulse.on_other = -impulse.on_owner;
+  }
+}
+
+/// What the damping within the bodies gives their nodes in a step of the explicit solver, whose velocities have those
+/// of split impulses in them.
+btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
+                                                 btScalar time_step) {
+  btAlignedObjectArray<btVector3> impulses;
+  impulses.resize(solver.m_objective->m_nodes.size(), btVector3(0, 0, 0));
+  const auto for_each = [&](auto change) {
+    for (btSoftBody* body : bodies) {
+      for (int i = 0; i < body->m_nodes.size(); ++i) change(body->m_nodes[i]);
+    }
+  };
+  std::vector<btVector3> velocities;
+  for_each([&](const Node& node) { velocities.push_back(node.m_v); });
+  for_each([](Node& node) { node.m_v += node.m_splitv; });
+  solver.m_objective->computeResidual(time_step, impulses);
+  auto next = velocities.begin();
+  for_each([&](Node& node) { node.m_v = *next++; });
+  return impulses;
 }
 
 /// Appends 0 to count - 1, shuffled in Bullet's way.
@@ -35,8 +120,17 @@ void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& orde
 
 }  // namespace
 
-void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies) {
+void DeformableImpulses::keep_velocities(Span<btSoftBody* const> bodies) {
+  velocities_.clear();
+  for (const btSoftBody* body : bodies) {
+    std::vector<btVector3>& velocities = velocities_[body];
+    for (int i = 0; i < body->m_nodes.size(); ++i) velocities.push_back(body->m_nodes[i].m_v);
+  }
+}
+
+void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar time_step) {
   impulses_.clear();
+  btDeformableBodySolver* explicit_solver = nullptr;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const btSoftBody& body = *bodies[i];
     auto* solver = dynamic_cast<btDeformableBodySolver*>(body.getSoftBodySolver());
@@ -47,11 +141,43 @@ void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies) {
                      impulses_.of(body, ContactArray::rigid_node));
     read_constraints(body.m_faceRigidContacts, kept.m_faceRigidConstraints[place],
                      impulses_.of(body, ContactArray::rigid_face));
+    if (!solver->m_objective->m_implicit) explicit_solver = solver;
+  }
+  if (explicit_solver != nullptr && time_step > 0) add_reactions(*explicit_solver, bodies, time_step);
+  for (const btSoftBody* body : bodies) {
+    if (impulses_.find(*body, ContactArray::rigid_node) == nullptr) continue;
+    oppose_immovable(body->m_nodeRigidContacts, impulses_.of(*body, ContactArray::rigid_node));
+    oppose_immovable(body->m_faceRigidContacts, impulses_.of(*body, ContactArray::rigid_face));
   }
 }
 
-void DeformableImpulses::prepare(Span<btSoftBody* const> bodies) {
-  read_rigid(bodies);
+/// Of nodes on anchors, the anchors hold the rest.
+void DeformableImpulses::add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
+                                       btScalar time_step) {
+  const btAlignedObjectArray<btVector3> damping = damping_impulses(solver, bodies, time_step);
+  const btDeformableContactProjection& kept = solver.m_objective->m_projection;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const btSoftBody& body = *bodies[i];
+    const auto velocities = velocities_.find(&body);
+    if (!body.isActive() || velocities == velocities_.end()) continue;
+    if (velocities->second.size() != static_cast<std::size_t>(body.m_nodes.size())) continue;  // memory ran out
+    const auto& of_nodes = kept.m_nodeRigidConstraints[static_cast<int>(i)];
+    const auto& of_faces = kept.m_faceRigidConstraints[static_cast<int>(i)];
+    Reactions reactions;
+    take_from_rests(of_nodes, reactions);
+    take_from_rests(of_faces, reactions);
+    for (auto& [node, reaction] : reactions) {
+      const auto index = static_cast<std::size_t>(node - &body.m_nodes[0]);
+      reaction.rest += (node->m_v - velocities->second[index]) / node->m_im - damping[node->index];
+      if (node->m_battach != 0) reaction.rest.setZero();
+    }
+    add_rests(body.m_nodeRigidContacts, of_nodes, reactions, impulses_.of(body, ContactArray::rigid_node));
+    add_rests(body.m_faceRigidContacts, of_faces, reactions, impulses_.of(body, ContactArray::rigid_face));
+  }
+}
+
+void DeformableImpulses::prepare(Span<btSoftBody* const> bodies, btScalar time_step) {
+  read_rigid(bodies, time_step);
   order_.clear();
   for (const btSoftBody* body : bodies) {
     if (!body->isActive()) continue;

@@ -39,9 +39,14 @@ void WorldReadOut::take_rehearsed_impulses() {
   run([&] { contacts_.set_impulses(rehearsal_.impulses()); });
 }
 
+void WorldReadOut::keep_velocities(Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { deformable_impulses_.keep_velocities(bodies); });
+}
+
 bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
   if (settings_.read_out != ReadOut::impulses) return false;
-  if (!run([&] { deformable_impulses_.prepare(bodies); })) return false;
+  if (!run([&] { deformable_impulses_.prepare(bodies, time_step); })) return false;
   deformable_impulses_.apply_repulsion(bodies, time_step);
   run([&] { contacts_.set_impulses(deformable_impulses_.impulses()); });
   return true;
@@ -50,7 +55,7 @@ bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time
 void WorldReadOut::take_rigid_impulses(Span<btSoftBody* const> bodies) {
   if (settings_.read_out != ReadOut::impulses) return;
   run([&] {
-    deformable_impulses_.read_rigid(bodies);
+    deformable_impulses_.read_rigid(bodies, /*time_step=*/0);
     contacts_.set_impulses(deformable_impulses_.impulses());
   });
 }

@@ -32,6 +32,8 @@ class WorldReadOut {
     return settings_.read_out == ReadOut::impulses ? &rehearsal_.impulses() : nullptr;
   }
   void take_rehearsed_impulses();
+  /// Deformable world: right before Bullet's solver.
+  void keep_velocities(Span<btSoftBody* const> bodies);
   /// Deformable world: in place of applyRepulsionForce; false where that is to be called.
   bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 

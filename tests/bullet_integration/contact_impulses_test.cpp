@@ -131,9 +131,7 @@ TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
   EXPECT_GT(greatest, 0.02);
 }
 
-/// A free sheet that falls onto the corner of a box. In the deformable world the solver goes on when it is through with
-/// contacts with rigid objects: springs and their damping pull at nodes that it holds there, so that the soft body gets
-/// more or less than the object gave.
+/// A free sheet that falls onto the corner of a box.
 TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
   AnySimulation simulation(GetParam(), reading_impulses());
   simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))),
@@ -154,7 +152,7 @@ TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
     greatest = btMax(greatest, given.length());
   }
   EXPECT_GT(greatest, 0.1);
-  EXPECT_LT(worst, GetParam() == World::deformable ? greatest / 10 : btScalar(3e-5));
+  EXPECT_LT(worst, btScalar(3e-5));
 }
 
 /// A coarse cloth of 200 grams between two fingers, which hold it by the middle of a face.
@@ -239,7 +237,7 @@ class Gripper {
   std::array<btRigidBody*, 2> fingers_;
 };
 
-TEST_P(ClassicContactImpulses, of_a_gripper_are_what_the_cloth_gets) {
+TEST_P(ContactImpulses, of_a_gripper_are_what_the_cloth_gets) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
     SCOPED_TRACE(detection == Detection::ccd ? "ccd" : "dcd");
     const Gripper::Forces forces = Gripper(GetParam(), detection).forces();

@@ -42,11 +42,13 @@ struct BodyContact {
   /// the length of the step it is the mean force. Nothing for nodes without mass. In the classic worlds, where the
   /// solver moves nodes, it is mass times displacement over the length of the step: what they gain in momentum from
   /// where the step began to where it ends, exactly but for rounding, on both sides, which Bullet's formulas do not
-  /// always make opposite. In the deformable world likewise between soft bodies; and what a rigid object gets, to which
-  /// the soft body's is set opposite: that is an estimate, as the solver goes on with the forces within that body. The
-  /// shifts of positions by split impulses, which end with the step, and what Detection::ccd does last so that nothing
-  /// passes through anything, are no impulses of contacts. A body that sleeps has the impulses of
-  /// the last step in which it was awake. See BodyPairContacts::has_impulses.
+  /// always make opposite. In the deformable world likewise, with rigid objects as far as Bullet's iterative solver
+  /// converges; under attach(), and with an implicit solver, a soft body's impulse from a rigid object leaves out what
+  /// the solver does with the forces within the body. An object that no impulse moves gets the opposite of what the
+  /// soft body gets. A body that sleeps has the impulses of the last step in which it was awake. Two things are no
+  /// impulses of contacts: the shifts of positions by split impulses, which end with the step, and what Detection::ccd
+  /// does last so that nothing passes through anything (WorldDetection::crossing_answers has its momentum). See
+  /// BodyPairContacts::has_impulses.
   btVector3 impulse_a{0, 0, 0};
   btVector3 impulse_b{0, 0, 0};  ///< see impulse_a
   bool is_new = false;           ///< the same parts of the two bodies were not in contact before
