@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
+#include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "world_kind.hpp"
 
 namespace softcd::bullet {
@@ -179,6 +180,24 @@ void ContactReadOut::set_impulses(const ContactImpulses& impulses) {
       keyed.pair.impulse_a += contact.impulse_a;
       keyed.pair.impulse_b += contact.impulse_b;
     }
+  }
+}
+
+/// What an object that no impulse moves is given is told from the body. Others the last pass does not move.
+void ContactReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies) {
+  for (const CrossingImpulse& crossing : crossings) {
+    const btRigidBody* rigid = btRigidBody::upcast(crossing.other);
+    const auto first = std::find_if(bodies.begin(), bodies.end(), [&](const btSoftBody* body) {
+      return body == crossing.body || body == crossing.other;
+    });
+    const bool is_b = first != bodies.end() && *first != crossing.body;
+    const BodyKey of_body(*crossing.body);
+    const BodyKey of_other(*crossing.other);
+    KeyedPair& keyed = pair_of(is_b ? BodyPairKey(of_other, of_body) : BodyPairKey(of_body, of_other));
+    if (keyed.origins.empty()) keyed.pair.has_impulses = true;
+    if (!keyed.pair.has_impulses) continue;
+    (is_b ? keyed.pair.impulse_b : keyed.pair.impulse_a) += crossing.on_body;
+    if (rigid != nullptr && !(rigid->getInvMass() > 0)) keyed.pair.impulse_b -= crossing.on_body;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "contact_reader.hpp"
+#include "crossing_impulses.hpp"
 #include "softcd/bullet/settings.hpp"
 
 class btBroadphaseInterface;
@@ -100,6 +101,8 @@ class ContactReadOut {
             const NotesOfStep& notes);
   /// The same contacts' impulses, as far as they are known.
   void set_impulses(const ContactImpulses& impulses);
+  /// Then: what the last pass of the step gave to these bodies, all of the world's, as impulses of pairs.
+  void add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies);
 
   /// Since the step before, and since the last call. `broadphase` has what is in the world; null: nothing is.
   const std::vector<BodyPairContacts>& since_last_step(btBroadphaseInterface* broadphase);

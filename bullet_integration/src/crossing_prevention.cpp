@@ -95,6 +95,15 @@ void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
     if (!obstacles_.has(*body)) take_up(*body, time_step);
   }
   for (int i = 0; i < 4; ++i) impact.constraints[i] = constrained_.find(*impact.nodes[i]);
+  if (settings_.read_out == ReadOut::impulses) note_meeting(impact);
+}
+
+void CrossingPrevention::note_meeting(const Impact& impact) {
+  const int count_a = impact.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  for (int i = 0; i < 4; ++i) {
+    const btSoftBody& other = *impact.bodies[i < count_a ? 1 : 0];
+    if (impact.nodes[i]->m_im > 0) impulses_.add(*impact.nodes[i], obstacles_.object_of(other));
+  }
 }
 
 void CrossingPrevention::take_back() {
@@ -173,9 +182,11 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   constrained_.clear();
   tangled_.begin_step(mirror_, kind_);
   answers_ = {};
+  impulses_.clear();
   const std::vector<Impact> impacts = find_impacts(Pairs::all);
   try {
     if (!impacts.empty()) answer(impacts, time_step);
+    if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);
     name_unavoidable(bodies);
     name_let_go(bodies);
   } catch (...) {

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "crossing_impulses.hpp"
 #include "held_nodes.hpp"
 #include "rigid_obstacles.hpp"
 #include "softcd/bullet/world_detection.hpp"
@@ -58,6 +59,8 @@ class CrossingPrevention {
 
   /// Of the last step.
   const CrossingAnswers& answers() const { return answers_; }
+  /// Of the last step, with ReadOut::impulses.
+  const std::vector<CrossingImpulse>& impulses() const { return impulses_.impulses(); }
 
  private:
   bool is_let_go(const MemberContact& found) const;
@@ -68,6 +71,7 @@ class CrossingPrevention {
   void answer(std::vector<Impact> impacts, btScalar time_step);
   void take_up(Impact& impact, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);
+  void note_meeting(const Impact& impact);
   void take_back();
   void look_again(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
@@ -85,6 +89,7 @@ class CrossingPrevention {
   RigidObstacles obstacles_;
   TangledPairs tangled_;
   CrossingAnswers answers_;
+  CrossingImpulses impulses_;
 };
 
 }  // namespace softcd::bullet

@@ -51,6 +51,12 @@ bool RigidObstacles::collide(const btSoftBody& a, const btSoftBody& b) const {
   return holds(a, b) || holds(b, a);
 }
 
+const btCollisionObject& RigidObstacles::object_of(const btSoftBody& body) const {
+  const auto part = std::find_if(parts_.begin(), parts_.end(),
+                                 [&](const auto& entry) { return entry.second.stand_in.get() == &body; });
+  return part != parts_.end() ? *std::get<0>(part->first) : static_cast<const btCollisionObject&>(body);
+}
+
 void RigidObstacles::remove_absent() {
   stand_ins_.clear();
   for (auto entry = parts_.begin(); entry != parts_.end();) {

@@ -32,6 +32,8 @@ class RigidObstacles {
   /// Those of the last step and this one's.
   Span<btSoftBody* const> stand_ins() const { return {stand_ins_.data(), stand_ins_.size()}; }
   bool has(const btSoftBody& body) const { return partners_.count(&body) != 0; }
+  /// The object whose stand-in the body is; else the body.
+  const btCollisionObject& object_of(const btSoftBody& body) const;
   /// Of bodies one of which is a stand-in.
   bool collide(const btSoftBody& a, const btSoftBody& b) const;
 

@@ -49,6 +49,10 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
+btVector3 velocity_change(const Node& node, const NodeStates& before, std::size_t index, btScalar time_step) {
+  return (node.m_x - before.ends[index]) / time_step;
+}
+
 void hold(Node& node) {
   node.m_x = node.m_q;
 }
@@ -121,6 +125,10 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
+btVector3 velocity_change(const Node& node, const NodeStates& before, std::size_t index, btScalar /*time_step*/) {
+  return node.m_v - before.velocities[index];
+}
+
 /// Split velocities end with the step.
 void hold(Node& node) {
   node.m_splitv = -node.m_v;
@@ -183,6 +191,7 @@ const WorldKind kClassicWorld = {
     .take_up = classic::take_up,
     .move_end = classic::move_end,
     .passing_velocity = &Node::m_v,
+    .velocity_change = classic::velocity_change,
     .hold = classic::hold,
     .settle = classic::settle,
 };
@@ -208,6 +217,7 @@ const WorldKind kDeformableWorld = {
     .take_up = deformable::take_up,
     .move_end = deformable::move_end,
     .passing_velocity = &Node::m_splitv,
+    .velocity_change = deformable::velocity_change,
     .hold = deformable::hold,
     .settle = deformable::settle,
 };

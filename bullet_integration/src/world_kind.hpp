@@ -63,6 +63,10 @@ struct WorldKind {
   void (*move_end)(btSoftBody&, btScalar time_step);
   /// Of a node, what moves its `end` in this step alone, and is gone when the ends stand.
   btVector3 btSoftBody::Node::*passing_velocity;
+  /// By what a node's mean velocity in the step, or its own in the deformable world, has changed: what
+  /// BodyContact::impulse_a counts.
+  btVector3 (*velocity_change)(const btSoftBody::Node&, const NodeStates& before, std::size_t index,
+                               btScalar time_step);
   /// After move_end: to leave a node where the step began, with its velocity.
   void (*hold)(btSoftBody::Node&);
   /// And to all of them when the ends stand: `impacts` and `zones` are those that were answered.

@@ -88,6 +88,7 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
   crossings.run(settings_, [&](CrossingPrevention& prevention) {
     prevention.run(bodies, pair_rule(kind_, gate, settings_), time_step, surroundings);
   });
+  if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
 }
 
 void WorldQueries::read_contacts(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase_of_bodies) {

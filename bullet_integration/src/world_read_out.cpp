@@ -39,6 +39,11 @@ void WorldReadOut::take_rehearsed_impulses() {
   run([&] { contacts_.set_impulses(rehearsal_.impulses()); });
 }
 
+void WorldReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { contacts_.add_crossings(crossings, bodies); });
+}
+
 void WorldReadOut::keep_velocities(Span<btSoftBody* const> bodies) {
   if (settings_.read_out != ReadOut::impulses) return;
   run([&] { deformable_impulses_.keep_velocities(bodies); });

@@ -32,6 +32,8 @@ class WorldReadOut {
     return settings_.read_out == ReadOut::impulses ? &rehearsal_.impulses() : nullptr;
   }
   void take_rehearsed_impulses();
+  /// When the impulses are known: what the last pass of the step gave, to these bodies, all of the world's.
+  void add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies);
   /// Deformable world: right before Bullet's solver.
   void keep_velocities(Span<btSoftBody* const> bodies);
   /// Deformable world: in place of applyRepulsionForce; false where that is to be called.

@@ -42,7 +42,7 @@ RigidTriangles box(const btVector3& half) {
 }
 
 /// Across z.
-RigidTriangles wall() {
+RigidTriangles wall_across_z() {
   const auto corner = [](int x, int y) { return btVector3(btScalar(2 * x), btScalar(2 * y), 0); };
   return {{corner(-1, -1), corner(1, -1), corner(-1, 1)}, {corner(1, -1), corner(1, 1), corner(-1, 1)}};
 }
@@ -200,7 +200,7 @@ TEST_P(KinematicMeshes, that_are_put_behind_a_curtain_leave_it_alone) {
 // There is room for it between the two.
 TEST_P(KinematicMeshes, push_a_curtain_against_a_wall) {
   add_walker(kStaticAndKinematic);
-  add(obstacle, wall(), btVector3(0, 0, btScalar(0.2)));
+  add(obstacle, wall_across_z(), btVector3(0, 0, btScalar(0.2)));
   walk(2, btScalar(0.2) - kHalfDepth - btScalar(0.05),
        [&](const btTransform& pose) { walker.body->setWorldTransform(pose); });
   expect_none_through();

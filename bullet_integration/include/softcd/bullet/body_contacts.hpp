@@ -45,9 +45,9 @@ struct BodyContact {
   /// always make opposite. In the deformable world likewise, with rigid objects as far as Bullet's iterative solver
   /// converges; under attach(), and with an implicit solver, a soft body's impulse from a rigid object leaves out what
   /// the solver does with the forces within the body. An object that no impulse moves gets the opposite of what the
-  /// soft body gets. A body that sleeps has the impulses of the last step in which it was awake. Two things are no
-  /// impulses of contacts: the shifts of positions by split impulses, which end with the step, and what Detection::ccd
-  /// does last so that nothing passes through anything (WorldDetection::crossing_answers has its momentum). See
+  /// soft body gets. A body that sleeps has the impulses of the last step in which it was awake. The shifts of
+  /// positions by split impulses, which end with the step, are no impulses of contacts. What Detection::ccd does last,
+  /// so that nothing passes through anything, is no contact's: BodyPairContacts::impulse_a has it. See
   /// BodyPairContacts::has_impulses.
   btVector3 impulse_a{0, 0, 0};
   btVector3 impulse_b{0, 0, 0};  ///< see impulse_a
@@ -64,10 +64,13 @@ struct BodyPairContacts {
   btSoftBody* a = nullptr;
   const btCollisionObject* b = nullptr;  ///< the same as `a` for contacts within a body; null as `a`
   State state = State::begun;            ///< whether they have just begun to touch
-  std::vector<BodyContact> contacts;     ///< of the last step; empty when the pair has ended
-  std::vector<BodyContact> ended;        ///< those that were there before, as they were then
-  btVector3 impulse_a{0, 0, 0};          ///< the sum over `contacts`
-  btVector3 impulse_b{0, 0, 0};          ///< the sum over `contacts`
+  /// Of the last step; empty when the pair has ended, and where what Detection::ccd did last is all that there was.
+  std::vector<BodyContact> contacts;
+  std::vector<BodyContact> ended;  ///< those that were there before, as they were then
+  /// The sum over `contacts`, and what a was given last in a step with Detection::ccd so that it does not pass through
+  /// b. Where a node would have met several bodies, each has an equal share.
+  btVector3 impulse_a{0, 0, 0};
+  btVector3 impulse_b{0, 0, 0};  ///< likewise
   /// Whether the impulses are known. They are all zero where not: without ReadOut::impulses; under a
   /// softcd::bullet::Dispatcher alone, which does not see the solver; in classic worlds for bodies that something
   /// else than Bullet's solver of constraints moves at the same time (clusters that collide, a soft body solver of the
