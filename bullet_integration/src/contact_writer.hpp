@@ -23,8 +23,9 @@ struct ContactShare {
 EdgeContact edge_contact_of(const MemberContact& found);
 
 /// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body with the formulas of Bullet's
-/// CollideVF_SS, where these have one. Where it answers for several, its friction, the part of the sideways motion that
-/// Bullet's solver takes away for each, is that of all of them.
+/// CollideVF_SS, where these have one. With `dcd` a pair beyond both margins has to close within the next step, too.
+/// Where it answers for several, its friction, the part of the sideways motion that Bullet's solver takes away for
+/// each, is that of all of them.
 bool is_soft_contact(const MemberContact& found, Detection detection);
 void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share);
 

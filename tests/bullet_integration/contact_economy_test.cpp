@@ -348,12 +348,13 @@ int contacts_of_moving_sheet(Contacts contacts, const btVector3& motion) {
 TEST(ContactEconomy, what_cannot_close_is_not_given) {
   const btVector3 motions[] = {{btScalar(0.05), 0, 0}, {0, btScalar(0.05), 0}, {0, btScalar(-0.05), 0}};
   for (const btVector3& motion : motions) {
-    EXPECT_GT(contacts_of_moving_sheet(Contacts::all, motion), kNodes * kNodes / 2) << "Bullet's rule";
-    const int given = contacts_of_moving_sheet(Contacts::closest_feature, motion);
-    if (motion.y() < 0) {
-      EXPECT_GE(given, (kNodes - 1) * (kNodes - 1)) << "it comes closer";
-    } else {
-      EXPECT_EQ(given, 0) << "it moves sideways or away";
+    for (const Contacts contacts : {Contacts::all, Contacts::closest_feature}) {
+      const int given = contacts_of_moving_sheet(contacts, motion);
+      if (motion.y() < 0) {
+        EXPECT_GE(given, (kNodes - 1) * (kNodes - 1)) << "it comes closer";
+      } else {
+        EXPECT_EQ(given, 0) << "it moves sideways or away";
+      }
     }
   }
 }

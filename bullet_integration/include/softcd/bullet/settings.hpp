@@ -91,8 +91,10 @@ inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet 
 struct Settings {
   Backend backend = Backend::automatic;  ///< where detections are computed
   /// dcd: Bullet's own rules. Classic worlds: a node touches a face when their distance at the end of the step is less
-  /// than both bodies' margins plus twice the distance that the node moves in the step. Deformable world: at the
-  /// start of the step, by ContactRule::slab.
+  /// than both bodies' margins plus twice the distance that the node moves in the step. Beyond both margins a contact
+  /// is given only if the next step would bring the pair within them, moving as in this one: Bullet's trees find few of
+  /// the others, which would throw apart what moves along together. Deformable world: at the start of the step, by
+  /// ContactRule::slab.
   /// ccd: the motion of the whole step is tested, so that nothing passes through however fast it is. In the classic
   /// worlds instead of the rule above: the margin does not grow with speed; in the deformable world after it. Last of
   /// all, in either, what is on its way through something (nodes through faces; with EdgeContacts::respond edges
