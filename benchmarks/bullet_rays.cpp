@@ -1,6 +1,11 @@
+#include "BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "random.hpp"
 #include "rival_scene.hpp"
+#include "scenes/cloth.hpp"
+#include "scenes/simulation.hpp"
 #include "softcd/bullet/world_detection.hpp"
+#include "timing.hpp"
 
 namespace softcd::benchmarks {
 namespace {
@@ -51,7 +56,55 @@ class BulletScene final : public RivalScene {
   std::unique_ptr<btSoftBody> body_;
 };
 
+constexpr std::size_t kSingleRays = 1000;  ///< after each step
+
+/// Three cloths of 400 nodes, held at their edges, one above the other.
+void add_cloths(demo::Simulation& simulation, double margin) {
+  for (const double height : {0.0, 0.5, 1.0}) {
+    demo::ClothShape shape = demo::horizontal_cloth(20, 4, btScalar(height));
+    shape.is_fixed = [](int column, int row) { return column % 19 == 0 || row % 19 == 0; };
+    btSoftBody& cloth = simulation.add(demo::make_cloth(simulation.world_info(), shape, 1));
+    cloth.getCollisionShape()->setMargin(btScalar(margin));
+  }
+}
+
+SingleRayTime time_single_rays(demo::PlugIn plug_in, double margin, int steps) {
+  demo::Simulation simulation(plug_in);
+  add_cloths(simulation, margin);
+  test::Random random(1);
+  SingleRayTime time = {plug_in == demo::PlugIn::none ? "Bullet's" : "softcd's", margin, 0, 0, 0, 0};
+  const auto cast = [&] {
+    const Vec3d from = Vec3d{0, 3, 0} + random.in_box(2);
+    const Vec3d way = 1.5 * (Vec3d{0, 0.5, 0} + random.in_box(2) - from);
+    btCollisionWorld::ClosestRayResultCallback closest(to_bullet(from), to_bullet(from + way));
+    simulation.world().rayTest(closest.m_rayFromWorld, closest.m_rayToWorld, closest);
+    time.hits += closest.hasHit() ? 1 : 0;
+    ++time.rays;
+  };
+  std::vector<double> first, next;
+  for (int step = 0; step <= steps; ++step) {
+    simulation.step(btScalar(1.0 / 60));
+    first.push_back(1e3 * milliseconds_of(cast));
+    next.push_back(1e3 / double(kSingleRays) * milliseconds_of([&] {
+                     for (std::size_t ray = 0; ray < kSingleRays; ++ray) cast();
+                   }));
+  }
+  time.first_us = median_without_first(first);
+  time.next_us = median_without_first(next);
+  return time;
+}
+
 }  // namespace
+
+std::vector<SingleRayTime> time_single_rays(int steps) {
+  std::vector<SingleRayTime> times;
+  for (const double margin : {0.02, 0.25}) {
+    for (const demo::PlugIn plug_in : {demo::PlugIn::none, demo::PlugIn::one_line_world}) {
+      times.push_back(time_single_rays(plug_in, margin, steps));
+    }
+  }
+  return times;
+}
 
 std::unique_ptr<RivalScene> make_bullet_scene(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& x) {
   return std::make_unique<BulletScene>(triangles, x);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "softcd/softcd.hpp"
@@ -30,6 +32,16 @@ class RivalScene {
 /// btSoftBody::rayTest, ray by ray on one thread, as Bullet's worlds call it. The face tree is softcd's, as Bullet
 /// takes time quadratic in the faces to build its own.
 std::unique_ptr<RivalScene> make_bullet_scene(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& x);
+
+/// Rays that a world of three cloths was asked about one at a time, to the first hit.
+struct SingleRayTime {
+  std::string world;
+  double margin;             ///< of the cloths
+  double first_us, next_us;  ///< medians of the steps: of the first ray after a step, of each of those behind it
+  std::size_t rays, hits;
+};
+/// With rayTest of Bullet's classic world and of softcd's.
+std::vector<SingleRayTime> time_single_rays(int steps);
 #endif
 #ifdef SOFTCD_BENCH_HAS_EMBREE
 /// Embree's rtcIntersect1 and rtcPointQuery, in float, on all threads; robust, so that rays do not slip through edges.

@@ -47,9 +47,9 @@ class Benchmark {
   void run() {
     for (const Backend backend : options_.backends) add(measure(backend));
     if (options_.measures_rivals) measure_rivals();
-    const std::string report =
-        fmt::format("{}: {} triangles, {} rays of which {} meet something, {} points\n\n{}\n{}", scene_.name,
-                    triangles_.size(), rays_.size(), answers_.hits, points_.size(), table_.text(), ask_about_bodies());
+    const std::string report = fmt::format("{}: {} triangles, {} rays of which {} meet something, {} points\n\n{}\n{}",
+                                           scene_.name, triangles_.size(), rays_.size(), answers_.hits, points_.size(),
+                                           table_.text(), single_rays() + ask_about_bodies());
     fmt::print("{}", report);
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report);
     if (!options_.json_file.empty()) write_json(options_.json_file, json_);
@@ -128,6 +128,28 @@ class Benchmark {
          median_without_first(rays), median_without_first(points)});
   }
 
+  /// Measures rays that come one at a time, which Bullet's worlds are asked about.
+  std::string single_rays() {
+    std::string text;
+#ifdef SOFTCD_BENCH_HAS_BULLET
+    if (!options_.measures_rivals) return text;
+    Table table({"world", "margin", "rays", "hits", "first ray us", "next rays us"}, 1);
+    for (const SingleRayTime& time : time_single_rays(std::max(options_.repetitions, 30))) {
+      table.add({time.world, fmt::format("{:.2f}", time.margin), fmt::to_string(time.rays), fmt::to_string(time.hits),
+                 fmt::format("{:.1f}", time.first_us), fmt::format("{:.2f}", time.next_us)});
+      json_["single_rays"].push_back({{"world", time.world},
+                                      {"margin", time.margin},
+                                      {"rays", time.rays},
+                                      {"hits", time.hits},
+                                      {"first_us", time.first_us},
+                                      {"next_us", time.next_us}});
+    }
+    text = fmt::format("rayTest of a world with three cloths of 400 nodes, after each step one ray at a time\n\n{}\n",
+                       table.text());
+#endif
+    return text;
+  }
+
   /// Measures that too.
   std::string ask_about_bodies() {
     BodyQuestions questions({triangles_, x_}, extent_, options_.questions);
@@ -196,6 +218,7 @@ void add_spatial_queries(CLI::App& app, SpatialQueryOptions& options) {
       "it\n"
       "with Bullet's btSoftBody::rayTest and, where it was found when this was configured, Embree 3. Median times in\n"
       "milliseconds; build is what one question takes after positions have changed.\n\n"
+      "Then rays one at a time: rayTest of Bullet's world with three cloths, and of softcd's, in microseconds.\n\n"
       "Then, in microseconds a question, of the mesh and balls at it: their distances, and their triangles that\n"
       "intersect, beside a test of every two triangles of a few; and of the mesh alone: which triangles of its own\n"
       "intersect (no rival), triangles in capsules and convex hulls, beside Bullet's contactPairTest of a triangle\n"

@@ -51,6 +51,7 @@ void DeformableWorld::detect_rigid_contacts() {
 void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   const WorldStep step{*this, getSoftBodyArray(), *detection_.queries_};
   WorldQueries& queries = step.queries;
+  const NodesInMotion in_motion(queries.rays);
   queries.read_out.begin_step();
   if (m_internalPreTickCallback != nullptr) m_internalPreTickCallback(this, time_step);
   reinitialize(time_step);

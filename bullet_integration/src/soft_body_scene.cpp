@@ -6,28 +6,6 @@
 namespace softcd::bullet {
 namespace {
 
-constexpr std::uint32_t kTetrahedronFaces[4][3] = {{0, 1, 2}, {0, 1, 3}, {1, 2, 3}, {0, 2, 3}};
-
-/// The sides of all tetrahedra, four each.
-std::vector<Triangle> tetrahedron_faces(const btSoftBody& body) {
-  std::vector<Triangle> triangles;
-  triangles.reserve(4 * static_cast<std::size_t>(body.m_tetras.size()));
-  for (int i = 0; i < body.m_tetras.size(); ++i) {
-    for (const auto& corners : kTetrahedronFaces) {
-      Triangle triangle{};
-      for (int corner = 0; corner < 3; ++corner) {
-        triangle.v[corner] = static_cast<std::uint32_t>(body.m_tetras[i].m_n[corners[corner]] - &body.m_nodes[0]);
-      }
-      triangles.push_back(triangle);
-    }
-  }
-  return triangles;
-}
-
-bool has_same_corners(const Triangle& a, const Triangle& b) {
-  return std::equal(a.v, a.v + 3, b.v);
-}
-
 SceneOptions on_the_cpu() {
   SceneOptions options;
   options.backend = Backend::cpu;
@@ -36,19 +14,12 @@ SceneOptions on_the_cpu() {
 
 }  // namespace
 
-SoftBodyScene::SoftBodyScene(RayTargets targets, LogCallback log)
-    : targets_(targets), scene_(on_the_cpu(), std::move(log)) {}
+SoftBodyScene::SoftBodyScene(LogCallback log) : scene_(on_the_cpu(), std::move(log)) {}
 
 const SoftBodyScene::Member& SoftBodyScene::update(btSoftBody& body) {
-  std::vector<Triangle> tetrahedra;
-  if (targets_ == RayTargets::faces_and_tetrahedra) tetrahedra = tetrahedron_faces(body);
   Member& member = members_[&body];
   const bool is_known = member.body != nullptr;
-  if (!is_known || !is_up_to_date(member.mesh, body) ||
-      !std::equal(tetrahedra.begin(), tetrahedra.end(), member.tetrahedron_faces.begin(),
-                  member.tetrahedron_faces.end(), has_same_corners)) {
-    set_mesh(member, body, std::move(tetrahedra));
-  }
+  if (!is_known || !is_up_to_date(member.mesh, body)) set_mesh(member, body);
   update_positions(member, body);
   return member;
 }
@@ -76,11 +47,9 @@ const SoftBodyScene::Member* SoftBodyScene::find(BodyId id) const {
   return found == members_by_id_.end() ? nullptr : found->second;
 }
 
-void SoftBodyScene::set_mesh(Member& member, btSoftBody& body, std::vector<Triangle> tetrahedra) {
+void SoftBodyScene::set_mesh(Member& member, btSoftBody& body) {
   BodyMesh mesh = read_mesh(body);
-  std::vector<Triangle> triangles = mesh.triangles;
-  triangles.insert(triangles.end(), tetrahedra.begin(), tetrahedra.end());
-  const BodyDesc desc = {triangles, mesh.node_count, {}, -1, mesh.segments};
+  const BodyDesc desc = {mesh.triangles, mesh.node_count, {}, -1, mesh.segments};
   if (member.body == nullptr) {
     member.id = scene_.add_body(desc);
     try {
@@ -94,7 +63,6 @@ void SoftBodyScene::set_mesh(Member& member, btSoftBody& body, std::vector<Trian
   }
   member.body = &body;
   member.mesh = std::move(mesh);
-  member.tetrahedron_faces = std::move(tetrahedra);
   member.positions.clear();
 }
 

@@ -8,9 +8,6 @@
 
 namespace softcd::bullet {
 
-/// Which elements of a soft body Bullet's ray tests of a world look at.
-enum class RayTargets : bool { faces, faces_and_tetrahedra };
-
 /// Soft bodies in a scene, on the CPU, as they are whenever they are asked for: what an app may have done to a body is
 /// noticed then.
 class SoftBodyScene {
@@ -19,11 +16,10 @@ class SoftBodyScene {
     btSoftBody* body = nullptr;
     BodyId id;
     BodyMesh mesh;
-    std::vector<Triangle> tetrahedron_faces;  ///< behind the mesh's triangles
     std::vector<Vec3<btScalar>> positions;
   };
 
-  SoftBodyScene(RayTargets targets, LogCallback log);
+  explicit SoftBodyScene(LogCallback log);
 
   Scene& scene() { return scene_; }
   /// The body with its nodes where they are now.
@@ -36,10 +32,9 @@ class SoftBodyScene {
   const Member* find(BodyId id) const;
 
  private:
-  void set_mesh(Member& member, btSoftBody& body, std::vector<Triangle> tetrahedra);
+  void set_mesh(Member& member, btSoftBody& body);
   void update_positions(Member& member, const btSoftBody& body);
 
-  RayTargets targets_;
   Scene scene_;
   std::unordered_map<const btSoftBody*, Member> members_;
   std::unordered_map<std::uint32_t, const Member*> members_by_id_;

@@ -88,6 +88,7 @@ void SoftWorld<BulletWorld>::rayTest(const btVector3& from, const btVector3& to,
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
   const WorldStep step{*this, this->getSoftBodyArray(), *detection_->queries_};
+  const NodesInMotion in_motion(step.queries.rays);
   step.queries.read_out.begin_step();
   BulletWorld::internalSingleStepSimulation(time_step);
   finish_classic_step(step, time_step);

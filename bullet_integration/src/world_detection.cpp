@@ -39,6 +39,10 @@ void WorldDetection::set_filters(const btSoftBody& body, BodyFilters filters) {
   queries_->set_filters(body, std::move(filters));
 }
 
+void WorldDetection::forget_ray_positions() {
+  queries_->rays.forget_positions();
+}
+
 DetectorReport WorldDetection::contacts() const {
   return DetectorReport(queries_->contacts.record());
 }

@@ -51,7 +51,7 @@ class WorldProbe::Implementation {
         rays_(dynamic_cast<btDeformableMultiBodyDynamicsWorld*>(&world) != nullptr ? RayTargets::faces
                                                                                    : RayTargets::faces_and_tetrahedra,
               settings_),
-        bodies_(RayTargets::faces, settings_.log),
+        bodies_(settings_.log),
         probe_(bodies_.scene()) {}
 
   Probe& soft_bodies() {

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdio>
+#include <mutex>
 #include <new>
 #include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
-#include "softcd/probe.hpp"
+#include "vectors.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -15,8 +17,9 @@ namespace {
 /// What a ray comes near, by the broad phase.
 class NearRay final : public btBroadphaseRayCallback {
  public:
-  NearRay(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback)
-      : callback_(callback) {
+  NearRay(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback,
+          std::pmr::memory_resource& memory)
+      : callback_(callback), soft_(&memory), others_(&memory) {
     const btVector3 way = to - from;
     const btScalar length = way.length();
     for (int axis = 0; axis < 3; ++axis) {
@@ -39,106 +42,107 @@ class NearRay final : public btBroadphaseRayCallback {
     return true;
   }
 
-  const std::vector<btSoftBody*>& soft() const { return soft_; }
-  const std::vector<btCollisionObject*>& others() const { return others_; }
+  Span<btSoftBody* const> soft() const { return soft_; }
+  const std::pmr::vector<btCollisionObject*>& others() const { return others_; }
 
  private:
   btCollisionWorld::RayResultCallback& callback_;
-  std::vector<btSoftBody*> soft_;
-  std::vector<btCollisionObject*> others_;
+  std::pmr::vector<btSoftBody*> soft_;
+  std::pmr::vector<btCollisionObject*> others_;
 };
 
 btTransform at(const btVector3& origin) {
   return btTransform(btQuaternion::getIdentity(), origin);
 }
 
-Vec3d to_vec3(const btVector3& x) {
-  return {double(x.x()), double(x.y()), double(x.z())};
+/// Between its ends.
+Ray open_segment(const btVector3& from, const btVector3& to) {
+  Ray ray = segment(to_doubles(from), to_doubles(to));
+  ray.t_min = 0x1p-1074;
+  ray.t_max = 1.0 - 0x1p-53;
+  return ray;
 }
 
 }  // namespace
 
-/// The bodies that rays have come near.
-class WorldRays::Bodies {
- public:
-  Bodies(RayTargets targets, const Settings& settings) : bodies_(targets, settings.log) {
-    probe_.set_body_filter([this](BodyId id) { return std::find(near_.begin(), near_.end(), id) != near_.end(); });
-  }
-
-  /// Of the bodies that are near the first that the ray meets of each.
-  void find_hits(Span<btSoftBody* const> near, const Ray& ray, std::vector<Hit>& hits) {
-    near_.clear();
-    for (btSoftBody* body : near) near_.push_back(bodies_.update(*body).id);
-    const Span<const RayHit> met = probe_.all_hits({&ray, 1})[0];
-    for (const RayHit& hit : met) {
-      const SoftBodyScene::Member& member = *bodies_.find(hit.body);
-      const bool is_new = std::none_of(hits.begin(), hits.end(), [&](const Hit& h) { return h.body == member.body; });
-      if (is_new && hit.t > 0 && hit.t < 1) hits.push_back(described(member, hit, ray));
-    }
-  }
-
-  void keep(Span<btSoftBody* const> all) { bodies_.keep(all); }
-
- private:
-  static Hit described(const SoftBodyScene::Member& member, const RayHit& hit, const Ray& ray) {
-    const btVector3 way(btScalar(ray.direction.x), btScalar(ray.direction.y), btScalar(ray.direction.z));
-    if (hit.triangle >= member.mesh.triangles.size()) {
-      const auto tetrahedron = static_cast<int>((hit.triangle - member.mesh.triangles.size()) / 4);
-      return {member.body, btScalar(hit.t), -way.normalized(), tetrahedron};
-    }
-    btVector3 normal(btScalar(hit.normal.x), btScalar(hit.normal.y), btScalar(hit.normal.z));
-    if (normal.dot(way) > 0) normal = -normal;
-    return {member.body, btScalar(hit.t), normal, static_cast<int>(hit.triangle)};
-  }
-
-  SoftBodyScene bodies_;
-  Probe probe_{bodies_.scene()};
-  std::vector<BodyId> near_;  ///< the ray
-};
-
-WorldRays::WorldRays(RayTargets targets, const Settings& settings) : targets_(targets), settings_(settings) {}
-WorldRays::~WorldRays() = default;
-
 void WorldRays::set_settings(const Settings& settings) {
-  bodies_.reset();
+  members_.clear();
   settings_ = settings;
 }
 
 void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> bodies, const btVector3& from,
                      const btVector3& to, btCollisionWorld::RayResultCallback& callback,
                      const NativeTest& test_natively) {
-  NearRay near(from, to, callback);
+  std::array<std::byte, 2048> buffer;  // of what few objects need
+  std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());
+  NearRay near(from, to, callback, memory);
   broadphase.rayTest(from, to, near);
   const auto test_object = [&](btCollisionObject& object) {
     // Nothing is nearer than 0.
     if (callback.m_closestHitFraction != 0) test_natively(object, at(from), at(to));
   };
   for (btCollisionObject* object : near.others()) test_object(*object);
-  std::vector<Hit> hits;
   if (near.soft().empty()) return;
-  if (find_hits(near.soft(), bodies, segment(to_vec3(from), to_vec3(to)), hits)) {
+  Hits hits(&memory);
+  hits.reserve(near.soft().size());
+  if (find_hits(near.soft(), bodies, open_segment(from, to), hits)) {
     for (const Hit& hit : hits) report(hit, callback);
   } else {
     for (btSoftBody* body : near.soft()) test_object(*body);
   }
 }
 
-bool WorldRays::find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> all, const Ray& ray,
-                          std::vector<Hit>& hits) {
+bool WorldRays::find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> all, const Ray& ray, Hits& hits) {
+  {
+    const std::shared_lock lock(mutex_);
+    if (find_hits_as_read(near, ray, /*is_read_now=*/false, hits)) return true;
+  }
   const std::lock_guard lock(mutex_);
   try {
-    if (bodies_ == nullptr) bodies_ = std::make_unique<Bodies>(targets_, settings_);
-    bodies_->keep(all);
-    bodies_->find_hits(near, ray, hits);
-    return true;
+    read(near, all);
+    return find_hits_as_read(near, ray, /*is_read_now=*/true, hits);
   } catch (const Error& error) {
-    bodies_.reset();
+    members_.clear();
     go_on(error.what());
   } catch (const std::bad_alloc&) {
-    bodies_.reset();
+    members_.clear();
     go_on("there is not enough memory");
   }
   return false;
+}
+
+bool WorldRays::find_hits_as_read(Span<btSoftBody* const> near, const Ray& ray, bool is_read_now, Hits& hits) const {
+  hits.clear();
+  for (btSoftBody* body : near) {
+    const auto found = members_.find(body);
+    if (!is_read_now && (found == members_.end() || !is_as_read(found->second, *body))) return false;
+    const RayMesh& mesh = found->second.mesh;
+    const RayHit hit = mesh.first_hit(ray);
+    if (!hit.has_hit()) continue;
+    if (!is_read_now && !mesh.is_up_to_date(*body, hit.triangle)) return false;
+    const auto is_before = [](double t, const Hit& other) { return t < other.t; };
+    hits.insert(std::upper_bound(hits.begin(), hits.end(), hit.t, is_before), described(*body, mesh, hit, ray));
+  }
+  return true;
+}
+
+bool WorldRays::is_as_read(const Member& member, const btSoftBody& body) const {
+  if (may_move_) return member.mesh.is_up_to_date(body);
+  return member.revision == revision_ && member.proxy_id == body.getBroadphaseHandle()->m_uniqueId &&
+         member.mesh.seems_up_to_date(body);
+}
+
+void WorldRays::read(Span<btSoftBody* const> near, Span<btSoftBody* const> all) {
+  if (members_.size() > all.size()) {
+    std::erase_if(members_,
+                  [&](const auto& member) { return std::find(all.begin(), all.end(), member.first) == all.end(); });
+  }
+  for (const btSoftBody* body : near) {
+    Member& member = members_.try_emplace(body, Member{RayMesh(targets_)}).first->second;
+    member.mesh.update(*body);
+    member.revision = revision_;
+    member.proxy_id = body->getBroadphaseHandle()->m_uniqueId;
+  }
 }
 
 /// While an exception is handled.
@@ -151,12 +155,22 @@ void WorldRays::go_on(const char* cause) {
   settings_.log(LogLevel::warning, text.data());
 }
 
+WorldRays::Hit WorldRays::described(btSoftBody& body, const RayMesh& mesh, const RayHit& hit, const Ray& ray) {
+  const btVector3 way = to_bullet(ray.direction);
+  if (hit.triangle >= mesh.face_count()) {
+    return {&body, hit.t, -way.normalized(), static_cast<int>((hit.triangle - mesh.face_count()) / 4)};
+  }
+  const btVector3 normal = to_bullet(vec3_cast<double>(hit.normal));
+  return {&body, hit.t, normal.dot(way) > 0 ? -normal : normal, static_cast<int>(hit.triangle)};
+}
+
 void WorldRays::report(const Hit& hit, btCollisionWorld::RayResultCallback& callback) {
-  if (hit.fraction > callback.m_closestHitFraction) return;
+  const auto fraction = static_cast<btScalar>(hit.t);
+  if (fraction > callback.m_closestHitFraction) return;
   btCollisionWorld::LocalShapeInfo shape{};
   shape.m_shapePart = 0;
   shape.m_triangleIndex = hit.index;
-  btCollisionWorld::LocalRayResult result(hit.body, &shape, hit.normal, hit.fraction);
+  btCollisionWorld::LocalRayResult result(hit.body, &shape, hit.normal, fraction);
   callback.addSingleResult(result, /*normalInWorldSpace=*/true);
 }
 

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
+#include <limits>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
+#include "BulletDynamics/Dynamics/btActionInterface.h"
 #include "any_simulation.hpp"
 #include "failing_allocations.hpp"
 #include "random.hpp"
@@ -140,6 +144,85 @@ TEST_P(RayTests, follow_whatever_the_app_does) {
   EXPECT_TRUE(objects_below(btScalar(0.11), btScalar(0.07)).empty());
   btSoftBody& third = add_sheet(3);
   EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&third}));
+}
+
+TEST_P(RayTests, follow_nodes_that_the_app_moves_by_hand_where_it_says_so) {
+  btSoftBody& sheet = add_sheet(0);
+  simulation.step();
+  const btVector3 from(-3, btScalar(0.02), btScalar(0.01));
+  const btVector3 to(3, btScalar(0.02), btScalar(0.01));
+  EXPECT_FALSE(told(from, to).hasHit());
+  sheet.m_nodes[sheet.m_nodes.size() / 2].m_x.setY(btScalar(0.1));
+  simulation.detection().forget_ray_positions();
+  EXPECT_TRUE(told(from, to).hasHit());
+}
+
+TEST_P(RayTests, never_tell_a_face_that_has_left) {
+  btSoftBody& sheet = add_sheet(0);
+  simulation.step();
+  EXPECT_TRUE(told(kHigh, kLow).hasHit());
+  for (int i = 0; i < sheet.m_nodes.size(); ++i) sheet.m_nodes[i].m_x += btVector3(2, 0, 0);
+  EXPECT_FALSE(told(kHigh, kLow).hasHit());
+}
+
+TEST_P(RayTests, tell_where_nodes_are_at_any_time_of_a_step) {
+  SheetOptions options;
+  options.height = 1;
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+  int rays = 0;
+  const auto compare = [&] {
+    const RayListener listener = told(kHigh, kLow);
+    ASSERT_TRUE(listener.hasHit());
+    EXPECT_NEAR(listener.told[0].fraction, (10 - sheet.m_nodes[0].m_x.y()) / 20, 1e-6);
+    ++rays;
+  };
+  struct Casting final : btActionInterface {
+    std::function<void()> cast;
+    void updateAction(btCollisionWorld* /*world*/, btScalar /*time_step*/) override { cast(); }
+    void debugDraw(btIDebugDraw* /*drawer*/) override {}
+  } action;
+  action.cast = compare;
+  simulation.world().setInternalTickCallback(
+      [](btDynamicsWorld* world, btScalar) { static_cast<Casting*>(world->getWorldUserInfo())->cast(); }, &action,
+      /*isPreTick=*/true);
+  simulation.world().addAction(&action);
+  for (int step = 0; step < 4; ++step) {
+    simulation.step();
+    compare();
+    compare();
+  }
+  simulation.world().removeAction(&action);
+  EXPECT_GE(rays, 16);
+}
+
+TEST_P(RayTests, leave_out_faces_without_a_place) {
+  btSoftBody& sheet = add_sheet(0);
+  simulation.step();
+  const btScalar nowhere = std::numeric_limits<btScalar>::quiet_NaN();
+  sheet.m_nodes[0].m_x.setValue(nowhere, nowhere, nowhere);
+  simulation.detection().forget_ray_positions();
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(told(kHigh, kLow).hasHit());
+  const btVector3 corner(btScalar(-0.49), 0, btScalar(-0.49));
+  EXPECT_FALSE(told(corner + btVector3(0, 1, 0), corner - btVector3(0, 1, 0)).hasHit());
+}
+
+TEST_P(RayTests, tell_many_threads_the_same) {
+  add_sheet(0);
+  add_sheet(1);
+  simulation.step();
+  std::vector<std::size_t> hits(4, 0);
+  std::vector<std::thread> threads;
+  for (std::size_t thread = 0; thread < hits.size(); ++thread) {
+    threads.emplace_back([this, &hits, thread] {
+      for (int i = 0; i < 100; ++i) {
+        const btVector3 x(btScalar(0.011) * btScalar(i) - btScalar(0.6), 0, btScalar(0.07));
+        hits[thread] += told(x + btVector3(0, 10, 0), x - btVector3(0, 10, 0)).told.size();
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_GT(hits[0], 100U);
+  EXPECT_EQ(hits, std::vector<std::size_t>(hits.size(), hits[0]));
 }
 
 TEST_P(RayTests, ask_the_callback_about_every_body) {

@@ -44,10 +44,12 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
 
   /// Bullet's, with softcd's detection in it.
   void performDiscreteCollisionDetection() override;
-  /// As Bullet's, of soft bodies where their nodes are now, whatever has moved them. Faces' normals are those of now;
-  /// Bullet's face trees, which the first ray builds in time quadratic in the faces, are not needed. No ray slips
-  /// through between faces. A body that a ray comes near is read in whole, once for each ray. With OnError::throw_error
-  /// throws Error where memory does not suffice.
+  /// As Bullet's, of soft bodies where their nodes are now. Faces' normals are those of now; Bullet's face trees, which
+  /// the first ray builds in time quadratic in the faces, are not needed. No ray slips through between faces.
+  ///
+  /// The first ray after a step that comes near a body reads it in whole; later rays do not. An app that moves nodes
+  /// itself between two rays without a step in between calls WorldDetection::forget_ray_positions(). With
+  /// OnError::throw_error throws Error where memory does not suffice.
   void rayTest(const btVector3& from, const btVector3& to,
                btCollisionWorld::RayResultCallback& callback) const override;
 

@@ -80,6 +80,11 @@ class SOFTCD_EXPORT WorldDetection {
   /// them. Throws InvalidInput when there are not as many as nodes, or one is out of range; nothing is changed then.
   void set_filters(const btSoftBody& body, BodyFilters filters);
 
+  /// Call it when the app itself has moved nodes, or changed what faces join, between two ray tests of softcd's worlds
+  /// that have no step between them. A ray test notices what a step does. It also notices nodes and faces that are
+  /// added or removed, and bodies that Bullet's functions move, such as translate() and updateBounds().
+  void forget_ray_positions();
+
   /// Of vertices with faces, and of edges with Settings::edge_contacts, between soft bodies and within them.
   DetectorReport contacts() const;
   /// With Detection::ccd, in all worlds but those under a softcd::bullet::Dispatcher alone: of what would pass through

@@ -65,7 +65,9 @@ class SOFTCD_EXPORT WorldProbe {
   /// Whom a body of its answers stands for; null where it was not in the world at the last call of soft_bodies().
   btSoftBody* soft_body(BodyId body) const;
 
-  /// btCollisionWorld::rayTest, as softcd's own worlds have it: see SoftWorld::rayTest.
+  /// btCollisionWorld::rayTest, as softcd's own worlds have it: see SoftWorld::rayTest. Each ray compares all nodes and
+  /// faces of the bodies that it comes near with those that were read: many rays are faster in one batch, by
+  /// Probe::first_hits() of soft_bodies().
   void ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback);
 
   /// btCollisionWorld::contactTest with soft bodies: Bullet's own results, and those of pairs with a soft body. The
