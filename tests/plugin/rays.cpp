@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <tuple>
 
@@ -269,6 +271,59 @@ TEST(Rays, that_are_none_meet_nothing) {
   for (std::size_t i = 1; i < rays.size(); ++i) {
     EXPECT_FALSE(first[i].has_hit()) << "ray " << i;
     EXPECT_TRUE(all[i].empty()) << "ray " << i;
+  }
+}
+
+using Integers = std::array<std::int64_t, 3>;
+
+Integers integers(Vec3d x) {
+  return {std::int64_t(x.x), std::int64_t(x.y), std::int64_t(x.z)};
+}
+
+/// Of small integers, borders included; a triangle in a plane with the ray is not met.
+bool is_met(const Ray& ray, const Vec3d (&x)[3]) {
+  const Integers d = integers(ray.direction);
+  bool has_negative = false, has_positive = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Integers p = integers(x[i] - ray.origin);
+    const Integers q = integers(x[(i + 1) % 3] - ray.origin);
+    const std::int64_t side =
+        d[0] * (p[1] * q[2] - p[2] * q[1]) + d[1] * (p[2] * q[0] - p[0] * q[2]) + d[2] * (p[0] * q[1] - p[1] * q[0]);
+    has_negative |= side < 0;
+    has_positive |= side > 0;
+  }
+  return has_negative != has_positive;
+}
+
+// One in ten lies in the plane of a triangle, of which some have no area.
+TEST(Rays, of_integers_meet_what_exact_arithmetic_says) {
+  Random random(7);
+  const auto point = [&] {
+    const auto coordinate = [&] { return double(random.below(7)) - 3; };
+    return Vec3d{coordinate(), coordinate(), coordinate()};
+  };
+  Mesh mesh;
+  for (std::uint32_t t = 0; t < 60; ++t) {
+    mesh.triangles.push_back({{3 * t, 3 * t + 1, 3 * t + 2}});
+    for (int corner = 0; corner < 3; ++corner) mesh.positions.push_back(point());
+  }
+  ProbedBodies probed({still(mesh, {})});
+  std::vector<Ray> rays;
+  while (rays.size() < 1000) {
+    const Ray ray = {point(), point(), -kInfinity, kInfinity};
+    if (max_norm(ray.direction) > 0) rays.push_back(ray);
+  }
+  const AnswerLists<RayHit> hits = probed.probe.all_hits(rays);
+  const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    std::vector<std::uint32_t> expected;
+    for (const PlacedTriangle& triangle : triangles) {
+      if (is_met(rays[i], triangle.x)) expected.push_back(triangle.index);
+    }
+    std::vector<std::uint32_t> met;
+    for (const RayHit& hit : hits[i]) met.push_back(hit.triangle);
+    std::sort(met.begin(), met.end());
+    ASSERT_EQ(met, expected) << "ray " << i;
   }
 }
 

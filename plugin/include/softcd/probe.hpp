@@ -51,7 +51,9 @@ class SOFTCD_EXPORT Probe {
 
   /// For each ray what it meets first, of several triangles at the same t that of the lowest body and index. No ray
   /// passes between triangles that share an edge or a vertex (Woop, Benthin and Wald 2013); through these it may be
-  /// said to meet any of their triangles. A triangle that the ray lies in the plane of is not met.
+  /// said to meet any of their triangles. A triangle that the ray lies in the plane of is not met. Which triangles a
+  /// ray meets is decided exactly, for the positions as the scene has them and the ray's origin relative to the
+  /// scene's.
   Span<const RayHit> first_hits(Span<const Ray> rays);
   /// The same for one ray.
   RayHit first_hit(const Ray& ray);

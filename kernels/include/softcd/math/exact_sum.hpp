@@ -23,6 +23,41 @@ SOFTCD_HD inline double sum_rest(double a, double b, double sum) {
   return (a - a_there) + (b - b_there);
 }
 
+/// hi + lo, where lo is no more than hi's rounding: a number of twice a double's precision.
+struct DoubleDouble {
+  double hi, lo;
+};
+
+SOFTCD_HD inline DoubleDouble exact_product(double a, double b) {
+  const double product = a * b;
+  return {product, product_rest(a, b, product)};
+}
+
+SOFTCD_HD inline DoubleDouble exact_difference(double a, double b) {
+  const double difference = a - b;
+  return {difference, sum_rest(a, -b, difference)};
+}
+
+/// Off by no more than 2^-103 (|a| + |b|).
+SOFTCD_HD inline DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
+  const double sum = a.hi + b.hi;
+  const double rest = sum_rest(a.hi, b.hi, sum) + (a.lo + b.lo);
+  const double hi = sum + rest;
+  return {hi, rest - (hi - sum)};
+}
+
+SOFTCD_HD inline DoubleDouble operator-(const DoubleDouble& a) {
+  return {-a.hi, -a.lo};
+}
+
+/// Off by no more than 2^-103 |a b|.
+SOFTCD_HD inline DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
+  const double product = a.hi * b.hi;
+  const double rest = product_rest(a.hi, b.hi, product) + (a.hi * b.lo + a.lo * b.hi);
+  const double hi = product + rest;
+  return {hi, rest - (hi - product)};
+}
+
 /// A sum without rounding, as parts that do not overlap, in ascending order, none of which is 0: Shewchuk, Adaptive
 /// Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates (1997). Exact as long as nothing that is
 /// added overflows or underflows.
@@ -31,6 +66,7 @@ class ExactSum {
  public:
   /// At most so often as there are terms.
   SOFTCD_HD void add(double term) {
+    if (term == 0.0) return;
     int kept = 0;
     for (int i = 0; i < count_; ++i) {
       const double sum = term + parts_[i];
@@ -44,6 +80,13 @@ class ExactSum {
 
   /// 1, 0 or -1: the largest part is larger than all others together.
   SOFTCD_HD int sign() const { return count_ == 0 ? 0 : (parts_[count_ - 1] > 0.0 ? 1 : -1); }
+
+  /// The sum, rounded: within two roundings, and of its sign.
+  SOFTCD_HD double value() const {
+    double sum = 0.0;
+    for (int i = 0; i < count_; ++i) sum += parts_[i];
+    return sum;
+  }
 
  private:
   double parts_[kMostTerms];

@@ -10,9 +10,10 @@
 #include "softcd/math/scalar.hpp"
 
 /// The watertight test of Woop, Benthin and Wald, Watertight Ray/Triangle Intersection (JCGT 2013), in double. Vertices
-/// are sheared into a plane across the ray, where the ray is the origin. Each vertex has one image, whichever triangle
-/// asks, and on which side of a side's image the origin lies is decided exactly and is the opposite for the triangle on
-/// the other side: no ray slips through between triangles that share an edge, or around a vertex.
+/// are sheared into a plane across the ray, where the ray is the origin, and a triangle is met where the origin is on
+/// one side of all its sides' images. Images are rounded: where their error might decide, the side of the ray itself is
+/// computed exactly. It is the opposite for the triangle on the other side: no ray slips through between triangles that
+/// share an edge, or around a vertex. A triangle that is seen edge-on has the ray on none of its sides.
 namespace softcd {
 
 /// A ray as the test wants it, relative to the scene's origin.
@@ -46,13 +47,105 @@ SOFTCD_HD inline Vec3d sheared_vertex(const ShearedRay& ray, Vec3f vertex) {
   return {a[ray.kx] - ray.sx * z, a[ray.ky] - ray.sy * z, z};
 }
 
-/// px qy - py qx, of exactly that sign: rounding keeps the products' order or makes them equal. Swapped arguments give
-/// exactly the opposite.
+namespace detail {
+
+/// Two points of a ray's and a triangle's side, without rounding: the side's start seen from the ray's origin, and the
+/// way to its end.
+struct ExactSide {
+  DoubleDouble start[3], way[3];
+};
+
+/// direction . (start x way), rounded, of exactly its sign unless it underflows.
+SOFTCD_HD_LONG inline double exact_volume(const Vec3d& direction, const ExactSide& side) {
+  ExactSum<96> sum;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = axis == 2 ? 0 : axis + 1;
+    const int last = axis == 0 ? 2 : axis - 1;
+    for (int part = 0; part < 8; ++part) {
+      const bool is_swapped = part >= 4;
+      const DoubleDouble& start = side.start[is_swapped ? last : next];
+      const DoubleDouble& way = side.way[is_swapped ? next : last];
+      const DoubleDouble product =
+          exact_product((part & 1) != 0 ? start.lo : start.hi, (part & 2) != 0 ? way.lo : way.hi);
+      const double factor = is_swapped ? -direction[axis] : direction[axis];
+      const DoubleDouble lower = exact_product(product.lo, factor);
+      const DoubleDouble upper = exact_product(product.hi, factor);
+      sum.add(lower.lo);
+      sum.add(lower.hi);
+      sum.add(upper.lo);
+      sum.add(upper.hi);
+    }
+  }
+  return sum.value();
+}
+
+/// Whether the ray begins at the vertex, or where t is 1 ends there: rays that are made of vertices often do.
+SOFTCD_HD inline bool is_end_of(const ShearedRay& ray, Vec3f vertex) {
+  bool is_begin = true;
+  bool is_end = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    const DoubleDouble way = exact_difference(static_cast<double>(vertex[axis]), ray.origin[axis]);
+    is_begin &= way.hi == 0.0;
+    is_end &= way.hi == ray.direction[axis] && way.lo == 0.0;
+  }
+  return is_begin || is_end;
+}
+
+/// The doubled area of the images of the ray's origin, p and q, within 2^-24 of itself and of exactly its sign.
+SOFTCD_HD_LONG inline double exact_area(const ShearedRay& ray, Vec3f p, Vec3f q) {
+  if (is_end_of(ray, p) || is_end_of(ray, q)) return 0.0;
+  const Vec3d direction = safe_scale(max_norm(ray.direction)) * ray.direction;
+  ExactSide side;
+  double start_size = 0.0;
+  double way_size = 0.0;
+  double rest = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto from = static_cast<double>(p[axis]);
+    side.start[axis] = exact_difference(from, ray.origin[axis]);
+    side.way[axis] = exact_difference(static_cast<double>(q[axis]), from);
+    start_size = larger(start_size, magnitude(side.start[axis].hi));
+    way_size = larger(way_size, magnitude(side.way[axis].hi));
+    rest = larger(rest, larger(magnitude(side.start[axis].lo), magnitude(side.way[axis].lo)));
+  }
+  if (ray.sx == 0.0 && ray.sy == 0.0 && rest == 0.0) {
+    const DoubleDouble left = exact_product(side.start[ray.kx].hi, side.way[ray.ky].hi);
+    const DoubleDouble right = exact_product(side.start[ray.ky].hi, side.way[ray.kx].hi);
+    ExactSum<4> area;
+    area.add(left.lo);
+    area.add(-right.lo);
+    area.add(left.hi);
+    area.add(-right.hi);
+    return area.value();
+  }
+  DoubleDouble volume{0.0, 0.0};
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = axis == 2 ? 0 : axis + 1;
+    const int last = axis == 0 ? 2 : axis - 1;
+    const DoubleDouble area = side.start[next] * side.way[last] + -(side.start[last] * side.way[next]);
+    volume = volume + area * DoubleDouble{direction[axis], 0.0};
+  }
+  // The volume is off by less than 2^-96 of its terms' size.
+  const double least = 0x1p-72 * (max_norm(direction) * start_size * way_size);
+  const double exact = magnitude(volume.hi) > least ? volume.hi : exact_volume(direction, side);
+  return exact / direction[ray.kz];
+}
+
+}  // namespace detail
+
+/// px qy - py qx
 SOFTCD_HD inline double doubled_area(const Vec3d& p, const Vec3d& q) {
-  const double left = p.x * q.y;
-  const double right = p.y * q.x;
-  if (left != right || left == 0.0) return left - right;
-  return product_rest(p.x, q.y, left) - product_rest(p.y, q.x, right);
+  return p.x * q.y - p.y * q.x;
+}
+
+/// No doubled area of two of these images is further from that of unrounded ones. With r = |image| + |z|, which bounds
+/// the vertex's distance from the origin along an axis, and u = 2^-53: an image is off by 2 u from subtracting the
+/// origin, 3 u from the shear and u from the last subtraction, less than 6 u r in all; an area by four times that and
+/// the image, and 4 u of the image's square.
+SOFTCD_HD inline double area_error(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const double image = larger(larger(larger(magnitude(a.x), magnitude(a.y)), larger(magnitude(b.x), magnitude(b.y))),
+                              larger(magnitude(c.x), magnitude(c.y)));
+  const double reach = image + larger(larger(magnitude(a.z), magnitude(b.z)), magnitude(c.z));
+  return 0x1p-47 * reach * (image + 0x1p-49 * reach);
 }
 
 struct RayCrossing {
@@ -66,13 +159,25 @@ SOFTCD_HD inline bool find_crossing(const ShearedRay& ray, const Vec3f (&x)[3], 
   const Vec3d a = sheared_vertex(ray, x[0]);
   const Vec3d b = sheared_vertex(ray, x[1]);
   const Vec3d c = sheared_vertex(ray, x[2]);
-  const double u = doubled_area(b, c);
-  const double v = doubled_area(c, a);
-  const double w = doubled_area(a, b);
-  const bool has_negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
-  const bool has_positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
-  if (has_negative == has_positive) return false;
-  const double whole = u + v + w;
+  double u = doubled_area(b, c);
+  double v = doubled_area(c, a);
+  double w = doubled_area(a, b);
+  const double lowest = smaller(smaller(u, v), w);
+  const double highest = larger(larger(u, v), w);
+  const double error = area_error(a, b, c);
+  if ((lowest < -error) & (highest > error)) return false;
+  double whole = u + v + w;
+  // Of a triangle that is almost seen edge-on, errors would decide about all weights.
+  const double least = magnitude(whole) > 0x1p+24 * error ? error : DBL_MAX;
+  if (!((lowest > least) | (highest < -least))) {
+    if (!(magnitude(u) > least)) u = detail::exact_area(ray, x[1], x[2]);
+    if (!(magnitude(v) > least)) v = detail::exact_area(ray, x[2], x[0]);
+    if (!(magnitude(w) > least)) w = detail::exact_area(ray, x[0], x[1]);
+    const bool has_negative = (u < 0.0) | (v < 0.0) | (w < 0.0);
+    const bool has_positive = (u > 0.0) | (v > 0.0) | (w > 0.0);
+    if (has_negative == has_positive) return false;
+    whole = u + v + w;
+  }
   crossing.weights[0] = u / whole;
   crossing.weights[1] = v / whole;
   crossing.weights[2] = w / whole;
