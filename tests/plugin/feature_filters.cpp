@@ -462,6 +462,19 @@ TEST(Filtering, with_memory_in_parts_and_a_limit) {
   EXPECT_GT(loaded.pipeline.statistics().chunks, 1U);
 }
 
+TEST(Filtering, takes_vertices_without_filters_for_group_1) {
+  const Mesh mesh = grid_cloth(2, 2, 1.0);
+  CollisionPipeline pipeline(test_options(Detection::dcd));
+  const BodyId filtered = pipeline.add_body({mesh.triangles, 4, everything(0.1F)});
+  const BodyId plain = pipeline.add_body({mesh.triangles, 4, everything(0.1F)});
+  for (const BodyId body : {filtered, plain}) pipeline.set_positions(body, mesh.positions);
+  EXPECT_FALSE(pipeline.detect().empty());
+  pipeline.set_vertex_filters(filtered, std::vector<VertexFilter>(4, {2, 2}));
+  EXPECT_TRUE(pipeline.detect().empty());
+  pipeline.set_vertex_filters(filtered, std::vector<VertexFilter>(4, {2, 1}));
+  EXPECT_FALSE(pipeline.detect().empty());
+}
+
 TEST(Filtering, errors) {
   CollisionPipeline pipeline(test_options(Detection::dcd));
   const Mesh mesh = grid_cloth(3, 3, 1.0);

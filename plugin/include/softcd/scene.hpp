@@ -157,7 +157,8 @@ class SOFTCD_EXPORT Scene {
   /// Throws InvalidInput when a body is not in the scene; nothing is changed then.
   void set_ignored_pairs(Span<const BodyPair> pairs);
   /// What the body's vertices may touch, of other bodies and of its own, beside what bodies' groups and masks decide;
-  /// see VertexFilter. One for each vertex, or none for all bits, as in bodies without. Copied. Throws InvalidInput
+  /// see VertexFilter. One for each vertex, or none. Vertices of bodies without filters have VertexFilter(): group 1
+  /// and all bits as mask, so that a mask without bit 1 keeps a vertex from all of them. Copied. Throws InvalidInput
   /// when they are not as many as the body's vertices. Gone when the body is updated.
   void set_vertex_filters(BodyId body, Span<const VertexFilter> filters);
   /// Where the body's vertices are at rest, in whatever place, for BodySettings::rest_distance; none forgets them. On

@@ -43,7 +43,7 @@ struct Edge {
 /// What a vertex may touch. Two features may touch where some vertex of the one and some vertex of the other have
 /// (a.group & b.mask) and (b.group & a.mask): what all vertices of a triangle are kept from, the triangle is.
 struct VertexFilter {
-  std::uint32_t group = 1;           ///< bits of what it is
+  std::uint32_t group = 1;           ///< bits of what it is; 1 in bodies without filters
   std::uint32_t mask = 0xFFFFFFFFu;  ///< bits of what it may touch
 };
 
