@@ -14,17 +14,26 @@ namespace {
 constexpr float kLargest = std::numeric_limits<float>::max();
 constexpr Box kNowhere = {{kLargest, kLargest, kLargest}, {-kLargest, -kLargest, -kLargest}};
 
-/// What the detector takes for the body's margin: the margin as it is, where nothing was rounded. Both ends of a motion
-/// may be, which is why a margin that grows with it is twice that off.
-float detected_margin(const Body& body, const Selecting& selecting) {
-  const float margin = selecting.margins ? body.settings.margin : 0.0F;
+/// Furthest that rounding has moved one of the positions that are computed with.
+double rounding_of(const Body& body, const Selecting& selecting) {
   const StepSurvey& survey = body.positions.survey();
   double squared_rounding = 0;
   if (selecting.covers_rounding_t0) squared_rounding = survey.t0.squared_rounding;
   if (selecting.covers_rounding_t1) squared_rounding = std::max(squared_rounding, survey.t1.squared_rounding);
-  if (!(squared_rounding > 0.0)) return margin;
-  const double growth_per_rounding = 1.0 + 2.0 * static_cast<double>(selecting.motion_margin);
-  return outward_up(margin + outward_up(static_cast<float>(growth_per_rounding * std::sqrt(squared_rounding))));
+  return std::sqrt(squared_rounding);
+}
+
+/// What the detector takes for the body's margin: the margin as it is, where nothing was rounded.
+float detected_margin(const Body& body, const Selecting& selecting) {
+  const float margin = selecting.margins ? body.settings.margin : 0.0F;
+  const double rounding = rounding_of(body, selecting);
+  return rounding > 0.0 ? outward_up(margin + outward_up(static_cast<float>(rounding))) : margin;
+}
+
+/// Both ends of a motion may be rounded, each as far.
+float motion_rounding(const Body& body, const Selecting& selecting) {
+  const double rounding = 2.0 * static_cast<double>(selecting.motion_margin) * rounding_of(body, selecting);
+  return rounding > 0.0 ? outward_up(static_cast<float>(rounding)) : 0.0F;
 }
 
 Extent extent_of(const Body& body, const Selecting& selecting) {
@@ -41,7 +50,8 @@ Box grown_box(const Body& body, Vec3d origin, float margin, const Selecting& sel
   if (extent.is_empty()) return kNowhere;
   const Box box = {vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
   const auto furthest_move = static_cast<float>(std::sqrt(body.positions.survey().squared_move));
-  const float motion = outward_up(outward_up(furthest_move) * selecting.motion_margin);
+  const float motion =
+      outward_up(outward_up(outward_up(furthest_move) * selecting.motion_margin) + motion_rounding(body, selecting));
   return inflated(box, outward_up(outward_up(margin + motion) * selecting.distance_factor));
 }
 
@@ -130,19 +140,19 @@ void PairSelector::survey_bodies(const std::vector<Body>& bodies, Vec3d origin, 
     const Body& body = bodies[b];
     const Features& features = body.settings.features;
     const float margin = detected_margin(body, selecting);
-    selection_.bodies[b] = {
-        body.id.value,
-        body.vertices.first,
-        body.triangles.first,
-        body.edges.first,
-        margin,
-        features.vertex_triangle && selecting.features.vertex_triangle,
-        features.edge_edge && selecting.features.edge_edge,
-        /*lists_neighbours=*/false,
-        kNowhere,
-        cell_offset_of(body.settings.batch),
-        selecting.neighbour_filters && body.excludes_rings(),
-        selecting.neighbour_filters && body.excludes_at_rest() ? body.settings.rest_distance : 0.0F};
+    selection_.bodies[b] = {body.id.value,
+                            body.vertices.first,
+                            body.triangles.first,
+                            body.edges.first,
+                            margin,
+                            features.vertex_triangle && selecting.features.vertex_triangle,
+                            features.edge_edge && selecting.features.edge_edge,
+                            /*lists_neighbours=*/false,
+                            kNowhere,
+                            cell_offset_of(body.settings.batch),
+                            selecting.neighbour_filters && body.excludes_rings(),
+                            selecting.neighbour_filters && body.excludes_at_rest() ? body.settings.rest_distance : 0.0F,
+                            motion_rounding(body, selecting)};
     boxes_[b] = grown_box(body, origin, margin, selecting);
   };
   for_each_body(bodies.size(), survey);

@@ -148,6 +148,22 @@ TEST(MarginsOfAPair, do_not_lose_what_a_motion_adds) {
   }
 }
 
+/// A vertex's margin against another body's triangles grows with its motion, which rounding may have shortened; the
+/// margins of edges do not.
+TEST(MarginsOfAPair, grow_by_the_roundings_of_a_motion_for_vertices_of_other_bodies_alone) {
+  Mesh cloth = grid_cloth(2, 2, 1.0);
+  for (Vec3d& x : cloth.positions) x = x + Vec3d{1.0 / 3.0, 1.0 / 7.0, 1.0 / 9.0};
+  Mesh other = cloth;
+  for (Vec3d& x : other.positions) x.z += 0.01;
+  PipelineOptions options = options_for(Detection::dcd, Accuracy::conservative);
+  options.motion_margin = 1e6F;
+  const Scene scene = {still(cloth, everything(0.001F)), still(other, everything(0.001F))};
+  for (const Contact& contact : detect_once(scene, options)) {
+    EXPECT_EQ(contact.kind, ContactKind::vertex_triangle);
+    EXPECT_NE(contact.body_a, contact.body_b);
+  }
+}
+
 /// Two soups whose coordinates are no floats, moved away from the origin.
 Scene soups_in_double(std::uint64_t seed) {
   Scene scene;

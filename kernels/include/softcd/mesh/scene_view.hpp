@@ -33,6 +33,8 @@ struct SceneBody {
   /// rest (0: nothing), is kept from touching it.
   bool excludes_rings = false;
   float rest_distance = 0.0F;
+  /// With SceneView::motion_margin, what the roundings of both ends may take from a vertex's motion, times that.
+  float motion_rounding = 0.0F;
 };
 
 /// What decides about features beside where they are; null what no body has.
@@ -127,11 +129,12 @@ struct SceneView {
   /// roundings of all but the sum cannot make it too small.
   template <class T>
   SOFTCD_HD T vertex_margin(std::uint32_t v) const {
-    const auto margin = static_cast<T>(bodies[vertex_body[v]].margin);
+    const SceneBody& body = bodies[vertex_body[v]];
+    const auto margin = static_cast<T>(body.margin);
     if (!(motion_margin > 0.0F)) return margin;
     constexpr T kExcess = std::is_same_v<T, float> ? T(1.000001) : T(1);
     const T moved = kExcess * length(vec3_cast<T>(x_t1[v]) - vec3_cast<T>(x_t0[v]));
-    return margin + static_cast<T>(motion_margin) * moved;
+    return margin + (static_cast<T>(motion_margin) * moved + static_cast<T>(body.motion_rounding));
   }
 };
 
