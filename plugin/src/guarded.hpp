@@ -26,6 +26,36 @@ decltype(auto) call_back(const Function& function, const Arguments&... arguments
   }
 }
 
+namespace detail {
+
+/// Thrown where no memory is left for a text. Made before there is none: a copy shares its text.
+// NOLINTNEXTLINE(cert-err58-cpp): without memory for this a program cannot start
+inline const OutOfMemory kNoMemoryForText{"memory ran out, even for saying what it was needed for; free memory."};
+
+/// Throws the exception that is handled as an Error.
+template <class MemoryProblem>
+[[noreturn]] void rethrow_as_error(const MemoryProblem& memory_problem) {
+  try {
+    try {
+      throw;
+    } catch (const DeviceError& error) {
+      throw BackendError(error.what());
+    } catch (const std::bad_alloc&) {
+      throw OutOfMemory(memory_problem());
+    } catch (const Error&) {
+      throw;
+    } catch (const std::exception& error) {
+      // oneTBB's, where it cannot start its threads.
+      throw Error(fmt::format(
+          "oneTBB failed: {}. Where threads cannot be started, raise the limit on them (ulimit -u).", error.what()));
+    }
+  } catch (const std::bad_alloc&) {
+    throw OutOfMemory(kNoMemoryForText);
+  }
+}
+
+}  // namespace detail
+
 /// Calls f. What leaves it is an Error, or an exception of the caller's own. `memory_problem()` is the text where
 /// memory ran out.
 template <class MemoryProblem, class F>
@@ -34,16 +64,8 @@ decltype(auto) guarded(const MemoryProblem& memory_problem, const F& f) {
     return f();
   } catch (const CallbackException& exception) {
     std::rethrow_exception(exception.thrown);
-  } catch (const Error&) {
-    throw;
-  } catch (const DeviceError& error) {
-    throw BackendError(error.what());
-  } catch (const std::bad_alloc&) {
-    throw OutOfMemory(memory_problem());
-  } catch (const std::exception& error) {
-    // oneTBB's, where it cannot start its threads.
-    throw Error(fmt::format("oneTBB failed: {}. Where threads cannot be started, raise the limit on them (ulimit -u).",
-                            error.what()));
+  } catch (...) {
+    detail::rethrow_as_error(memory_problem);
   }
 }
 

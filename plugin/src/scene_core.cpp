@@ -287,9 +287,11 @@ void SceneCore::conclude(PendingDetection& detection) {
 }
 
 std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
-  if (ranks_ == nullptr) return {contacts.begin(), contacts.end()};
   return guarded([] { return "memory ran out for the contacts of all ranks. Free memory, or gather none."; },
-                 [&] { return ranks_->gather(contacts); });
+                 [&] {
+                   return ranks_ != nullptr ? ranks_->gather(contacts)
+                                            : std::vector<Contact>(contacts.begin(), contacts.end());
+                 });
 }
 
 /// Whether a detection may be repeated with no one noticing, and finds the same whatever is foreseen: margins that

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -134,6 +135,58 @@ TEST_P(FailedCalls, update_body_where_some_triangles_change) {
         [&](LoadedScene& loaded) { loaded.pipeline.update_body(loaded.ids[0], desc_of(other), changed); },
         [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], other.x_t1); });
   }
+}
+
+/// No memory is left for the error's text either.
+TEST_P(FailedCalls, throw_nothing_but_out_of_memory_where_none_is_left) {
+  const SceneBody more = still(moved(icosphere(0, 0.4), {0.7, 0.4, 0.1}), everything(0.03F));
+  const Positions3 x = scene()[0].x_t1;
+  const std::vector<std::function<void(LoadedScene&)>> calls = {
+      [&](LoadedScene& loaded) { loaded.pipeline.add_body(desc_of(more)); },
+      [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], x); },
+      [](LoadedScene& loaded) { loaded.pipeline.detect(); },
+  };
+  for (const auto& call : calls) {
+    for_every_allocation([&](std::uint64_t n) {
+      LoadedScene loaded = fresh();
+      bool has_failed = false;
+      bool has_leaked = false;
+      {
+        const FailingAllocation failing(n, /*for_good=*/true);
+        try {
+          call(loaded);
+        } catch (const OutOfMemory&) {
+        } catch (const std::bad_alloc&) {
+          has_leaked = true;
+        }
+        has_failed = failing.has_failed();
+      }
+      EXPECT_FALSE(has_leaked) << "allocation " << n;
+      return has_failed && !HasFailure();
+    });
+  }
+}
+
+TEST(FailedQueries, gather_contacts) {
+  softcd::Scene bodies(SceneOptions{Backend::cpu});
+  const SceneBody ball = still(icosphere(1, 0.3), everything(0.1F));
+  bodies.set_positions(bodies.add_body(desc_of(ball)), ball.x_t1);
+  Query query(bodies, test_options(Detection::dcd));
+  const std::size_t count = query.detect().size();
+  EXPECT_GT(count, 0U);
+  for_every_allocation([&](std::uint64_t n) {
+    bool has_failed = false;
+    {
+      const FailingAllocation failing(n);
+      try {
+        query.gather_contacts();
+      } catch (const OutOfMemory&) {
+      }
+      has_failed = failing.has_failed();
+    }
+    return has_failed;
+  });
+  EXPECT_EQ(query.gather_contacts().size(), count);
 }
 
 TEST_P(FailedCalls, remove_body) {

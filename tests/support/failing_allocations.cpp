@@ -9,9 +9,15 @@ namespace {
 
 /// Calls until one fails; 0 and below: none will.
 std::atomic<std::int64_t> calls_left{0};
+/// Those behind that one fail, too.
+std::atomic<bool> fails_for_good{false};
 
 void* allocate(std::size_t size) {
-  if (calls_left.load(std::memory_order_relaxed) > 0 && calls_left.fetch_sub(1) == 1) throw std::bad_alloc();
+  if (calls_left.load(std::memory_order_relaxed) > 0) {
+    if (calls_left.fetch_sub(1) == 1) throw std::bad_alloc();
+  } else if (fails_for_good.load(std::memory_order_relaxed)) {
+    throw std::bad_alloc();
+  }
   void* const memory = std::malloc(size > 0 ? size : 1);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
@@ -19,10 +25,12 @@ void* allocate(std::size_t size) {
 
 }  // namespace
 
-FailingAllocation::FailingAllocation(std::uint64_t n) {
+FailingAllocation::FailingAllocation(std::uint64_t n, bool for_good) {
   calls_left = static_cast<std::int64_t>(n);
+  fails_for_good = for_good;
 }
 FailingAllocation::~FailingAllocation() {
+  fails_for_good = false;
   calls_left = 0;
 }
 bool FailingAllocation::has_failed() const {

@@ -5,10 +5,11 @@
 namespace softcd::test {
 
 /// While it lives, the `n`-th call of operator new from its construction on, on whatever thread, throws
-/// std::bad_alloc; the first is 1. Programs that use it compile failing_allocations.cpp, which replaces operator new.
+/// std::bad_alloc; the first is 1. With `for_good` all calls behind it do, too. Programs that use it compile
+/// failing_allocations.cpp, which replaces operator new.
 class FailingAllocation {
  public:
-  explicit FailingAllocation(std::uint64_t n);
+  explicit FailingAllocation(std::uint64_t n, bool for_good = false);
   FailingAllocation(const FailingAllocation&) = delete;
   FailingAllocation& operator=(const FailingAllocation&) = delete;
   ~FailingAllocation();
