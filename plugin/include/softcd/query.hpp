@@ -43,7 +43,7 @@ struct QueryOptions {
   /// 100. 0 chooses 1.8, and more where triangles move many cells or have large margins.
   float lambda = 0.0F;
   /// Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
-  /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0.
+  /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0; 0 with StepEnd::t0.
   float motion_margin = 0.0F;
   ContactRule contact_rule = ContactRule::distance;  ///< of vertices with triangles
   /// Discrete detection only.
