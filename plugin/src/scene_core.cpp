@@ -156,14 +156,17 @@ void SceneCore::set_options(const SceneOptions& options) {
     guarded([] { return kNoMemoryAtAll; }, [&] { detector = detector_for(options, machine_factories(options)); });
   }
   drop_detections();
-  if (is_elsewhere) {
+  // Contacts and answers count towards the limit: else those of one query would keep all others from their memory.
+  const bool is_less_memory =
+      options.memory_limit > 0 && (before.memory_limit == 0 || options.memory_limit < before.memory_limit);
+  if (is_elsewhere || is_less_memory) {
     for (QueryCore* query : queries_) {
       query->memories_.clear();
       query->has_contacts_ = false;
     }
     for (ProbeCore* probe : probes_) probe->memories_ = {};
-    use(std::move(detector));
   }
+  if (is_elsewhere) use(std::move(detector));
   if (options.max_threads != before.max_threads) {
     arena_.terminate();
     arena_.initialize(concurrency(options));

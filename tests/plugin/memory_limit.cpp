@@ -150,6 +150,31 @@ Scene heap_of_copies(std::uint32_t count) {
   return {still(mesh, everything(0.01F))};
 }
 
+// What one query has found before is not in the way of others.
+TEST(MemoryLimitErrors, a_lowered_limit_leaves_every_query_and_probe_its_memory) {
+  softcd::Scene bodies(SceneOptions{backend_under_test()});
+  const auto add = [&](const SceneBody& body) {
+    const BodyId id = bodies.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
+    bodies.set_positions(id, body.x_t1);
+    return id;
+  };
+  const BodyId heap = add(heap_of_copies(200)[0]);
+  add(still(icosphere(1, 0.1), everything(0.001F)));
+  Query all(bodies, test_options(Detection::dcd));
+  const std::size_t found = all.detect().size();
+  Query few(bodies, test_options(Detection::dcd));
+  few.set_pair_filter([&](BodyId a, BodyId b) { return a != heap && b != heap; });
+  Probe probe(bodies);
+  SceneOptions options = bodies.options();
+  options.memory_limit = 2'000'000;
+  ASSERT_GT(found * sizeof(Contact), options.memory_limit);
+  bodies.set_options(options);
+  EXPECT_THROW(all.gather_contacts(), Error) << "they are gone";
+  few.detect();
+  EXPECT_LE(few.statistics().peak_bytes, options.memory_limit);
+  EXPECT_TRUE(probe.first_hit({{0.1, 0.1, 1}, {0, 0, -1}}).has_hit());
+}
+
 // Contacts cannot be found in parts. What they need is known long before all pairs are tested.
 TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
   PipelineOptions options = test_options(Detection::dcd);

@@ -166,8 +166,9 @@ class SOFTCD_EXPORT Scene {
   /// one is not finite. Gone when the body is updated.
   void set_rest_positions(BodyId body, Positions x);
 
-  /// Detections that were not waited for are ended, and their contacts are lost; with another backend, device or stream
-  /// all queries' contacts are. Throws as the constructor does.
+  /// Detections that were not waited for are ended, and their contacts are lost; with another backend, device or
+  /// stream, or a lower memory_limit, all queries' contacts are. Contacts that are held (Query::hold_contacts) stay,
+  /// and count towards the limit. Throws as the constructor does.
   void set_options(const SceneOptions& options);
   /// What was set last.
   const SceneOptions& options() const;

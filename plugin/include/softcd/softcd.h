@@ -116,8 +116,8 @@ SOFTCD_EXPORT softcd_status softcd_scene_create(const softcd_scene_options* opti
 /** Ends detections that run. NULL is nothing to destroy. */
 SOFTCD_EXPORT void softcd_scene_destroy(softcd_scene* scene);
 
-/** Ends detections that were not waited for, whose contacts are lost; with another backend, device or stream all
- *  queries' contacts are. `options` may be NULL. Returns what softcd_scene_create() does. */
+/** Ends detections that were not waited for, whose contacts are lost; with another backend, device or stream, or a
+ *  lower memory_limit, all queries' contacts are. `options` may be NULL. Returns what softcd_scene_create() does. */
 SOFTCD_EXPORT softcd_status softcd_scene_set_options(softcd_scene* scene, const softcd_scene_options* options);
 
 /** The backend of the last detection, before the first one the expected: never SOFTCD_BACKEND_AUTOMATIC. */
