@@ -14,6 +14,7 @@ class Cells;
 struct Scheme {
   using Control = paper::Control;
   static constexpr bool kMayBePartitioned = false;
+  static constexpr bool kMayBeSwept = false;
   using Split = paper::Split;
   template <class Backend>
   using SplitCells =

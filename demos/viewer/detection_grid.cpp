@@ -29,6 +29,9 @@ std::vector<T> copy_of(const T* values, std::uint64_t count) {
 /// The CPU backend, which in passing writes down what it sees.
 class RecordingBackend : public CpuBackend {
  public:
+  /// It is the grid that is looked at.
+  static constexpr bool kSweepsFewTriangles = false;
+
   RecordingBackend(MemoryAccount& account, GridRecord* record) : CpuBackend(account), record_(*record) {}
 
   using CpuBackend::for_each;

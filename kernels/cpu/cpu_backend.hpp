@@ -35,6 +35,7 @@ class CpuBackend {
  public:
   /// Counts are in host memory: a list that overflowed can grow at once.
   static constexpr bool kKnowsCounts = true;
+  static constexpr bool kSweepsFewTriangles = true;
 
   /// What it keeps of one query.
   struct Session {};

@@ -33,6 +33,7 @@ namespace softcd {
 class CudaBackend {
  public:
   static constexpr bool kKnowsCounts = false;
+  static constexpr bool kSweepsFewTriangles = false;
 
   /// Enqueues on the caller's stream, or, when that is null, on one of its own.
   CudaBackend(MemoryAccount& account, cudaStream_t stream) : account_(account), stream_(stream) {

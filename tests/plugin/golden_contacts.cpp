@@ -130,7 +130,8 @@ std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& opti
   return {contacts.begin(), contacts.end()};
 }
 
-void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given given = Given::as_doubles) {
+void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given given = Given::as_doubles,
+                   float lambda = 0.0F) {
   const Scene scene = golden.scene.make();
   Hash hash;
   std::ostringstream ways;
@@ -140,6 +141,7 @@ void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given gi
     options.contact_rule = way.rule;
     options.motion_margin = way.motion_margin;
     options.max_threads = max_threads;
+    options.lambda = lambda;
     const std::vector<Contact> contacts = contacts_of(scene, options, given);
     EXPECT_FALSE(contacts.empty()) << way.name;
     hash.add(contacts);
@@ -158,6 +160,11 @@ TEST_P(GoldenContacts, are_the_same) {
 TEST_P(GoldenContacts, from_floats) {
   if (!are_floats(GetParam().scene.make())) GTEST_SKIP() << "positions that are no floats";
   expect_golden(GetParam(), 0, Given::as_floats);
+}
+
+// Most of the scenes have so few triangles that they are swept, unless cells are asked for.
+TEST_P(GoldenContacts, in_the_grid) {
+  expect_golden(GetParam(), 0, Given::as_doubles, 1.8F);
 }
 
 TEST_P(GoldenContacts, on_1_to_16_threads) {

@@ -40,7 +40,8 @@ struct QueryOptions {
   /// tests only, not the contacts.
   bool subdivision = true;
   /// Cell size of `exact` in units of the triangles' clipped mean bounding radius: useful 1.2 to 2.4, allowed 0.1 to
-  /// 100. 0 chooses 1.8, and more where triangles move many cells or have large margins.
+  /// 100. 0 chooses 1.8, and more where triangles move many cells or have large margins; on the CPU it also leaves out
+  /// the grid where that has up to 4096 triangles of much the same size.
   float lambda = 0.0F;
   /// Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
   /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0; 0 with StepEnd::t0.

@@ -38,13 +38,15 @@ struct Statistics {
   std::uint64_t active_triangles = 0;    ///< that can reach a partner: bodies' boxes and filters leave them in
   std::uint64_t left_out_triangles = 0;  ///< with a vertex that is not finite
   double mean_radius = 0;                ///< clipped mean of the active triangles' bounding radii
-  double cell_size = 0;                  ///< unit: the positions'
-  std::uint64_t split_triangles = 0;     ///< that are registered by their virtual children
-  std::uint64_t children = 0;            ///< virtual triangles that stand for the split ones
-  std::uint64_t big_triangles = 0;       ///< tested against all instead of through the grid
-  std::uint64_t entries = 0;             ///< (cell, triangle) registrations
-  std::uint64_t cells = 0;               ///< occupied
-  std::uint64_t tests = 0;               ///< enumerated triangle pairs
+  /// Unit: the positions'. 0 where the CPU sweeps a scene of few triangles along an axis instead: each active triangle
+  /// has one entry then, and there are no cells.
+  double cell_size = 0;
+  std::uint64_t split_triangles = 0;  ///< that are registered by their virtual children
+  std::uint64_t children = 0;         ///< virtual triangles that stand for the split ones
+  std::uint64_t big_triangles = 0;    ///< tested against all instead of through the grid
+  std::uint64_t entries = 0;          ///< (cell, triangle) registrations
+  std::uint64_t cells = 0;            ///< occupied
+  std::uint64_t tests = 0;            ///< enumerated triangle pairs
   /// Only pairs that an earlier detection had kept were tested: see QueryOptions::reuse_pairs. There are no entries and
   /// cells then, and mean_radius and cell_size are that detection's.
   bool reused_pairs = false;

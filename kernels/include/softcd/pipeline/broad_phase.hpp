@@ -4,6 +4,7 @@
 #include "softcd/pipeline/exact_cells.hpp"
 #include "softcd/pipeline/produce.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
+#include "softcd/pipeline/sweep_stages.hpp"
 #include "softcd/pipeline/workspace.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_assignment.hpp"
@@ -52,22 +53,12 @@ class BroadPhaseStages {
   /// only those that may meet where their triangles are at both ends of the step.
   enum class Wanted { overlapping_volumes, meeting_triangles };
   void prepare(Wanted wanted) {
-    const SizeHistograms sizes = measure_triangles();
-    Cells cells = this->cells();
-    backend_.run_once("choose_grid", cells.choose_grid(sizes));
-    backend_.begin(Stage::assignment);
-    cells.register_triangles();
-    if (cells.subdivides() && lists_.splits.capacity() > 0) {
-      backend_.begin(Stage::subdivision);
-      count_children();
-      cells.register_children(lists_.splits.count(counters_));
+    const bool compares_ends = scene_.is_swept && wanted == Wanted::meeting_triangles;
+    if constexpr (Backend::kSweepsFewTriangles && Scheme::kMayBeSwept) {
+      SweepStages<Backend, Scheme> sweep(backend_, w_, scene_, settings_);
+      if (compares_ends ? sweep.template prepare<true>() : sweep.template prepare<false>()) return;
     }
-    sort_entries();
-    if (scene_.is_swept && wanted == Wanted::meeting_triangles) {
-      prepare_entries<true>();
-    } else {
-      prepare_entries<false>();
-    }
+    prepare_grid(compares_ends);
   }
 
   /// A share of the pairs that meet in cells.
@@ -127,6 +118,25 @@ class BroadPhaseStages {
 
   Cells cells() { return {backend_, w_, scene_, settings_}; }
 
+  void prepare_grid(bool compares_ends) {
+    const SizeHistograms sizes = measure_triangles();
+    Cells cells = this->cells();
+    backend_.run_once("choose_grid", cells.choose_grid(sizes));
+    backend_.begin(Stage::assignment);
+    cells.register_triangles();
+    if (cells.subdivides() && lists_.splits.capacity() > 0) {
+      backend_.begin(Stage::subdivision);
+      count_children();
+      cells.register_children(lists_.splits.count(counters_));
+    }
+    sort_entries();
+    if (compares_ends) {
+      prepare_entries<true>();
+    } else {
+      prepare_entries<false>();
+    }
+  }
+
   SizeHistograms measure_triangles() {
     constexpr int kBins = MeasureTriangle::kHistograms * kSizeBins;
     w_.size_bins.reserve(backend_, kBins, 0);
@@ -156,10 +166,7 @@ class BroadPhaseStages {
 
   template <bool kSwept>
   void prepare_entries() {
-    w_.boxed_entries.reserve(backend_, lists_.entries.capacity(), 0);
-    w_.partner_begin.reserve(backend_, lists_.entries.capacity(), 0);
-    w_.partner_count.reserve(backend_, lists_.entries.capacity(), 0);
-    w_.test_offsets.reserve(backend_, lists_.entries.capacity(), 0);
+    w_.reserve_entries(backend_);
     const PrepareEntry<Control, kSwept> prepare_entry{scene_,
                                                       w_.volumes.data(),
                                                       kSwept ? w_.end_volumes.data() : nullptr,

@@ -21,6 +21,8 @@ struct ExactScheme {
   using Control = ExactControl;
   /// Several ranks may have a part each.
   static constexpr bool kMayBePartitioned = true;
+  /// Few triangles may be swept instead.
+  static constexpr bool kMayBeSwept = true;
   /// A triangle that is represented by children.
   using Split = SplitRoot;
   /// The list that children mark their cells on, before these are entries.

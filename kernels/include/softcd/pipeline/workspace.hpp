@@ -16,6 +16,7 @@
 #include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/split_cells.hpp"
+#include "softcd/stages/sweep.hpp"
 
 namespace softcd {
 
@@ -451,12 +452,21 @@ struct Workspace {
   Buffer<BoxedEntry> boxed_entries;
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
+  Buffer<Sweep> sweep;  ///< one, of a scene of few triangles
   // Per contact:
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
   // Per run of contacts:
   Buffer<std::uint32_t> run_counts;
   Buffer<std::uint64_t> run_begins;
+
+  /// Capacity for what is prepared of each entry.
+  void reserve_entries(Backend& backend) {
+    boxed_entries.reserve(backend, lists.entries.capacity(), 0);
+    partner_begin.reserve(backend, lists.entries.capacity(), 0);
+    partner_count.reserve(backend, lists.entries.capacity(), 0);
+    test_offsets.reserve(backend, lists.entries.capacity(), 0);
+  }
 };
 
 }  // namespace softcd

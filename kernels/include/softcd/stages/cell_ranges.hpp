@@ -23,6 +23,15 @@ SOFTCD_HD std::uint32_t partner_ranks(const SceneView& scene, std::uint32_t rank
   return scene.body_count <= 8U ? rank : rank + 1U;
 }
 
+/// The part of a triangle's BoxedBounds that stands for an axis.
+template <bool kSwept>
+SOFTCD_HD EndVolumes::Axis boxed_bounds(const Kdop18* volumes, const EndVolumes* end_volumes, int axis,
+                                        std::uint32_t t) {
+  if constexpr (kSwept) return end_volumes[t].axes[axis];
+  const Kdop18& volume = volumes[t];
+  return {volume.lo[axis], volume.hi[axis], volume.lo[3 + axis], volume.hi[3 + axis]};
+}
+
 /// Prepares each sorted entry for its tests: lays its triangle's boxes beside it, and finds where its cell begins and
 /// how many entries before it in the cell it may have to be tested with. Swept: by where triangles are at both ends of
 /// the step, else by `volumes`.
@@ -43,7 +52,9 @@ struct PrepareEntry {
     const Entry entry = entries[j];
     const std::uint32_t key = keys[j];
     BoxedBounds bounds;
-    for (int axis = 0; axis < 3; ++axis) bounds[axis] = bounds_along(axis, entry.root);
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds[axis] = boxed_bounds<kSwept>(volumes, end_volumes, axis, entry.root);
+    }
     const std::uint32_t offset = scene.has_batches ? scene.cell_offset(scene.triangle_body[entry.root]) : 0U;
     const std::uint32_t own_cell = moved_cell(key_cell(key), opposite_cell(offset));
     boxed_entries[j] = boxed<kSwept>(bounds, own_cell, grid->inverse_cell_size, entry);
@@ -58,13 +69,6 @@ struct PrepareEntry {
             : static_cast<std::uint32_t>(lower_bound_index<std::uint32_t>(keys, begin, j, cell + ranks));
     partner_begin[j] = begin;
     partner_count[j] = end - begin;
-  }
-
- private:
-  SOFTCD_HD EndVolumes::Axis bounds_along(int axis, std::uint32_t t) const {
-    if constexpr (kSwept) return end_volumes[t].axes[axis];
-    const Kdop18& volume = volumes[t];
-    return {volume.lo[axis], volume.hi[axis], volume.lo[3 + axis], volume.hi[3 + axis]};
   }
 };
 
