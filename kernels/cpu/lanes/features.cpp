@@ -207,10 +207,10 @@ struct Sizes {
   }
   /// Whether safe_scale() is 1 for all.
   HWY_INLINE bool are_ordinary() const {
-    const Float extent = larger(larger(a, b), c);
-    const Mask is_in_range = hn::And(hn::Ge(extent, all(0x1p-16F)), hn::Le(extent, all(0x1p+28F)));
-    return hn::AllTrue(Floats(), hn::Or(is_in_range, hn::Not(hn::Gt(extent, hn::Zero(Floats())))));
+    const Mask is_in_range = hn::And(hn::Ge(extent(), all(0x1p-16F)), hn::Le(extent(), all(0x1p+28F)));
+    return hn::AllTrue(Floats(), hn::Or(is_in_range, hn::Not(hn::Gt(extent(), hn::Zero(Floats())))));
   }
+  HWY_INLINE Float extent() const { return larger(larger(a, b), c); }
 };
 
 HWY_INLINE Sizes sizes(const RelativePair& pair) {
@@ -231,6 +231,30 @@ HWY_INLINE Mask certainly_apart(const RelativePair& pair, const Sizes& size, Flo
   const Float error = hn::Mul(all(detail::kCoefficientError<float>), size.volume());
   const Float height = hn::Sub(hn::Abs(dot(pair.a, plane)), error);
   return hn::And(size.has_volume(), cannot_reach(height, plane, size.reach(margin)));
+}
+
+/// certainly_outside_slab, of pairs whose scale is 1.
+HWY_INLINE Mask certainly_outside_slab(const RelativePair& pair, const Sizes& size, Float margin) {
+  const Float zero = hn::Zero(Floats());
+  const Vector normal = cross(pair.b, pair.c);
+  const Float product = hn::Mul(size.b, size.c);
+  const Float error = hn::Mul(all(kSlabCrossError), product);
+  const Float twice_area = hn::Sub(norm(normal), error);
+  const Float slack = hn::Mul(margin, hn::Sqrt(hn::Div(all(2.0F), twice_area)));
+  const Float rounding = hn::Mul(all(kSlabDifferenceError), size.extent());
+  const auto is_outside_along = [&](Float a, Float b, Float c, Float normal_along) {
+    const Float low = smaller(zero, smaller(b, c));
+    const Float high = larger(zero, larger(b, c));
+    const Float along_normal = hn::Mul(margin, hn::Div(hn::Add(hn::Abs(normal_along), error), twice_area));
+    const Float width = hn::Add(hn::Mul(slack, hn::Sub(high, low)), along_normal);
+    const Float beyond = hn::Add(hn::Mul(all(1.0001F), width), rounding);
+    return hn::Or(hn::Gt(hn::Sub(a, high), beyond), hn::Gt(hn::Sub(low, a), beyond));
+  };
+  const Mask is_outside = hn::Or(hn::Or(is_outside_along(pair.a.x, pair.b.x, pair.c.x, normal.x),
+                                        is_outside_along(pair.a.y, pair.b.y, pair.c.y, normal.y)),
+                                 is_outside_along(pair.a.z, pair.b.z, pair.c.z, normal.z));
+  const Mask has_area = hn::And(hn::Gt(twice_area, zero), hn::Ge(product, all(detail::smallest_product<float>())));
+  return hn::And(has_area, is_outside);
 }
 
 /// Whether all that lies between the two is further than `bound` to one side of 0.
@@ -272,6 +296,13 @@ HWY_INLINE std::uint64_t bits_of(Mask mask) {
   return bits[0] | (std::uint64_t{bits[1]} << 8);
 }
 
+HWY_INLINE Float slab_margins(const FeatureTest<ContactKind::vertex_triangle, false>& test,
+                              const FeatureCandidate* candidates) {
+  alignas(64) float margins[kLanes];
+  for (std::size_t i = 0; i < kLanes; ++i) margins[i] = test.slab_margin(candidates[i]);
+  return hn::Load(Floats(), margins);
+}
+
 /// Bits of as many candidates as registers have lanes.
 template <ContactKind kKind, bool kSwept>
 HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates) {
@@ -284,10 +315,6 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
   const Points t0 = kSwept ? Points(test.scene.x_t0, candidates) : t1;
   Mask is_apart = apart_on_straight_axes<kKind, kSwept>(t0, t1, hn::IfThenElseZero(has_margin, margin));
   if (hn::AllTrue(floats, is_apart)) return 0;
-  constexpr bool kIsOfSlabs = !kSwept && kKind == ContactKind::vertex_triangle;
-  if (kIsOfSlabs && test.scene.contact_rule == ContactRule::slab) {
-    return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
-  }
   const RelativePair pair_t1 = relative_pair<kKind>(t1);
   if constexpr (kSwept) {
     const RelativePair pair_t0 = relative_pair<kKind>(t0);
@@ -298,6 +325,11 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
     const Sizes size = sizes(pair_t1);
     if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
     is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      if (test.scene.contact_rule == ContactRule::slab && !hn::AllTrue(floats, is_apart)) {
+        is_apart = hn::Or(is_apart, certainly_outside_slab(pair_t1, size, slab_margins(test, candidates)));
+      }
+    }
   }
   if (!hn::AllTrue(floats, is_apart)) {
     is_apart = hn::Or(is_apart, apart_on_diagonal_axes<kKind, kSwept>(t0, t1, margin, has_margin));

@@ -105,6 +105,10 @@ struct TestProximity {
   }
 };
 
+/// Covers the roundings of the components of a cross product, and far more of what follows.
+constexpr float kSlabCrossError = 32.0F * epsilon<float>();
+constexpr float kSlabDifferenceError = 4.0F * epsilon<float>();
+
 /// Cheap and certain: true only where the vertex of `input` is in no contact with its triangle by ContactRule::slab,
 /// because it is out of the slab's box. The slab reaches d times the triangle's own extent beyond it along every axis,
 /// and the margin along the normal.
@@ -115,14 +119,11 @@ SOFTCD_HD inline bool certainly_outside_slab(const detail::RelativePair<float>& 
   const float margin = scale * input_margin;
   const Vec3f normal = cross(pair.b, pair.c);
   const float product = max_norm(pair.b) * max_norm(pair.c);
-  // Covers the roundings of the components of a cross product, and far more of what follows.
-  constexpr float kCrossError = 32.0F * epsilon<float>();
-  constexpr float kDifferenceError = 4.0F * epsilon<float>();
-  const float error = kCrossError * product;
+  const float error = kSlabCrossError * product;
   const float twice_area = norm(normal) - error;
   if (!(twice_area > 0.0F && product >= detail::smallest_product<float>())) return false;
   const float slack = margin * sqrtf(2.0F / twice_area);
-  const float rounding = kDifferenceError * (scale * extent);
+  const float rounding = kSlabDifferenceError * (scale * extent);
   bool is_outside = false;
   for (int axis = 0; axis < 3; ++axis) {
     const float low = smaller(0.0F, smaller(pair.b[axis], pair.c[axis]));

@@ -66,6 +66,11 @@ struct FeatureTest {
     return kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
   }
 
+  /// The margin within which ContactRule::slab finds contacts.
+  SOFTCD_HD float slab_margin(const FeatureCandidate& candidate) const {
+    return outward_up(contact_margin<kKind, float>(scene, candidate.vertices));
+  }
+
   /// False where the features, which pass the filter, are certain to stay apart.
   SOFTCD_HD bool keeps(const FeatureCandidate& candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
@@ -118,8 +123,7 @@ struct FeatureTest {
 
   SOFTCD_HD_SELDOM bool certainly_beside_slab(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return certainly_outside_slab(detail::relative_pair<kKind>(points.t1),
-                                  outward_up(contact_margin<kKind, float>(scene, candidate.vertices)));
+    return certainly_outside_slab(detail::relative_pair<kKind>(points.t1), slab_margin(candidate));
   }
 
   SOFTCD_HD_SELDOM bool certainly_apart_on_diagonals(FeatureCandidate candidate) const {
