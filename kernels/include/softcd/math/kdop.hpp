@@ -118,11 +118,6 @@ SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
 #ifdef SOFTCD_SSE2
 namespace detail {
 
-inline void store_three(float* out, __m128 x) {
-  _mm_storel_pi(reinterpret_cast<__m64*>(out), x);
-  _mm_store_ss(out + 2, _mm_movehl_ps(x, x));
-}
-
 /// Intervals along three axes.
 struct ThreeAxes {
   __m128 lo = _mm_set1_ps(FLT_MAX);
@@ -131,6 +126,10 @@ struct ThreeAxes {
   void extend(__m128 projections) {
     lo = _mm_min_ps(lo, projections);
     hi = _mm_max_ps(hi, projections);
+  }
+  void merge(const ThreeAxes& other) {
+    lo = _mm_min_ps(lo, other.lo);
+    hi = _mm_max_ps(hi, other.hi);
   }
   void inflate(float growth) {
     lo = outward_down(_mm_sub_ps(lo, _mm_set1_ps(growth)));
@@ -145,38 +144,71 @@ struct ThreeAxes {
 };
 
 }  // namespace detail
-#endif
+
+/// A triangle's volume in registers. A Kdop18 that was just written in pieces is slow to read in others.
+struct TriangleVolume {
+  detail::ThreeAxes straight, sums, differences;
+};
 
 /// The volume of a triangle's corners, grown by a ball of this radius.
-SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
-#ifdef SOFTCD_SSE2
-  detail::ThreeAxes straight, sums, differences;
+inline TriangleVolume grown_triangle(const Vec3f (&points)[3], float radius) {
+  TriangleVolume volume;
   for (const Vec3f& point : points) {
     const __m128 p = detail::lanes_of(point);
     const __m128 first = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 1, 0, 0));
     const __m128 second = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 2, 2, 1));
-    straight.extend(p);
-    sums.extend(_mm_add_ps(first, second));
-    differences.extend(_mm_sub_ps(first, second));
+    volume.straight.extend(p);
+    volume.sums.extend(_mm_add_ps(first, second));
+    volume.differences.extend(_mm_sub_ps(first, second));
   }
-  const bool is_empty = _mm_cvtss_f32(straight.hi) < _mm_cvtss_f32(straight.lo);
+  const bool is_empty = _mm_cvtss_f32(volume.straight.hi) < _mm_cvtss_f32(volume.straight.lo);
   if (radius > 0.0F && !is_empty) {
-    const AxisDistance distance = axis_distance(radius, straight.furthest());
-    straight.inflate(distance.straight);
-    sums.inflate(distance.diagonal);
-    differences.inflate(distance.diagonal);
+    const AxisDistance distance = axis_distance(radius, volume.straight.furthest());
+    volume.straight.inflate(distance.straight);
+    volume.sums.inflate(distance.diagonal);
+    volume.differences.inflate(distance.diagonal);
   }
-  Kdop18 dop;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
-  detail::store_three(dop.lo, straight.lo);
-  detail::store_three(dop.lo + 3, sums.lo);
-  detail::store_three(dop.lo + 6, differences.lo);
-  detail::store_three(dop.hi, straight.hi);
-  detail::store_three(dop.hi + 3, sums.hi);
-  detail::store_three(dop.hi + 6, differences.hi);
-  return dop;
+  return volume;
+}
+
+/// The volume that holds both.
+inline TriangleVolume merged(TriangleVolume a, const TriangleVolume& b) {
+  a.straight.merge(b.straight);
+  a.sums.merge(b.sums);
+  a.differences.merge(b.differences);
+  return a;
+}
+
+inline void store(Kdop18& dop, const TriangleVolume& volume) {
+  // Each piece's last lane is overwritten by the next one, the last one's lies in the padding.
+  static_assert(sizeof(Kdop18) >= (2 * kKdopAxes + 1) * sizeof(float));
+  float* const out = reinterpret_cast<float*>(&dop);
+  const detail::ThreeAxes* const axes[3] = {&volume.straight, &volume.sums, &volume.differences};
+  for (int i = 0; i < 3; ++i) _mm_storeu_ps(out + 3 * i, axes[i]->lo);
+  for (int i = 0; i < 3; ++i) _mm_storeu_ps(out + kKdopAxes + 3 * i, axes[i]->hi);
+}
+
+inline bool overlap(const Box& box, const TriangleVolume& volume) {
+  const __m128 below = _mm_cmple_ps(detail::lanes_of(box.lo), volume.straight.hi);
+  const __m128 above = _mm_cmple_ps(volume.straight.lo, detail::lanes_of(box.hi));
+  return (_mm_movemask_ps(_mm_and_ps(below, above)) & 7) == 7;
+}
 #else
+using TriangleVolume = Kdop18;
+
+SOFTCD_HD inline TriangleVolume grown_triangle(const Vec3f (&points)[3], float radius) {
   return generic::grown_volume(points, radius);
+}
+SOFTCD_HD inline void store(Kdop18& dop, const TriangleVolume& volume) {
+  dop = volume;
+}
 #endif
+
+/// As grown_triangle().
+SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
+  Kdop18 dop;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  store(dop, grown_triangle(points, radius));
+  return dop;
 }
 
 namespace generic {
@@ -203,13 +235,28 @@ SOFTCD_HD inline bool overlap(const Kdop18& a, const Kdop18& b) {
 #endif
 }
 
-/// Whether `inner` is not empty and lies within `outer`, borders included.
+namespace generic {
 SOFTCD_HD inline bool contains(const Kdop18& outer, const Kdop18& inner) {
   bool is_within = !is_empty(inner);
   for (int axis = 0; axis < kKdopAxes; ++axis) {
     is_within &= (outer.lo[axis] <= inner.lo[axis]) & (inner.hi[axis] <= outer.hi[axis]);
   }
   return is_within;
+}
+}  // namespace generic
+
+/// Whether `inner` is not empty and lies within `outer`, borders included.
+SOFTCD_HD inline bool contains(const Kdop18& outer, const Kdop18& inner) {
+#ifdef SOFTCD_SSE2
+  const auto within = [&](int axis) {
+    const __m128 is_above = _mm_cmple_ps(_mm_loadu_ps(outer.lo + axis), _mm_loadu_ps(inner.lo + axis));
+    const __m128 is_below = _mm_cmple_ps(_mm_loadu_ps(inner.hi + axis), _mm_loadu_ps(outer.hi + axis));
+    return _mm_and_ps(is_above, is_below);
+  };
+  return !is_empty(inner) && _mm_movemask_ps(_mm_and_ps(_mm_and_ps(within(0), within(4)), within(5))) == 15;
+#else
+  return generic::contains(outer, inner);
+#endif
 }
 
 /// The first three axes of the volume.

@@ -39,35 +39,39 @@ struct BoundTriangle {
   TriangleShape* shapes;
 
   SOFTCD_HD void operator()(std::uint32_t t) const {
-    Kdop18 volume = empty_kdop();
-    TriangleShape shape = {0.0F, 0.0F, 0U};
-    if ((scene.ownership[t] & kLeftOut) == 0U) bound(t, volume, shape);
-    volumes[t] = volume;
-    shapes[t] = shape;
+    if ((scene.ownership[t] & kLeftOut) == 0U && bound(t)) return;
+    volumes[t] = empty_kdop();
+    shapes[t] = {0.0F, 0.0F, 0U};
   }
 
  private:
-  SOFTCD_HD void bound(std::uint32_t t, Kdop18& out, TriangleShape& shape) const {
+  /// False, and nothing is written, where it is out of reach.
+  SOFTCD_HD bool bound(std::uint32_t t) const {
     const TriangleMotion motion = load_triangle(scene, t);
     const SceneBody& body = scene.bodies[scene.triangle_body[t]];
+    const float growth = growth_of(t, body);
+    const TriangleVolume at_t1 = grown_triangle(motion.t1, growth);
+    const TriangleVolume at_t0 = scene.is_swept ? grown_triangle(motion.t0, growth) : at_t1;
+    const TriangleVolume volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
+    if (!overlap(body.partner_box, volume)) return false;
+    store(volumes[t], volume);
+    if (scene.is_swept) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
+
+    float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;
+    if (scene.is_swept) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
+    shapes[t] = {radius, growth,
+                 scene.ownership[t] | (body.vertex_triangle ? kWantsVertexTriangle : 0U) |
+                     (body.edge_edge ? kWantsEdgeEdge : 0U)};
+    return true;
+  }
+
+  SOFTCD_HD float growth_of(std::uint32_t t, const SceneBody& body) const {
     float growth = body.margin;
     if (!scene.is_swept && scene.motion_margin > 0.0F) {
       for (const std::uint32_t v : scene.triangles[t].v)
         growth = larger(growth, outward_up(scene.vertex_margin<float>(v)));
     }
-    growth = scene.contact_distance(growth);
-    const Kdop18 at_t1 = grown_volume(motion.t1, growth);
-    const Kdop18 at_t0 = scene.is_swept ? grown_volume(motion.t0, growth) : at_t1;
-    const Kdop18 volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
-    if (!overlap(body.partner_box, volume)) return;
-    if (scene.is_swept) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
-
-    float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;
-    if (scene.is_swept) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
-    out = volume;
-    shape = {radius, growth,
-             scene.ownership[t] | (body.vertex_triangle ? kWantsVertexTriangle : 0U) |
-                 (body.edge_edge ? kWantsEdgeEdge : 0U)};
+    return scene.contact_distance(growth);
   }
 };
 
