@@ -53,9 +53,14 @@ bool ContactDetection::looks_at_way() const {
 void ContactDetection::start(Span<btSoftBody* const> bodies, const PairRule& rule) {
   BT_PROFILE("softcd contacts");
   mirror_.compare(bodies);
+  bool has_any = false;
   for (btSoftBody* body : bodies) {
-    if (has_vertex_face_contacts(kind_, *body)) require(*body);
+    if (!has_vertex_face_contacts(kind_, *body)) continue;
+    require(*body);
+    has_any = true;
   }
+  ticket_.reset();
+  if (!has_any && has_looked_at_nothing(query_)) return;
   query_.set_pair_filter(pair_filter(mirror_, rule));
   ticket_ = query_.start();
   query_.set_pair_filter({});
@@ -80,7 +85,7 @@ void ContactDetection::finish(bool looks_at_crossings) {
   BT_PROFILE("softcd contacts");
   releases_touches_ = looks_at_crossings && settings_.detection == Detection::ccd;
   edge_contacts_.clear();
-  const Span<const Contact> contacts = ticket_->wait();
+  const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);
   economy_.choose(kind_, mirror_, contacts, settings_, [this](const MemberContact& found) { return use_of(found); });

@@ -48,7 +48,7 @@ class ContactDetection {
   WorldMirror& mirror_;
   Settings settings_;
   Query query_;
-  std::optional<Ticket> ticket_;
+  std::optional<Ticket> ticket_;  ///< none where there is nothing to look for
   bool releases_touches_ = false;
   std::vector<EdgeContact> edge_contacts_;
   std::unordered_set<const btSoftBody*> spoilt_;  ///< of their nodes some are not finite, and more will be

@@ -156,7 +156,8 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
 }
 
 /// As they go when nothing is answered, with the obstacles in their way.
-void CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
+/// False where there are none.
+bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
   std::vector<btSoftBody*> looked_after;
   for (btSoftBody* body : bodies) {
     if (!has_vertex_face_contacts(kind_, *body)) continue;
@@ -168,12 +169,13 @@ void CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundi
     looked_after.push_back(body);
   }
   obstacles_.begin_step({looked_after.data(), looked_after.size()}, surroundings, time_step);
+  return !looked_after.empty();
 }
 
 bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
                              const Surroundings& surroundings) {
   BT_PROFILE("softcd crossings");
-  require(bodies, surroundings, time_step);
+  const bool has_any = require(bodies, surroundings, time_step);
   const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {
     return obstacles_.has(a) || obstacles_.has(b) ? obstacles_.collide(a, b) : rule(a, b);
   };
@@ -183,7 +185,8 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   tangled_.begin_step(mirror_, kind_);
   answers_ = {};
   impulses_.clear();
-  const std::vector<Impact> impacts = find_impacts(Pairs::all);
+  std::vector<Impact> impacts;
+  if (has_any || !has_looked_at_nothing(query_)) impacts = find_impacts(Pairs::all);
   try {
     if (!impacts.empty()) answer(impacts, time_step);
     if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);

@@ -65,7 +65,7 @@ class CrossingPrevention {
  private:
   bool is_let_go(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
-  void require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
+  bool require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
   void answer(std::vector<Impact> impacts, btScalar time_step);

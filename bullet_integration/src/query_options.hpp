@@ -33,4 +33,10 @@ inline QueryOptions continuous_options(const Settings& settings) {
   return options;
 }
 
+/// Whether the query's next detection may be left out where there is nothing to look for: its statistics say so
+/// already.
+inline bool has_looked_at_nothing(const Query& query) {
+  return query.statistics().bodies == 0;
+}
+
 }  // namespace softcd::bullet

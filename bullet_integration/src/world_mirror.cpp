@@ -160,6 +160,7 @@ void WorldMirror::remove_unmarked() noexcept {
 }
 
 void WorldMirror::compare(Span<btSoftBody* const> bodies) {
+  if (members_.empty()) return;
   tbb::parallel_for(std::size_t{0}, bodies.size(), [&](std::size_t i) {
     const auto known = members_.find(bodies[i]);
     if (known != members_.end()) compare(known->second);

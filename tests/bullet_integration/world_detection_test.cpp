@@ -70,5 +70,39 @@ TEST(WorldDetection, reports_contacts_crossings_and_rigid_meshes_of_the_deformab
   expect_reports(simulation, true);
 }
 
+/// Two sheets that touch, and from when on they ask for contacts.
+template <class AnySimulation>
+void expect_to_look_once_asked(AnySimulation& simulation, int flag) {
+  SheetOptions options;
+  options.margin = btScalar(0.02);
+  btSoftBody* sheets[2];
+  for (int i = 0; i < 2; ++i) {
+    options.height = btScalar(0.03) * btScalar(i);
+    sheets[i] = &simulation.add(make_sheet(simulation.world_info(), options));
+    sheets[i]->m_cfg.collisions &= ~(btSoftBody::fCollision::VF_SS | btSoftBody::fCollision::VF_DD);
+  }
+  const WorldDetection& detection = *simulation.detection();
+  simulation.step(kStep);
+  for (const DetectorReport& report : {detection.contacts(), detection.crossings()}) {
+    expect_nothing_done(report);
+    EXPECT_EQ(report.statistics().ms.total, 0.0) << "nothing asks for contacts, so that nothing is looked for";
+  }
+  for (btSoftBody* sheet : sheets) sheet->m_cfg.collisions |= flag;
+  simulation.step(kStep);
+  EXPECT_EQ(detection.contacts().statistics().bodies, 2U);
+  EXPECT_GT(detection.contacts().statistics().vt_contacts, 0U);
+  EXPECT_EQ(detection.crossings().statistics().bodies, 2U);
+  for (btSoftBody* sheet : sheets) sheet->m_cfg.collisions &= ~flag;
+  for (int step = 0; step < 2; ++step) simulation.step(kStep);
+  for (const DetectorReport& report : {detection.contacts(), detection.crossings()}) expect_nothing_done(report);
+}
+
+TEST(WorldDetection, looks_for_nothing_where_nothing_asks_for_contacts) {
+  Simulation classic(PlugIn::one_line_world, cpu_settings(Detection::ccd));
+  expect_to_look_once_asked(classic, btSoftBody::fCollision::VF_SS);
+  DeformableSimulation deformable(cpu_settings(Detection::ccd));
+  expect_to_look_once_asked(deformable, btSoftBody::fCollision::VF_DD);
+}
+
 }  // namespace
 }  // namespace softcd::test
