@@ -19,6 +19,29 @@ using Corners = std::array<Vec3d, 3>;
 /// Relative to what is computed with, whose terms have at most eight roundings each, six of them in a determinant.
 constexpr double kRounding = 1e-14;
 
+/// Relative to the distance of the furthest points: what is further apart along an axis does not touch, whatever
+/// rounding does.
+constexpr double kClearGap = 1e-12;
+
+/// Whether the first `count_a` points lie beyond the others along x, y or z, with a clear gap.
+template <std::size_t kCount>
+bool are_clear_along_an_axis(const std::array<Vec3d, kCount>& x, std::size_t count_a) {
+  double widest_gap = 0;
+  double extent = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    double low[2] = {x[0][axis], x[count_a][axis]};
+    double high[2] = {low[0], low[1]};
+    for (std::size_t i = 1; i < kCount; ++i) {
+      const int side = i < count_a ? 0 : 1;
+      low[side] = std::min(low[side], x[i][axis]);
+      high[side] = std::max(high[side], x[i][axis]);
+    }
+    widest_gap = std::max(widest_gap, std::max(low[0] - high[1], low[1] - high[0]));
+    extent = std::max(extent, std::max(high[0], high[1]) - std::min(low[0], low[1]));
+  }
+  return widest_gap > kClearGap * extent;
+}
+
 Vec3d place_of(const WorldMirror::Member& member, std::uint32_t node, NodePosition position) {
   const btVector3& x = member.body->m_nodes[static_cast<int>(node)].*position;
   return {double(x.x()), double(x.y()), double(x.z())};
@@ -235,6 +258,7 @@ class FeaturePair {
   double extent() const { return extent_; }
 
   std::optional<Touch> touch() const {
+    if (are_clear_along_an_axis(x_, count_a_)) return {};
     const ClosestPoints<double> closest = closest_points();
     if (!(closest.distance() <= kRounding * extent_)) return {};
     Touch touch;
@@ -295,13 +319,15 @@ bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, P
   return false;
 }
 
-/// Whether a face lies on one side of the other's plane, without touching it. False where rounding may have decided.
+/// Whether a face lies beyond the other along an axis, or on one side of its plane, without touching it. False where
+/// rounding may have decided.
 bool are_apart(const Corners& a, const Corners& b) {
   const auto is_beside = [](const Corners& face, const Corners& other) {
     const std::array<int, 3> sides = sides_of(face, Plane::through(other[0], other[1], other[2]));
     return sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0];
   };
-  return is_beside(a, b) || is_beside(b, a);
+  const std::array<Vec3d, 6> both = {a[0], a[1], a[2], b[0], b[1], b[2]};
+  return are_clear_along_an_axis(both, 3) || is_beside(a, b) || is_beside(b, a);
 }
 
 bool are_neighbours(const Fan& a, const Fan& b) {
