@@ -85,7 +85,9 @@ TEST_P(ConvexShapes, what_falls_with_100_metres_per_second_is_caught_by_a_corner
 /// let go then, and lifted from the first second on.
 class Gripper {
  public:
-  Gripper(World world, const std::optional<bullet::Settings>& settings, int flags) : simulation_(world, settings) {
+  Gripper(World world, const std::optional<bullet::Settings>& settings, int flags,
+          int flags_of_fingers = btCollisionObject::CF_KINEMATIC_OBJECT)
+      : simulation_(world, settings) {
     demo::ClothShape shape;
     shape.columns = shape.rows = 4;
     shape.position = [&](int column, int row) {
@@ -101,7 +103,7 @@ class Gripper {
     set_masses(0);
     for (std::size_t side = 0; side < 2; ++side) {
       fingers_[side] = &simulation_.add_rigid(make_small_box(), btVector3(0, 0, 0));
-      fingers_[side]->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+      fingers_[side]->setCollisionFlags(flags_of_fingers);
       fingers_[side]->setFriction(1);
       put(*fingers_[side], pose(side));
     }
@@ -149,6 +151,16 @@ TEST_P(ConvexShapes, a_gripper_holds_a_coarse_cloth) {
     EXPECT_GT(Gripper(GetParam(), test_settings(), 0).run(), 10);
     EXPECT_LT(Gripper(GetParam(), with_faces_and_edges(), 0).run(), 0.4);
     EXPECT_LT(Gripper(GetParam(), with_faces_and_edges(Detection::ccd), 0).run(), 0.4);
+  }
+}
+
+// Bullet's usual way to make a body of mass 0 kinematic leaves it static as well.
+TEST_P(ConvexShapes, of_a_gripper_may_be_static_and_kinematic) {
+  constexpr int kBoth = btCollisionObject::CF_STATIC_OBJECT | btCollisionObject::CF_KINEMATIC_OBJECT;
+  const int flag = btSoftBody::fCollision::SDF_RDF;
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    const bullet::Settings settings = with_faces_and_edges(detection);
+    EXPECT_EQ(Gripper(GetParam(), settings, flag, kBoth).run(), Gripper(GetParam(), settings, flag).run());
   }
 }
 
