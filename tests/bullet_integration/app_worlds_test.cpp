@@ -223,10 +223,12 @@ TEST_P(AppWorlds, tests_between_steps_report_what_bullets_do_and_disturb_nothing
     Collection collection(plug_in);
     const Crate crate(collection.world());
     for (btSoftBody* body : {&collection.sheets.lower(), &collection.sheets.upper()}) body->m_cfg.piterations = 2;
+    int contacts = 0;
     for (int step = 0; step < 5; ++step) {
       if (points >= 0) points += points_of_tests(collection.world());
-      EXPECT_GT(collection.sheets.step(), 0);
+      contacts += collection.sheets.step();
     }
+    EXPECT_GT(contacts, 0);
     return coordinates_of(collection.sheets.upper());
   };
   int without = -1;
