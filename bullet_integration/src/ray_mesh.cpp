@@ -1,7 +1,7 @@
 #include "ray_mesh.hpp"
 
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <type_traits>
 
 #include "softcd/mesh/given_positions.hpp"
@@ -18,7 +18,8 @@ Vec3<btScalar> vec3_of(const btVector3& x) {
 
 /// Of the same bytes, so that what is not a number equals itself.
 bool are_same(const Vec3<btScalar>& a, const btVector3& b) {
-  return std::memcmp(&a, &b.m_floats[0], sizeof a) == 0;
+  using Bits = std::array<std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>, 3>;
+  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(vec3_of(b));
 }
 
 }  // namespace
@@ -48,8 +49,7 @@ bool RayMesh::seems_up_to_date(const btSoftBody& body) const {
 
 bool RayMesh::is_up_to_date(const btSoftBody& body, std::uint32_t triangle) const {
   if (corners(body, triangle) != corners_[triangle]) return false;
-  for (int i = 0; i < 3; ++i) {
-    const std::uint32_t node = triangles_[triangle].v[i];
+  for (const std::uint32_t node : triangles_[triangle].v) {
     if (!are_same(positions_[node], body.m_nodes[static_cast<int>(node)].m_x)) return false;
   }
   return true;
