@@ -23,3 +23,10 @@
 #else
 #define SOFTCD_HD_LONG SOFTCD_HD_SELDOM
 #endif
+
+/// Before a loop of a function that is called seldom: unrolled on the device it would cost its callers registers.
+#if defined(__CUDA_ARCH__)
+#define SOFTCD_NOT_UNROLLED _Pragma("unroll 1")
+#else
+#define SOFTCD_NOT_UNROLLED
+#endif

@@ -58,9 +58,11 @@ struct ExactSide {
 /// direction . (start x way), rounded, of exactly its sign unless it underflows.
 SOFTCD_HD_LONG inline double exact_volume(const Vec3d& direction, const ExactSide& side) {
   ExactSum<96> sum;
+  SOFTCD_NOT_UNROLLED
   for (int axis = 0; axis < 3; ++axis) {
     const int next = axis == 2 ? 0 : axis + 1;
     const int last = axis == 0 ? 2 : axis - 1;
+    SOFTCD_NOT_UNROLLED
     for (int part = 0; part < 8; ++part) {
       const bool is_swapped = part >= 4;
       const DoubleDouble& start = side.start[is_swapped ? last : next];
@@ -83,6 +85,7 @@ SOFTCD_HD_LONG inline double exact_volume(const Vec3d& direction, const ExactSid
 SOFTCD_HD inline bool is_end_of(const ShearedRay& ray, Vec3f vertex) {
   bool is_begin = true;
   bool is_end = true;
+  SOFTCD_NOT_UNROLLED
   for (int axis = 0; axis < 3; ++axis) {
     const DoubleDouble way = exact_difference(static_cast<double>(vertex[axis]), ray.origin[axis]);
     is_begin &= way.hi == 0.0;
@@ -99,6 +102,7 @@ SOFTCD_HD_LONG inline double exact_area(const ShearedRay& ray, Vec3f p, Vec3f q)
   double start_size = 0.0;
   double way_size = 0.0;
   double rest = 0.0;
+  SOFTCD_NOT_UNROLLED
   for (int axis = 0; axis < 3; ++axis) {
     const auto from = static_cast<double>(p[axis]);
     side.start[axis] = exact_difference(from, ray.origin[axis]);
@@ -118,6 +122,7 @@ SOFTCD_HD_LONG inline double exact_area(const ShearedRay& ray, Vec3f p, Vec3f q)
     return area.value();
   }
   DoubleDouble volume{0.0, 0.0};
+  SOFTCD_NOT_UNROLLED
   for (int axis = 0; axis < 3; ++axis) {
     const int next = axis == 2 ? 0 : axis + 1;
     const int last = axis == 0 ? 2 : axis - 1;
