@@ -18,9 +18,13 @@ ProbeCore::~ProbeCore() {
   scene_->leave(*this);
 }
 
+void ProbeCore::require_scene() const {
+  if (scene_->is_closed()) throw Error("the Scene of this Probe is gone; make a Probe of a Scene that lives as long.");
+}
+
 template <class Answers, class Ask>
 Answers ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& ask) {
-  if (scene_->is_closed()) throw Error("the Scene of this Probe is gone; make a Probe of a Scene that lives as long.");
+  require_scene();
   if (questions >= kMostElements) {
     throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several.", questions));
   }
@@ -123,6 +127,7 @@ AnswerLists<ChangeIntersection> ProbeCore::intersections_after(Span<const QueryC
 }
 
 void ProbeCore::set_options(const ProbeOptions& options) {
+  require_scene();
   validate_options(options);
   options_ = options;
 }

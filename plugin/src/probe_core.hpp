@@ -46,6 +46,8 @@ class ProbeCore {
   template <class Answers, class Ask>
   Answers answers_about(Span<const QueryBodies> pairs, const Ask& ask);
   LookedAt looked_at() const;
+  /// Throws Error when the scene is gone.
+  void require_scene() const;
 
   std::shared_ptr<SceneCore> scene_;
   ProbeOptions options_;

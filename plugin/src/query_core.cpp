@@ -32,8 +32,12 @@ void QueryCore::end() noexcept {
   detection_.reset();
 }
 
-std::uint64_t QueryCore::start(Pairs pairs) {
+void QueryCore::require_scene() const {
   if (scene_->is_closed()) throw Error("the Scene of this Query is gone; make a Query of a Scene that lives as long.");
+}
+
+std::uint64_t QueryCore::start(Pairs pairs) {
+  require_scene();
   if (pairs > Pairs::changed) {
     throw InvalidInput(fmt::format("pairs is {}, which is none of its values; they count from 0 to 1.",
                                    static_cast<std::uint32_t>(pairs)));
@@ -117,6 +121,7 @@ void QueryCore::set_only_pairs(Span<const BodyPair> pairs) {
 }
 
 void QueryCore::set_options(const QueryOptions& options) {
+  require_scene();
   validate_options(options);
   end();
   has_contacts_ = false;

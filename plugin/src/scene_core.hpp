@@ -67,6 +67,8 @@ class QueryCore {
   friend class SceneCore;
 
   void end() noexcept;
+  /// Throws Error when the scene is gone.
+  void require_scene() const;
   void require_contacts_on_device() const;
   void require_unread(std::uint64_t number) const;
   PendingDetection finished(std::uint64_t number);

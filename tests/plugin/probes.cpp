@@ -163,6 +163,7 @@ TEST(Probes, say_what_is_wrong) {
   EXPECT_FALSE(taken.closest_point({}).has_point());
   scene.reset();
   EXPECT_THAT(error_of([&] { taken.closest_point({}); }), HasSubstr("the Scene of this Probe is gone"));
+  EXPECT_THAT(error_of([&] { taken.set_options({}); }), HasSubstr("the Scene of this Probe is gone"));
 }
 
 TEST(Probes, have_positions_read_even_where_they_fail) {

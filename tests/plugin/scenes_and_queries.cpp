@@ -264,6 +264,7 @@ TEST(Tickets, say_what_is_gone) {
   filled.reset();
   EXPECT_THAT(error_of([&] { of_gone_scene.wait(); }), HasSubstr("Scene is gone"));
   EXPECT_THAT(error_of([&] { query->detect(); }), HasSubstr("Scene of this Query is gone"));
+  EXPECT_THAT(error_of([&] { query->set_options({}); }), HasSubstr("Scene of this Query is gone"));
   EXPECT_EQ(query->statistics().vt_contacts, count);
   EXPECT_FALSE(query->explain().empty());
   Ticket taken = std::move(of_gone_scene);

@@ -107,7 +107,7 @@ class SOFTCD_EXPORT Probe {
   /// The same for one change.
   Span<const ChangeIntersection> intersections_after(const QueryChange& change);
 
-  /// Throws as the constructor does.
+  /// Throws as the constructor does, and Error when the scene is gone.
   void set_options(const ProbeOptions& options);
   /// What was set last.
   const ProbeOptions& options() const;

@@ -160,7 +160,8 @@ class SOFTCD_EXPORT Query {
   /// start() and Ticket::wait_on_device() in one.
   DeviceContacts detect_on_device(Pairs pairs = Pairs::all);
 
-  /// A detection of the query that runs is ended, and its contacts are lost. Throws as the constructor does.
+  /// A detection of the query that runs is ended, and its contacts are lost. Throws as the constructor does, and Error
+  /// when the scene is gone.
   void set_options(const QueryOptions& options);
   /// What was set last.
   const QueryOptions& options() const;
