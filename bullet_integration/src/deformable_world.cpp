@@ -33,8 +33,9 @@ void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayRes
 }
 
 void DeformableWorld::predict(btScalar time_step) {
-  const TreesOutOfSight out_of_sight(getSoftBodyArray(), &btSoftBody::m_ndbvt);
+  // Destroyed last: it builds node trees where those out of sight are back.
   const FaceTreesUnbuilt unbuilt(getSoftBodyArray());
+  const TreesOutOfSight out_of_sight(getSoftBodyArray(), &btSoftBody::m_ndbvt);
   predictUnconstraintMotion(time_step);
 }
 

@@ -1,10 +1,13 @@
 #include "native_trees.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <new>
+#include <tuple>
 #include <utility>
 
 #include "softcd/bullet/world_detection.hpp"
+#include "tree_shape.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -26,10 +29,96 @@ btDbvtVolume volume_of(const btSoftBody::Face& face) {
   return btDbvtVolume::FromPoints(points, 3);
 }
 
-void insert_faces(btSoftBody& body) {
+btDbvtVolume volume_of(const btSoftBody::Node& node) {
+  return btDbvtVolume::FromCR(node.m_x, 0);
+}
+
+TreeShape node_tree_shape(const btSoftBody& body) {
+  std::vector<std::pair<int, int>> pairs;
+  const auto index_of = [&](const btSoftBody::Node* node) { return static_cast<int>(node - &body.m_nodes[0]); };
+  for (int i = 0; i < body.m_links.size(); ++i) {
+    pairs.emplace_back(index_of(body.m_links[i].m_n[0]), index_of(body.m_links[i].m_n[1]));
+  }
+  return tree_shape({body.m_nodes.size(), pairs});
+}
+
+/// Faces at a common edge are neighbours; of more than two there, those that follow each other in the body.
+TreeShape face_tree_shape(const btSoftBody& body) {
+  struct Side {
+    const btSoftBody::Node* ends[2];
+    int face;
+  };
+  std::vector<Side> sides;
   for (int i = 0; i < body.m_faces.size(); ++i) {
-    btSoftBody::Face& face = body.m_faces[i];
-    face.m_leaf = body.m_fdbvt.insert(volume_of(face), &face);
+    for (int corner = 0; corner < 3; ++corner) {
+      const auto [first, second] =
+          std::minmax(body.m_faces[i].m_n[corner], body.m_faces[i].m_n[(corner + 1) % 3], std::less<>());
+      sides.push_back({{first, second}, i});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.ends[0], a.ends[1], a.face) < std::tie(b.ends[0], b.ends[1], b.face);
+  });
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 1; i < sides.size(); ++i) {
+    if (std::equal(sides[i].ends, sides[i].ends + 2, sides[i - 1].ends)) {
+      pairs.emplace_back(sides[i - 1].face, sides[i].face);
+    }
+  }
+  NeighbourLists lists(body.m_faces.size(), pairs);
+  lists.sort();
+  return tree_shape(std::move(lists));
+}
+
+/// Replaces the tree by one with a leaf for each of `things`.
+template <class Things>
+void build_tree(btDbvt& tree, Things& things, const TreeShape& shape) {
+  std::vector<btDbvtNode*> nodes(static_cast<std::size_t>(things.size()) + shape.size());
+  if (nodes.empty()) return;
+  tree.clear();
+  std::size_t added = 0;
+  const auto add = [&] {
+    auto* node = new (btAlignedAlloc(sizeof(btDbvtNode), 16)) btDbvtNode;
+    node->parent = nullptr;
+    node->childs[1] = nullptr;
+    return nodes[added++] = node;
+  };
+  for (int i = 0; i < things.size(); ++i) {
+    btDbvtNode* leaf = add();
+    leaf->volume = volume_of(things[i]);
+    leaf->data = &things[i];
+    things[i].m_leaf = leaf;
+  }
+  for (const auto& children : shape) {
+    btDbvtNode* node = add();
+    node->childs[0] = nodes[static_cast<std::size_t>(children.first)];
+    node->childs[1] = nodes[static_cast<std::size_t>(children.second)];
+    for (btDbvtNode* child : node->childs) child->parent = node;
+    Merge(node->childs[0]->volume, node->childs[1]->volume, node->volume);
+  }
+  tree.m_root = nodes.back();
+  tree.m_leaves = things.size();
+}
+
+/// Gives the body the node tree that Bullet's prediction builds together with a face tree. Where memory does not
+/// suffice the tree stays as it is.
+void rebuild_node_tree(btSoftBody& body) {
+  try {
+    build_tree(body.m_ndbvt, body.m_nodes, node_tree_shape(body));
+  } catch (const std::bad_alloc&) {
+    return;
+  }
+}
+
+/// The body has no face tree. Where memory does not suffice it gets one of another shape than Bullet's.
+void add_face_tree(btSoftBody& body) {
+  try {
+    build_tree(body.m_fdbvt, body.m_faces, face_tree_shape(body));
+  } catch (const std::bad_alloc&) {
+    for (int i = 0; i < body.m_faces.size(); ++i) {
+      btSoftBody::Face& face = body.m_faces[i];
+      face.m_leaf = body.m_fdbvt.insert(volume_of(face), &face);
+    }
   }
 }
 
@@ -44,7 +133,7 @@ btDbvntNode* copy_with_normals(const btDbvtNode* node) {
 }
 
 void build_face_tree(btSoftBody& body) {
-  insert_faces(body);
+  add_face_tree(body);
   delete body.m_fdbvnt;
   body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
 }
@@ -78,6 +167,7 @@ void hide_rigid_deformable_flag(btSoftBody& body) {
 }
 
 void restore_rigid_deformable_flag(btSoftBody& body) {
+  if ((body.m_cfg.collisions & kHiddenRigidDeformable) != 0) rebuild_node_tree(body);
   replace_bits(body.m_cfg.collisions, kHiddenRigidDeformable, Flags::SDF_RD);
 }
 
@@ -200,7 +290,7 @@ void refit_deformable_trees(btSoftBody& body) {
   body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
   const int with_faces = Flags::SDF_RDF | Flags::SDF_MDF;
   if ((body.m_cfg.collisions & with_faces) == 0 || !body.m_fdbvt.empty()) return;
-  insert_faces(body);
+  add_face_tree(body);
   // Its twin with normals serves only Bullet's self-collision, and is of faces that may be gone.
   delete body.m_fdbvnt;
   body.m_fdbvnt = nullptr;

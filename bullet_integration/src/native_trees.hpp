@@ -58,7 +58,8 @@ class TreesOutOfSight {
   bool succeeded_ = false;
 };
 
-/// The same of SDF_RD: the deformable world's prediction then builds no face tree.
+/// The same of SDF_RD: the deformable world's prediction then builds no face tree. Where the flag was hidden, restoring
+/// it builds the node tree that the prediction would have built.
 void hide_rigid_deformable_flag(btSoftBody& body);
 void restore_rigid_deformable_flag(btSoftBody& body);
 
@@ -83,6 +84,7 @@ class FaceTreesAway {
 };
 
 /// The deformable world's prediction builds no face tree, quadratic in the faces, between construction and destruction.
+/// The node trees that it would have built come with the destruction.
 class FaceTreesUnbuilt {
  public:
   /// The array stays as it is.

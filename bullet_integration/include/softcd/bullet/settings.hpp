@@ -94,7 +94,7 @@ struct Settings {
   /// than both bodies' margins plus twice the distance that the node moves in the step. Beyond both margins a contact
   /// is given only if the next step would bring the pair within them, moving as in this one: Bullet's trees find few of
   /// the others, which would throw apart what moves along together. Deformable world: at the start of the step, by
-  /// ContactRule::slab.
+  /// ContactRule::slab, where the boxes of node and face overlap in Bullet's trees.
   /// ccd: the motion of the whole step is tested, so that nothing passes through however fast it is. In the classic
   /// worlds instead of the rule above: the margin does not grow with speed; in the deformable world after it. Last of
   /// all, in either, what is on its way through something (nodes through faces; with EdgeContacts::respond edges
@@ -143,7 +143,7 @@ struct Settings {
   /// for what hits them, which Bullet's classic solver pulls back through it. With `ccd` a cloth of 4 * 4 nodes that is
   /// held at its corners kept a box of twice its mass from heights up to 1.5 m, but none of ten times; one of 6 * 6
   /// nodes kept a box of half its mass, but none of twice. Bullet's own test kept none of them. In the deformable world
-  /// one of 6 * 6 nodes kept 36 of 39 boxes of ten times its mass, and 37 with Bullet alone: see docs/limits.md.
+  /// one of 6 * 6 nodes kept 33 of 39 boxes of ten times its mass, and 37 with `nodes`, as with Bullet alone.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback decide about pairs of
   /// soft bodies too. Bullet asks nobody there; the classic worlds always ask.
