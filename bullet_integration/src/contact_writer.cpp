@@ -131,12 +131,49 @@ btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& 
   return !bounds_volume && face.m_normal.dot(node.m_x - face.m_n[2]->m_x) < 0 ? -face.m_normal : face.m_normal;
 }
 
-/// Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node shares no node
-/// with it. Nodes that no face has do not touch their own body's faces.
-bool is_away_from(const BodyMesh& mesh, std::uint32_t node, std::uint32_t face) {
+/// A leaf of Bullet's face tree: the box around the face's predicted motion, enlarged by its body's margin.
+btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
+  btVector3 ends[6];
+  for (int i = 0; i < 3; ++i) {
+    ends[i] = face.m_n[i]->m_x;
+    ends[3 + i] = face.m_n[i]->m_q;
+  }
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  btDbvtVolume box = btDbvtVolume::FromPoints(ends, 6);
+  box.Expand(btVector3(margin, margin, margin));
+  return box;
+}
+
+/// The same of Bullet's node tree.
+btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
+  const btVector3 ends[] = {node.m_x, node.m_q};
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  btDbvtVolume box = btDbvtVolume::FromPoints(ends, 2);
+  box.Expand(btVector3(margin, margin, margin));
+  return box;
+}
+
+/// Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node is near it and
+/// shares no node with it. Nodes that no face has do not touch their own body's faces.
+bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::uint32_t face) {
+  const BodyMesh& mesh = member.mesh;
+  const auto box = [&](std::uint32_t each) {
+    return box_of(*member.body, member.body->m_faces[static_cast<int>(each)]);
+  };
   const auto first = mesh.faces_of_nodes.begin();
-  return std::any_of(first + mesh.first_face_of_node[node], first + mesh.first_face_of_node[node + 1],
-                     [&](std::uint32_t other) { return !share_vertex(mesh.triangles[other], mesh.triangles[face]); });
+  return std::any_of(
+      first + mesh.first_face_of_node[node], first + mesh.first_face_of_node[node + 1], [&](std::uint32_t other) {
+        return !share_vertex(mesh.triangles[other], mesh.triangles[face]) && Intersect(box(other), box(face));
+      });
+}
+
+/// Bullet finds contacts by its trees. ContactRule::slab reaches farther beyond the edges of a face that is small
+/// compared with the margins, and there the face would push away what is not over it.
+bool are_near_for_bullet(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  if (&found.a == &found.b) return has_face_near(found.a, contact.feature_a, contact.feature_b);
+  return Intersect(box_of(*found.a.body, node_of(*found.a.body, contact.feature_a)),
+                   box_of(*found.b.body, found.b.body->m_faces[static_cast<int>(contact.feature_b)]));
 }
 
 /// How node and face move towards each other in the step, along the contact's normal.
@@ -282,10 +319,8 @@ bool may_close(const MemberContact& found) {
 }
 
 bool is_deformable_contact(const MemberContact& found) {
-  if (!found.a.body->isActive()) return false;
+  if (!found.a.body->isActive() || !are_near_for_bullet(found)) return false;
   const Contact& contact = found.contact;
-  const bool is_within = &found.a == &found.b;
-  if (is_within && !is_away_from(found.a.mesh, contact.feature_a, contact.feature_b)) return false;
   const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
   const btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
   return have_velocities(node, face) && node.m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;

@@ -85,5 +85,23 @@ TEST_P(DeformableRigidContacts, move_a_cloth_bit_by_bit_as_in_bullet_alone) {
   }
 }
 
+/// Until the first contact of the ball nothing differs. ContactRule::slab alone reaches it a step before.
+TEST_P(DeformableRigidContacts, leave_a_soft_ball_beside_them_bullets_contacts) {
+  Trampoline ours(GetParam(), 21, 60);
+  Trampoline bullets(Detector::bullet, 21, 60);
+  for (Trampoline* each : {&ours, &bullets}) {
+    each->add_ball(btVector3(btScalar(1.2), btScalar(0.6), 0));
+    each->add_rigid(std::make_unique<btSphereShape>(btScalar(0.5)), btVector3(0, btScalar(0.6), 0), 8);
+  }
+  NodeFaceSet of_bullet;
+  for (int step = 0; step < 100 && of_bullet.empty(); ++step) {
+    ours.step(1);
+    bullets.step(1);
+    of_bullet = contacts_in(bullets.bodies());
+    ASSERT_EQ(contacts_in(ours.bodies()), of_bullet) << "step " << step;
+  }
+  EXPECT_FALSE(of_bullet.empty());
+}
+
 }  // namespace
 }  // namespace softcd::test

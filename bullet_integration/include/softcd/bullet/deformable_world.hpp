@@ -11,8 +11,9 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
 /// softcd. The app changes the line that creates its world.
 ///
-/// The contacts are those that Bullet's rule gives over all pairs of nodes and faces, each once, in Bullet's own
-/// m_faceNodeContacts: Bullet's trees miss some and enter those within a body several times. With Settings::detection
+/// The contacts are those that Bullet's rule gives over all pairs of nodes and faces whose boxes in Bullet's trees
+/// overlap, each once, in Bullet's own m_faceNodeContacts: Bullet enters those within a body several times, and its
+/// cones of normals leave some out. With Settings::detection
 /// ccd, bodies that move through each other in a step are stopped; Bullet's own continuous pass has no effect on the
 /// motion, and is not run.
 ///
@@ -20,9 +21,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// runs repeat from process to process, not within one.
 ///
 /// Face trees are built for bodies with SDF_RDF or SDF_MDF that are close to a rigid one, and by btSoftBody's own ray
-/// tests; only those are refitted. Node trees are for bodies whose boxes overlap a rigid one's. The trees have
-/// other shapes than Bullet's, and so contacts with rigid bodies, the same ones, come in another order, which Bullet's
-/// solver is sensitive to.
+/// tests; only those are refitted. Node trees are refitted for bodies whose boxes overlap a rigid one's. The trees have
+/// the shape of Bullet's, and so contacts with rigid bodies come in Bullet's order, which its solver is sensitive to.
 ///
 /// A body that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
 class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
