@@ -46,11 +46,22 @@ bool can_be_solved(const btSoftBody& body, IsPresent is_present) {
   return true;
 }
 
+/// Whether a node is deeper than the body's margin, where the next step could find it on the other side.
+bool has_deep_node(const btSoftBody& body) {
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  for (int i = 0; i < body.m_rcontacts.size(); ++i) {
+    const btSoftBody::RContact& contact = body.m_rcontacts[i];
+    if (contact.m_node->m_x.dot(contact.m_cti.m_normal) + contact.m_cti.m_offset < -margin) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void LateImpulses::clear() {
   rigid_.clear();
   soft_.clear();
+  on_meshes_.clear();
 }
 
 void LateImpulses::add(btSoftBody& soft, const btCollisionObject& object) {
@@ -59,6 +70,10 @@ void LateImpulses::add(btSoftBody& soft, const btCollisionObject& object) {
   const bool is_known =
       std::any_of(rigid_.begin(), rigid_.end(), [&](const Rigid& rigid) { return rigid.body == body; });
   if (body != nullptr && body->getInvMass() > 0 && !is_known) rigid_.push_back({body, {}, {}});
+}
+
+void LateImpulses::add_on_mesh(btSoftBody& soft) {
+  if (std::find(on_meshes_.begin(), on_meshes_.end(), &soft) == on_meshes_.end()) on_meshes_.push_back(&soft);
 }
 
 void LateImpulses::keep_velocities() {
@@ -70,7 +85,8 @@ void LateImpulses::keep_velocities() {
 
 void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_step, ContactImpulses* impulses) {
   std::unordered_set<const btCollisionObject*> present;
-  for (int i = 0; !soft_.empty() && i < objects.size(); ++i) present.insert(objects[i]);
+  const bool is_asked = !soft_.empty() || !on_meshes_.empty();
+  for (int i = 0; is_asked && i < objects.size(); ++i) present.insert(objects[i]);
   const auto is_present = [&](const btCollisionObject* object) { return present.count(object) != 0; };
   for (btSoftBody* body : soft_) {
     if (!is_present(body) || !can_be_solved(*body, is_present)) continue;
@@ -78,6 +94,11 @@ void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_s
         impulses != nullptr ? impulses->find(*body, ContactArray::rigid_node) : nullptr;
     const bool are_these = known != nullptr && known->size() == static_cast<std::size_t>(body->m_rcontacts.size());
     solve_contacts(*body, are_these ? known : nullptr);
+  }
+  for (btSoftBody* body : on_meshes_) {
+    const bool is_solved = std::find(soft_.begin(), soft_.end(), body) != soft_.end();
+    if (is_solved || !is_present(body) || !can_be_solved(*body, is_present)) continue;
+    if (has_deep_node(*body)) solve_contacts(*body);
   }
   for (const Rigid& rigid : rigid_) {
     if (!is_present(rigid.body)) continue;

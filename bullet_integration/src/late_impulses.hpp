@@ -9,15 +9,19 @@
 
 namespace softcd::bullet {
 
-/// What ends a step of Bullet's classic worlds where soft bodies and convex shapes have met on their way. Bullet moves
-/// rigid bodies first and solves soft bodies then, so that what stops a rigid body does so from the next step on, when
-/// it is through; and solves contacts before links, which pull nodes back through what they were pushed out of. Here
-/// contacts are solved once more, last of all, and rigid bodies go back to where their new velocities would have led.
+/// What ends a step of Bullet's classic worlds where soft bodies and convex shapes have met on their way.
+/// Bullet moves rigid bodies first and solves soft bodies then, so that what stops a rigid body does so from the next
+/// step on, when it is through; and solves contacts before links, which pull nodes back through what they were pushed
+/// out of. Here contacts are solved once more, last of all, and rigid bodies go back to where their new velocities
+/// would have led.
 class LateImpulses {
  public:
   void clear();
   /// Throws std::bad_alloc. Each may be told several times.
   void add(btSoftBody& soft, const btCollisionObject& object);
+  /// For a body with contacts on rigid meshes: solves them once more where the links have pulled a node deeper than the
+  /// body's margin. Throws std::bad_alloc.
+  void add_on_mesh(btSoftBody& soft);
 
   /// When rigid bodies have been moved, before soft bodies are solved.
   void keep_velocities();
@@ -32,6 +36,7 @@ class LateImpulses {
   };
   std::vector<Rigid> rigid_;
   std::vector<btSoftBody*> soft_;
+  std::vector<btSoftBody*> on_meshes_;  ///< solved once more only where they are deep
 };
 
 }  // namespace softcd::bullet

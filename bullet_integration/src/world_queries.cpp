@@ -49,6 +49,9 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
   PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
   const bool has_found = rigid_meshes.run(settings_, [&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
+    for (const MeshPair& pair : collected.pairs) {
+      if (kind_.moves_rigid_bodies_first) late_impulses_.add_on_mesh(*pair.soft);
+    }
     detection.find_contacts(collected.pairs, gate.info().m_timeStep);
   });
   if (has_found) return;
@@ -58,7 +61,6 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
   ConvexPairs::Collected collected = convex_pairs_->take();
   PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
-  late_impulses_.clear();
   convex_shapes.run(settings_, [&](ConvexDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     detection.find_contacts(collected.pairs, gate.info().m_timeStep);

@@ -54,6 +54,7 @@ class WorldQueries {
       if (settings_.convex_shapes != ConvexShapes::nodes) convex.emplace(*dispatcher, convex_pairs_);
       process_natively();
     }
+    late_impulses_.clear();
     // First, while the arrays have nothing but Bullet's own contacts, of which it may take some out.
     if (settings_.convex_shapes != ConvexShapes::nodes) find_convex_contacts(gate);
     if (settings_.rigid_meshes) find_mesh_contacts(*dispatcher, gate);
