@@ -88,17 +88,19 @@ void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_s
   const bool is_asked = !soft_.empty() || !on_meshes_.empty();
   for (int i = 0; is_asked && i < objects.size(); ++i) present.insert(objects[i]);
   const auto is_present = [&](const btCollisionObject* object) { return present.count(object) != 0; };
-  for (btSoftBody* body : soft_) {
-    if (!is_present(body) || !can_be_solved(*body, is_present)) continue;
+  const auto solve = [&](btSoftBody& body) {
     std::vector<ContactImpulses::Impulse>* known =
-        impulses != nullptr ? impulses->find(*body, ContactArray::rigid_node) : nullptr;
-    const bool are_these = known != nullptr && known->size() == static_cast<std::size_t>(body->m_rcontacts.size());
-    solve_contacts(*body, are_these ? known : nullptr);
+        impulses != nullptr ? impulses->find(body, ContactArray::rigid_node) : nullptr;
+    const bool are_these = known != nullptr && known->size() == static_cast<std::size_t>(body.m_rcontacts.size());
+    solve_contacts(body, are_these ? known : nullptr);
+  };
+  for (btSoftBody* body : soft_) {
+    if (is_present(body) && can_be_solved(*body, is_present)) solve(*body);
   }
   for (btSoftBody* body : on_meshes_) {
     const bool is_solved = std::find(soft_.begin(), soft_.end(), body) != soft_.end();
     if (is_solved || !is_present(body) || !can_be_solved(*body, is_present)) continue;
-    if (has_deep_node(*body)) solve_contacts(*body);
+    if (has_deep_node(*body)) solve(*body);
   }
   for (const Rigid& rigid : rigid_) {
     if (!is_present(rigid.body)) continue;
