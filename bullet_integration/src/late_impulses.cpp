@@ -1,7 +1,6 @@
 #include "late_impulses.hpp"
 
 #include <algorithm>
-#include <unordered_set>
 
 #include "LinearMath/btTransformUtil.h"
 #include "one_by_one.hpp"
@@ -25,9 +24,9 @@ void solve_once(btSoftBody& body, std::vector<ContactImpulses::Impulse>* impulse
   }
 }
 
-void solve_contacts(btSoftBody& body, std::vector<ContactImpulses::Impulse>* impulses) {
-  std::vector<btVector3> before;
-  before.reserve(static_cast<std::size_t>(body.m_nodes.size()));
+/// `before` has room for the body's nodes.
+void solve_contacts(btSoftBody& body, std::vector<btVector3>& before, std::vector<ContactImpulses::Impulse>* impulses) {
+  before.clear();
   for (int i = 0; i < body.m_nodes.size(); ++i) before.push_back(body.m_nodes[i].m_x);
   for (int round = 0; round < kRounds; ++round) solve_once(body, impulses);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
@@ -36,12 +35,18 @@ void solve_contacts(btSoftBody& body, std::vector<ContactImpulses::Impulse>* imp
   }
 }
 
+bool is_among(const btCollisionObjectArray& objects, const btCollisionObject* object) {
+  return objects.findLinearSearch(const_cast<btCollisionObject*>(object)) != objects.size();
+}
+
 /// Where a body is to drift back the solver has put its result in place of where the nodes started.
-template <class IsPresent>
-bool can_be_solved(const btSoftBody& body, IsPresent is_present) {
-  if (!body.isActive() || body.m_cfg.diterations > 0) return false;
+bool can_be_solved(const btSoftBody& body, const btCollisionObjectArray& objects) {
+  if (!is_among(objects, &body) || !body.isActive() || body.m_cfg.diterations > 0) return false;
+  const btCollisionObject* last_seen = nullptr;  // contacts with one object follow each other
   for (int i = 0; i < body.m_rcontacts.size(); ++i) {
-    if (!is_present(body.m_rcontacts[i].m_cti.m_colObj)) return false;
+    const btCollisionObject* const object = body.m_rcontacts[i].m_cti.m_colObj;
+    if (object != last_seen && !is_among(objects, object)) return false;
+    last_seen = object;
   }
   return true;
 }
@@ -65,6 +70,7 @@ void LateImpulses::clear() {
 }
 
 void LateImpulses::add(btSoftBody& soft, const btCollisionObject& object) {
+  before_.reserve(static_cast<std::size_t>(soft.m_nodes.size()));
   if (std::find(soft_.begin(), soft_.end(), &soft) == soft_.end()) soft_.push_back(&soft);
   auto* body = const_cast<btRigidBody*>(btRigidBody::upcast(&object));
   const bool is_known =
@@ -73,6 +79,7 @@ void LateImpulses::add(btSoftBody& soft, const btCollisionObject& object) {
 }
 
 void LateImpulses::add_on_mesh(btSoftBody& soft) {
+  before_.reserve(static_cast<std::size_t>(soft.m_nodes.size()));
   if (std::find(on_meshes_.begin(), on_meshes_.end(), &soft) == on_meshes_.end()) on_meshes_.push_back(&soft);
 }
 
@@ -84,26 +91,25 @@ void LateImpulses::keep_velocities() {
 }
 
 void LateImpulses::answer(const btCollisionObjectArray& objects, btScalar time_step, ContactImpulses* impulses) {
-  std::unordered_set<const btCollisionObject*> present;
-  const bool is_asked = !soft_.empty() || !on_meshes_.empty();
-  for (int i = 0; is_asked && i < objects.size(); ++i) present.insert(objects[i]);
-  const auto is_present = [&](const btCollisionObject* object) { return present.count(object) != 0; };
+  const auto has_room = [&](const btSoftBody& body) {
+    return static_cast<std::size_t>(body.m_nodes.size()) <= before_.capacity();
+  };
   const auto solve = [&](btSoftBody& body) {
     std::vector<ContactImpulses::Impulse>* known =
         impulses != nullptr ? impulses->find(body, ContactArray::rigid_node) : nullptr;
     const bool are_these = known != nullptr && known->size() == static_cast<std::size_t>(body.m_rcontacts.size());
-    solve_contacts(body, are_these ? known : nullptr);
+    solve_contacts(body, before_, are_these ? known : nullptr);
   };
   for (btSoftBody* body : soft_) {
-    if (is_present(body) && can_be_solved(*body, is_present)) solve(*body);
+    if (can_be_solved(*body, objects) && has_room(*body)) solve(*body);
   }
   for (btSoftBody* body : on_meshes_) {
     const bool is_solved = std::find(soft_.begin(), soft_.end(), body) != soft_.end();
-    if (is_solved || !is_present(body) || !can_be_solved(*body, is_present)) continue;
+    if (is_solved || !can_be_solved(*body, objects) || !has_room(*body)) continue;
     if (has_deep_node(*body)) solve(*body);
   }
   for (const Rigid& rigid : rigid_) {
-    if (!is_present(rigid.body)) continue;
+    if (!is_among(objects, rigid.body)) continue;
     btTransform moved;
     btTransformUtil::integrateTransform(rigid.body->getWorldTransform(), rigid.body->getLinearVelocity() - rigid.linear,
                                         rigid.body->getAngularVelocity() - rigid.angular, time_step, moved);

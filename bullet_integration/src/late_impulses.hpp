@@ -37,6 +37,7 @@ class LateImpulses {
   std::vector<Rigid> rigid_;
   std::vector<btSoftBody*> soft_;
   std::vector<btSoftBody*> on_meshes_;  ///< solved once more only where they are deep
+  std::vector<btVector3> before_;       ///< reserved where a body is added, so that answer() needs no memory
 };
 
 }  // namespace softcd::bullet

@@ -148,7 +148,8 @@ TEST(OnError, contacts_are_told_where_there_is_memory) {
 
 TEST(OnError, a_step_without_memory_for_the_look_at_crossings_goes_without_it) {
   const btScalar velocity = -30;
-  const bullet::Settings settings = cpu_settings(Detection::ccd);
+  bullet::Settings settings = cpu_settings(Detection::ccd);
+  settings.rigid_meshes = false;  // whose contacts a world of softcd's solves once more, a dispatcher does not
   const auto heights_with = [&](PlugIn plug_in) {
     Layers<Simulation> layers(plug_in, settings);
     layers.answer_nothing();
