@@ -341,7 +341,7 @@ AppDrive build_rings(AppWorld& world) {
     ring->m_cfg.collisions |= btSoftBody::fCollision::SDF_RS;
     ring->m_cfg.kDF = 1;
     ring->rotate(btQuaternion(btVector3(1, 0, 0), btScalar(i)));
-    ring->translate(btVector3(btScalar(0.1) * btScalar(i), 1 + btScalar(i), 0));
+    ring->translate(btVector3(btScalar(0.1) * btScalar(i), 1 + btScalar(1.5) * btScalar(i), 0));
     world.add(std::move(ring));
   }
   return {};
@@ -398,8 +398,8 @@ AppDrive build_press(AppWorld& world) {
 AppDrive build_bowling(AppWorld& world) {
   add_floor(world);
   for (int i = 0; i < 6; ++i) {
-    const btVector3 place(btScalar(i % 3) - 1, btScalar(0.35) + btScalar(i / 3) * btScalar(0.7), 0);
-    add_ball(world, btScalar(0.7) * place, btScalar(0.3));
+    const btVector3 place(btScalar(0.7) * btScalar(i % 3 - 1), btScalar(0.35) + btScalar(i / 3) * btScalar(0.7), 0);
+    add_ball(world, place, btScalar(0.3));
   }
   add_ball(world, btVector3(btScalar(0.1), btScalar(0.5), 4), btScalar(0.4), 3).setVelocity(btVector3(0, 1, -30));
   return {};

@@ -78,7 +78,7 @@ TEST_F(BenchBullet, a_cloth_that_crumples_collides_with_itself) {
 }
 
 TEST_F(BenchBullet, cloths_that_touch_themselves_lie_on_each_other) {
-  const Variants classic = measure("--scene stacked --size 12", 0);
+  const Variants classic = measure("--scene stacked --size 12 --warm-up 240", 0);
   const Variants deformable = measure("--scene stacked --size 12 --world deformable", 0);
   for (const Variants& variants : {classic, deformable}) {
     for (const char* name : {kNative, kOurs}) {
