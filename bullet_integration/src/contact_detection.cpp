@@ -25,6 +25,10 @@ bool is_spoilt(const btSoftBody& body) {
   return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
 }
 
+bool has_begun_before(const Contact& contact) {
+  return contact.time_of_impact <= 0;
+}
+
 }  // namespace
 
 ContactDetection::ContactDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
@@ -109,20 +113,14 @@ void ContactDetection::find_spoilt(Span<const Contact> contacts) {
   });
 }
 
+/// A discrete detection looks at one time alone, and holds nothing on a side.
 void ContactDetection::find_tangles(Span<const Contact> contacts) {
   tangled_.clear();
-  if (settings_.detection == Detection::dcd) return;
+  if (query_.options().detection == Detection::dcd) return;
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
-    if (has_faces && may_be_tangled(found.contact)) tangled_.add(found, kind_);
+    if (has_faces && has_begun_before(found.contact)) tangled_.add(found, kind_);
   });
-}
-
-/// The deformable world's detection is discrete. Its contacts with faces are Bullet's own. Those of edges are not: each
-/// is given as two, and would drive what is through each other.
-bool ContactDetection::may_be_tangled(const Contact& contact) const {
-  if (query_.options().detection == Detection::ccd) return contact.time_of_impact <= 0;
-  return contact.kind == ContactKind::edge_edge && settings_.edge_contacts == EdgeContacts::respond;
 }
 
 ContactUse ContactDetection::use_of(const MemberContact& found) const {
@@ -155,7 +153,7 @@ bool ContactDetection::is_released(const MemberContact& found) const {
   if (releases_touches_ && is_touching(found, kind_)) return true;
   const bool would_spoil =
       !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
-  return would_spoil || (may_be_tangled(found.contact) && tangled_.has_one_of(found));
+  return would_spoil || (has_begun_before(found.contact) && tangled_.has_one_of(found));
 }
 
 void ContactDetection::write(const MemberContact& found, const ContactShare& share) const {

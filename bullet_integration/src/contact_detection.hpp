@@ -39,7 +39,6 @@ class ContactDetection {
   void require(btSoftBody& body);
   void find_spoilt(Span<const Contact> contacts);
   void find_tangles(Span<const Contact> contacts);
-  bool may_be_tangled(const Contact& contact) const;
   bool is_released(const MemberContact& found) const;
   ContactUse use_of(const MemberContact& found) const;
   void write_and_note(const MemberContact& found, const ContactShare& share);
