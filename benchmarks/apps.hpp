@@ -8,7 +8,7 @@
 
 namespace softcd::benchmarks {
 
-/// Who detects in an app: Bullet alone, or softcd with one of its presets.
+/// The detector of an app: Bullet alone, or softcd with one of its presets.
 enum class AppDetection : std::uint32_t { bullet, fast, balanced, safe };
 
 struct AppsOptions {

@@ -183,7 +183,8 @@ void ContactReadOut::set_impulses(const ContactImpulses& impulses) {
   }
 }
 
-/// What an object that no impulse moves is given is told from the body. Others the last pass does not move.
+/// Adds what prevention of crossings gave. An object that no impulse moves gets the opposite of what the soft body
+/// gets.
 void ContactReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies) {
   for (const CrossingImpulse& crossing : crossings) {
     const btRigidBody* rigid = btRigidBody::upcast(crossing.other);

@@ -29,7 +29,7 @@ struct BodyKey {
 };
 using BodyPairKey = std::pair<BodyKey, BodyKey>;
 
-/// What the solver gave through the entries of Bullet's arrays.
+/// The impulses that the solver gave through the entries of Bullet's arrays.
 class ContactImpulses {
  public:
   struct Impulse {
@@ -53,7 +53,7 @@ class ContactImpulses {
     const auto known = impulses_.find({&owner, array});
     return known != impulses_.end() ? &known->second : nullptr;
   }
-  /// Those of all the source's entries. False when nobody knows them.
+  /// Adds the impulses of all the source's entries. False when they are not known.
   bool add_to(Impulse& sum, const ContactSource& source) const;
 
   /// No impulse on this body is known.
@@ -72,7 +72,7 @@ struct KeyedPair {
   struct Origin {
     ContactSource source;
     bool owner_is_b;
-    /// Where the owner sleeps: what the contact carried when it fell asleep, if that is known.
+    /// The impulse with which a sleeping owner's contact fell asleep, if it is known.
     std::optional<ContactImpulses::Impulse> of_sleeper = std::nullopt;
   };
   std::vector<Origin> origins;  ///< of pair.contacts

@@ -44,7 +44,7 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
 
   /// Bullet's, with softcd's detection in it.
   void performDiscreteCollisionDetection() override;
-  /// As Bullet's, of soft bodies where their nodes are now. Faces' normals are those of now; Bullet's face trees, which
+  /// Tests soft bodies where their nodes are now. Faces' normals are those of now; Bullet's face trees, which
   /// the first ray builds in time quadratic in the faces, are not needed. No ray slips through between faces.
   ///
   /// The first ray after a step that comes near a body reads it in whole; later rays do not. An app that moves nodes
