@@ -185,7 +185,8 @@ AppDrive build_bag(AppWorld& world) {
   for (int i = 0; i < 8; ++i) {
     const btScalar x = btScalar(0.22) * btScalar(i % 2 == 0 ? 1 : -1);
     const btScalar z = btScalar(0.22) * btScalar(i / 2 % 2 == 0 ? 1 : -1);
-    add_ball(world, btVector3(x, btScalar(0.3) + btScalar(i / 4) * btScalar(0.4), z), btScalar(0.15), btScalar(0.2));
+    const int layer = i / 4;
+    add_ball(world, btVector3(x, btScalar(0.3) + btScalar(layer) * btScalar(0.4), z), btScalar(0.15), btScalar(0.2));
   }
   for (int i = 0; i < 4; ++i) {
     const btScalar height = btScalar(1.1) + btScalar(i) * btScalar(0.25);
@@ -372,6 +373,7 @@ AppDrive build_cape(AppWorld& world) {
   shape.is_fixed = [](int /*column*/, int row) { return row == 0; };
   btSoftBody& cape = add_cloth(world, shape, {btScalar(0.3), btScalar(0.015), /*collides_with_itself=*/true});
   std::vector<btVector3> held;
+  held.reserve(17);
   for (int i = 0; i < 17; ++i) held.push_back(cape.m_nodes[i].m_x - btVector3(0, btScalar(0.7), 0));
   return [&figure, &cape, held](btScalar time, btScalar seconds) {
     put(figure, btVector3(0, btScalar(0.7), btSin(2 * time)), 2 * btSin(3 * time));
@@ -398,7 +400,8 @@ AppDrive build_press(AppWorld& world) {
 AppDrive build_bowling(AppWorld& world) {
   add_floor(world);
   for (int i = 0; i < 6; ++i) {
-    const btVector3 place(btScalar(0.7) * btScalar(i % 3 - 1), btScalar(0.35) + btScalar(i / 3) * btScalar(0.7), 0);
+    const int layer = i / 3;
+    const btVector3 place(btScalar(0.7) * btScalar(i % 3 - 1), btScalar(0.35) + btScalar(layer) * btScalar(0.7), 0);
     add_ball(world, place, btScalar(0.3));
   }
   add_ball(world, btVector3(btScalar(0.1), btScalar(0.5), 4), btScalar(0.4), 3).setVelocity(btVector3(0, 1, -30));
@@ -408,7 +411,7 @@ AppDrive build_bowling(AppWorld& world) {
 }  // namespace
 
 const std::vector<App>& apps() {
-  static const std::vector<App> kApps = {
+  static const std::vector<App> list = {
       {"curtain", "a figure walks through a hanging cloth at 1 m/s", 4, -10, build_curtain<100>},
       {"runner", "the figure runs at 10 m/s", 2, -10, build_runner},
       {"cape", "a cape on a figure that turns", 4, -10, build_cape},
@@ -434,7 +437,7 @@ const std::vector<App>& apps() {
       {"rings", "three soft rings fall on each other", 4, -1, build_rings},
       {"bowling", "a soft ball hits a wall of soft balls at 30 m/s", 3, -1, build_bowling},
   };
-  return kApps;
+  return list;
 }
 
 }  // namespace softcd::benchmarks

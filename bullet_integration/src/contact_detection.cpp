@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "LinearMath/btQuickprof.h"
+#include "query_options.hpp"
 
 // Defined by the libraries of both precisions: the linker refuses a program that holds parts of both, by this name.
 extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_float64() {}
