@@ -35,6 +35,7 @@ btDbvtVolume volume_of(const btSoftBody::Node& node) {
 
 TreeShape node_tree_shape(const btSoftBody& body) {
   std::vector<std::pair<int, int>> pairs;
+  pairs.reserve(static_cast<std::size_t>(body.m_links.size()));
   const auto index_of = [&](const btSoftBody::Node* node) { return static_cast<int>(node - &body.m_nodes[0]); };
   for (int i = 0; i < body.m_links.size(); ++i) {
     pairs.emplace_back(index_of(body.m_links[i].m_n[0]), index_of(body.m_links[i].m_n[1]));

@@ -98,7 +98,7 @@ void write_text(const std::string& file, const std::string& text) {
 /// Writes a picture of the window into a new file here, and returns its name.
 std::string save_picture(const Image& image) {
   for (int number = 1;; ++number) {
-    const std::string file = fmt::format("softcd-demo-{}.png", number);
+    std::string file = fmt::format("softcd-demo-{}.png", number);
     if (std::filesystem::exists(file)) continue;
     write_png(file, image);
     return file;
