@@ -32,8 +32,8 @@ std::unique_ptr<btSoftBody> make_stand_in(btSoftBodyWorldInfo& world_info) {
 void set_faces(const RigidMesh& mesh, btSoftBody& body) {
   body.m_faces.clear();
   body.m_nodes.clear();
-  static const btSoftBody::Node kNode{};  // of which all is 0
-  body.m_nodes.resize(static_cast<int>(mesh.vertex_count()), kNode);
+  static const btSoftBody::Node no_mass{};  // all members are 0
+  body.m_nodes.resize(static_cast<int>(mesh.vertex_count()), no_mass);
   for (const Triangle& triangle : mesh.triangles()) {
     btSoftBody::Face face{};
     for (int i = 0; i < 3; ++i) face.m_n[i] = &body.m_nodes[static_cast<int>(triangle.v[i])];
@@ -117,6 +117,7 @@ void RigidObstacles::add_part(std::size_t way, const std::vector<Reach>& reaches
   part.is_present = true;
   parts_of_meshes_[way].push_back(&part);
   std::vector<RigidBox> boxes;
+  boxes.reserve(reaches.size());
   for (const Reach& reach : reaches) boxes.push_back(reach.box);
   if (part.mesh.read(*mesh.shape, boxes)) set_faces(part.mesh, *part.stand_in);
   if (part.mesh.triangles().empty()) return;

@@ -16,11 +16,11 @@ double StepProfile::*part_of(std::string_view zone) {
 
 }  // namespace
 
-StepProfiler* StepProfiler::current = nullptr;
+StepProfiler* StepProfiler::current_ = nullptr;
 
 StepProfiler::StepProfiler()
     : original_enter_(btGetCurrentEnterProfileZoneFunc()), original_leave_(btGetCurrentLeaveProfileZoneFunc()) {
-  current = this;
+  current_ = this;
   btSetCustomEnterProfileZoneFunc(enter);
   btSetCustomLeaveProfileZoneFunc(leave);
 }
@@ -28,7 +28,7 @@ StepProfiler::StepProfiler()
 StepProfiler::~StepProfiler() {
   btSetCustomEnterProfileZoneFunc(original_enter_);
   btSetCustomLeaveProfileZoneFunc(original_leave_);
-  current = nullptr;
+  current_ = nullptr;
 }
 
 StepProfile StepProfiler::take() {
@@ -36,15 +36,15 @@ StepProfile StepProfiler::take() {
 }
 
 void StepProfiler::enter(const char* name) {
-  current->open_zones_.push_back({part_of(name), std::chrono::steady_clock::now()});
+  current_->open_zones_.push_back({part_of(name), std::chrono::steady_clock::now()});
 }
 
 void StepProfiler::leave() {
-  const Zone zone = current->open_zones_.back();
-  current->open_zones_.pop_back();
+  const Zone zone = current_->open_zones_.back();
+  current_->open_zones_.pop_back();
   if (zone.part == nullptr) return;
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - zone.start;
-  current->profile_.*zone.part += elapsed.count();
+  current_->profile_.*zone.part += elapsed.count();
 }
 
 }  // namespace softcd::demo

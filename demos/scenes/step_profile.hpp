@@ -34,7 +34,7 @@ class StepProfiler {
   static void enter(const char* name);
   static void leave();
 
-  static StepProfiler* current;
+  static StepProfiler* current_;
   void (*original_enter_)(const char*);
   void (*original_leave_)();
   StepProfile profile_;
