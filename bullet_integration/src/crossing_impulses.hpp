@@ -7,7 +7,7 @@
 
 namespace softcd::bullet {
 
-/// What the last pass of a step gave to a soft body because of another object: a soft body, or a rigid one.
+/// The impulse that the last pass of a step gave to a soft body because of another object, soft or rigid.
 struct CrossingImpulse {
   const btSoftBody* body;
   const btCollisionObject* other;

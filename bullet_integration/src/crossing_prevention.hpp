@@ -59,7 +59,7 @@ class CrossingPrevention {
 
   /// Of the last step.
   const CrossingAnswers& answers() const { return answers_; }
-  /// Of the last step, with ReadOut::impulses.
+  /// Returns the impulses of the last step. Empty without ReadOut::impulses.
   const std::vector<CrossingImpulse>& impulses() const { return impulses_.impulses(); }
 
  private:

@@ -50,7 +50,7 @@ void read_constraints(const btAlignedObjectArray<Entry>& entries, const btAligne
   }
 }
 
-/// What holds a node beyond what its contacts' constraints gave, and the number of these contacts.
+/// The impulse on a node that its contacts' constraints do not account for, and the number of these contacts.
 struct Reaction {
   btVector3 rest{0, 0, 0};
   int contact_count = 0;
@@ -89,8 +89,8 @@ void oppose_immovable(const btAlignedObjectArray<Entry>& entries, Impulses& impu
   }
 }
 
-/// What the damping within the bodies gives their nodes in a step of the explicit solver, whose velocities have those
-/// of split impulses in them.
+/// The impulses of the damping within the bodies on their nodes, in a step of the explicit solver. That solver's
+/// velocities include those of split impulses.
 btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
                                                  btScalar time_step) {
   btAlignedObjectArray<btVector3> impulses;
@@ -151,7 +151,8 @@ void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar tim
   }
 }
 
-/// Of nodes on anchors, the anchors hold the rest.
+/// Adds the impulses that constraints do not account for to the contacts of each node. A node on an anchor gets none:
+/// there the anchor gives them.
 void DeformableImpulses::add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
                                        btScalar time_step) {
   const btAlignedObjectArray<btVector3> damping = damping_impulses(solver, bodies, time_step);

@@ -64,7 +64,8 @@ struct BodyPairContacts {
   btSoftBody* a = nullptr;
   const btCollisionObject* b = nullptr;  ///< the same as `a` for contacts within a body; null as `a`
   State state = State::begun;            ///< whether they have just begun to touch
-  /// Of the last step; empty when the pair has ended, and where what Detection::ccd did last is all that there was.
+  /// The contacts of the last step. Empty when the pair has ended, and where only the last pass of Detection::ccd kept
+  /// the two apart.
   std::vector<BodyContact> contacts;
   std::vector<BodyContact> ended;  ///< those that were there before, as they were then
   /// The sum over `contacts`, and what a was given last in a step with Detection::ccd so that it does not pass through
