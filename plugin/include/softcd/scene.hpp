@@ -63,7 +63,7 @@ struct BodyPair {
 struct BodyDesc {
   Span<const Triangle> triangles;  ///< read during the call
   std::uint32_t vertex_count = 0;  ///< as many positions are set
-  BodySettings settings;           ///< which set_settings() changes later
+  BodySettings settings{};         ///< which set_settings() changes later
   /// With SceneOptions::communicator: the only rank that sets the body's positions, which all others are given by the
   /// next detection that is started; where that throws they have to be set again. -1: every rank sets them, the same
   /// everywhere.
