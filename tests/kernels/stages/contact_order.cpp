@@ -111,6 +111,23 @@ TEST(ContactRuns, order_contacts_as_their_keys_do) {
   }
 }
 
+// One run has all contacts, as the longest that is ranked in place, and as the shortest that is not.
+TEST(ContactRuns, of_the_longest_length_are_ordered_and_longer_ones_are_counted) {
+  for (const std::uint32_t count : {kLongRun, kLongRun + 1}) {
+    std::vector<FeatureContact> contacts(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      contacts[i].features = with_kind(ContactKind::vertex_triangle, count - i);  // the last one first
+    }
+    std::vector<std::uint64_t> features(count);
+    const Ordered ordered = order_in_runs(contacts, 1);
+    ASSERT_EQ(ordered.longest, count);
+    EXPECT_EQ(ordered.long_runs, count > kLongRun ? 1U : 0U);
+    if (count > kLongRun) continue;
+    for (std::uint32_t i = 0; i < count; ++i) features[i] = contacts[ordered.order[i]].features;
+    EXPECT_TRUE(std::is_sorted(features.begin(), features.end()));
+  }
+}
+
 TEST(ContactRuns, that_are_too_long_are_counted) {
   Random random(3);
   for (const std::uint32_t features : {1U, 20U}) {
