@@ -17,7 +17,7 @@ PAGES = {"README.md": "index", "CHANGELOG.md": "changes", "CONTRIBUTING.md": "co
 
 def page_name(path):
     """The name of a page, None for any other file."""
-    if path.endswith(".md") and os.path.dirname(path) == "docs":
+    if path.endswith(".md") and path.startswith("docs/"):
         return "page_" + os.path.basename(path)[:-3].replace("-", "_")
     return PAGES.get(path)
 

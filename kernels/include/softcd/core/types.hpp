@@ -66,7 +66,7 @@ enum class ContactRule : std::uint32_t {
   slab,
 };
 
-/// How candidate triangle pairs are found, none of which is ever lost; see docs/architecture.md.
+/// How candidate triangle pairs are found, none of which is ever lost; see docs/inside/grid.md.
 enum class BroadPhase : std::uint32_t {
   exact,    ///< virtual subdivision with exact control bits
   uniform,  ///< one grid sized by the largest triangle, no subdivision: many more tests
