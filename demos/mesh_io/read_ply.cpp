@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <unordered_set>
 
 #include "mesh_io/parsing.hpp"
 
@@ -54,16 +55,18 @@ struct Property {
   const ScalarType* count_type = nullptr;  ///< of a list's length; null: not a list
 };
 
+template <class Named>
+const Named* find_in(const std::vector<Named>& all, std::string_view name) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Named& one) { return one.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
 struct Element {
   std::string name;
   std::uint64_t count = 0;
   std::vector<Property> properties;
 
-  const Property* find(std::string_view property) const {
-    const auto found =
-        std::find_if(properties.begin(), properties.end(), [&](const Property& p) { return p.name == property; });
-    return found == properties.end() ? nullptr : &*found;
-  }
+  const Property* find(std::string_view property) const { return find_in(properties, property); }
 };
 
 struct Header {
@@ -71,11 +74,7 @@ struct Header {
   std::vector<Element> elements;
   std::size_t lines = 0;
 
-  const Element* find(std::string_view element) const {
-    const auto found =
-        std::find_if(elements.begin(), elements.end(), [&](const Element& e) { return e.name == element; });
-    return found == elements.end() ? nullptr : &*found;
-  }
+  const Element* find(std::string_view element) const { return find_in(elements, element); }
 };
 
 class HeaderReader {
@@ -126,7 +125,8 @@ class HeaderReader {
     const std::string_view count = take_word(line);
     const std::optional<std::uint64_t> number = parse_number<std::uint64_t>(count);
     if (!number) fail(fmt::format("{} is not a number of elements", in_quotes(count)));
-    if (header_.find(name) != nullptr) fail(fmt::format("element {} is declared twice", in_quotes(name)));
+    if (!elements_.emplace(name).second) fail(fmt::format("element {} is declared twice", in_quotes(name)));
+    properties_.clear();
     header_.elements.push_back({std::string(name), *number, {}});
   }
 
@@ -143,7 +143,7 @@ class HeaderReader {
     property.type = find_type(word);
     property.name = std::string(take_word(line));
     if (property.name.empty()) fail("a property has no name");
-    if (element.find(property.name) != nullptr) {
+    if (!properties_.insert(property.name).second) {
       fail(fmt::format("property {} is declared twice", in_quotes(property.name)));
     }
     element.properties.push_back(std::move(property));
@@ -159,6 +159,8 @@ class HeaderReader {
   const std::string& file_;
   std::string_view& rest_;
   Header header_;
+  std::unordered_set<std::string> elements_;
+  std::unordered_set<std::string> properties_;  ///< of the last element
 };
 
 // The values after the header, one by one.
@@ -194,8 +196,10 @@ class ValueReader {
   }
 
  private:
+  static constexpr std::string_view kWordEnds = " \t\r\v\f\n";
+
   void skip_blanks() {
-    while (!rest_.empty() && (rest_.front() == '\n' || kBlanks.find(rest_.front()) != std::string_view::npos)) {
+    while (!rest_.empty() && kWordEnds.find(rest_.front()) != std::string_view::npos) {
       if (rest_.front() == '\n') ++line_;
       rest_.remove_prefix(1);
     }
@@ -203,9 +207,7 @@ class ValueReader {
 
   double next_word(const ScalarType& type) {
     skip_blanks();
-    std::string_view word = rest_;
-    word = word.substr(0, word.find('\n'));
-    word = take_word(word);
+    const std::string_view word = rest_.substr(0, rest_.find_first_of(kWordEnds));
     if (word.empty()) fail("the file is truncated");
     rest_.remove_prefix(word.size());
     const std::optional<double> value = parse_number<double>(word);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <ctime>
 #include <limits>
 
 #include "mesh_reading.hpp"
@@ -218,6 +219,21 @@ TEST_F(Ply, refuses_garbage) {
   EXPECT_THAT(error_of("bad.ply", garbage), HasSubstr("is neither PLY"));
   EXPECT_THAT(error_of("bad.ply", "ply\n" + garbage), HasSubstr("unknown word"));
   EXPECT_THAT(error_of("bad.ply", ""), HasSubstr("is neither PLY"));
+}
+
+TEST_F(Ply, with_very_many_properties_is_read_at_once) {
+  constexpr int kProperties = 200000;
+  std::string content = "ply\nformat ascii 1.0\n";
+  for (int i = 0; i < kProperties; ++i) content += fmt::format("element empty{} 0\n", i);
+  content += "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+  for (int i = 0; i < kProperties; ++i) content += fmt::format("property float extra{}\n", i);
+  content += "end_header\n1 2 3";
+  for (int i = 0; i < kProperties; ++i) content += " 0";
+  const std::clock_t begin = std::clock();
+  const demo::Mesh mesh = read("many.ply", content + "\n");
+  EXPECT_LT(std::clock() - begin, 5 * CLOCKS_PER_SEC);
+  ASSERT_EQ(mesh.positions.size(), 1U);
+  EXPECT_EQ(mesh.positions[0].z, 3.0);
 }
 
 TEST_F(Ply, names_files_that_cannot_be_read) {
