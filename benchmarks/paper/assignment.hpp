@@ -29,13 +29,13 @@ struct SplitCell {
 constexpr std::uint32_t kPhantomChild = 0x80000000U;
 
 SOFTCD_HD constexpr std::uint64_t split_key(std::uint32_t split, std::uint32_t cell) {
-  return (static_cast<std::uint64_t>(split) << (3 * kCellBits)) | cell;
+  return (static_cast<std::uint64_t>(split) << (kCellBits)) | cell;
 }
 SOFTCD_HD constexpr std::uint32_t split_key_cell(std::uint64_t key) {
-  return static_cast<std::uint32_t>(key & ((1ULL << (3 * kCellBits)) - 1ULL));
+  return static_cast<std::uint32_t>(key & ((1ULL << (kCellBits)) - 1ULL));
 }
 SOFTCD_HD constexpr std::uint32_t split_key_split(std::uint64_t key) {
-  return static_cast<std::uint32_t>(key >> (3 * kCellBits));
+  return static_cast<std::uint32_t>(key >> (kCellBits));
 }
 
 /// Split cells as a structure of arrays, so that only keys and values of the sort move.
@@ -78,7 +78,7 @@ SOFTCD_HD void for_each_cell(const Sphere& sphere, const GridParameters& grid, V
 
 SOFTCD_HD inline std::uint32_t touched_types(const Sphere& sphere, const GridParameters& grid) {
   std::uint32_t types = 0;
-  for_each_cell(sphere, grid, [&](Cell cell) { types |= 1U << Control::type_of(cell_index(cell)); });
+  for_each_cell(sphere, grid, [&](Cell cell) { types |= 1U << Control::type_of(Control::cell_index(cell)); });
   return types;
 }
 
@@ -156,13 +156,13 @@ struct RegisterTriangle {
     } else if (split.level > 0 || split.halvings > 0) {
       splits.push(split);
     } else {
-      const std::uint32_t home = Control::type_of(cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
+      const std::uint32_t home = Control::type_of(Control::cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
       const std::uint32_t control = Control::pack(home, touched_types(sphere, *grid), 0);
       const std::uint32_t body = scene.triangle_body[t];
       const Entry entry = {t, entry_bits(control, body, wanted_features(shape.flags))};
       const std::uint32_t rank = entry_rank(scene, body, 7);
       for_each_cell(sphere, *grid, [&](Cell cell) {
-        entries.push(KeyedEntry{entry_key(cell_index(cell), rank), entry});
+        entries.push(KeyedEntry{entry_key(Control::cell_index(cell), rank), entry});
       });
     }
   }
@@ -186,9 +186,9 @@ struct RegisterChild {
   SOFTCD_HD void operator()(std::uint32_t split, std::uint32_t child, Cells& cells) const {
     const Split root = splits[split];
     const Sphere sphere = child_sphere(scene, root, child, shapes[root.root].growth);
-    const std::uint32_t home = cell_index(cell_of(sphere.centre, grid->inverse_cell_size));
+    const std::uint32_t home = Control::cell_index(cell_of(sphere.centre, grid->inverse_cell_size));
     for_each_cell(sphere, *grid, [&](Cell cell) {
-      const std::uint32_t index = cell_index(cell);
+      const std::uint32_t index = Control::cell_index(cell);
       cells.push(SplitCell{split_key(split, index), index == home ? child : child | kPhantomChild});
     });
   }
@@ -230,7 +230,7 @@ struct RegisterSplitCell {
 
  private:
   SOFTCD_HD std::uint32_t home_type(const Sphere& sphere) const {
-    return Control::type_of(cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
+    return Control::type_of(Control::cell_index(cell_of(sphere.centre, grid->inverse_cell_size)));
   }
 };
 

@@ -12,13 +12,32 @@ namespace softcd::paper {
 /// ids, as the text has it, the two orders contradict each other and lose a tenth of the pairs. Loses true pairs and
 /// repeats others all the same, so that every pair is flagged.
 struct Control {
+  /// Cells are numbered z:9 | y:9 | x:9, so that the number says which coordinates are even.
+  static constexpr int kAxisBits = 9;
+  static constexpr int kAxisMask = (1 << kAxisBits) - 1;
+
+  static SOFTCD_HD constexpr std::uint32_t cell_index(Cell cell) {
+    return (static_cast<std::uint32_t>(cell.z & kAxisMask) << (2 * kAxisBits)) |
+           (static_cast<std::uint32_t>(cell.y & kAxisMask) << kAxisBits) |
+           static_cast<std::uint32_t>(cell.x & kAxisMask);
+  }
+
+  /// The cell with this number that is at most 128 before `near` along each axis, or fewer than 384 after it.
+  static SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) {
+    const auto unwrapped = [index](int axis, int first) {
+      const auto coordinate = static_cast<int>(index >> (axis * kAxisBits));
+      return first + (((coordinate - first + 128) & kAxisMask) - 128);
+    };
+    return {unwrapped(0, near.x), unwrapped(1, near.y), unwrapped(2, near.z)};
+  }
+
   static SOFTCD_HD constexpr std::uint32_t pack(std::uint32_t home_type, std::uint32_t touched,
                                                 std::uint32_t siblings) {
     return home_type | (touched << 3) | (siblings << 11);
   }
 
   static SOFTCD_HD constexpr std::uint32_t type_of(std::uint32_t cell) {
-    return (cell & 1U) | (((cell >> kCellBits) & 1U) << 1) | (((cell >> (2 * kCellBits)) & 1U) << 2);
+    return (cell & 1U) | (((cell >> kAxisBits) & 1U) << 1) | (((cell >> (2 * kAxisBits)) & 1U) << 2);
   }
 
   static SOFTCD_HD constexpr Verdict judge(std::uint32_t cell, Entry a, Entry b) {

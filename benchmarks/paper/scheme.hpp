@@ -69,7 +69,7 @@ class Cells {
     const Count cells = lists_.split_cells.count(counters_);
     auto& keys = lists_.split_cells.template column<0>();
     auto& children = lists_.split_cells.template column<1>();
-    backend_.sort_pairs("sort_split_cells", cells, keys, children, 3 * kCellBits + bits_for(scene_.triangle_count));
+    backend_.sort_pairs("sort_split_cells", cells, keys, children, kCellBits + bits_for(scene_.triangle_count));
     const RegisterSplitCell register_cell{
         scene_, w_.shapes.data(), &counters_->grid, splits, keys.data(), children.data(), cells};
     produce(

@@ -56,15 +56,6 @@ class RecordingBackend : public CpuBackend {
   GridRecord& record_;
 };
 
-/// The cell of an entry before its index was wrapped: its triangle's volume spans less than one turn.
-Cell unwrapped(std::uint32_t index, const IntegerDop& cells) {
-  const auto unwrap = [&](int axis) {
-    const int wrapped = static_cast<int>(index >> (axis * kCellBits)) & kCellMask;
-    return cells.lo[axis] + ((wrapped - cells.lo[axis]) & kCellMask);
-  };
-  return {unwrap(0), unwrap(1), unwrap(2)};
-}
-
 }  // namespace
 
 DetectionGrid::DetectionGrid(const std::vector<GridBody>& bodies, const QueryOptions& options) {
@@ -91,7 +82,8 @@ DetectionGrid::DetectionGrid(const std::vector<GridBody>& bodies, const QueryOpt
     const Entry& entry = record.entries[i];
     const std::uint32_t index = key_cell(record.keys[i]);
     if (cells_.empty() || cells_.back().index != index) {
-      const Cell cell = unwrapped(index, integer_dop(record.volumes[entry.root], inverse_cell_size_));
+      const IntegerDop cells = integer_dop(record.volumes[entry.root], inverse_cell_size_);
+      const Cell cell = cell_near(index, {cells.lo[0], cells.lo[1], cells.lo[2]});
       const Vec3d low = {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)};
       cells_.push_back({index, origin_ + counts_.cell_size * low, i, 0, 0});
     }

@@ -26,8 +26,8 @@ struct GridEntry {
 
 /// A cell that holds at least one triangle.
 struct OccupiedCell {
-  std::uint32_t index;  ///< wrapped, see cell_index
-  Vec3d low;            ///< its lowest corner; where the grid wraps around onto itself, that of its first entry
+  std::uint32_t index;  ///< see cell_index
+  Vec3d low;            ///< its lowest corner; where cells share an index, that of its first entry
   std::size_t first_entry, entry_count;
   std::uint64_t tests;  ///< pairs of triangles that are tried here
 };

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "for_each_body.hpp"
-#include "softcd/grid/uniform_grid.hpp"
+#include "softcd/grid/cell_index.hpp"
 
 namespace softcd {
 namespace {
@@ -68,7 +68,7 @@ Features wanted_features(const BodySettings& a, const BodySettings& b, const Fea
 
 /// Spreads batches over all cells of the grid; batch 0 stays where it is.
 std::uint32_t cell_offset_of(std::uint32_t batch) {
-  return (batch * 0x9E3779B1U) >> (32 - 3 * kCellBits);
+  return (batch * 0x9E3779B1U) >> (32 - kCellBits);
 }
 
 /// Takes pairs that may touch, in ascending order.

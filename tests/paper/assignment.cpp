@@ -76,13 +76,13 @@ TEST(SphereCells, are_those_within_the_radius) {
     const Vec3d centre = random.in_box(10.0);
     const Sphere sphere{vec3_cast<float>(centre), static_cast<float>(random.uniform(0.0, 0.25))};
     std::set<std::uint32_t> cells;
-    for_each_cell(sphere, grid, [&](Cell cell) { EXPECT_TRUE(cells.insert(cell_index(cell)).second); });
+    for_each_cell(sphere, grid, [&](Cell cell) { EXPECT_TRUE(cells.insert(Control::cell_index(cell)).second); });
     ASSERT_LE(cells.size(), 8U) << "a third of a cell reaches 2 x 2 x 2 at most";
-    ASSERT_TRUE(cells.contains(cell_index(cell_of(sphere.centre, grid.inverse_cell_size))));
+    ASSERT_TRUE(cells.contains(Control::cell_index(cell_of(sphere.centre, grid.inverse_cell_size))));
     for (int k = 0; k < 10; ++k) {
       const Vec3d p =
           vec3_cast<double>(sphere.centre) + (0.999 * static_cast<double>(sphere.radius)) * random.direction();
-      ASSERT_TRUE(cells.contains(cell_index(cell_of(vec3_cast<float>(p), grid.inverse_cell_size))));
+      ASSERT_TRUE(cells.contains(Control::cell_index(cell_of(vec3_cast<float>(p), grid.inverse_cell_size))));
     }
   }
 }
@@ -114,7 +114,7 @@ TEST(ChildSphere, holds_the_child) {
 
 TEST(Control, a_pair_at_home_in_one_cell_is_tested_there) {
   for (std::uint32_t type = 0; type < 8; ++type) {
-    const std::uint32_t cell = cell_index(
+    const std::uint32_t cell = Control::cell_index(
         {static_cast<int>(type & 1U), static_cast<int>((type >> 1) & 1U), static_cast<int>((type >> 2) & 1U)});
     EXPECT_EQ(Control::type_of(cell), type);
     const Entry a{0, Control::pack(type, 255, 0)};
@@ -134,7 +134,7 @@ TEST(Control, two_homes_make_one_test) {
       const Entry b{1, Control::pack(home_b, both, 0)};
       std::set<std::uint32_t> tested;
       for (const std::uint32_t type : {home_a, home_b}) {
-        const std::uint32_t cell = cell_index(
+        const std::uint32_t cell = Control::cell_index(
             {static_cast<int>(type & 1U), static_cast<int>((type >> 1) & 1U), static_cast<int>((type >> 2) & 1U)});
         if (Control::judge(cell, a, b) != Verdict::skip) tested.insert(type);
       }

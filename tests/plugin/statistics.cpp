@@ -97,6 +97,26 @@ TEST_P(StatisticsOf, uniform_grid_tests_more) {
   EXPECT_EQ(uniform.ee_contacts, exact.ee_contacts);
 }
 
+Mesh strip(int axis, std::uint32_t triangle_count) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < triangle_count + 2; ++i) {
+    const double along = 0.25 * i;
+    const double across = i % 2 == 0 ? 0.0 : 0.5;
+    const double coordinates[3] = {along, across, 0.0};
+    mesh.positions.push_back({coordinates[axis], coordinates[(axis + 2) % 3], coordinates[(axis + 1) % 3]});
+  }
+  for (std::uint32_t i = 0; i < triangle_count; ++i) mesh.triangles.push_back({{i, i + 1, i + 2}});
+  return mesh;
+}
+
+TEST_P(StatisticsOf, a_long_strip_costs_no_more_tests_a_triangle) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const Statistics s = statistics_of({still(strip(axis, 40000), everything(0.01F))}, test_options(GetParam()));
+    ASSERT_GT(s.cells, 0U);
+    EXPECT_LT(s.tests, 30 * s.triangles) << "along axis " << axis;
+  }
+}
+
 TEST_P(StatisticsOf, subdivision_off_splits_nothing) {
   PipelineOptions options = test_options(GetParam());
   options.subdivision = false;

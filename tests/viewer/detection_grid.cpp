@@ -129,9 +129,7 @@ TEST_P(DetectionGridOf, masks_say_which_neighbours_hold_the_triangle) {
   for (const OccupiedCell* cell : cells) {
     for (const GridEntry& entry : grid.entries(*cell)) {
       if (entry.triangle != triangle) continue;
-      const Cell place = {static_cast<int>(cell->index & kCellMask),
-                          static_cast<int>(cell->index >> kCellBits) & kCellMask,
-                          static_cast<int>(cell->index >> (2 * kCellBits))};
+      const Cell place = cell_near(cell->index, {0, 0, 0});
       for (std::uint32_t bit = 0; bit < kMaskBits; ++bit) {
         const std::uint32_t neighbour = cell_index(lower_neighbour(place, static_cast<int>(bit)));
         const bool is_there = std::any_of(cells.begin(), cells.end(),

@@ -140,16 +140,5 @@ TEST(BoxedEntries, keep_triangle_and_bits) {
   EXPECT_EQ(entry.entry().bits, kEntry.bits);
 }
 
-TEST(Unwrapped, is_the_cell_that_was_wrapped) {
-  for (const int cell : {-1000000, -513, -512, -1, 0, 1, 511, 512, 777777}) {
-    const std::uint32_t index = cell_index({cell, cell, cell});
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int first = cell - kMaxSpan - 1; first <= cell + 1; ++first) {
-        ASSERT_EQ(unwrapped(wrapped_coordinate(index, axis), first), cell);
-      }
-    }
-  }
-}
-
 }  // namespace
 }  // namespace softcd::test

@@ -192,7 +192,7 @@ TEST(ControlBits, partners_begin_with_the_missing_bits) {
 TEST(ControlBits, keys_hold_cell_and_rank) {
   Random random(4);
   for (int i = 0; i < 10000; ++i) {
-    const std::uint32_t cell = random.below(1U << (3 * kCellBits));
+    const std::uint32_t cell = random.below(kCellCount);
     const std::uint32_t rank = random.below(8);
     const std::uint32_t key = entry_key(cell, rank);
     ASSERT_EQ(key_cell(key), cell);

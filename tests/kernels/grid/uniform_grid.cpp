@@ -21,21 +21,6 @@ TEST(UniformGrid, fractions_round_down) {
   EXPECT_EQ(cell.z, -1);
 }
 
-TEST(UniformGrid, cells_closer_than_the_period_have_different_indices) {
-  Random random(1);
-  for (int i = 0; i < 200000; ++i) {
-    const auto coordinate = [&](int size) {
-      return static_cast<int>(random.below(2U * static_cast<unsigned>(size) + 1U)) - size;
-    };
-    const Cell a{coordinate(1 << 20), coordinate(1 << 20), coordinate(1 << 20)};
-    const Cell step{coordinate(kCellMask), coordinate(kCellMask), coordinate(kCellMask)};
-    const Cell b{a.x + step.x, a.y + step.y, a.z + step.z};
-    ASSERT_LT(cell_index(a), 1U << (3 * kCellBits));
-    ASSERT_EQ(cell_index(a) == cell_index(b), step.x == 0 && step.y == 0 && step.z == 0);
-  }
-  static_assert(2 * kMaxSpan <= kCellMask);
-}
-
 TEST(IntegerDop, row_is_what_nine_intervals_leave) {
   Random random(2);
   for (int i = 0; i < 5000; ++i) {

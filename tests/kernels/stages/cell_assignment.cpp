@@ -165,8 +165,7 @@ TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
     const std::set<std::uint32_t>& of_root = expected.at(entry.entry.root);
     const std::uint32_t index = key_cell(entry.key);
     ASSERT_TRUE(of_root.contains(index));
-    const Cell c{static_cast<int>(index & kCellMask), static_cast<int>((index >> kCellBits) & kCellMask),
-                 static_cast<int>(index >> (2 * kCellBits))};
+    const Cell c = cell_near(index, {0, 0, 0});
     std::uint32_t mask = 0;
     for (int bit = 0; bit < 13; ++bit) {
       if (of_root.contains(cell_index(lower_neighbour(c, bit)))) mask |= 1U << bit;

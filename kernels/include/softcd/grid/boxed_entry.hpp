@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "softcd/grid/control_bits.hpp"
-#include "softcd/grid/uniform_grid.hpp"
 #include "softcd/math/end_volumes.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/math/simd.hpp"
@@ -30,17 +29,6 @@ constexpr int kBoxOrigin = 1 << 14;
 constexpr int kLastBoxStep = (1 << 15) - 1;
 constexpr std::uint32_t kTopBits = 0x80008000U;
 
-/// The coordinate with this wrapped one of a cell that is at most kMaxSpan before `first`, or fewer than
-/// 2^kCellBits - kMaxSpan after it.
-SOFTCD_HD constexpr int unwrapped(std::uint32_t wrapped, int first) {
-  return first + (((static_cast<int>(wrapped) - first + kMaxSpan) & kCellMask) - kMaxSpan);
-}
-
-/// The wrapped coordinates of a cell.
-SOFTCD_HD constexpr std::uint32_t wrapped_coordinate(std::uint32_t cell, int axis) {
-  return (cell >> (axis * kCellBits)) & static_cast<std::uint32_t>(kCellMask);
-}
-
 /// What the halves of a BoxedEntry are made of, as they stand in it: unless swept, t1 stands for a diagonal axis.
 using BoxedBounds = EndVolumes::Axis[3];
 
@@ -53,18 +41,19 @@ SOFTCD_HD constexpr int second_of_diagonal(int i) {
 }
 
 namespace generic {
-template <bool kSwept>
+template <bool kSwept, class Control = ExactControl>
 SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float inverse_cell_size, Entry entry) {
   int steps[3][4];
-  int cells[3];
+  int first[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float ends[4] = {bounds[axis].t0_lo, bounds[axis].t1_lo, bounds[axis].t0_hi, bounds[axis].t1_hi};
     for (int i = 0; i < 4; ++i) {
       steps[axis][i] = static_cast<int>(floorf(ends[i] * inverse_cell_size * static_cast<float>(1 << kBoxStepBits)));
     }
-    const int first = kSwept ? smaller(steps[axis][0], steps[axis][1]) : steps[axis][0];
-    cells[axis] = unwrapped(wrapped_coordinate(cell, axis), first >> kBoxStepBits);
+    first[axis] = (kSwept ? smaller(steps[axis][0], steps[axis][1]) : steps[axis][0]) >> kBoxStepBits;
   }
+  const Cell own = Control::cell_near(cell, {first[0], first[1], first[2]});
+  const int cells[3] = {own.x, own.y, own.z};
   BoxedEntry box{{}, entry.root, {}, entry.bits};
   for (int axis = 0; axis < 3; ++axis) {
     const int diagonal_cell = cells[first_of_diagonal(axis)] + cells[second_of_diagonal(axis)];
@@ -82,21 +71,23 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
 }  // namespace generic
 
 /// The entry in the cell with this index of a triangle that is within_grid(), given its bounds. Steps are rounded down,
-/// lower and upper bounds alike: what is above in steps is above.
-template <bool kSwept>
+/// lower and upper bounds alike: what is above in steps is above. `Control` knows how cells are numbered.
+template <bool kSwept, class Control = ExactControl>
 SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float inverse_cell_size, Entry entry) {
 #ifdef SOFTCD_SSE2
   const __m128 scale = _mm_set1_ps(inverse_cell_size);
   const __m128 steps_of_a_cell = _mm_set1_ps(static_cast<float>(1 << kBoxStepBits));
   // Of 32 bits each: t0_lo, t0_hi, t1_lo, t1_hi.
   __m128i on_grid[3];
-  int origins[3];
+  int firsts[3];
   for (int axis = 0; axis < 3; ++axis) {
     on_grid[axis] = detail::floor_of(_mm_mul_ps(_mm_mul_ps(_mm_load_ps(&bounds[axis].t0_lo), scale), steps_of_a_cell));
     int first = _mm_cvtsi128_si32(on_grid[axis]);
     if (kSwept) first = smaller(first, _mm_cvtsi128_si32(_mm_unpackhi_epi64(on_grid[axis], on_grid[axis])));
-    origins[axis] = unwrapped(wrapped_coordinate(cell, axis), first >> kBoxStepBits) << kBoxStepBits;
+    firsts[axis] = first >> kBoxStepBits;
   }
+  const Cell own = Control::cell_near(cell, {firsts[0], firsts[1], firsts[2]});
+  const int origins[3] = {own.x << kBoxStepBits, own.y << kBoxStepBits, own.z << kBoxStepBits};
   // What 15 bits do not hold is brought to their border.
   const auto steps = [&](int axis) {
     const int low = origins[axis] - kBoxOrigin;
@@ -122,7 +113,7 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
   box.bits = entry.bits;
   return box;
 #else
-  return generic::boxed<kSwept>(bounds, cell, inverse_cell_size, entry);
+  return generic::boxed<kSwept, Control>(bounds, cell, inverse_cell_size, entry);
 #endif
 }
 

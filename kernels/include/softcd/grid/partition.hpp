@@ -4,12 +4,9 @@
 
 #include "softcd/core/count.hpp"
 #include "softcd/core/host_device.hpp"
-#include "softcd/grid/uniform_grid.hpp"
+#include "softcd/grid/cell_index.hpp"
 
 namespace softcd {
-
-/// Cells, by their wrapped indices; see cell_index.
-constexpr std::uint32_t kCellCount = 1U << (3 * kCellBits);
 
 /// Which part of a detection one of several ranks does, all of which have the whole scene and choose the same grid.
 /// Control bits let each pair of triangles be tested in one cell, so that it is tested by the rank that has this cell.
@@ -24,11 +21,13 @@ struct Partition {
 
   SOFTCD_HD constexpr bool is_whole() const { return rank.count == 1; }
   SOFTCD_HD constexpr bool has(std::uint32_t cell) const { return first_cell <= cell && cell < end_cell; }
-  /// Whether cells between these layers, lo and hi included, may be the rank's. Layers are contiguous indices.
-  SOFTCD_HD constexpr bool has_layers(int lo, int hi) const {
-    for (int z = lo; z <= hi; ++z) {
-      const std::uint32_t first = cell_index(Cell{0, 0, z});
-      if (first < end_cell && first_cell < first + (1U << (2 * kCellBits))) return true;
+  /// Whether cells between these corners, both included, may be the rank's, once moved by `offset`.
+  SOFTCD_HD constexpr bool may_have(Cell lo, Cell hi, std::uint32_t offset) const {
+    for (int z = lo.z; z <= hi.z; ++z) {
+      const std::uint32_t first = moved_cell(cell_index({lo.x, lo.y, z}), offset);
+      const std::uint32_t last = first + cell_index({hi.x - lo.x, hi.y - lo.y, 0});
+      if (first < end_cell && first_cell <= last) return true;
+      if (last >= kCellCount && first_cell <= last - kCellCount) return true;  // numbers begin again
     }
     return false;
   }

@@ -1,55 +1,18 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 
 #include "softcd/core/host_device.hpp"
+#include "softcd/grid/cell_index.hpp"
 #include "softcd/math/kdop.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/math/simd.hpp"
 
 namespace softcd {
 
-/// A cell's integer coordinates: cell i covers [i s, (i + 1) s) on each axis, s the cell size.
-struct Cell {
-  int x, y, z;
-};
-
 /// Coordinates (in cells) beyond which a triangle is not put into the grid: below it every integer and every sum
 /// of two is exact in float32.
 constexpr float kGridExtent = 1048576.0F;  // 2^20
-
-/// Bits per axis of a wrapped cell index. Wrapping is harmless: two triangles that share a cell span at most
-/// 2 * kMaxSpan < 2^kCellBits cells together, so no second, aliased cell can be common to them; unrelated triangles
-/// that meet by wrapping are rejected by their volumes.
-constexpr int kCellBits = 9;
-constexpr int kCellMask = (1 << kCellBits) - 1;
-constexpr int kMaxSpan = 128;
-
-/// Wrapped cell index, 27 bits: z:9 | y:9 | x:9.
-SOFTCD_HD constexpr std::uint32_t cell_index(Cell cell) {
-  return (static_cast<std::uint32_t>(cell.z & kCellMask) << (2 * kCellBits)) |
-         (static_cast<std::uint32_t>(cell.y & kCellMask) << kCellBits) | static_cast<std::uint32_t>(cell.x & kCellMask);
-}
-
-/// Wrapped indices of cells that were moved by as many cells along each axis as that of `offset` is from the origin's.
-SOFTCD_HD constexpr std::uint32_t moved_cell(std::uint32_t cell, std::uint32_t offset) {
-  std::uint32_t moved = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto along = static_cast<std::uint32_t>(kCellMask) << (axis * kCellBits);
-    moved |= ((cell & along) + (offset & along)) & along;
-  }
-  return moved;
-}
-/// The opposite of `offset`.
-SOFTCD_HD constexpr std::uint32_t opposite_cell(std::uint32_t offset) {
-  std::uint32_t opposite = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto along = static_cast<std::uint32_t>(kCellMask) << (axis * kCellBits);
-    opposite |= (0U - (offset & along)) & along;
-  }
-  return opposite;
-}
 
 /// The cell that holds `point`; `inverse_size` is 1 / s, and a fraction rounds down on both sides of zero.
 SOFTCD_HD inline Cell cell_of(Vec3f point, float inverse_size) {

@@ -17,7 +17,7 @@
 /// The broad phase's stage order, once for all backends: triangles in, triangle pairs out.
 namespace softcd {
 
-constexpr int kEntryKeyBits = 3 * kCellBits + 3;
+constexpr int kEntryKeyBits = kCellBits + 3;
 
 constexpr int bits_for(std::uint64_t count) {
   int bits = 0;

@@ -95,11 +95,7 @@ struct RegisterTriangle {
     if (level == 0 && span > kFewCellsAcross && !pay_off(whole_cells(volume, shape))) return work;
     work.placement = level > 0 ? Placement::split : Placement::whole;
     work.cell_offset = scene.cell_offset(scene.triangle_body[t]);
-    const int layers_up = static_cast<int>(work.cell_offset >> (2 * kCellBits));
-    if (level == 0 && !partition.is_whole() &&
-        !partition.has_layers(work.cells.lo[2] + layers_up, work.cells.hi[2] + layers_up)) {
-      work.placement = Placement::nowhere;
-    }
+    if (level == 0 && !partition.is_whole() && !may_have(work)) work.placement = Placement::nowhere;
     work.level = static_cast<std::uint32_t>(level);
     work.body = scene.triangle_body[t];
     work.bits = entry_bits(ExactControl::pack(0, false, span <= 2), work.body, wanted_features(shape.flags));
@@ -134,6 +130,11 @@ struct RegisterTriangle {
   SOFTCD_HD float split_cells(const TriangleShape& shape) const {
     const float across = 2.0F * grid->inverse_cell_size * (shape.radius + shape.growth);
     return 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
+  }
+
+  SOFTCD_HD bool may_have(const Registration& work) const {
+    const auto& [lo, hi] = work.cells;
+    return partition.may_have({lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}, work.cell_offset);
   }
 
   SOFTCD_HD std::uint32_t own_cells(const Registration& work, CellInterval row, int y, int z) const {

@@ -57,7 +57,7 @@ struct PrepareEntry {
     }
     const std::uint32_t offset = scene.has_batches ? scene.cell_offset(scene.triangle_body[entry.root]) : 0U;
     const std::uint32_t own_cell = moved_cell(key_cell(key), opposite_cell(offset));
-    boxed_entries[j] = boxed<kSwept>(bounds, own_cell, grid->inverse_cell_size, entry);
+    boxed_entries[j] = boxed<kSwept, Control>(bounds, own_cell, grid->inverse_cell_size, entry);
 
     const std::uint32_t cell = key & ~7U;
     const std::uint32_t begin = gallop_back(keys, j, cell);

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+
+/// Numbers of cells: 27 bits for a grid without borders. Cells share a number where their difference is in a lattice of
+/// index 2^27.
+///
+/// The lattice has no short vector, so that triangles which share a cell meet nowhere else. It has no vector near an
+/// axis and only long ones in the planes of two axes, so that a road, a river or a wide sheet does not meet itself.
+namespace softcd {
+
+/// A cell's integer coordinates: cell i covers [i s, (i + 1) s) on each axis, s the cell size.
+struct Cell {
+  int x, y, z;
+};
+
+constexpr int kCellBits = 27;
+constexpr std::uint32_t kCellCount = 1U << kCellBits;
+constexpr std::uint32_t kCellMask = kCellCount - 1U;
+
+/// What numbers rise by along y and z. Rows of up to 5967 cells, and layers of up to 47 rows, have ascending numbers;
+/// along each axis 2^27 cells have numbers of their own.
+constexpr std::uint32_t kCellRow = 5967;
+constexpr std::uint32_t kCellLayer = 285923;
+
+/// A cell of a triangle is at most so many cells from any other of its cells along each axis, less one.
+constexpr int kMaxSpan = 128;
+
+/// The cell's number.
+SOFTCD_HD constexpr std::uint32_t cell_index(Cell cell) {
+  return (static_cast<std::uint32_t>(cell.x) + kCellRow * static_cast<std::uint32_t>(cell.y) +
+          kCellLayer * static_cast<std::uint32_t>(cell.z)) &
+         kCellMask;
+}
+
+/// The number of the cell with number `cell`, moved from the origin to the cell with number `offset`.
+SOFTCD_HD constexpr std::uint32_t moved_cell(std::uint32_t cell, std::uint32_t offset) {
+  return (cell + offset) & kCellMask;
+}
+/// The opposite of `offset`.
+SOFTCD_HD constexpr std::uint32_t opposite_cell(std::uint32_t offset) {
+  return (0U - offset) & kCellMask;
+}
+
+namespace detail {
+
+/// A short basis of the lattice, found by a search over kCellRow and kCellLayer.
+constexpr Cell kLattice[3] = {{-8, -68, -468}, {493, -48, 1}, {-51, -575, 12}};
+
+/// The cross product of the other two vectors, in cyclic order. Divided by 2^27 it gives coordinate `i` of a cell.
+SOFTCD_HD constexpr Cell dual_vector(int i) {
+  const Cell a = kLattice[(i + 1) % 3];
+  const Cell b = kLattice[(i + 2) % 3];
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+constexpr int magnitude_of(int x) {
+  return x < 0 ? -x : x;
+}
+
+/// Whether all cells up to kMaxSpan from the origin have coordinates below one half along vector `i`.
+constexpr bool fits_window(int i) {
+  const Cell dual = dual_vector(i);
+  const int sum = magnitude_of(dual.x) + magnitude_of(dual.y) + magnitude_of(dual.z);
+  return 2LL * kMaxSpan * sum < static_cast<long long>(kCellCount);
+}
+
+static_assert(kLattice[0].x * dual_vector(0).x + kLattice[0].y * dual_vector(0).y + kLattice[0].z * dual_vector(0).z ==
+              static_cast<int>(kCellCount));
+static_assert(cell_index(kLattice[0]) == 0 && cell_index(kLattice[1]) == 0 && cell_index(kLattice[2]) == 0);
+static_assert(fits_window(0) && fits_window(1) && fits_window(2));
+
+}  // namespace detail
+
+/// The cell with this number that is at most kMaxSpan from `near` along each axis, if there is one.
+SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) {
+  constexpr std::int64_t kHalf = kCellCount / 2;
+  // Away from `near`: `along` cells along x, but for a vector of the lattice.
+  const auto along = static_cast<std::int64_t>((index - cell_index(near) + kCellCount / 2) & kCellMask) - kHalf;
+  Cell away = {static_cast<int>(along), 0, 0};
+  for (int i = 0; i < 3; ++i) {
+    const auto times = static_cast<int>((along * detail::dual_vector(i).x + kHalf) >> kCellBits);
+    away.x -= times * detail::kLattice[i].x;
+    away.y -= times * detail::kLattice[i].y;
+    away.z -= times * detail::kLattice[i].z;
+  }
+  return {near.x + away.x, near.y + away.y, near.z + away.z};
+}
+
+}  // namespace softcd
