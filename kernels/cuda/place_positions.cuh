@@ -5,15 +5,15 @@
 
 namespace softcd::cuda {
 
-template <class T>
-__device__ void place_run(const DevicePositions& run, const Vec3d& origin, Vec3f* out) {
-  const PlacePosition<T> place{run.positions, origin, out + run.first};
+template <class T, class Out>
+__device__ void place_run(const DevicePositions& run, const Vec3d& origin, Out* out) {
+  const PlacePosition<T, Out> place{run.positions, origin, out + run.first};
   for (std::uint64_t i = threadIdx.x; i < run.count; i += kBlockSize) place(i);
 }
 
 /// A block for each run of vertices, of which the host has the list.
-inline __global__ void __launch_bounds__(kBlockSize)
-    place_positions(const DevicePositions* runs, Vec3d origin, Vec3f* out) {
+template <class Out>
+__global__ void __launch_bounds__(kBlockSize) place_positions(const DevicePositions* runs, Vec3d origin, Out* out) {
   const DevicePositions run = runs[blockIdx.x];
   if (run.positions.is_double) {
     place_run<double>(run, origin, out);

@@ -7,7 +7,7 @@ namespace {
 
 /// One end, of which the origin was another one.
 void move_end(Vec3d from, Vec3d to, const std::vector<Vec3d>& full, std::size_t count, Vec3f* x, EndSurvey& survey) {
-  survey.squared_rounding = 0;
+  survey.is_rounded = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (full.empty()) {
       x[i] = vec3_cast<float>((vec3_cast<double>(x[i]) + from) - to);
@@ -81,6 +81,20 @@ void BodyPositions::finish_reading(bool needs_t0) {
   are_new_ = false;
   is_t0_placed_ = needs_t0 && (have_two_ends_ || are_on_device());
   if (!are_on_device()) new_t0_ = new_t1_ = Positions();
+}
+
+void BodyPositions::copy_full(std::size_t begin, std::size_t end, Vec3d origin, PositionArrays arrays, bool with_t0,
+                              Vec3d* out_t0, Vec3d* out_t1) const {
+  const auto copy = [&](const std::vector<Vec3d>& full, const Vec3f* x, Vec3d* out) {
+    for (std::size_t i = begin; i < end; ++i) out[i] = full.empty() ? vec3_cast<double>(x[i]) + origin : full[i];
+  };
+  copy(full_t1_, arrays.x_t1, out_t1);
+  if (!with_t0) return;
+  if (have_two_ends_) {
+    copy(full_t0_, arrays.x_t0, out_t0);
+  } else {
+    std::copy(out_t1 + begin, out_t1 + end, out_t0 + begin);
+  }
 }
 
 void BodyPositions::move_origin(Vec3d from, Vec3d to, std::size_t count, PositionArrays out) {

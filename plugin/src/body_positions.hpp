@@ -30,6 +30,7 @@ class BodyPositions {
  public:
   bool are_set() const { return are_set_ || are_new_; }
   bool are_new() const { return are_new_; }
+  bool are_double() const { return are_new_ || are_on_device() ? new_t1_.is_double() : !full_t1_.empty(); }
   bool are_on_device() const { return new_t1_.is_on_device(); }
   /// The caller's memory, and whether t0 is not t1.
   const Positions& given_t0() const { return new_t0_; }
@@ -54,6 +55,10 @@ class BodyPositions {
   void finish_reading(bool needs_t0);
   /// What is on a device is to be looked at anew.
   void distrust_device() { are_new_ |= are_on_device(); }
+  /// Writes the vertices [begin, end) as they were given, which are read, and not on a device; t0 where it is placed
+  /// and `with_t0`. `origin` is what the arrays are relative to.
+  void copy_full(std::size_t begin, std::size_t end, Vec3d origin, PositionArrays arrays, bool with_t0, Vec3d* out_t0,
+                 Vec3d* out_t1) const;
   /// Moves all that were read before from one origin to another.
   void move_origin(Vec3d from, Vec3d to, std::size_t count, PositionArrays out);
   /// Two steps where t0 was not needed before.

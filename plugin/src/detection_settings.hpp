@@ -64,6 +64,7 @@ inline DetectionSettings detection_settings(const QueryOptions& options, const P
           .edge_edge = pairs.edge_edge,
           .both_ends = moves || (measures_moves(options) && has_pairs),
           .at_t0 = options.detection == Detection::dcd && options.step_end == StepEnd::t0,
+          .covers_rounding = pairs.is_rounded,
           .reuses_pairs = options.reuse_pairs,
           .contacts_stay = options.contacts_on_device,
           .partition = partition};

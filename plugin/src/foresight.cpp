@@ -67,7 +67,7 @@ void Foresight::foresee(const std::vector<double>& moves) {
     body.t1.extent = grown(body.t1.extent, slack);
     body.squared_move *= 4.0;
     // Of doubles that were there before; where it counts, what is foreseen are floats, which are not rounded.
-    body.t0.squared_rounding = body.t1.squared_rounding = 0.0;
+    body.t0.is_rounded = body.t1.is_rounded = false;
   }
   is_known_ = true;
   ++number_;

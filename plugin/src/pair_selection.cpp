@@ -14,26 +14,11 @@ namespace {
 constexpr float kLargest = std::numeric_limits<float>::max();
 constexpr Box kNowhere = {{kLargest, kLargest, kLargest}, {-kLargest, -kLargest, -kLargest}};
 
-/// Furthest that rounding has moved one of the positions that are computed with.
-double rounding_of(const Body& body, const Selecting& selecting) {
+/// Whether rounding has moved some of the positions that are computed with, and that counts.
+bool is_rounded(const Body& body, const Selecting& selecting) {
   const StepSurvey& survey = body.positions.survey();
-  double squared_rounding = 0;
-  if (selecting.covers_rounding_t0) squared_rounding = survey.t0.squared_rounding;
-  if (selecting.covers_rounding_t1) squared_rounding = std::max(squared_rounding, survey.t1.squared_rounding);
-  return std::sqrt(squared_rounding);
-}
-
-/// What the detector takes for the body's margin: the margin as it is, where nothing was rounded.
-float detected_margin(const Body& body, const Selecting& selecting) {
-  const float margin = selecting.margins ? body.settings.margin : 0.0F;
-  const double rounding = rounding_of(body, selecting);
-  return rounding > 0.0 ? outward_up(margin + outward_up(static_cast<float>(rounding))) : margin;
-}
-
-/// Both ends of a motion may be rounded, each as far.
-float motion_rounding(const Body& body, const Selecting& selecting) {
-  const double rounding = 2.0 * static_cast<double>(selecting.motion_margin) * rounding_of(body, selecting);
-  return rounding > 0.0 ? outward_up(static_cast<float>(rounding)) : 0.0F;
+  return (selecting.covers_rounding_t0 && survey.t0.is_rounded) ||
+         (selecting.covers_rounding_t1 && survey.t1.is_rounded);
 }
 
 Extent extent_of(const Body& body, const Selecting& selecting) {
@@ -48,10 +33,13 @@ Extent extent_of(const Body& body, const Selecting& selecting) {
 Box grown_box(const Body& body, Vec3d origin, float margin, const Selecting& selecting) {
   const Extent extent = extent_of(body, selecting);
   if (extent.is_empty()) return kNowhere;
-  const Box box = {vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
+  Box box = {vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
+  if (is_rounded(body, selecting)) {
+    const auto outward = [](const Vec3f& v, float (*by)(float)) { return Vec3f{by(v.x), by(v.y), by(v.z)}; };
+    box = {outward(box.lo, outward_down), outward(box.hi, outward_up)};
+  }
   const auto furthest_move = static_cast<float>(std::sqrt(body.positions.survey().squared_move));
-  const float motion =
-      outward_up(outward_up(outward_up(furthest_move) * selecting.motion_margin) + motion_rounding(body, selecting));
+  const float motion = outward_up(outward_up(furthest_move) * selecting.motion_margin);
   return inflated(box, outward_up(outward_up(margin + motion) * selecting.distance_factor));
 }
 
@@ -139,7 +127,7 @@ void PairSelector::survey_bodies(const std::vector<Body>& bodies, Vec3d origin, 
   const auto survey = [&](std::size_t b) {
     const Body& body = bodies[b];
     const Features& features = body.settings.features;
-    const float margin = detected_margin(body, selecting);
+    const float margin = selecting.margins ? body.settings.margin : 0.0F;
     selection_.bodies[b] = {body.id.value,
                             body.vertices.first,
                             body.triangles.first,
@@ -152,10 +140,12 @@ void PairSelector::survey_bodies(const std::vector<Body>& bodies, Vec3d origin, 
                             cell_offset_of(body.settings.batch),
                             selecting.neighbour_filters && body.excludes_rings(),
                             selecting.neighbour_filters && body.excludes_at_rest() ? body.settings.rest_distance : 0.0F,
-                            motion_rounding(body, selecting)};
+                            is_rounded(body, selecting)};
     boxes_[b] = grown_box(body, origin, margin, selecting);
   };
   for_each_body(bodies.size(), survey);
+  selection_.is_rounded = std::any_of(selection_.bodies.begin(), selection_.bodies.end(),
+                                      [](const SceneBody& body) { return body.is_rounded; });
   batches_.clear();
   if (std::all_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.settings.batch == 0; })) return;
   for (const Body& body : bodies) batches_.push_back(body.settings.batch);

@@ -19,6 +19,7 @@ struct PairSelection {
   std::uint64_t self_count = 0;
   bool vertex_triangle = false;  ///< some pair wants these features
   bool edge_edge = false;
+  bool is_rounded = false;   ///< some body, where that is to be covered
   std::uint64_t number = 0;  ///< of the selector's
 
   SceneBodies view() const { return {bodies, partner_begin, partners, number}; }
@@ -27,8 +28,7 @@ struct PairSelection {
 /// What a detection takes of bodies.
 struct Selecting {
   bool t0 = false, t1 = false;  ///< these ends' extents
-  /// The ends of which positions are computed with: the margin takes up what rounding has moved them by, so that
-  /// nothing that is within it where the caller has the positions is beyond it where the detector has them.
+  /// The ends of which positions are computed with, where what rounding has moved them by is to be covered.
   bool covers_rounding_t0 = false, covers_rounding_t1 = false;
   bool margins = true;
   bool neighbour_filters = true;

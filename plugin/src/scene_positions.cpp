@@ -226,6 +226,37 @@ void SceneStore::read_in_parallel(Vec3d origin, bool needs_t0) {
   merge_surveys(blocks, surveys);
 }
 
+std::uint64_t SceneStore::fill_full_positions() {
+  if (full_revision_ == revision()) return full_revision_;
+  full_revision_ = 0;
+  for (HostArray<Vec3d>* const full : {&full_t0_, &full_t1_}) {
+    if (full == &full_t0_ && !needs_t0_) continue;
+    full->reserve(vertex_body_.size());
+    full->resize(vertex_body_.size());
+  }
+  const auto is_here = [](const Body& body) { return body.positions.are_set() && !body.positions.are_on_device(); };
+  try {
+    std::vector<Block> blocks;
+    for (Body& body : bodies_) {
+      if (is_here(body)) append_blocks(body, blocks);
+    }
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) { copy_full_positions(blocks[i]); });
+  } catch (...) {
+    // Without memory, or threads.
+    for (Body& body : bodies_) {
+      if (is_here(body)) copy_full_positions({&body, 0, body.vertices.count});
+    }
+  }
+  full_revision_ = revision();
+  return full_revision_;
+}
+
+void SceneStore::copy_full_positions(const Block& block) {
+  const std::size_t first = block.body->vertices.first;
+  block.body->positions.copy_full(block.begin, block.end, origin_, positions_of(*block.body), needs_t0_,
+                                  full_t0_.data() + (needs_t0_ ? first : 0), full_t1_.data() + first);
+}
+
 void SceneStore::append_blocks(Body& body, std::vector<Block>& blocks) {
   for (std::size_t begin = 0; begin < body.vertices.count; begin += kBlockSize) {
     blocks.push_back({&body, begin, std::min<std::size_t>(begin + kBlockSize, body.vertices.count)});
@@ -299,6 +330,7 @@ void SceneStore::take_to_host(Body& body, DevicePositionReader& reader) {
   positions.finish_reading(needs_t0_);
   if (lacks_t0(body)) positions.place_t0(origin_, count, positions_of(body));
   body.unsent.x_t0 = body.unsent.x_t1 = true;
+  full_revision_ = 0;
 }
 
 }  // namespace softcd

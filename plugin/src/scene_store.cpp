@@ -525,10 +525,20 @@ void SceneStore::list_neighbours() {
 }
 
 SceneArrays SceneStore::arrays() const {
-  return {x_t0_.view(),           x_t1_.view(),        triangles_.view(),
-          triangle_edges_.view(), edges_.view(),       ownership_.view(),
-          triangle_body_.view(),  vertex_body_.view(), vertex_triangle_neighbours_,
-          edge_edge_neighbours_,  mesh_revision_,      filters_.arrays()};
+  return {x_t0_.view(),
+          x_t1_.view(),
+          full_t0_.view(),
+          full_t1_.view(),
+          triangles_.view(),
+          triangle_edges_.view(),
+          edges_.view(),
+          ownership_.view(),
+          triangle_body_.view(),
+          vertex_body_.view(),
+          vertex_triangle_neighbours_,
+          edge_edge_neighbours_,
+          mesh_revision_,
+          filters_.arrays()};
 }
 
 SceneSize SceneStore::size() const {
@@ -543,6 +553,21 @@ SceneSize SceneStore::size() const {
     size.bodies_without_positions += body.positions.are_set() ? 0 : 1;
   }
   return size;
+}
+
+void SceneStore::append_full_positions(SceneChanges& changes) const {
+  for (const Body& body : bodies_) {
+    const auto append_end = [&](std::vector<Range>& ranges, std::vector<DevicePositions>& on_device,
+                                const Positions& end) {
+      if (body.positions.are_on_device()) {
+        on_device.push_back({given(end), body.vertices.first, body.vertices.count});
+      } else {
+        append(ranges, body.vertices);
+      }
+    };
+    if (needs_t0_) append_end(changes.full_t0, changes.device_full_t0, body.positions.given_t0());
+    append_end(changes.full_t1, changes.device_full_t1, body.positions.given_t1());
+  }
 }
 
 SceneChanges SceneStore::changes(bool all, bool with_t0) const {

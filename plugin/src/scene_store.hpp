@@ -54,6 +54,8 @@ class SceneStore {
   void share_positions() {
     x_t0_.share();
     x_t1_.share();
+    full_t0_.share();
+    full_t1_.share();
   }
 
   bool has_positions_on_device() const;
@@ -93,6 +95,12 @@ class SceneStore {
   void find_closed_surfaces();
   /// Changes of bodies are counted, see Body::last_change.
   std::uint64_t last_change() const { return last_change_; }
+
+  /// Fills full_t0 and full_t1 of arrays(), once they are settled, but for positions on a device. Returns another
+  /// number where something of them has changed; never 0.
+  std::uint64_t fill_full_positions();
+  /// All of these, for a detector that does not know them.
+  void append_full_positions(SceneChanges& changes) const;
 
   /// What was changed since a detector was told, x_t0 where `with_t0`; everything, where `all`.
   SceneChanges changes(bool all, bool with_t0) const;
@@ -160,6 +168,7 @@ class SceneStore {
   void survey_device_bodies(DevicePositionReader& reader, Vec3d origin, const IsConcerned& is_concerned);
   void take_to_host(Body& body, DevicePositionReader& reader);
   void take_strays_to_host(DevicePositionReader& reader);
+  void copy_full_positions(const Block& block);
 
   std::vector<std::uint32_t> strays_of(const Body& body, const LookedAt& looked_at) const;
   void leave_out_strays(const LookedAt& looked_at);
@@ -187,6 +196,8 @@ class SceneStore {
   std::vector<std::size_t> foreseen_bodies_;  ///< whose positions were
   std::uint64_t selection_number_ = 0, last_selection_number_ = 0;
   HostArray<Vec3f> x_t0_, x_t1_;
+  HostArray<Vec3d> full_t0_, full_t1_;  ///< of this revision():
+  std::uint64_t full_revision_ = 0;
   HostArray<Triangle> triangles_;
   HostArray<TriangleEdges> triangle_edges_;
   HostArray<Edge> edges_;

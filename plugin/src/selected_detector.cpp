@@ -133,7 +133,7 @@ void SelectedDetector::start_in(Slot& slot) {
 /// Makes its detector where there is none yet.
 SelectedDetector::Ready SelectedDetector::ready(Slot& slot, MakeMemory make_memory) {
   if (slot.detector == nullptr) {
-    slot = {&slot == &cpu_ ? factories_.make_cpu() : factories_.make_device(), ++last_number_, false};
+    slot = {&slot == &cpu_ ? factories_.make_cpu() : factories_.make_device(), ++last_number_};
   }
   NumberedMemory& memory = &slot == &cpu_ ? query_->cpu : query_->device;
   if (memory.detector != slot.number) {
@@ -177,11 +177,19 @@ void SelectedDetector::take_positions_to_host() {
 void SelectedDetector::tell_scene(Slot& slot) {
   if (&slot == &cpu_) {
     if (scene_->has_positions_on_device()) take_positions_to_host();
+    if (input_.settings.covers_rounding) scene_->fill_full_positions();
     slot.detector->set_scene(scene_->arrays(), {});
     return;
   }
+  const std::uint64_t full = input_.settings.covers_rounding ? scene_->fill_full_positions() : 0;
   const bool is_new = !std::exchange(slot.knows_scene, false);
-  slot.detector->set_scene(scene_->arrays(), scene_->changes(is_new, input_.reads_t0));
+  if (is_new) slot.known_full_positions = 0;
+  SceneChanges changes = scene_->changes(is_new, input_.reads_t0);
+  const bool tells_full = full != 0 && full != std::exchange(slot.known_full_positions, full);
+  if (tells_full) scene_->append_full_positions(changes);
+  SceneArrays arrays = scene_->arrays();
+  if (full == 0) arrays.full_t0 = arrays.full_t1 = {};
+  slot.detector->set_scene(arrays, changes);
   scene_->forget_changes(input_.reads_t0);
   slot.knows_scene = true;
 }

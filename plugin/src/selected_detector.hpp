@@ -83,6 +83,7 @@ class SelectedDetector {
     std::unique_ptr<Detector> detector;
     std::uint64_t number = 0;
     bool knows_scene = false;
+    std::uint64_t known_full_positions = 0;  ///< see SceneStore::fill_full_positions(); 0: none
   };
 
   const Detector* detector_in_use() const { return (backend_ == Backend::cpu ? cpu_ : device_).detector.get(); }

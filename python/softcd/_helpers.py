@@ -103,9 +103,9 @@ def collision_free_step(
     """How much of the step from t0 to t1 can be made before anything touches: a number in [0, 1].
 
     Along `vertices_t0 + s * (vertices_t1 - vertices_t0)` nothing touches for s below the result, or comes nearer than
-    twice `margin`. Never too large; too small by the rounding of the positions to float32. At the result itself
-    something may touch: a solver that goes on from there takes a little less, or a margin. 0 where something touches
-    at t0. Arguments are as for `detect`, further keywords those of `Scene`.
+    twice `margin`. Never too large: float64 positions count as they are. At the result itself something may
+    touch: a solver that goes on from there takes a little less, or a margin. 0 where something touches at t0. Arguments
+    are as for `detect`, further keywords those of `Scene`.
     """
     scene = _scene_of(
         vertices_t0,

@@ -296,14 +296,14 @@ TEST(Foresight, has_nothing_rounded) {
   bodies[0].positions.set(on_device, on_device);
   StepSurvey seen;
   seen.t1.extent.extend(x);
-  seen.t1.squared_rounding = 1.0;
+  seen.t1.is_rounded = true;
   seen.t0 = seen.t1;
   bodies[0].positions.set_survey(seen);
   Foresight foresight;
   for (int looks = 0; looks < 2; ++looks) foresight.learn(bodies);
   ASSERT_TRUE(foresight.is_known());
-  EXPECT_EQ(foresight.of(0).t0.squared_rounding, 0.0);
-  EXPECT_EQ(foresight.of(0).t1.squared_rounding, 0.0);
+  EXPECT_FALSE(foresight.of(0).t0.is_rounded);
+  EXPECT_FALSE(foresight.of(0).t1.is_rounded);
   EXPECT_TRUE(is_within(seen.t1.extent, foresight.of(0).t1.extent));
 }
 

@@ -29,19 +29,25 @@ class CopyingDevice final : public ForwardingDetector {
   void set_scene(const SceneArrays& scene, const SceneChanges& changes) override {
     follow(x_t0_, scene.x_t0, changes.x_t0, changes.device_x_t0, changes.origin);
     follow(x_t1_, scene.x_t1, changes.x_t1, changes.device_x_t1, changes.origin);
+    follow(full_t0_, scene.full_t0, changes.full_t0, changes.device_full_t0, changes.origin);
+    follow(full_t1_, scene.full_t1, changes.full_t1, changes.device_full_t1, changes.origin);
     SceneArrays mirrored = scene;
     mirrored.x_t0 = x_t0_;
     mirrored.x_t1 = x_t1_;
+    mirrored.full_t0 = full_t0_;
+    mirrored.full_t1 = full_t1_;
     SceneChanges none;
     none.verdict = changes.verdict;
     ForwardingDetector::set_scene(mirrored, none);
   }
 
  private:
-  static void follow(std::vector<Vec3f>& copy, Span<const Vec3f> values, const std::vector<Range>& changes,
+  template <class Position>
+  static void follow(std::vector<Position>& copy, Span<const Position> values, const std::vector<Range>& changes,
                      const std::vector<DevicePositions>& on_device, Vec3d origin) {
-    constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
-    copy.resize(values.size(), {kNever, kNever, kNever});
+    using T = decltype(Position::x);
+    constexpr T kNever = std::numeric_limits<T>::quiet_NaN();
+    if (copy.size() < values.size()) copy.resize(values.size(), {kNever, kNever, kNever});
     for (const Range& range : changes) {
       std::copy(values.begin() + range.begin, values.begin() + range.end,
                 copy.begin() + static_cast<std::ptrdiff_t>(range.begin));
@@ -49,15 +55,16 @@ class CopyingDevice final : public ForwardingDetector {
     for (const DevicePositions& x : on_device) {
       for (std::uint64_t i = 0; i < x.count; ++i) {
         if (x.positions.is_double) {
-          PlacePosition<double>{x.positions, origin, copy.data() + x.first}(i);
+          PlacePosition<double, Position>{x.positions, origin, copy.data() + x.first}(i);
         } else {
-          PlacePosition<float>{x.positions, origin, copy.data() + x.first}(i);
+          PlacePosition<float, Position>{x.positions, origin, copy.data() + x.first}(i);
         }
       }
     }
   }
 
   std::vector<Vec3f> x_t0_, x_t1_;
+  std::vector<Vec3d> full_t0_, full_t1_;
 };
 
 /// At positions that were foreseen.

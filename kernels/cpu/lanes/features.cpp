@@ -326,7 +326,7 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
     if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
     is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
     if constexpr (kKind == ContactKind::vertex_triangle) {
-      if (test.scene.contact_rule == ContactRule::slab && !hn::AllTrue(floats, is_apart)) {
+      if (test.scene.has_certain_slabs() && !hn::AllTrue(floats, is_apart)) {
         is_apart = hn::Or(is_apart, certainly_outside_slab(pair_t1, size, slab_margins(test, candidates)));
       }
     }

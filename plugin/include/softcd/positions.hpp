@@ -13,9 +13,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Positions become float32 relative to the scene's origin, which moves along only where the whole scene is far away:
 /// float positions stay as they are, double positions keep about 7 digits of the scene's extent, stray vertices
-/// included. With Accuracy::conservative a body's margin grows by the most that this moves one of its vertices by, so
-/// that no contact of the double positions is lost: by at most 6e-8 of its furthest vertex's distance from the scene's
-/// origin, and by nothing where all of them are floats. A vertex with a coordinate beyond 1e37 counts as not finite.
+/// included. Accuracy::conservative uses these floats only to refuse pairs that are certain to be apart, and judges
+/// contacts by the positions as they were given. A vertex with a coordinate beyond 1e37 counts as not finite.
 ///
 /// `count` positions of three consecutive floats or doubles, `stride` bytes apart, aligned as their coordinates are.
 /// The memory is read by the scene's next detection that is started, before that call returns or throws, and never

@@ -82,11 +82,10 @@ enum class Accuracy : std::uint32_t {
   /// Both in float64, with 8e-15 S instead of 4e-6 S; times of impact are not late. In a continuous detection a
   /// positive margin is looked for at the step's ends and where the features are coplanar, not in between.
   precise,
-  /// In float64, with roundings bounded against "no contact", those of positions in double too. Continuous: whatever
-  /// comes within the margin during the step is found, at a time of impact that is not late. What is found comes within
-  /// the margin, a millionth of it, 2e-14 S and what positions were rounded by, but for the unsettled contacts, which
-  /// are marked (Contact::is_unsettled): the bound on work was reached first. Discrete: whatever is within the margin
-  /// is found; with ContactRule::slab, for positions as the detector has them.
+  /// In float64, with roundings bounded against "no contact", for positions as they were given, in double too.
+  /// Continuous: whatever comes within the margin during the step is found, at a time of impact that is not late. What
+  /// is found comes within the margin, a millionth of it and 2e-14 S, but for the unsettled contacts, which are marked
+  /// (Contact::is_unsettled): the bound on work was reached first. Discrete: whatever is within the margin is found.
   conservative,
 };
 

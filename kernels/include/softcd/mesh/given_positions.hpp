@@ -9,6 +9,7 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/coordinate_range.hpp"
+#include "softcd/math/exact_sum.hpp"
 #include "softcd/math/scalar.hpp"
 
 namespace softcd {
@@ -46,12 +47,12 @@ struct Extent {
 struct EndSurvey {
   Extent extent;                  ///< of the vertices that are finite
   std::uint32_t stray_count = 0;  ///< of the others
-  double squared_rounding = 0;    ///< furthest that becoming float32 has moved a vertex
+  bool is_rounded = false;        ///< some vertex is not where the scene's float32 has it
 
   SOFTCD_HD void merge(const EndSurvey& other) {
     extent.extend(other.extent);
     stray_count += other.stray_count;
-    squared_rounding = larger(squared_rounding, other.squared_rounding);
+    is_rounded |= other.is_rounded;
   }
 };
 
@@ -77,10 +78,12 @@ SOFTCD_HD Vec3d position_at(const GivenPositions& positions, std::uint64_t verte
   return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
 }
 
-SOFTCD_HD inline double rounding_of(double x) {
+/// Whether x is not where the float says that is relative to the origin.
+SOFTCD_HD inline bool is_rounded(double x, double origin) {
+  const DoubleDouble relative = exact_difference(x, origin);
   // g++ 12 forgets to round where it vectorises the conversion to and fro.
-  const volatile float rounded = static_cast<float>(x);
-  return x - static_cast<double>(rounded);
+  const volatile float rounded = static_cast<float>(relative.hi);
+  return !(static_cast<double>(rounded) == relative.hi && relative.lo == 0.0);
 }
 
 /// Relative to the origin as the scene has it, NaN where it is not finite. Floats lose nothing, see origin_of.
@@ -88,15 +91,21 @@ SOFTCD_HD inline Vec3f placed(const Vec3d& x, const Vec3d& origin) {
   return is_usable(x) ? vec3_cast<float>(x - origin) : Vec3f{NAN, NAN, NAN};
 }
 
-/// Writes where the scene has a vertex. T is what its position was given as.
-template <class T>
+/// Writes where the scene has a vertex: as a float relative to the origin, or in full. T is what its position was given
+/// as.
+template <class T, class Out>
 struct PlacePosition {
   GivenPositions positions;
   Vec3d origin;
-  Vec3f* out;
+  Out* out;
 
   SOFTCD_HD void operator()(std::uint64_t vertex) const {
-    out[vertex] = placed(position_at<T>(positions, vertex), origin);
+    const Vec3d x = position_at<T>(positions, vertex);
+    if constexpr (std::is_same_v<Out, Vec3d>) {
+      out[vertex] = x;
+    } else {
+      out[vertex] = placed(x, origin);
+    }
   }
 };
 
@@ -112,10 +121,8 @@ SOFTCD_HD inline void survey_end(const Vec3d& x, EndSurvey& survey) {
 template <class T>
 SOFTCD_HD void survey_rounding(const Vec3d& x, const Vec3d& origin, EndSurvey& survey) {
   if constexpr (std::is_same_v<T, double>) {
-    if (!is_usable(x)) return;
-    const Vec3d exact = x - origin;
-    const Vec3d rounding = {rounding_of(exact.x), rounding_of(exact.y), rounding_of(exact.z)};
-    survey.squared_rounding = larger(survey.squared_rounding, squared_norm(rounding));
+    if (survey.is_rounded || !is_usable(x)) return;
+    survey.is_rounded = is_rounded(x.x, origin.x) || is_rounded(x.y, origin.y) || is_rounded(x.z, origin.z);
   }
 }
 

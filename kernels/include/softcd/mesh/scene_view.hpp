@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cfloat>
 #include <cstdint>
 #include <type_traits>
 
@@ -33,8 +34,8 @@ struct SceneBody {
   /// rest (0: nothing), is kept from touching it.
   bool excludes_rings = false;
   float rest_distance = 0.0F;
-  /// With SceneView::motion_margin, what the roundings of both ends may take from a vertex's motion, times that.
-  float motion_rounding = 0.0F;
+  /// The detection covers what rounding did to the body's positions, and something was rounded.
+  bool is_rounded = false;
 };
 
 /// What decides about features beside where they are; null what no body has.
@@ -51,11 +52,23 @@ struct FeatureFilters {
   friend bool operator==(const FeatureFilters&, const FeatureFilters&) = default;
 };
 
+/// Bounds the distance from a position to the float32 that it was rounded to, relative to the scene's origin. Each
+/// coordinate is off by at most 2^-24 of the float, and by far less for the origin's subtraction: sqrt(3) 2^-24, with
+/// room for the roundings of this bound, and for denormalized floats.
+SOFTCD_HD inline float rounding_bound(const Vec3f& rounded) {
+  constexpr float kLargestShare = 1.75F * 0x1p-24F;
+  return kLargestShare * max_norm(rounded) + FLT_MIN;
+}
+
 /// All bodies concatenated in ascending order of ids; memory of the backend. Positions are float32, relative to the
 /// scene's origin; x_t0 == x_t1 when nothing but the end of the step counts.
 struct SceneView {
   const Vec3f* x_t0 = nullptr;
   const Vec3f* x_t1 = nullptr;
+  /// The same in full, as they were given; null where the detection is about the floats, or these are exact. Stages
+  /// that refuse pairs read floats, and allow for SceneBody::is_rounded; those that judge contacts read these.
+  const Vec3d* full_t0 = nullptr;
+  const Vec3d* full_t1 = nullptr;
   const Triangle* triangles = nullptr;
   const TriangleEdges* triangle_edges = nullptr;
   const Edge* edges = nullptr;
@@ -120,9 +133,30 @@ struct SceneView {
     }
   }
 
+  /// Whether what is in contact by ContactRule::slab may be told from floats: planes of small triangles turn by any
+  /// angle when these are rounded.
+  SOFTCD_HD bool has_certain_slabs() const { return contact_rule == ContactRule::slab && full_t1 == nullptr; }
+
   /// The distance within which features with this margin can be in contact.
   SOFTCD_HD float contact_distance(float margin) const {
     return contact_rule == ContactRule::slab ? outward_up(kSlabFactor * margin) : margin;
+  }
+
+  /// Positions as T has them: in double in full, where they are known so.
+  template <class T>
+  SOFTCD_HD Vec3<T> position_t0(std::uint32_t v) const {
+    return position<T>(x_t0, full_t0, v);
+  }
+  template <class T>
+  SOFTCD_HD Vec3<T> position_t1(std::uint32_t v) const {
+    return position<T>(x_t1, full_t1, v);
+  }
+
+  /// Bounds how far the detector has the vertex from where it was given, at any time of the step.
+  SOFTCD_HD float vertex_rounding(const SceneBody& body, std::uint32_t v) const {
+    if (!body.is_rounded) return 0.0F;
+    const float at_t1 = rounding_bound(x_t1[v]);
+    return is_swept ? larger(at_t1, rounding_bound(x_t0[v])) : at_t1;
   }
 
   /// The vertex's margin, grown by its motion, computed in T. In float the growth is a millionth too large, so that the
@@ -132,9 +166,22 @@ struct SceneView {
     const SceneBody& body = bodies[vertex_body[v]];
     const auto margin = static_cast<T>(body.margin);
     if (!(motion_margin > 0.0F)) return margin;
-    constexpr T kExcess = std::is_same_v<T, float> ? T(1.000001) : T(1);
-    const T moved = kExcess * length(vec3_cast<T>(x_t1[v]) - vec3_cast<T>(x_t0[v]));
-    return margin + (static_cast<T>(motion_margin) * moved + static_cast<T>(body.motion_rounding));
+    if constexpr (std::is_same_v<T, float>) {
+      float moved = length(x_t1[v] - x_t0[v]);
+      if (body.is_rounded) moved += rounding_bound(x_t0[v]) + rounding_bound(x_t1[v]);
+      return margin + motion_margin * (1.000001F * moved);
+    } else {
+      return margin + static_cast<T>(motion_margin) * length(position_t1<T>(v) - position_t0<T>(v));
+    }
+  }
+
+ private:
+  template <class T>
+  static SOFTCD_HD Vec3<T> position(const Vec3f* x, const Vec3d* full, std::uint32_t v) {
+    if constexpr (std::is_same_v<T, double>) {
+      if (full != nullptr) return full[v];
+    }
+    return vec3_cast<T>(x[v]);
   }
 };
 

@@ -37,6 +37,7 @@ struct FilterArrays {
 /// for the fields. Between bodies there may be triangles that are kLeftOut, and vertices and edges that none has.
 struct SceneArrays {
   Span<const Vec3f> x_t0, x_t1;
+  Span<const Vec3d> full_t0, full_t1;  ///< filled as far as the next detection covers_rounding, and may be empty else
   Span<const Triangle> triangles;
   Span<const TriangleEdges> triangle_edges;
   Span<const Edge> edges;
@@ -74,6 +75,9 @@ struct SceneChanges {
   /// Positions that are not in the arrays, which begin at this origin.
   std::vector<DevicePositions> device_x_t0, device_x_t1;
   Vec3d origin{0, 0, 0};
+  // Of SceneArrays::full_t0 and full_t1, the same:
+  std::vector<Range> full_t0, full_t1;
+  std::vector<DevicePositions> device_full_t0, device_full_t1;
   std::vector<Range> vertex_triangle_neighbours, edge_edge_neighbours;
   bool filters = false;  ///< all of them
   ForeseenVerdict
@@ -102,8 +106,9 @@ struct DetectionSettings {
   ContactRule contact_rule;
   bool vertex_triangle;  ///< some pair of bodies wants these candidates
   bool edge_edge;
-  bool both_ends;  ///< t0 and t1 count, and something moves
-  bool at_t0;      ///< where not both count: t0 does
+  bool both_ends;        ///< t0 and t1 count, and something moves
+  bool at_t0;            ///< where not both count: t0 does
+  bool covers_rounding;  ///< some positions are no floats, and count as they were given
   bool reuses_pairs;
   bool contacts_stay;  ///< in the backend's memory
   Partition partition;

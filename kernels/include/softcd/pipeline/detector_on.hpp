@@ -230,10 +230,14 @@ class DetectorOn final : public Detector {
     mirror_.vertex_body.follow(backend_, scene.vertex_body, changes.vertices);
     mirror_.x_t0.follow(backend_, scene.x_t0, changes.x_t0);
     mirror_.x_t1.follow(backend_, scene.x_t1, changes.x_t1);
+    mirror_.full_t0.follow(backend_, scene.full_t0, changes.full_t0);
+    mirror_.full_t1.follow(backend_, scene.full_t1, changes.full_t1);
     if constexpr (!Backend::kKnowsCounts) {
       if (verdict_.known != nullptr) backend_.wait_for(verdict_.known);
       mirror_.x_t0.place(backend_, changes.device_x_t0, changes.origin);
       mirror_.x_t1.place(backend_, changes.device_x_t1, changes.origin);
+      mirror_.full_t0.place(backend_, changes.device_full_t0, changes.origin);
+      mirror_.full_t1.place(backend_, changes.device_full_t1, changes.origin);
     }
     mirror_.vertex_triangle_neighbours.follow(backend_, scene.vertex_triangle_neighbours,
                                               changes.vertex_triangle_neighbours);
@@ -257,6 +261,7 @@ class DetectorOn final : public Detector {
     const bool continuous = settings_.detection == Detection::ccd;
     scene_.x_t1 = settings_.at_t0 ? mirror_.x_t0.data() : mirror_.x_t1.data();
     scene_.x_t0 = settings_.both_ends ? mirror_.x_t0.data() : scene_.x_t1;
+    view_full_positions();
     scene_.triangles = mirror_.triangles.data();
     scene_.triangle_edges = mirror_.triangle_edges.data();
     scene_.edges = mirror_.edges.data();
@@ -278,6 +283,13 @@ class DetectorOn final : public Detector {
     scene_.motion_margin = continuous ? 0.0F : settings_.motion_margin;
     scene_.is_conservative = settings_.accuracy == Accuracy::conservative;
     scene_.contact_rule = continuous ? ContactRule::distance : settings_.contact_rule;
+  }
+
+  void view_full_positions() {
+    scene_.full_t0 = scene_.full_t1 = nullptr;
+    if (!settings_.covers_rounding) return;
+    scene_.full_t1 = settings_.at_t0 ? mirror_.full_t0.data() : mirror_.full_t1.data();
+    scene_.full_t0 = settings_.both_ends ? mirror_.full_t0.data() : scene_.full_t1;
   }
 
   /// With the hierarchy of that end.

@@ -252,6 +252,7 @@ struct SceneMirror {
   using Mirror = typename Backend::template Mirror<T>;
 
   Mirror<Vec3f> x_t0, x_t1;
+  Mirror<Vec3d> full_t0, full_t1;
   Mirror<Triangle> triangles;
   Mirror<TriangleEdges> triangle_edges;
   Mirror<Edge> edges;

@@ -27,6 +27,7 @@ struct alignas(16) TriangleShape {
   float radius;  ///< of the larger of its bounding spheres at t0 and t1, without margin
   float growth;  ///< margin, and motion margin, by which the volume was inflated
   std::uint32_t flags;
+  float rounding;  ///< bounds how far its corners are from where they were given, which `growth` covers
 };
 
 /// Computes each triangle's 18-DOP over the whole step, inflated by its margin, and, for a continuous detection, the
@@ -41,7 +42,7 @@ struct BoundTriangle {
   SOFTCD_HD void operator()(std::uint32_t t) const {
     if ((scene.ownership[t] & kLeftOut) == 0U && bound(t)) return;
     volumes[t] = empty_kdop();
-    shapes[t] = {0.0F, 0.0F, 0U};
+    shapes[t] = {0.0F, 0.0F, 0U, 0.0F};
   }
 
  private:
@@ -49,7 +50,8 @@ struct BoundTriangle {
   SOFTCD_HD bool bound(std::uint32_t t) const {
     const TriangleMotion motion = load_triangle(scene, t);
     const SceneBody& body = scene.bodies[scene.triangle_body[t]];
-    const float growth = growth_of(t, body);
+    const float rounding = body.is_rounded ? rounding_of(motion) : 0.0F;
+    const float growth = growth_of(t, body, rounding);
     const TriangleVolume at_t1 = grown_triangle(motion.t1, growth);
     const TriangleVolume at_t0 = scene.is_swept ? grown_triangle(motion.t0, growth) : at_t1;
     const TriangleVolume volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
@@ -61,17 +63,27 @@ struct BoundTriangle {
     if (scene.is_swept) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
     shapes[t] = {radius, growth,
                  scene.ownership[t] | (body.vertex_triangle ? kWantsVertexTriangle : 0U) |
-                     (body.edge_edge ? kWantsEdgeEdge : 0U)};
+                     (body.edge_edge ? kWantsEdgeEdge : 0U),
+                 rounding};
     return true;
   }
 
-  SOFTCD_HD float growth_of(std::uint32_t t, const SceneBody& body) const {
+  static SOFTCD_HD float rounding_of(const TriangleMotion& motion) {
+    float rounding = 0.0F;
+    for (int corner = 0; corner < 3; ++corner) {
+      rounding = larger(rounding, larger(rounding_bound(motion.t0[corner]), rounding_bound(motion.t1[corner])));
+    }
+    return rounding;
+  }
+
+  SOFTCD_HD float growth_of(std::uint32_t t, const SceneBody& body, float rounding) const {
     float growth = body.margin;
     if (!scene.is_swept && scene.motion_margin > 0.0F) {
       for (const std::uint32_t v : scene.triangles[t].v)
         growth = larger(growth, outward_up(scene.vertex_margin<float>(v)));
     }
-    return scene.contact_distance(growth);
+    growth = scene.contact_distance(growth);
+    return rounding > 0.0F ? outward_up(growth + rounding) : growth;
   }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "softcd/core/contact.hpp"
 #include "softcd/math/closest_point.hpp"
@@ -64,6 +65,25 @@ SOFTCD_HD T contact_margin(const SceneView& scene, const FeatureVertices& vertic
   return margin_a + static_cast<T>(scene.bodies[body_b].margin);
 }
 
+/// Whether, along x, y or z, one side lies beyond the other at both ends of a straight-line motion, and so throughout.
+/// Exact. Candidates' floats have been compared that way, but positions in full only with room for what rounding did.
+template <ContactKind kKind>
+SOFTCD_HD bool are_apart_along_an_axis(const Vec3d (&t0)[4], const Vec3d (&t1)[4]) {
+  constexpr int kSplit = kKind == ContactKind::vertex_triangle ? 1 : 2;
+  const auto are_apart_along = [&](int axis) {
+    bool is_below = true;
+    bool is_above = true;
+    for (int a = 0; a < kSplit; ++a) {
+      for (int b = kSplit; b < 4; ++b) {
+        is_below = is_below && t0[a][axis] < t0[b][axis] && t1[a][axis] < t1[b][axis];
+        is_above = is_above && t0[a][axis] > t0[b][axis] && t1[a][axis] > t1[b][axis];
+      }
+    }
+    return is_below || is_above;
+  };
+  return are_apart_along(0) || are_apart_along(1) || are_apart_along(2);
+}
+
 /// Keeps the candidates that are within their margin at t1 (the paper's narrow phase for DCD), computed in T.
 template <ContactKind kKind, class T>
 struct TestProximity {
@@ -74,8 +94,11 @@ struct TestProximity {
   SOFTCD_HD void operator()(std::uint32_t i, Contacts& contacts) const {
     const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
     Vec3<T> x[4];
-    for (int corner = 0; corner < 4; ++corner) x[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    for (int corner = 0; corner < 4; ++corner) x[corner] = scene.position_t1<T>(vertices.v[corner]);
     T margin = contact_margin<kKind, T>(scene, vertices);
+    if constexpr (std::is_same_v<T, double>) {
+      if (scene.full_t1 != nullptr && !(margin > T(0)) && are_apart_along_an_axis<kKind>(x, x)) return;
+    }
     if (scene.is_conservative) margin += distance_tolerance<kKind>(x);
     const ClosestPoints<T> closest = closest_points(x);
     if (!closest.are_within(margin)) return;
@@ -147,7 +170,7 @@ struct TestSlab {
     constexpr ContactKind kKind = ContactKind::vertex_triangle;
     const FeatureVertices vertices = feature_vertices<kKind>(scene, candidates[i]);
     Vec3<T> x[4];
-    for (int corner = 0; corner < 4; ++corner) x[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+    for (int corner = 0; corner < 4; ++corner) x[corner] = scene.position_t1<T>(vertices.v[corner]);
     detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
     const T scale = safe_scale(detail::extent(pair));
     pair = detail::scaled(scale, pair);
@@ -188,8 +211,8 @@ struct CandidateMotion {
 
   SOFTCD_HD CandidateMotion(const SceneView& scene, const FeatureVertices& vertices) {
     for (int corner = 0; corner < 4; ++corner) {
-      t0[corner] = vec3_cast<T>(scene.x_t0[vertices.v[corner]]);
-      t1[corner] = vec3_cast<T>(scene.x_t1[vertices.v[corner]]);
+      t0[corner] = scene.position_t0<T>(vertices.v[corner]);
+      t1[corner] = scene.position_t1<T>(vertices.v[corner]);
     }
   }
 };
@@ -240,6 +263,7 @@ struct TestApproach {
     const CandidateMotion<double> motion(scene, vertices);
     const double margin = contact_margin<kKind, double>(scene, vertices);
     if (margin > 0.0) return search.approach.begin(motion.t0, motion.t1, margin);
+    if (scene.full_t1 != nullptr && are_apart_along_an_axis<kKind>(motion.t0, motion.t1)) return true;
     const Impact<double> impact = first_approach<kKind>(motion.t0, motion.t1, margin);
     if (impact.state != ImpactState::separated) contacts.push(contact_of<kKind>(search.candidate, impact));
     return true;

@@ -30,6 +30,7 @@ struct FeatureWork {
   Triangle corners_a, corners_b;
   std::uint32_t owned_a, owned_b;  ///< three bits each
   float margin;                    ///< of their bodies together
+  float rounding;                  ///< of their corners together
 
   SOFTCD_HD std::uint32_t part_count() const {
     const std::uint32_t count_a = count_bits3(owned_a);
@@ -48,7 +49,9 @@ struct FeatureCandidate {
 
 /// Rejects features that are certain to stay apart: along one of the 18-DOP's axes at both ends of the step, or out of
 /// each other's plane, or by the signs of the coplanarity cubic; in the order of what each rejects for its cost. In
-/// float, whatever the narrow phase computes in: all that is rejected is apart in exact arithmetic.
+/// float, whatever the narrow phase computes in: all that is rejected is apart in exact arithmetic. Where positions
+/// were rounded, a candidate's distance covers how far: features further apart than that at some time as floats are
+/// further apart than their margins then as they were given.
 template <ContactKind kKind, bool kSwept>
 struct FeatureTest {
   SceneView scene;
@@ -59,11 +62,13 @@ struct FeatureTest {
                                                               straight_distance(candidate.distance));
   }
 
-  /// Of features whose bodies have these margins together; a vertex's may be larger.
-  SOFTCD_HD float contact_distance(const FeatureVertices& vertices, float margin) const {
+  /// Of features whose bodies have these margins together, and whose corners were rounded by so much together; a
+  /// vertex's margin may be larger.
+  SOFTCD_HD float contact_distance(const FeatureVertices& vertices, float margin, float rounding) const {
     if (scene.motion_margin > 0.0F) margin = contact_margin<kKind, float>(scene, vertices);
     margin = outward_up(margin);
-    return kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
+    const float distance = kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
+    return rounding > 0.0F ? outward_up(distance + outward_up(rounding)) : distance;
   }
 
   /// The margin within which ContactRule::slab finds contacts.
@@ -76,7 +81,7 @@ struct FeatureTest {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = candidate.distance;
     if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
-      if (scene.contact_rule == ContactRule::slab && certainly_beside_slab(candidate)) return false;
+      if (scene.has_certain_slabs() && certainly_beside_slab(candidate)) return false;
     }
     if constexpr (kSwept) {
       const bool is_out = scene.is_conservative ? certainly_apart_throughout<kKind>(points.t0, points.t1, margin)
@@ -160,7 +165,8 @@ struct ExpandPair {
             scene.triangles[b],
             (shape_a.flags >> kShift) & bits_against(shape_b, bits),
             (shape_b.flags >> kShift) & bits_against(shape_a, bits),
-            margin};
+            margin,
+            shape_a.rounding + shape_b.rounding};
   }
 
   /// False where the features share a vertex or are apart along x, y or z: most are.
@@ -215,7 +221,7 @@ struct ExpandPair {
       if (p == r || p == s || q == r || q == s) return false;
       candidate.vertices = {{p, q, r, s}};
     }
-    candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin);
+    candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin, work.rounding);
     return true;
   }
 
@@ -260,7 +266,7 @@ struct TestNeighbours {
     const FeatureVertices vertices = feature_vertices<kKind>(scene, item.features);
     const SceneBody& body = scene.bodies[scene.vertex_body[vertices.v[0]]];
     candidate = {vertices, first_feature(item.features), second_feature(item.features),
-                 feature_test.contact_distance(vertices, body.margin + body.margin)};
+                 feature_test.contact_distance(vertices, body.margin + body.margin, rounding_of(body, vertices))};
     const bool is_wanted = kKind == ContactKind::vertex_triangle ? body.vertex_triangle : body.edge_edge;
     return body.lists_neighbours && is_wanted;
   }
@@ -272,6 +278,15 @@ struct TestNeighbours {
   template <class Candidates>
   SOFTCD_HD void append(const FeatureCandidate& candidate, Candidates& candidates) const {
     feature_test.append(candidate, candidates);
+  }
+
+ private:
+  /// Of two features' corners together.
+  SOFTCD_HD float rounding_of(const SceneBody& body, const FeatureVertices& vertices) const {
+    if (!body.is_rounded) return 0.0F;
+    float rounding = 0.0F;
+    for (const std::uint32_t v : vertices.v) rounding = larger(rounding, feature_test.scene.vertex_rounding(body, v));
+    return 2.0F * rounding;
   }
 };
 

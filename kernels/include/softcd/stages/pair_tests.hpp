@@ -114,7 +114,8 @@ struct PairTest {
   SOFTCD_HD bool neighbours_may_touch(std::uint32_t a, std::uint32_t b) const {
     const SceneBody& body = scene.bodies[scene.triangle_body[a]];
     if (body.lists_neighbours) return false;
-    const float distance = scene.contact_distance(outward_up(body.margin + body.margin));
+    float distance = scene.contact_distance(outward_up(body.margin + body.margin));
+    if (body.is_rounded) distance = outward_up(distance + outward_up(shapes[a].rounding + shapes[b].rounding));
     return SharedVertexTest<kSwept>{scene}.may_touch(scene.triangles[a], scene.triangles[b], distance);
   }
 
