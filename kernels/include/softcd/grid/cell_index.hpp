@@ -46,13 +46,16 @@ SOFTCD_HD constexpr std::uint32_t opposite_cell(std::uint32_t offset) {
 
 namespace detail {
 
-/// A short basis of the lattice, found by a search over kCellRow and kCellLayer.
-constexpr Cell kLattice[3] = {{-8, -68, -468}, {493, -48, 1}, {-51, -575, 12}};
+/// A vector of a short basis of the lattice, found by a search over kCellRow and kCellLayer. A function, since device
+/// code reads no arrays of the host's.
+SOFTCD_HD constexpr Cell lattice_vector(int i) {
+  return i == 0 ? Cell{-8, -68, -468} : i == 1 ? Cell{493, -48, 1} : Cell{-51, -575, 12};
+}
 
 /// The cross product of the other two vectors, in cyclic order. Divided by 2^27 it gives coordinate `i` of a cell.
 SOFTCD_HD constexpr Cell dual_vector(int i) {
-  const Cell a = kLattice[(i + 1) % 3];
-  const Cell b = kLattice[(i + 2) % 3];
+  const Cell a = lattice_vector((i + 1) % 3);
+  const Cell b = lattice_vector((i + 2) % 3);
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
@@ -67,9 +70,11 @@ constexpr bool fits_window(int i) {
   return 2LL * kMaxSpan * sum < static_cast<long long>(kCellCount);
 }
 
-static_assert(kLattice[0].x * dual_vector(0).x + kLattice[0].y * dual_vector(0).y + kLattice[0].z * dual_vector(0).z ==
+static_assert(lattice_vector(0).x * dual_vector(0).x + lattice_vector(0).y * dual_vector(0).y +
+                  lattice_vector(0).z * dual_vector(0).z ==
               static_cast<int>(kCellCount));
-static_assert(cell_index(kLattice[0]) == 0 && cell_index(kLattice[1]) == 0 && cell_index(kLattice[2]) == 0);
+static_assert(cell_index(lattice_vector(0)) == 0 && cell_index(lattice_vector(1)) == 0 &&
+              cell_index(lattice_vector(2)) == 0);
 static_assert(fits_window(0) && fits_window(1) && fits_window(2));
 
 }  // namespace detail
@@ -82,9 +87,9 @@ SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) {
   Cell away = {static_cast<int>(along), 0, 0};
   for (int i = 0; i < 3; ++i) {
     const auto times = static_cast<int>((along * detail::dual_vector(i).x + kHalf) >> kCellBits);
-    away.x -= times * detail::kLattice[i].x;
-    away.y -= times * detail::kLattice[i].y;
-    away.z -= times * detail::kLattice[i].z;
+    away.x -= times * detail::lattice_vector(i).x;
+    away.y -= times * detail::lattice_vector(i).y;
+    away.z -= times * detail::lattice_vector(i).z;
   }
   return {near.x + away.x, near.y + away.y, near.z + away.z};
 }
