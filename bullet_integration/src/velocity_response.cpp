@@ -24,7 +24,8 @@ struct RelativeMotion {
 };
 
 /// What nodes do in the directions of contacts with rigid objects does not count: an impulse in other directions that
-/// made up for it would add energy. Who moves nodes without mass and anchors may do so.
+/// made up for it would add energy. Who moves nodes without mass and anchors may do so. A node that can move along a
+/// small part of the direction alone counts with that part of its weight, so that it is not thrown.
 RelativeMotion motion_along(const Impact& impact, const btVector3& direction) {
   btScalar speed = 0;
   ContactInverseMass inverse_mass;
@@ -33,7 +34,8 @@ RelativeMotion motion_along(const Impact& impact, const btVector3& direction) {
     const bool is_in_contact = constraint != nullptr && !constraint->is_anchored();
     const btVector3 moving = free_part(impact, i, direction);
     speed += impact.weights[i] * (is_in_contact ? moving : direction).dot(impact.nodes[i]->m_v);
-    inverse_mass.add(impact.weights[i], impact.nodes[i]->m_im * moving.length2());
+    const btScalar free_share = moving.length();
+    if (free_share > 0) inverse_mass.add(impact.weights[i] * free_share, impact.nodes[i]->m_im);
   }
   return {speed, inverse_mass.value()};
 }

@@ -157,6 +157,30 @@ TEST(AnswersToCrossings, make_no_velocity_out_of_split_velocities) {
   }
 }
 
+// An impulse along a normal that is nearly at right angles to the node's only free direction would move it a hundred
+// times as fast as what pushes it.
+TEST(AnswersToCrossings, do_not_throw_a_node_that_can_hardly_give_way) {
+  btSoftBodyWorldInfo world_info;
+  const auto body = make_sheet(world_info, {});
+  bullet::NodeConstraint constraint;
+  constraint.add_direction({1, 0, 0});
+  constraint.add_direction({0, 1, 0});
+  bullet::Impact impact{};
+  for (int i = 0; i < 4; ++i) {
+    impact.nodes[i] = &body->m_nodes[i];
+    impact.weights[i] = i == 0 ? btScalar(1) : btScalar(-1) / 3;
+    if (i > 0) body->setMass(i, 0);
+  }
+  impact.constraints[0] = &constraint;
+  impact.normal = btVector3(1, 0, btScalar(0.01)).normalized();
+  constexpr btScalar kSpeed = 10;
+  for (int i = 1; i < 4; ++i) impact.nodes[i]->m_v = kSpeed * impact.normal;
+  bullet::apply_inelastic_impulses({impact});
+  const btVector3& velocity = impact.nodes[0]->m_v;
+  EXPECT_GT(velocity.z(), 0) << "it gives way";
+  EXPECT_LT(velocity.length(), 2 * kSpeed);
+}
+
 /// Sheets in a cube that fly wildly through each other in the next step, and within a cage of others that do not move.
 class WildSheets {
  public:
