@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string>
 
+#include "edge_economy.hpp"
 #include "softcd/math/closest_point.hpp"
 
 namespace softcd::bullet {
@@ -163,12 +164,23 @@ class NodeChoice {
 void ContactEconomy::choose(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
                             const Settings& settings, const Rule& rule) {
   shares_.clear();
+  nearest_.clear();
   is_choosing_ = settings.contacts != Contacts::all || settings.contacts_per_node > 0;
   if (!is_choosing_) return;
+  shares_.resize(contacts.size());
+  choose_nodes(kind, mirror, contacts, settings, rule);
+  const bool chooses_edges = settings.contacts == Contacts::closest_feature &&
+                             settings.edge_contacts == EdgeContacts::respond &&
+                             kind.contact_options(settings).contact_rule == ContactRule::distance;
+  if (chooses_edges) choose_edges(kind, mirror, contacts);
+}
+
+void ContactEconomy::choose_nodes(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+                                  const Settings& settings, const Rule& rule) {
   const auto* const edges = std::partition_point(
       contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
   const auto count = static_cast<std::size_t>(edges - contacts.begin());
-  shares_.assign(count, {/*count=*/0});
+  std::fill_n(shares_.begin(), count, ContactShare{/*count=*/0});
   nearest_.resize(count);
   const ContactRange all(0, count, kContactsAtOnce);
   tbb::parallel_for(all, [&](const ContactRange& range) {
@@ -187,15 +199,27 @@ void ContactEconomy::choose(const WorldKind& kind, const WorldMirror& mirror, Sp
   });
 }
 
+void ContactEconomy::choose_edges(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts) {
+  const ContactRange edges(nearest_.size(), contacts.size(), kContactsAtOnce);
+  tbb::parallel_for(edges, [&](const ContactRange& range) {
+    ContactShare* next = &shares_[range.begin()];
+    mirror.for_each_contact(
+        Span<const Contact>(&contacts[range.begin()], range.size()),
+        [&](const MemberContact& found) { (next++)->count = has_nearer_contact(found, kind) ? 0 : 1; });
+  });
+}
+
 StageReport ContactEconomy::report() const {
   const char* const stage = "contact economy";
   if (!is_choosing_) return {stage, false, "Bullet's solver is given all contacts"};
-  const auto dropped =
-      std::count_if(shares_.begin(), shares_.end(), [](const ContactShare& share) { return share.count == 0; });
-  const auto count = static_cast<std::ptrdiff_t>(shares_.size());
+  const auto given_of = [](auto begin, auto end) {
+    const auto given = std::count_if(begin, end, [](const ContactShare& share) { return share.count > 0; });
+    return std::to_string(given) + " of " + std::to_string(end - begin);
+  };
+  const auto edges = shares_.begin() + static_cast<std::ptrdiff_t>(nearest_.size());
   return {stage, true,
-          "Bullet's solver is given " + std::to_string(count - dropped) + " of " + std::to_string(count) +
-              " contacts of nodes with faces"};
+          "Bullet's solver is given " + given_of(shares_.begin(), edges) + " contacts of nodes with faces, and " +
+              given_of(edges, shares_.end()) + " of edges"};
 }
 
 }  // namespace softcd::bullet

@@ -16,9 +16,9 @@ enum class ContactUse : std::uint8_t {
   may_close,
 };
 
-/// Chooses which of a step's vertex-face contacts Bullet's solver is given: see Settings::contacts and
-/// contacts_per_node. A node's contacts with one body are judged by themselves, so that threads share the work; what is
-/// chosen depends on the contacts alone. Those of edges are all given.
+/// Chooses which of a step's contacts Bullet's solver is given: see Settings::contacts and contacts_per_node. A node's
+/// contacts with one body are judged by themselves, and so is each of two edges, so that threads share the work; what
+/// is chosen depends on the contacts alone.
 class ContactEconomy {
  public:
   /// Called by several threads.
@@ -41,9 +41,13 @@ class ContactEconomy {
   };
 
  private:
+  void choose_nodes(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+                    const Settings& settings, const Rule& rule);
+  void choose_edges(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts);
+
   bool is_choosing_ = false;
   std::vector<Nearest> nearest_;      ///< of vertex-face contacts, which come first
-  std::vector<ContactShare> shares_;  ///< likewise; empty: each is given
+  std::vector<ContactShare> shares_;  ///< of all contacts; empty: each is given
 };
 
 }  // namespace softcd::bullet

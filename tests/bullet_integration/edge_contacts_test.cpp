@@ -103,6 +103,15 @@ TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_a_soft_world) {
       simulation, kStep, [&]() -> auto& { return world.detection().edge_contacts(); });
 }
 
+TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_with_one_contact_for_each_nearest_place) {
+  bullet::Settings settings = settings_with(EdgeContacts::respond, GetParam());
+  settings.contacts = bullet::Contacts::closest_feature;
+  Simulation simulation(PlugIn::one_line_world, settings);
+  const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
+  expect_ridges_to_rest(
+      simulation, kStep, [&]() -> auto& { return world.detection().edge_contacts(); });
+}
+
 TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_under_the_dispatcher) {
   Simulation simulation(PlugIn::dispatcher, settings_with(EdgeContacts::respond, GetParam()));
   const auto& dispatcher = dynamic_cast<const bullet::Dispatcher&>(simulation.dispatcher());

@@ -41,7 +41,10 @@ enum class Contacts : std::uint32_t {
   /// angle from its own. So one stays for each layer, wall of a fold or side of a valley that the node is between, the
   /// nearest among them. What stays answers for what went: in the deformable world with its springs, in the classic
   /// ones with its friction and its push. There what cannot close goes, too: what would not come within both bodies'
-  /// margins if both sides moved twice as far towards each other as in this step. Contacts of edges are all given.
+  /// margins if both sides moved twice as far towards each other as in this step. Of contacts of edges of two bodies,
+  /// the classic worlds give those where no face at either edge leads nearer to the other edge, and no end of an edge,
+  /// which has contacts of its own, is nearest. Contacts of edges within a body, and in the deformable world, are all
+  /// given.
   closest_feature,
 };
 
@@ -180,6 +183,7 @@ inline Settings Settings::safe() {
   settings.detection = Detection::ccd;
   settings.edge_contacts = EdgeContacts::respond;
   settings.convex_shapes = ConvexShapes::faces_and_edges;
+  settings.contacts = Contacts::closest_feature;
   return settings;
 }
 
