@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -355,6 +356,39 @@ bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint3
          any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
 }
 
+/// Whether a gap across the contact's normal lies between all faces at the one feature and all at the other, for
+/// certain: none of these has a point in common with another.
+bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) {
+  const Contact& contact = found.contact;
+  const std::uint32_t(&v)[4] = contact.vertices;
+  const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
+  const Vec3d normal = vec3_cast<double>(contact.normal);
+  const Vec3d origin = place_of(sides.a, v[0], sides.start_a);
+  double extent = 0;
+  const auto height_of = [&](Vec3d corner) {
+    const Vec3d offset = corner - origin;
+    extent = std::max(extent, max_norm(offset));
+    return dot(offset, normal);
+  };
+
+  double highest_of_b = -std::numeric_limits<double>::infinity();
+  const auto raise = [&](std::uint32_t face) {
+    for (const Vec3d corner : corners_of(sides.b, face, sides.start_b)) {
+      highest_of_b = std::max(highest_of_b, height_of(corner));
+    }
+    return false;
+  };
+  is_vertex ? raise(contact.feature_b) : any_face_with(found.b.mesh, v[2], v[3], raise);
+  const auto is_in_the_way = [&](std::uint32_t face) {
+    const Corners corners = corners_of(sides.a, face, sides.start_a);
+    return std::any_of(corners.begin(), corners.end(), [&](Vec3d corner) {
+      const double gap = height_of(corner) - highest_of_b;
+      return !(gap > kClearGap * extent);
+    });
+  };
+  return !any_face_with(found.a.mesh, v[0], v[is_vertex ? 0 : 1], is_in_the_way);
+}
+
 /// Of these it is never known whether they are through each other. A body has links or faces.
 bool are_links(const MemberContact& found) {
   return found.a.mesh.triangles.empty() && found.b.mesh.triangles.empty();
@@ -364,6 +398,7 @@ bool are_links(const MemberContact& found) {
 
 bool is_tangled(const MemberContact& found, const WorldKind& kind) {
   const Sides sides(found, kind);
+  if (are_clear_along_the_normal(found, sides)) return false;
   return any_two_faces(found, [&sides](std::uint32_t face_a, std::uint32_t face_b) {
     return are_through_each_other(sides, face_a, face_b);
   });
