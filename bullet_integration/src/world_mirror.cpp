@@ -246,7 +246,7 @@ void WorldMirror::set_positions(Member& member, bool needs_way) {
   const btSoftBody& body = *member.body;
   const NodePosition start = start_of(kind_, body);
   const NodePosition end = body.isActive() ? kind_.end : start;
-  if (needs_way && start != end) {
+  if (needs_way) {
     scene_.set_positions(member.id, positions_of(body, start), positions_of(body, end));
   } else {
     scene_.set_positions(member.id, positions_of(body, start));

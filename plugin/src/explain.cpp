@@ -75,10 +75,6 @@ std::vector<StageReport> explain_stages(const QueryOptions& options, const Decis
   report.push_back({"body pairs", true,
                     fmt::format("{} pairs of {} bodies and {} bodies with themselves may touch", decisions.pair_count,
                                 decisions.body_count, decisions.self_count)});
-  if (decisions.without_positions > 0) {
-    report.push_back({"bodies without positions", false,
-                      fmt::format("{} bodies are left out until theirs are set", decisions.without_positions)});
-  }
   if (!any) {
     report.push_back(
         {"detection", false, "no two bodies may touch, by their groups, masks, features, boxes and the pair filter"});

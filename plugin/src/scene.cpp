@@ -52,10 +52,10 @@ bool Scene::has_body(BodyId body) const {
   return core().has_body(body);
 }
 void Scene::set_positions(BodyId body, Positions x) {
-  core().set_positions(body, x, x);
+  core().set_positions(body, x, x, /*has_step_end=*/false);
 }
 void Scene::set_positions(BodyId body, Positions x_t0, Positions x_t1) {
-  core().set_positions(body, x_t0, x_t1);
+  core().set_positions(body, x_t0, x_t1, /*has_step_end=*/true);
 }
 void Scene::set_ignored_pairs(Span<const BodyPair> pairs) {
   core().set_ignored_pairs(pairs);

@@ -104,7 +104,7 @@ void SceneCore::remove_body(BodyId id) {
   if (ranks_ != nullptr) ranks_->forget(id);
 }
 
-void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1) {
+void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1, bool has_step_end) {
   Body& body = find(id);
   validate_positions(id, body.vertex_count(), x_t0, x_t1);
   if (ranks_ != nullptr && ranks_->is_given_elsewhere(body)) {
@@ -120,6 +120,7 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
               store_.set_positions(body, x_t0, x_t1);
             }
           });
+  body.has_step_end = has_step_end;
 }
 
 void SceneCore::set_ignored_pairs(Span<const BodyPair> pairs) {
@@ -308,6 +309,7 @@ bool SceneCore::may_foresee(const QueryCore& query, Pairs pairs) const {
 /// Everything that a detection needs, but for the detector's start.
 void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee) {
   const QueryOptions& options = query.options_;
+  require_positions(options);
   settle(looked_at_by(options), may_foresee);
   warn_of_strays();
   const std::vector<Body>& bodies = store_.bodies();
@@ -318,8 +320,7 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   const PairSelection& selected = query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since),
                                                       pair_filter(query), store_.selection_number());
   detection.decisions = {
-      size.bodies, selected.pair_count,          selected.self_count, selected.vertex_triangle, selected.edge_edge,
-      moves,       size.bodies_without_positions};
+      size.bodies, selected.pair_count, selected.self_count, selected.vertex_triangle, selected.edge_edge, moves};
   const bool is_idle = ranks_ != nullptr && !ranks_->has_part(size.triangles);
   const Partition partition = ranks_ != nullptr ? ranks_->partition(size.triangles) : Partition{};
   detection.decisions.rank_count = options_.communicator.size();
@@ -338,6 +339,26 @@ PairFilter SceneCore::pair_filter(const QueryCore& query) const {
     if (store_.ignored_pairs().has(a, b) || (!query.only_pairs_.empty() && !query.only_pairs_.has(a, b))) return false;
     return !query.filter_ || call_back(query.filter_, a, b);
   };
+}
+
+/// What a caller has forgotten to set would look like no contacts.
+void SceneCore::require_positions(const QueryOptions& options) const {
+  bool has_end = options.detection != Detection::ccd;
+  bool has_bodies = false;
+  for (const Body& body : store_.bodies()) {
+    if (body.is_removed || body.vertex_count() == 0) continue;
+    if (!body.positions.are_set()) {
+      throw InvalidInput(
+          fmt::format("body {}: it has no positions; use set_positions() before a detection.", body.id.value));
+    }
+    has_bodies = true;
+    has_end |= body.has_step_end;
+  }
+  if (has_bodies && !has_end) {
+    throw InvalidInput(
+        "continuous detection needs the step's end: give set_positions() x_t0 and x_t1 for a body at least, or use "
+        "Detection::dcd.");
+  }
 }
 
 void SceneCore::require_rest_positions() const {

@@ -102,7 +102,7 @@ class SceneCore {
   void set_settings(BodyId id, const BodySettings& settings);
   void remove_body(BodyId id);
   bool has_body(BodyId id) { return store_.find(id) != nullptr; }
-  void set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1);
+  void set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1, bool has_step_end = true);
   void set_ignored_pairs(Span<const BodyPair> pairs);
   void set_vertex_filters(BodyId id, Span<const VertexFilter> filters);
   void set_rest_positions(BodyId id, const Positions& x);
@@ -156,6 +156,7 @@ class SceneCore {
   void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee);
   ProbedScene probed_scene(ProbeCore& probe, bool wants_sides);
   PairFilter pair_filter(const QueryCore& query) const;
+  void require_positions(const QueryOptions& options) const;
   void require_rest_positions() const;
   LookedAt looked_at() const;
   SceneSize count_elements(Statistics& statistics) const;

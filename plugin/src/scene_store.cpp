@@ -550,7 +550,6 @@ SceneSize SceneStore::size() const {
     size.vertices += body.vertex_count();
     size.edges += body.edge_count();
     size.left_out_triangles += body.left_out_triangles;
-    size.bodies_without_positions += body.positions.are_set() ? 0 : 1;
   }
   return size;
 }

@@ -25,7 +25,6 @@ struct LookedAt {
 /// How many bodies, and elements of theirs.
 struct SceneSize {
   std::uint64_t bodies = 0, triangles = 0, vertices = 0, edges = 0, left_out_triangles = 0;
-  std::uint64_t bodies_without_positions = 0;
 };
 
 /// The bodies of a scene, and all their meshes and positions, once, in arrays that detectors read. Mutators note what

@@ -307,6 +307,7 @@ TEST_F(CProbes, rays_meet_triangles) {
   ASSERT_EQ(softcd_probe_first_hits(probe(), rays, 2, &hits), SOFTCD_OK);
   EXPECT_EQ(hits[0].body, upper_);
   EXPECT_EQ(hits[1].body, SOFTCD_NO_BODY);
+  EXPECT_EQ(hits[1].t, INFINITY);
   const std::uint64_t* begins = nullptr;
   ASSERT_EQ(softcd_probe_all_hits(probe(), rays, 2, &begins, &hits), SOFTCD_OK);
   EXPECT_EQ(begins[0], 0U);
@@ -325,6 +326,7 @@ TEST_F(CProbes, nearest_points_and_overlaps) {
   EXPECT_DOUBLE_EQ(closest[0].distance, 1.0);
   EXPECT_DOUBLE_EQ(closest[0].position[2], 0.0);
   EXPECT_EQ(closest[1].body, SOFTCD_NO_BODY);
+  EXPECT_EQ(closest[1].distance, INFINITY);
 
   const std::uint64_t* begins = nullptr;
   const softcd_overlap* overlaps = nullptr;
@@ -377,6 +379,7 @@ TEST_F(CProbes, how_far_bodies_are_and_whether_they_intersect) {
   EXPECT_EQ(distances[0].weights_a[0], 1.0F);
   EXPECT_EQ(distances[0].position_b[2], 0.0);
   EXPECT_EQ(distances[1].body_a, SOFTCD_NO_BODY);
+  EXPECT_EQ(distances[1].distance, INFINITY);
 
   std::uint32_t has_intersections = 1;
   ASSERT_EQ(softcd_probe_has_intersections(probe(), nullptr, &has_intersections), SOFTCD_OK);

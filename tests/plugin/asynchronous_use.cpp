@@ -75,6 +75,8 @@ TEST_P(AsynchronousUse, changes_concern_the_next_detection) {
   CollisionPipeline& pipeline = loaded.pipeline;
   pipeline.set_pair_filter([](BodyId, BodyId) { return true; });
   const BodyId removed = pipeline.add_body({ball.triangles, static_cast<std::uint32_t>(ball.positions.size()), {}});
+  const Positions3 far_away = translated(ball.positions, {100.0, 0.0, 0.0});
+  pipeline.set_positions(removed, far_away);
   pipeline.detect_async();
   pipeline.set_pair_filter({});
   pipeline.set_log([](LogLevel, std::string_view) {});

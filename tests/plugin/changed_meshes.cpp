@@ -304,7 +304,7 @@ TEST(ChangedMeshes, are_continuous_across_a_change) {
   const BodyId id = scene.add_body(desc_of(sheet));
   const BodyId other = scene.add_body(desc_of(bullet));
   scene.set_positions(id, sheet.x_t1);
-  scene.set_positions(other, bullet.x_t0);
+  scene.set_positions(other, bullet.x_t0, bullet.x_t0);
   EXPECT_TRUE(query.detect().empty());
 
   std::vector<std::uint32_t> changed;

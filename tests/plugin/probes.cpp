@@ -135,6 +135,13 @@ TEST(Probes, of_one_scene_keep_answers_of_their_own) {
   EXPECT_EQ(second[0].t, 101);
 }
 
+TEST(Probes, what_is_not_there_is_infinitely_far) {
+  ProbedBodies probed({sheet(1)});
+  EXPECT_EQ(probed.probe.first_hit({{0.3, 0.4, 100}, {0, 0, 1}}).t, kInfinity);
+  EXPECT_EQ(probed.probe.closest_point({{0, 0, 100}, 1.0}).distance, kInfinity);
+  EXPECT_EQ(probed.probe.distance({probed.ids[0], BodyId()}).distance, kInfinity);
+}
+
 TEST(Probes, answer_about_an_empty_scene_and_to_no_questions) {
   softcd::Scene scene(scene_options());
   Probe probe(scene);

@@ -454,7 +454,7 @@ class Changes {
   void set_positions(BodyId id, const SceneBody& body) {
     if (random_.chance(0.3)) {
       bodies_[id].x_t0 = bodies_[id].x_t1;
-      scene_.set_positions(id, bodies_[id].x_t1);
+      scene_.set_positions(id, bodies_[id].x_t1, bodies_[id].x_t1);
     } else {
       scene_.set_positions(id, body.x_t0, body.x_t1);
     }

@@ -47,7 +47,7 @@ typedef struct softcd_ray {
 typedef struct softcd_ray_hit {
   softcd_body body;  /**< SOFTCD_NO_BODY where the ray hits nothing */
   uint32_t triangle; /**< of the body; UINT32_MAX where the ray hits nothing */
-  double t;          /**< the point is origin + t direction */
+  double t;          /**< the point is origin + t direction; INFINITY where the ray hits nothing */
   float weights[3];  /**< of the triangle's vertices there; their sum is 1 */
   float normal[3];   /**< unit vector along (x1 - x0) x (x2 - x0); 0 for a triangle without area */
 } softcd_ray_hit;
@@ -71,7 +71,7 @@ typedef struct softcd_closest_point {
   softcd_body body;   /**< SOFTCD_NO_BODY where there is nothing within max_distance */
   uint32_t triangle;  /**< of the body; UINT32_MAX where there is nothing */
   double position[3]; /**< in world coordinates */
-  double distance;    /**< at least 0 */
+  double distance;    /**< at least 0; INFINITY where there is nothing within max_distance */
   float weights[3];   /**< of the triangle's vertices there; their sum is 1 */
   /** Where the body's surface is closed 1 on the side that normals point to, -1 on the other, 0 on it; else 0. */
   int32_t side;
@@ -151,7 +151,7 @@ typedef struct softcd_body_distance {
   uint32_t triangle_b;  /**< of body_b */
   double position_a[3]; /**< the point of triangle_a, in world coordinates */
   double position_b[3]; /**< the point of triangle_b */
-  double distance;      /**< at least 0; exactly 0 where the triangles intersect */
+  double distance;      /**< at least 0; exactly 0 where the triangles intersect; INFINITY for nothing */
   float weights_a[3];   /**< of triangle_a's vertices at the point; their sum is 1 */
   float weights_b[3];   /**< of triangle_b's */
 } softcd_body_distance;

@@ -12,14 +12,17 @@
 namespace softcd {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
+/// How far away what is not there is.
+constexpr double kInfiniteDistance = std::numeric_limits<double>::infinity();
+
 /// The points origin + t direction, t_min <= t <= t_max, in world coordinates. Of any length but 0: t counts in
 /// directions. A ray hits nothing where its direction is 0, where t_min <= t_max is false, where anything but t_min and
 /// t_max is not finite, and where its origin is further than 1e37 from the scene's.
 struct Ray {
-  Vec3d origin;                                            ///< in world coordinates
-  Vec3d direction;                                         ///< the unit of t
-  double t_min = 0;                                        ///< where the ray begins
-  double t_max = std::numeric_limits<double>::infinity();  ///< where it ends
+  Vec3d origin;                      ///< in world coordinates
+  Vec3d direction;                   ///< the unit of t
+  double t_min = 0;                  ///< where the ray begins
+  double t_max = kInfiniteDistance;  ///< where it ends
 };
 
 /// From t = 0 to t = 1.
@@ -29,9 +32,9 @@ inline Ray segment(Vec3d from, Vec3d to) {
 
 /// Where a ray meets a triangle.
 struct RayHit {
-  BodyId body;                        ///< BodyId() where the ray hits nothing; all else is 0 then
+  BodyId body;                        ///< BodyId() where the ray hits nothing; weights and normal are 0 then
   std::uint32_t triangle = kNoIndex;  ///< of the body
-  double t = 0;                       ///< the point is origin + t direction
+  double t = kInfiniteDistance;       ///< the point is origin + t direction; infinite where the ray hits nothing
   float weights[3] = {0, 0, 0};       ///< of the triangle's vertices there, in [0, 1]; their sum is 1
   /// Unit vector along (x1 - x0) x (x2 - x0), whichever side the ray comes from; 0 for a triangle without area.
   Vec3f normal{0, 0, 0};
@@ -44,17 +47,17 @@ struct RayHit {
 /// nothing where a coordinate or max_distance is NaN, where max_distance is negative, and where the point is further
 /// than 1e37 from the scene's origin.
 struct QueryPoint {
-  Vec3d point;                                                    ///< in world coordinates
-  double max_distance = std::numeric_limits<double>::infinity();  ///< at least 0; in the positions' unit
+  Vec3d point;                              ///< in world coordinates
+  double max_distance = kInfiniteDistance;  ///< at least 0; in the positions' unit
 };
 
 /// The nearest point of a scene's triangles.
 struct ClosestPoint {
-  BodyId body;                        ///< BodyId() where there is nothing within max_distance; all else is 0 then
-  std::uint32_t triangle = kNoIndex;  ///< of the body
-  Vec3d position{0, 0, 0};            ///< in world coordinates
-  double distance = 0;                ///< at least 0
-  float weights[3] = {0, 0, 0};       ///< of the triangle's vertices there, in [0, 1]; their sum is 1
+  BodyId body;  ///< BodyId() where there is nothing within max_distance; position and weights are 0 then
+  std::uint32_t triangle = kNoIndex;    ///< of the body
+  Vec3d position{0, 0, 0};              ///< in world coordinates
+  double distance = kInfiniteDistance;  ///< at least 0; infinite where there is nothing within max_distance
+  float weights[3] = {0, 0, 0};         ///< of the triangle's vertices there, in [0, 1]; their sum is 1
   /// Where the body's surface is closed: 1 on the side that normals point to, -1 on the other, 0 on the surface, and
   /// where a segment is nearest. Where it is not, 0. Closed: every edge has two triangles that pass through it in
   /// opposite directions, the triangles of each vertex surround it once, and all vertices of triangles are finite. By
@@ -147,13 +150,14 @@ struct ChangeIntersection {
 
 /// The nearest points of two bodies' triangles.
 struct BodyDistance {
-  BodyId body_a;                        ///< BodyId() where there is nothing to compare; all else is 0 then
-  BodyId body_b;                        ///< another one
+  BodyId body_a;  ///< BodyId() where there is nothing to compare; positions and weights are 0 then
+  BodyId body_b;  ///< another one
   std::uint32_t triangle_a = kNoIndex;  ///< of body_a
   std::uint32_t triangle_b = kNoIndex;  ///< of body_b
   Vec3d position_a{0, 0, 0};            ///< the point of triangle_a, in world coordinates
   Vec3d position_b{0, 0, 0};            ///< the point of triangle_b
-  double distance = 0;                  ///< at least 0; exactly 0 where the triangles intersect
+  /// At least 0; exactly 0 where the triangles intersect; infinite where there is nothing to compare.
+  double distance = kInfiniteDistance;
   /// Of triangle_a's vertices at the point, in [0, 1]; their sum is 1. Those of vertices that are not of the feature
   /// that it is on, a vertex or an edge, are 0 exactly.
   float weights_a[3] = {0, 0, 0};
