@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from . import _core
-from ._core import Accuracy, Backend, ContactRule, Detection, Query, Scene
+from ._core import Accuracy, ContactRule, Detection, Query, QueryOptions, Scene, SceneOptions
 from ._errors import InvalidInput
+from ._probe import Probe
 
 Array = Any
 """numpy's, anything with the buffer protocol or `__dlpack__` in the CPU's memory, or lists of numbers."""
+
+
+def _scene(function: Callable[..., Any], options: dict[str, Any]) -> Scene:
+    """A Scene of the keywords that a function passes on, with an error that knows its own ones, too."""
+    known = [name for name in dir(SceneOptions) if not name.startswith("_") and name != "replace"] + ["log"]
+    for name in options:
+        if name not in known:
+            own = [own for own, parameter in inspect.signature(function).parameters.items()]
+            _core.refuse_keyword(function.__name__, name, own[:-1] + known)
+    return Scene(**options)
 
 
 def _is_several(meshes: Array | Sequence[Array]) -> bool:
@@ -33,7 +45,7 @@ def _scene_of(
     vertices_t0: Array | Sequence[Array],
     triangles: Array | Sequence[Array],
     vertices_t1: Array | Sequence[Array] | None,
-    scene_options: dict[str, Any],
+    scene: Scene,
     **settings: Any,
 ) -> Scene:
     if not _is_several(triangles):
@@ -44,7 +56,6 @@ def _scene_of(
     for name, meshes in ("vertices_t0", vertices_t0), ("vertices_t1", vertices_t1):
         if not isinstance(meshes, (list, tuple)) or len(meshes) != len(triangles):
             raise InvalidInput(f"{name}: expected {len(triangles)} arrays, one for each of triangles")
-    scene = Scene(**scene_options)
     for t0, faces, t1 in zip(vertices_t0, triangles, vertices_t1):
         body = scene.add_body(faces, _row_count("vertices_t0", t0), **settings)
         scene.set_positions(body, t0, t1)
@@ -60,9 +71,9 @@ def detect(
     self_collision: bool = True,
     vertex_triangle: bool = True,
     edge_edge: bool = True,
-    detection: Detection | None = None,
-    accuracy: Accuracy = Accuracy.conservative,
-    contact_rule: ContactRule = ContactRule.distance,
+    detection: Detection | str | None = None,
+    accuracy: Accuracy | str = Accuracy.conservative,
+    contact_rule: ContactRule | str = ContactRule.distance,
     **scene_options: Any,
 ) -> np.ndarray:
     """The contacts of a mesh with itself, or of several meshes, as an array of `softcd.contact_dtype`.
@@ -76,13 +87,14 @@ def detect(
     """
     if detection is None:
         detection = Detection.dcd if vertices_t1 is None else Detection.ccd
-    elif detection == Detection.ccd and vertices_t1 is None:
+    options = QueryOptions(detection=detection, accuracy=accuracy, contact_rule=contact_rule)
+    if options.detection == Detection.ccd and vertices_t1 is None:
         raise InvalidInput("vertices_t1: continuous detection needs the positions at the end of the step")
     scene = _scene_of(
         vertices_t0,
         triangles,
         vertices_t1,
-        scene_options,
+        _scene(detect, scene_options),
         margin=margin,
         self_collision=self_collision,
         vertex_triangle=vertex_triangle,
@@ -111,7 +123,7 @@ def collision_free_step(
         vertices_t0,
         triangles,
         vertices_t1,
-        scene_options,
+        _scene(collision_free_step, scene_options),
         margin=margin,
         self_collision=self_collision,
         edge_edge=True,
@@ -120,25 +132,7 @@ def collision_free_step(
     return float(contacts["time_of_impact"].min(initial=1.0))
 
 
-_EDGES_AT_ONCE = 1 << 18
-
-
-def _edges_of(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each edge's two vertices, and which edges the three of each triangle are."""
-    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1).astype(np.uint64)
-    keys, edge_of = np.unique(ends[:, 0] << np.uint64(32) | ends[:, 1], return_inverse=True)
-    edges = np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.uint32)
-    return edges, edge_of.reshape(-1)
-
-
-def _pairs_of_triangles(edges_met: np.ndarray, triangles_met: np.ndarray, edge_of: np.ndarray) -> np.ndarray:
-    """The triangles around each edge with the triangle that it meets: each pair once, the smaller first."""
-    by_edge = np.argsort(edge_of, kind="stable")
-    begin = np.searchsorted(edge_of[by_edge], edges_met, side="left")
-    count = np.searchsorted(edge_of[by_edge], edges_met, side="right") - begin
-    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(begin, count)
-    pairs = np.stack([by_edge[place] // 3, np.repeat(triangles_met, count)], axis=1)
-    return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.uint32)
+_TRIANGLES_AT_ONCE = 1 << 16
 
 
 def self_intersections(vertices: Array, triangles: Array, **scene_options: Any) -> np.ndarray:
@@ -148,28 +142,17 @@ def self_intersections(vertices: Array, triangles: Array, **scene_options: Any) 
     belongs: neighbours count where they meet elsewhere than in what they share, and never where that is an edge.
     Touching counts. Decided exactly for the positions as they are. Further keywords are those of `Scene`.
     """
-    scene = Scene(**scene_options)
-    mesh = scene.add_body(triangles, _row_count("vertices", vertices))
-    scene.set_positions(mesh, vertices)
+    scene = _scene(self_intersections, scene_options)
+    scene.set_positions(scene.add_body(triangles, _row_count("vertices", vertices)), vertices)
     positions = np.ascontiguousarray(vertices, np.float64)
-    faces = np.ascontiguousarray(triangles, np.uint32)
-    edges, edge_of = _edges_of(faces)
-    # An edge meets a triangle exactly where a point that moves along it does.
-    query = Query(scene, detection=Detection.ccd, accuracy=Accuracy.conservative, edge_edge=False)
-    moving = scene.add_body(np.empty((0, 3), np.uint32), 0)
-    met = []
-    for first in range(0, len(edges), _EDGES_AT_ONCE):
-        ends = edges[first : first + _EDGES_AT_ONCE]
-        scene.update_body(moving, np.repeat(np.arange(len(ends)), 3).reshape(-1, 3), len(ends))
-        scene.set_positions(moving, positions[ends[:, 0]], positions[ends[:, 1]])
-        contacts = query.detect()
-        contacts = contacts[contacts["body_a"] == moving]
-        edge, face = contacts["feature_a"], contacts["feature_b"]
-        apart = ~(faces[face][:, :, None] == ends[edge][:, None, :]).any(axis=(1, 2))
-        edge, face = edge[apart], face[apart]
-        hit = _core.edges_meet_triangles(positions, ends[edge], faces[face])
-        met.append(np.stack([edge[hit] + np.int64(first), face[hit]], axis=1))
-    if not met:
-        return np.empty((0, 2), np.uint32)
-    edges_met, triangles_met = np.concatenate(met).T
-    return _pairs_of_triangles(edges_met, triangles_met, edge_of)
+    faces = np.ascontiguousarray(triangles, np.uint32).reshape(-1, 3)
+    probe = Probe(scene)
+    # Far more than the scene rounds positions by, from which it finds candidates.
+    slack = 2.0**-20 * np.ptp(positions, axis=0).max(initial=0.0)
+    found = [np.empty((0, 2), np.uint32)]
+    for first in range(0, len(faces), _TRIANGLES_AT_ONCE):
+        corners = positions[faces[first : first + _TRIANGLES_AT_ONCE]]
+        near = probe.box_overlaps(corners.min(axis=1) - slack, corners.max(axis=1) + slack)
+        candidates = np.ascontiguousarray(near.all["triangle"])
+        found.append(_core.intersecting_pairs(positions, faces, first, near.begins, candidates))
+    return np.concatenate(found)

@@ -87,7 +87,7 @@ class Probe:
     Answers are structured arrays of their own. Where there is none `body` is softcd.NO_BODY.
     """
 
-    def __init__(self, scene: Scene, *, step_end: StepEnd = StepEnd.t1) -> None:
+    def __init__(self, scene: Scene, *, step_end: StepEnd | str = StepEnd.t1) -> None:
         self._core = _core.Probe(scene, step_end)
 
     def first_hits(

@@ -6,6 +6,7 @@
 namespace softcd::python {
 
 void register_exceptions();
+void bind_interruptible_work(nanobind::module_& module);
 void bind_enumerations(nanobind::module_& module);
 void bind_statistics(nanobind::module_& module);
 void bind_contacts(nanobind::module_& module);

@@ -3,11 +3,16 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
+
+#include "keywords.hpp"
 
 namespace softcd::python {
 
@@ -33,27 +38,28 @@ class Fields {
   explicit constexpr Fields(Field<Access>... fields) : fields_(fields...) {}
 
   /// Defines a function of `Leading...` and the fields as keyword arguments, which calls `function(leading...,
-  /// struct)`. `extra` are the leading arguments' names, nb::kw_only() and the documentation.
+  /// struct)`. `parameters` are the leading ones as Python writes them, with `*` where keywords begin; `extra` are
+  /// their names, and the documentation.
   template <class... Leading, class Scope, class Function, class... Extra>
-  void define(Scope& scope, const char* name, Function function, const Extra&... extra) const {
-    Struct defaults{};
-    std::apply(
-        [&](const auto&... field) {
-          scope.def(
-              name,
-              [function, *this](Leading... leading, FieldValue<Struct, Access>... values) {
-                return function(std::forward<Leading>(leading)..., make(std::move(values)...));
-              },
-              extra..., (nb::arg(field.name) = std::invoke(field.access, defaults))...);
+  void define(Scope& scope, const char* name, const char* parameters, const char* result, Function function,
+              const Extra&... extra) const {
+    const bool is_constructor = std::string_view(name) == "__init__";
+    const std::string shown = is_constructor ? nb::cast<std::string>(scope.attr("__name__")) : name;
+    const std::string signature =
+        std::string("def ") + name + "(self, " + parameters + parameters_of_fields() + ") -> " + result;
+    scope.def(
+        name,
+        [function, shown, parameters, *this](Leading... leading, const nb::kwargs& values) {
+          return function(std::forward<Leading>(leading)..., read(shown, parameters, values));
         },
-        fields_);
+        extra..., nb::arg("settings"), nb::sig(signature.c_str()));
   }
 
   /// A class with read-only attributes, a constructor of keywords, a repr, == and a hash.
   template <class Class>
   void define_value(Class& bound) const {
-    define<Struct*>(
-        bound, "__init__", [](Struct* self, const Struct& value) { new (self) Struct(value); }, nb::kw_only());
+    define<Struct*>(bound, "__init__", "*", "None",
+                    [](Struct* self, const Struct& value) { new (self) Struct(value); });
     define_read_only(bound);
     bound.def(
         "__eq__", [](const Struct& a, const Struct& b) { return a == b; }, nb::is_operator(),
@@ -75,6 +81,15 @@ class Fields {
       bound.def_prop_ro(field.name, [access = field.access](Struct& self) { return std::invoke(access, self); });
     });
     bound.def("__repr__", [*this](nb::handle self) { return repr(self); });
+    // For pickle and copy.
+    bound.def("__getstate__", [*this](nb::handle self) { return as_dict(self); });
+    bound.def("__setstate__", [*this](Struct& self, const nb::dict& values) {
+      new (&self) Struct{};
+      for_each([&](const auto& field) {
+        using Value = FieldValue<Struct, decltype(field.access)>;
+        if (values.contains(field.name)) std::invoke(field.access, self) = nb::cast<Value>(values[field.name]);
+      });
+    });
   }
 
   nb::dict as_dict(nb::handle self) const {
@@ -89,15 +104,44 @@ class Fields {
     std::apply([&](const auto&... field) { (visit(field), ...); }, fields_);
   }
 
-  Struct make(FieldValue<Struct, Access>... values) const {
+  /// ", margin: float = 0.0" and so on.
+  std::string parameters_of_fields() const {
+    Struct defaults{};
+    std::string text;
+    for_each([&](const auto& field) {
+      using Value = FieldValue<Struct, decltype(field.access)>;
+      const nb::object value = nb::cast(Value(std::invoke(field.access, defaults)));
+      text += std::string(", ") + field.name + ": " + type_name<Value>() + " = " +
+              nb::cast<std::string>(std::is_enum_v<Value> ? nb::str(value) : nb::repr(value));
+    });
+    return text;
+  }
+
+  Struct read(const std::string& function, const char* parameters, const nb::kwargs& values) const {
     Struct result{};
-    const auto in_order = std::forward_as_tuple(std::move(values)...);
-    assign(result, in_order, std::index_sequence_for<Access...>());
+    std::size_t known = 0;
+    for_each([&](const auto& field) {
+      if (!values.contains(field.name)) return;
+      ++known;
+      using Value = FieldValue<Struct, decltype(field.access)>;
+      std::invoke(field.access, result) = read_value<Value>(field.name, values[field.name]);
+    });
+    if (known < values.size()) refuse_unknown(function, parameters, values);
     return result;
   }
-  template <class Values, std::size_t... i>
-  void assign(Struct& result, const Values& values, std::index_sequence<i...> /*all*/) const {
-    ((std::invoke(std::get<i>(fields_).access, result) = std::get<i>(values)), ...);
+  void refuse_unknown(const std::string& function, const char* parameters, const nb::kwargs& values) const {
+    std::vector<std::string> names;
+    for_each([&](const auto& field) { names.emplace_back(field.name); });
+    for (const auto& [keyword, value] : values) {
+      if (std::find(names.begin(), names.end(), nb::cast<std::string>(keyword)) != names.end()) continue;
+      // Of the leading parameters those behind the star: "*, log: Type = None".
+      const std::string_view keywords = std::string_view(parameters).substr(std::string_view(parameters).find('*'));
+      for (std::size_t end = 0; (end = keywords.find(':', end + 1)) != std::string_view::npos;) {
+        const std::size_t begin = keywords.rfind(' ', end) + 1;
+        names.emplace_back(keywords.substr(begin, end - begin));
+      }
+      refuse_keyword(function, keyword, names);
+    }
   }
 
   std::string repr(nb::handle self) const {

@@ -1,13 +1,18 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "keywords.hpp"
 #include "mesh_io/mesh_io.hpp"
 #include "owned_arrays.hpp"
 #include "program.hpp"
@@ -26,26 +31,71 @@ nb::tuple read_mesh(const std::filesystem::path& path) {
 }
 
 using Doubles = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using EdgeIndices = nb::ndarray<const std::uint32_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
 using TriangleIndices = nb::ndarray<const std::uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Begins = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-nb::object edges_meet_triangles(const Doubles& vertices, const EdgeIndices& edges, const TriangleIndices& triangles) {
-  if (edges.shape(0) != triangles.shape(0)) throw InvalidInput("edges and triangles: expected as many of each");
-  std::vector<std::uint8_t> meet(edges.shape(0));
-  {
-    const nb::gil_scoped_release no_interpreter;
-    const auto at = [&](std::uint32_t v) {
-      if (v >= vertices.shape(0)) throw InvalidInput("edges and triangles: an index has no vertex");
-      const double* const x = vertices.data() + 3 * static_cast<std::size_t>(v);
-      return Vec3d{x[0], x[1], x[2]};
-    };
-    for (std::size_t i = 0; i < meet.size(); ++i) {
-      const std::uint32_t* const e = edges.data() + 2 * i;
-      const std::uint32_t* const t = triangles.data() + 3 * i;
-      meet[i] = demo::intersects(at(e[0]), at(e[1]), {at(t[0]), at(t[1]), at(t[2])}) ? 1 : 0;
+/// A triangle of a mesh.
+struct Face {
+  const std::uint32_t* v;
+  std::array<Vec3d, 3> x;
+
+  Face(const Doubles& vertices, const TriangleIndices& triangles, std::size_t t) : v(triangles.data() + 3 * t), x{} {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (v[i] >= vertices.shape(0)) throw InvalidInput("triangles: an index has no vertex");
+      const double* const p = vertices.data() + 3 * static_cast<std::size_t>(v[i]);
+      x[i] = {p[0], p[1], p[2]};
     }
   }
-  return own<std::uint8_t, 1>(std::move(meet)).attr("ravel")().attr("astype")("bool");
+  bool has(std::uint32_t vertex) const { return v[0] == vertex || v[1] == vertex || v[2] == vertex; }
+};
+
+/// Whether a plane across the line between their middles parts pq from the triangle, rounding allowed for.
+bool are_certainly_apart(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle) {
+  const Vec3d from[5] = {
+      p - triangle[0], q - triangle[0], {0, 0, 0}, triangle[1] - triangle[0], triangle[2] - triangle[0]};
+  const Vec3d normal = 0.5 * (from[0] + from[1]) - (1.0 / 3.0) * (from[3] + from[4]);
+  double height[5];
+  double error = 0;
+  for (int i = 0; i < 5; ++i) {
+    height[i] = dot(normal, from[i]);
+    for (int axis = 0; axis < 3; ++axis) error += 1e-15 * std::abs(normal[axis] * from[i][axis]);
+  }
+  return std::min(height[0], height[1]) > std::max({height[2], height[3], height[4]}) + error;
+}
+
+/// Whether one of a's edges that has no vertex of b's meets b.
+bool side_meets(const Face& a, const Face& b) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    if (b.has(a.v[i]) || b.has(a.v[j]) || are_certainly_apart(a.x[i], a.x[j], b.x)) continue;
+    if (demo::intersects(a.x[i], a.x[j], b.x)) return true;
+  }
+  return false;
+}
+
+/// Triangle first + i is compared with the candidates from begins[i] up to begins[i + 1] that come after it.
+nb::object intersecting_pairs(const Doubles& vertices, const TriangleIndices& triangles, std::size_t first,
+                              const Begins& begins, const Indices& candidates) {
+  const std::size_t count = std::max<std::size_t>(begins.shape(0), 1) - 1;
+  if (first > triangles.shape(0) || count > triangles.shape(0) - first) throw InvalidInput("begins: too many rows");
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+  {
+    const nb::gil_scoped_release no_interpreter;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Face a(vertices, triangles, first + i);
+      for (std::int64_t j = begins(i); j < begins(i + 1); ++j) {
+        if (j < 0 || static_cast<std::size_t>(j) >= candidates.shape(0))
+          throw InvalidInput("begins: not in candidates");
+        const std::uint32_t other = candidates(static_cast<std::size_t>(j));
+        if (other <= first + i) continue;
+        if (other >= triangles.shape(0)) throw InvalidInput("candidates: an index has no triangle");
+        const Face b(vertices, triangles, other);
+        if (side_meets(a, b) || side_meets(b, a)) pairs.push_back({static_cast<std::uint32_t>(first + i), other});
+      }
+    }
+  }
+  return own<std::uint32_t, 2>(std::move(pairs));
 }
 
 int detect_program(const std::vector<nb::bytes>& arguments) {
@@ -69,8 +119,11 @@ void bind_meshes(nb::module_& module) {
       nb::sig("def read_mesh(path: str | os.PathLike[str]) -> tuple[numpy.ndarray, numpy.ndarray]"),
       "Reads a PLY or OBJ file: vertices as float64 of shape (n, 3), triangles as uint32 of shape (m, 3). Polygons "
       "become triangle fans. Raises MeshError, naming the file and the place in it.");
-  module.def("edges_meet_triangles", &edges_meet_triangles, "vertices"_a, "edges"_a, "triangles"_a,
-             "Whether each edge and the triangle beside it have a point in common, decided exactly.");
+  module.def("intersecting_pairs", &intersecting_pairs, "vertices"_a, "triangles"_a, "first"_a, "begins"_a,
+             "candidates"_a,
+             "Which of the triangles from the first on intersect which candidates of theirs, decided exactly.");
+  module.def("refuse_keyword", &refuse_keyword, "function"_a, "keyword"_a, "known"_a,
+             "Raises TypeError, which names what is most like it.");
   module.def("detect_program", &detect_program, "arguments"_a, "softcd-detect: its exit code.");
 }
 

@@ -8,6 +8,7 @@ NB_MODULE(_core, module) {
   module.doc() = "The C++ library softcd.";
   module.attr("version") = SOFTCD_VERSION_STRING;
   register_exceptions();
+  bind_interruptible_work(module);
   bind_enumerations(module);
   bind_statistics(module);
   bind_contacts(module);

@@ -6,6 +6,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "collected.hpp"
+#include "keywords.hpp"
 #include "owned_arrays.hpp"
 #include "scene.hpp"
 
@@ -158,6 +160,18 @@ std::string describe(const MeshChange& change) {
                      change.removed.size(), change.added.size(), change.new_vertices.size());
 }
 
+template <class Answer>
+std::vector<Answer> copy(Span<const Answer> answers) {
+  return {answers.begin(), answers.end()};
+}
+/// Where each question's answers begin, and all of them.
+template <class Answer>
+auto copy(const softcd::AnswerLists<Answer>& lists) {
+  std::vector<std::uint64_t> begins(lists.begins().begin(), lists.begins().end());
+  if (begins.empty()) begins.push_back(0);
+  return std::pair(std::move(begins), copy(lists.all()));
+}
+
 /// softcd::Probe for Python, which keeps its scene alive. Answers are copied before anybody asks again.
 class BoundProbe {
  public:
@@ -173,38 +187,45 @@ class BoundProbe {
   ~BoundProbe() { scene_.discarded()->add(discardable_); }
 
   nb::object first_hits(const Batch<Ray>& rays) {
-    return ask_each(questions_in<Ray>(rays), [&](auto asked) { return probe_->first_hits(asked); });
+    return ask_each(rays.shape(0), [this, rays] { return copy(probe_->first_hits(questions_in<Ray>(rays))); });
   }
   nb::tuple all_hits(const Batch<Ray>& rays) {
-    return ask_lists(questions_in<Ray>(rays), [&](auto asked) { return probe_->all_hits(asked); });
+    return ask_lists(rays.shape(0), [this, rays] { return copy(probe_->all_hits(questions_in<Ray>(rays))); });
   }
   nb::object closest_points(const Batch<QueryPoint>& points) {
-    return ask_each(questions_in<QueryPoint>(points), [&](auto asked) { return probe_->closest_points(asked); });
+    return ask_each(points.shape(0),
+                    [this, points] { return copy(probe_->closest_points(questions_in<QueryPoint>(points))); });
   }
   template <class Shape>
   nb::tuple overlaps(const Batch<Shape>& shapes) {
-    return ask_lists(questions_in<Shape>(shapes), [&](auto asked) { return probe_->overlaps(asked); });
+    return ask_lists(shapes.shape(0), [this, shapes] { return copy(probe_->overlaps(questions_in<Shape>(shapes))); });
   }
   nb::tuple hull_overlaps(const Batch<Vec3d>& points, nb::handle begins, const Radii& radii) {
-    return ask_lists(hulls_in(points, read_indices("begins", begins), radii),
-                     [&](const auto& asked) { return probe_->overlaps(asked); });
+    auto hulls = hulls_in(points, read_indices("begins", begins), radii);
+    const std::size_t count = hulls.size();
+    return ask_lists(count, [this, points, hulls = std::move(hulls)] { return copy(probe_->overlaps(hulls)); });
   }
   nb::object distances(const AskedPairs& pairs) {
-    return ask_each(asked_pairs(pairs), [&](const auto& asked) { return probe_->distances(asked); });
+    return ask_each(pairs_of_triangles(pairs),
+                    [this, asked = asked_pairs(pairs)] { return copy(probe_->distances(asked)); });
   }
   nb::tuple intersections(const AskedPairs& pairs) {
-    return ask_lists(asked_pairs(pairs), [&](const auto& asked) { return probe_->intersections(asked); });
+    return ask_lists(pairs_of_triangles(pairs),
+                     [this, asked = asked_pairs(pairs)] { return copy(probe_->intersections(asked)); });
   }
   bool has_intersections(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
-    return scene_.call_and_read([&](Scene&) { return probe_->has_intersections(asked_pair(a, b)); });
+    return scene_.call_and_read(nb::find(this),
+                                [this, asked = asked_pair(a, b)](Scene&) { return probe_->has_intersections(asked); });
   }
   nb::tuple intersections_after(const std::vector<MeshChange>& changes) {
-    std::vector<QueryChange> asked;
-    asked.reserve(changes.size());
-    for (const MeshChange& change : changes) {
-      asked.push_back({{change.body}, change.removed, change.added, change.new_vertices});
-    }
-    return ask_lists(asked, [&](const auto& all) { return probe_->intersections_after(all); });
+    return ask_lists(changes.size(), [this, changes] {
+      std::vector<QueryChange> asked;
+      asked.reserve(changes.size());
+      for (const MeshChange& change : changes) {
+        asked.push_back({{change.body}, change.removed, change.added, change.new_vertices});
+      }
+      return copy(probe_->intersections_after(asked));
+    });
   }
   void set_body_filter(nb::object filter) {
     BodyFilter asked;
@@ -224,28 +245,24 @@ class BoundProbe {
   void clear() { filter_.reset(); }
 
  private:
-  /// What `f` returns. Without questions a probe reads no positions.
-  template <class F>
-  auto answer(bool has_questions, const F& f) {
-    const auto ask = [&](Scene&) { return f(); };
-    return has_questions ? scene_.call_and_read(ask) : scene_.call(ask);
+  /// As questions, of which a pair of bodies has one for each triangle.
+  std::size_t pairs_of_triangles(const AskedPairs& pairs) const {
+    return pairs.size() * std::max<std::size_t>(scene_.triangles_given(), 1);
   }
-  template <class Questions, class Ask>
-  nb::object ask_each(const Questions& questions, const Ask& ask) {
-    return own_answers(answer(!questions.empty(), [&] {
-      const auto answers = ask(questions);
-      return std::vector(answers.begin(), answers.end());
-    }));
+  /// What `ask` returns. Without questions a probe reads no positions.
+  template <class Ask>
+  auto answer(std::size_t questions, Ask ask) {
+    auto asked = [ask = std::move(ask)](Scene&) { return ask(); };
+    const nb::handle self = nb::find(this);
+    return questions > 0 ? scene_.call_and_read(self, std::move(asked), questions) : scene_.call(std::move(asked));
   }
-  /// Where each question's answers begin, and all of them.
-  template <class Questions, class Ask>
-  nb::tuple ask_lists(const Questions& questions, const Ask& ask) {
-    auto [begins, answers] = answer(!questions.empty(), [&] {
-      const auto lists = ask(questions);
-      std::vector<std::uint64_t> starts(lists.begins().begin(), lists.begins().end());
-      if (starts.empty()) starts.push_back(0);
-      return std::pair(std::move(starts), std::vector(lists.all().begin(), lists.all().end()));
-    });
+  template <class Ask>
+  nb::object ask_each(std::size_t questions, Ask ask) {
+    return own_answers(answer(questions, std::move(ask)));
+  }
+  template <class Ask>
+  nb::tuple ask_lists(std::size_t questions, Ask ask) {
+    auto [begins, answers] = answer(questions, std::move(ask));
     return nb::make_tuple(own<std::int64_t, 1>(std::move(begins)).attr("ravel")(), own_answers(std::move(answers)));
   }
   bool is_asked_about(BodyId body) {
@@ -289,8 +306,8 @@ void bind_probe(nb::module_& module) {
   nb::class_<BoundProbe>(module, "Probe", nb::type_slots(probe_slots), "What softcd.Probe asks.")
       .def(
           "__init__",
-          [](BoundProbe* self, nb::handle_t<BoundScene> scene, StepEnd step_end) {
-            new (self) BoundProbe(nb::borrow(scene), step_end);
+          [](BoundProbe* self, nb::handle_t<BoundScene> scene, nb::handle step_end) {
+            new (self) BoundProbe(nb::borrow(scene), read_enumerator<StepEnd>("step_end", step_end));
           },
           "scene"_a, "step_end"_a)
       .def("first_hits", &BoundProbe::first_hits, "rays"_a)

@@ -9,6 +9,7 @@
 #include "collected.hpp"
 #include "contacts.hpp"
 #include "device_contacts.hpp"
+#include "keywords.hpp"
 #include "options.hpp"
 #include "scene.hpp"
 
@@ -37,13 +38,15 @@ class BoundQuery {
   ~BoundQuery() { scene_.discarded()->add(discardable_); }
 
   Ticket start(Pairs pairs) {
-    return scene_.call_and_read([&](Scene&) { return query_->start(pairs); });
+    return scene_.call_and_read(nb::find(this), [this, pairs](Scene&) { return query_->start(pairs); });
   }
-  nb::object wait(Ticket& ticket) {
-    return to_array(scene_.call([&](Scene&) { return wait_and_hold(ticket); }));
+  /// `owner` is the ticket as Python knows it.
+  nb::object wait(nb::handle owner, Ticket& ticket) {
+    return to_array(scene_.call_at_length(owner, [this, &ticket](Scene&) { return wait_and_hold(ticket); }));
   }
-  nb::object detect(Pairs pairs) {
-    return to_array(scene_.call_and_read([&](Scene&) {
+  nb::object detect(nb::handle pairs_asked) {
+    const auto pairs = read_enumerator<Pairs>("pairs", pairs_asked);
+    return to_array(scene_.call_and_read(nb::find(this), [this, pairs](Scene&) {
       Ticket ticket = query_->start(pairs);
       return wait_and_hold(ticket);
     }));
@@ -128,7 +131,7 @@ class BoundTicket {
   BoundTicket(nb::object query, Pairs pairs)
       : object_(std::move(query)), query_(nb::cast<BoundQuery&>(object_)), ticket_(query_.start(pairs)) {}
 
-  nb::object wait() { return query_.wait(ticket_); }
+  nb::object wait() { return query_.wait(nb::find(this), ticket_); }
   PendingContactsArray on_device() { return query_.on_device(ticket_, object_); }
   int traverse(visitproc visit, void* arg) {
     Py_VISIT(object_.ptr());
@@ -161,7 +164,7 @@ void bind_query(nb::module_& module) {
   kQueryOptions.define_value(options);
 
   nb::class_<BoundTicket>(module, "Ticket", nb::type_slots(ticket_slots), "A detection that was started.")
-      .def("wait", &BoundTicket::wait,
+      .def("wait", &BoundTicket::wait, nb::sig("def wait(self) -> numpy.typing.NDArray[numpy.void] | DeviceContacts"),
            "What Query.detect returns. Raises Error when it was called before, when the query has started another "
            "detection, or when options were set; else what has gone wrong in the detection.")
       .def(
@@ -173,18 +176,21 @@ void bind_query(nb::module_& module) {
                                       "Finds contacts between the bodies of a scene. The same input gives the same "
                                       "bytes, on any backend, with any number of threads.");
   kQueryOptions.define<BoundQuery*, nb::handle_t<BoundScene>>(
-      query, "__init__",
+      query, "__init__", "scene: Scene, *", "None",
       [](BoundQuery* self, nb::handle scene, const QueryOptions& values) {
         new (self) BoundQuery(nb::borrow(scene), values);
       },
-      "scene"_a, nb::kw_only());
+      "scene"_a);
   query
       .def("detect", &BoundQuery::detect, "pairs"_a = Pairs::all,
-           nb::sig("def detect(self, pairs: Pairs = ...) -> numpy.typing.NDArray[numpy.void] | DeviceContacts"),
+           nb::sig("def detect(self, pairs: Pairs | str = ...) -> numpy.typing.NDArray[numpy.void] | DeviceContacts"),
            kDetect)
       .def(
-          "start", [](nb::object self, Pairs pairs) { return new BoundTicket(std::move(self), pairs); },
-          "pairs"_a = Pairs::all,
+          "start",
+          [](nb::object self, nb::handle pairs) {
+            return new BoundTicket(std::move(self), read_enumerator<Pairs>("pairs", pairs));
+          },
+          "pairs"_a = Pairs::all, nb::sig("def start(self, pairs: Pairs | str = ...) -> Ticket"),
           "Reads the positions that were set and starts a detection; the next step's may be set while it runs.")
       .def(
           "set_pair_filter", &BoundQuery::set_pair_filter, "filter"_a.none(),

@@ -71,6 +71,7 @@ std::uint32_t BoundScene::add_body(nb::handle triangles, std::uint32_t vertex_co
   return call([&](Scene& scene) {
     const BodyId body = scene.add_body(mesh.desc(settings));
     ++body_count_;
+    triangles_given_ += mesh.triangles.size() + mesh.segments.size();
     return body.value;
   });
 }
@@ -87,6 +88,7 @@ void BoundScene::update_body(std::uint32_t body, nb::handle triangles, std::uint
     } else {
       scene.update_body({body}, mesh.desc(settings), indices);
     }
+    triangles_given_ += mesh.triangles.size() + mesh.segments.size();
     replace_on_device(body);
   });
 }
@@ -100,7 +102,7 @@ void BoundScene::remove_body(std::uint32_t body) {
     replaced_.reserve(replaced_.size() + 2);
     scene.remove_body({body});
     replace_on_device(body);
-    --body_count_;
+    if (--body_count_ == 0) triangles_given_ = 0;
   });
 }
 
@@ -155,6 +157,22 @@ void BoundScene::set_rest_positions(std::uint32_t body, nb::handle vertices) {
   call([&](Scene& scene) { scene.set_rest_positions({body}, rest.positions); });
 }
 
+std::unique_lock<std::timed_mutex> BoundScene::lock_between_signals() {
+  std::unique_lock lock(mutex_, std::defer_lock);
+  while (!lock.try_lock_for(kSignalInterval)) check_signals();
+  return lock;
+}
+
+/// Where another call runs, it or the next one does this.
+void BoundScene::release_spent() {
+  KeptPositions spent;
+  std::vector<Array> on_device;
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  if (!lock.owns_lock()) return;
+  spent.swap(spent_);
+  on_device.swap(spent_on_device_);
+}
+
 /// A detection may still read what the body had. There is room for two more of replaced_.
 void BoundScene::replace_on_device(std::uint32_t body) {
   const auto found = on_device_.find(body);
@@ -190,7 +208,7 @@ void bind_scene(nb::module_& module) {
       "Bodies, of which queries find the contacts. Threads may share one: their calls wait for each other. Everything "
       "may be called while a detection runs, and concerns the next one that is started.");
   kSceneOptions.define<BoundScene*, nb::object>(
-      scene, "__init__",
+      scene, "__init__", "*, log: collections.abc.Callable[[LogLevel, str], object] | None = None", "None",
       [](BoundScene* self, nb::object log, const SceneOptions& values) {
         new (self) BoundScene(values, std::move(log));
       },
@@ -198,7 +216,7 @@ void bind_scene(nb::module_& module) {
       "log(level, text) is told warnings and what else may be of interest; without one, warnings are Python's, of the "
       "category RuntimeWarning.");
   kBodySettings.define<BoundScene&, nb::handle, std::uint32_t, nb::handle>(
-      scene, "add_body",
+      scene, "add_body", "triangles: object, vertex_count: int, *, segments: object | None = None", "int",
       [](BoundScene& self, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
          const BodySettings& settings) { return self.add_body(triangles, vertex_count, segments, settings); },
       "triangles"_a, "vertex_count"_a, nb::kw_only(), "segments"_a.none() = nb::none(),
@@ -207,6 +225,9 @@ void bind_scene(nb::module_& module) {
       "Where triangles are counted they follow the triangles.");
   kBodySettings.define<BoundScene&, std::uint32_t, nb::handle, std::uint32_t, nb::handle, nb::handle>(
       scene, "update_body",
+      "body: int, triangles: object, vertex_count: int, *, segments: object | None = None, "
+      "changed: object | None = None",
+      "None",
       [](BoundScene& self, std::uint32_t body, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
          nb::handle changed, const BodySettings& settings) {
         self.update_body(body, triangles, vertex_count, segments, changed, settings);
@@ -219,9 +240,9 @@ void bind_scene(nb::module_& module) {
       "these indices, and those behind the last that the body had, are other ones than before. Edges that stay keep "
       "their numbers. Of a body with segments everything is taken anew.");
   kBodySettings.define<BoundScene&, std::uint32_t>(
-      scene, "set_settings",
+      scene, "set_settings", "body: int, *", "None",
       [](BoundScene& self, std::uint32_t body, const BodySettings& settings) { self.set_settings(body, settings); },
-      "body"_a, nb::kw_only(), "All settings of a body: those that are left out are the defaults.");
+      "body"_a, "All settings of a body: those that are left out are the defaults.");
   scene.def("remove_body", &BoundScene::remove_body, "body"_a)
       .def("has_body", &BoundScene::has_body, "body"_a, "Whether the body was added and not removed.")
       .def("set_positions", &BoundScene::set_positions, "body"_a, "vertices_t0"_a, "vertices_t1"_a.none() = nb::none(),

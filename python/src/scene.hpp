@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "interruptible_work.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::python {
@@ -99,30 +100,46 @@ class BoundScene {
   SceneOptions options();
   Backend backend();
   std::uint32_t body_count() const { return body_count_; }
+  /// At least as many as there are.
+  std::uint64_t triangles_given() const { return triangles_given_; }
 
-  /// f(scene), alone, without the interpreter's lock. Throws Error in a callback that a call of the scene makes.
+  /// f(scene), alone, without the interpreter's lock. Throws Error in a callback that a call of the scene makes, and
+  /// what a signal's handler raises while the call waits for another.
   template <class F>
-  auto call(const F& f) {
-    if (user_ == std::this_thread::get_id()) {
-      throw Error("a pair filter or log callback must not call the scene or its queries.");
-    }
+  auto call(F f) {
+    refuse_callbacks();
+    release_spent();
     const nb::gil_scoped_release no_interpreter;
-    const std::lock_guard alone(mutex_);
-    const InUse use(user_);
-    discarded_->give_back();
-    return f(scene_);
+    const std::unique_lock alone = lock_between_signals();
+    return use(f);
+  }
+  /// The same for what may take long: a signal's handler may raise meanwhile. The work then goes on by itself, and the
+  /// next call waits for it. `owner` is an object of Python's that keeps the scene; f has, or owner keeps, all else.
+  /// Each triangle may have to be compared with `others`, a detection's with all.
+  template <class F>
+  auto call_at_length(nb::handle owner, F f, std::optional<std::size_t> others = {}) {
+    const std::uint64_t triangles = triangles_given_;
+    if (!handles_signals() || others.value_or(triangles) * triangles <= kQuickWork) return call(std::move(f));
+    refuse_callbacks();
+    release_spent();
+    auto alone = [this, f = std::move(f)]() mutable { return use(f); };
+    using Work = InterruptibleWork<decltype(alone)>;
+    return Work::run(std::make_shared<Work>(nb::borrow(owner), mutex_, std::move(alone)));
   }
   /// The same where f reads what was set. When it throws, it may not have.
   template <class F>
-  auto call_and_read(const F& f) {
-    KeptArrays read;  // let go of with the interpreter's lock
-    std::vector<Array> replaced;
-    return call([&](Scene& scene) {
-      auto result = f(scene);
-      read.swap(kept_);
-      replaced.swap(replaced_);
-      return result;
-    });
+  auto call_and_read(nb::handle owner, F f, std::optional<std::size_t> others = {}) {
+    auto result = call_at_length(
+        owner,
+        [this, f = std::move(f)](Scene& scene) mutable {
+          auto found = f(scene);
+          spent_.merge(kept_);
+          if (spent_on_device_.empty()) spent_on_device_.swap(replaced_);
+          return found;
+        },
+        others);
+    release_spent();
+    return result;
   }
 
   const std::shared_ptr<Discarded>& discarded() const { return discarded_; }
@@ -131,7 +148,24 @@ class BoundScene {
   void clear();
 
  private:
+  /// So many pairs are compared within kSignalInterval, and a thread of their own, 20 us, would be felt.
+  static constexpr std::uint64_t kQuickWork = 1'000'000;
+
   using KeptArrays = std::map<std::uint32_t, std::array<Array, 2>>;
+  using KeptPositions = std::multimap<std::uint32_t, std::array<Array, 2>>;
+
+  void refuse_callbacks() const {
+    if (user_ != std::this_thread::get_id()) return;
+    throw Error("a pair filter or log callback must not call the scene or its queries.");
+  }
+  std::unique_lock<std::timed_mutex> lock_between_signals();
+  void release_spent();
+  template <class F>
+  auto use(F& f) {
+    const InUse in_use(user_);
+    discarded_->give_back();
+    return f(scene_);
+  }
 
   /// Says which thread uses the scene.
   class InUse {
@@ -148,14 +182,17 @@ class BoundScene {
   void log(LogLevel level, std::string_view text);
   void replace_on_device(std::uint32_t body);
 
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   std::atomic<std::thread::id> user_;
   nb::object log_;
   KeptArrays kept_;              ///< read by the next detection
   KeptArrays on_device_;         ///< read by any
   std::vector<Array> replaced_;  ///< that were on_device_, until the next detection
+  KeptPositions spent_;          ///< read; let go of with the interpreter's lock
+  std::vector<Array> spent_on_device_;
   std::shared_ptr<Discarded> discarded_ = std::make_shared<Discarded>();
   std::atomic<std::uint32_t> body_count_ = 0;
+  std::atomic<std::uint64_t> triangles_given_ = 0;  ///< at least as many as there are
   Scene scene_;
 };
 

@@ -1,6 +1,8 @@
 """Wrong arguments: a Python exception that says which, and never a crash."""
 
+import copy
 import itertools
+import pickle
 import random
 
 import numpy as np
@@ -121,10 +123,22 @@ def test_changes_that_cannot_be_read_are_named(error, text, changed):
         (softcd.InvalidInput, "body 7 is not in the scene", lambda: softcd.Scene().remove_body(7)),
         (softcd.InvalidInput, "^vertices_t1: expected 1", lambda: softcd.detect([GOOD], [PIERCING_TRIANGLES], [])),
         (softcd.InvalidInput, "^vertices_t1: continuous", lambda: softcd.detect(GOOD, PIERCING_TRIANGLES, detection=CCD)),
-        (TypeError, "detection: str", lambda: softcd.Query(softcd.Scene(), detection="ccd")),
-        (TypeError, "scene: softcd", lambda: softcd.Query("scene")),
-        (TypeError, "memory_limit: int", lambda: softcd.Scene(memory_limit=-1)),
-        (TypeError, "nonsense", lambda: softcd.Scene(nonsense=1)),
+        (TypeError, "^detection: expected Detection or the name of one, got 1", lambda: softcd.QueryOptions(detection=1)),
+        (ValueError, "^detection: expected one of dcd, ccd, got 'cdc'", lambda: softcd.QueryOptions(detection="cdc")),
+        (ValueError, "^pairs: expected one of all, changed, got 'some'", lambda: softcd.Query(softcd.Scene()).detect("some")),
+        (ValueError, "^step_end: expected one of t1, t0, got 't2'", lambda: softcd.Probe(softcd.Scene(), step_end="t2")),
+        (TypeError, "^edge_edge: expected bool, got 'yes'", lambda: softcd.QueryOptions(edge_edge="yes")),
+        (TypeError, "scene: Scene", lambda: softcd.Query("scene")),
+        (TypeError, "^memory_limit: expected int from 0 to 1844.*, got -1", lambda: softcd.Scene(memory_limit=-1)),
+        (TypeError, "there is no keyword 'nonsense'; there are backend, ", lambda: softcd.Scene(nonsense=1)),
+        (TypeError, r"^Scene\(\).*'backnd'; did you mean 'backend'", lambda: softcd.Scene(backnd="cpu")),
+        (TypeError, r"^Query\(\).*did you mean 'accuracy'", lambda: softcd.Query(softcd.Scene(), acuracy="fast")),
+        (TypeError, r"^QueryOptions\(\).*did you mean 'margins'", lambda: softcd.QueryOptions().replace(margin=1)),
+        (TypeError, r"^add_body\(\).*did you mean 'segments'", lambda: softcd.Scene().add_body([], 0, segmnts=[])),
+        (TypeError, r"^update_body\(\).*did you mean 'changed'", lambda: softcd.Scene().update_body(0, [], 0, chnged=[])),
+        (TypeError, r"^detect\(\).*did you mean 'margin'", lambda: softcd.detect(GOOD, PIERCING_TRIANGLES, margn=1)),
+        (TypeError, r"^self_intersections\(\).*did you mean 'max_threads'",
+         lambda: softcd.self_intersections(GOOD, PIERCING_TRIANGLES, max_thread=1)),
         (TypeError, "vertices_t0", lambda: softcd.detect(None, PIERCING_TRIANGLES)),
         (TypeError, "triangles", lambda: softcd.detect(GOOD, None)),
         (TypeError, "vertices", lambda: softcd.self_intersections(None, PIERCING_TRIANGLES)),
@@ -133,6 +147,43 @@ def test_changes_that_cannot_be_read_are_named(error, text, changed):
 def test_other_arguments_are_named(error, text, call):
     with pytest.raises(error, match=text):
         call()
+
+
+def test_names_of_enumerators_are_enumerators():
+    options = softcd.QueryOptions(detection="ccd", accuracy="fast", step_end="t0", broad_phase="uniform")
+    assert options.detection is softcd.Detection.ccd and options.accuracy is softcd.Accuracy.fast
+    assert options.step_end is softcd.StepEnd.t0 and options.broad_phase is softcd.BroadPhase.uniform
+    assert softcd.Scene(backend="cpu").options.backend is softcd.Backend.cpu
+    found = softcd.detect(GOOD, PIERCING_TRIANGLES, PIERCING_T1, detection="ccd", accuracy="precise")
+    assert len(found) == 1 and len(softcd.detect(GOOD, PIERCING_TRIANGLES, PIERCING_T1, detection="dcd")) == 0
+    with pytest.raises(softcd.InvalidInput, match="^vertices_t1: continuous"):
+        softcd.detect(GOOD, PIERCING_TRIANGLES, detection="ccd")
+
+
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_options_and_statistics_are_copied_and_pickled(duplicate):
+    query = softcd.QueryOptions(detection="ccd", lambda_=2.0, margins=False)
+    scene = softcd.SceneOptions(backend="cpu", memory_limit=10**12)
+    assert duplicate(query) == query and duplicate(scene) == scene
+    world = softcd.Scene(backend="cpu")
+    world.set_positions(world.add_body(PIERCING_TRIANGLES, 6, self_collision=True), GOOD, PIERCING_T1)
+    asked = softcd.Query(world, detection="ccd")
+    asked.detect()
+    assert repr(duplicate(asked.statistics)) == repr(asked.statistics)
+    assert repr(duplicate(asked.explain())) == repr(asked.explain())
+
+
+def test_what_was_forgotten_is_said():
+    scene = softcd.Scene()
+    body = scene.add_body(PIERCING_TRIANGLES, 6, self_collision=True)
+    query = softcd.Query(scene, detection="ccd")
+    with pytest.raises(softcd.InvalidInput, match="body 0: it has no positions; use set_positions"):
+        query.detect()
+    scene.set_positions(body, GOOD)
+    with pytest.raises(softcd.InvalidInput, match="continuous detection needs the step's end"):
+        query.detect()
+    scene.set_positions(body, GOOD, GOOD)
+    assert len(query.detect()) == 0
 
 
 def probe_of_one_body():
@@ -233,7 +284,7 @@ def test_random_arguments_only_raise():
         softcd.collision_free_step: ["margin", "self_collision"],
         softcd.self_intersections: ["max_threads", "memory_limit"],
         softcd.read_mesh: [],
-        softcd._core.edges_meet_triangles: [],
+        softcd._core.intersecting_pairs: [],
         softcd.Probe: ["step_end"],
         softcd.MeshChange: ["removed", "added", "new_vertices"],
         probe.first_hits: ["t_min", "t_max"],

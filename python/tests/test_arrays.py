@@ -77,7 +77,7 @@ def scene_of(triangles, vertex_count, **settings):
 
 def contacts_of(vertices_t0, triangles, vertices_t1=None):
     scene, body = scene_of(triangles, len(PIERCING_T0))
-    scene.set_positions(body, vertices_t0, vertices_t1)
+    scene.set_positions(body, vertices_t0, vertices_t0 if vertices_t1 is None else vertices_t1)
     return softcd.Query(scene, detection=softcd.Detection.ccd).detect()
 
 
@@ -201,6 +201,7 @@ def test_contacts_outlive_detections_query_and_scene():
         scene.set_positions(body, vertices * (1 + 0.1 * step))
         assert not np.shares_memory(query.detect(), contacts)
     normals = contacts["normal"]
+    scene.set_positions(body, vertices, vertices)
     query.options = softcd.QueryOptions(detection=softcd.Detection.ccd)
     query.detect()
     del scene, query

@@ -75,7 +75,7 @@ def test_neighbours_intersect_only_elsewhere():
 def test_self_intersections_are_found_in_parts(monkeypatch):
     vertices, triangles = soup(1, 16, size=2)
     expected = softcd.self_intersections(vertices, triangles)
-    monkeypatch.setattr(softcd._helpers, "_EDGES_AT_ONCE", 7)
+    monkeypatch.setattr(softcd._helpers, "_TRIANGLES_AT_ONCE", 7)
     assert np.array_equal(softcd.self_intersections(vertices, triangles), expected)
 
 

@@ -342,4 +342,6 @@ def test_nothing_is_near_where_there_is_nothing():
     probe = softcd.Probe(scene)
     assert probe.closest_points([0, 0, 1])["body"] == 0
     scene.remove_body(0)
-    assert probe.closest_points([0, 0, 1])["body"] == softcd.NO_BODY
+    nothing = probe.closest_points([0, 0, 1])
+    assert nothing["body"] == softcd.NO_BODY and nothing["distance"] == np.inf
+    assert probe.first_hits([0, 0, 0], [0, 0, 1])["t"] == np.inf
