@@ -110,7 +110,7 @@ std::string SoakedWorld::step() {
   simulation_.world_info().m_sparsesdf.GarbageCollect();
   ++counts_.steps;
   const bullet::WorldDetection& detection = simulation_.detection();
-  const Statistics& found = detection.contacts().statistics();
+  const Statistics found = detection.contacts().statistics();
   counts_.contacts += found.vt_contacts;
   counts_.peak_bytes = std::max(counts_.peak_bytes, found.peak_bytes);
   std::string fault = find_fault(is_judged);
