@@ -9,7 +9,8 @@ namespace softcd::bullet {
 /// they are to be instead: to m_q, and those of anchors to where these hold them.
 class AttachedDeformableWorld::NodesPutBack {
  public:
-  explicit NodesPutBack(std::vector<Way>& ways) : ways_(ways) {
+  /// `has_integrated`: Bullet has moved all nodes, those that rest by nothing.
+  NodesPutBack(std::vector<Way>& ways, bool has_integrated) : ways_(ways), has_moved_(has_integrated) {
     for (Way& way : ways_) {
       int i = 0;
       for (btVector3& end : way.ends) {
@@ -38,12 +39,12 @@ class AttachedDeformableWorld::NodesPutBack {
   NodesPutBack(const NodesPutBack&) = delete;
   NodesPutBack& operator=(const NodesPutBack&) = delete;
 
-  /// False: nothing is on its way, or an exception has left the step before anything was.
+  /// False: an exception may have left the step before anything moved.
   bool has_moved() const { return has_moved_; }
 
  private:
   std::vector<Way>& ways_;
-  bool has_moved_ = false;
+  bool has_moved_;
 };
 
 AttachedDeformableWorld::AttachedDeformableWorld(btDeformableMultiBodyDynamicsWorld& world, const Settings& settings)
@@ -68,7 +69,15 @@ void AttachedDeformableWorld::prepare_solver() {
   keep_starts();
 }
 
+/// Bullet calls actions when it has integrated all bodies.
+void AttachedDeformableWorld::updateAction(btCollisionWorld* /*world*/, btScalar /*time_step*/) {
+  has_integrated_ = true;
+  finish_step();
+  has_integrated_ = false;
+}
+
 void AttachedDeformableWorld::keep_starts() {
+  has_integrated_ = false;
   ways_.clear();
   solved_bodies_.clear();
   queries().crossings.run(queries().settings(), [&](CrossingPrevention&) {
@@ -102,7 +111,7 @@ void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
     return !is_there || static_cast<std::size_t>(way.body->m_nodes.size()) != way.starts.size();
   };
   ways_.erase(std::remove_if(ways_.begin(), ways_.end(), is_lost), ways_.end());
-  const NodesPutBack put_back(ways_);
+  const NodesPutBack put_back(ways_, has_integrated_);
   if (!put_back.has_moved()) return;
   queries().resume_step(all);
   queries().prevent_crossings(all, world().getCollisionObjectArray(), step().gate(), time_step);

@@ -40,7 +40,7 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   void before_ray_test() override { face_trees_.give_back(); }
   void after_ray_test() noexcept override;
 
-  void updateAction(btCollisionWorld* /*world*/, btScalar /*time_step*/) override { finish_step(); }
+  void updateAction(btCollisionWorld* world, btScalar time_step) override;
   void debugDraw(btIDebugDraw* /*drawer*/) override {}
 
   void keep_starts();
@@ -48,6 +48,7 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
 
   FaceTreesAway face_trees_;
   std::vector<Way> ways_;                   ///< with Detection::ccd
+  bool has_integrated_ = false;             ///< whether the step that ends has moved all bodies
   std::vector<btSoftBody*> solved_bodies_;  ///< those that the solver has, in its order
 };
 
