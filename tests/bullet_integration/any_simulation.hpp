@@ -44,6 +44,10 @@ class AnySimulation {
   btSoftBodyWorldInfo& world_info() {
     return deformable_ != nullptr ? deformable_->world_info() : classic_->world_info();
   }
+  void set_gravity(const btVector3& gravity) {
+    if (deformable_ != nullptr) deformable_->set_gravity(gravity);
+    world_info().m_gravity = gravity;
+  }
   btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0) {
     return deformable_ != nullptr ? deformable_->add_rigid(std::move(shape), center, mass)
                                   : classic_->add_rigid(std::move(shape), center, mass);

@@ -14,7 +14,7 @@ namespace softcd::test {
 /// A world without gravity in which nothing passes through anything, and what it warns of.
 class WarnedSimulation : public testing::TestWithParam<World> {
  protected:
-  WarnedSimulation() : simulation(GetParam(), settings()) { simulation.world_info().m_gravity.setZero(); }
+  WarnedSimulation() : simulation(GetParam(), settings()) { simulation.set_gravity(btVector3(0, 0, 0)); }
 
   /// Of one body in triangles of another: no body here asks for contacts within itself.
   static std::size_t count_edges(const std::vector<const btSoftBody*>& bodies) {
