@@ -26,10 +26,6 @@ bool is_spoilt(const btSoftBody& body) {
   return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
 }
 
-bool has_begun_before(const Contact& contact) {
-  return contact.time_of_impact <= 0;
-}
-
 }  // namespace
 
 ContactDetection::ContactDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
@@ -114,10 +110,22 @@ void ContactDetection::find_spoilt(Span<const Contact> contacts) {
   });
 }
 
-/// A discrete detection looks at one time alone, and holds nothing on a side.
+/// A discrete detection looks at one time alone, and holds nothing on a side. That of the deformable world does so
+/// where edges are answered with Detection::ccd: there the look at crossings lets tangles move on, and contacts would
+/// drive them.
+bool ContactDetection::releases_tangles() const {
+  return query_.options().detection == Detection::ccd ||
+         (settings_.detection == Detection::ccd && settings_.edge_contacts == EdgeContacts::respond);
+}
+
+/// A discrete detection of the deformable world is of the step's start.
+bool ContactDetection::has_begun_before(const Contact& contact) const {
+  return query_.options().detection == Detection::dcd || contact.time_of_impact <= 0;
+}
+
 void ContactDetection::find_tangles(Span<const Contact> contacts) {
   tangled_.clear();
-  if (query_.options().detection == Detection::dcd) return;
+  if (!releases_tangles()) return;
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
     if (has_faces && has_begun_before(found.contact)) tangled_.add(found, kind_);

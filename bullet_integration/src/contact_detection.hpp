@@ -36,6 +36,8 @@ class ContactDetection {
 
  private:
   bool looks_at_way() const;
+  bool releases_tangles() const;
+  bool has_begun_before(const Contact& contact) const;
   void require(btSoftBody& body);
   void find_spoilt(Span<const Contact> contacts);
   void find_tangles(Span<const Contact> contacts);
