@@ -415,10 +415,16 @@ bool may_be_tangled_at_the_end(const MemberContact& found, const WorldKind& kind
 }
 
 void TangledNodes::add(const MemberContact& found, const WorldKind& kind) {
-  if (!is_tangled(found, kind)) return;
+  if (has_all_of(found) || !is_tangled(found, kind)) return;
   any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
     nodes_.emplace(node, other);
     return false;
+  });
+}
+
+bool TangledNodes::has_all_of(const MemberContact& found) const {
+  return !nodes_.empty() && !any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
+    return nodes_.count({node, other}) == 0;
   });
 }
 

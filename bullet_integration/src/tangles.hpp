@@ -35,6 +35,8 @@ class TangledNodes {
   bool has_one_of(const MemberContact& found) const;
 
  private:
+  bool has_all_of(const MemberContact& found) const;
+
   std::set<std::pair<const btSoftBody::Node*, const btSoftBody*>> nodes_;
 };
 
