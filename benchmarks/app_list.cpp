@@ -201,17 +201,21 @@ AppDrive build_bag(AppWorld& world) {
 AppDrive build_gripper(AppWorld& world) {
   add_floor(world);
   add_cloth(world, upright_cloth(13, btScalar(1.2), btScalar(1.4)), {btScalar(0.2), btScalar(0.02)});
-  btRigidBody* fingers[2];
-  for (btRigidBody*& finger : fingers) {
-    finger = &add_box(world, btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.05)), btVector3(0, 0, 0));
-    finger->setFriction(1);
-    make_kinematic(*finger);
-  }
-  return [left = fingers[0], right = fingers[1]](btScalar time, btScalar /*seconds*/) {
+  const auto place_of_finger = [](btScalar side, btScalar time) {
     const btScalar gap = btScalar(0.3) - btScalar(0.24) * btMin(4 * time, btScalar(1));
     const btScalar height = btScalar(1.2) + btScalar(0.5) * btMax(time - btScalar(0.5), btScalar(0));
-    put(*left, btVector3(0, height, -gap));
-    put(*right, btVector3(0, height, gap));
+    return btVector3(0, height, side * gap);
+  };
+  btRigidBody* fingers[2];
+  for (int i = 0; i < 2; ++i) {
+    const btVector3 place = place_of_finger(btScalar(2 * i - 1), /*time=*/0);
+    fingers[i] = &add_box(world, btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.05)), place);
+    fingers[i]->setFriction(1);
+    make_kinematic(*fingers[i]);
+  }
+  return [left = fingers[0], right = fingers[1], place_of_finger](btScalar time, btScalar /*seconds*/) {
+    put(*left, place_of_finger(-1, time));
+    put(*right, place_of_finger(1, time));
   };
 }
 
