@@ -40,10 +40,21 @@ class NodeTouches {
   std::vector<btVector3> kept_;
 };
 
-/// Of edges only those of ropes: Bullet has no contacts of edges with rigid bodies, and faces have others.
-QueryOptions mesh_options(const Settings& settings) {
+/// Nodes that are kept off nearly in a touch's direction (within 26 degrees) keep off what is between them, too.
+constexpr btScalar kNearlySameNormal = btScalar(0.9);
+
+/// Share of the margin at which corners and edges of a mesh hold faces. The nodes have contacts at the whole margin:
+/// on ground that is coarser than a cloth, corners are within the margin of most faces and need no contact.
+constexpr btScalar kFaceMarginShare = btScalar(0.5);
+
+/// Whether edges of faces touch edges of meshes. In classic worlds CrossingPrevention keeps them apart.
+bool holds_faces(const WorldKind& kind) {
+  return !kind.solves_in_turns;
+}
+
+QueryOptions mesh_options(const WorldKind& kind, const Settings& settings) {
   QueryOptions options = continuous_options(settings);
-  options.features = {/*vertex_triangle=*/true, settings.edge_contacts == EdgeContacts::respond};
+  options.features = {/*vertex_triangle=*/true, holds_faces(kind) || settings.edge_contacts == EdgeContacts::respond};
   return options;
 }
 
@@ -52,8 +63,20 @@ bool is_inside(const Contact& contact) {
   return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
 }
 
-/// Whether Bullet's solver would see them, where it is the deformable one.
-bool wants_links(const btSoftBody& soft, const btCollisionObject& object) {
+/// Weights of the face's nodes for a point on one of its edges.
+btVector3 weights_on_edge(const btSoftBody::Face& face, const btSoftBody& body, const std::uint32_t* nodes,
+                          const float* weights) {
+  btVector3 result(0, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    for (int end = 0; end < 2; ++end) {
+      if (face.m_n[i] == &body.m_nodes[static_cast<int>(nodes[end])]) result[i] = btScalar(weights[end]);
+    }
+  }
+  return result;
+}
+
+/// Whether Bullet's solver would see contacts of faces and links, where it is the deformable one.
+bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
   return !has_deformable_contacts(soft) || ((soft.m_cfg.collisions & (Flags::SDF_RDN | Flags::SDF_RDF)) != 0 &&
                                             object.getInternalType() == btCollisionObject::CO_RIGID_BODY);
 }
@@ -63,7 +86,8 @@ bool wants_links(const btSoftBody& soft, const btCollisionObject& object) {
 RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
     : kind_(kind),
       mirror_(mirror),
-      query_(mirror.scene(), mesh_options(settings)),
+      query_(mirror.scene(), mesh_options(kind, settings)),
+      answers_links_(settings.edge_contacts == EdgeContacts::respond),
       keeps_notes_(settings.read_out != ReadOut::off) {
   query_.set_pair_filter([this](BodyId a, BodyId b) {
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
@@ -77,7 +101,8 @@ RigidMeshDetection::~RigidMeshDetection() {
 }
 
 void RigidMeshDetection::set_settings(const Settings& settings) {
-  query_.set_options(mesh_options(settings));
+  query_.set_options(mesh_options(kind_, settings));
+  answers_links_ = settings.edge_contacts == EdgeContacts::respond;
   keeps_notes_ = settings.read_out != ReadOut::off;
   touches_.forget_notes();
 }
@@ -87,9 +112,10 @@ void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPai
   const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
   BodySettings settings;
   settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
-  settings.features.edge_edge = std::any_of(pairs.begin(), pairs.end(), [this](const MeshPair& pair) {
-    return !mirror_.member(*pair.soft).mesh.segments.empty();
-  });
+  settings.features.edge_edge =
+      holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const MeshPair& pair) {
+        return !mirror_.member(*pair.soft).mesh.segments.empty();
+      });
 
   std::vector<RigidBox> boxes;
   for (const MeshPair& pair : pairs) {
@@ -131,7 +157,10 @@ void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar tim
   touches_.forget_notes();
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
-  for (const MeshPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
+  for (const MeshPair& pair : pairs) {
+    WorldMirror::Member& member = mirror_.require(*pair.soft, /*needs_way=*/true);
+    if (holds_faces(kind_) && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+  }
   wanted_.clear();
   // Meshes in the order in which Bullet came upon them: addresses, which make the key, differ from run to run.
   const auto key_of = [](const MeshPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
@@ -152,7 +181,8 @@ void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar tim
 
 void RigidMeshDetection::find_touches() {
   touches_.clear();
-  link_touches_.clear();
+  corner_touches_.clear();
+  edge_touches_.clear();
   node_normals_.clear();
   NodeTouches touches;
   btSoftBody* body = nullptr;
@@ -165,7 +195,7 @@ void RigidMeshDetection::find_touches() {
   BodyId last_mesh;
   for (const Contact& contact : query_.detect()) {
     if (contact.kind == ContactKind::edge_edge) {
-      find_link_touch(contact);
+      find_edge_touch(contact);
       continue;
     }
     const btVector3 normal = to_bullet(contact.normal);
@@ -195,74 +225,99 @@ void RigidMeshDetection::find_touches() {
     if (depth_at_end < 0) touches.add(touch, depth_at_end);
   }
   flush();
-  add_link_touches();
+  add_corner_touches();
+  add_edge_touches();
 }
 
 void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
   const WorldMirror::Member& member = mirror_.member(contact.body_b);
   btSoftBody& soft = *member.body;
-  const bool is_wanted = has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDF) != 0 &&
-                         mesh.pair.object->getInternalType() == btCollisionObject::CO_RIGID_BODY;
-  if (!is_wanted || contact.feature_b >= member.mesh.face_count) return;
+  if (!has_deformable_contacts(soft) || !solves_faces(soft, *mesh.pair.object)) return;
+  if (contact.feature_b >= member.mesh.face_count) return;
   btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
   const btVector3 weights = triangle_weights(contact.weights);
+  const bool is_tested_by_bullet = (soft.m_cfg.collisions & Flags::SDF_RDF) != 0;
   const RigidTouch touch = {mesh.pair.object,
                             normal,
-                            soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
+                            (soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin()) *
+                                (is_tested_by_bullet ? 1 : kFaceMarginShare),
                             to_bullet(mesh.mesh.x_t0()[contact.feature_a]),
                             to_bullet(mesh.mesh.x_t1()[contact.feature_a]),
                             contact.time_of_impact};
   btVector3 end(0, 0, 0);
   for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.end);
-  if (depth(touch, end, touch.object_point_t1) < 0) touches_.add(soft, face, weights, touch);
+  if (depth(touch, end, touch.object_point_t1) >= 0) return;
+  if (is_tested_by_bullet) {
+    touches_.add(soft, face, weights, touch);
+  } else {
+    corner_touches_.push_back({&soft, &face, weights, touch});
+  }
 }
 
-void RigidMeshDetection::find_link_touch(const Contact& contact) {
+void RigidMeshDetection::add_corner_touches() {
+  for (const auto& [soft, face, weights, touch] : corner_touches_) {
+    if (!are_held(*face, weights, touch, kNearlySameNormal)) touches_.add(*soft, *face, weights, touch);
+  }
+}
+
+void RigidMeshDetection::find_edge_touch(const Contact& contact) {
   const auto a = meshes_by_id_.find(contact.body_a.value);
   const bool is_swapped = a != meshes_by_id_.end();
   const Mesh& mesh = is_swapped ? *a->second : *meshes_by_id_.at(contact.body_b.value);
   const WorldMirror::Member& member = mirror_.member(is_swapped ? contact.body_b : contact.body_a);
-  if (member.mesh.segments.empty() || !is_inside(contact) || !wants_links(*member.body, *mesh.pair.object)) return;
+  const bool is_link = !member.mesh.segments.empty();
+  const bool is_answered = is_link ? answers_links_ : holds_faces(kind_) && has_deformable_contacts(*member.body);
+  if (!is_answered) return;
+  if (!is_inside(contact) || !solves_faces(*member.body, *mesh.pair.object)) return;
   const std::uint32_t edge = is_swapped ? contact.feature_b : contact.feature_a;
   const int own = is_swapped ? 2 : 0;
   const int other = 2 - own;
   const btVector3 normal = to_bullet(contact.normal);
-  const RigidTouch touch = {mesh.pair.object,
-                            is_swapped ? -normal : normal,
-                            member.body->getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
-                            weighted_point(mesh.mesh.x_t0(), contact.vertices + other, contact.weights + other, 2),
-                            weighted_point(mesh.mesh.x_t1(), contact.vertices + other, contact.weights + other, 2),
-                            contact.time_of_impact};
-  const btSoftBody::Face& link = member.link_face(edge);
-  const btVector3 weights(btScalar(contact.weights[own]), btScalar(contact.weights[own + 1]), 0);
-  const btVector3 end = weights[0] * (link.m_n[0]->*kind_.end) + weights[1] * (link.m_n[1]->*kind_.end);
+  const RigidTouch touch = {
+      mesh.pair.object,
+      is_swapped ? -normal : normal,
+      (member.body->getCollisionShape()->getMargin() + mesh.pair.shape->getMargin()) * (is_link ? 1 : kFaceMarginShare),
+      weighted_point(mesh.mesh.x_t0(), contact.vertices + other, contact.weights + other, 2),
+      weighted_point(mesh.mesh.x_t1(), contact.vertices + other, contact.weights + other, 2),
+      contact.time_of_impact};
+  btSoftBody::Face& face = member.face_at_edge(edge, contact.vertices + own);
+  const btVector3 weights = weights_on_edge(face, *member.body, contact.vertices + own, contact.weights + own);
+  btVector3 end(0, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    if (weights[i] > 0) end += weights[i] * (face.m_n[i]->*kind_.end);
+  }
   const btScalar depth_at_end = depth(touch, end, touch.object_point_t1);
-  if (depth_at_end < 0 && !are_both_held(link, touch)) {
-    link_touches_[{member.id.value, edge, mesh.id.value}].push_back({touch, weights, depth_at_end});
+  const btScalar least_cosine = is_link ? kSameNormal : kNearlySameNormal;
+  if (depth_at_end < 0 && !are_held(face, weights, touch, least_cosine)) {
+    edge_touches_[{member.id.value, edge, mesh.id.value}].push_back({&face, touch, weights, depth_at_end});
   }
 }
 
-/// Whether both of the link's nodes have contacts that hold it off the object in that direction, as on a flat surface,
-/// whose triangles have edges, too.
-bool RigidMeshDetection::are_both_held(const btSoftBody::Face& link, const RigidTouch& touch) const {
+/// Whether all nodes that have a weight have contacts that hold them off the object in that direction, as on a flat
+/// surface, whose triangles have corners and edges, too.
+bool RigidMeshDetection::are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
+                                  btScalar least_cosine) const {
   const auto is_held = [&](const btSoftBody::Node* node) {
     const auto [begin, end] = node_normals_.equal_range({node, touch.object});
-    return std::any_of(begin, end, [&](const auto& held) { return held.second.dot(touch.normal) > kSameNormal; });
+    return std::any_of(begin, end, [&](const auto& held) { return held.second.dot(touch.normal) > least_cosine; });
   };
-  return is_held(link.m_n[0]) && is_held(link.m_n[1]);
+  for (int i = 0; i < 3; ++i) {
+    if (weights[i] > kLeastWeight && !is_held(face.m_n[i])) return false;
+  }
+  return true;
 }
 
-/// Of one link with one mesh only those with a direction of their own, the deepest.
-void RigidMeshDetection::add_link_touches() {
-  for (auto& [key, touches] : link_touches_) {
+/// Of one edge with one mesh only those with a direction of their own, the deepest.
+void RigidMeshDetection::add_edge_touches() {
+  for (auto& [key, touches] : edge_touches_) {
     const WorldMirror::Member& member = mirror_.member(BodyId{std::get<0>(key)});
     std::stable_sort(touches.begin(), touches.end(),
-                     [](const LinkTouch& a, const LinkTouch& b) { return a.depth_at_end < b.depth_at_end; });
+                     [](const EdgeTouch& a, const EdgeTouch& b) { return a.depth_at_end < b.depth_at_end; });
     for (auto touch = touches.begin(); touch != touches.end(); ++touch) {
-      const bool is_known = std::any_of(touches.begin(), touch, [&](const LinkTouch& before) {
+      const bool is_known = std::any_of(touches.begin(), touch, [&](const EdgeTouch& before) {
         return before.touch.normal.dot(touch->touch.normal) > kSameNormal;
       });
-      if (!is_known) touches_.add(*member.body, member.link_face(std::get<1>(key)), touch->weights, touch->touch);
+      if (!is_known) touches_.add(*member.body, *touch->face, touch->weights, touch->touch);
     }
   }
 }

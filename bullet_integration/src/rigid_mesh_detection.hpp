@@ -32,12 +32,19 @@ class RigidMeshDetection {
   void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
 
  private:
-  struct LinkTouch {
+  struct CornerTouch {
+    btSoftBody* soft;
+    btSoftBody::Face* face;
+    btVector3 weights;
+    RigidTouch touch;
+  };
+  struct EdgeTouch {
+    btSoftBody::Face* face;  ///< at the edge, or standing for the link
     RigidTouch touch;
     btVector3 weights;
     btScalar depth_at_end;
   };
-  using LinkTouches = std::vector<LinkTouch>;
+  using EdgeTouches = std::vector<EdgeTouch>;
   struct Mesh {
     BodyId id;
     RigidMesh mesh;
@@ -50,9 +57,11 @@ class RigidMeshDetection {
   void remove_absent_meshes();
   void find_touches();
   void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
-  void find_link_touch(const Contact& contact);
-  void add_link_touches();
-  bool are_both_held(const btSoftBody::Face& link, const RigidTouch& touch) const;
+  void find_edge_touch(const Contact& contact);
+  void add_corner_touches();
+  void add_edge_touches();
+  bool are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
+                btScalar least_cosine) const;
 
   const WorldKind& kind_;
   WorldMirror& mirror_;
@@ -60,11 +69,13 @@ class RigidMeshDetection {
   std::map<MeshKey, Mesh> meshes_;
   std::map<std::uint32_t, const Mesh*> meshes_by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
-  /// Of this step: by links, as ids of bodies and edges, and ids of meshes.
-  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, LinkTouches> link_touches_;
+  std::vector<CornerTouch> corner_touches_;                      ///< corners of meshes on faces, in this step
+  /// Of this step: by edges, as ids of bodies and edges, and ids of meshes.
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, EdgeTouches> edge_touches_;
   /// By nodes and objects.
   std::multimap<std::pair<const btSoftBody::Node*, const btCollisionObject*>, btVector3> node_normals_;
   RigidTouches touches_;
+  bool answers_links_;  ///< whether links of ropes touch edges
   bool keeps_notes_;
 };
 

@@ -228,8 +228,8 @@ BodySettings read_settings(const WorldKind& kind, const btSoftBody& body, const 
   result.kinematic = !body.isActive() || is_immovable(body);
   result.self_collision =
       !result.kinematic && wants_self_collision(body, settings.self_collision) && is_vertex_face_pair(kind, body, body);
-  result.features = {/*vertex_triangle=*/true,
-                     settings.edge_contacts != EdgeContacts::off || settings.convex_shapes != ConvexShapes::nodes};
+  result.features = {/*vertex_triangle=*/true, settings.rigid_meshes || settings.edge_contacts != EdgeContacts::off ||
+                                                   settings.convex_shapes != ConvexShapes::nodes};
   return result;
 }
 

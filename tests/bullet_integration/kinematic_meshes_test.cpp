@@ -126,7 +126,7 @@ class KinematicMeshes : public WarnedSimulation {
   }
   void see() {
     const bullet::CrossingAnswers answers = simulation.detection().crossing_answers();
-    answered += answers.rounds > 0 ? 1 : 0;
+    answered += answers.rounds > 0 || curtain->m_faceRigidContacts.size() > 0 ? 1 : 0;
     unavoidable += answers.unavoidable;
     excepted += answers.excepted;
     std::size_t edges = 0;
@@ -148,7 +148,7 @@ class KinematicMeshes : public WarnedSimulation {
   std::vector<btVector3> starts;  ///< of its nodes
   AddedMesh walker, obstacle;
   std::size_t most_edges = 0;
-  long answered = 0;
+  long answered = 0;  ///< steps in which something was in the way of what nodes' own contacts let through
   std::uint64_t unavoidable = 0, excepted = 0;
   btScalar fastest = 0;  ///< of the curtain's nodes
 };
