@@ -17,6 +17,14 @@ constexpr btScalar kLeastGap = 16 * btScalar(std::numeric_limits<float>::epsilon
 constexpr btScalar kGapGrowth = 4;
 constexpr int kMostGaps = 4;
 
+bool looks_at_soft_pairs(const Settings& settings) {
+  return settings.detection == Detection::ccd;
+}
+
+bool answers_edges(const Settings& settings) {
+  return !looks_at_soft_pairs(settings) || settings.edge_contacts == EdgeContacts::respond;
+}
+
 /// Whatever Settings::accuracy is: nothing may be overlooked, of a body's own features neither that are near each
 /// other.
 QueryOptions crossing_options(const Settings& settings) {
@@ -24,7 +32,7 @@ QueryOptions crossing_options(const Settings& settings) {
   options.accuracy = Accuracy::conservative;
   options.margins = false;
   options.neighbour_filters = false;
-  options.features.edge_edge = settings.edge_contacts == EdgeContacts::respond;
+  options.features.edge_edge = answers_edges(settings);
   return options;
 }
 
@@ -131,7 +139,13 @@ void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
 /// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
 /// Where edges do, tangles come and go, and vertices still must not pass through faces.
 bool CrossingPrevention::is_let_go(const MemberContact& found) const {
-  return settings_.edge_contacts == EdgeContacts::respond && is_tangled(found, kind_);
+  return answers_edges(settings_) && is_tangled(found, kind_);
+}
+
+/// Links of ropes meet edges where the app has asked for that alone.
+bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const {
+  return found.contact.kind == ContactKind::edge_edge && settings_.edge_contacts != EdgeContacts::respond &&
+         !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty());
 }
 
 /// It touches when the step begins, and may come apart, slide or stay.
@@ -144,6 +158,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   std::uint64_t excepted = 0;
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
+    if (is_of_unanswered_link(found)) return;
     if (is_let_go(found)) {
       ++excepted;
       tangled_.add(found.contact, TangleReason::start);
@@ -160,7 +175,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
 bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
   std::vector<btSoftBody*> looked_after;
   for (btSoftBody* body : bodies) {
-    if (!has_vertex_face_contacts(kind_, *body)) continue;
+    if (looks_at_soft_pairs(settings_) && !has_vertex_face_contacts(kind_, *body)) continue;
     WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
     if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
     restore_start(*body);
@@ -177,9 +192,11 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   BT_PROFILE("softcd crossings");
   const bool has_any = require(bodies, surroundings, time_step);
   const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {
-    return obstacles_.has(a) || obstacles_.has(b) ? obstacles_.collide(a, b) : rule(a, b);
+    if (obstacles_.has(a) || obstacles_.has(b)) return obstacles_.collide(a, b);
+    return looks_at_soft_pairs(settings_) && rule(a, b);
   };
-  query_.set_pair_filter(pair_filter(mirror_, rule_of_all));
+  const PairFilter filter = pair_filter(mirror_, rule_of_all);
+  query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? looks_at_soft_pairs(settings_) : filter(a, b); });
   answered_.clear();
   constrained_.clear();
   tangled_.begin_step(mirror_, kind_);
@@ -247,7 +264,7 @@ void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const 
       settings_.log ? tangled_.describe_new(TangleReason::unavoidable, mirror_, bodies) : std::string();
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,
-                "continuous detection: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
+                "prevention of crossings: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
                     " something passes through nodes that were held where they were: nodes without mass that the app "
                     "moves, nodes on anchors, or rigid meshes that move; move them less in a step, or leave more room "
                     "before them (of these "
@@ -258,7 +275,7 @@ void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
   const std::string pairs = settings_.log ? tangled_.describe_new(TangleReason::start, mirror_, bodies) : std::string();
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,
-                "continuous detection: bodies are through each other when a step begins, so that they may move on "
+                "prevention of crossings: bodies are through each other when a step begins, so that they may move on "
                 "through each other there until they are apart, in " +
                     std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
                     " (of these nothing is said again until they are apart; nothing else is let go)");

@@ -25,8 +25,9 @@ struct AnswerRounds {
 
 /// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
 /// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
-/// Rigid triangle meshes are obstacles, which others move. Looks again only at what bodies that it changed may meet:
-/// others are where they were when they were found not to. Impulses come first, then zones that move as one, then a
+/// Rigid triangle meshes are obstacles, which others move. With discrete detection it looks at obstacles alone, at
+/// their edges as well. Looks again only at what bodies that it changed may meet: others are where they were when they
+/// were found not to. Impulses come first, then zones that move as one, then a
 /// little room for what these leave within the rounding of positions; what still meets then stays where the step began,
 /// where nothing was through anything else, and more and more around it, until nothing meets.
 class CrossingPrevention {
@@ -52,8 +53,8 @@ class CrossingPrevention {
   /// Soft bodies of ours that stand for rigid meshes in the mirror.
   Span<btSoftBody* const> stand_ins() const { return obstacles_.stand_ins(); }
 
-  /// Changes m_v and WorldKind::end. True when anything was changed. When it throws, the nodes
-  /// go on as they were about to.
+  /// Changes m_v and WorldKind::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
+  /// flags. True when anything was changed. When it throws, the nodes go on as they were about to.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
            const Surroundings& surroundings = {});
 
@@ -64,6 +65,7 @@ class CrossingPrevention {
 
  private:
   bool is_let_go(const MemberContact& found) const;
+  bool is_of_unanswered_link(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
   bool require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);

@@ -1,5 +1,6 @@
 #include "world_queries.hpp"
 
+#include <algorithm>
 #include <new>
 
 #include "pair_order.hpp"
@@ -50,11 +51,14 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
   const bool has_found = rigid_meshes.run(settings_, [&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     for (const MeshPair& pair : collected.pairs) {
+      near_meshes_.push_back(pair.soft);
       if (kind_.moves_rigid_bodies_first) late_impulses_.add_on_mesh(*pair.soft);
     }
+    std::sort(near_meshes_.begin(), near_meshes_.end(), std::less<>());
     detection.find_contacts(collected.pairs, gate.info().m_timeStep);
   });
   if (has_found) return;
+  near_meshes_.clear();
   for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, gate.info());
 }
 
@@ -71,24 +75,30 @@ void WorldQueries::find_convex_contacts(const PairGate& gate) {
 }
 
 void WorldQueries::keep_starts(Span<btSoftBody* const> bodies) {
-  if (settings_.detection != Detection::ccd) return;
+  if (!prevents_crossings()) return;
   crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
 }
 
 void WorldQueries::keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
-  if (settings_.detection != Detection::ccd || !settings_.rigid_meshes) return;
+  if (!prevents_crossings() || !settings_.rigid_meshes) return;
   crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_rigid_starts(objects, time_step); });
+}
+
+bool WorldQueries::is_near_mesh(const btSoftBody& body) const {
+  return std::binary_search(near_meshes_.begin(), near_meshes_.end(), &body, std::less<>());
 }
 
 void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects,
                                      const PairGate& gate, btScalar time_step) {
-  if (settings_.detection != Detection::ccd) return;
+  if (!prevents_crossings()) return;
   Surroundings surroundings;
   if (settings_.rigid_meshes) {
     surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
   }
   crossings.run(settings_, [&](CrossingPrevention& prevention) {
-    prevention.run(bodies, pair_rule(kind_, gate, settings_), time_step, surroundings);
+    std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
+    if (settings_.detection == Detection::dcd) std::erase_if(wanted, [&](auto* body) { return !is_near_mesh(*body); });
+    prevention.run({wanted.data(), wanted.size()}, pair_rule(kind_, gate, settings_), time_step, surroundings);
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
 }

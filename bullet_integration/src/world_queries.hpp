@@ -70,7 +70,7 @@ class WorldQueries {
   void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
     late_impulses_.answer(objects, time_step, read_out.rehearsed_impulses());
   }
-  /// Where Settings::detection is ccd, the last word about where the nodes go: see CrossingPrevention.
+  /// The last word about where the nodes go: see CrossingPrevention. Does nothing unless prevents_crossings().
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
                          btScalar time_step);
   /// Before Bullet moves rigid objects in a step.
@@ -83,7 +83,10 @@ class WorldQueries {
   void forget_algorithms() { may_have_foreign_algorithms_ = true; }
 
   /// Before process_rigid_pairs, where that is called for itself.
-  void begin_step(Span<btSoftBody* const> bodies) { mirror_.begin_step(bodies, stand_ins()); }
+  void begin_step(Span<btSoftBody* const> bodies) {
+    near_meshes_.clear();
+    mirror_.begin_step(bodies, stand_ins());
+  }
   /// Before prevent_crossings, where the app has had the world in between.
   void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies, stand_ins()); }
 
@@ -108,6 +111,12 @@ class WorldQueries {
   Span<btSoftBody* const> stand_ins() const {
     return crossings.get() != nullptr ? crossings.get()->stand_ins() : Span<btSoftBody* const>();
   }
+  /// With dcd at rigid meshes alone, where Bullet's solver pulls at links after it has solved contacts: these do not
+  /// keep a mesh from passing between the nodes.
+  bool prevents_crossings() const {
+    return settings_.detection == Detection::ccd || (settings_.rigid_meshes && kind_.solves_in_turns);
+  }
+  bool is_near_mesh(const btSoftBody& body) const;
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);
@@ -117,6 +126,7 @@ class WorldQueries {
   Settings settings_;
   std::shared_ptr<MeshPairs> mesh_pairs_ = std::make_shared<MeshPairs>();
   std::shared_ptr<ConvexPairs> convex_pairs_ = std::make_shared<ConvexPairs>();
+  std::vector<const btSoftBody*> near_meshes_;  ///< in this step, ascending
   LateImpulses late_impulses_;
   bool may_have_foreign_algorithms_ = true;
 };

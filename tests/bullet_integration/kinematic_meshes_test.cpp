@@ -57,7 +57,7 @@ struct AddedMesh {
 class KinematicMeshes : public WarnedSimulation {
  protected:
   /// Across z, held at its upper edge.
-  KinematicMeshes() {
+  explicit KinematicMeshes(const bullet::Settings& settings = careful_settings()) : WarnedSimulation(settings) {
     demo::ClothShape shape = demo::horizontal_cloth(11, 1, 0);
     shape.is_fixed = [](int i, int /*j*/) { return i == 0; };
     auto cloth = demo::make_cloth(simulation.world_info(), shape, 1);
@@ -80,8 +80,9 @@ class KinematicMeshes : public WarnedSimulation {
     mesh.body = &simulation.add_rigid(std::move(shape), place);
   }
   /// `flags` are what the app makes of the body's own.
-  void add_walker(int flags) {
-    add(walker, box(btVector3(kHalfDepth, btScalar(0.4), kHalfDepth)), place_at(btScalar(-0.3)));
+  void add_walker(int flags) { add_walker(flags, box(btVector3(kHalfDepth, btScalar(0.4), kHalfDepth))); }
+  void add_walker(int flags, const RigidTriangles& triangles) {
+    add(walker, triangles, place_at(btScalar(-0.3)));
     walker.body->setCollisionFlags(flags);
     walker.body->setActivationState(DISABLE_DEACTIVATION);
   }
@@ -204,6 +205,53 @@ TEST_P(KinematicMeshes, push_a_curtain_against_a_wall) {
   walk(2, btScalar(0.2) - kHalfDepth - btScalar(0.05),
        [&](const btTransform& pose) { walker.body->setWorldTransform(pose); });
   expect_none_through();
+}
+
+/// At the default settings, discrete detection.
+class KinematicMeshesAtTheDefault : public KinematicMeshes {
+ protected:
+  KinematicMeshesAtTheDefault() : KinematicMeshes(cpu_settings()) {}
+
+  void push_slowly(const RigidTriangles& triangles) {
+    for (const btScalar speed : {btScalar(0.25), btScalar(0.5), btScalar(1), btScalar(2)}) {
+      SCOPED_TRACE(speed);
+      add_walker(kStaticAndKinematic, triangles);
+      walk(speed, btScalar(0.3), [&](const btTransform& pose) { walker.body->setWorldTransform(pose); });
+      expect_none_through();
+      simulation.world().removeRigidBody(walker.body);
+      put_curtain_back();
+    }
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, KinematicMeshesAtTheDefault, kLookingWorlds,
+                         [](const auto& parameter) { return name_of(parameter.param); });
+
+// Its corners are between the nodes.
+TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_by_a_box) {
+  for (const int iterations : {1, 4}) {
+    SCOPED_TRACE(iterations);
+    curtain->m_cfg.piterations = iterations;
+    push_slowly(box(btVector3(kHalfDepth, btScalar(0.38), kHalfDepth)));
+  }
+}
+
+TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_by_the_tip_of_a_spike) {
+  const btVector3 tip(btScalar(0.04), btScalar(-0.24), kHalfDepth);
+  RigidTriangles spike;
+  for (int i = 0; i < 3; ++i) {
+    const auto base = [&](int corner) {
+      const btScalar angle = SIMD_2_PI * btScalar(corner) / 3;
+      return tip + btVector3(btCos(angle) / 50, btSin(angle) / 50, btScalar(-0.3));
+    };
+    spike.push_back({tip, base(i), base(i + 1)});
+  }
+  push_slowly(spike);
+}
+
+// Bullet collides it with meshes whatever it does with other soft bodies.
+TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_that_collides_with_rigid_bodies_alone) {
+  curtain->m_cfg.collisions &= ~(btSoftBody::fCollision::VF_SS | btSoftBody::fCollision::VF_DD);
+  push_slowly(box(btVector3(kHalfDepth, btScalar(0.38), kHalfDepth)));
 }
 
 }  // namespace

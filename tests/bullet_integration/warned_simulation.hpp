@@ -11,10 +11,20 @@
 
 namespace softcd::test {
 
-/// A world without gravity in which nothing passes through anything, and what it warns of.
+/// Settings with which nothing passes through anything.
+inline bullet::Settings careful_settings() {
+  bullet::Settings settings = cpu_settings(Detection::ccd);
+  settings.edge_contacts = bullet::EdgeContacts::respond;
+  return settings;
+}
+
+/// A world without gravity, and what it warns of.
 class WarnedSimulation : public testing::TestWithParam<World> {
  protected:
-  WarnedSimulation() : simulation(GetParam(), settings()) { simulation.set_gravity(btVector3(0, 0, 0)); }
+  explicit WarnedSimulation(const bullet::Settings& settings = careful_settings())
+      : simulation(GetParam(), with_log(settings)) {
+    simulation.set_gravity(btVector3(0, 0, 0));
+  }
 
   /// Of one body in triangles of another: no body here asks for contacts within itself.
   static std::size_t count_edges(const std::vector<const btSoftBody*>& bodies) {
@@ -26,9 +36,7 @@ class WarnedSimulation : public testing::TestWithParam<World> {
   AnySimulation simulation;
 
  private:
-  bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
+  bullet::Settings with_log(bullet::Settings settings) {
     settings.log = [this](LogLevel level, std::string_view text) {
       if (level == LogLevel::warning) warnings.emplace_back(text);
     };

@@ -124,6 +124,10 @@ struct Settings {
   /// Soft bodies against rigid triangle meshes (btBvhTriangleMeshShape, also scaled or with materials, GImpact and
   /// btHeightfieldTerrainShape; not those of multibody links): found by softcd, always on the way of a step, at the
   /// sum of both margins. Bullet collides with each triangle as with a plate 0.12 thick. False leaves them to Bullet.
+  /// With dcd too, a mesh does not pass between the nodes of a soft body. In the classic worlds the last pass of ccd
+  /// runs for soft bodies near meshes, whatever their flags and `edge_contacts` are; not under a Dispatcher alone. In
+  /// the deformable world corners and edges of meshes have contacts with faces, at half the margin, of bodies with
+  /// SDF_RDN; with SDF_RDF corners have them at the whole margin.
   bool rigid_meshes = true;
   /// faces_and_edges: softcd adds what Bullet's test of soft nodes with convex shapes leaves out, always on the way of
   /// a step: corners of the shapes against faces, their edges against edges, and nodes that the test has missed because

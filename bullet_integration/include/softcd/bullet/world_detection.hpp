@@ -40,7 +40,7 @@ class SOFTCD_EXPORT DetectorReport {
   const DetectorRecord* record_;
 };
 
-/// What a step with Detection::ccd did so that nothing passes through anything.
+/// What a step did so that nothing passes through anything: see WorldDetection::crossings().
 struct CrossingAnswers {
   std::uint64_t impacts = 0;     ///< pairs of features that would have met
   std::uint64_t rounds = 0;      ///< of answering and looking again
@@ -88,7 +88,8 @@ class SOFTCD_EXPORT WorldDetection {
   /// Of vertices with faces, and of edges with Settings::edge_contacts, between soft bodies and within them.
   DetectorReport contacts() const;
   /// With Detection::ccd, in all worlds but those under a softcd::bullet::Dispatcher alone: of what would pass through
-  /// something in the step. Its last look is the last of several in a step.
+  /// something in the step. With Detection::dcd in the classic ones of these worlds: of what would pass through rigid
+  /// meshes (Settings::rigid_meshes). Its last look is the last of several in a step.
   DetectorReport crossings() const;
   /// Of the last step; all zeros where nothing would have met, and after one in which the look at crossings failed.
   CrossingAnswers crossing_answers() const;
