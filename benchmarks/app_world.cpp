@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <utility>
 
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
@@ -79,6 +80,18 @@ btRigidBody& AppWorld::add_mesh(const demo::SurfaceMesh& mesh, const btVector3& 
   btRigidBody& body = add_rigid(std::move(shape), center);
   mesh_images_.push_back({&body, mesh, demo::make_body(info(), mesh, 0)});
   return body;
+}
+
+void AppWorld::shift_bodies(unsigned start) {
+  std::mt19937 random(start);
+  const auto shift = [&random] {
+    return btScalar(1e-3) * (btScalar(2) * btScalar(random()) / btScalar(std::mt19937::max()) - 1);
+  };
+  for (btSoftBody* body : world_.bodies()) {
+    const btScalar x = shift();
+    const btScalar y = shift();
+    body->translate(btVector3(x, y, shift()));
+  }
 }
 
 std::size_t AppWorld::count_crossings() {

@@ -41,6 +41,9 @@ class AppWorld {
   /// A rigid triangle mesh, given around the origin. It does not move unless the app makes it kinematic.
   btRigidBody& add_mesh(const demo::SurfaceMesh& mesh, const btVector3& center);
 
+  /// Shifts every soft body by up to 1 mm along each axis, differently for each `start`: chaotic apps end elsewhere.
+  void shift_bodies(unsigned start);
+
   /// One of Bullet's steps. The deformable world takes four of them for a step of a classic one.
   void step(btScalar seconds) { world_.step(seconds); }
   static constexpr btScalar kFrame = btScalar(1) / 60;

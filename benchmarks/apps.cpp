@@ -72,9 +72,11 @@ void see_frame(AppWorld& world, AppRun& run) {
   if (!(motion.farthest <= run.farthest)) run.farthest = motion.farthest;
 }
 
-AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int iterations, const AppsOptions& options) {
+AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int iterations, int start,
+                const AppsOptions& options) {
   AppWorld world(kind, settings_of(detection, options.backend), iterations);
   const AppDrive drive = app.build(world);
+  if (start > 0) world.shift_bodies(static_cast<unsigned>(start));
   AppRun run;
   run.app = &app;
   run.world = kind;
@@ -94,6 +96,38 @@ AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int i
   run.lost_bodies = world.count_below(app.lowest);
   run.step_milliseconds = median_without_first(times);
   return run;
+}
+
+/// The median of each figure, the upper one of an even number.
+AppRun median_of(std::vector<AppRun> runs) {
+  AppRun result = runs.front();
+  const auto set_median = [&](auto AppRun::*figure) {
+    // What is not a number is largest.
+    const auto is_less = [&](const AppRun& a, const AppRun& b) {
+      return a.*figure < b.*figure || (a.*figure == a.*figure && b.*figure != b.*figure);
+    };
+    const auto middle = runs.begin() + static_cast<std::ptrdiff_t>(runs.size() / 2);
+    std::nth_element(runs.begin(), middle, runs.end(), is_less);
+    result.*figure = (*middle).*figure;
+  };
+  set_median(&AppRun::frames_with_crossings);
+  set_median(&AppRun::most_crossings);
+  set_median(&AppRun::crossings_at_end);
+  set_median(&AppRun::start_energy);
+  set_median(&AppRun::most_energy);
+  set_median(&AppRun::farthest);
+  set_median(&AppRun::lost_bodies);
+  set_median(&AppRun::step_milliseconds);
+  return result;
+}
+
+AppRun simulate_starts(const App& app, AppWorldKind kind, AppDetection detection, int iterations,
+                       const AppsOptions& options) {
+  std::vector<AppRun> runs;
+  for (int start = 0; start < options.starts; ++start) {
+    runs.push_back(simulate(app, kind, detection, iterations, start, options));
+  }
+  return median_of(std::move(runs));
 }
 
 nlohmann::ordered_json to_json(const AppRun& run) {
@@ -141,7 +175,7 @@ void run(const AppsOptions& options) {
         // Bullet's deformable solver has no position iterations.
         if (world == AppWorldKind::deformable && iterations != options.iterations.front()) continue;
         for (const AppDetection detection : options.detections) {
-          const AppRun result = simulate(app, world, detection, iterations, options);
+          const AppRun result = simulate_starts(app, world, detection, iterations, options);
           fmt::print(stderr, "{}\n", fmt::join(to_row(result), " "));
           table.add(to_row(result));
           json["apps"].push_back(to_json(result));
@@ -179,6 +213,12 @@ void add_apps(CLI::App& app, AppsOptions& options) {
   command->add_option("--iterations", options.iterations, "Of the soft bodies' positions; several by commas")
       ->option_text("N [1,4]")
       ->delimiter(',')
+      ->check(CLI::Range(1, 1000));
+  command
+      ->add_option("--starts", options.starts,
+                   "Of each run; the first is as the app has it, the others have bodies shifted by up to 1 mm. A row "
+                   "has the median of each figure")
+      ->option_text("N [1]")
       ->check(CLI::Range(1, 1000));
   command->add_option("--seconds", options.seconds, "Simulated, of each app")
       ->option_text("S [its own]")

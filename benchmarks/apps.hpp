@@ -18,6 +18,7 @@ struct AppsOptions {
   std::vector<AppDetection> detections = {AppDetection::bullet, AppDetection::fast, AppDetection::balanced,
                                           AppDetection::safe};
   std::vector<int> iterations = {1, 4};  ///< Config::piterations of the bodies; the deformable world has no such
+  int starts = 1;                        ///< runs of which a row has the medians
   double seconds = 0;                    ///< simulated; 0: as long as each app takes
   Backend backend = Backend::cpu;
   std::string machine;        ///< empty: the processor
