@@ -40,7 +40,7 @@ void set(Settings& settings, const std::string& name, const std::string& value) 
   if (name == "accuracy") return set_choice(settings.accuracy, value, {"fast", "precise", "conservative"});
   if (name == "self_collision") return set_choice(settings.self_collision, value, {"flagged", "all", "none"});
   if (name == "edge_contacts") return set_choice(settings.edge_contacts, value, {"off", "report", "respond"});
-  if (name == "contacts") return set_choice(settings.contacts, value, {"all", "closest_feature"});
+  if (name == "contacts") return set_choice(settings.contacts, value, {"all", "closest_feature", "automatic"});
   if (name == "contacts_per_node") return set_count(settings.contacts_per_node, value);
   if (name == "rigid_meshes") return set_flag(settings.rigid_meshes, value);
   if (name == "filter_deformables") return set_flag(settings.filter_deformables, value);

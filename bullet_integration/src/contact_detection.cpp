@@ -26,14 +26,27 @@ bool is_spoilt(const btSoftBody& body) {
   return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
 }
 
+/// Bullet's solver of classic worlds answers contacts in turns. There a node's contacts of one normal push by Bullet's
+/// growing margin more than once.
+Settings chosen_for(const WorldKind& kind, Settings settings) {
+  if (settings.contacts == Contacts::automatic) {
+    const bool may_push_twice = kind.solves_in_turns && settings.detection == Detection::dcd;
+    settings.contacts = may_push_twice ? Contacts::closest_feature : Contacts::all;
+  }
+  return settings;
+}
+
 }  // namespace
 
 ContactDetection::ContactDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), kind.contact_options(settings)) {}
+    : kind_(kind),
+      mirror_(mirror),
+      settings_(chosen_for(kind, settings)),
+      query_(mirror.scene(), kind.contact_options(settings)) {}
 
 void ContactDetection::set_settings(const Settings& settings) {
   query_.set_options(kind_.contact_options(settings));
-  settings_ = settings;
+  settings_ = chosen_for(kind_, settings);
 }
 
 std::vector<StageReport> ContactDetection::explain() const {

@@ -7,6 +7,7 @@
 
 #include "inverse_mass.hpp"
 #include "joint_margin.hpp"
+#include "native_trees.hpp"
 #include "vectors.hpp"
 
 namespace softcd::bullet {
@@ -201,14 +202,14 @@ struct Approach {
   }
 };
 
-/// Whether the pair comes within both bodies' margins in the next step, if it moves as in this one. Bullet lets the
-/// margin grow by the node's motion in any direction, but its trees find few of the contacts that do not close. Given
-/// all of them, its solver throws apart what moves along together.
-bool closes_soon(const MemberContact& found) {
-  const btScalar gap = btScalar(found.contact.distance) - margin_sum(*found.a.body, *found.b.body);
-  if (gap <= 0) return true;
-  const Approach approach(found);
-  return gap <= approach.of_node + approach.of_face;
+/// Bullet lets the margin grow by the node's motion in any direction, but finds pairs by its trees, whose boxes reach
+/// ahead of what moves. Without the trees, its solver throws apart what moves along together; with fewer pairs, what
+/// falls is stopped late and bounces.
+bool are_in_boxes_of_classic_trees(const MemberContact& found) {
+  const btSoftBody& node_body = *found.a.body;
+  const btSoftBody& face_body = *found.b.body;
+  return Intersect(classic_leaf(node_body, node_of(node_body, found.contact.feature_a)),
+                   classic_leaf(face_body, face_body.m_faces[static_cast<int>(found.contact.feature_b)]));
 }
 
 /// As Bullet's CollideVF_SS has it; none where it has none.
@@ -220,7 +221,9 @@ std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Det
   btSoftBody::Node& node = node_of(node_body, contact.feature_a);
   btSoftBody::Face& face = face_body.m_faces[static_cast<int>(contact.feature_b)];
   const btScalar margin = contact_margin(node_body, face_body, node, detection);
-  if (detection == Detection::dcd && (btScalar(contact.distance) > margin || !closes_soon(found))) return std::nullopt;
+  if (detection == Detection::dcd && (btScalar(contact.distance) > margin || !are_in_boxes_of_classic_trees(found))) {
+    return std::nullopt;
+  }
 
   const btVector3 weights = triangle_weights(contact.weights);
   const btScalar node_inverse_mass = node.m_im;

@@ -23,7 +23,7 @@ struct ContactShare {
 EdgeContact edge_contact_of(const MemberContact& found);
 
 /// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body with the formulas of Bullet's
-/// CollideVF_SS, where these have one. With `dcd` a pair beyond both margins has to close within the next step, too.
+/// CollideVF_SS, where these have one. With `dcd` the boxes of node and face in Bullet's trees have to overlap, too.
 /// Where it answers for several, its friction, the part of the sideways motion that Bullet's solver takes away for
 /// each, is that of all of them.
 bool is_soft_contact(const MemberContact& found, Detection detection);

@@ -19,6 +19,8 @@ constexpr int kHiddenVertexFace = 1 << 30;
 constexpr int kHiddenRigidDeformable = 1 << 29;
 constexpr int kHiddenSoftSoftCollision = 1 << 28;
 constexpr int kFaceTreeIsOurs = 1 << 27;
+/// Times a body's margin: what leaves of its trees reach beyond nodes and faces in classic worlds.
+constexpr btScalar kLeafMargin = btScalar(1.25);
 
 void replace_bits(int& flags, int bits, int by) {
   if ((flags & bits) != 0) flags = (flags & ~bits) | by;
@@ -137,6 +139,14 @@ void build_face_tree(btSoftBody& body) {
   add_face_tree(body);
   delete body.m_fdbvnt;
   body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
+}
+
+/// A body that sleeps was not predicted, and moves nowhere.
+btDbvtVolume predicted_leaf(const btSoftBody& body, btDbvtVolume box, const btVector3& velocity) {
+  const btScalar growth = body.getCollisionShape()->getMargin() * kLeafMargin;
+  box.Expand(btVector3(growth, growth, growth));
+  if (body.isActive()) box.SignedExpand(velocity * body.m_sst.velmrg);
+  return box;
 }
 
 /// Bullet's prediction clears the tree of changed faces, and builds no other one where its flag is hidden.
@@ -298,20 +308,21 @@ void refit_deformable_trees(btSoftBody& body) {
   body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
 }
 
+btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Node& node) {
+  return predicted_leaf(body, btDbvtVolume::FromCR(node.m_x, 0), node.m_v);
+}
+
+btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face) {
+  return predicted_leaf(body, volume_of(face), (face.m_n[0]->m_v + face.m_n[1]->m_v + face.m_n[2]->m_v) / 3);
+}
+
 void refit_classic_trees(btSoftBody& body) {
-  const auto refit = [&](btDbvt& tree, btDbvtNode* leaf, btDbvtVolume volume, const btVector3& velocity) {
-    const btScalar growth = body.m_sst.radmrg + body.m_sst.updmrg;
-    volume.Expand(btVector3(growth, growth, growth));
-    volume.SignedExpand(velocity * body.m_sst.velmrg);
-    tree.update(leaf, volume);
-  };
+  const auto refit = [](btDbvt& tree, btDbvtNode* leaf, btDbvtVolume box) { tree.update(leaf, box); };
   for (int i = 0; i < body.m_nodes.size(); ++i) {
-    const btSoftBody::Node& node = body.m_nodes[i];
-    refit(body.m_ndbvt, node.m_leaf, btDbvtVolume::FromCR(node.m_x, 0), node.m_v);
+    refit(body.m_ndbvt, body.m_nodes[i].m_leaf, classic_leaf(body, body.m_nodes[i]));
   }
   for (int i = 0; i < body.m_faces.size(); ++i) {
-    const btSoftBody::Face& face = body.m_faces[i];
-    refit(body.m_fdbvt, face.m_leaf, volume_of(face), (face.m_n[0]->m_v + face.m_n[1]->m_v + face.m_n[2]->m_v) / 3);
+    refit(body.m_fdbvt, body.m_faces[i].m_leaf, classic_leaf(body, body.m_faces[i]));
   }
 }
 

@@ -132,6 +132,11 @@ void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
 /// faces.
 void refit_deformable_trees(btSoftBody& body);
 
+/// The boxes that Bullet's prediction in classic worlds gives to leaves of its trees when it makes them anew: around
+/// the step's end, with 1.25 times the body's margin, and on along the motion of three steps.
+btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Node& node);
+btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face);
+
 /// As Bullet's prediction in classic worlds does. The body has a face tree.
 void refit_classic_trees(btSoftBody& body);
 

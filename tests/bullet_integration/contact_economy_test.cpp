@@ -393,7 +393,7 @@ TEST(ContactEconomy, is_explained) {
   all.step();
   EXPECT_EQ(last_line(all).stage, "contact economy");
   EXPECT_FALSE(last_line(all).ran);
-  EXPECT_EQ(bullet::Settings().contacts, Contacts::all);
+  EXPECT_EQ(bullet::Settings().contacts, Contacts::automatic);
   Still chosen(settings_with(Contacts::closest_feature));
   build(chosen, "nodes over corners", 1);
   chosen.step();

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "run_program.hpp"
 #include "temporary_folder.hpp"
@@ -26,6 +28,38 @@ TEST(BenchApps, run_in_every_world_with_every_preset) {
     }
     EXPECT_LT(run["farthest"], 10) << run;
   }
+}
+
+TEST(BenchApps, of_soft_bodies_on_soft_bodies_have_no_more_crossings_than_with_bullet) {
+  const TemporaryFolder folder;
+  const Result result = run_program(SOFTCD_BENCH,
+                                    "apps --app pile-of-balls,pile-of-cloths --world soft-rigid --iterations 4 "
+                                    "--detection bullet,balanced --json " +
+                                        folder.file("json"),
+                                    folder);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json runs = nlohmann::json::parse(folder.read("json")).at("apps");
+  ASSERT_EQ(runs.size(), 4U);
+  for (std::size_t app = 0; app < 4; app += 2) {
+    EXPECT_LE(runs[app + 1]["frames_with_crossings"], runs[app]["frames_with_crossings"]) << runs[app + 1];
+    EXPECT_EQ(runs[app + 1]["crossings_at_end"], 0) << runs[app + 1];
+    EXPECT_EQ(runs[app + 1]["lost_bodies"], 0) << runs[app + 1];
+  }
+}
+
+TEST(BenchApps, take_the_medians_of_several_starts) {
+  const TemporaryFolder folder;
+  const std::string run = "apps --app locked-balls --world soft-rigid --iterations 4 --detection bullet --seconds 0.1 ";
+  std::vector<nlohmann::json> results;
+  for (const char* starts : {"1", "3"}) {
+    const Result result =
+        run_program(SOFTCD_BENCH, run + "--starts " + starts + " --json " + folder.file("json"), folder);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    results.push_back(nlohmann::json::parse(folder.read("json")).at("apps"));
+    ASSERT_EQ(results.back().size(), 1U);
+    EXPECT_EQ(results.back()[0]["frames"], 6);
+  }
+  EXPECT_NE(results[0][0]["farthest"], results[1][0]["farthest"]) << "the bodies are shifted";
 }
 
 TEST(BenchApps, refuse_apps_that_there_are_not) {

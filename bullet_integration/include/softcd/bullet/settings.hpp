@@ -46,6 +46,7 @@ enum class Contacts : std::uint32_t {
   /// which has contacts of its own, is nearest. Contacts of edges within a body, and in the deformable world, are all
   /// given.
   closest_feature,
+  automatic,  ///< closest_feature in classic worlds with `dcd`, all elsewhere
 };
 
 /// Which features of soft bodies touch convex rigid shapes: boxes, hulls, spheres, capsules, cylinders, cones and
@@ -94,22 +95,21 @@ inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet 
 struct Settings {
   Backend backend = Backend::automatic;  ///< where detections are computed
   /// dcd: Bullet's own rules. Classic worlds: a node touches a face when their distance at the end of the step is less
-  /// than both bodies' margins plus twice the distance that the node moves in the step. Beyond both margins a contact
-  /// is given only if the next step would bring the pair within them, moving as in this one: Bullet's trees find few of
-  /// the others, which would throw apart what moves along together. Deformable world: at the start of the step, by
-  /// ContactRule::slab, where the boxes of node and face overlap in Bullet's trees.
-  /// ccd: the motion of the whole step is tested, so that nothing passes through however fast it is. In the classic
-  /// worlds instead of the rule above: the margin does not grow with speed; in the deformable world after it. Last of
-  /// all, in either, what is on its way through something (nodes through faces; with EdgeContacts::respond edges
-  /// through edges, too) gets impulses, then one common motion, and then stays where it was until the next step; not
-  /// under a softcd::bullet::Dispatcher alone, which warns that it cannot. Rigid triangle meshes are
-  /// looked at, too (with rigid_meshes), for bodies with VF_SS or VF_DD: what they come upon is sent back or along, and
-  /// pushes none of them. Only what others move, nodes without mass and meshes, can still end a step within something:
-  /// see WorldDetection::crossing_answers(). Convex rigid shapes are not among it: see convex_shapes. What is through
-  /// each other already when a step begins cannot be told to belong on either side: in the classic worlds such features
-  /// get no contacts, and with EdgeContacts::respond nothing keeps them from coming apart. What touches then, at a
-  /// distance of 0, gets no contacts in that step either (but under a Dispatcher alone), and may come apart and slide;
-  /// it stays on its side where it has one: sheets in one plane have none, and may leave each other to either.
+  /// than both bodies' margins plus twice the distance that the node moves in the step, where the boxes of node and
+  /// face overlap in Bullet's trees. These boxes have 1.25 times the margin, and reach ahead along the motion of three
+  /// steps. Deformable world: at the start of the step, by ContactRule::slab, where such boxes overlap. ccd: the motion
+  /// of the whole step is tested, so that nothing passes through however fast it is. In the classic worlds instead of
+  /// the rule above: the margin does not grow with speed; in the deformable world after it. Last of all, in either,
+  /// what is on its way through something (nodes through faces; with EdgeContacts::respond edges through edges, too)
+  /// gets impulses, then one common motion, and then stays where it was until the next step; not under a
+  /// softcd::bullet::Dispatcher alone, which warns that it cannot. Rigid triangle meshes are looked at, too (with
+  /// rigid_meshes), for bodies with VF_SS or VF_DD: what they come upon is sent back or along, and pushes none of them.
+  /// Only what others move, nodes without mass and meshes, can still end a step within something: see
+  /// WorldDetection::crossing_answers(). Convex rigid shapes are not among it: see convex_shapes. What is through each
+  /// other already when a step begins cannot be told to belong on either side: in the classic worlds such features get
+  /// no contacts, and with EdgeContacts::respond nothing keeps them from coming apart. What touches then, at a distance
+  /// of 0, gets no contacts in that step either (but under a Dispatcher alone), and may come apart and slide; it stays
+  /// on its side where it has one: sheets in one plane have none, and may leave each other to either.
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;       ///< of contacts; what would pass through is looked for conservatively
   BroadPhase broad_phase = BroadPhase::exact;  ///< changes the number of tests, not the contacts
@@ -117,7 +117,7 @@ struct Settings {
   bool reuse_pairs = true;                     ///< what one look finds serves later ones, see QueryOptions::reuse_pairs
   SelfCollision self_collision = SelfCollision::flagged;  ///< which bodies collide with themselves
   EdgeContacts edge_contacts = EdgeContacts::off;         ///< whether edges touch edges
-  Contacts contacts = Contacts::all;                      ///< how many of a node's contacts the solver is given
+  Contacts contacts = Contacts::automatic;                ///< how many of a node's contacts the solver is given
   /// Bullet's solver is given a node's contact with a face of one body unless it is given so many nearer ones, or
   /// earlier with `ccd`, with that body, whose normals are less than a right angle from its own. 0: no such bound.
   std::uint32_t contacts_per_node = 0;
