@@ -172,6 +172,12 @@ BodySettings self_colliding() {
   return settings;
 }
 
+BodySettings clear_of_itself() {
+  BodySettings settings;
+  settings.self_collision = false;
+  return settings;
+}
+
 BodySettings kinematic() {
   BodySettings settings;
   settings.kinematic = true;
@@ -380,7 +386,7 @@ DetectorScene make_n_body(double scale) {
     std::vector<Vec3d> positions;
     for (const Vec3d& p : ball.positions) positions.push_back(centre + p);
     const std::vector<Vec3f> x_t0 = to_floats(positions);
-    scene.bodies.push_back({ball.triangles, x_t0, moved(x_t0, motion), BodySettings{}});
+    scene.bodies.push_back({ball.triangles, x_t0, moved(x_t0, motion), clear_of_itself()});
     ++placed;
   }
   return scene;
@@ -413,7 +419,7 @@ DetectorScene make_many_bodies(double scale) {
       corners.push_back(half_room * noise_vector(2 * i) + Vec3d{double(c & 1), double(c >> 1 & 1), double(c >> 2)});
     }
     const std::vector<Vec3f> x_t0 = to_floats(corners);
-    scene.bodies.push_back({triangles, x_t0, moved(x_t0, 0.1 * noise_vector(2 * i + 1)), BodySettings{}});
+    scene.bodies.push_back({triangles, x_t0, moved(x_t0, 0.1 * noise_vector(2 * i + 1)), clear_of_itself()});
   }
   return scene;
 }

@@ -76,7 +76,8 @@ std::vector<Setting> settings(demo::World world) {
     all.push_back(setting);
   };
   for (const auto& [name, accuracy] : demo::kAccuracies) {
-    if (accuracy != Accuracy::precise) turn("accuracy", name, &Setting::accuracy, accuracy);
+    if (accuracy != Accuracy::precise && accuracy != Accuracy::automatic)
+      turn("accuracy", name, &Setting::accuracy, accuracy);
   }
   for (const double margin : {0.0625, 0.125, 0.5}) {
     turn("margin", fmt::format("{} cells", margin), &Setting::margin_in_cells, margin);

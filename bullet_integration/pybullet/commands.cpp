@@ -37,7 +37,7 @@ void set_count(std::uint32_t& setting, const std::string& value) {
 void set(Settings& settings, const std::string& name, const std::string& value) {
   if (name == "backend") return set_choice(settings.backend, value, {"automatic", "cpu", "cuda"});
   if (name == "detection") return set_choice(settings.detection, value, {"dcd", "ccd"});
-  if (name == "accuracy") return set_choice(settings.accuracy, value, {"fast", "precise", "conservative"});
+  if (name == "accuracy") return set_choice(settings.accuracy, value, {"fast", "precise", "conservative", "automatic"});
   if (name == "self_collision") return set_choice(settings.self_collision, value, {"flagged", "all", "none"});
   if (name == "edge_contacts") return set_choice(settings.edge_contacts, value, {"off", "report", "respond"});
   if (name == "contacts") return set_choice(settings.contacts, value, {"all", "closest_feature", "automatic"});

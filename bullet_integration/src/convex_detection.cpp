@@ -110,6 +110,7 @@ ConvexDetection::Shape& ConvexDetection::synchronize(const Part& part, const Rig
   BodySettings settings;
   settings.margin = std::max(0.0F, static_cast<float>(shape.margin));
   settings.features = {/*vertex_triangle=*/true, /*edge_edge=*/true};
+  settings.self_collision = false;
   if (is_new) {
     shape.id = mirror_.scene().add_body({shape.core.triangles(), shape.core.vertex_count(), settings});
     shapes_by_id_[shape.id.value] = &shape;

@@ -112,6 +112,7 @@ void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPai
   const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
   BodySettings settings;
   settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
+  settings.self_collision = false;
   settings.features.edge_edge =
       holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const MeshPair& pair) {
         return !mirror_.member(*pair.soft).mesh.segments.empty();

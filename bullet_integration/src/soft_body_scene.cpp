@@ -49,7 +49,9 @@ const SoftBodyScene::Member* SoftBodyScene::find(BodyId id) const {
 
 void SoftBodyScene::set_mesh(Member& member, btSoftBody& body) {
   BodyMesh mesh = read_mesh(body);
-  const BodyDesc desc = {mesh.triangles, mesh.node_count, {}, -1, mesh.segments};
+  BodySettings settings;
+  settings.self_collision = false;
+  const BodyDesc desc = {mesh.triangles, mesh.node_count, settings, -1, mesh.segments};
   if (member.body == nullptr) {
     member.id = scene_.add_body(desc);
     try {

@@ -22,8 +22,10 @@ struct Choice {
 inline constexpr std::array<Choice<Backend>, 3> kBackends = {
     {{"auto", Backend::automatic}, {"cpu", Backend::cpu}, {"cuda", Backend::cuda}}};
 inline constexpr std::array<Choice<Detection>, 2> kDetections = {{{"dcd", Detection::dcd}, {"ccd", Detection::ccd}}};
-inline constexpr std::array<Choice<Accuracy>, 3> kAccuracies = {
-    {{"fast", Accuracy::fast}, {"precise", Accuracy::precise}, {"conservative", Accuracy::conservative}}};
+inline constexpr std::array<Choice<Accuracy>, 4> kAccuracies = {{{"auto", Accuracy::automatic},
+                                                                 {"fast", Accuracy::fast},
+                                                                 {"precise", Accuracy::precise},
+                                                                 {"conservative", Accuracy::conservative}}};
 inline constexpr std::array<Choice<BroadPhase>, 2> kBroadPhases = {
     {{"exact", BroadPhase::exact}, {"uniform", BroadPhase::uniform}}};
 inline constexpr std::array<Choice<bool>, 2> kOnOff = {{{"on", true}, {"off", false}}};

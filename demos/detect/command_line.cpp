@@ -51,7 +51,8 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
          "Kinds of contacts: vertex-triangle, edge-edge")
       ->option_text("vt,ee [vt,ee]");
   add_choice(app, "--accuracy", kAccuracies, options.accuracy,
-             "The narrow phase's arithmetic: float32, float64, or float64 that misses nothing within a margin");
+             "The narrow phase's arithmetic: float32, float64, or float64 that misses nothing within a margin.\n"
+             "auto: the last for meshes in double, and for ccd with a margin; else float64");
   app.add_option("--margin", command.settings.margin,
                  "The surface's margin, in the positions' unit. Two features are in contact when their\n"
                  "distance is at most the sum of both sides' margins: twice this, in one mesh")
@@ -90,8 +91,6 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   DetectCommand command;
   command.options.detection = Detection::ccd;
   command.options.reuse_pairs = false;  // every repetition is a detection of its own
-  command.settings.self_collision = true;
-  command.settings.features = {true, true};
 
   CLI::App app("Finds the contacts of a deforming triangle mesh with itself, between two frames or in one.",
                "softcd-detect");

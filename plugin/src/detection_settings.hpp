@@ -10,6 +10,29 @@
 /// What a query's options mean for one detection.
 namespace softcd {
 
+/// The accuracy of a query's next detection, and why.
+struct ChosenAccuracy {
+  Accuracy accuracy;
+  const char* reason;
+};
+
+/// See Accuracy::automatic.
+inline ChosenAccuracy chosen_accuracy(const QueryOptions& options, const std::vector<Body>& bodies) {
+  if (options.accuracy != Accuracy::automatic) return {options.accuracy, "asked for"};
+  const auto some = [&](const auto& is_so) {
+    return std::any_of(bodies.begin(), bodies.end(),
+                       [&](const Body& body) { return !body.is_removed && body.positions.are_set() && is_so(body); });
+  };
+  if (some([](const Body& body) { return body.positions.are_double(); })) {
+    return {Accuracy::conservative, "positions are double"};
+  }
+  const bool looks_within_margins = options.detection == Detection::ccd && options.margins;
+  if (looks_within_margins && some([](const Body& body) { return body.settings.margin > 0.0F; })) {
+    return {Accuracy::conservative, "margins count on the way"};
+  }
+  return {Accuracy::precise, "positions are floats, and no margins count on the way"};
+}
+
 /// Whether positions at t0 count only for how far they move a vertex's margin.
 inline bool measures_moves(const QueryOptions& options) {
   return options.detection == Detection::dcd && options.motion_margin > 0.0F;

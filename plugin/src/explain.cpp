@@ -64,6 +64,11 @@ StageReport explain_kind(const char* stage, bool wanted, std::uint64_t candidate
   return {stage, true, fmt::format("{} candidates", candidates)};
 }
 
+const char* name_of(Accuracy accuracy) {
+  if (accuracy == Accuracy::conservative) return "accuracy: conservative";
+  return accuracy == Accuracy::precise ? "accuracy: precise" : "accuracy: fast";
+}
+
 }  // namespace
 
 std::vector<StageReport> explain_stages(const QueryOptions& options, const Decisions& decisions,
@@ -75,6 +80,10 @@ std::vector<StageReport> explain_stages(const QueryOptions& options, const Decis
   report.push_back({"body pairs", true,
                     fmt::format("{} pairs of {} bodies and {} bodies with themselves may touch", decisions.pair_count,
                                 decisions.body_count, decisions.self_count)});
+  if (decisions.without_positions > 0) {
+    report.push_back({"bodies without positions", false,
+                      fmt::format("{} bodies are left out until theirs are set", decisions.without_positions)});
+  }
   if (!any) {
     report.push_back(
         {"detection", false, "no two bodies may touch, by their groups, masks, features, boxes and the pair filter"});
@@ -89,6 +98,7 @@ std::vector<StageReport> explain_stages(const QueryOptions& options, const Decis
     report.push_back(
         {"pair tests in parts", true, fmt::format("{} parts, so that memory suffices", statistics.chunks)});
   }
+  report.push_back({name_of(decisions.accuracy), true, decisions.accuracy_reason});
   report.push_back(explain_kind("vertex-triangle tests", decisions.vertex_triangle, statistics.vt_candidates));
   report.push_back(explain_kind("edge-edge tests", decisions.edge_edge, statistics.ee_candidates));
   const bool continuous = options.detection == Detection::ccd;

@@ -14,7 +14,10 @@ struct Decisions {
   std::uint64_t self_count = 0;
   bool vertex_triangle = false;
   bool edge_edge = false;
-  bool moves = false;  ///< in a continuous detection: some vertex
+  bool moves = false;                   ///< in a continuous detection: some vertex
+  std::uint64_t without_positions = 0;  ///< bodies
+  Accuracy accuracy = Accuracy::precise;
+  const char* accuracy_reason = "";
   int rank = 0;
   int rank_count = 1;
   std::uint64_t fewest_triangles_of_ranks = 0;  ///< fewer are one rank's

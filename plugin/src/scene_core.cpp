@@ -301,26 +301,35 @@ std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
 /// Whether a detection may be repeated with no one noticing, and finds the same whatever is foreseen: margins that
 /// cover what rounding did to doubles would not.
 bool SceneCore::may_foresee(const QueryCore& query, Pairs pairs) const {
-  const bool covers_rounding = query.options_.accuracy == Accuracy::conservative && store_.has_new_doubles_on_device();
+  const bool covers_rounding = store_.has_new_doubles_on_device() &&
+                               chosen_accuracy(query.options_, store_.bodies()).accuracy == Accuracy::conservative;
   return options_.backend == Backend::cuda && ranks_ == nullptr && pairs == Pairs::all && !query.filter_ &&
          !covers_rounding;
 }
 
 /// Everything that a detection needs, but for the detector's start.
 void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee) {
-  const QueryOptions& options = query.options_;
-  require_positions(options);
-  settle(looked_at_by(options), may_foresee);
+  QueryOptions options = query.options_;
+  settle(looked_at_by(options), may_foresee, /*lists_neighbours=*/true);
   warn_of_strays();
   const std::vector<Body>& bodies = store_.bodies();
   const SceneSize size = count_elements(detection.statistics);
+  const ChosenAccuracy chosen = chosen_accuracy(options, bodies);
+  options.accuracy = chosen.accuracy;
   const bool moves = something_moves(options, bodies);
   const std::uint64_t changed_since = pairs == Pairs::changed ? query.last_change_ : 0;
   if (options.neighbour_filters) require_rest_positions();
   const PairSelection& selected = query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since),
                                                       pair_filter(query), store_.selection_number());
-  detection.decisions = {
-      size.bodies, selected.pair_count, selected.self_count, selected.vertex_triangle, selected.edge_edge, moves};
+  detection.decisions = {size.bodies,
+                         selected.pair_count,
+                         selected.self_count,
+                         selected.vertex_triangle,
+                         selected.edge_edge,
+                         moves,
+                         size.bodies_without_positions,
+                         chosen.accuracy,
+                         chosen.reason};
   const bool is_idle = ranks_ != nullptr && !ranks_->has_part(size.triangles);
   const Partition partition = ranks_ != nullptr ? ranks_->partition(size.triangles) : Partition{};
   detection.decisions.rank_count = options_.communicator.size();
@@ -380,10 +389,10 @@ auto SceneCore::reading(const F& f) {
   }
 }
 
-void SceneCore::settle(const LookedAt& by_next, bool may_foresee) {
+void SceneCore::settle(const LookedAt& by_next, bool may_foresee, bool lists_neighbours) {
   reading([&] {
     DevicePositionReader* const reader = store_.has_positions_on_device() ? &detector_->position_reader() : nullptr;
-    store_.settle(looked_at(), by_next, reader, may_foresee);
+    store_.settle(looked_at(), by_next, reader, may_foresee, lists_neighbours);
   });
 }
 
@@ -405,7 +414,7 @@ void SceneCore::answer(ProbeCore& probe, bool wants_sides, const Questions& ask)
 
 ProbedScene SceneCore::probed_scene(ProbeCore& probe, bool wants_sides) {
   const bool at_t0 = probe.options_.step_end == StepEnd::t0;
-  settle(probe.looked_at(), /*may_foresee=*/false);
+  settle(probe.looked_at(), /*may_foresee=*/false, /*lists_neighbours=*/false);
   warn_of_strays();
   if (wants_sides) store_.find_closed_surfaces();
   probe.bodies_.clear();

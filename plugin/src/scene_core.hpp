@@ -150,7 +150,7 @@ class SceneCore {
   void finish_detector(QueryCore& query, PendingDetection& detection, Statistics& found);
   template <class F>
   static auto reading(const F& f);
-  void settle(const LookedAt& by_next, bool may_foresee);
+  void settle(const LookedAt& by_next, bool may_foresee, bool lists_neighbours);
   bool judge_foreseen();
   bool may_foresee(const QueryCore& query, Pairs pairs) const;
   void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee);

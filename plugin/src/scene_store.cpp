@@ -195,7 +195,7 @@ void SceneStore::resize(const Sizes& sizes) noexcept {
 }
 
 void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader,
-                        bool may_foresee) {
+                        bool may_foresee, bool lists_neighbours) {
   newly_left_out_.clear();
   lay_out();
   settle_changes();
@@ -206,7 +206,7 @@ void SceneStore::settle(const LookedAt& by_scene, const LookedAt& by_next, Devic
   }
   leave_out_strays(by_next);
   settle_neighbours();
-  list_neighbours();
+  if (lists_neighbours) list_neighbours();
   filters_.settle(bodies_, vertex_body_.size(), mesh_revision_, [this](const Body& body) { return mesh_of(body); });
 }
 
@@ -495,7 +495,8 @@ void SceneStore::list_neighbours() {
   forget_dropped_neighbours();
   std::vector<Body*> unlisted;
   for (Body& body : bodies_) {
-    if (!body.is_removed && body.settings.self_collision && !body.has_neighbours) unlisted.push_back(&body);
+    const bool touches_itself = body.settings.self_collision && !body.settings.kinematic;
+    if (!body.is_removed && touches_itself && !body.has_neighbours) unlisted.push_back(&body);
   }
   if (unlisted.empty()) return;
   // When one body's list fails, oneTBB cuts short the loops of the others without a word.
@@ -550,6 +551,7 @@ SceneSize SceneStore::size() const {
     size.vertices += body.vertex_count();
     size.edges += body.edge_count();
     size.left_out_triangles += body.left_out_triangles;
+    size.bodies_without_positions += body.positions.are_set() ? 0 : 1;
   }
   return size;
 }

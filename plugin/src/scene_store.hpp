@@ -25,6 +25,7 @@ struct LookedAt {
 /// How many bodies, and elements of theirs.
 struct SceneSize {
   std::uint64_t bodies = 0, triangles = 0, vertices = 0, edges = 0, left_out_triangles = 0;
+  std::uint64_t bodies_without_positions = 0;
 };
 
 /// The bodies of a scene, and all their meshes and positions, once, in arrays that detectors read. Mutators note what
@@ -65,8 +66,9 @@ class SceneStore {
   /// queries looks, where vertices are not finite where the next detection does. Whatever is thrown, the caller's
   /// memory is not needed afterwards, and the next call goes on. `reader` where there are positions on a device: they
   /// are not in the arrays, but are among changes(). Where it `may_foresee`, their surveys may be what was foreseen:
-  /// judge_foreseen() then has to follow before anything else is changed.
-  void settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader, bool may_foresee);
+  /// judge_foreseen() then has to follow before anything else is changed. Detections need lists of neighbours.
+  void settle(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader, bool may_foresee,
+              bool lists_neighbours);
   /// Whether the last settle() has foreseen what it did not wait for.
   bool has_foreseen() const { return !foreseen_blocks_.empty(); }
   /// Once a detector that was told changes() has finished: whether what it was told was so. Else the next settle()

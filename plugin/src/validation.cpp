@@ -81,7 +81,7 @@ void validate_options(const SceneOptions& options) {
 
 void validate_options(const QueryOptions& options) {
   validate_choice("detection", options.detection, Detection::ccd);
-  validate_choice("accuracy", options.accuracy, Accuracy::conservative);
+  validate_choice("accuracy", options.accuracy, Accuracy::automatic);
   validate_choice("broad_phase", options.broad_phase, BroadPhase::uniform);
   validate_choice("contact_rule", options.contact_rule, ContactRule::slab);
   if (options.lambda != 0.0F && !(options.lambda >= kSmallestLambda && options.lambda <= kLargestLambda)) {

@@ -72,7 +72,7 @@ def detect(
     vertex_triangle: bool = True,
     edge_edge: bool = True,
     detection: Detection | str | None = None,
-    accuracy: Accuracy | str = Accuracy.conservative,
+    accuracy: Accuracy | str = Accuracy.automatic,
     contact_rule: ContactRule | str = ContactRule.distance,
     **scene_options: Any,
 ) -> np.ndarray:

@@ -26,8 +26,9 @@ def attach(client: int = 0, **settings: str | int | bool) -> Attachment:
 
     The world is one with soft bodies (the default) or deformable ones (RESET_USE_DEFORMABLE_WORLD), new or in mid-run.
     settings are those of softcd::bullet::Settings: backend ("automatic", "cpu", "cuda"), detection ("dcd", "ccd"),
-    accuracy ("fast", "precise", "conservative"), self_collision ("flagged", "all", "none"), edge_contacts ("off",
-    "report", "respond"), contacts ("all", "closest_feature", "automatic"), contacts_per_node, rigid_meshes, filter_deformables.
+    accuracy ("fast", "precise", "conservative", "automatic"), self_collision ("flagged", "all", "none"), edge_contacts
+    ("off", "report", "respond"), contacts ("all", "closest_feature", "automatic"), contacts_per_node, rigid_meshes,
+    filter_deformables.
 
     Raises softcd.Error where softcd was built without the plugin, or for another version of PyBullet, where a setting
     is none, and where softcd is attached already.

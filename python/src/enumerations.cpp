@@ -17,7 +17,9 @@ void bind_enumerations(nb::module_& module) {
       .value("fast", Accuracy::fast, "float32.")
       .value("precise", Accuracy::precise, "float64.")
       .value("conservative", Accuracy::conservative,
-             "float64 that misses nothing within a margin along the way either, nor of float64 positions.");
+             "float64 that misses nothing within a margin along the way either, nor of float64 positions.")
+      .value("automatic", Accuracy::automatic,
+             "conservative where positions are float64, and in a continuous detection with margins; else precise.");
   nb::enum_<ContactRule>(module, "ContactRule", "What a vertex's margin is measured from.")
       .value("distance", ContactRule::distance, "The triangle.")
       .value("slab", ContactRule::slab, "Its plane, as in Bullet's deformable world.");

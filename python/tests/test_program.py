@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import softcd
+from meshes import soup, write_ply
 
 ABOVE = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n"
 BELOW = ABOVE.replace("v 1 1 1\n", "v 1 1 -1\n")
@@ -39,6 +40,25 @@ def test_finds_what_the_module_does(frames):
     assert [int(row[name]) for name in ("a0", "b0", "b1", "b2")] == contact["vertices"].tolist()
     assert np.float32(row["toi"]) == contact["time_of_impact"]
     assert json.loads((frames / "figures.json").read_text())["vt_contacts"] == 1
+
+
+def test_defaults_are_those_of_detect_and_of_scenes(tmp_path):
+    vertices_t0, triangles = soup(3, 40, size=0.9)
+    vertices_t1 = soup(53, 40, size=0.9)[0]
+    write_ply(tmp_path / "t0.ply", vertices_t0, triangles)
+    write_ply(tmp_path / "t1.ply", vertices_t1, triangles)
+    result = run(tmp_path, "t0.ply", "t1.ply", "--json", "figures.json", "--backend", "cpu")
+    assert result.returncode == 0
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    contacts = softcd.detect(vertices_t0, triangles, vertices_t1)
+    counts = [int((contacts["kind"] == kind).sum()) for kind in (0, 1)]
+    assert [figures["vt_contacts"], figures["ee_contacts"]] == counts and min(counts) > 0
+    scene = softcd.Scene()
+    body = scene.add_body(triangles, len(vertices_t0))
+    scene.set_positions(body, vertices_t0, vertices_t1)
+    query = softcd.Query(scene, detection=softcd.Detection.ccd)
+    assert query.options.accuracy == softcd.QueryOptions().accuracy == softcd.Accuracy.automatic
+    assert query.detect().tobytes() == contacts.tobytes()
 
 
 def test_explains_itself(frames):

@@ -22,7 +22,8 @@ TEST_F(CCalls, defaults_are_those_of_the_cpp_interface) {
   softcd_query_options options{};
   ASSERT_EQ(softcd_query_options_init(&options, sizeof options), SOFTCD_OK);
   EXPECT_EQ(options.struct_size, sizeof options);
-  EXPECT_EQ(options.accuracy, static_cast<softcd_accuracy>(SOFTCD_PRECISE));
+  EXPECT_EQ(options.accuracy, static_cast<softcd_accuracy>(SOFTCD_ACCURACY_AUTOMATIC));
+  EXPECT_EQ(options.accuracy, static_cast<softcd_accuracy>(QueryOptions().accuracy));
   EXPECT_TRUE(options.margins && options.subdivision && options.vertex_triangle && options.edge_edge);
   softcd_scene_options scene_options{};
   ASSERT_EQ(softcd_scene_options_init(&scene_options, sizeof scene_options), SOFTCD_OK);
@@ -30,7 +31,9 @@ TEST_F(CCalls, defaults_are_those_of_the_cpp_interface) {
   softcd_body_settings settings{};
   ASSERT_EQ(softcd_body_settings_init(&settings, sizeof settings), SOFTCD_OK);
   EXPECT_EQ(settings.filter_mask, BodySettings().filter_mask);
-  EXPECT_TRUE(settings.vertex_triangle && !settings.edge_edge);
+  EXPECT_TRUE(settings.vertex_triangle && settings.edge_edge && settings.self_collision);
+  EXPECT_EQ(settings.self_collision != 0, BodySettings().self_collision);
+  EXPECT_EQ(settings.edge_edge != 0, BodySettings().features.edge_edge);
   EXPECT_TRUE(options.neighbour_filters);
   EXPECT_EQ(settings.neighbour_rings, BodySettings().neighbour_rings);
 }

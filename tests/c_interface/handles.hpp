@@ -37,6 +37,8 @@ class TwoTriangles : public testing::Test {
     query_.reset(query);
     EXPECT_EQ(softcd_body_settings_init(&settings_, sizeof settings_), SOFTCD_OK);
     settings_.margin = 0.1F;
+    settings_.self_collision = 0;
+    settings_.edge_edge = 0;
     for (softcd_body* body : {&lower_, &upper_}) {
       EXPECT_EQ(softcd_scene_add_body(scene(), kTriangle, 1, 3, &settings_, body), SOFTCD_OK);
     }

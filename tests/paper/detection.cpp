@@ -73,6 +73,7 @@ TEST(PrintedScheme, does_not_multiply_its_work_by_large_margins) {
     const Mesh coarse = moved(test::grid_cloth(columns / 3, columns / 3, 3 * edge), {0.0, 0.0, 2 * edge});
     BodySettings settings;
     settings.features = {true, true};
+    settings.self_collision = false;
     Scene scene = {still(fine, settings)};
     settings.margin = 40.0F * static_cast<float>(edge);
     scene.push_back(still(coarse, settings));

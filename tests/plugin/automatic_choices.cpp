@@ -54,6 +54,71 @@ std::vector<Contact> between_bodies(const std::vector<Contact>& contacts) {
   return kept;
 }
 
+/// Of a scene in double, or of the same in float.
+std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& options, bool in_double) {
+  LoadedScene loaded = load(scene, options);
+  std::vector<std::vector<Vec3f>> floats;
+  for (const SceneBody& body : scene) {
+    for (const Positions3* x : {&body.x_t0, &body.x_t1}) {
+      floats.emplace_back();
+      for (const Vec3d& p : *x) floats.back().push_back(vec3_cast<float>(p));
+    }
+  }
+  for (std::size_t b = 0; b < scene.size() && !in_double; ++b) {
+    loaded.pipeline.set_positions(loaded.ids[b], floats[2 * b], floats[2 * b + 1]);
+  }
+  const Span<const Contact> contacts = loaded.pipeline.detect();
+  const std::vector<StageReport> report = loaded.pipeline.explain();
+  const auto is_chosen = [&](const StageReport& line) {
+    return line.stage == (options.accuracy == Accuracy::conservative ? "accuracy: conservative" : "accuracy: precise");
+  };
+  EXPECT_TRUE(options.accuracy == Accuracy::automatic || std::any_of(report.begin(), report.end(), is_chosen));
+  return {contacts.begin(), contacts.end()};
+}
+
+TEST(AutomaticAccuracy, is_conservative_for_doubles_and_on_the_way_with_margins) {
+  for (const float margin : {0.0F, 0.02F}) {
+    Scene scene = two_soups(margin);
+    for (SceneBody& body : scene) {
+      for (Vec3d& p : body.x_t0) p = p + Vec3d{1.0 / 3.0, 1.0 / 7.0, 1.0 / 9.0};
+      body.x_t1 = jittered(body.x_t0, 0.1, 5);
+    }
+    for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+      for (const bool in_double : {true, false}) {
+        const bool is_conservative = in_double || (detection == Detection::ccd && margin > 0.0F);
+        PipelineOptions options = test_options(detection);
+        options.accuracy = is_conservative ? Accuracy::conservative : Accuracy::precise;
+        const std::vector<Contact> expected = contacts_of(scene, options, in_double);
+        ASSERT_TRUE(!expected.empty() || (detection == Detection::dcd && margin == 0.0F));
+        options.accuracy = QueryOptions().accuracy;
+        EXPECT_TRUE(identical(contacts_of(scene, options, in_double), expected)) << margin << " " << in_double;
+      }
+    }
+  }
+}
+
+TEST(AutomaticAccuracy, is_precise_on_the_way_without_margins_that_count) {
+  Scene scene = two_soups(0.02F);
+  for (SceneBody& body : scene) body.x_t1 = jittered(body.x_t0, 0.1, 5);
+  PipelineOptions options = test_options(Detection::ccd);
+  options.margins = false;
+  const std::vector<Contact> expected = contacts_of(scene, options, /*in_double=*/false);
+  options.accuracy = Accuracy::automatic;
+  EXPECT_TRUE(identical(contacts_of(scene, options, /*in_double=*/false), expected));
+}
+
+TEST(Defaults, find_all_contacts_of_one_mesh_with_itself) {
+  const Mesh soup = coarse_soup(7);
+  CollisionPipeline pipeline;
+  const BodyId body = pipeline.add_body({soup.triangles, static_cast<std::uint32_t>(soup.positions.size()), {}});
+  pipeline.set_positions(body, soup.positions);
+  const Span<const Contact> contacts = pipeline.detect();
+  PipelineOptions options = test_options(Detection::dcd);
+  options.accuracy = Accuracy::conservative;
+  EXPECT_EQ(features_of(contacts), features_of(detect_once({still(soup, everything())}, options)));
+  EXPECT_FALSE(of_kind({contacts.begin(), contacts.end()}, ContactKind::edge_edge).empty());
+}
+
 class AutomaticChoices : public testing::TestWithParam<Accuracy> {};
 
 TEST_P(AutomaticChoices, nothing_is_swept_where_nothing_moves) {

@@ -145,6 +145,7 @@ class DeviceFailures : public testing::Test {
     PipelineOptions options;
     options.backend = Backend::cpu;
     options.detection = detection;
+    options.accuracy = Accuracy::precise;
     return options;
   }
 

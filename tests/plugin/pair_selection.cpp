@@ -231,6 +231,7 @@ TEST(PairSelection, of_many_bodies_is_that_of_each_batch) {
     bodies[b].id = BodyId{b};
     bodies[b].settings.margin = kMargin;
     bodies[b].settings.batch = b / 2;
+    bodies[b].settings.self_collision = false;
     bodies[b].last_change = 1;
     place_at_random(bodies[b], b / 2 % 2 == 0 ? 0.0 : 50.0, random);
   }

@@ -22,6 +22,7 @@ inline BodyDesc desc_of(const SceneBody& body) {
 
 inline QueryOptions looking_for(Detection detection, bool margins = true) {
   QueryOptions options;
+  options.accuracy = Accuracy::precise;
   options.detection = detection;
   options.margins = margins;
   return options;

@@ -139,7 +139,7 @@ TEST_F(Detect, json_holds_every_figure) {
   EXPECT_EQ(json["backend"], "cpu");
   EXPECT_EQ(json["detection"], "ccd");
   EXPECT_EQ(json["broad_phase"], "exact");
-  EXPECT_EQ(json["accuracy"], "precise");
+  EXPECT_EQ(json["accuracy"], "auto");
   EXPECT_EQ(json["vt_contacts"], 1);
   EXPECT_EQ(json["ee_contacts"], 0);
   EXPECT_LE(json["earliest_toi"], 0.5) << "never late";
@@ -199,7 +199,7 @@ TEST_F(Detect, refuses_meshes_with_one_sentence) {
 TEST_F(Detect, refuses_command_lines) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   expect_refused("", "t0 is required");
-  expect_refused(frames + " --accuracy exact", "'exact' is not one of fast, precise, conservative");
+  expect_refused(frames + " --accuracy exact", "'exact' is not one of auto, fast, precise, conservative");
   expect_refused(frames + " --backend gpu", "'gpu' is not one of auto, cpu, cuda");
   expect_refused(frames + " --features vt,", "'' is not one of vt, ee");
   expect_refused(frames + " --subdivision maybe", "'maybe' is not one of on, off");

@@ -75,6 +75,7 @@ PipelineOptions test_options(Detection detection, BroadPhase broad_phase) {
   PipelineOptions options;
   options.backend = backend_under_test();
   options.detection = detection;
+  options.accuracy = Accuracy::precise;
   options.broad_phase = broad_phase;
   return options;
 }

@@ -54,7 +54,7 @@ struct LoadedScene {
 };
 LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log = {});
 
-/// The options of one detection on the backend under test.
+/// The options of one detection on the backend under test: `precise`, whatever positions are given as.
 PipelineOptions test_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);
 
 /// What a fresh pipeline's first detection leaves. Throws where another backend than the one asked for has answered.

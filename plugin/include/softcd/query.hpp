@@ -34,7 +34,7 @@ enum class StepEnd : std::uint32_t { t1, t0 };
 /// What is looked for.
 struct QueryOptions {
   Detection detection = Detection::dcd;        ///< positions at an end of the step, or the way between both
-  Accuracy accuracy = Accuracy::precise;       ///< what is promised of the contacts
+  Accuracy accuracy = Accuracy::automatic;     ///< what is promised of the contacts
   BroadPhase broad_phase = BroadPhase::exact;  ///< changes the number of tests, not the contacts
   /// Off: no triangle is split, large ones are registered in every cell of their own volume. Changes the number of
   /// tests only, not the contacts.

@@ -24,7 +24,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Which feature pairs a body takes part in. A kind is tested between two bodies when both want it.
 struct Features {
   bool vertex_triangle = true;  ///< vertices against triangles
-  bool edge_edge = false;       ///< edges against edges
+  bool edge_edge = true;        ///< edges against edges
 };
 
 /// What may change from one detection to the next without a change of topology.
@@ -36,7 +36,7 @@ struct BodySettings {
   std::uint32_t filter_group = 1;
   std::uint32_t filter_mask = 0xFFFFFFFFu;  ///< see filter_group
   /// Also find contacts between features of this body that share no vertex, whatever its group and mask.
-  bool self_collision = false;
+  bool self_collision = true;
   /// Moved by somebody else (static or animated): two such bodies are never compared, nor is one with itself.
   bool kinematic = false;
   Features features;  ///< which pairs of features it takes part in

@@ -146,11 +146,11 @@ typedef struct softcd_body_settings {
    *  1 and all bits. */
   uint32_t filter_group;
   uint32_t filter_mask; /**< see filter_group */
-  /** Also find contacts between features of this body that share no vertex, whatever its group and mask. Default: 0. */
+  /** Also find contacts between features of this body that share no vertex, whatever its group and mask. Default: 1. */
   uint32_t self_collision;
   /** Moved by somebody else: two such bodies are never compared, nor is one with itself. Default: 0. */
   uint32_t kinematic;
-  /** Which pairs of features the body takes part in; a kind is tested where both bodies want it. Defaults: 1 and 0. */
+  /** Which pairs of features the body takes part in; a kind is tested where both bodies want it. Default: 1. */
   uint32_t vertex_triangle;
   uint32_t edge_edge; /**< see vertex_triangle */
   /** Bodies of different batches never touch, wherever they are. Default: 0. */
@@ -294,9 +294,12 @@ enum {
 /** What is computed in, and what that promises: docs/accuracy.md. */
 typedef uint32_t softcd_accuracy;
 enum {
-  SOFTCD_FAST = 0,        /**< float32 */
-  SOFTCD_PRECISE = 1,     /**< float64 */
-  SOFTCD_CONSERVATIVE = 2 /**< float64 that misses nothing within a margin, along the way either */
+  SOFTCD_FAST = 0,         /**< float32 */
+  SOFTCD_PRECISE = 1,      /**< float64 */
+  SOFTCD_CONSERVATIVE = 2, /**< float64 that misses nothing within a margin, along the way either */
+  /** SOFTCD_CONSERVATIVE where positions of some body are double, and in a continuous detection with margins; else
+   *  SOFTCD_PRECISE */
+  SOFTCD_ACCURACY_AUTOMATIC = 3
 };
 
 /** How pairs of triangles are found, none of which is ever lost. */
@@ -321,7 +324,7 @@ enum { SOFTCD_T1 = 0, SOFTCD_T0 = 1 };
 typedef struct softcd_query_options {
   uint32_t struct_size;             /**< sizeof of this struct */
   softcd_detection detection;       /**< SOFTCD_DCD */
-  softcd_accuracy accuracy;         /**< SOFTCD_PRECISE */
+  softcd_accuracy accuracy;         /**< SOFTCD_ACCURACY_AUTOMATIC */
   softcd_broad_phase broad_phase;   /**< SOFTCD_EXACT */
   softcd_contact_rule contact_rule; /**< SOFTCD_DISTANCE */
   softcd_step_end step_end;         /**< of a discrete detection: SOFTCD_T1 */

@@ -87,6 +87,9 @@ enum class Accuracy : std::uint32_t {
   /// is found comes within the margin, a millionth of it and 2e-14 S, but for the unsettled contacts, which are marked
   /// (Contact::is_unsettled): the bound on work was reached first. Discrete: whatever is within the margin is found.
   conservative,
+  /// `conservative` where positions of some body are double, and in a continuous detection with margins; else
+  /// `precise`.
+  automatic,
 };
 
 /// Bits of Ownership: which vertices and edges of a triangle this triangle owns (R-triangles,
