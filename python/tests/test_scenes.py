@@ -35,11 +35,11 @@ def test_bodies_come_change_and_go():
     scene, body = piercing_scene()
     query = ccd(scene)
     assert len(scene) == 1 and scene.has_body(body)
-    scene.set_settings(body)
+    scene.set_settings(body, self_collision=False)
     assert len(query.detect()) == 0
-    scene.update_body(body, PIERCING_TRIANGLES, 6, self_collision=True)
-    with pytest.raises(softcd.InvalidInput, match="it has no positions"):
-        query.detect()
+    scene.update_body(body, PIERCING_TRIANGLES, 6)
+    with pytest.warns(RuntimeWarning, match="has no positions"):
+        assert len(query.detect()) == 0
     scene.set_positions(body, PIERCING_T0, PIERCING_T1)
     assert len(query.detect()) == 1
     scene.remove_body(body)
@@ -95,7 +95,8 @@ def test_changed_triangles_are_all_that_is_read():
         only_changed[which] = triangles[which]
         scene.update_body(body, only_changed, len(vertices), changed=which, **settings)
         scene.set_positions(body, vertices)
-        contacts = softcd.Query(scene).detect()
+        # As floats: distances of edges that touch are not all rounding, and the same whichever edge comes first.
+        contacts = softcd.Query(scene, accuracy=softcd.Accuracy.precise).detect()
         fresh = softcd.detect(vertices, triangles, margin=0.1, accuracy=softcd.Accuracy.precise)
         assert len(contacts) == len(fresh) != before
         assert told(contacts) == told(fresh)
