@@ -276,7 +276,8 @@ class Session {
     const Pairs pairs = bytes_.one_in(4) ? Pairs::changed : Pairs::all;
     running_.reset();
     if (model_.lacks_positions()) {
-      require(is_refused<InvalidInput>([&] { query_->start(pairs); }), "bodies without positions are refused");
+      require(is_refused<InvalidInput>([&] { static_cast<void>(query_->start(pairs)); }),
+              "bodies without positions are refused");
       return;
     }
     std::vector<Contact> expected = model_.fresh_contacts(options_, filter_);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -291,17 +292,31 @@ TEST(Ranks, must_have_the_same_scene_and_queries) {
                                    "all of them."}));
 }
 
+/// What ranks wait for each other that will not come: ten times what they take now, on a machine that may be busy.
+std::chrono::milliseconds patience_for(const Scene& scene, const PipelineOptions& options, int rank_count) {
+  const auto begin = std::chrono::steady_clock::now();
+  in_ranks(Communicator::of_threads(rank_count), [&](const Communicator& rank) {
+    RankScene part(scene, rank, options);
+    part.set_positions(scene);
+    part.query().detect();
+    part.query().gather_contacts();
+  });
+  const auto taken = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin);
+  return std::max<std::chrono::milliseconds>(100ms, 10 * taken);
+}
+
 /// Ranks that talk by a function which fails at its n-th call on one of them.
 TEST(Ranks, end_with_an_error_whichever_exchange_fails) {
   const Scene scene = crumpled();
   const PipelineOptions options = test_options(Detection::dcd);
   constexpr int kRanks = 3;
+  const std::chrono::milliseconds patience = patience_for(scene, options, kRanks);
   for (int failing_rank = 0; failing_rank < kRanks; ++failing_rank) {
     bool has_failed = true;
     for (int failing_call = 0; has_failed; ++failing_call) {
       ASSERT_LT(failing_call, 50);
       has_failed = false;
-      const std::vector<Communicator> places = Communicator::of_threads(kRanks, 100ms);
+      const std::vector<Communicator> places = Communicator::of_threads(kRanks, patience);
       const std::vector<std::string> problems = in_ranks(places, [&](const Communicator& place) {
         int calls = 0;
         const Communicator rank(place.rank(), kRanks, [&](const void* mine, std::size_t bytes, void* all) {
