@@ -52,7 +52,6 @@ struct Body {
   Place vertices, triangles, edges;
   std::uint32_t segment_count = 0;  ///< of the triangles that are placed, the last ones
   BodyPositions positions;
-  bool has_step_end = false;  ///< positions were given for both ends of the step
 
   /// Not finite where the detection that was prepared last looks, ascending; their triangles are left out.
   std::vector<std::uint32_t> stray_vertices;

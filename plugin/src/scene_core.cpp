@@ -120,7 +120,7 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
               store_.set_positions(body, x_t0, x_t1);
             }
           });
-  body.has_step_end = has_step_end;
+  was_given_step_end_ |= has_step_end;
 }
 
 void SceneCore::set_ignored_pairs(Span<const BodyPair> pairs) {
@@ -312,6 +312,7 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   QueryOptions options = query.options_;
   settle(looked_at_by(options), may_foresee, /*lists_neighbours=*/true);
   warn_of_strays();
+  warn_of_missing_positions(options);
   const std::vector<Body>& bodies = store_.bodies();
   const SceneSize size = count_elements(detection.statistics);
   const ChosenAccuracy chosen = chosen_accuracy(options, bodies);
@@ -350,24 +351,22 @@ PairFilter SceneCore::pair_filter(const QueryCore& query) const {
   };
 }
 
-/// What a caller has forgotten to set would look like no contacts.
-void SceneCore::require_positions(const QueryOptions& options) const {
-  bool has_end = options.detection != Detection::ccd;
+/// Positions that a caller has forgotten to set would look like no contacts. Once a scene.
+void SceneCore::warn_of_missing_positions(const QueryOptions& options) {
   bool has_bodies = false;
   for (const Body& body : store_.bodies()) {
     if (body.is_removed || body.vertex_count() == 0) continue;
-    if (!body.positions.are_set()) {
-      throw InvalidInput(
-          fmt::format("body {}: it has no positions; use set_positions() before a detection.", body.id.value));
-    }
     has_bodies = true;
-    has_end |= body.has_step_end;
+    if (body.positions.are_set() || has_warned_of_no_positions_) continue;
+    has_warned_of_no_positions_ = true;
+    log(LogLevel::warning,
+        fmt::format("body {} has no positions and is left out; use set_positions() before a detection.", body.id.value));
   }
-  if (has_bodies && !has_end) {
-    throw InvalidInput(
-        "continuous detection needs the step's end: give set_positions() x_t0 and x_t1 for a body at least, or use "
-        "Detection::dcd.");
-  }
+  if (!has_bodies || ranks_ != nullptr || options.detection != Detection::ccd || was_given_step_end_ || has_warned_of_no_end_) return;
+  has_warned_of_no_end_ = true;
+  log(LogLevel::warning,
+      "continuous detection finds nothing where nothing moves: give set_positions() x_t0 and x_t1, or use "
+      "Detection::dcd.");
 }
 
 void SceneCore::require_rest_positions() const {

@@ -156,7 +156,7 @@ class SceneCore {
   void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee);
   ProbedScene probed_scene(ProbeCore& probe, bool wants_sides);
   PairFilter pair_filter(const QueryCore& query) const;
-  void require_positions(const QueryOptions& options) const;
+  void warn_of_missing_positions(const QueryOptions& options);
   void require_rest_positions() const;
   LookedAt looked_at() const;
   SceneSize count_elements(Statistics& statistics) const;
@@ -179,6 +179,9 @@ class SceneCore {
   std::vector<ProbeCore*> probes_;
   QueryCore* running_ = nullptr;
   bool is_closed_ = false;
+  bool was_given_step_end_ = false;  ///< some body had both ends of a step
+  bool has_warned_of_no_positions_ = false;
+  bool has_warned_of_no_end_ = false;
 };
 
 }  // namespace softcd::detail

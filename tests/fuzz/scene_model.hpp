@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "scene.hpp"
@@ -18,12 +17,6 @@ class SceneModel {
   };
 
   std::vector<Body> bodies;  ///< by id, ascending
-
-  /// Whether a body with vertices has no positions, so that detections are refused.
-  bool lacks_positions() const {
-    return std::any_of(bodies.begin(), bodies.end(),
-                       [](const Body& body) { return !body.has_positions && !body.mesh.x_t1.empty(); });
-  }
 
   std::vector<Contact> fresh_contacts(const QueryOptions& options, const PairFilter& filter) const;
   std::vector<RayHit> fresh_hits(Span<const Ray> rays, StepEnd end) const;

@@ -275,11 +275,6 @@ class Session {
   void start() {
     const Pairs pairs = bytes_.one_in(4) ? Pairs::changed : Pairs::all;
     running_.reset();
-    if (model_.lacks_positions()) {
-      require(is_refused<InvalidInput>([&] { static_cast<void>(query_->start(pairs)); }),
-              "bodies without positions are refused");
-      return;
-    }
     std::vector<Contact> expected = model_.fresh_contacts(options_, filter_);
     try {
       running_.emplace(Running{query_->start(pairs), std::move(expected), options_, model_, pairs, bool(filter_)});

@@ -74,9 +74,8 @@ class SOFTCD_EXPORT CollisionPipeline {
   void set_log(LogCallback log);
 
   /// All contacts, sorted by (kind, body_a, feature_a, body_b, feature_b), each once. Valid until the next detect(),
-  /// detect_async() or set_options(). A triangle with a vertex that is not finite is left out, counted in statistics()
-  /// and named in a warning. Throws InvalidInput when a body has no positions, or none has an end of the step for a
-  /// continuous detection.
+  /// detect_async() or set_options(). A body without positions is left out, and so is a triangle with a vertex that is
+  /// not finite, which statistics() counts; warnings name both.
   Span<const Contact> detect();
 
   /// The same in two halves: positions are read and the work is started, then waited for. All other functions may be

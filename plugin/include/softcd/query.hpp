@@ -150,10 +150,10 @@ class SOFTCD_EXPORT Query {
   Query(Query&&) noexcept;
   Query& operator=(Query&&) noexcept;
 
-  /// Reads positions that were set and starts a detection. A triangle with a vertex that is not finite, where the query
-  /// looks, is left out, counted in statistics() and named in a warning. Contacts of the query's detection before are
-  /// gone. Throws InvalidInput when a body has no positions, or none has an end of the step for a continuous detection;
-  /// Error when the scene is gone.
+  /// Reads positions that were set and starts a detection. A body without positions is left out, and so is a triangle
+  /// with a vertex that is not finite, which statistics() counts; warnings name both, and a continuous detection for
+  /// which no body was given both ends of a step. Contacts of the query's detection before are gone. Throws Error when
+  /// the scene is gone.
   [[nodiscard]] Ticket start(Pairs pairs = Pairs::all);
   /// start() and Ticket::wait() in one.
   Span<const Contact> detect(Pairs pairs = Pairs::all);

@@ -406,9 +406,8 @@ enum {
   SOFTCD_PAIRS_CHANGED = 1
 };
 
-/** Reads positions that were set and starts a detection. A triangle with a vertex that is not finite is left out, with
- *  a warning. Contacts of the query's detection before are gone. SOFTCD_INVALID_INPUT when a body has no positions, or
- *  none has an end of the step for a continuous detection. */
+/** Reads positions that were set and starts a detection. Bodies without positions are left out, and so is a triangle
+ *  with a vertex that is not finite, with a warning. Contacts of the query's detection before are gone. */
 SOFTCD_EXPORT softcd_status softcd_query_start(softcd_query* query, softcd_pairs pairs);
 /** Waits for the detection that was started last, once. All contacts, sorted by (kind, body_a, feature_a, body_b,
  *  feature_b), each once, in the query's memory: valid until its next detection is started, its options are set, or it
