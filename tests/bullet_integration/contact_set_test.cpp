@@ -22,19 +22,13 @@ using demo::Simulation;
 using PairKey = std::pair<std::pair<std::size_t, long>, std::pair<std::size_t, long>>;
 using ContactMap = std::map<PairKey, btSoftBody::SContact>;
 
-bullet::Settings all_contacts() {
-  bullet::Settings settings = test_settings();
-  settings.contacts = bullet::Contacts::all;
-  return settings;
-}
-
 /// Two copies of one state, one in Bullet's world and one in softcd's. The position solver is off, so that bodies
 /// stay where Bullet's prediction put them, and contacts can be judged after the step.
 struct Twin {
   Simulation simulation;
   std::vector<btSoftBody*> bodies;
 
-  explicit Twin(PlugIn plug_in) : simulation(plug_in, all_contacts()) {}
+  explicit Twin(PlugIn plug_in) : simulation(plug_in, test_settings()) {}
 
   btSoftBody& add(std::unique_ptr<btSoftBody> body) {
     body->m_cfg.piterations = 0;
