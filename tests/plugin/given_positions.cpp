@@ -211,7 +211,9 @@ TEST(SlabRule, judges_positions_in_double_as_they_were_given) {
     const Mesh point{{{{0, 0, 0}}}, {place + Vec3d{2e-4, 3e-4, height}}};
     PipelineOptions options = conservative(Detection::dcd);
     options.contact_rule = ContactRule::slab;
-    const Scene scene{still(floor, everything(1e-5F)), still(point, everything())};
+    // Keeps the origin, relative to which positions are rounded, far away.
+    const Mesh stray{{{{0, 0, 0}}}, {{-1000.1, 700.3, -300.7}}};
+    const Scene scene{still(floor, everything(1e-5F)), still(point, everything()), still(stray, everything())};
     EXPECT_EQ(detect_once(scene, options).size(), height < 1e-5 ? 1U : 0U) << height;
   }
 }
