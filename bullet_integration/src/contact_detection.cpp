@@ -123,10 +123,9 @@ void ContactDetection::find_spoilt(Span<const Contact> contacts) {
   });
 }
 
-/// A discrete detection looks at one time alone, and holds nothing on a side. That of the deformable world does so
-/// where edges are answered with Detection::ccd: there the look at crossings lets tangles move on, and contacts would
-/// drive them.
-bool ContactDetection::releases_tangles() const {
+/// A discrete detection looks at one time alone, and holds nothing on a side. That of the deformable world looks for
+/// tangles where edges are answered with Detection::ccd: where they pass through each other, tangles come and go.
+bool ContactDetection::looks_for_tangles() const {
   return query_.options().detection == Detection::ccd ||
          (settings_.detection == Detection::ccd && settings_.edge_contacts == EdgeContacts::respond);
 }
@@ -136,9 +135,17 @@ bool ContactDetection::has_begun_before(const Contact& contact) const {
   return query_.options().detection == Detection::dcd || contact.time_of_impact <= 0;
 }
 
+/// In the deformable world nodes keep theirs: like Bullet's own, they hold tangled bodies against their weight. Those
+/// of edges, whose normals may be any in a tangle, drive it.
+bool ContactDetection::is_released_from_tangles(const MemberContact& found) const {
+  const bool is_kept =
+      query_.options().detection == Detection::dcd && found.contact.kind == ContactKind::vertex_triangle;
+  return !is_kept && has_begun_before(found.contact) && tangled_.has_one_of(found);
+}
+
 void ContactDetection::find_tangles(Span<const Contact> contacts) {
   tangled_.clear();
-  if (!releases_tangles()) return;
+  if (!looks_for_tangles()) return;
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
     if (has_faces && has_begun_before(found.contact)) tangled_.add(found, kind_);
@@ -175,7 +182,7 @@ bool ContactDetection::is_released(const MemberContact& found) const {
   if (releases_touches_ && is_touching(found, kind_)) return true;
   const bool would_spoil =
       !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
-  return would_spoil || (has_begun_before(found.contact) && tangled_.has_one_of(found));
+  return would_spoil || is_released_from_tangles(found);
 }
 
 void ContactDetection::write(const MemberContact& found, const ContactShare& share) const {

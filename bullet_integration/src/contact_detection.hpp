@@ -36,11 +36,12 @@ class ContactDetection {
 
  private:
   bool looks_at_way() const;
-  bool releases_tangles() const;
+  bool looks_for_tangles() const;
   bool has_begun_before(const Contact& contact) const;
   void require(btSoftBody& body);
   void find_spoilt(Span<const Contact> contacts);
   void find_tangles(Span<const Contact> contacts);
+  bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
   ContactUse use_of(const MemberContact& found) const;
   void write_and_note(const MemberContact& found, const ContactShare& share);
