@@ -38,11 +38,6 @@ class BenchBullet : public testing::Test {
     }
     EXPECT_FALSE(variants.at(kFloor).contains("median_our_ms"));
     const nlohmann::json& ours = variants.at(kOurs);
-    // In the classic worlds a detection runs beside Bullet's own, and times of other steps say nothing on a busy
-    // machine.
-    if (arguments.find("deformable") != std::string::npos) {
-      EXPECT_GT(ours["median_our_ms"].get<double>(), 0.9 * ours["median_detection_ms"].get<double>()) << ours;
-    }
     EXPECT_LT(ours["median_our_ms"], ours["median_step_ms"]) << ours;
     EXPECT_TRUE(ours.contains("median_answer_ms")) << ours;
     EXPECT_EQ(variants.at(kFloor)["median_soft_contacts"], 0);
