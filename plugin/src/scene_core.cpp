@@ -360,9 +360,12 @@ void SceneCore::warn_of_missing_positions(const QueryOptions& options) {
     if (body.positions.are_set() || has_warned_of_no_positions_) continue;
     has_warned_of_no_positions_ = true;
     log(LogLevel::warning,
-        fmt::format("body {} has no positions and is left out; use set_positions() before a detection.", body.id.value));
+        fmt::format("body {} has no positions and is left out; use set_positions() before a detection.",
+                    body.id.value));
   }
-  if (!has_bodies || ranks_ != nullptr || options.detection != Detection::ccd || was_given_step_end_ || has_warned_of_no_end_) return;
+  if (!has_bodies || ranks_ != nullptr || options.detection != Detection::ccd || was_given_step_end_ ||
+      has_warned_of_no_end_)
+    return;
   has_warned_of_no_end_ = true;
   log(LogLevel::warning,
       "continuous detection finds nothing where nothing moves: give set_positions() x_t0 and x_t1, or use "

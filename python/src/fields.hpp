@@ -110,9 +110,12 @@ class Fields {
     std::string text;
     for_each([&](const auto& field) {
       using Value = FieldValue<Struct, decltype(field.access)>;
-      const nb::object value = nb::cast(Value(std::invoke(field.access, defaults)));
-      text += std::string(", ") + field.name + ": " + type_name<Value>() + " = " +
-              nb::cast<std::string>(std::is_enum_v<Value> ? nb::str(value) : nb::repr(value));
+      // What generates stubs takes an enumerator's class for a module.
+      std::string value = "...";
+      if constexpr (!std::is_enum_v<Value>) {
+        value = nb::cast<std::string>(nb::repr(nb::cast(Value(std::invoke(field.access, defaults)))));
+      }
+      text += std::string(", ") + field.name + ": " + type_name<Value>() + " = " + value;
     });
     return text;
   }

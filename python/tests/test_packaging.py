@@ -22,6 +22,8 @@ def test_annotations_are_installed():
     assert (FOLDER / "py.typed").exists()
     stub = (FOLDER / "_core.pyi").read_text()
     assert "class Scene:" in stub and "def set_positions(self, body: int, vertices_t0" in stub
+    assert "def wait(self) -> numpy.typing.NDArray[numpy.void] | DeviceContacts" in stub
+    assert "backend: Backend | str = ..." in stub and "import Backend" not in stub
 
 
 @pytest.mark.skipif(shutil.which("nm") is None, reason="there is no nm")
