@@ -353,23 +353,24 @@ PairFilter SceneCore::pair_filter(const QueryCore& query) const {
 
 /// Positions that a caller has forgotten to set would look like no contacts. Once a scene.
 void SceneCore::warn_of_missing_positions(const QueryOptions& options) {
-  bool has_bodies = false;
-  for (const Body& body : store_.bodies()) {
-    if (body.is_removed || body.vertex_count() == 0) continue;
-    has_bodies = true;
-    if (body.positions.are_set() || has_warned_of_no_positions_) continue;
+  const auto waits = [](const Body& body) {
+    return !body.is_removed && body.vertex_count() > 0 && !body.positions.are_set();
+  };
+  const std::vector<Body>& bodies = store_.bodies();
+  const auto waiting = std::find_if(bodies.begin(), bodies.end(), waits);
+  if (waiting != bodies.end()) {
+    if (has_warned_of_no_positions_) return;
     has_warned_of_no_positions_ = true;
     log(LogLevel::warning,
         fmt::format("body {} has no positions and is left out; use set_positions() before a detection.",
-                    body.id.value));
+                    waiting->id.value));
+  } else if (options.detection == Detection::ccd && !was_given_step_end_ && !has_warned_of_no_end_ &&
+             ranks_ == nullptr && store_.size().triangles > 0) {
+    has_warned_of_no_end_ = true;
+    log(LogLevel::warning,
+        "continuous detection finds nothing where nothing moves: give set_positions() x_t0 and x_t1, or use "
+        "Detection::dcd.");
   }
-  if (!has_bodies || ranks_ != nullptr || options.detection != Detection::ccd || was_given_step_end_ ||
-      has_warned_of_no_end_)
-    return;
-  has_warned_of_no_end_ = true;
-  log(LogLevel::warning,
-      "continuous detection finds nothing where nothing moves: give set_positions() x_t0 and x_t1, or use "
-      "Detection::dcd.");
 }
 
 void SceneCore::require_rest_positions() const {
