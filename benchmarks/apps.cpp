@@ -124,6 +124,7 @@ AppRun median_of(std::vector<AppRun> runs) {
 AppRun simulate_starts(const App& app, AppWorldKind kind, AppDetection detection, int iterations,
                        const AppsOptions& options) {
   std::vector<AppRun> runs;
+  runs.reserve(static_cast<std::size_t>(options.starts));
   for (int start = 0; start < options.starts; ++start) {
     runs.push_back(simulate(app, kind, detection, iterations, start, options));
   }

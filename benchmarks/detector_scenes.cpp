@@ -415,6 +415,7 @@ DetectorScene make_many_bodies(double scale) {
   DetectorScene scene{"many-bodies", 1.0, {}};
   for (std::uint64_t i = 0; i < count; ++i) {
     std::vector<Vec3d> corners;
+    corners.reserve(8);
     for (int c = 0; c < 8; ++c) {
       corners.push_back(half_room * noise_vector(2 * i) + Vec3d{double(c & 1), double(c >> 1 & 1), double(c >> 2)});
     }

@@ -1,5 +1,6 @@
 // Settings::contacts and contacts_per_node: which of the contacts that Bullet's rule has its solver is given.
 
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 

@@ -5,7 +5,6 @@
 namespace softcd::test {
 namespace {
 
-using detail::ApproachSearch;
 using detail::first_touch;
 using detail::Motion;
 
