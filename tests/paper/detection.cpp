@@ -13,7 +13,6 @@ namespace {
 using test::everything;
 using test::Mesh;
 using test::Scene;
-using test::SceneBody;
 using test::SoupOptions;
 using test::test_options;
 
