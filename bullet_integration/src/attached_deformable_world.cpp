@@ -79,12 +79,9 @@ void AttachedDeformableWorld::updateAction(btCollisionWorld* /*world*/, btScalar
 void AttachedDeformableWorld::keep_starts() {
   has_integrated_ = false;
   ways_.clear();
-  solved_bodies_.clear();
   queries().crossings.run(queries().settings(), [&](CrossingPrevention&) {
-    const Span<btSoftBody* const> all = span_of(bodies());
-    solved_bodies_.assign(all.begin(), all.end());
     if (queries().settings().detection != Detection::ccd) return;
-    for (btSoftBody* body : all) {
+    for (btSoftBody* body : span_of(bodies())) {
       if (!has_vertex_face_contacts(kDeformableWorld, *body)) continue;
       Way& way = ways_.emplace_back(Way{body, {}, {}});
       for (int i = 0; i < body->m_nodes.size(); ++i) way.starts.push_back(body->m_nodes[i].m_x);
@@ -95,9 +92,7 @@ void AttachedDeformableWorld::keep_starts() {
 
 void AttachedDeformableWorld::end_step(btScalar time_step) {
   give_back();
-  const Span<btSoftBody* const> all = span_of(bodies());
-  const bool are_solved = std::equal(all.begin(), all.end(), solved_bodies_.begin(), solved_bodies_.end());
-  if (are_solved) queries().read_out.take_rigid_impulses(all);
+  queries().read_out.take_rigid_impulses(span_of(bodies()));
   prevent_crossings(time_step);
   refit_face_trees(bodies());
   queries().read_out.finish(*world().getBroadphase());

@@ -49,7 +49,6 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   FaceTreesAway face_trees_;
   std::vector<Way> ways_;                   ///< with Detection::ccd
   bool has_integrated_ = false;             ///< whether the step that ends has moved all bodies
-  std::vector<btSoftBody*> solved_bodies_;  ///< those that the solver has, in its order
 };
 
 }  // namespace softcd::bullet

@@ -1,11 +1,15 @@
 #include "deformable_impulses.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "BulletSoftBody/btDeformableBodySolver.h"
 #include "one_by_one.hpp"
+#include "snapshot_reader.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -32,6 +36,38 @@ void for_each_node(const btDeformableFaceRigidContactConstraint& constraint, Vis
     const Node& node = *constraint.getContact()->m_face->m_n[i];
     if (node.m_im > 0) visit(node, change * constraint.getContact()->m_weights[i]);
   }
+}
+
+/// What the last solve made for a body's contacts with rigid objects.
+struct RigidConstraints {
+  const btAlignedObjectArray<btDeformableNodeRigidContactConstraint>& of_nodes;
+  const btAlignedObjectArray<btDeformableFaceRigidContactConstraint>& of_faces;
+};
+
+/// Whether the constraints are about these contacts. A body may have come since then, to where another one was that is
+/// deleted.
+template <class Entry, class Constraint>
+bool are_about(const btAlignedObjectArray<Constraint>& constraints, const btAlignedObjectArray<Entry>& entries) {
+  if (constraints.size() == 0) return true;
+  if (entries.size() == 0) return false;
+  const std::less<> is_before;
+  const Entry* const first = constraints[0].getContact();
+  return !is_before(first, &entries[0]) && is_before(first, &entries[0] + entries.size());
+}
+
+/// None for a body that has come since the solve. The solver numbers bodies as they were then.
+std::optional<RigidConstraints> rigid_constraints_of(const btSoftBody& body, const btDeformableBodySolver& solver,
+                                                     std::size_t likely_place) {
+  const btDeformableContactProjection& kept = solver.m_objective->m_projection;
+  int place = static_cast<int>(likely_place);
+  if (place >= kept.m_softBodies.size() || kept.m_softBodies[place] != &body) {
+    place = kept.m_softBodies.findLinearSearch(const_cast<btSoftBody*>(&body));
+  }
+  if (place >= kept.m_softBodies.size()) return {};
+  const RigidConstraints constraints = {kept.m_nodeRigidConstraints[place], kept.m_faceRigidConstraints[place]};
+  const bool are_its = are_about(constraints.of_nodes, body.m_nodeRigidContacts) &&
+                       are_about(constraints.of_faces, body.m_faceRigidContacts);
+  return are_its ? std::optional(constraints) : std::nullopt;
 }
 
 /// A constraint keeps by what its impulses have changed the velocity of the soft body at the contact (m_total_normal_dv
@@ -89,6 +125,12 @@ void oppose_immovable(const btAlignedObjectArray<Entry>& entries, Impulses& impu
   }
 }
 
+/// Whether none has come or gone since the solve.
+bool has_these(const btDeformableBodySolver& solver, Span<btSoftBody* const> bodies) {
+  const Span<btSoftBody* const> solved = span_of(solver.m_objective->m_projection.m_softBodies);
+  return std::equal(bodies.begin(), bodies.end(), solved.begin(), solved.end());
+}
+
 /// The impulses of the damping within the bodies on their nodes, in a step of the explicit solver. That solver's
 /// velocities include those of split impulses.
 btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
@@ -135,15 +177,15 @@ void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar tim
     const btSoftBody& body = *bodies[i];
     auto* solver = dynamic_cast<btDeformableBodySolver*>(body.getSoftBodySolver());
     if (!body.isActive() || solver == nullptr || solver->isReducedSolver()) continue;
-    const btDeformableContactProjection& kept = solver->m_objective->m_projection;
-    const int place = static_cast<int>(i);
-    read_constraints(body.m_nodeRigidContacts, kept.m_nodeRigidConstraints[place],
-                     impulses_.of(body, ContactArray::rigid_node));
-    read_constraints(body.m_faceRigidContacts, kept.m_faceRigidConstraints[place],
-                     impulses_.of(body, ContactArray::rigid_face));
+    const std::optional<RigidConstraints> constraints = rigid_constraints_of(body, *solver, i);
+    if (!constraints.has_value()) continue;
+    read_constraints(body.m_nodeRigidContacts, constraints->of_nodes, impulses_.of(body, ContactArray::rigid_node));
+    read_constraints(body.m_faceRigidContacts, constraints->of_faces, impulses_.of(body, ContactArray::rigid_face));
     if (!solver->m_objective->m_implicit) explicit_solver = solver;
   }
-  if (explicit_solver != nullptr && time_step > 0) add_reactions(*explicit_solver, bodies, time_step);
+  if (explicit_solver != nullptr && time_step > 0 && has_these(*explicit_solver, bodies)) {
+    add_reactions(*explicit_solver, bodies, time_step);
+  }
   for (const btSoftBody* body : bodies) {
     if (impulses_.find(*body, ContactArray::rigid_node) == nullptr) continue;
     oppose_immovable(body->m_nodeRigidContacts, impulses_.of(*body, ContactArray::rigid_node));
@@ -156,24 +198,23 @@ void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar tim
 void DeformableImpulses::add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
                                        btScalar time_step) {
   const btAlignedObjectArray<btVector3> damping = damping_impulses(solver, bodies, time_step);
-  const btDeformableContactProjection& kept = solver.m_objective->m_projection;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const btSoftBody& body = *bodies[i];
     const auto velocities = velocities_.find(&body);
     if (!body.isActive() || velocities == velocities_.end()) continue;
     if (velocities->second.size() != static_cast<std::size_t>(body.m_nodes.size())) continue;  // memory ran out
-    const auto& of_nodes = kept.m_nodeRigidConstraints[static_cast<int>(i)];
-    const auto& of_faces = kept.m_faceRigidConstraints[static_cast<int>(i)];
+    const std::optional<RigidConstraints> constraints = rigid_constraints_of(body, solver, i);
+    if (!constraints.has_value()) continue;
     Reactions reactions;
-    take_from_rests(of_nodes, reactions);
-    take_from_rests(of_faces, reactions);
+    take_from_rests(constraints->of_nodes, reactions);
+    take_from_rests(constraints->of_faces, reactions);
     for (auto& [node, reaction] : reactions) {
       const auto index = static_cast<std::size_t>(node - &body.m_nodes[0]);
       reaction.rest += (node->m_v - velocities->second[index]) / node->m_im - damping[node->index];
       if (node->m_battach != 0) reaction.rest.setZero();
     }
-    add_rests(body.m_nodeRigidContacts, of_nodes, reactions, impulses_.of(body, ContactArray::rigid_node));
-    add_rests(body.m_faceRigidContacts, of_faces, reactions, impulses_.of(body, ContactArray::rigid_face));
+    add_rests(body.m_nodeRigidContacts, constraints->of_nodes, reactions, impulses_.of(body, ContactArray::rigid_node));
+    add_rests(body.m_faceRigidContacts, constraints->of_faces, reactions, impulses_.of(body, ContactArray::rigid_face));
   }
 }
 

@@ -133,6 +133,7 @@ void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* co
     }
   }
   remove_unmarked();
+  for (auto& [body, member] : members_) member.topology_changed = false;
   ++step_;
 }
 
@@ -169,7 +170,8 @@ void WorldMirror::compare(Span<btSoftBody* const> bodies) {
 
 void WorldMirror::compare(Member& member) const {
   if (member.last_compared == step_) return;
-  member.topology_changed = !is_up_to_date(member.mesh, *member.body);
+  member.is_outdated = !is_up_to_date(member.mesh, *member.body);
+  member.topology_changed |= member.is_outdated;
   member.last_compared = step_;
 }
 
@@ -220,7 +222,7 @@ WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& sett
 
 void WorldMirror::update(Member& member, const BodySettings& settings) {
   compare(member);
-  if (member.topology_changed) {
+  if (member.is_outdated) {
     update_mesh(member, settings);
   } else if (!is_same(member.settings, settings)) {
     scene_.set_settings(member.id, settings);

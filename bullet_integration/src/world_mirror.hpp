@@ -24,6 +24,7 @@ class WorldMirror {
     BodySettings settings;
     std::uint64_t filters = 0;  ///< the number of those that the scene has; 0 where it has none
     FaceTreeWatch face_tree;
+    bool is_outdated = false;         ///< the mesh, when it was compared
     bool topology_changed = false;    ///< since the step before
     std::uint64_t last_compared = 0;  ///< step; 0 where it is to be compared again
     std::uint64_t last_step = 0;      ///< in which a query asked for it
