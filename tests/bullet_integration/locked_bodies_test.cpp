@@ -93,10 +93,13 @@ TEST_P(LockedBodies, are_named_once_and_nothing_else_is_let_go_with_them) {
   second->setVelocity(away());
   CrossingFinder finder({first, &third});
   CrossingFinder other_finder({second, &third});
-  for (int i = 0; i < 40; ++i) {
-    step();
+  const auto see_step = [&] {
     EXPECT_TRUE(finder.find().empty());
     EXPECT_TRUE(other_finder.find().empty());
+  };
+  for (int i = 0; i < 40; ++i) {
+    step(see_step);
+    see_step();
     EXPECT_EQ(count_edges({first, &third}), 0U);
     EXPECT_EQ(count_edges({second, &third}), 0U);
   }
