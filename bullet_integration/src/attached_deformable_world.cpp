@@ -82,7 +82,7 @@ void AttachedDeformableWorld::keep_starts() {
   queries().crossings.run(queries().settings(), [&](CrossingPrevention&) {
     if (queries().settings().detection != Detection::ccd) return;
     for (btSoftBody* body : span_of(bodies())) {
-      if (!has_vertex_face_contacts(kDeformableWorld, *body)) continue;
+      if (!has_vertex_face_contacts(kDeformableEnds, *body)) continue;
       Way& way = ways_.emplace_back(Way{body, {}, {}});
       for (int i = 0; i < body->m_nodes.size(); ++i) way.starts.push_back(body->m_nodes[i].m_x);
       way.ends.resize(way.starts.size());

@@ -47,8 +47,8 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   void prevent_crossings(btScalar time_step);
 
   FaceTreesAway face_trees_;
-  std::vector<Way> ways_;                   ///< with Detection::ccd
-  bool has_integrated_ = false;             ///< whether the step that ends has moved all bodies
+  std::vector<Way> ways_;        ///< with Detection::ccd
+  bool has_integrated_ = false;  ///< whether the step that ends has moved all bodies
 };
 
 }  // namespace softcd::bullet

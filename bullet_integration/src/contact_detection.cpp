@@ -28,7 +28,7 @@ bool is_spoilt(const btSoftBody& body) {
 
 /// Bullet's solver of classic worlds answers contacts in turns. There a node's contacts of one normal push by Bullet's
 /// growing margin more than once.
-Settings chosen_for(const WorldKind& kind, Settings settings) {
+Settings chosen_for(const ContactsOfKind& kind, Settings settings) {
   if (settings.contacts == Contacts::automatic) {
     const bool may_push_twice = kind.solves_in_turns && settings.detection == Detection::dcd;
     settings.contacts = may_push_twice ? Contacts::closest_feature : Contacts::all;
@@ -38,14 +38,14 @@ Settings chosen_for(const WorldKind& kind, Settings settings) {
 
 }  // namespace
 
-ContactDetection::ContactDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
+ContactDetection::ContactDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
     : kind_(kind),
       mirror_(mirror),
       settings_(chosen_for(kind, settings)),
-      query_(mirror.scene(), kind.contact_options(settings)) {}
+      query_(mirror.scene(), kind.options(settings)) {}
 
 void ContactDetection::set_settings(const Settings& settings) {
-  query_.set_options(kind_.contact_options(settings));
+  query_.set_options(kind_.options(settings));
   settings_ = chosen_for(kind_, settings);
 }
 
@@ -65,7 +65,7 @@ void ContactDetection::start(Span<btSoftBody* const> bodies, const PairRule& rul
   mirror_.compare(bodies);
   bool has_any = false;
   for (btSoftBody* body : bodies) {
-    if (!has_vertex_face_contacts(kind_, *body)) continue;
+    if (!has_vertex_face_contacts(kind_.ends, *body)) continue;
     require(*body);
     has_any = true;
   }
@@ -85,7 +85,7 @@ void ContactDetection::require(btSoftBody& body) {
 
 void ContactDetection::drop_unread_face_trees(Span<btSoftBody* const> bodies) {
   for (btSoftBody* body : bodies) {
-    if (!has_vertex_face_contacts(kind_, *body) || !mirror_.has(*body)) continue;
+    if (!has_vertex_face_contacts(kind_.ends, *body) || !mirror_.has(*body)) continue;
     WorldMirror::Member& member = mirror_.member(*body);
     member.face_tree.drop_unread_tree(*body, member.topology_changed);
   }
@@ -148,7 +148,7 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
   if (!looks_for_tangles()) return;
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
-    if (has_faces && has_begun_before(found.contact)) tangled_.add(found, kind_);
+    if (has_faces && has_begun_before(found.contact)) tangled_.add(found, kind_.ends);
   });
 }
 
@@ -163,10 +163,10 @@ ContactUse ContactDetection::use_of(const MemberContact& found) const {
 void ContactDetection::write_and_note(const MemberContact& found, const ContactShare& share) {
   const bool is_edges = found.contact.kind == ContactKind::edge_edge;
   const btSoftBody* const sides[2] = {found.a.body, found.b.body};
-  const int counts[2] = {kind_.soft_contact_count(*sides[0]), kind_.soft_contact_count(*sides[1])};
+  const int counts[2] = {kind_.count(*sides[0]), kind_.count(*sides[1])};
   write(found, share);
   for (int i = 0; i < 2; ++i) {
-    const int added = kind_.soft_contact_count(*sides[i]) - counts[i];
+    const int added = kind_.count(*sides[i]) - counts[i];
     if (added == 0) continue;
     notes_.add({{sides[i], ContactArray::soft, counts[i], added},
                 is_edges ? sides[0] : nullptr,
@@ -179,7 +179,7 @@ void ContactDetection::write_and_note(const MemberContact& found, const ContactS
 /// Its features are through each other, and shall come apart; or they touch, on a side that no distance tells, where
 /// the look at crossings keeps them; or the one body would spoil the other.
 bool ContactDetection::is_released(const MemberContact& found) const {
-  if (releases_touches_ && is_touching(found, kind_)) return true;
+  if (releases_touches_ && is_touching(found, kind_.ends)) return true;
   const bool would_spoil =
       !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
   return would_spoil || is_released_from_tangles(found);
@@ -188,9 +188,9 @@ bool ContactDetection::is_released(const MemberContact& found) const {
 void ContactDetection::write(const MemberContact& found, const ContactShare& share) const {
   if (is_released(found)) return;
   if (found.contact.kind == ContactKind::edge_edge) {
-    if (settings_.edge_contacts == EdgeContacts::respond) kind_.write_edge_contact(found);
+    if (settings_.edge_contacts == EdgeContacts::respond) kind_.write_edges(found);
   } else if (is_with_face(found)) {
-    kind_.write_contact(found, settings_.detection, share);
+    kind_.write(found, settings_.detection, share);
   }
 }
 

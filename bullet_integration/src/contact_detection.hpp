@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "contact_economy.hpp"
+#include "contact_notes.hpp"
 #include "tangles.hpp"
 
 namespace softcd::bullet {
@@ -13,8 +14,10 @@ namespace softcd::bullet {
 /// finish() before its solver.
 class ContactDetection {
  public:
+  using Kind = ContactsOfKind;
+
   /// `kind` and `mirror` outlive it.
-  ContactDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings);
+  ContactDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
   ContactDetection(const ContactDetection&) = delete;
   ContactDetection& operator=(const ContactDetection&) = delete;
 
@@ -47,7 +50,7 @@ class ContactDetection {
   void write_and_note(const MemberContact& found, const ContactShare& share);
   void write(const MemberContact& found, const ContactShare& share) const;
 
-  const WorldKind& kind_;
+  const ContactsOfKind& kind_;
   WorldMirror& mirror_;
   Settings settings_;
   Query query_;

@@ -50,7 +50,7 @@ bool are_on_one_side(const Contact& a, const Contact& b) {
 /// answers for it, maybe itself.
 class NodeChoice {
  public:
-  NodeChoice(const WorldKind& kind, const WorldMirror& mirror, const Settings& settings)
+  NodeChoice(const ContactsOfKind& kind, const WorldMirror& mirror, const Settings& settings)
       : kind_(kind), mirror_(mirror), settings_(settings) {}
 
   void choose(std::size_t count, const Contact* contacts, const Nearest* nearest, ContactShare* shares) {
@@ -149,7 +149,7 @@ class NodeChoice {
     shares_[owner].margin_cut = kind_.margin_cut({contacts_[owner], a, b}, answered_, settings_.detection);
   }
 
-  const WorldKind& kind_;
+  const ContactsOfKind& kind_;
   const WorldMirror& mirror_;
   const Settings& settings_;
   const Contact* contacts_ = nullptr;
@@ -161,7 +161,7 @@ class NodeChoice {
 
 }  // namespace
 
-void ContactEconomy::choose(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+void ContactEconomy::choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
                             const Settings& settings, const Rule& rule) {
   shares_.clear();
   nearest_.clear();
@@ -171,11 +171,11 @@ void ContactEconomy::choose(const WorldKind& kind, const WorldMirror& mirror, Sp
   choose_nodes(kind, mirror, contacts, settings, rule);
   const bool chooses_edges = settings.contacts == Contacts::closest_feature &&
                              settings.edge_contacts == EdgeContacts::respond &&
-                             kind.contact_options(settings).contact_rule == ContactRule::distance;
+                             kind.options(settings).contact_rule == ContactRule::distance;
   if (chooses_edges) choose_edges(kind, mirror, contacts);
 }
 
-void ContactEconomy::choose_nodes(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
                                   const Settings& settings, const Rule& rule) {
   const auto* const edges = std::partition_point(
       contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
@@ -199,13 +199,13 @@ void ContactEconomy::choose_nodes(const WorldKind& kind, const WorldMirror& mirr
   });
 }
 
-void ContactEconomy::choose_edges(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts) {
+void ContactEconomy::choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts) {
   const ContactRange edges(nearest_.size(), contacts.size(), kContactsAtOnce);
   tbb::parallel_for(edges, [&](const ContactRange& range) {
     ContactShare* next = &shares_[range.begin()];
     mirror.for_each_contact(
         Span<const Contact>(&contacts[range.begin()], range.size()),
-        [&](const MemberContact& found) { (next++)->count = has_nearer_contact(found, kind) ? 0 : 1; });
+        [&](const MemberContact& found) { (next++)->count = has_nearer_contact(found, kind.ends) ? 0 : 1; });
   });
 }
 

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "world_kind.hpp"
+#include "contacts_of_kind.hpp"
 
 namespace softcd::bullet {
 
@@ -25,8 +25,8 @@ class ContactEconomy {
   using Rule = std::function<ContactUse(const MemberContact&)>;
 
   /// `contacts` as a query returns them.
-  void choose(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts, const Settings& settings,
-              const Rule& rule);
+  void choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+              const Settings& settings, const Rule& rule);
   /// Of the contact at this place.
   ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
   /// A line of explain() about what was chosen last.
@@ -41,9 +41,9 @@ class ContactEconomy {
   };
 
  private:
-  void choose_nodes(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+  void choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
                     const Settings& settings, const Rule& rule);
-  void choose_edges(const WorldKind& kind, const WorldMirror& mirror, Span<const Contact> contacts);
+  void choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts);
 
   bool is_choosing_ = false;
   std::vector<Nearest> nearest_;      ///< of vertex-face contacts, which come first

@@ -6,7 +6,6 @@
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
 #include "BulletDynamics/Dynamics/btRigidBody.h"
-#include "world_kind.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -114,14 +113,14 @@ KeyedPair& ContactReadOut::pair_of(const BodyPairKey& key) {
   return now_[place->second];
 }
 
-void ContactReadOut::read(const WorldKind& kind, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
+void ContactReadOut::read(ReadContacts read_contacts, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
                           const NotesOfStep& notes) {
   const std::vector<KeyedPair> before = std::exchange(now_, {});
   places_.clear();
   const ContactReader reader(bodies, notes);
   std::vector<ReadContact> contacts;
   for (const btSoftBody* body : bodies) {
-    if (body->isActive()) (reader.*kind.read_contacts)(*body, contacts);
+    if (body->isActive()) (reader.*read_contacts)(*body, contacts);
   }
   for (const ReadContact& read : contacts) {
     KeyedPair& pair = pair_of({BodyKey(*read.a), BodyKey(*read.b)});

@@ -13,8 +13,6 @@ class btBroadphaseInterface;
 
 namespace softcd::bullet {
 
-struct WorldKind;
-
 /// Tells a body from another one at the same address later: by its proxy's number.
 struct BodyKey {
   const btCollisionObject* object = nullptr;
@@ -97,7 +95,7 @@ class ContactEvents {
 class ContactReadOut {
  public:
   /// As the contacts stand in the arrays of these bodies, all of the world's. `broadphase` is theirs.
-  void read(const WorldKind& kind, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
+  void read(ReadContacts read_contacts, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
             const NotesOfStep& notes);
   /// The same contacts' impulses, as far as they are known.
   void set_impulses(const ContactImpulses& impulses);

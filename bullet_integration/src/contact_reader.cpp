@@ -1,10 +1,7 @@
 #include "contact_reader.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <functional>
-#include <iterator>
-#include <tuple>
 #include <utility>
 
 #include "vectors.hpp"
@@ -56,10 +53,6 @@ btScalar margin_of(const btSoftBody& body) {
   return body.getCollisionShape()->getMargin();
 }
 
-std::tuple<std::uintptr_t, ContactArray, int> place_of(const ContactSource& source) {
-  return {reinterpret_cast<std::uintptr_t>(source.owner), source.array, source.first};
-}
-
 /// How far apart the solver wants node and face to be.
 btScalar margin_at(const btSoftBody::SContact& entry, const btSoftBody& /*owner*/, const btSoftBody& /*other*/) {
   return entry.m_margin;
@@ -91,28 +84,6 @@ ReadContact rigid_contact(const btSoftBody& owner, const btSoftBody::sCti& conta
 }
 
 }  // namespace
-
-void ContactNotes::reset(std::size_t count) {
-  notes_.clear();
-  notes_.reserve(count);
-}
-
-void ContactNotes::arrange() {
-  std::sort(notes_.begin(), notes_.end(),
-            [](const Note& a, const Note& b) { return place_of(a.source) < place_of(b.source); });
-}
-
-const ContactNotes::Note* ContactNotes::find(const btSoftBody& owner, ContactArray array, int index) const {
-  const ContactSource wanted{&owner, array, index};
-  const auto after = std::upper_bound(
-      notes_.begin(), notes_.end(), wanted,
-      [](const ContactSource& key, const Note& note) { return place_of(key) < place_of(note.source); });
-  if (after == notes_.begin()) return nullptr;
-  const Note& note = *std::prev(after);
-  const bool has_it =
-      note.source.owner == &owner && note.source.array == array && index < note.source.first + note.source.count;
-  return has_it ? &note : nullptr;
-}
 
 ContactReader::ContactReader(Span<btSoftBody* const> bodies, const NotesOfStep& notes) : notes_(notes) {
   for (const btSoftBody* body : bodies) {

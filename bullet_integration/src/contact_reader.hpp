@@ -3,45 +3,11 @@
 #include <unordered_map>
 #include <vector>
 
+#include "contact_notes.hpp"
 #include "softcd/bullet/body_contacts.hpp"
-#include "world_mirror.hpp"
 
 /// Reads the contacts that Bullet's solver gets back from Bullet's own arrays, whoever has put them there.
 namespace softcd::bullet {
-
-/// Which of a soft body's arrays: with faces of soft bodies (m_scontacts, m_faceNodeContacts); of nodes with rigid
-/// objects (m_rcontacts, m_nodeRigidContacts); of faces with them (m_faceRigidContacts).
-enum class ContactArray : std::uint32_t { soft, rigid_node, rigid_face };
-
-/// Where a contact stands: one entry, or the two of an edge-edge contact.
-struct ContactSource {
-  const btSoftBody* owner = nullptr;
-  ContactArray array = ContactArray::soft;
-  int first = 0;
-  int count = 1;
-};
-
-/// What Bullet's arrays do not tell about the entries that softcd made.
-class ContactNotes {
- public:
-  struct Note {
-    ContactSource source;
-    const btSoftBody* a;  ///< the soft bodies of `contact`; null unless its edges touch
-    const btSoftBody* b;
-    Contact contact;
-  };
-
-  /// Forgets all; up to `count` can be added then, which throws nothing.
-  void reset(std::size_t count);
-  void add(const Note& note) { notes_.push_back(note); }
-  /// Before find(), when all have been added.
-  void arrange();
-  /// Of the entry at `index`; null where there is none.
-  const Note* find(const btSoftBody& owner, ContactArray array, int index) const;
-
- private:
-  std::vector<Note> notes_;
-};
 
 /// What softcd's detectors have noted about the entries in Bullet's arrays, each about its own.
 struct NotesOfStep {
@@ -90,5 +56,8 @@ class ContactReader {
   std::unordered_map<const btSoftBody*, std::size_t> orders_;
   NotesOfStep notes_;
 };
+
+/// ContactReader's function for a kind of world.
+using ReadContacts = void (ContactReader::*)(const btSoftBody& owner, std::vector<ReadContact>& contacts) const;
 
 }  // namespace softcd::bullet

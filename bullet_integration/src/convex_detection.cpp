@@ -41,8 +41,8 @@ bool can_touch(const ConvexCore& core, const RigidTouch& touch) {
 
 }  // namespace
 
-ConvexDetection::ConvexDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind),
+ConvexDetection::ConvexDetection(const NodeEnds& ends, WorldMirror& mirror, const Settings& settings)
+    : ends_(ends),
       mirror_(mirror),
       query_(mirror.scene(), convex_options(settings)),
       keeps_notes_(settings.read_out != ReadOut::off) {
@@ -239,8 +239,8 @@ void ConvexDetection::add_face_touch(const Shape& shape, btSoftBody& soft, btSof
   btVector3 start(0, 0, 0);
   btVector3 end(0, 0, 0);
   for (int i = 0; i < 3; ++i) {
-    start += weights[i] * (face.m_n[i]->*kind_.start);
-    end += weights[i] * (face.m_n[i]->*kind_.end);
+    start += weights[i] * (face.m_n[i]->*ends_.start);
+    end += weights[i] * (face.m_n[i]->*ends_.end);
   }
   // Of what is in each other already, as Bullet's solver left it, the way out is the shorter one.
   if (!(touch.time_of_impact > 0) && shape.core.is_pierced(start, touch.normal)) touch.normal = -touch.normal;
@@ -257,7 +257,7 @@ void ConvexDetection::find_node(const Contact& contact, const Shape& shape) {
   if (node.m_battach != 0) return;
   if (has_deformable_contacts(soft) && (soft.m_cfg.collisions & btSoftBody::fCollision::SDF_RDN) == 0) return;
   const RigidTouch touch = touch_of(contact, shape, soft, /*is_a=*/false);
-  if (depth(touch, node.*kind_.end, touch.object_point_t1) >= 0 || !can_touch(shape.core, touch)) return;
+  if (depth(touch, node.*ends_.end, touch.object_point_t1) >= 0 || !can_touch(shape.core, touch)) return;
   if (native_.hold(node, touch)) return;
   // At edges it comes up for the triangles on both sides.
   if (!known_.emplace(shape.id.value, kNoIndex, &node, nullptr, nullptr).second) return;

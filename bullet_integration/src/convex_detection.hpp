@@ -10,7 +10,7 @@
 #include "convex_pairs.hpp"
 #include "native_touches.hpp"
 #include "rigid_touches.hpp"
-#include "world_kind.hpp"
+#include "world_mirror.hpp"
 
 namespace softcd::bullet {
 
@@ -18,8 +18,10 @@ namespace softcd::bullet {
 /// faces of soft bodies, edges against edges, and nodes that the test has missed.
 class ConvexDetection {
  public:
-  /// `kind` and `mirror` outlive it.
-  ConvexDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings);
+  using Kind = NodeEnds;
+
+  /// `ends` and `mirror` outlive it.
+  ConvexDetection(const NodeEnds& ends, WorldMirror& mirror, const Settings& settings);
   ~ConvexDetection();
   ConvexDetection(const ConvexDetection&) = delete;
   ConvexDetection& operator=(const ConvexDetection&) = delete;
@@ -67,7 +69,7 @@ class ConvexDetection {
                       RigidTouch touch);
   RigidTouch touch_of(const Contact& contact, const Shape& shape, const btSoftBody& soft, bool is_a) const;
 
-  const WorldKind& kind_;
+  const NodeEnds& ends_;
   WorldMirror& mirror_;
   Query query_;
   std::map<PartKey, Shape> shapes_;

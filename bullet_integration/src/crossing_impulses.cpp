@@ -30,7 +30,7 @@ CrossingImpulses::Objects CrossingImpulses::all_others(const btSoftBody& body) c
   return all;
 }
 
-void CrossingImpulses::measure(const WorldKind& kind, const AnsweredBodies& answered, btScalar time_step) {
+void CrossingImpulses::measure(const CrossingsOfKind& kind, const AnsweredBodies& answered, btScalar time_step) {
   for (const auto& [body, before] : answered) {
     const Objects all = all_others(*body);
     std::vector<btVector3> sums(all.size(), btVector3(0, 0, 0));

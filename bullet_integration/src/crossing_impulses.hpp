@@ -3,7 +3,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "world_kind.hpp"
+#include "crossings_of_kind.hpp"
 
 namespace softcd::bullet {
 
@@ -22,7 +22,7 @@ class CrossingImpulses {
   /// Notes that the node would have met the object.
   void add(const btSoftBody::Node& node, const btCollisionObject& other);
   /// When the pass is over.
-  void measure(const WorldKind& kind, const AnsweredBodies& answered, btScalar time_step);
+  void measure(const CrossingsOfKind& kind, const AnsweredBodies& answered, btScalar time_step);
 
   /// One for each body and object that meet.
   const std::vector<CrossingImpulse>& impulses() const { return impulses_; }

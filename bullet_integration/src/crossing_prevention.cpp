@@ -54,14 +54,14 @@ void add_gain(const btSoftBody& body, const NodeStates& before, CrossingAnswers&
 
 }  // namespace
 
-CrossingPrevention::CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings,
+CrossingPrevention::CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings,
                                        const AnswerRounds& rounds)
     : kind_(kind),
       mirror_(mirror),
       settings_(settings),
       rounds_(rounds),
       query_(mirror.scene(), crossing_options(settings)),
-      obstacles_(kind, mirror) {}
+      obstacles_(kind.ends, mirror) {}
 
 void CrossingPrevention::set_settings(const Settings& settings) {
   query_.set_options(crossing_options(settings));
@@ -72,9 +72,9 @@ void CrossingPrevention::set_settings(const Settings& settings) {
 void CrossingPrevention::keep_starts(Span<btSoftBody* const> bodies) {
   starts_.clear();
   for (const btSoftBody* body : bodies) {
-    if (body->m_cfg.diterations <= 0 || !has_vertex_face_contacts(kind_, *body)) continue;
+    if (body->m_cfg.diterations <= 0 || !has_vertex_face_contacts(kind_.ends, *body)) continue;
     std::vector<btVector3>& starts = starts_[body];
-    for (int i = 0; i < body->m_nodes.size(); ++i) starts.push_back(body->m_nodes[i].*kind_.start);
+    for (int i = 0; i < body->m_nodes.size(); ++i) starts.push_back(body->m_nodes[i].*kind_.ends.start);
   }
 }
 
@@ -82,7 +82,7 @@ void CrossingPrevention::restore_start(btSoftBody& body) const {
   const auto kept = starts_.find(&body);
   if (kept == starts_.end() || kept->second.size() != static_cast<std::size_t>(body.m_nodes.size())) return;
   int i = 0;
-  for (const btVector3& start : kept->second) body.m_nodes[i++].*kind_.start = start;
+  for (const btVector3& start : kept->second) body.m_nodes[i++].*kind_.ends.start = start;
 }
 
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
@@ -92,7 +92,7 @@ void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     before.velocities.push_back(body.m_nodes[i].m_v);
     before.split_velocities.push_back(body.m_nodes[i].m_splitv);
-    before.ends.push_back(body.m_nodes[i].*kind_.end);
+    before.ends.push_back(body.m_nodes[i].*kind_.ends.end);
   }
   kind_.take_up(body, time_step);
   constrained_.add(body);
@@ -120,7 +120,7 @@ void CrossingPrevention::take_back() {
       btSoftBody::Node& node = body->m_nodes[static_cast<int>(i)];
       node.m_v = before.velocities[i];
       node.m_splitv = before.split_velocities[i];
-      node.*kind_.end = before.ends[i];
+      node.*kind_.ends.end = before.ends[i];
     }
   }
 }
@@ -139,7 +139,7 @@ void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
 /// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
 /// Where edges do, tangles come and go, and vertices still must not pass through faces.
 bool CrossingPrevention::is_let_go(const MemberContact& found) const {
-  return answers_edges(settings_) && is_tangled(found, kind_);
+  return answers_edges(settings_) && is_tangled(found, kind_.ends);
 }
 
 /// Links of ropes meet edges where the app has asked for that alone.
@@ -150,7 +150,7 @@ bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const
 
 /// It touches when the step begins, and may come apart, slide or stay.
 bool CrossingPrevention::may_stay(const MemberContact& found) const {
-  return found.contact.time_of_impact <= 0 && !may_be_tangled_at_the_end(found, kind_);
+  return found.contact.time_of_impact <= 0 && !may_be_tangled_at_the_end(found, kind_.ends);
 }
 
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
@@ -175,7 +175,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
 bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
   std::vector<btSoftBody*> looked_after;
   for (btSoftBody* body : bodies) {
-    if (looks_at_soft_pairs(settings_) && !has_vertex_face_contacts(kind_, *body)) continue;
+    if (looks_at_soft_pairs(settings_) && !has_vertex_face_contacts(kind_.ends, *body)) continue;
     WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
     if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
     restore_start(*body);
@@ -199,7 +199,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? looks_at_soft_pairs(settings_) : filter(a, b); });
   answered_.clear();
   constrained_.clear();
-  tangled_.begin_step(mirror_, kind_);
+  tangled_.begin_step(mirror_, kind_.ends);
   answers_ = {};
   impulses_.clear();
   std::vector<Impact> impacts;
@@ -219,7 +219,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
 
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
   std::vector<Impact> answered;
-  ImpactZones zones(kind_.start, time_step);
+  ImpactZones zones(kind_.ends.start, time_step);
   HeldNodes held(kind_, constrained_);
   int gaps = 0;
   answers_.impacts = impacts.size();
@@ -252,7 +252,7 @@ void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
   for (const Impact& impact : impacts) {
     const bool moves =
         std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
-                    [this](const btSoftBody::Node* node) { return node->*kind_.start != node->*kind_.end; });
+                    [this](const btSoftBody::Node* node) { return node->*kind_.ends.start != node->*kind_.ends.end; });
     if (!moves) continue;
     ++answers_.unavoidable;
     tangled_.add(impact.contact, TangleReason::unavoidable);

@@ -10,7 +10,6 @@
 #include "rigid_obstacles.hpp"
 #include "softcd/bullet/world_detection.hpp"
 #include "tangled_pairs.hpp"
-#include "world_kind.hpp"
 
 namespace softcd::bullet {
 
@@ -32,8 +31,10 @@ struct AnswerRounds {
 /// where nothing was through anything else, and more and more around it, until nothing meets.
 class CrossingPrevention {
  public:
+  using Kind = CrossingsOfKind;
+
   /// `kind` and `mirror` outlive it.
-  CrossingPrevention(const WorldKind& kind, WorldMirror& mirror, const Settings& settings,
+  CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings,
                      const AnswerRounds& rounds = {});
   CrossingPrevention(const CrossingPrevention&) = delete;
   CrossingPrevention& operator=(const CrossingPrevention&) = delete;
@@ -53,7 +54,7 @@ class CrossingPrevention {
   /// Soft bodies of ours that stand for rigid meshes in the mirror.
   Span<btSoftBody* const> stand_ins() const { return obstacles_.stand_ins(); }
 
-  /// Changes m_v and WorldKind::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
+  /// Changes m_v and NodeEnds::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
   /// flags. True when anything was changed. When it throws, the nodes go on as they were about to.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
            const Surroundings& surroundings = {});
@@ -80,7 +81,7 @@ class CrossingPrevention {
   void name_unavoidable(Span<btSoftBody* const> bodies) const;
   void name_let_go(Span<btSoftBody* const> bodies) const;
 
-  const WorldKind& kind_;
+  const CrossingsOfKind& kind_;
   WorldMirror& mirror_;
   Settings settings_;
   AnswerRounds rounds_;

@@ -15,7 +15,7 @@ class NativePairs : public btOverlapCallback {
   bool processOverlap(btBroadphasePair& pair) override {
     const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject));
     const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject));
-    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(kClassicWorld, *a, *b);
+    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(kClassicEnds, *a, *b);
     if (!ours) dispatcher_.getNearCallback()(pair, dispatcher_, info_);
     return false;
   }

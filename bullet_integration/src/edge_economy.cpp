@@ -17,8 +17,8 @@ constexpr double kPositionRounding = 1e-14;
 /// One side of a contact of edges at the time of impact.
 class EdgeSide {
  public:
-  EdgeSide(const WorldMirror::Member& member, const std::uint32_t* nodes, double time, const WorldKind& kind)
-      : member_(member), nodes_(nodes), time_(time), start_(start_of(kind, *member.body)), end_(kind.end) {}
+  EdgeSide(const WorldMirror::Member& member, const std::uint32_t* nodes, double time, const NodeEnds& ends)
+      : member_(member), nodes_(nodes), time_(time), start_(start_of(ends, *member.body)), end_(ends.end) {}
 
   const btSoftBody& body() const { return *member_.body; }
   Vec3d place(int end) const { return place_of(nodes_[end]); }
@@ -63,11 +63,11 @@ bool is_contact_of_node(const EdgeSide& side, const double* weights, const EdgeS
 
 }  // namespace
 
-bool has_nearer_contact(const MemberContact& edges, const WorldKind& kind) {
+bool has_nearer_contact(const MemberContact& edges, const NodeEnds& ends) {
   if (&edges.a == &edges.b) return false;
   const double time = double(edges.contact.time_of_impact);
-  const EdgeSide a(edges.a, edges.contact.vertices, time, kind);
-  const EdgeSide b(edges.b, edges.contact.vertices + 2, time, kind);
+  const EdgeSide a(edges.a, edges.contact.vertices, time, ends);
+  const EdgeSide b(edges.b, edges.contact.vertices + 2, time, ends);
   const ClosestPoints<double> closest = closest_points_edge_edge(a.place(0), a.place(1), b.place(0), b.place(1));
   const double(&w)[4] = closest.weights;
   if (is_contact_of_node(a, w, b) || is_contact_of_node(b, w + 2, a)) return true;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "world_kind.hpp"
+#include "world_mirror.hpp"
 
 namespace softcd::bullet {
 
@@ -11,6 +11,6 @@ namespace softcd::bullet {
 /// A face at one edge leads to the other edge where the angle between them is less than a right one: from there the
 /// distance falls until it is least, at a contact that was found earlier or is nearer. Where an end of an edge is
 /// nearest, its node has a contact with the face at the other edge.
-bool has_nearer_contact(const MemberContact& edges, const WorldKind& kind);
+bool has_nearer_contact(const MemberContact& edges, const NodeEnds& ends);
 
 }  // namespace softcd::bullet

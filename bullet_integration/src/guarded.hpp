@@ -10,8 +10,6 @@
 
 namespace softcd::bullet {
 
-struct WorldKind;
-
 /// What is known of a detector, whether it is there or has failed.
 class DetectorRecord {
  public:
@@ -46,7 +44,10 @@ class DetectorRecord {
 template <class Detector>
 class Guarded {
  public:
-  Guarded(const char* instead, const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
+  using Kind = typename Detector::Kind;
+
+  /// `kind` and `mirror` outlive it.
+  Guarded(const char* instead, const Kind& kind, WorldMirror& mirror, const Settings& settings)
       : kind_(kind), mirror_(mirror), record_(instead, mirror.scene()) {
     make(settings);
   }
@@ -77,7 +78,7 @@ class Guarded {
     record_.set_detector(&detector_->query(), [detector = detector_.get()] { return detector->explain(); });
   }
 
-  const WorldKind& kind_;
+  const Kind& kind_;
   WorldMirror& mirror_;
   std::unique_ptr<Detector> detector_;
   DetectorRecord record_;

@@ -3,7 +3,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "world_kind.hpp"
+#include "crossings_of_kind.hpp"
 
 namespace softcd::bullet {
 
@@ -13,7 +13,8 @@ namespace softcd::bullet {
 class HeldNodes {
  public:
   /// `kind` and `constrained` outlive it.
-  HeldNodes(const WorldKind& kind, const ConstrainedNodes& constrained) : kind_(kind), constrained_(constrained) {}
+  HeldNodes(const CrossingsOfKind& kind, const ConstrainedNodes& constrained)
+      : kind_(kind), constrained_(constrained) {}
 
   bool empty() const { return nodes_.empty(); }
   std::size_t size() const { return nodes_.size(); }
@@ -23,13 +24,13 @@ class HeldNodes {
   bool add(const std::vector<Impact>& impacts);
   /// And all other nodes of the impacts' bodies.
   bool add_bodies(const std::vector<Impact>& impacts);
-  /// Brings the nodes back, after WorldKind::move_end.
+  /// Brings the nodes back, after CrossingsOfKind::move_end.
   void put_back() const;
 
  private:
   bool add(btSoftBody::Node& node);
 
-  const WorldKind& kind_;
+  const CrossingsOfKind& kind_;
   const ConstrainedNodes& constrained_;
   std::unordered_set<btSoftBody::Node*> nodes_;
 };

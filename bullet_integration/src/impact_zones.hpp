@@ -3,12 +3,12 @@
 #include <unordered_map>
 #include <vector>
 
+#include "node_ends.hpp"
 #include "softcd/core/types.hpp"
 #include "velocity_response.hpp"
 
 namespace softcd::bullet {
 
-using NodePosition = btVector3 btSoftBody::Node::*;
 class RigidMotion;
 
 /// Nodes that impacts connect move on as one rigid body (impact zones, Provot 1997; Bridson et al. 2002): with the

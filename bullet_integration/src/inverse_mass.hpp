@@ -1,6 +1,6 @@
 #pragma once
 
-#include "LinearMath/btScalar.h"
+#include "LinearMath/btMinMax.h"
 
 namespace softcd::bullet {
 

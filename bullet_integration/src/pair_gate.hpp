@@ -1,9 +1,14 @@
 #pragma once
 
+#include <functional>
+
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletSoftBody/btSoftBody.h"
 
 namespace softcd::bullet {
+
+/// Whether softcd looks after the contacts of two soft bodies.
+using PairRule = std::function<bool(btSoftBody&, btSoftBody&)>;
 
 /// Asks everything but the bodies' flags that decides in Bullet whether two objects may collide: filter groups and
 /// masks or the overlap filter callback, the dispatcher's near callback, and through it activation and ignored pairs.

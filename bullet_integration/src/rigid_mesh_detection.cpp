@@ -48,11 +48,11 @@ constexpr btScalar kNearlySameNormal = btScalar(0.9);
 constexpr btScalar kFaceMarginShare = btScalar(0.5);
 
 /// Whether edges of faces touch edges of meshes. In classic worlds CrossingPrevention keeps them apart.
-bool holds_faces(const WorldKind& kind) {
+bool holds_faces(const ContactsOfKind& kind) {
   return !kind.solves_in_turns;
 }
 
-QueryOptions mesh_options(const WorldKind& kind, const Settings& settings) {
+QueryOptions mesh_options(const ContactsOfKind& kind, const Settings& settings) {
   QueryOptions options = continuous_options(settings);
   options.features = {/*vertex_triangle=*/true, holds_faces(kind) || settings.edge_contacts == EdgeContacts::respond};
   return options;
@@ -83,7 +83,7 @@ bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
 
 }  // namespace
 
-RigidMeshDetection::RigidMeshDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings)
+RigidMeshDetection::RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
     : kind_(kind),
       mirror_(mirror),
       query_(mirror.scene(), mesh_options(kind, settings)),
@@ -222,7 +222,7 @@ void RigidMeshDetection::find_touches() {
                               weighted_point(mesh.mesh.x_t0(), contact.vertices + 1, contact.weights + 1, 3),
                               weighted_point(mesh.mesh.x_t1(), contact.vertices + 1, contact.weights + 1, 3),
                               contact.time_of_impact};
-    const btScalar depth_at_end = depth(touch, soft_node.*kind_.end, touch.object_point_t1);
+    const btScalar depth_at_end = depth(touch, soft_node.*kind_.ends.end, touch.object_point_t1);
     if (depth_at_end < 0) touches.add(touch, depth_at_end);
   }
   flush();
@@ -246,7 +246,7 @@ void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mes
                             to_bullet(mesh.mesh.x_t1()[contact.feature_a]),
                             contact.time_of_impact};
   btVector3 end(0, 0, 0);
-  for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.end);
+  for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.ends.end);
   if (depth(touch, end, touch.object_point_t1) >= 0) return;
   if (is_tested_by_bullet) {
     touches_.add(soft, face, weights, touch);
@@ -285,7 +285,7 @@ void RigidMeshDetection::find_edge_touch(const Contact& contact) {
   const btVector3 weights = weights_on_edge(face, *member.body, contact.vertices + own, contact.weights + own);
   btVector3 end(0, 0, 0);
   for (int i = 0; i < 3; ++i) {
-    if (weights[i] > 0) end += weights[i] * (face.m_n[i]->*kind_.end);
+    if (weights[i] > 0) end += weights[i] * (face.m_n[i]->*kind_.ends.end);
   }
   const btScalar depth_at_end = depth(touch, end, touch.object_point_t1);
   const btScalar least_cosine = is_link ? kSameNormal : kNearlySameNormal;

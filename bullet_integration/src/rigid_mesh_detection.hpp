@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "contacts_of_kind.hpp"
 #include "mesh_pairs.hpp"
 #include "rigid_mesh.hpp"
 #include "rigid_touches.hpp"
-#include "world_kind.hpp"
 
 namespace softcd::bullet {
 
@@ -16,8 +16,10 @@ namespace softcd::bullet {
 /// a surface has no inside, and what has passed through one cannot be told from what was always there.
 class RigidMeshDetection {
  public:
+  using Kind = ContactsOfKind;
+
   /// `kind` and `mirror` outlive it.
-  RigidMeshDetection(const WorldKind& kind, WorldMirror& mirror, const Settings& settings);
+  RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
   ~RigidMeshDetection();
   RigidMeshDetection(const RigidMeshDetection&) = delete;
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
@@ -63,7 +65,7 @@ class RigidMeshDetection {
   bool are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
                 btScalar least_cosine) const;
 
-  const WorldKind& kind_;
+  const ContactsOfKind& kind_;
   WorldMirror& mirror_;
   Query query_;
   std::map<MeshKey, Mesh> meshes_;

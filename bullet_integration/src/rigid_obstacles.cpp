@@ -134,9 +134,9 @@ void RigidObstacles::place(Part& part, const MeshWay& way) const {
   body.m_cfg.kDF = way.object->getFriction();
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     btSoftBody::Node& node = body.m_nodes[i];
-    node.*kind_.start = to_bullet(part.mesh.x_t0()[static_cast<std::size_t>(i)]);
-    node.*kind_.end = to_bullet(part.mesh.x_t1()[static_cast<std::size_t>(i)]);
-    const btVector3 motion = node.*kind_.end - node.*kind_.start;
+    node.*ends_.start = to_bullet(part.mesh.x_t0()[static_cast<std::size_t>(i)]);
+    node.*ends_.end = to_bullet(part.mesh.x_t1()[static_cast<std::size_t>(i)]);
+    const btVector3 motion = node.*ends_.end - node.*ends_.start;
     node.m_v = time_step_ > 0 ? motion / time_step_ : btVector3(0, 0, 0);
     node.m_splitv.setZero();
   }

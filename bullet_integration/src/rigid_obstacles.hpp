@@ -10,7 +10,7 @@
 
 #include "mesh_ways.hpp"
 #include "rigid_mesh.hpp"
-#include "world_kind.hpp"
+#include "world_mirror.hpp"
 
 namespace softcd::bullet {
 
@@ -25,8 +25,8 @@ struct Surroundings {
 /// it. Each is the part of a mesh that the soft bodies can meet in a step.
 class RigidObstacles {
  public:
-  /// `kind` and `mirror` outlive it.
-  RigidObstacles(const WorldKind& kind, WorldMirror& mirror) : kind_(kind), mirror_(mirror) {}
+  /// `ends` and `mirror` outlive it.
+  RigidObstacles(const NodeEnds& ends, WorldMirror& mirror) : ends_(ends), mirror_(mirror) {}
 
   void keep_starts(const btCollisionObjectArray& objects, btScalar time_step) { ways_.keep_starts(objects, time_step); }
   /// Those of the last step and this one's.
@@ -64,7 +64,7 @@ class RigidObstacles {
   void add_part(std::size_t way, const std::vector<Reach>& reaches);
   void place(Part& part, const MeshWay& way) const;
 
-  const WorldKind& kind_;
+  const NodeEnds& ends_;
   WorldMirror& mirror_;
   MeshWays ways_;
   std::map<Key, Part> parts_;

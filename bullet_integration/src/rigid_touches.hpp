@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "contact_reader.hpp"
+#include "contact_notes.hpp"
 #include "rigid_contact_writer.hpp"
 #include "rigid_placement.hpp"
 

@@ -32,31 +32,31 @@ bool have_other_faces(BodyId id_a, BodyId id_b, const WorldMirror& mirror) {
   return a != nullptr && b != nullptr && (a->topology_changed || b->topology_changed);
 }
 
-bool is_still_tangled(const Contact& contact, const WorldMirror& mirror, const WorldKind& kind) {
+bool is_still_tangled(const Contact& contact, const WorldMirror& mirror, const NodeEnds& ends) {
   const WorldMirror::Member* const a = present(contact.body_a, mirror);
   const WorldMirror::Member* const b = present(contact.body_b, mirror);
   return a != nullptr && b != nullptr && !a->topology_changed && !b->topology_changed &&
-         is_tangled(MemberContact{contact, *a, *b}, kind);
+         is_tangled(MemberContact{contact, *a, *b}, ends);
 }
 
 /// In the order of their keys, each once.
-void keep_tangled(std::vector<Contact>& contacts, const WorldMirror& mirror, const WorldKind& kind) {
+void keep_tangled(std::vector<Contact>& contacts, const WorldMirror& mirror, const NodeEnds& ends) {
   const auto is_before = [](const Contact& a, const Contact& b) { return feature_of(a) < feature_of(b); };
   const auto is_same = [](const Contact& a, const Contact& b) { return feature_of(a) == feature_of(b); };
   std::sort(contacts.begin(), contacts.end(), is_before);
   contacts.erase(std::unique(contacts.begin(), contacts.end(), is_same), contacts.end());
-  const auto is_apart = [&](const Contact& contact) { return !is_still_tangled(contact, mirror, kind); };
+  const auto is_apart = [&](const Contact& contact) { return !is_still_tangled(contact, mirror, ends); };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_apart), contacts.end());
 }
 
 }  // namespace
 
-void TangledPairs::begin_step(const WorldMirror& mirror, const WorldKind& kind) {
+void TangledPairs::begin_step(const WorldMirror& mirror, const NodeEnds& ends) {
   for (auto pair = pairs_.begin(); pair != pairs_.end();) {
     std::vector<Contact>& contacts = pair->second.contacts;
     const bool waits_for_others =
         !contacts.empty() && have_other_faces({pair->first.first}, {pair->first.second}, mirror);
-    keep_tangled(contacts, mirror, kind);
+    keep_tangled(contacts, mirror, ends);
     pair->second.is_new = false;
     pair = contacts.empty() && !waits_for_others ? pairs_.erase(pair) : std::next(pair);
   }

@@ -23,7 +23,7 @@ enum class TangleReason : std::uint8_t {
 class TangledPairs {
  public:
   /// Before add(), when the mirror has the bodies as they are in this step.
-  void begin_step(const WorldMirror& mirror, const WorldKind& kind);
+  void begin_step(const WorldMirror& mirror, const NodeEnds& ends);
   void add(const Contact& found, TangleReason reason);
   /// "soft bodies 0 and 3, 2 within itself" of those that are new in this step for this reason, by their numbers in
   /// `bodies`; what is none of these stands for a rigid mesh. Empty where none are.

@@ -238,8 +238,8 @@ struct Touch {
 
 /// Two bodies with their nodes where the step begins.
 struct Sides {
-  Sides(const MemberContact& found, const WorldKind& kind)
-      : a(found.a), b(found.b), start_a(start_of(kind, *a.body)), start_b(start_of(kind, *b.body)) {}
+  Sides(const MemberContact& found, const NodeEnds& ends)
+      : a(found.a), b(found.b), start_a(start_of(ends, *a.body)), start_b(start_of(ends, *b.body)) {}
 
   const WorldMirror::Member &a, &b;
   NodePosition start_a, start_b;
@@ -290,10 +290,10 @@ class FeaturePair {
 };
 
 /// Where the contact's features touch when the step begins.
-std::optional<Touch> touch_of(const MemberContact& found, const WorldKind& kind) {
+std::optional<Touch> touch_of(const MemberContact& found, const NodeEnds& ends) {
   const Contact& contact = found.contact;
   const std::uint32_t(&v)[4] = contact.vertices;
-  const Sides sides(found, kind);
+  const Sides sides(found, ends);
   const FeaturePair features(sides, contact.kind == ContactKind::vertex_triangle ? 1 : 2, {v[0], v[1], v[2], v[3]});
   constexpr double kRoundingOfContacts = 1e-5;
   if (double(contact.distance) > kRoundingOfContacts * features.extent()) return {};
@@ -396,26 +396,26 @@ bool are_links(const MemberContact& found) {
 
 }  // namespace
 
-bool is_tangled(const MemberContact& found, const WorldKind& kind) {
-  const Sides sides(found, kind);
+bool is_tangled(const MemberContact& found, const NodeEnds& ends) {
+  const Sides sides(found, ends);
   if (are_clear_along_the_normal(found, sides)) return false;
   return any_two_faces(found, [&sides](std::uint32_t face_a, std::uint32_t face_b) {
     return are_through_each_other(sides, face_a, face_b);
   });
 }
 
-bool is_touching(const MemberContact& found, const WorldKind& kind) {
-  return !are_links(found) && touch_of(found, kind).has_value();
+bool is_touching(const MemberContact& found, const NodeEnds& ends) {
+  return !are_links(found) && touch_of(found, ends).has_value();
 }
 
-bool may_be_tangled_at_the_end(const MemberContact& found, const WorldKind& kind) {
+bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends) {
   return are_links(found) || any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
-           return intersect(corners_of(found.a, face_a, kind.end), corners_of(found.b, face_b, kind.end));
+           return intersect(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
          });
 }
 
-void TangledNodes::add(const MemberContact& found, const WorldKind& kind) {
-  if (has_all_of(found) || !is_tangled(found, kind)) return;
+void TangledNodes::add(const MemberContact& found, const NodeEnds& ends) {
+  if (has_all_of(found) || !is_tangled(found, ends)) return;
   any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
     nodes_.emplace(node, other);
     return false;

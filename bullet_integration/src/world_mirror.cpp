@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "query_options.hpp"
-#include "world_kind.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -60,8 +59,8 @@ BodyDesc desc_of(const BodyMesh& mesh, const BodySettings& settings) {
 
 }  // namespace
 
-WorldMirror::WorldMirror(const WorldKind& kind, const Settings& settings)
-    : kind_(kind), settings_(settings), scene_(scene_options(settings), settings.log) {}
+WorldMirror::WorldMirror(const NodeEnds& ends, const Settings& settings)
+    : ends_(ends), settings_(settings), scene_(scene_options(settings), settings.log) {}
 
 void WorldMirror::set_settings(const Settings& settings) {
   if (scene_options(settings) != scene_options(settings_)) scene_.set_options(scene_options(settings));
@@ -103,7 +102,7 @@ void WorldMirror::drop_unfit_filters(const btSoftBody& body) {
 }
 
 BodySettings WorldMirror::settings_of(const btSoftBody& body) const {
-  BodySettings settings = read_settings(kind_, body, settings_);
+  BodySettings settings = read_settings(ends_, body, settings_);
   const auto known = filters_.find(&body);
   if (known == filters_.end()) return settings;
   settings.neighbour_rings = known->second.filters.neighbour_rings;
@@ -246,8 +245,8 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
 
 void WorldMirror::set_positions(Member& member, bool needs_way) {
   const btSoftBody& body = *member.body;
-  const NodePosition start = start_of(kind_, body);
-  const NodePosition end = body.isActive() ? kind_.end : start;
+  const NodePosition start = start_of(ends_, body);
+  const NodePosition end = body.isActive() ? ends_.end : start;
   if (needs_way) {
     scene_.set_positions(member.id, positions_of(body, start), positions_of(body, end));
   } else {
@@ -258,7 +257,7 @@ void WorldMirror::set_positions(Member& member, bool needs_way) {
 
 void WorldMirror::update_way(Member& member) {
   const btSoftBody& body = *member.body;
-  scene_.set_positions(member.id, positions_of(body, kind_.start), positions_of(body, kind_.end));
+  scene_.set_positions(member.id, positions_of(body, ends_.start), positions_of(body, ends_.end));
   member.has_way = true;
 }
 

@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "native_trees.hpp"
+#include "node_ends.hpp"
+#include "pair_gate.hpp"
 #include "snapshot_reader.hpp"
 #include "softcd/bullet/body_filters.hpp"
 #include "softcd/bullet/settings.hpp"
 
 namespace softcd::bullet {
-
-struct WorldKind;
 
 /// A world's soft bodies as a scene that all of the world's queries look at. What an app may do to them between two
 /// steps (adding, removing, deleting them, new faces, flags, margins) is noticed once a step. Bodies that no query asks
@@ -42,8 +42,8 @@ class WorldMirror {
     }
   };
 
-  /// `kind` outlives it. Throws as Scene's constructor.
-  WorldMirror(const WorldKind& kind, const Settings& settings);
+  /// `ends` outlives it. Throws as Scene's constructor.
+  WorldMirror(const NodeEnds& ends, const Settings& settings);
   WorldMirror(const WorldMirror&) = delete;
   WorldMirror& operator=(const WorldMirror&) = delete;
 
@@ -99,7 +99,7 @@ class WorldMirror {
   void set_positions(Member& member, bool needs_way);
   void remove_unmarked() noexcept;
 
-  const WorldKind& kind_;
+  const NodeEnds& ends_;
   Settings settings_;
   Scene scene_;
   std::unordered_map<const btSoftBody*, Member> members_;
@@ -120,6 +120,17 @@ struct MemberContact {
 /// Triangles behind a body's faces stand for single nodes, which Bullet has no contacts with.
 inline bool is_with_face(const MemberContact& found) {
   return found.contact.feature_b < found.b.mesh.face_count;
+}
+
+/// Returns what a query of the mirror's scene asks, whose rule this is. `mirror` and `rule` outlive the filter. A body
+/// may touch itself where its settings say so.
+inline PairFilter pair_filter(const WorldMirror& mirror, const PairRule& rule) {
+  return [&](BodyId a, BodyId b) {
+    if (a == b) return true;
+    const WorldMirror::Member* const member_a = mirror.find(a);
+    const WorldMirror::Member* const member_b = mirror.find(b);
+    return member_a != nullptr && member_b != nullptr && rule(*member_a->body, *member_b->body);
+  };
 }
 
 template <class Visit>

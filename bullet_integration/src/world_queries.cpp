@@ -1,6 +1,7 @@
 #include "world_queries.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <new>
 
 #include "pair_order.hpp"
@@ -8,12 +9,13 @@
 namespace softcd::bullet {
 
 WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
-    : mirror_(kind, settings),
-      contacts("with Bullet's own contacts between soft bodies", kind, mirror_, settings),
-      crossings("without softcd's look at crossings", kind, mirror_, settings),
-      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind, mirror_, settings),
-      convex_shapes("with Bullet's own contacts of soft bodies with convex shapes alone", kind, mirror_, settings),
-      read_out(kind, mirror_.scene(), settings),
+    : mirror_(kind.contacts.ends, settings),
+      contacts("with Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings),
+      crossings("without softcd's look at crossings", kind.crossings, mirror_, settings),
+      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_, settings),
+      convex_shapes("with Bullet's own contacts of soft bodies with convex shapes alone", kind.contacts.ends, mirror_,
+                    settings),
+      read_out(kind.read_contacts, mirror_.scene(), settings),
       rays(kind.ray_targets, settings),
       kind_(kind),
       settings_(settings) {}
@@ -34,15 +36,17 @@ void WorldQueries::set_settings(const Settings& settings) {
 }
 
 bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
-  return contacts.run(settings_,
-                      [&](ContactDetection& detection) { detection.start(bodies, pair_rule(kind_, gate, settings_)); });
+  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  return contacts.run(settings_, [&](ContactDetection& detection) { detection.start(bodies, std::cref(pairs)); });
 }
 
 void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
   const bool has_finished = has_started && contacts.run(settings_, [this](ContactDetection& detection) {
     detection.finish(looks_at_crossings);
   });
-  if (!has_finished) kind_.detect_natively(bodies, gate, settings_);
+  if (has_finished) return;
+  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  kind_.detect_natively(bodies, gate, std::cref(pairs));  // which takes no memory
 }
 
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
@@ -95,10 +99,11 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
   if (settings_.rigid_meshes) {
     surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
   }
+  const WorldPairs pairs = {kind_.contacts, gate, settings_};
   crossings.run(settings_, [&](CrossingPrevention& prevention) {
     std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
     if (settings_.detection == Detection::dcd) std::erase_if(wanted, [&](auto* body) { return !is_near_mesh(*body); });
-    prevention.run({wanted.data(), wanted.size()}, pair_rule(kind_, gate, settings_), time_step, surroundings);
+    prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings);
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
 }

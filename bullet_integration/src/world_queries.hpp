@@ -12,6 +12,7 @@
 #include "late_impulses.hpp"
 #include "query_options.hpp"
 #include "rigid_mesh_detection.hpp"
+#include "world_kind.hpp"
 #include "world_rays.hpp"
 #include "world_read_out.hpp"
 
@@ -114,7 +115,7 @@ class WorldQueries {
   /// With dcd at rigid meshes alone, where Bullet's solver pulls at links after it has solved contacts: these do not
   /// keep a mesh from passing between the nodes.
   bool prevents_crossings() const {
-    return settings_.detection == Detection::ccd || (settings_.rigid_meshes && kind_.solves_in_turns);
+    return settings_.detection == Detection::ccd || (settings_.rigid_meshes && kind_.contacts.solves_in_turns);
   }
   bool is_near_mesh(const btSoftBody& body) const;
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);

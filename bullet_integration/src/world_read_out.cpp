@@ -2,8 +2,8 @@
 
 namespace softcd::bullet {
 
-WorldReadOut::WorldReadOut(const WorldKind& kind, const Scene& scene, const Settings& settings)
-    : kind_(kind), settings_(settings), record_("without a list of what touches", scene) {}
+WorldReadOut::WorldReadOut(ReadContacts read_contacts, const Scene& scene, const Settings& settings)
+    : read_contacts_(read_contacts), settings_(settings), record_("without a list of what touches", scene) {}
 
 void WorldReadOut::set_settings(const Settings& settings) {
   settings_ = settings;
@@ -12,7 +12,7 @@ void WorldReadOut::set_settings(const Settings& settings) {
 
 void WorldReadOut::read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const NotesOfStep& notes) {
   if (settings_.read_out == ReadOut::off) return;
-  run([&] { contacts_.read(kind_, bodies, broadphase, notes); });
+  run([&] { contacts_.read(read_contacts_, bodies, broadphase, notes); });
   if (!is_in_step_) finish(broadphase);
 }
 

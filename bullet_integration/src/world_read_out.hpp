@@ -11,7 +11,7 @@ namespace softcd::bullet {
 class WorldReadOut {
  public:
   /// Both outlive it.
-  WorldReadOut(const WorldKind& kind, const Scene& scene, const Settings& settings);
+  WorldReadOut(ReadContacts read_contacts, const Scene& scene, const Settings& settings);
 
   void set_settings(const Settings& settings);
 
@@ -59,7 +59,7 @@ class WorldReadOut {
     }
   }
 
-  const WorldKind& kind_;
+  ReadContacts read_contacts_;
   Settings settings_;
   DetectorRecord record_;
   ContactReadOut contacts_;

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "contacts_of_kind.hpp"
 #include "snapshot_reader.hpp"
-#include "world_kind.hpp"
 
 namespace softcd::demo {
 
@@ -76,18 +76,19 @@ void Session::go_on_with(const SceneOptions& options) {
 std::unique_ptr<DetectionGrid> Session::make_grid() const {
   const bullet::WorldDetection* detection = scene_->simulation().detection();
   if (detection == nullptr) return nullptr;
-  const bullet::WorldKind& kind = options_.world == World::classic ? bullet::kClassicWorld : bullet::kDeformableWorld;
+  const bullet::ContactsOfKind& kind =
+      options_.world == World::classic ? bullet::kClassicContacts : bullet::kDeformableContacts;
   std::vector<bullet::BodyMesh> meshes;
   std::vector<GridBody> grid_bodies;
   meshes.reserve(bodies_.size());  // the bodies refer to them
   for (const btSoftBody* body : bodies_) {
     meshes.push_back(bullet::read_mesh(*body));
-    grid_bodies.push_back(
-        {{meshes.back().triangles, meshes.back().node_count, bullet::read_settings(kind, *body, detection->settings())},
-         bullet::positions_of(*body, &btSoftBody::Node::m_q),
-         bullet::positions_of(*body, &btSoftBody::Node::m_x)});
+    grid_bodies.push_back({{meshes.back().triangles, meshes.back().node_count,
+                            bullet::read_settings(kind.ends, *body, detection->settings())},
+                           bullet::positions_of(*body, &btSoftBody::Node::m_q),
+                           bullet::positions_of(*body, &btSoftBody::Node::m_x)});
   }
-  QueryOptions options = kind.contact_options(detection->settings());
+  QueryOptions options = kind.options(detection->settings());
   options.step_end = StepEnd::t1;  // where the nodes are drawn
   return std::make_unique<DetectionGrid>(grid_bodies, options);
 }

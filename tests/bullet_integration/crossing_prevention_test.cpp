@@ -20,10 +20,10 @@ namespace softcd::test {
 namespace {
 
 using bullet::CrossingPrevention;
+using bullet::CrossingsOfKind;
 using bullet::ImpactZones;
-using bullet::kClassicWorld;
-using bullet::kDeformableWorld;
-using bullet::WorldKind;
+using bullet::kClassicCrossings;
+using bullet::kDeformableCrossings;
 
 btVector3 random_vector(Random& random, double size) {
   const auto coordinate = [&] { return btScalar(random.uniform(-size, size)); };
@@ -87,10 +87,10 @@ struct MeetingSheets {
     return motion([](const btSoftBody::Node& node) { return (node.m_x - node.m_q) / kStep; });
   }
 
-  void prevent_crossings(const WorldKind& kind) const {
+  void prevent_crossings(const CrossingsOfKind& kind) const {
     bullet::Settings settings = test_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
-    bullet::WorldMirror mirror(kind, settings);
+    bullet::WorldMirror mirror(kind.ends, settings);
     CrossingPrevention prevention(kind, mirror, settings);
     btSoftBody* const pointers[] = {bodies[0].get(), bodies[1].get()};
     EXPECT_TRUE(prevention.run(
@@ -115,7 +115,7 @@ TEST(AnswersToCrossings, keep_what_a_classic_body_has_that_was_moved_but_not_pus
     }
     const Motion own = sheets.own_motion();
     const Motion mean = sheets.mean_motion();
-    sheets.prevent_crossings(kClassicWorld);
+    sheets.prevent_crossings(kClassicCrossings);
     expect_no_push(own, sheets.own_motion());
     expect_no_push(mean, sheets.mean_motion());
     EXPECT_LT(sheets.mean_motion().energy, mean.energy / 2) << "they have met";
@@ -127,7 +127,7 @@ TEST(AnswersToCrossings, keep_what_deformable_bodies_have) {
     Random random(static_cast<std::uint64_t>(seed));
     const MeetingSheets sheets(random);
     const Motion own = sheets.own_motion();
-    sheets.prevent_crossings(kDeformableWorld);
+    sheets.prevent_crossings(kDeformableCrossings);
     expect_no_push(own, sheets.own_motion());
     EXPECT_LT(sheets.own_motion().energy, own.energy / 2) << "they have met";
   }
@@ -145,7 +145,7 @@ TEST(AnswersToCrossings, make_no_velocity_out_of_split_velocities) {
   }
   const Motion own = sheets.own_motion();
   const Motion splits = sheets.motion(split);
-  ImpactZones zones(kDeformableWorld.start, kStep);
+  ImpactZones zones(kDeformableCrossings.ends.start, kStep);
   EXPECT_TRUE(zones.join({impact}));
   zones.move_as_one();
   expect_no_push(own, sheets.own_motion());
@@ -190,11 +190,11 @@ class WildSheets {
 
   Span<btSoftBody* const> bodies() const { return {pointers_.data(), pointers_.size()}; }
 
-  bullet::CrossingAnswers prevent_crossings(const WorldKind& kind, const bullet::AnswerRounds& rounds = {}) {
+  bullet::CrossingAnswers prevent_crossings(const CrossingsOfKind& kind, const bullet::AnswerRounds& rounds = {}) {
     bullet::Settings settings = test_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
     settings.self_collision = bullet::SelfCollision::all;
-    bullet::WorldMirror mirror(kind, settings);
+    bullet::WorldMirror mirror(kind.ends, settings);
     CrossingPrevention prevention(kind, mirror, settings, rounds);
     prevention.run(
         bodies(), [](btSoftBody&, btSoftBody&) { return true; }, kStep);
@@ -202,17 +202,17 @@ class WildSheets {
   }
 
   /// Edges that intersect triangles at the step's end, which becomes where the nodes are.
-  std::size_t count_intersections(const WorldKind& kind) {
+  std::size_t count_intersections(const CrossingsOfKind& kind) {
     for (btSoftBody* body : pointers_) {
-      for (int n = 0; n < body->m_nodes.size(); ++n) body->m_nodes[n].m_x = body->m_nodes[n].*kind.end;
+      for (int n = 0; n < body->m_nodes.size(); ++n) body->m_nodes[n].m_x = body->m_nodes[n].*kind.ends.end;
     }
     return demo::find_intersections({pointers_.begin(), pointers_.end()}).edge_count;
   }
 
   /// Starts another step.
-  void set_out(const WorldKind& kind, Random& random, double speed) {
+  void set_out(const CrossingsOfKind& kind, Random& random, double speed) {
     for (btSoftBody* body : pointers_) {
-      body->m_cfg.collisions = kind.vertex_face_flag;
+      body->m_cfg.collisions = kind.ends.vertex_face_flag;
       const bool is_fixed = body->m_nodes[0].m_im == 0;
       const btVector3 velocity = random_vector(random, speed);
       for (int n = 0; n < body->m_nodes.size(); ++n) {
@@ -220,7 +220,7 @@ class WildSheets {
         node.m_q = node.m_x;
         node.m_splitv.setZero();
         node.m_v = is_fixed ? btVector3(0, 0, 0) : velocity + random_vector(random, speed / 4);
-        node.*kind.end += node.m_v * kStep;
+        node.*kind.ends.end += node.m_v * kStep;
       }
     }
   }
@@ -250,7 +250,7 @@ class WildSheets {
 
 // However wildly: where the step began nothing was through anything else.
 TEST(AnswersToCrossings, leave_no_intersection) {
-  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+  for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     for (const double speed : {40, 4000}) {
       Random random(static_cast<std::uint64_t>(speed));
       WildSheets sheets(random);
@@ -265,7 +265,7 @@ TEST(AnswersToCrossings, leave_no_intersection) {
   }
 }
 
-std::size_t count_intersections_after(const WorldKind& kind, const bullet::AnswerRounds& rounds) {
+std::size_t count_intersections_after(const CrossingsOfKind& kind, const bullet::AnswerRounds& rounds) {
   Random random(1);
   WildSheets sheets(random);
   sheets.set_out(kind, random, 40);
@@ -275,7 +275,7 @@ std::size_t count_intersections_after(const WorldKind& kind, const bullet::Answe
 
 // Without them something is through something else, and more the earlier they end.
 TEST(AnswersToCrossings, take_impulses_zones_and_nodes_that_are_held) {
-  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+  for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     bullet::AnswerRounds rounds;
     rounds.last = 0;
     const std::size_t without = count_intersections_after(*kind, rounds);
@@ -295,19 +295,19 @@ TEST(AnswersToCrossings, take_impulses_zones_and_nodes_that_are_held) {
 /// Small sheets, 10 cm above each other, the lowest of which is heavy and moves upward.
 class Row {
  public:
-  Row(const WorldKind& kind, int count, btScalar way) {
+  Row(const CrossingsOfKind& kind, int count, btScalar way) {
     for (int i = 0; i < count; ++i) {
       SheetOptions options;
       options.nodes_per_side = 2;
       options.height = btScalar(0.1) * btScalar(i);
       auto sheet = make_sheet(world_info_, options);
       sheet->setTotalMass(i == 0 ? btScalar(1e6) : btScalar(1));
-      sheet->m_cfg.collisions = kind.vertex_face_flag;
+      sheet->m_cfg.collisions = kind.ends.vertex_face_flag;
       for (int n = 0; n < sheet->m_nodes.size(); ++n) {
         btSoftBody::Node& node = sheet->m_nodes[n];
         node.m_v = btVector3(0, i == 0 ? way / kStep : btScalar(0), 0);
         node.m_q = node.m_x;
-        node.*kind.end += node.m_v * kStep;
+        node.*kind.ends.end += node.m_v * kStep;
       }
       pointers_.push_back(sheet.get());
       sheets_.push_back(std::move(sheet));
@@ -320,10 +320,11 @@ class Row {
   }
 
   Span<btSoftBody* const> bodies() const { return {pointers_.data(), pointers_.size()}; }
-  bool is_in_order(const WorldKind& kind) const {
+  bool is_in_order(const CrossingsOfKind& kind) const {
     for (std::size_t i = 1; i < pointers_.size(); ++i) {
       for (int n = 0; n < 4; ++n) {
-        if (!((pointers_[i]->m_nodes[n].*kind.end).y() > (pointers_[i - 1]->m_nodes[n].*kind.end).y())) return false;
+        if (!((pointers_[i]->m_nodes[n].*kind.ends.end).y() > (pointers_[i - 1]->m_nodes[n].*kind.ends.end).y()))
+          return false;
       }
     }
     return true;
@@ -342,8 +343,9 @@ class Row {
   std::vector<btSoftBody*> pointers_;
 };
 
-bullet::CrossingAnswers prevent_crossings(const WorldKind& kind, const Row& row, const bullet::Settings& settings) {
-  bullet::WorldMirror mirror(kind, settings);
+bullet::CrossingAnswers prevent_crossings(const CrossingsOfKind& kind, const Row& row,
+                                          const bullet::Settings& settings) {
+  bullet::WorldMirror mirror(kind.ends, settings);
   CrossingPrevention prevention(kind, mirror, settings);
   prevention.run(
       row.bodies(), [](btSoftBody&, btSoftBody&) { return true; }, kStep);
@@ -353,7 +355,7 @@ bullet::CrossingAnswers prevent_crossings(const WorldKind& kind, const Row& row,
 // What the lowest sheet pushes on goes as far as it, two and a half of the gaps, and meets the next: every answer leads
 // to further impacts.
 TEST(AnswersToCrossings, end_with_nodes_that_stay_where_they_were) {
-  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+  for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     const Row row(*kind, 60, btScalar(0.25));
     const btScalar momentum = row.momentum();
     const bullet::CrossingAnswers answers = prevent_crossings(*kind, row, test_settings(Detection::ccd));
@@ -366,7 +368,7 @@ TEST(AnswersToCrossings, end_with_nodes_that_stay_where_they_were) {
 }
 
 TEST(AnswersToCrossings, name_what_nodes_that_the_app_moves_pass_through) {
-  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+  for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     Row press(*kind, 3, btScalar(0.25));
     press.take_mass(0);
     press.take_mass(2);
@@ -382,24 +384,24 @@ TEST(AnswersToCrossings, name_what_nodes_that_the_app_moves_pass_through) {
 
 // They would hang in the air for ever.
 TEST(AnswersToCrossings, do_not_hold_what_touches_from_the_start) {
-  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+  for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     btSoftBodyWorldInfo world_info;
     const auto first = make_sheet(world_info, {});
     const auto second = make_sheet(world_info, {});
     btSoftBody* const bodies[] = {first.get(), second.get()};
     for (btSoftBody* body : bodies) {
-      body->m_cfg.collisions = kind->vertex_face_flag;
+      body->m_cfg.collisions = kind->ends.vertex_face_flag;
       for (int n = 0; n < body->m_nodes.size(); ++n) {
         btSoftBody::Node& node = body->m_nodes[n];
         node.m_v = btVector3(0, -1, 0);
         node.m_q = node.m_x;
-        node.*kind->end += node.m_v * kStep;
+        node.*kind->ends.end += node.m_v * kStep;
       }
     }
     std::vector<std::string> warnings;
     bullet::Settings settings = test_settings(Detection::ccd);
     settings.log = [&warnings](LogLevel /*level*/, std::string_view text) { warnings.emplace_back(text); };
-    bullet::WorldMirror mirror(*kind, settings);
+    bullet::WorldMirror mirror(kind->ends, settings);
     CrossingPrevention prevention(*kind, mirror, settings);
     EXPECT_FALSE(prevention.run(
         {bodies, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep));
@@ -408,25 +410,25 @@ TEST(AnswersToCrossings, do_not_hold_what_touches_from_the_start) {
     EXPECT_EQ(prevention.answers().unavoidable, 0U);
     EXPECT_TRUE(warnings.empty());
     for (const btSoftBody* body : bodies) {
-      EXPECT_NEAR((body->m_nodes[0].*kind->end).y(), -kStep, 1e-5) << "they fall together";
+      EXPECT_NEAR((body->m_nodes[0].*kind->ends.end).y(), -kStep, 1e-5) << "they fall together";
     }
   }
 }
 
 /// A triangle of nodes that go where the app sends them, but for one that may be free.
-std::unique_ptr<btSoftBody> make_free_triangle(btSoftBodyWorldInfo& world_info, const WorldKind& kind,
+std::unique_ptr<btSoftBody> make_free_triangle(btSoftBodyWorldInfo& world_info, const CrossingsOfKind& kind,
                                                const std::array<btVector3, 3>& places,
                                                const std::array<btVector3, 3>& ways) {
   auto body = std::make_unique<btSoftBody>(&world_info, 3, places.data(), nullptr);
   body->appendFace(0, 1, 2);
-  body->m_cfg.collisions = kind.vertex_face_flag;
+  body->m_cfg.collisions = kind.ends.vertex_face_flag;
   for (int n = 0; n < 3; ++n) {
     btSoftBody::Node& node = body->m_nodes[n];
     body->setMass(n, 0);
     node.m_v = ways[static_cast<std::size_t>(n)] / kStep;
     node.m_splitv.setZero();
     node.m_q = node.m_x;
-    node.*kind.end += node.m_v * kStep;
+    node.*kind.ends.end += node.m_v * kStep;
   }
   return body;
 }
@@ -441,7 +443,7 @@ TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) 
   const btVector3 b(btScalar(0.0710173696), btScalar(1.07999992), btScalar(0.11198011));
   const btVector3 c(btScalar(0.02591943), btScalar(1.07999992), btScalar(0.0960227251));
   const btVector3 free_node(btScalar(0.146585181), btScalar(0.974621773), btScalar(0.181709215));
-  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+  for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     btSoftBodyWorldInfo world_info;
     const auto dancer =
         make_free_triangle(world_info, *kind, {a, b, btVector3(0, btScalar(1.05), 0)}, {way_a, way_b, way_b});
@@ -452,13 +454,13 @@ TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) 
     btSoftBody* const bodies[] = {dancer.get(), skirt.get()};
     bullet::Settings settings = test_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
-    bullet::WorldMirror mirror(*kind, settings);
+    bullet::WorldMirror mirror(kind->ends, settings);
     CrossingPrevention prevention(*kind, mirror, settings);
     EXPECT_TRUE(prevention.run(
         {bodies, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep));
     EXPECT_EQ(prevention.answers().unavoidable, 0U);
     for (btSoftBody* body : bodies) {
-      for (int n = 0; n < 3; ++n) body->m_nodes[n].m_x = body->m_nodes[n].*kind->end;
+      for (int n = 0; n < 3; ++n) body->m_nodes[n].m_x = body->m_nodes[n].*kind->ends.end;
     }
     EXPECT_EQ(demo::find_intersections({dancer.get(), skirt.get()}).edge_count, 0U);
     EXPECT_LT((skirt->m_nodes[1].m_x - free_node).length(), btScalar(0.01)) << "it goes with them";
@@ -466,7 +468,7 @@ TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) 
 }
 
 /// Moves a sheet whose middle node alone is below another sheet up until it is free. Returns whether that was answered.
-bool is_held_back(const WorldKind& kind, bullet::EdgeContacts edge_contacts) {
+bool is_held_back(const CrossingsOfKind& kind, bullet::EdgeContacts edge_contacts) {
   btSoftBodyWorldInfo world_info;
   SheetOptions options;
   options.side = 4;
@@ -486,19 +488,19 @@ bool is_held_back(const WorldKind& kind, bullet::EdgeContacts edge_contacts) {
       btSoftBody::Node& node = body->m_nodes[n];
       node.m_v = motion / kStep;
       node.m_q = node.m_x;
-      node.*kind.end += motion;
+      node.*kind.ends.end += motion;
     }
   }
   bullet::Settings settings = test_settings(Detection::ccd);
   settings.edge_contacts = edge_contacts;
-  bullet::WorldMirror mirror(kind, settings);
+  bullet::WorldMirror mirror(kind.ends, settings);
   return CrossingPrevention(kind, mirror, settings)
       .run(
           {bodies, 2}, [](btSoftBody&, btSoftBody&) { return true; }, kStep);
 }
 
 TEST(AnswersToCrossings, let_go_what_is_through_something_where_edges_are_answered) {
-  for (const WorldKind* kind : {&kClassicWorld, &kDeformableWorld}) {
+  for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     EXPECT_FALSE(is_held_back(*kind, bullet::EdgeContacts::respond));
     EXPECT_TRUE(is_held_back(*kind, bullet::EdgeContacts::off)) << "nodes never pass through faces";
   }

@@ -75,7 +75,9 @@ TEST(OnError, a_step_without_memory_has_bullets_contacts_in_classic_worlds) {
 
 TEST(OnError, a_step_without_memory_has_bullets_contacts_in_the_deformable_world) {
   Layers<DeformableSimulation> bullets(std::optional<bullet::Settings>{});
-  const auto make = [] { return std::make_unique<Layers<DeformableSimulation>>(std::optional(cpu_settings())); };
+  const auto make = [] {
+    return std::make_unique<Layers<DeformableSimulation>>(std::optional(cpu_settings(Detection::ccd)));
+  };
   expect_bullets_contacts_in_failing_steps(make, bullets);
 }
 

@@ -93,7 +93,7 @@ class AllPairs {
       }
     }
     const WorldMirror::Member& b = is_same_body ? a_ : b_;
-    const bool found = is_tangled(MemberContact{contact, a_, b}, bullet::kDeformableWorld);
+    const bool found = is_tangled(MemberContact{contact, a_, b}, bullet::kDeformableEnds);
     EXPECT_EQ(found, expected);
     return found;
   }
@@ -137,7 +137,7 @@ TEST(Tangles, what_only_touches_is_none) {
       Contact contact{};
       contact.feature_b = f;
       contact.vertices[0] = n;
-      EXPECT_FALSE(is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableWorld));
+      EXPECT_FALSE(is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableEnds));
     }
   }
 }
@@ -164,7 +164,7 @@ Neighbours neighbours_of(btSoftBody& a, btSoftBody& b, btScalar distance) {
       contact.vertices[0] = n;
       std::copy(std::begin(v), std::end(v), contact.vertices + 1);
       ++neighbours.count;
-      neighbours.tangled += is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableWorld) ? 1 : 0;
+      neighbours.tangled += is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableEnds) ? 1 : 0;
     }
   }
   return neighbours;
@@ -247,7 +247,7 @@ TEST(Tangles, are_where_insides_of_triangles_meet) {
     std::iota(contact.vertices + 1, contact.vertices + 4, 0U);
     contact.distance = 100;  // of the vertices that a detection would have found
     const bool expected = intersect(without_border(a), without_border(b));
-    EXPECT_EQ(is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableWorld), expected) << i;
+    EXPECT_EQ(is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableEnds), expected) << i;
     tangled += expected ? 1 : 0;
     touching += !expected && intersect(a, b) ? 1 : 0;
   }
