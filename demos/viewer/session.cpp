@@ -3,8 +3,8 @@
 #include <chrono>
 #include <utility>
 
-#include "contacts_of_kind.hpp"
-#include "snapshot_reader.hpp"
+#include "bodies/snapshot_reader.hpp"
+#include "contacts/contacts_of_kind.hpp"
 
 namespace softcd::demo {
 

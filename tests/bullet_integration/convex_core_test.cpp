@@ -1,6 +1,6 @@
 // What is made of convex shapes, against Bullet's own support functions.
 
-#include "convex_core.hpp"
+#include "rigid/convex_core.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "BulletCollision/CollisionShapes/btTriangleShape.h"
-#include "vectors.hpp"
+#include "bodies/vectors.hpp"
 
 namespace softcd::test {
 namespace {

@@ -1,7 +1,7 @@
 // What the answers to crossings do to free bodies: no momentum comes or goes, and no kinetic energy is added. What they
 // leave alone: bodies that are through each other already.
 
-#include "crossing_prevention.hpp"
+#include "crossings/crossing_prevention.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Nodes that move on as one rigid body, and what holds them in that.
 
-#include "impact_zones.hpp"
+#include "crossings/impact_zones.hpp"
 
 #include <gtest/gtest.h>
 

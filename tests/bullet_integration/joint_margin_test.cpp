@@ -1,6 +1,6 @@
 // The margin with which one classic contact answers for several, against Bullet's own solver.
 
-#include "joint_margin.hpp"
+#include "contacts/joint_margin.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <memory>
 #include <vector>
 
+#include "bodies/vectors.hpp"
 #include "random.hpp"
 #include "scenes/cloth.hpp"
 #include "softcd/math/closest_point.hpp"
-#include "vectors.hpp"
 
 namespace softcd::test {
 namespace {

@@ -1,6 +1,6 @@
 // Bodies that are through each other already when a step begins.
 
-#include "tangles.hpp"
+#include "contacts/tangles.hpp"
 
 #include <gtest/gtest.h>
 

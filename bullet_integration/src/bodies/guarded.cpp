@@ -1,0 +1,36 @@
+#include "bodies/guarded.hpp"
+
+#include <array>
+#include <cstdio>
+#include <new>
+#include <utility>
+
+namespace softcd::bullet {
+
+void DetectorRecord::set_detector(const Query* query, Explain explain) {
+  if (query_ != nullptr) statistics_ = query_->statistics();
+  query_ = query;
+  explain_ = std::move(explain);
+}
+
+void DetectorRecord::note_failure(const Settings& settings) {
+  try {
+    throw;
+  } catch (const Error& error) {
+    go_on(settings, error.what());
+  } catch (const std::bad_alloc&) {
+    go_on(settings, "there is not enough memory");
+  }
+}
+
+void DetectorRecord::go_on(const Settings& settings, const char* cause) {
+  ++failed_steps_;
+  if (settings.on_error == OnError::throw_error) throw;
+  if (std::exchange(has_warned_, true) || !settings.log) return;
+  // Without an allocation: it may be memory that is missing.
+  std::array<char, 512> text{};
+  std::snprintf(text.data(), text.size(), "a step goes on %s, of which nothing is said again: %s", instead_, cause);
+  settings.log(LogLevel::warning, text.data());
+}
+
+}  // namespace softcd::bullet

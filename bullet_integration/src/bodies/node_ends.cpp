@@ -1,0 +1,34 @@
+#include "bodies/node_ends.hpp"
+
+#include <algorithm>
+
+namespace softcd::bullet {
+namespace {
+
+// Every node is fixed: contacts move none of them.
+bool is_immovable(const btSoftBody& body) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    if (body.m_nodes[i].m_im > 0) return false;
+  }
+  return true;
+}
+
+bool wants_self_collision(const btSoftBody& body, SelfCollision self_collision) {
+  if (self_collision == SelfCollision::flagged) return body.m_useSelfCollision;
+  return self_collision == SelfCollision::all;
+}
+
+}  // namespace
+
+BodySettings read_settings(const NodeEnds& ends, const btSoftBody& body, const Settings& settings) {
+  BodySettings result;
+  result.margin = std::max(0.0F, static_cast<float>(body.getCollisionShape()->getMargin()));
+  result.kinematic = !body.isActive() || is_immovable(body);
+  result.self_collision =
+      !result.kinematic && wants_self_collision(body, settings.self_collision) && is_vertex_face_pair(ends, body, body);
+  result.features = {/*vertex_triangle=*/true, settings.rigid_meshes || settings.edge_contacts != EdgeContacts::off ||
+                                                   settings.convex_shapes != ConvexShapes::nodes};
+  return result;
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,176 @@
+#include "bodies/snapshot_reader.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
+
+namespace softcd::bullet {
+namespace {
+
+constexpr std::size_t kFacesAtOnce = 8192;
+
+Triangle triangle_of(const btSoftBody::Face& face, const btSoftBody::Node* first_node) {
+  Triangle triangle{};
+  for (int i = 0; i < 3; ++i) triangle.v[i] = static_cast<std::uint32_t>(face.m_n[i] - first_node);
+  return triangle;
+}
+
+bool is_rope(const btSoftBody& body) {
+  return body.m_faces.size() == 0 && body.m_tetras.size() == 0;
+}
+
+std::vector<Segment> segments_of(const btSoftBody& body) {
+  std::vector<Segment> segments;
+  if (!is_rope(body)) return segments;
+  for (int i = 0; i < body.m_links.size(); ++i) {
+    const btSoftBody::Link& link = body.m_links[i];
+    if (link.m_bbending != 0) continue;
+    const btSoftBody::Node* const first = &body.m_nodes[0];
+    segments.push_back(
+        {{static_cast<std::uint32_t>(link.m_n[0] - first), static_cast<std::uint32_t>(link.m_n[1] - first)}});
+  }
+  return segments;
+}
+
+bool has_same_segments(const BodyMesh& mesh, const btSoftBody& body) {
+  const std::vector<Segment> now = segments_of(body);
+  if (!now.empty() && mesh.first_node != &body.m_nodes[0]) return false;
+  return std::equal(now.begin(), now.end(), mesh.segments.begin(), mesh.segments.end(),
+                    [](const Segment& a, const Segment& b) { return a.v[0] == b.v[0] && a.v[1] == b.v[1]; });
+}
+
+/// One for each edge, which segments may have in common.
+void add_link_faces(BodyMesh& mesh, const btSoftBody& body) {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> known;
+  for (const Segment& segment : mesh.segments) {
+    const auto [low, high] = std::minmax(segment.v[0], segment.v[1]);
+    if (high >= mesh.node_count || low == high || !known.emplace(low, high).second) continue;
+    btSoftBody::Face face{};
+    // Bullet's deformable solver takes a node that a face has twice for two.
+    const std::uint32_t third = high + 1 < mesh.node_count ? high + 1 : (low > 0 ? low - 1 : high);
+    auto& nodes = const_cast<btSoftBody&>(body).m_nodes;
+    face.m_n[0] = &nodes[static_cast<int>(low)];
+    face.m_n[1] = &nodes[static_cast<int>(high)];
+    face.m_n[2] = &nodes[static_cast<int>(third)];
+    face.m_material = body.m_materials.size() > 0 ? body.m_materials[0] : nullptr;
+    mesh.link_faces.push_back(face);
+  }
+}
+
+}  // namespace
+
+void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
+  // A body that sleeps was not predicted: its m_q means nothing.
+  if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
+  btVector3 low = body.m_nodes[0].m_q;
+  btVector3 high = low;
+  for (int i = 1; i < body.m_nodes.size(); ++i) {
+    low.setMin(body.m_nodes[i].m_q);
+    high.setMax(body.m_nodes[i].m_q);
+  }
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  low -= btVector3(margin, margin, margin);
+  high += btVector3(margin, margin, margin);
+  low.setMin(body.m_bounds[0]);
+  high.setMax(body.m_bounds[1]);
+  broadphase.setAabb(body.getBroadphaseHandle(), low, high, dispatcher);
+}
+
+bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body) {
+  if (mesh.node_count != static_cast<std::uint32_t>(body.m_nodes.size()) ||
+      mesh.face_count != static_cast<std::uint32_t>(body.m_faces.size()) || !has_same_segments(mesh, body)) {
+    return false;
+  }
+  const auto is_same = [&](const tbb::blocked_range<int>& faces) {
+    for (int i = faces.begin(); i < faces.end(); ++i) {
+      const Triangle now = triangle_of(body.m_faces[i], &body.m_nodes[0]);
+      const Triangle& then = mesh.triangles[static_cast<std::size_t>(i)];
+      if (!std::equal(now.v, now.v + 3, then.v)) return false;
+    }
+    return true;
+  };
+  return tbb::parallel_reduce(
+      tbb::blocked_range<int>(0, body.m_faces.size(), kFacesAtOnce), true,
+      [&](const tbb::blocked_range<int>& faces, bool is_same_so_far) { return is_same_so_far && is_same(faces); },
+      std::logical_and<>());
+}
+
+BodyMesh read_mesh(const btSoftBody& body) {
+  BodyMesh mesh;
+  mesh.node_count = static_cast<std::uint32_t>(body.m_nodes.size());
+  mesh.face_count = static_cast<std::uint32_t>(body.m_faces.size());
+  mesh.triangles.reserve(mesh.face_count);
+  std::vector<bool> has_face(mesh.node_count, false);
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    const Triangle triangle = triangle_of(body.m_faces[i], &body.m_nodes[0]);
+    for (const std::uint32_t node : triangle.v) {
+      if (node < mesh.node_count) has_face[node] = true;
+    }
+    mesh.triangles.push_back(triangle);
+  }
+  mesh.segments = segments_of(body);
+  for (const Segment& segment : mesh.segments) {
+    for (const std::uint32_t node : segment.v) {
+      if (node < mesh.node_count) has_face[node] = true;
+    }
+  }
+  if (!mesh.segments.empty()) mesh.first_node = &body.m_nodes[0];
+  add_link_faces(mesh, body);
+  for (std::uint32_t node = 0; node < mesh.node_count; ++node) {
+    if (!has_face[node]) mesh.triangles.push_back({{node, node, node}});
+  }
+  return mesh;
+}
+
+void add_faces_of_nodes(BodyMesh& mesh) {
+  mesh.first_face_of_node.assign(mesh.node_count + 1, 0);
+  const auto first_segment = static_cast<std::uint32_t>(mesh.triangles.size());
+  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+    for (const std::uint32_t node : mesh.triangles[f].v) ++mesh.first_face_of_node[node + 1];
+  }
+  for (const Segment& segment : mesh.segments) {
+    for (const std::uint32_t node : segment.v) ++mesh.first_face_of_node[node + 1];
+  }
+  std::partial_sum(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end(), mesh.first_face_of_node.begin());
+  std::vector<std::uint32_t> next(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end() - 1);
+  mesh.faces_of_nodes.resize(mesh.first_face_of_node.back());
+  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+    for (const std::uint32_t node : mesh.triangles[f].v) mesh.faces_of_nodes[next[node]++] = f;
+  }
+  for (std::uint32_t s = 0; s < mesh.segments.size(); ++s) {
+    for (const std::uint32_t node : mesh.segments[s].v) mesh.faces_of_nodes[next[node]++] = first_segment + s;
+  }
+}
+
+std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other) {
+  const auto faces = mesh.faces_of_nodes.begin();
+  const auto end = faces + mesh.first_face_of_node[node + 1];
+  const auto found = std::find_if(faces + mesh.first_face_of_node[node], end,
+                                  [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other); });
+  return found == end || *found >= mesh.face_count ? kNoIndex : *found;
+}
+
+std::vector<std::uint32_t> changed_triangles(const BodyMesh& before, const BodyMesh& now) {
+  std::vector<std::uint32_t> changed;
+  const std::size_t in_both = std::min(before.triangles.size(), now.triangles.size());
+  for (std::size_t t = 0; t < in_both; ++t) {
+    const auto& v = now.triangles[t].v;
+    if (!std::equal(v, v + 3, before.triangles[t].v)) changed.push_back(static_cast<std::uint32_t>(t));
+  }
+  return changed;
+}
+
+Positions positions_of(const btSoftBody& body, btVector3 btSoftBody::Node::*position) {
+  return {&(body.m_nodes[0].*position).m_floats[0], static_cast<std::size_t>(body.m_nodes.size()),
+          sizeof(btSoftBody::Node)};
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,269 @@
+#include "bodies/world_mirror.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "bodies/query_options.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// Where more than one in so many triangles is another one, all are taken anew, which costs less then.
+constexpr std::size_t kOneChangedIn = 8;
+
+bool is_same(const BodySettings& a, const BodySettings& b) {
+  return a.margin == b.margin && a.self_collision == b.self_collision && a.kinematic == b.kinematic &&
+         a.features.edge_edge == b.features.edge_edge && a.neighbour_rings == b.neighbour_rings &&
+         a.rest_distance == b.rest_distance;
+}
+
+/// As what scenes throw, before there is a body in one.
+void validate(const btSoftBody& body, const BodyFilters& filters) {
+  const auto node_count = static_cast<std::size_t>(body.m_nodes.size());
+  if (!filters.nodes.empty() && filters.nodes.size() != node_count) {
+    throw InvalidInput("softcd::bullet::BodyFilters: there are " + std::to_string(filters.nodes.size()) +
+                       " of nodes, but the body has " + std::to_string(node_count) + " nodes");
+  }
+  if (filters.neighbour_rings < 1 || filters.neighbour_rings > 16) {
+    throw InvalidInput("softcd::bullet::BodyFilters: neighbour_rings is " + std::to_string(filters.neighbour_rings) +
+                       ", but must be 1 to 16");
+  }
+  if (!(filters.rest_distance >= 0.0F && std::isfinite(filters.rest_distance))) {
+    throw InvalidInput("softcd::bullet::BodyFilters: rest_distance is " + std::to_string(filters.rest_distance) +
+                       ", but must be finite and at least 0");
+  }
+}
+
+/// None unless they are asked for.
+std::vector<Vec3d> rest_positions(const btSoftBody& body, const BodyFilters& filters) {
+  std::vector<Vec3d> x_rest;
+  if (!(filters.rest_distance > 0.0F)) return x_rest;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btVector3& x = body.m_nodes[i].m_x;
+    x_rest.push_back({double(x.x()), double(x.y()), double(x.z())});
+    if (std::isfinite(x.x()) && std::isfinite(x.y()) && std::isfinite(x.z())) continue;
+    throw InvalidInput("softcd::bullet::BodyFilters: node " + std::to_string(i) +
+                       " is not at a finite place, from which rest_distance is measured");
+  }
+  return x_rest;
+}
+
+BodyDesc desc_of(const BodyMesh& mesh, const BodySettings& settings) {
+  return {mesh.triangles, mesh.node_count, settings, /*rank=*/-1, mesh.segments};
+}
+
+}  // namespace
+
+WorldMirror::WorldMirror(const NodeEnds& ends, const Settings& settings)
+    : ends_(ends), settings_(settings), scene_(scene_options(settings), settings.log) {}
+
+void WorldMirror::set_settings(const Settings& settings) {
+  if (scene_options(settings) != scene_options(settings_)) scene_.set_options(scene_options(settings));
+  scene_.set_log(settings.log);
+  settings_ = settings;
+}
+
+void WorldMirror::set_filters(const btSoftBody& body, BodyFilters filters) {
+  validate(body, filters);
+  KeptFilters kept = {std::move(filters), {}, last_filters_ + 1, false};
+  kept.x_rest = rest_positions(body, kept.filters);
+  filters_.insert_or_assign(&body, std::move(kept));
+  ++last_filters_;
+}
+
+/// Forgets those of others.
+void WorldMirror::keep_filters_of(Span<btSoftBody* const> bodies) noexcept {
+  if (filters_.empty()) return;
+  for (const btSoftBody* body : bodies) {
+    const auto known = filters_.find(body);
+    if (known != filters_.end()) known->second.is_in_world = true;
+  }
+  for (auto entry = filters_.begin(); entry != filters_.end();) {
+    entry = std::exchange(entry->second.is_in_world, false) ? std::next(entry) : filters_.erase(entry);
+  }
+}
+
+void WorldMirror::drop_unfit_filters(const btSoftBody& body) {
+  const auto known = filters_.find(&body);
+  if (known == filters_.end()) return;
+  const auto fits = [&](std::size_t count) {
+    return count == 0 || count == static_cast<std::size_t>(body.m_nodes.size());
+  };
+  if (fits(known->second.filters.nodes.size()) && fits(known->second.x_rest.size())) return;
+  filters_.erase(known);
+  if (!settings_.log) return;
+  settings_.log(LogLevel::warning,
+                "the filters of a soft body are forgotten: it has another number of nodes than when they were set");
+}
+
+BodySettings WorldMirror::settings_of(const btSoftBody& body) const {
+  BodySettings settings = read_settings(ends_, body, settings_);
+  const auto known = filters_.find(&body);
+  if (known == filters_.end()) return settings;
+  settings.neighbour_rings = known->second.filters.neighbour_rings;
+  settings.rest_distance = known->second.filters.rest_distance;
+  return settings;
+}
+
+/// To the scene, which has forgotten them where it has 0.
+void WorldMirror::pass_on_filters(Member& member) {
+  const auto known = filters_.find(member.body);
+  const std::uint64_t number = known == filters_.end() ? 0 : known->second.number;
+  if (member.filters == number) return;
+  static const KeptFilters none;
+  const KeptFilters& kept = known == filters_.end() ? none : known->second;
+  scene_.set_vertex_filters(member.id, kept.filters.nodes);
+  scene_.set_rest_positions(member.id, kept.x_rest);
+  member.filters = number;
+}
+
+void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
+  keep_filters_of(bodies);
+  const bool keeps_some = !std::exchange(forgets_all_, false);
+  for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {
+    for (btSoftBody* body : present) {
+      const auto known = members_.find(body);
+      if (known != members_.end()) known->second.is_in_world = keeps_some && known->second.last_step == step_;
+    }
+  }
+  remove_unmarked();
+  for (auto& [body, member] : members_) member.topology_changed = false;
+  ++step_;
+}
+
+void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
+  for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {
+    for (btSoftBody* body : present) {
+      const auto known = members_.find(body);
+      if (known != members_.end()) known->second.is_in_world = true;
+    }
+  }
+  remove_unmarked();
+  for (auto& [body, member] : members_) member.last_compared = 0;
+}
+
+void WorldMirror::remove_unmarked() noexcept {
+  for (auto entry = members_.begin(); entry != members_.end();) {
+    if (std::exchange(entry->second.is_in_world, false)) {
+      ++entry;
+      continue;
+    }
+    scene_.remove_body(entry->second.id);
+    members_by_id_.erase(entry->second.id.value);
+    entry = members_.erase(entry);
+  }
+}
+
+void WorldMirror::compare(Span<btSoftBody* const> bodies) {
+  if (members_.empty()) return;
+  tbb::parallel_for(std::size_t{0}, bodies.size(), [&](std::size_t i) {
+    const auto known = members_.find(bodies[i]);
+    if (known != members_.end()) compare(known->second);
+  });
+}
+
+void WorldMirror::compare(Member& member) const {
+  if (member.last_compared == step_) return;
+  member.is_outdated = !is_up_to_date(member.mesh, *member.body);
+  member.topology_changed |= member.is_outdated;
+  member.last_compared = step_;
+}
+
+WorldMirror::Member& WorldMirror::require(btSoftBody& body, bool needs_way) {
+  drop_unfit_filters(body);
+  const auto known = members_.find(&body);
+  if (known == members_.end()) {
+    Member& added = add(body, settings_of(body));
+    pass_on_filters(added);
+    set_positions(added, needs_way);
+    return added;
+  }
+  Member& member = known->second;
+  if (member.last_step != step_ || member.last_compared != step_) {
+    update(member, settings_of(body));
+    pass_on_filters(member);
+    set_positions(member, needs_way);
+    member.last_step = step_;
+  } else if (needs_way && !member.has_way) {
+    set_positions(member, needs_way);
+  }
+  return member;
+}
+
+bool WorldMirror::has(const btSoftBody& body) const {
+  const auto known = members_.find(&body);
+  return known != members_.end() && known->second.last_step == step_;
+}
+
+WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& settings) {
+  Member& member = members_[&body];
+  try {
+    member.body = &body;
+    member.mesh = read_mesh(body);
+    member.settings = settings;
+    member.topology_changed = true;
+    member.last_compared = step_;
+    member.id = scene_.add_body(desc_of(member.mesh, settings));
+    members_by_id_[member.id.value] = &member;
+    member.last_step = step_;
+    return member;
+  } catch (...) {
+    if (scene_.has_body(member.id)) scene_.remove_body(member.id);
+    members_.erase(&body);
+    throw;
+  }
+}
+
+void WorldMirror::update(Member& member, const BodySettings& settings) {
+  compare(member);
+  if (member.is_outdated) {
+    update_mesh(member, settings);
+  } else if (!is_same(member.settings, settings)) {
+    scene_.set_settings(member.id, settings);
+  }
+  member.settings = settings;
+}
+
+void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
+  BodyMesh mesh = read_mesh(*member.body);
+  const BodyDesc desc = desc_of(mesh, settings);
+  const std::vector<std::uint32_t> changed = changed_triangles(member.mesh, mesh);
+  const std::size_t added = mesh.triangles.size() - std::min(mesh.triangles.size(), member.mesh.triangles.size());
+  if (changed.size() + added <= mesh.triangles.size() / kOneChangedIn) {
+    scene_.update_body(member.id, desc, changed);
+  } else {
+    scene_.update_body(member.id, desc);
+  }
+  member.mesh = std::move(mesh);
+  member.filters = 0;
+}
+
+void WorldMirror::set_positions(Member& member, bool needs_way) {
+  const btSoftBody& body = *member.body;
+  const NodePosition start = start_of(ends_, body);
+  const NodePosition end = body.isActive() ? ends_.end : start;
+  if (needs_way) {
+    scene_.set_positions(member.id, positions_of(body, start), positions_of(body, end));
+  } else {
+    scene_.set_positions(member.id, positions_of(body, start));
+  }
+  member.has_way = needs_way;
+}
+
+void WorldMirror::update_way(Member& member) {
+  const btSoftBody& body = *member.body;
+  scene_.set_positions(member.id, positions_of(body, ends_.start), positions_of(body, ends_.end));
+  member.has_way = true;
+}
+
+const WorldMirror::Member* WorldMirror::find(BodyId id) const {
+  const auto found = members_by_id_.find(id.value);
+  return found == members_by_id_.end() ? nullptr : found->second;
+}
+
+}  // namespace softcd::bullet

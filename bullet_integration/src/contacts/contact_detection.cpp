@@ -1,0 +1,197 @@
+#include "contacts/contact_detection.hpp"
+
+#include <cmath>
+
+#include "LinearMath/btQuickprof.h"
+#include "bodies/query_options.hpp"
+
+// Defined by the libraries of both precisions: the linker refuses a program that holds parts of both, by this name.
+extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_float64() {}
+
+namespace softcd::bullet {
+namespace {
+
+bool is_finite(const btSoftBody& body) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btSoftBody::Node& node = body.m_nodes[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(node.m_x[axis]) || !std::isfinite(node.m_q[axis])) return false;
+    }
+  }
+  return true;
+}
+
+/// Whether solving it spreads what is no number over its links.
+bool is_spoilt(const btSoftBody& body) {
+  return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
+}
+
+/// Bullet's solver of classic worlds answers contacts in turns. There a node's contacts of one normal push by Bullet's
+/// growing margin more than once.
+Settings chosen_for(const ContactsOfKind& kind, Settings settings) {
+  if (settings.contacts == Contacts::automatic) {
+    const bool may_push_twice = kind.solves_in_turns && settings.detection == Detection::dcd;
+    settings.contacts = may_push_twice ? Contacts::closest_feature : Contacts::all;
+  }
+  return settings;
+}
+
+}  // namespace
+
+ContactDetection::ContactDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
+    : kind_(kind),
+      mirror_(mirror),
+      settings_(chosen_for(kind, settings)),
+      query_(mirror.scene(), kind.options(settings)) {}
+
+void ContactDetection::set_settings(const Settings& settings) {
+  query_.set_options(kind_.options(settings));
+  settings_ = chosen_for(kind_, settings);
+}
+
+std::vector<StageReport> ContactDetection::explain() const {
+  std::vector<StageReport> stages = query_.explain();
+  stages.push_back(economy_.report());
+  return stages;
+}
+
+/// Else it looks at where the nodes are at one time.
+bool ContactDetection::looks_at_way() const {
+  return query_.options().detection == Detection::ccd || query_.options().motion_margin > 0;
+}
+
+void ContactDetection::start(Span<btSoftBody* const> bodies, const PairRule& rule) {
+  BT_PROFILE("softcd contacts");
+  mirror_.compare(bodies);
+  bool has_any = false;
+  for (btSoftBody* body : bodies) {
+    if (!has_vertex_face_contacts(kind_.ends, *body)) continue;
+    require(*body);
+    has_any = true;
+  }
+  ticket_.reset();
+  if (!has_any && has_looked_at_nothing(query_)) return;
+  query_.set_pair_filter(pair_filter(mirror_, rule));
+  ticket_ = query_.start();
+  query_.set_pair_filter({});
+}
+
+void ContactDetection::require(btSoftBody& body) {
+  WorldMirror::Member& member = mirror_.require(body, looks_at_way());
+  const bool needs_faces_of_nodes = member.settings.self_collision || member.settings.features.edge_edge ||
+                                    query_.options().detection == Detection::ccd;
+  if (needs_faces_of_nodes && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+}
+
+void ContactDetection::drop_unread_face_trees(Span<btSoftBody* const> bodies) {
+  for (btSoftBody* body : bodies) {
+    if (!has_vertex_face_contacts(kind_.ends, *body) || !mirror_.has(*body)) continue;
+    WorldMirror::Member& member = mirror_.member(*body);
+    member.face_tree.drop_unread_tree(*body, member.topology_changed);
+  }
+}
+
+void ContactDetection::finish(bool looks_at_crossings) {
+  BT_PROFILE("softcd contacts");
+  releases_touches_ = looks_at_crossings && settings_.detection == Detection::ccd;
+  edge_contacts_.clear();
+  const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
+  find_spoilt(contacts);
+  find_tangles(contacts);
+  economy_.choose(kind_, mirror_, contacts, settings_, [this](const MemberContact& found) { return use_of(found); });
+  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+    if (found.contact.kind == ContactKind::edge_edge) edge_contacts_.push_back(edge_contact_of(found));
+  });
+  const bool keeps_notes = settings_.read_out != ReadOut::off;
+  notes_.reset(keeps_notes ? contacts.size() : 0);
+  // Nothing throws from here on: Bullet's arrays get all contacts or none.
+  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+    const ContactShare share = economy_.share_of(static_cast<std::size_t>(&found.contact - contacts.begin()));
+    if (share.count > 0) keeps_notes ? write_and_note(found, share) : write(found, share);
+  });
+  notes_.arrange();
+}
+
+void ContactDetection::find_spoilt(Span<const Contact> contacts) {
+  spoilt_.clear();
+  if (!kind_.solves_in_turns || query_.statistics().left_out_triangles == 0) return;
+  std::unordered_set<const btSoftBody*> seen;
+  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+    for (const btSoftBody* body : {found.a.body, found.b.body}) {
+      if (seen.insert(body).second && is_spoilt(*body)) spoilt_.insert(body);
+    }
+  });
+}
+
+/// A discrete detection looks at one time alone, and holds nothing on a side. That of the deformable world looks for
+/// tangles where edges are answered with Detection::ccd: where they pass through each other, tangles come and go.
+bool ContactDetection::looks_for_tangles() const {
+  return query_.options().detection == Detection::ccd ||
+         (settings_.detection == Detection::ccd && settings_.edge_contacts == EdgeContacts::respond);
+}
+
+/// A discrete detection of the deformable world is of the step's start.
+bool ContactDetection::has_begun_before(const Contact& contact) const {
+  return query_.options().detection == Detection::dcd || contact.time_of_impact <= 0;
+}
+
+/// In the deformable world nodes keep theirs: like Bullet's own, they hold tangled bodies against their weight. Those
+/// of edges, whose normals may be any in a tangle, drive it.
+bool ContactDetection::is_released_from_tangles(const MemberContact& found) const {
+  const bool is_kept =
+      query_.options().detection == Detection::dcd && found.contact.kind == ContactKind::vertex_triangle;
+  return !is_kept && has_begun_before(found.contact) && tangled_.has_one_of(found);
+}
+
+void ContactDetection::find_tangles(Span<const Contact> contacts) {
+  tangled_.clear();
+  if (!looks_for_tangles()) return;
+  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+    const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
+    if (has_faces && has_begun_before(found.contact)) tangled_.add(found, kind_.ends);
+  });
+}
+
+ContactUse ContactDetection::use_of(const MemberContact& found) const {
+  if (!is_with_face(found) || is_released(found) || !kind_.is_written(found, settings_.detection)) {
+    return ContactUse::none;
+  }
+  return kind_.may_close(found) ? ContactUse::may_close : ContactUse::cannot_close;
+}
+
+/// A contact stands with the nodes of one side, which for edges may be either.
+void ContactDetection::write_and_note(const MemberContact& found, const ContactShare& share) {
+  const bool is_edges = found.contact.kind == ContactKind::edge_edge;
+  const btSoftBody* const sides[2] = {found.a.body, found.b.body};
+  const int counts[2] = {kind_.count(*sides[0]), kind_.count(*sides[1])};
+  write(found, share);
+  for (int i = 0; i < 2; ++i) {
+    const int added = kind_.count(*sides[i]) - counts[i];
+    if (added == 0) continue;
+    notes_.add({{sides[i], ContactArray::soft, counts[i], added},
+                is_edges ? sides[0] : nullptr,
+                is_edges ? sides[1] : nullptr,
+                found.contact});
+    return;
+  }
+}
+
+/// Its features are through each other, and shall come apart; or they touch, on a side that no distance tells, where
+/// the look at crossings keeps them; or the one body would spoil the other.
+bool ContactDetection::is_released(const MemberContact& found) const {
+  if (releases_touches_ && is_touching(found, kind_.ends)) return true;
+  const bool would_spoil =
+      !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
+  return would_spoil || is_released_from_tangles(found);
+}
+
+void ContactDetection::write(const MemberContact& found, const ContactShare& share) const {
+  if (is_released(found)) return;
+  if (found.contact.kind == ContactKind::edge_edge) {
+    if (settings_.edge_contacts == EdgeContacts::respond) kind_.write_edges(found);
+  } else if (is_with_face(found)) {
+    kind_.write(found, settings_.detection, share);
+  }
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,225 @@
+#include "contacts/contact_economy.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <string>
+
+#include "contacts/edge_economy.hpp"
+#include "softcd/math/closest_point.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+using Nearest = ContactEconomy::Nearest;
+using ContactRange = tbb::blocked_range<std::size_t>;
+
+constexpr std::size_t kContactsAtOnce = 1024;
+
+Vec3d position_of(const WorldMirror::Member& member, std::uint32_t node) {
+  const btVector3& x = member.body->m_nodes[static_cast<int>(node)].m_x;
+  return {double(x.x()), double(x.y()), double(x.z())};
+}
+
+/// Weights below 0 are of ContactRule::slab, in the deformable world: the node's foot in the face's plane lies beside
+/// the face, and the contact's distance is the one from the plane.
+Nearest nearest_of(const MemberContact& found, ContactUse use) {
+  const Contact& contact = found.contact;
+  const float(&w)[4] = contact.weights;
+  if (!(w[1] < 0 || w[2] < 0 || w[3] < 0)) {
+    return {double(contact.distance), contact.time_of_impact, {w[1] > 0, w[2] > 0, w[3] > 0}, use};
+  }
+  const std::uint32_t(&v)[4] = contact.vertices;
+  const ClosestPoints<double> closest = closest_points_vertex_triangle(
+      position_of(found.a, v[0]), position_of(found.b, v[1]), position_of(found.b, v[2]), position_of(found.b, v[3]));
+  const double(&u)[4] = closest.weights;
+  return {closest.distance(), contact.time_of_impact, {u[1] > 0, u[2] > 0, u[3] > 0}, use};
+}
+
+bool are_of_one_node_and_body(const Contact& a, const Contact& b) {
+  return a.feature_a == b.feature_a && a.body_a == b.body_a && a.body_b == b.body_b;
+}
+
+/// Whether a push along the one normal moves out of the other contact, too.
+bool are_on_one_side(const Contact& a, const Contact& b) {
+  return dot(a.normal, b.normal) > 0;
+}
+
+/// Chooses among one node's contacts with one body, of which each array has `count`. A contact's owner is the one that
+/// answers for it, maybe itself.
+class NodeChoice {
+ public:
+  NodeChoice(const ContactsOfKind& kind, const WorldMirror& mirror, const Settings& settings)
+      : kind_(kind), mirror_(mirror), settings_(settings) {}
+
+  void choose(std::size_t count, const Contact* contacts, const Nearest* nearest, ContactShare* shares) {
+    contacts_ = contacts;
+    nearest_ = nearest;
+    shares_ = shares;
+    put_nearest_first(count);
+    find_owners(count);
+    if (settings_.contacts == Contacts::closest_feature) drop_those_that_cannot_close(count);
+    if (settings_.contacts_per_node > 0) drop_all_but_nearest();
+    for (const std::uint32_t i : order_) {
+      if (shares_[i].count > 1) cut_margin(i, count);
+    }
+  }
+
+ private:
+  void put_nearest_first(std::size_t count) {
+    order_.clear();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (nearest_[i].use != ContactUse::none) order_.push_back(i);
+    }
+    std::sort(order_.begin(), order_.end(), [this](std::uint32_t i, std::uint32_t j) {
+      const Nearest& a = nearest_[i];
+      const Nearest& b = nearest_[j];
+      if (a.time != b.time) return a.time < b.time;
+      return a.distance != b.distance ? a.distance < b.distance : i < j;
+    });
+  }
+
+  void find_owners(std::size_t count) {
+    owners_.resize(count);
+    for (std::size_t place = 0; place < order_.size(); ++place) {
+      const std::uint32_t i = order_[place];
+      owners_[i] = settings_.contacts == Contacts::closest_feature ? owner_of(place) : i;
+      ++shares_[owners_[i]].count;
+    }
+  }
+
+  /// That of the nearest of the nearer faces that have the edge or corner at which the contact is, with an owner on the
+  /// contact's side. A point at a feature is a point of all its faces, so that their nearest points are no farther:
+  /// from face to face this leads to where the distance has a minimum.
+  std::uint32_t owner_of(std::size_t place) const {
+    const std::uint32_t i = order_[place];
+    const std::array<bool, 3>& has_corner = nearest_[i].has_corner;
+    if (has_corner[0] && has_corner[1] && has_corner[2]) return i;
+    for (std::size_t nearer = 0; nearer < place; ++nearer) {
+      const std::uint32_t owner = owners_[order_[nearer]];
+      if (has_feature(order_[nearer], i) && are_on_one_side(contacts_[owner], contacts_[i])) return owner;
+    }
+    return i;
+  }
+
+  /// Whether the face of contact `other` has the feature of contact `i`.
+  bool has_feature(std::uint32_t other, std::uint32_t i) const {
+    const std::uint32_t(&v)[4] = contacts_[other].vertices;
+    const Triangle face{{v[1], v[2], v[3]}};
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      if (nearest_[i].has_corner[corner] && !has_vertex(face, contacts_[i].vertices[corner + 1])) return false;
+    }
+    return true;
+  }
+
+  /// A contact may close where one of those that it stands for may.
+  void drop_those_that_cannot_close(std::size_t count) {
+    may_close_.assign(count, 0);
+    for (const std::uint32_t i : order_) {
+      if (nearest_[i].use == ContactUse::may_close) may_close_[owners_[i]] = 1;
+    }
+    for (std::size_t i = 0; i < count; ++i) shares_[i].count *= may_close_[i];
+  }
+
+  void drop_all_but_nearest() {
+    for (std::size_t place = 0; place < order_.size(); ++place) {
+      const std::uint32_t i = order_[place];
+      std::uint32_t kept = 0;
+      for (std::size_t nearer = 0; nearer < place; ++nearer) {
+        const std::uint32_t j = order_[nearer];
+        if (shares_[j].count > 0 && are_on_one_side(contacts_[j], contacts_[i])) ++kept;
+      }
+      if (kept >= settings_.contacts_per_node) shares_[i].count = 0;
+    }
+  }
+
+  /// Contacts of one normal are of one point of the body: the first that is answered ends the approach for all.
+  void cut_margin(std::uint32_t owner, std::size_t count) {
+    const WorldMirror::Member& a = mirror_.member(contacts_[owner].body_a);
+    const WorldMirror::Member& b = mirror_.member(contacts_[owner].body_b);
+    answered_.clear();
+    bool are_of_one_normal = true;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (nearest_[i].use == ContactUse::none || owners_[i] != owner) continue;
+      answered_.push_back({contacts_[i], a, b});
+      are_of_one_normal &= contacts_[i].normal == contacts_[owner].normal;
+    }
+    if (are_of_one_normal) return;
+    shares_[owner].margin_cut = kind_.margin_cut({contacts_[owner], a, b}, answered_, settings_.detection);
+  }
+
+  const ContactsOfKind& kind_;
+  const WorldMirror& mirror_;
+  const Settings& settings_;
+  const Contact* contacts_ = nullptr;
+  const Nearest* nearest_ = nullptr;
+  ContactShare* shares_ = nullptr;
+  std::vector<std::uint32_t> order_, owners_, may_close_;
+  std::vector<MemberContact> answered_;
+};
+
+}  // namespace
+
+void ContactEconomy::choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+                            const Settings& settings, const Rule& rule) {
+  shares_.clear();
+  nearest_.clear();
+  is_choosing_ = settings.contacts != Contacts::all || settings.contacts_per_node > 0;
+  if (!is_choosing_) return;
+  shares_.resize(contacts.size());
+  choose_nodes(kind, mirror, contacts, settings, rule);
+  const bool chooses_edges = settings.contacts == Contacts::closest_feature &&
+                             settings.edge_contacts == EdgeContacts::respond &&
+                             kind.options(settings).contact_rule == ContactRule::distance;
+  if (chooses_edges) choose_edges(kind, mirror, contacts);
+}
+
+void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+                                  const Settings& settings, const Rule& rule) {
+  const auto* const edges = std::partition_point(
+      contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
+  const auto count = static_cast<std::size_t>(edges - contacts.begin());
+  std::fill_n(shares_.begin(), count, ContactShare{/*count=*/0});
+  nearest_.resize(count);
+  const ContactRange all(0, count, kContactsAtOnce);
+  tbb::parallel_for(all, [&](const ContactRange& range) {
+    Nearest* next = &nearest_[range.begin()];
+    mirror.for_each_contact(Span<const Contact>(&contacts[range.begin()], range.size()),
+                            [&](const MemberContact& found) { *next++ = nearest_of(found, rule(found)); });
+  });
+  tbb::parallel_for(all, [&](const ContactRange& range) {
+    NodeChoice node(kind, mirror, settings);
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      if (i > 0 && are_of_one_node_and_body(contacts[i - 1], contacts[i])) continue;
+      std::size_t end = i + 1;
+      while (end < count && are_of_one_node_and_body(contacts[i], contacts[end])) ++end;
+      node.choose(end - i, &contacts[i], &nearest_[i], &shares_[i]);
+    }
+  });
+}
+
+void ContactEconomy::choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts) {
+  const ContactRange edges(nearest_.size(), contacts.size(), kContactsAtOnce);
+  tbb::parallel_for(edges, [&](const ContactRange& range) {
+    ContactShare* next = &shares_[range.begin()];
+    mirror.for_each_contact(
+        Span<const Contact>(&contacts[range.begin()], range.size()),
+        [&](const MemberContact& found) { (next++)->count = has_nearer_contact(found, kind.ends) ? 0 : 1; });
+  });
+}
+
+StageReport ContactEconomy::report() const {
+  const char* const stage = "contact economy";
+  if (!is_choosing_) return {stage, false, "Bullet's solver is given all contacts"};
+  const auto given_of = [](auto begin, auto end) {
+    const auto given = std::count_if(begin, end, [](const ContactShare& share) { return share.count > 0; });
+    return std::to_string(given) + " of " + std::to_string(end - begin);
+  };
+  const auto edges = shares_.begin() + static_cast<std::ptrdiff_t>(nearest_.size());
+  return {stage, true,
+          "Bullet's solver is given " + given_of(shares_.begin(), edges) + " contacts of nodes with faces, and " +
+              given_of(edges, shares_.end()) + " of edges"};
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "contacts/contacts_of_kind.hpp"
+
+namespace softcd::bullet {
+
+/// What a contact is to Bullet's solver.
+enum class ContactUse : std::uint8_t {
+  none,          ///< it is not written
+  cannot_close,  ///< node and face stay away from each other
+  may_close,
+};
+
+/// Chooses which of a step's contacts Bullet's solver is given: see Settings::contacts and contacts_per_node. A node's
+/// contacts with one body are judged by themselves, and so is each of two edges, so that threads share the work; what
+/// is chosen depends on the contacts alone.
+class ContactEconomy {
+ public:
+  /// Called by several threads.
+  using Rule = std::function<ContactUse(const MemberContact&)>;
+
+  /// `contacts` as a query returns them.
+  void choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+              const Settings& settings, const Rule& rule);
+  /// Of the contact at this place.
+  ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
+  /// A line of explain() about what was chosen last.
+  StageReport report() const;
+
+  /// Where on its face a contact's point lies, and how early and how near it is.
+  struct Nearest {
+    double distance;
+    float time;
+    std::array<bool, 3> has_corner;  ///< of the smallest feature with the point: the face, an edge or a corner
+    ContactUse use;
+  };
+
+ private:
+  void choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
+                    const Settings& settings, const Rule& rule);
+  void choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts);
+
+  bool is_choosing_ = false;
+  std::vector<Nearest> nearest_;      ///< of vertex-face contacts, which come first
+  std::vector<ContactShare> shares_;  ///< of all contacts; empty: each is given
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,361 @@
+#include "contacts/contact_writer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+
+#include "bodies/inverse_mass.hpp"
+#include "bodies/vectors.hpp"
+#include "contacts/joint_margin.hpp"
+#include "native/native_trees.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+btSoftBody::Node& node_of(const btSoftBody& body, std::uint32_t index) {
+  return const_cast<btSoftBody&>(body).m_nodes[static_cast<int>(index)];
+}
+
+btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
+  return a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
+}
+
+// Bullet's margin for a contact of `node`: both bodies' margins, plus a multiple of the node's motion in a discrete
+// detection. Not so within a body, where it is motion relative to the face that counts, and Bullet has no rule.
+btScalar contact_margin(const btSoftBody& node_body, const btSoftBody& face_body, const btSoftBody::Node& node,
+                        Detection detection) {
+  const btScalar margins = margin_sum(node_body, face_body);
+  if (detection == Detection::ccd || &node_body == &face_body) return margins;
+  return margins + (node.m_x - node.m_q).length() * btScalar(kBulletMotionMargin);
+}
+
+// As the solver sees the face at the contact: immovable as soon as one of its nodes is.
+btScalar inverse_mass_of(const btSoftBody::Face& face, const btVector3& weights) {
+  btScalar inverse_mass = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (face.m_n[i]->m_im <= 0) return 0;
+    inverse_mass += face.m_n[i]->m_im * weights[i];
+  }
+  return inverse_mass;
+}
+
+// An edge-edge contact as Bullet's vertex-face contacts see it: the nodes of one edge, and a face at the other with the
+// contact's weights at that edge's nodes and none at the third. The nodes are those of the edge that is easier to move:
+// Bullet's deformable response knows no other mass than the node's.
+struct EdgeOnFace {
+  btSoftBody* node_body;
+  btSoftBody* face_body;
+  btSoftBody::Node* nodes[2];
+  btScalar node_weights[2];
+  btScalar further[2];  ///< how much further than the contact's point the nodes lie along the normal
+  btSoftBody::Face* face;
+  btVector3 weights;
+  btVector3 normal;  ///< towards the nodes' edge
+};
+
+btScalar inverse_mass_at(const btSoftBody& body, const Contact& contact, int first) {
+  btScalar inverse_mass = 0;
+  for (int i = first; i < first + 2; ++i) {
+    inverse_mass += btScalar(contact.weights[i]) * node_of(body, contact.vertices[i]).m_im;
+  }
+  return inverse_mass;
+}
+
+EdgeOnFace edge_on_face(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  const bool is_swapped = inverse_mass_at(*found.a.body, contact, 0) < inverse_mass_at(*found.b.body, contact, 2);
+  const WorldMirror::Member& node_side = is_swapped ? found.b : found.a;
+  const WorldMirror::Member& face_side = is_swapped ? found.a : found.b;
+  const int first_node = is_swapped ? 2 : 0;
+  const int first_corner = is_swapped ? 0 : 2;
+
+  EdgeOnFace result;
+  result.node_body = node_side.body;
+  result.face_body = face_side.body;
+  result.normal = is_swapped ? -to_bullet(contact.normal) : to_bullet(contact.normal);
+  const std::uint32_t edge = is_swapped ? contact.feature_a : contact.feature_b;
+  result.face = &face_side.face_at_edge(edge, contact.vertices + first_corner);
+  result.weights.setZero();
+  btVector3 point(0, 0, 0);
+  for (int i = 0; i < 2; ++i) {
+    const btSoftBody::Node* corner_node = &node_of(*face_side.body, contact.vertices[first_corner + i]);
+    const auto corner = std::find(std::begin(result.face->m_n), std::end(result.face->m_n), corner_node);
+    result.weights[static_cast<int>(corner - std::begin(result.face->m_n))] =
+        btScalar(contact.weights[first_corner + i]);
+    result.nodes[i] = &node_of(*node_side.body, contact.vertices[first_node + i]);
+    result.node_weights[i] = btScalar(contact.weights[first_node + i]);
+    point += result.nodes[i]->m_x * result.node_weights[i];
+  }
+  for (int i = 0; i < 2; ++i) result.further[i] = result.normal.dot(result.nodes[i]->m_x - point);
+  return result;
+}
+
+// Immovable as soon as one of its nodes is: Bullet's solver would move that one too.
+btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
+  btScalar inverse_mass = 0;
+  for (int corner = 0; corner < 3; ++corner) {
+    if (!(edge.weights[corner] > 0)) continue;
+    if (edge.face->m_n[corner]->m_im <= 0) return 0;
+    inverse_mass += edge.weights[corner] * edge.face->m_n[corner]->m_im;
+  }
+  return inverse_mass;
+}
+
+/// Whether Bullet's deformable response can do with the velocities: what is no number it passes on, even where it has
+/// no weight.
+bool have_velocities(const btSoftBody::Node& node, const btSoftBody::Face& face) {
+  return std::isfinite(node.m_v.length2()) &&
+         std::all_of(std::begin(face.m_n), std::end(face.m_n),
+                     [](const auto* each) { return std::isfinite(each->m_v.length2()); });
+}
+
+btSoftBody::DeformableFaceNodeContact deformable_contact(btSoftBody& node_body, btSoftBody::Node& node,
+                                                         btSoftBody& face_body, btSoftBody::Face& face) {
+  btSoftBody::DeformableFaceNodeContact result;
+  result.m_node = &node;
+  result.m_face = &face;
+  result.m_friction = node_body.m_cfg.kDF * face_body.m_cfg.kDF;
+  result.m_colObj = &face_body;
+  // Bullet reads none of these.
+  result.m_weights.setZero();
+  result.m_imf = 0;
+  result.m_c0 = 0;
+  return result;
+}
+
+// Bullet's choice: the face's normal, on the node's side unless the face bounds a volume.
+btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& node, const btSoftBody::Face& face) {
+  const bool has_normal = face.m_normal.length2() > btScalar(0.5);
+  if (!has_normal) return to_bullet(found.contact.normal);
+  const bool bounds_volume = found.b.body->m_tetras.size() > 0;
+  return !bounds_volume && face.m_normal.dot(node.m_x - face.m_n[2]->m_x) < 0 ? -face.m_normal : face.m_normal;
+}
+
+/// A leaf of Bullet's face tree: the box around the face's predicted motion, enlarged by its body's margin.
+btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
+  btVector3 ends[6];
+  for (int i = 0; i < 3; ++i) {
+    ends[i] = face.m_n[i]->m_x;
+    ends[3 + i] = face.m_n[i]->m_q;
+  }
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  btDbvtVolume box = btDbvtVolume::FromPoints(ends, 6);
+  box.Expand(btVector3(margin, margin, margin));
+  return box;
+}
+
+/// The same of Bullet's node tree.
+btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
+  const btVector3 ends[] = {node.m_x, node.m_q};
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  btDbvtVolume box = btDbvtVolume::FromPoints(ends, 2);
+  box.Expand(btVector3(margin, margin, margin));
+  return box;
+}
+
+/// Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node is near it and
+/// shares no node with it. Nodes that no face has do not touch their own body's faces.
+bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::uint32_t face) {
+  const BodyMesh& mesh = member.mesh;
+  const auto box = [&](std::uint32_t each) {
+    return box_of(*member.body, member.body->m_faces[static_cast<int>(each)]);
+  };
+  const auto first = mesh.faces_of_nodes.begin();
+  return std::any_of(
+      first + mesh.first_face_of_node[node], first + mesh.first_face_of_node[node + 1], [&](std::uint32_t other) {
+        return !share_vertex(mesh.triangles[other], mesh.triangles[face]) && Intersect(box(other), box(face));
+      });
+}
+
+/// Bullet finds contacts by its trees. ContactRule::slab reaches farther beyond the edges of a face that is small
+/// compared with the margins, and there the face would push away what is not over it.
+bool are_near_for_bullet(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  if (&found.a == &found.b) return has_face_near(found.a, contact.feature_a, contact.feature_b);
+  return Intersect(box_of(*found.a.body, node_of(*found.a.body, contact.feature_a)),
+                   box_of(*found.b.body, found.b.body->m_faces[static_cast<int>(contact.feature_b)]));
+}
+
+/// How node and face move towards each other in the step, along the contact's normal.
+struct Approach {
+  btScalar separation;  ///< when the step ends
+  btScalar of_node, of_face;
+
+  explicit Approach(const MemberContact& found) {
+    const btVector3 normal = to_bullet(found.contact.normal);
+    const btVector3 weights = triangle_weights(found.contact.weights);
+    const auto travelled = [](const btSoftBody& body, const btSoftBody::Node& node) {
+      return body.isActive() ? node.m_x - node.m_q : btVector3(0, 0, 0);
+    };
+    const btSoftBody::Node& node = node_of(*found.a.body, found.contact.feature_a);
+    const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
+    btVector3 point(0, 0, 0);
+    btVector3 point_travelled(0, 0, 0);
+    for (int i = 0; i < 3; ++i) {
+      point += weights[i] * face.m_n[i]->m_x;
+      point_travelled += weights[i] * travelled(*found.b.body, *face.m_n[i]);
+    }
+    separation = normal.dot(node.m_x - point);
+    of_node = -normal.dot(travelled(*found.a.body, node));
+    of_face = normal.dot(point_travelled);
+  }
+};
+
+/// Bullet lets the margin grow by the node's motion in any direction, but finds pairs by its trees, whose boxes reach
+/// ahead of what moves. Without the trees, its solver throws apart what moves along together; with fewer pairs, what
+/// falls is stopped late and bounces.
+bool are_in_boxes_of_classic_trees(const MemberContact& found) {
+  const btSoftBody& node_body = *found.a.body;
+  const btSoftBody& face_body = *found.b.body;
+  return Intersect(classic_leaf(node_body, node_of(node_body, found.contact.feature_a)),
+                   classic_leaf(face_body, face_body.m_faces[static_cast<int>(found.contact.feature_b)]));
+}
+
+/// As Bullet's CollideVF_SS has it; none where it has none.
+std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
+  const Contact& contact = found.contact;
+  btSoftBody& node_body = *found.a.body;
+  btSoftBody& face_body = *found.b.body;
+  if (!node_body.isActive()) return std::nullopt;
+  btSoftBody::Node& node = node_of(node_body, contact.feature_a);
+  btSoftBody::Face& face = face_body.m_faces[static_cast<int>(contact.feature_b)];
+  const btScalar margin = contact_margin(node_body, face_body, node, detection);
+  if (detection == Detection::dcd && (btScalar(contact.distance) > margin || !are_in_boxes_of_classic_trees(found))) {
+    return std::nullopt;
+  }
+
+  const btVector3 weights = triangle_weights(contact.weights);
+  const btScalar node_inverse_mass = node.m_im;
+  const btScalar face_inverse_mass = inverse_mass_of(face, weights);
+  const btScalar sum = node_inverse_mass + face_inverse_mass;
+  if (!(sum > 0)) return std::nullopt;
+
+  btSoftBody::SContact soft_contact;
+  soft_contact.m_node = &node;
+  soft_contact.m_face = &face;
+  soft_contact.m_weights = weights;
+  soft_contact.m_normal = to_bullet(contact.normal);
+  soft_contact.m_margin = margin;
+  soft_contact.m_friction = btMax(node_body.m_cfg.kDF, face_body.m_cfg.kDF);
+  soft_contact.m_cfm[0] = node_inverse_mass / sum * node_body.m_cfg.kSHR;
+  soft_contact.m_cfm[1] = face_inverse_mass / sum * face_body.m_cfg.kSHR;
+  return soft_contact;
+}
+
+}  // namespace
+
+EdgeContact edge_contact_of(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  const auto side = [&](const WorldMirror::Member& member, int first) {
+    EdgeContact::Side result{member.body, {}, {}};
+    for (int i = 0; i < 2; ++i) {
+      result.nodes[i] = static_cast<int>(contact.vertices[first + i]);
+      result.weights[i] = btScalar(contact.weights[first + i]);
+    }
+    return result;
+  };
+  return {side(found.a, 0), side(found.b, 2), to_bullet(contact.normal), btScalar(contact.distance),
+          btScalar(contact.time_of_impact)};
+}
+
+bool is_soft_contact(const MemberContact& found, Detection detection) {
+  return soft_contact(found, detection).has_value();
+}
+
+void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share) {
+  std::optional<btSoftBody::SContact> contact = soft_contact(found, detection);
+  if (!contact) return;
+  if (share.count > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(share.count));
+  contact->m_margin -= share.margin_cut;
+  found.a.body->m_scontacts.push_back(*contact);
+}
+
+btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberContact>& several, Detection detection) {
+  const std::optional<btSoftBody::SContact> given = soft_contact(one, detection);
+  if (!given || !(approach_of(*given) > 0)) return 0;
+  const btScalar grown_by = given->m_margin - margin_sum(*one.a.body, *one.b.body);
+  if (!(grown_by > 0)) return 0;
+  std::vector<btSoftBody::SContact> contacts;
+  contacts.reserve(several.size());
+  std::size_t place = 0;
+  for (const MemberContact& found : several) {
+    const auto contact = soft_contact(found, detection);
+    if (!contact) continue;
+    if (&found.contact == &one.contact) place = contacts.size();
+    contacts.push_back(*contact);
+  }
+  const btScalar cut = given->m_margin - joint_margin(contacts, place, one.a.body->m_cfg.piterations);
+  return btMin(cut, grown_by);
+}
+
+void write_soft_edge_contact(const MemberContact& found) {
+  const EdgeOnFace edge = edge_on_face(found);
+  if (!edge.node_body->isActive()) return;
+  const btScalar face_inverse_mass = inverse_mass_of_edge(edge);
+  ContactInverseMass inverse_mass;
+  for (int side = 0; side < 2; ++side) inverse_mass.add(edge.node_weights[side], edge.nodes[side]->m_im);
+  for (int corner = 0; corner < 3 && face_inverse_mass > 0; ++corner) {
+    if (edge.weights[corner] > 0) inverse_mass.add(edge.weights[corner], edge.face->m_n[corner]->m_im);
+  }
+  const btScalar sum = inverse_mass.value();
+  if (!(sum > 0)) return;
+
+  for (int side = 0; side < 2; ++side) {
+    btSoftBody::SContact contact;
+    contact.m_node = edge.nodes[side];
+    contact.m_face = edge.face;
+    contact.m_weights = edge.weights;
+    contact.m_normal = edge.normal;
+    contact.m_margin = margin_sum(*edge.node_body, *edge.face_body) + edge.further[side];
+    contact.m_friction = btMax(edge.node_body->m_cfg.kDF, edge.face_body->m_cfg.kDF);
+    contact.m_cfm[0] = edge.node_weights[side] * edge.nodes[side]->m_im / sum * edge.node_body->m_cfg.kSHR;
+    contact.m_cfm[1] = edge.node_weights[side] * face_inverse_mass / sum * edge.face_body->m_cfg.kSHR;
+    edge.node_body->m_scontacts.push_back(contact);
+  }
+}
+
+bool may_close(const MemberContact& found) {
+  const Approach approach(found);
+  const btScalar both = btMax(btScalar(0), approach.of_node) + btMax(btScalar(0), approach.of_face);
+  return approach.separation <= margin_sum(*found.a.body, *found.b.body) + btScalar(kBulletMotionMargin) * both;
+}
+
+bool is_deformable_contact(const MemberContact& found) {
+  if (!found.a.body->isActive() || !are_near_for_bullet(found)) return false;
+  const Contact& contact = found.contact;
+  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
+  const btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
+  return have_velocities(node, face) && node.m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;
+}
+
+void write_deformable_contact(const MemberContact& found, const ContactShare& share) {
+  if (!is_deformable_contact(found)) return;
+  const Contact& contact = found.contact;
+  btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
+  btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
+  btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
+  deformable.m_bary = triangle_weights(contact.weights);
+  deformable.m_normal = deformable_normal(found, node, face);
+  const btScalar margin = margin_sum(*found.a.body, *found.b.body);
+  const btScalar depth = btMax(btScalar(0), margin - btScalar(contact.distance));
+  deformable.m_margin = margin + btScalar(share.count - 1) * depth;
+  found.a.body->m_faceNodeContacts.push_back(deformable);
+}
+
+void write_deformable_edge_contact(const MemberContact& found) {
+  const EdgeOnFace edge = edge_on_face(found);
+  if (!edge.node_body->isActive()) return;
+  if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;
+  for (int side = 0; side < 2; ++side) {
+    if (!(edge.nodes[side]->m_im + inverse_mass_of(*edge.face, edge.weights) > 0)) continue;
+    btSoftBody::DeformableFaceNodeContact deformable =
+        deformable_contact(*edge.node_body, *edge.nodes[side], *edge.face_body, *edge.face);
+    deformable.m_bary = edge.weights;
+    deformable.m_normal = edge.normal;
+    deformable.m_margin = margin_sum(*edge.node_body, *edge.face_body) + edge.further[side];
+    edge.node_body->m_faceNodeContacts.push_back(deformable);
+  }
+}
+
+}  // namespace softcd::bullet

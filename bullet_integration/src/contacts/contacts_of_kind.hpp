@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "bodies/node_ends.hpp"
+#include "contacts/contact_writer.hpp"
+#include "native/pair_gate.hpp"
+
+namespace softcd::bullet {
+
+/// What differs between the kinds of world in contacts of soft bodies.
+struct ContactsOfKind {
+  const NodeEnds& ends;
+
+  /// Whether bodies are solved in turns, with the links of each: what is not a number in a body is so everywhere in it
+  /// when the step ends, and in all that it touches.
+  bool solves_in_turns;
+
+  /// How contacts between soft bodies are looked for.
+  QueryOptions (*options)(const Settings&);
+  /// Whether PairGate is asked about pairs of soft bodies.
+  bool (*asks_gate)(const Settings&);
+  /// Whether write() would put a contact into Bullet's arrays.
+  bool (*is_written)(const MemberContact&, Detection);
+  /// Whether Bullet's solver may have something to do for a contact that is written.
+  bool (*may_close)(const MemberContact&);
+  /// By how much the margin of the contact that answers for several, itself included, is cut.
+  btScalar (*margin_cut)(const MemberContact& one, const std::vector<MemberContact>& several, Detection);
+  /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may answer for several.
+  void (*write)(const MemberContact&, Detection, const ContactShare&);
+  void (*write_edges)(const MemberContact&);
+  /// How many contacts with faces of soft bodies the body's array has.
+  int (*count)(const btSoftBody&);
+};
+
+extern const ContactsOfKind kClassicContacts, kDeformableContacts;
+
+/// The PairRule of a world: Bullet's own, and where the world asks it the gate. All outlive it.
+struct WorldPairs {
+  const ContactsOfKind& kind;
+  const PairGate& gate;
+  const Settings& settings;
+
+  bool operator()(btSoftBody& a, btSoftBody& b) const {
+    return is_vertex_face_pair(kind.ends, a, b) && (!kind.asks_gate(settings) || gate.admits(a, b));
+  }
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,437 @@
+#include "contacts/tangles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "softcd/core/vec3.hpp"
+#include "softcd/math/closest_point.hpp"
+#include "softcd/math/scalar.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+using Corners = std::array<Vec3d, 3>;
+
+/// Relative to what is computed with, whose terms have at most eight roundings each, six of them in a determinant.
+constexpr double kRounding = 1e-14;
+
+/// Relative to the distance of the furthest points: what is further apart along an axis does not touch, whatever
+/// rounding does.
+constexpr double kClearGap = 1e-12;
+
+/// Whether the first `count_a` points lie beyond the others along x, y or z, with a clear gap.
+template <std::size_t kCount>
+bool are_clear_along_an_axis(const std::array<Vec3d, kCount>& x, std::size_t count_a) {
+  double widest_gap = 0;
+  double extent = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    double low[2] = {x[0][axis], x[count_a][axis]};
+    double high[2] = {low[0], low[1]};
+    for (std::size_t i = 1; i < kCount; ++i) {
+      const int side = i < count_a ? 0 : 1;
+      low[side] = std::min(low[side], x[i][axis]);
+      high[side] = std::max(high[side], x[i][axis]);
+    }
+    widest_gap = std::max(widest_gap, std::max(low[0] - high[1], low[1] - high[0]));
+    extent = std::max(extent, std::max(high[0], high[1]) - std::min(low[0], low[1]));
+  }
+  return widest_gap > kClearGap * extent;
+}
+
+Vec3d place_of(const WorldMirror::Member& member, std::uint32_t node, NodePosition position) {
+  const btVector3& x = member.body->m_nodes[static_cast<int>(node)].*position;
+  return {double(x.x()), double(x.y()), double(x.z())};
+}
+
+Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, NodePosition position) {
+  const Triangle triangle = member.mesh.corners(face);
+  const std::uint32_t(&v)[3] = triangle.v;
+  return {place_of(member, v[0], position), place_of(member, v[1], position), place_of(member, v[2], position)};
+}
+
+class Plane {
+ public:
+  /// Along two directions.
+  Plane(Vec3d origin, Vec3d u, Vec3d w)
+      : origin_(origin), normal_(cross(u, w)), error_(kRounding * max_norm(u) * max_norm(w)) {}
+
+  static Plane through(Vec3d a, Vec3d b, Vec3d c) { return {a, b - a, c - a}; }
+
+  /// Of parallel directions, up to rounding.
+  bool is_degenerate() const { return !(max_norm(normal_) > error_); }
+
+  /// 1 or -1, or 0 where rounding may have decided.
+  int side_of(Vec3d point) const {
+    const Vec3d offset = point - origin_;
+    const double volume = dot(normal_, offset);
+    const double error = error_ * max_norm(offset);
+    return volume > error ? 1 : (volume < -error ? -1 : 0);
+  }
+
+ private:
+  Vec3d origin_, normal_;
+  double error_;
+};
+
+std::array<int, 3> sides_of(const Corners& corners, const Plane& plane) {
+  return {plane.side_of(corners[0]), plane.side_of(corners[1]), plane.side_of(corners[2])};
+}
+
+/// Turns the corner to the front that is alone on its side. False where not two are on different sides.
+bool put_lone_corner_first(Corners& corners, std::array<int, 3>& sides) {
+  const auto count = [&sides](int side) { return std::count(sides.begin(), sides.end(), side); };
+  if (count(1) == 0 || count(-1) == 0) return false;
+  const auto lone = std::find(sides.begin(), sides.end(), count(1) == 1 ? 1 : -1);
+  std::rotate(corners.begin(), corners.begin() + (lone - sides.begin()), corners.end());
+  std::rotate(sides.begin(), lone, sides.end());
+  return true;
+}
+
+/// Whether the insides of the triangles, borders left out, have points in common, but for those in one plane: Guigue
+/// and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates (2003). With the lone
+/// corners in front and on the other's positive side, on the line that the planes share, each triangle begins before
+/// the other ends.
+bool do_triangles_intersect(Corners a, Corners b) {
+  std::array<int, 3> sides_of_a = sides_of(a, Plane::through(b[0], b[1], b[2]));
+  if (!put_lone_corner_first(a, sides_of_a)) return false;
+  std::array<int, 3> sides_of_b = sides_of(b, Plane::through(a[0], a[1], a[2]));
+  if (!put_lone_corner_first(b, sides_of_b)) return false;
+  if (sides_of_a[0] < 0) std::swap(b[1], b[2]);
+  if (sides_of_b[0] < 0) std::swap(a[1], a[2]);
+  return Plane::through(a[0], a[1], b[0]).side_of(b[1]) < 0 && Plane::through(a[0], a[2], b[2]).side_of(b[0]) < 0;
+}
+
+/// Links are triangles that repeat their second corner.
+bool is_link(const Corners& corners) {
+  return corners[1] == corners[2];
+}
+
+/// Whether a link goes through the inside of a triangle.
+bool goes_through(const Corners& link, const Corners& face) {
+  const Plane plane = Plane::through(face[0], face[1], face[2]);
+  if (plane.side_of(link[0]) * plane.side_of(link[1]) >= 0) return false;
+  const int side = Plane::through(link[0], link[1], face[0]).side_of(face[1]);
+  return side != 0 && Plane::through(link[0], link[1], face[1]).side_of(face[2]) == side &&
+         Plane::through(link[0], link[1], face[2]).side_of(face[0]) == side;
+}
+
+/// Of two links that is not known.
+bool intersect(const Corners& a, const Corners& b) {
+  if (is_link(a)) return !is_link(b) && goes_through(a, b);
+  return is_link(b) ? goes_through(b, a) : do_triangles_intersect(a, b);
+}
+
+/// Whether `holds` for one of the body's faces that have both nodes.
+template <class Predicate>
+bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
+  for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
+    const std::uint32_t face = mesh.faces_of_nodes[i];
+    if (has_vertex(mesh.corners(face), other) && holds(face)) return true;
+  }
+  return false;
+}
+
+/// Calls visit(node, other side's body) for the contact's nodes until it returns true.
+template <class Visit>
+bool any_node(const MemberContact& found, Visit visit) {
+  const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  for (int i = 0; i < 4; ++i) {
+    const btSoftBody* const own = i < count_a ? found.a.body : found.b.body;
+    const btSoftBody* const other = i < count_a ? found.b.body : found.a.body;
+    if (visit(&own->m_nodes[static_cast<int>(found.contact.vertices[i])], other)) return true;
+  }
+  return false;
+}
+
+/// Whether `holds` for a face at the one feature and a face at the other that share no node.
+template <class Predicate>
+bool any_two_faces(const MemberContact& found, Predicate holds) {
+  const Contact& contact = found.contact;
+  const WorldMirror::Member& a = found.a;
+  const WorldMirror::Member& b = found.b;
+  const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
+  const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
+
+  const auto holds_for_one_at_a = [&](std::uint32_t face_b) {
+    return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](std::uint32_t face_a) {
+      const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(face_a), b.mesh.corners(face_b));
+      return !are_neighbours && holds(face_a, face_b);
+    });
+  };
+  if (is_vertex) return holds_for_one_at_a(contact.feature_b);
+  return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], holds_for_one_at_a);
+}
+
+/// The faces around a point of a mesh: all that have the smallest feature with it.
+struct Fan {
+  std::vector<Triangle> triangles;
+  std::vector<Corners> faces;
+  std::vector<Vec3d> edges;  ///< of these, at the feature, each direction once
+};
+
+void add_direction(std::vector<Vec3d>& directions, Vec3d direction) {
+  const auto is_parallel = [direction](Vec3d other) { return Plane({0, 0, 0}, direction, other).is_degenerate(); };
+  if (std::none_of(directions.begin(), directions.end(), is_parallel)) directions.push_back(direction);
+}
+
+Fan fan_of(const WorldMirror::Member& member, const std::vector<std::uint32_t>& feature, NodePosition position) {
+  const auto is_of_feature = [&](std::uint32_t node) {
+    return std::find(feature.begin(), feature.end(), node) != feature.end();
+  };
+  Fan fan;
+  any_face_with(member.mesh, feature[0], feature.back(), [&](std::uint32_t face) {
+    const Triangle triangle = member.mesh.corners(face);
+    const std::uint32_t(&v)[3] = triangle.v;
+    if (std::count_if(std::begin(v), std::end(v), is_of_feature) < std::ptrdiff_t(feature.size())) return false;
+    const Corners corners = corners_of(member, face, position);
+    fan.triangles.push_back(triangle);
+    fan.faces.push_back(corners);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t next = (i + 1) % 3;
+      if (is_of_feature(v[i]) || is_of_feature(v[next])) add_direction(fan.edges, corners[next] - corners[i]);
+    }
+    return false;
+  });
+  return fan;
+}
+
+/// The least and the greatest side of a plane that a fan has corners on.
+std::pair<int, int> sides_of(const Fan& fan, const Plane& plane) {
+  std::pair<int, int> sides{0, 0};
+  for (const Corners& corners : fan.faces) {
+    for (const Vec3d corner : corners) {
+      const int side = plane.side_of(corner);
+      sides = {std::min(sides.first, side), std::max(sides.second, side)};
+      if (sides.first < 0 && sides.second > 0) return sides;
+    }
+  }
+  return sides;
+}
+
+/// Whether a plane through the point that they share has each fan on a side of its own, or in it. Where convex cones
+/// have one, there is one along two of their edges; where features cross that are no nodes, it holds both.
+bool are_separable(const Fan& a, const Fan& b, Vec3d point) {
+  std::vector<Vec3d> edges = a.edges;
+  for (const Vec3d edge : b.edges) add_direction(edges, edge);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    for (std::size_t j = i + 1; j < edges.size(); ++j) {
+      const Plane plane(point, edges[i], edges[j]);
+      const auto [least_of_a, greatest_of_a] = sides_of(a, plane);
+      if (least_of_a < 0 && greatest_of_a > 0) continue;
+      const auto [least_of_b, greatest_of_b] = sides_of(b, plane);
+      if ((least_of_a >= 0 && greatest_of_b <= 0) || (greatest_of_a <= 0 && least_of_b >= 0)) return true;
+    }
+  }
+  return false;
+}
+
+/// Where features touch.
+struct Touch {
+  std::vector<std::uint32_t> nodes_a, nodes_b;  ///< of the smallest features there
+  Vec3d point;                                  ///< or, where none of these is a node, one of the first feature
+};
+
+/// Two bodies with their nodes where the step begins.
+struct Sides {
+  Sides(const MemberContact& found, const NodeEnds& ends)
+      : a(found.a), b(found.b), start_a(start_of(ends, *a.body)), start_b(start_of(ends, *b.body)) {}
+
+  const WorldMirror::Member &a, &b;
+  NodePosition start_a, start_b;
+};
+
+/// A feature of the first side, its nodes before those of the other one's; what they are, and where.
+class FeaturePair {
+ public:
+  FeaturePair(const Sides& sides, std::size_t count_a, const std::array<std::uint32_t, 4>& nodes)
+      : sides_(sides), count_a_(count_a), nodes_(nodes) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      x_[i] = i < count_a ? place_of(sides.a, nodes[i], sides.start_a) : place_of(sides.b, nodes[i], sides.start_b);
+    }
+    extent_ = std::max({max_norm(x_[1] - x_[0]), max_norm(x_[2] - x_[0]), max_norm(x_[3] - x_[0])});
+  }
+
+  double extent() const { return extent_; }
+
+  std::optional<Touch> touch() const {
+    if (are_clear_along_an_axis(x_, count_a_)) return {};
+    const ClosestPoints<double> closest = closest_points();
+    if (!(closest.distance() <= kRounding * extent_)) return {};
+    Touch touch;
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (closest.weights[i] > kRounding) (i < count_a_ ? touch.nodes_a : touch.nodes_b).push_back(nodes_[i]);
+    }
+    if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // of what is no number
+    const bool is_node_of_b = touch.nodes_b.size() == 1 && touch.nodes_a.size() > 1;
+    touch.point = is_node_of_b ? place_of(sides_.b, touch.nodes_b[0], sides_.start_b)
+                               : place_of(sides_.a, touch.nodes_a[0], sides_.start_a);
+    return touch;
+  }
+
+ private:
+  ClosestPoints<double> closest_points() const {
+    if (count_a_ == 1) return closest_points_vertex_triangle(x_[0], x_[1], x_[2], x_[3]);
+    if (count_a_ == 2) return closest_points_edge_edge(x_[0], x_[1], x_[2], x_[3]);
+    ClosestPoints<double> closest = closest_points_vertex_triangle(x_[3], x_[0], x_[1], x_[2]);
+    std::rotate(std::begin(closest.weights), std::begin(closest.weights) + 1, std::end(closest.weights));
+    return closest;
+  }
+
+  const Sides& sides_;
+  std::size_t count_a_;
+  std::array<std::uint32_t, 4> nodes_;
+  std::array<Vec3d, 4> x_;
+  double extent_;
+};
+
+/// Where the contact's features touch when the step begins.
+std::optional<Touch> touch_of(const MemberContact& found, const NodeEnds& ends) {
+  const Contact& contact = found.contact;
+  const std::uint32_t(&v)[4] = contact.vertices;
+  const Sides sides(found, ends);
+  const FeaturePair features(sides, contact.kind == ContactKind::vertex_triangle ? 1 : 2, {v[0], v[1], v[2], v[3]});
+  constexpr double kRoundingOfContacts = 1e-5;
+  if (double(contact.distance) > kRoundingOfContacts * features.extent()) return {};
+  return features.touch();
+}
+
+/// Whether `holds` for a place at which a corner of the one face is on the other, or edges of both meet.
+template <class Predicate>
+bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, Predicate holds) {
+  const Triangle triangle_a = sides.a.mesh.corners(face_a);
+  const Triangle triangle_b = sides.b.mesh.corners(face_b);
+  const std::uint32_t(&a)[3] = triangle_a.v;
+  const std::uint32_t(&b)[3] = triangle_b.v;
+  const auto holds_at = [&](std::size_t count_a, const std::array<std::uint32_t, 4>& nodes) {
+    const std::optional<Touch> touch = FeaturePair(sides, count_a, nodes).touch();
+    return touch.has_value() && holds(*touch);
+  };
+  for (int i = 0; i < 3; ++i) {
+    if (holds_at(1, {a[i], b[0], b[1], b[2]}) || holds_at(3, {a[0], a[1], a[2], b[i]})) return true;
+    for (int j = 0; j < 3; ++j) {
+      if (holds_at(2, {a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]})) return true;
+    }
+  }
+  return false;
+}
+
+/// Whether a face lies beyond the other along an axis, or on one side of its plane, without touching it. False where
+/// rounding may have decided.
+bool are_apart(const Corners& a, const Corners& b) {
+  const auto is_beside = [](const Corners& face, const Corners& other) {
+    const std::array<int, 3> sides = sides_of(face, Plane::through(other[0], other[1], other[2]));
+    return sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0];
+  };
+  const std::array<Vec3d, 6> both = {a[0], a[1], a[2], b[0], b[1], b[2]};
+  return are_clear_along_an_axis(both, 3) || is_beside(a, b) || is_beside(b, a);
+}
+
+bool are_neighbours(const Fan& a, const Fan& b) {
+  return std::any_of(a.triangles.begin(), a.triangles.end(), [&b](const Triangle& one) {
+    return std::any_of(b.triangles.begin(), b.triangles.end(),
+                       [&one](const Triangle& other) { return share_vertex(one, other); });
+  });
+}
+
+/// Whether faces around a point at which features touch are on both sides of each other. Of those that share nodes that
+/// is not known.
+bool are_through_at(const Touch& touch, const Sides& sides) {
+  const Fan a = fan_of(sides.a, touch.nodes_a, sides.start_a);
+  const Fan b = fan_of(sides.b, touch.nodes_b, sides.start_b);
+  return !(&sides.a == &sides.b && are_neighbours(a, b)) && !are_separable(a, b, touch.point);
+}
+
+/// Whether they intersect, or touch where the faces around are through each other: what goes through a face along its
+/// border, or at a corner of it, intersects the insides of none.
+bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b) {
+  const Corners a = corners_of(sides.a, face_a, sides.start_a);
+  const Corners b = corners_of(sides.b, face_b, sides.start_b);
+  if (are_apart(a, b)) return false;
+  return intersect(a, b) ||
+         any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
+}
+
+/// Whether a gap across the contact's normal lies between all faces at the one feature and all at the other, for
+/// certain: none of these has a point in common with another.
+bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) {
+  const Contact& contact = found.contact;
+  const std::uint32_t(&v)[4] = contact.vertices;
+  const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
+  const Vec3d normal = vec3_cast<double>(contact.normal);
+  const Vec3d origin = place_of(sides.a, v[0], sides.start_a);
+  double extent = 0;
+  const auto height_of = [&](Vec3d corner) {
+    const Vec3d offset = corner - origin;
+    extent = std::max(extent, max_norm(offset));
+    return dot(offset, normal);
+  };
+
+  double highest_of_b = -std::numeric_limits<double>::infinity();
+  const auto raise = [&](std::uint32_t face) {
+    for (const Vec3d corner : corners_of(sides.b, face, sides.start_b)) {
+      highest_of_b = std::max(highest_of_b, height_of(corner));
+    }
+    return false;
+  };
+  is_vertex ? raise(contact.feature_b) : any_face_with(found.b.mesh, v[2], v[3], raise);
+  const auto is_in_the_way = [&](std::uint32_t face) {
+    const Corners corners = corners_of(sides.a, face, sides.start_a);
+    return std::any_of(corners.begin(), corners.end(), [&](Vec3d corner) {
+      const double gap = height_of(corner) - highest_of_b;
+      return !(gap > kClearGap * extent);
+    });
+  };
+  return !any_face_with(found.a.mesh, v[0], v[is_vertex ? 0 : 1], is_in_the_way);
+}
+
+/// Of these it is never known whether they are through each other. A body has links or faces.
+bool are_links(const MemberContact& found) {
+  return found.a.mesh.triangles.empty() && found.b.mesh.triangles.empty();
+}
+
+}  // namespace
+
+bool is_tangled(const MemberContact& found, const NodeEnds& ends) {
+  const Sides sides(found, ends);
+  if (are_clear_along_the_normal(found, sides)) return false;
+  return any_two_faces(found, [&sides](std::uint32_t face_a, std::uint32_t face_b) {
+    return are_through_each_other(sides, face_a, face_b);
+  });
+}
+
+bool is_touching(const MemberContact& found, const NodeEnds& ends) {
+  return !are_links(found) && touch_of(found, ends).has_value();
+}
+
+bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends) {
+  return are_links(found) || any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
+           return intersect(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
+         });
+}
+
+void TangledNodes::add(const MemberContact& found, const NodeEnds& ends) {
+  if (has_all_of(found) || !is_tangled(found, ends)) return;
+  any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
+    nodes_.emplace(node, other);
+    return false;
+  });
+}
+
+bool TangledNodes::has_all_of(const MemberContact& found) const {
+  return !nodes_.empty() && !any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
+    return nodes_.count({node, other}) == 0;
+  });
+}
+
+bool TangledNodes::has_one_of(const MemberContact& found) const {
+  return !nodes_.empty() && any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
+    return nodes_.count({node, other}) > 0;
+  });
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,58 @@
+#include "crossings/constrained_nodes.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// Of normals that are nearly those that are there already, the rest is rounding, or the curvature of what is rigid.
+constexpr btScalar kNewDirection = btScalar(0.1);
+/// What is left of a change in a direction that there is already is rounding below this share.
+constexpr btScalar kRounding = btScalar(1e-3);
+
+}  // namespace
+
+btVector3 NodeConstraint::free_part(const btVector3& change) const {
+  if (count_ == 3) return {0, 0, 0};
+  btVector3 rest = change;
+  for (int i = 0; i < count_; ++i) rest -= directions_[i] * directions_[i].dot(rest);
+  return rest.length2() > kRounding * kRounding * change.length2() ? rest : btVector3(0, 0, 0);
+}
+
+void NodeConstraint::add_direction(const btVector3& direction) {
+  const btVector3 rest = free_part(direction);
+  if (rest.length() > kNewDirection) directions_[count_++] = rest.normalized();
+}
+
+void NodeConstraint::anchor() {
+  is_anchored_ = true;
+  count_ = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    btVector3 direction(0, 0, 0);
+    direction[axis] = 1;
+    directions_[count_++] = direction;
+  }
+}
+
+void ConstrainedNodes::add_direction(const btSoftBody::Node& node, const btVector3& direction) {
+  if (node.m_constrained != 0) constraints_[&node].add_direction(direction);
+}
+
+void ConstrainedNodes::add(const btSoftBody& body) {
+  for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) {
+    const btSoftBody::DeformableNodeRigidContact& contact = body.m_nodeRigidContacts[i];
+    add_direction(*contact.m_node, contact.m_cti.m_normal);
+  }
+  for (int i = 0; i < body.m_faceRigidContacts.size(); ++i) {
+    const btSoftBody::DeformableFaceRigidContact& contact = body.m_faceRigidContacts[i];
+    for (const btSoftBody::Node* node : contact.m_face->m_n) add_direction(*node, contact.m_cti.m_normal);
+  }
+  for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
+    constraints_[body.m_deformableAnchors[i].m_node].anchor();
+  }
+}
+
+const NodeConstraint* ConstrainedNodes::find(const btSoftBody::Node& node) const {
+  const auto found = constraints_.find(&node);
+  return found == constraints_.end() ? nullptr : &found->second;
+}
+
+}  // namespace softcd::bullet

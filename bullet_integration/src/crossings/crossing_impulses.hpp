@@ -1,0 +1,39 @@
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "crossings/crossings_of_kind.hpp"
+
+namespace softcd::bullet {
+
+/// The impulse that the last pass of a step gave to a soft body because of another object, soft or rigid.
+struct CrossingImpulse {
+  const btSoftBody* body;
+  const btCollisionObject* other;
+  btVector3 on_body;
+};
+
+/// Measures what the last pass of a step gives, pair by pair: by what it changes the momentum of each node, which the
+/// objects that the node would have met share equally.
+class CrossingImpulses {
+ public:
+  void clear();
+  /// Notes that the node would have met the object.
+  void add(const btSoftBody::Node& node, const btCollisionObject& other);
+  /// When the pass is over.
+  void measure(const CrossingsOfKind& kind, const AnsweredBodies& answered, btScalar time_step);
+
+  /// One for each body and object that meet.
+  const std::vector<CrossingImpulse>& impulses() const { return impulses_; }
+
+ private:
+  using Objects = std::vector<const btCollisionObject*>;
+
+  Objects all_others(const btSoftBody& body) const;
+
+  std::unordered_map<const btSoftBody::Node*, Objects> others_;
+  std::vector<CrossingImpulse> impulses_;
+};
+
+}  // namespace softcd::bullet

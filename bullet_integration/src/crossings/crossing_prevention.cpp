@@ -1,0 +1,284 @@
+#include "crossings/crossing_prevention.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <string>
+
+#include "LinearMath/btQuickprof.h"
+#include "bodies/query_options.hpp"
+#include "contacts/tangles.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// Of where nodes are, by how much what moves as one and still meets is set apart, and what that grows by each time:
+/// well above the rounding of positions, which may close a gap that is no wider.
+constexpr btScalar kLeastGap = 16 * btScalar(std::numeric_limits<float>::epsilon());
+constexpr btScalar kGapGrowth = 4;
+constexpr int kMostGaps = 4;
+
+bool looks_at_soft_pairs(const Settings& settings) {
+  return settings.detection == Detection::ccd;
+}
+
+bool answers_edges(const Settings& settings) {
+  return !looks_at_soft_pairs(settings) || settings.edge_contacts == EdgeContacts::respond;
+}
+
+/// Whatever Settings::accuracy is: nothing may be overlooked, of a body's own features neither that are near each
+/// other.
+QueryOptions crossing_options(const Settings& settings) {
+  QueryOptions options = continuous_options(settings);
+  options.accuracy = Accuracy::conservative;
+  options.margins = false;
+  options.neighbour_filters = false;
+  options.features.edge_edge = answers_edges(settings);
+  return options;
+}
+
+/// Of the nodes' own velocities.
+void add_gain(const btSoftBody& body, const NodeStates& before, CrossingAnswers& answers) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btSoftBody::Node& node = body.m_nodes[i];
+    if (!(node.m_im > 0)) continue;
+    const btVector3& old_velocity = before.velocities[static_cast<std::size_t>(i)];
+    double gain = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double change = (double(node.m_v[axis]) - double(old_velocity[axis])) / double(node.m_im);
+      answers.momentum[axis] += change;
+      gain += change * (double(node.m_v[axis]) + double(old_velocity[axis])) / 2;
+    }
+    answers.energy += gain;
+  }
+}
+
+}  // namespace
+
+CrossingPrevention::CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings,
+                                       const AnswerRounds& rounds)
+    : kind_(kind),
+      mirror_(mirror),
+      settings_(settings),
+      rounds_(rounds),
+      query_(mirror.scene(), crossing_options(settings)),
+      obstacles_(kind.ends, mirror) {}
+
+void CrossingPrevention::set_settings(const Settings& settings) {
+  query_.set_options(crossing_options(settings));
+  settings_ = settings;
+  answers_ = {};
+}
+
+void CrossingPrevention::keep_starts(Span<btSoftBody* const> bodies) {
+  starts_.clear();
+  for (const btSoftBody* body : bodies) {
+    if (body->m_cfg.diterations <= 0 || !has_vertex_face_contacts(kind_.ends, *body)) continue;
+    std::vector<btVector3>& starts = starts_[body];
+    for (int i = 0; i < body->m_nodes.size(); ++i) starts.push_back(body->m_nodes[i].*kind_.ends.start);
+  }
+}
+
+void CrossingPrevention::restore_start(btSoftBody& body) const {
+  const auto kept = starts_.find(&body);
+  if (kept == starts_.end() || kept->second.size() != static_cast<std::size_t>(body.m_nodes.size())) return;
+  int i = 0;
+  for (const btVector3& start : kept->second) body.m_nodes[i++].*kind_.ends.start = start;
+}
+
+void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
+  const auto [entry, is_new] = answered_.try_emplace(&body);
+  if (!is_new) return;
+  NodeStates& before = entry->second;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    before.velocities.push_back(body.m_nodes[i].m_v);
+    before.split_velocities.push_back(body.m_nodes[i].m_splitv);
+    before.ends.push_back(body.m_nodes[i].*kind_.ends.end);
+  }
+  kind_.take_up(body, time_step);
+  constrained_.add(body);
+}
+
+void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
+  for (btSoftBody* body : impact.bodies) {
+    if (!obstacles_.has(*body)) take_up(*body, time_step);
+  }
+  for (int i = 0; i < 4; ++i) impact.constraints[i] = constrained_.find(*impact.nodes[i]);
+  if (settings_.read_out == ReadOut::impulses) note_meeting(impact);
+}
+
+void CrossingPrevention::note_meeting(const Impact& impact) {
+  const int count_a = impact.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  for (int i = 0; i < 4; ++i) {
+    const btSoftBody& other = *impact.bodies[i < count_a ? 1 : 0];
+    if (impact.nodes[i]->m_im > 0) impulses_.add(*impact.nodes[i], obstacles_.object_of(other));
+  }
+}
+
+void CrossingPrevention::take_back() {
+  for (const auto& [body, before] : answered_) {
+    for (std::size_t i = 0; i < before.ends.size(); ++i) {
+      btSoftBody::Node& node = body->m_nodes[static_cast<int>(i)];
+      node.m_v = before.velocities[i];
+      node.m_splitv = before.split_velocities[i];
+      node.*kind_.ends.end = before.ends[i];
+    }
+  }
+}
+
+void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
+  for (const auto& [body, before] : answered_) kind_.move_end(*body, time_step);
+  held.put_back();
+  std::vector<btSoftBody*> bodies;
+  for (const auto& [body, before] : answered_) {
+    mirror_.update_way(mirror_.member(*body));
+    bodies.push_back(body);
+  }
+  obstacles_.follow({bodies.data(), bodies.size()});
+}
+
+/// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
+/// Where edges do, tangles come and go, and vertices still must not pass through faces.
+bool CrossingPrevention::is_let_go(const MemberContact& found) const {
+  return answers_edges(settings_) && is_tangled(found, kind_.ends);
+}
+
+/// Links of ropes meet edges where the app has asked for that alone.
+bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const {
+  return found.contact.kind == ContactKind::edge_edge && settings_.edge_contacts != EdgeContacts::respond &&
+         !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty());
+}
+
+/// It touches when the step begins, and may come apart, slide or stay.
+bool CrossingPrevention::may_stay(const MemberContact& found) const {
+  return found.contact.time_of_impact <= 0 && !may_be_tangled_at_the_end(found, kind_.ends);
+}
+
+std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
+  std::vector<Impact> impacts;
+  std::uint64_t excepted = 0;
+  mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
+    if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
+    if (is_of_unanswered_link(found)) return;
+    if (is_let_go(found)) {
+      ++excepted;
+      tangled_.add(found.contact, TangleReason::start);
+    } else if (!may_stay(found)) {
+      impacts.push_back(impact_of(found));
+    }
+  });
+  answers_.excepted = std::max(answers_.excepted, excepted);
+  return impacts;
+}
+
+/// As they go when nothing is answered, with the obstacles in their way.
+/// False where there are none.
+bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
+  std::vector<btSoftBody*> looked_after;
+  for (btSoftBody* body : bodies) {
+    if (looks_at_soft_pairs(settings_) && !has_vertex_face_contacts(kind_.ends, *body)) continue;
+    WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
+    if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+    restore_start(*body);
+    kind_.set_out(*body, time_step);
+    mirror_.update_way(member);
+    looked_after.push_back(body);
+  }
+  obstacles_.begin_step({looked_after.data(), looked_after.size()}, surroundings, time_step);
+  return !looked_after.empty();
+}
+
+bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
+                             const Surroundings& surroundings) {
+  BT_PROFILE("softcd crossings");
+  const bool has_any = require(bodies, surroundings, time_step);
+  const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {
+    if (obstacles_.has(a) || obstacles_.has(b)) return obstacles_.collide(a, b);
+    return looks_at_soft_pairs(settings_) && rule(a, b);
+  };
+  const PairFilter filter = pair_filter(mirror_, rule_of_all);
+  query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? looks_at_soft_pairs(settings_) : filter(a, b); });
+  answered_.clear();
+  constrained_.clear();
+  tangled_.begin_step(mirror_, kind_.ends);
+  answers_ = {};
+  impulses_.clear();
+  std::vector<Impact> impacts;
+  if (has_any || !has_looked_at_nothing(query_)) impacts = find_impacts(Pairs::all);
+  try {
+    if (!impacts.empty()) answer(impacts, time_step);
+    if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);
+    name_unavoidable(bodies);
+    name_let_go(bodies);
+  } catch (...) {
+    take_back();
+    throw;
+  }
+  obstacles_.end_step();
+  return !impacts.empty();
+}
+
+void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
+  std::vector<Impact> answered;
+  ImpactZones zones(kind_.ends.start, time_step);
+  HeldNodes held(kind_, constrained_);
+  int gaps = 0;
+  answers_.impacts = impacts.size();
+  while (!impacts.empty() && answers_.rounds < rounds_.last) {
+    for (Impact& impact : impacts) take_up(impact, time_step);
+    if (answers_.rounds < rounds_.impulses) {
+      // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
+      answered.insert(answered.end(), impacts.begin(), impacts.end());
+      apply_inelastic_impulses(answered);
+    } else if (answers_.rounds < rounds_.zones && held.empty() && zones.join(impacts)) {
+      zones.move_as_one();
+    } else if (gaps < kMostGaps && held.empty() &&
+               set_apart(impacts, kind_.passing_velocity, kLeastGap * btPow(kGapGrowth, btScalar(gaps)), time_step)) {
+      ++gaps;
+    } else if (answers_.rounds < rounds_.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
+      break;
+    }
+    ++answers_.rounds;
+    look_again(held, time_step);
+    impacts = find_impacts(Pairs::changed);
+  }
+  answers_.held_nodes = held.size();
+  count_unavoidable(impacts);
+  kind_.settle(answered_, answered, zones);
+  for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
+}
+
+/// Of those that are left when all nodes that could be are held.
+void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
+  for (const Impact& impact : impacts) {
+    const bool moves =
+        std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
+                    [this](const btSoftBody::Node* node) { return node->*kind_.ends.start != node->*kind_.ends.end; });
+    if (!moves) continue;
+    ++answers_.unavoidable;
+    tangled_.add(impact.contact, TangleReason::unavoidable);
+  }
+}
+
+void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const {
+  const std::string pairs =
+      settings_.log ? tangled_.describe_new(TangleReason::unavoidable, mirror_, bodies) : std::string();
+  if (pairs.empty()) return;
+  settings_.log(LogLevel::warning,
+                "prevention of crossings: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
+                    " something passes through nodes that were held where they were: nodes without mass that the app "
+                    "moves, nodes on anchors, or rigid meshes that move; move them less in a step, or leave more room "
+                    "before them (of these "
+                    "bodies nothing is said again until they are apart)");
+}
+
+void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
+  const std::string pairs = settings_.log ? tangled_.describe_new(TangleReason::start, mirror_, bodies) : std::string();
+  if (pairs.empty()) return;
+  settings_.log(LogLevel::warning,
+                "prevention of crossings: bodies are through each other when a step begins, so that they may move on "
+                "through each other there until they are apart, in " +
+                    std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
+                    " (of these nothing is said again until they are apart; nothing else is let go)");
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,149 @@
+#include "crossings/rigid_obstacles.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "BulletCollision/CollisionShapes/btConcaveShape.h"
+#include "LinearMath/btAabbUtil2.h"
+#include "bodies/vectors.hpp"
+#include "rigid/mesh_pairs.hpp"
+#include "rigid/rigid_touches.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// Boxes are around what touches, too: by their margins, and by the rounding of a mesh's own.
+constexpr btScalar kBoxRounding = 16 * std::numeric_limits<btScalar>::epsilon();
+
+RigidBox reach_of(const btSoftBody& body) {
+  RigidBox box = swept_box(body, body.getCollisionShape()->getMargin());
+  const btVector3 growth = kBoxRounding * (box.low.absolute() + box.high.absolute());
+  return {box.low - growth, box.high + growth};
+}
+
+/// A soft body that nothing moves and nothing collides with by itself.
+std::unique_ptr<btSoftBody> make_stand_in(btSoftBodyWorldInfo& world_info) {
+  auto body = std::make_unique<btSoftBody>(&world_info);
+  body->m_cfg.collisions = 0;
+  body->getCollisionShape()->setMargin(0);
+  return body;
+}
+
+void set_faces(const RigidMesh& mesh, btSoftBody& body) {
+  body.m_faces.clear();
+  body.m_nodes.clear();
+  static const btSoftBody::Node no_mass{};  // all members are 0
+  body.m_nodes.resize(static_cast<int>(mesh.vertex_count()), no_mass);
+  for (const Triangle& triangle : mesh.triangles()) {
+    btSoftBody::Face face{};
+    for (int i = 0; i < 3; ++i) face.m_n[i] = &body.m_nodes[static_cast<int>(triangle.v[i])];
+    body.m_faces.push_back(face);
+  }
+}
+
+}  // namespace
+
+bool RigidObstacles::collide(const btSoftBody& a, const btSoftBody& b) const {
+  const auto holds = [this](const btSoftBody& stand_in, const btSoftBody& soft) {
+    const auto known = partners_.find(&stand_in);
+    return known != partners_.end() && known->second.count(&soft) != 0;
+  };
+  return holds(a, b) || holds(b, a);
+}
+
+const btCollisionObject& RigidObstacles::object_of(const btSoftBody& body) const {
+  const auto part = std::find_if(parts_.begin(), parts_.end(),
+                                 [&](const auto& entry) { return entry.second.stand_in.get() == &body; });
+  return part != parts_.end() ? *std::get<0>(part->first) : static_cast<const btCollisionObject&>(body);
+}
+
+void RigidObstacles::remove_absent() {
+  stand_ins_.clear();
+  for (auto entry = parts_.begin(); entry != parts_.end();) {
+    if (!std::exchange(entry->second.is_present, false)) {
+      entry = parts_.erase(entry);
+      continue;
+    }
+    stand_ins_.push_back(entry->second.stand_in.get());
+    ++entry;
+  }
+}
+
+void RigidObstacles::begin_step(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
+  remove_absent();
+  partners_.clear();
+  meshes_.clear();
+  parts_of_meshes_.clear();
+  surroundings_ = surroundings;
+  time_step_ = time_step;
+  if (surroundings.objects == nullptr) return;
+  meshes_ = ways_.find(*surroundings.objects);
+  parts_of_meshes_.resize(meshes_.size());
+  follow(bodies);
+}
+
+void RigidObstacles::follow(Span<btSoftBody* const> bodies) {
+  if (meshes_.empty()) return;
+  std::vector<Reach> all;
+  for (btSoftBody* body : bodies) all.push_back({body, reach_of(*body)});
+  for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    const MeshWay& way = meshes_[m];
+    std::vector<Reach> reaches;
+    for (const auto& [body, world_box] : all) {
+      if (!TestAabbAgainstAabb2(way.box.low, way.box.high, world_box.low, world_box.high)) continue;
+      const RigidBox box = box_in_shape(world_box, way.poses);
+      if (is_covered(m, *body, box) || !takes_meshes_of(*body, *way.object)) continue;
+      if (surroundings_.collides(*body, *way.object)) reaches.push_back({body, box});
+    }
+    if (!reaches.empty()) add_part(m, reaches);
+  }
+}
+
+bool RigidObstacles::is_covered(std::size_t way, const btSoftBody& body, const RigidBox& box) const {
+  const std::vector<const Part*>& parts = parts_of_meshes_[way];
+  return std::any_of(parts.begin(), parts.end(), [&](const Part* part) {
+    return part->mesh.covers(box) && (part->mesh.triangles().empty() || collide(*part->stand_in, body));
+  });
+}
+
+void RigidObstacles::add_part(std::size_t way, const std::vector<Reach>& reaches) {
+  const MeshWay& mesh = meshes_[way];
+  const auto number = static_cast<int>(parts_of_meshes_[way].size());
+  Part& part = parts_[{mesh.object, mesh.shape, mesh.child, number}];
+  if (part.stand_in == nullptr) {
+    part.stand_in = make_stand_in(*reaches.front().body->getWorldInfo());
+    stand_ins_.push_back(part.stand_in.get());
+  }
+  part.is_present = true;
+  parts_of_meshes_[way].push_back(&part);
+  std::vector<RigidBox> boxes;
+  boxes.reserve(reaches.size());
+  for (const Reach& reach : reaches) boxes.push_back(reach.box);
+  if (part.mesh.read(*mesh.shape, boxes)) set_faces(part.mesh, *part.stand_in);
+  if (part.mesh.triangles().empty()) return;
+  place(part, mesh);
+  WorldMirror::Member& member = mirror_.require(*part.stand_in, /*needs_way=*/true);
+  if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+  Partners& partners = partners_[part.stand_in.get()];
+  for (const Reach& reach : reaches) partners.insert(reach.body);
+}
+
+void RigidObstacles::place(Part& part, const MeshWay& way) const {
+  btSoftBody& body = *part.stand_in;
+  part.mesh.place(way.poses);
+  body.m_cfg.kDF = way.object->getFriction();
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    btSoftBody::Node& node = body.m_nodes[i];
+    node.*ends_.start = to_bullet(part.mesh.x_t0()[static_cast<std::size_t>(i)]);
+    node.*ends_.end = to_bullet(part.mesh.x_t1()[static_cast<std::size_t>(i)]);
+    const btVector3 motion = node.*ends_.end - node.*ends_.start;
+    node.m_v = time_step_ > 0 ? motion / time_step_ : btVector3(0, 0, 0);
+    node.m_splitv.setZero();
+  }
+}
+
+void RigidObstacles::end_step() {
+  surroundings_ = {};
+}
+
+}  // namespace softcd::bullet

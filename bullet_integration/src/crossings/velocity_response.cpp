@@ -1,0 +1,123 @@
+#include "crossings/velocity_response.hpp"
+
+#include "bodies/inverse_mass.hpp"
+#include "bodies/vectors.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+constexpr int kMostSweeps = 10;
+/// Sweeps end when no approach is faster than this share of the fastest.
+constexpr btScalar kNegligibleApproach = btScalar(1e-3);
+
+/// Of an impulse along a unit vector upon a node, what moves it. What is left of rounding depends on the direction: so
+/// impulses are added when each has been freed, or they would move nodes that were not counted.
+btVector3 free_part(const Impact& impact, int node, const btVector3& direction) {
+  const NodeConstraint* constraint = impact.constraints[node];
+  return constraint == nullptr ? direction : constraint->free_part(direction);
+}
+
+/// Of the first point relative to the second, along a unit vector.
+struct RelativeMotion {
+  btScalar speed;
+  btScalar inverse_mass;
+};
+
+/// What nodes do in the directions of contacts with rigid objects does not count: an impulse in other directions that
+/// made up for it would add energy. Who moves nodes without mass and anchors may do so. A node that can move along a
+/// small part of the direction alone counts with that part of its weight, so that it is not thrown.
+RelativeMotion motion_along(const Impact& impact, const btVector3& direction) {
+  btScalar speed = 0;
+  ContactInverseMass inverse_mass;
+  for (int i = 0; i < 4; ++i) {
+    const NodeConstraint* constraint = impact.constraints[i];
+    const bool is_in_contact = constraint != nullptr && !constraint->is_anchored();
+    const btVector3 moving = free_part(impact, i, direction);
+    speed += impact.weights[i] * (is_in_contact ? moving : direction).dot(impact.nodes[i]->m_v);
+    const btScalar free_share = moving.length();
+    if (free_share > 0) inverse_mass.add(impact.weights[i] * free_share, impact.nodes[i]->m_im);
+  }
+  return {speed, inverse_mass.value()};
+}
+
+// Returns how fast the points approached each other. What an answer of nodes with small weights does not prevent the
+// zones do.
+btScalar make_inelastic(const Impact& impact) {
+  btVector3 velocity(0, 0, 0);
+  for (int i = 0; i < 4; ++i) velocity += impact.nodes[i]->m_v * impact.weights[i];
+  const RelativeMotion normal = motion_along(impact, impact.normal);
+  const btScalar approach = btMin(-velocity.dot(impact.normal), -normal.speed);
+  if (!(approach > 0) || !(normal.inverse_mass > 0)) return 0;
+
+  const btScalar push = approach / normal.inverse_mass;
+  const btVector3 tangential = velocity - impact.normal * velocity.dot(impact.normal);
+  const btScalar sliding = tangential.safeNorm();
+  btVector3 direction(0, 0, 0);
+  btScalar drag = 0;
+  if (sliding > SIMD_EPSILON) {
+    direction = tangential / sliding;
+    const RelativeMotion along = motion_along(impact, direction);
+    if (along.speed > 0 && along.inverse_mass > 0) {
+      drag = btMin(impact.friction * push, btMin(sliding, along.speed) / along.inverse_mass);
+    }
+  }
+  for (int i = 0; i < 4; ++i) {
+    btSoftBody::Node& node = *impact.nodes[i];
+    const btVector3 impulse = push * free_part(impact, i, impact.normal) - drag * free_part(impact, i, direction);
+    node.m_v += node.m_im * impact.weights[i] * impulse;
+  }
+  return approach;
+}
+
+}  // namespace
+
+Impact impact_of(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  const int count_a = contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  Impact impact;
+  impact.contact = contact;
+  impact.bodies[0] = found.a.body;
+  impact.bodies[1] = found.b.body;
+  for (int i = 0; i < 4; ++i) {
+    btSoftBody& body = i < count_a ? *found.a.body : *found.b.body;
+    impact.nodes[i] = &body.m_nodes[static_cast<int>(contact.vertices[i])];
+    impact.weights[i] = btScalar(i < count_a ? contact.weights[i] : -contact.weights[i]);
+  }
+  impact.normal = to_bullet(contact.normal);
+  impact.is_from_start = contact.time_of_impact <= 0;
+  impact.friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;
+  return impact;
+}
+
+void apply_inelastic_impulses(const std::vector<Impact>& impacts) {
+  btScalar fastest = 0;
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    btScalar fastest_now = 0;
+    for (const Impact& impact : impacts) fastest_now = btMax(fastest_now, make_inelastic(impact));
+    fastest = btMax(fastest, fastest_now);
+    if (!(fastest_now > kNegligibleApproach * fastest)) return;
+  }
+}
+
+bool set_apart(const std::vector<Impact>& impacts, btVector3 btSoftBody::Node::*velocity, btScalar share,
+               btScalar time_step) {
+  bool has_moved = false;
+  for (const Impact& impact : impacts) {
+    const btScalar inverse_mass = motion_along(impact, impact.normal).inverse_mass;
+    if (impact.is_from_start || !(inverse_mass > 0)) continue;
+    btScalar extent = 0;
+    for (const btSoftBody::Node* node : impact.nodes) {
+      const btVector3 x = node->m_x.absolute();
+      extent = btMax(extent, x[x.maxAxis()]);
+    }
+    const btScalar push = share * extent / (time_step * inverse_mass);
+    for (int i = 0; i < 4; ++i) {
+      btSoftBody::Node& node = *impact.nodes[i];
+      node.*velocity += node.m_im * impact.weights[i] * push * free_part(impact, i, impact.normal);
+    }
+    has_moved = true;
+  }
+  return has_moved;
+}
+
+}  // namespace softcd::bullet

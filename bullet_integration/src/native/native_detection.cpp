@@ -1,0 +1,49 @@
+#include "native/native_detection.hpp"
+
+#include <utility>
+
+#include "BulletSoftBody/btSoftBodySolvers.h"
+#include "native/native_trees.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// Bullet's handler asks whether the second body is to be tested.
+void collide_deformable(btSoftBody& a, btSoftBody& b) {
+  const bool was_on = std::exchange(b.m_softSoftCollision, true);
+  a.defaultCollisionHandler(&b);
+  b.m_softSoftCollision = was_on;
+}
+
+bool has_contacts_within(const btSoftBody& body) {
+  return (body.m_cfg.collisions & btSoftBody::fCollision::SVSmask) == btSoftBody::fCollision::VF_DD;
+}
+
+}  // namespace
+
+void detect_classic_contacts(Span<btSoftBody* const> bodies, const PairGate& gate, const PairRule& rule) {
+  const NativeTreesBuilt built(bodies, refit_classic_trees);
+  const btBroadphasePair* pairs = gate.pair_cache().getOverlappingPairArrayPtr();
+  for (int i = 0; i < gate.pair_cache().getNumOverlappingPairs(); ++i) {
+    auto* a = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
+    auto* b = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    if (a == nullptr || b == nullptr || !rule(*a, *b)) continue;
+    a->getSoftBodySolver()->processCollision(a, b);
+  }
+}
+
+void detect_deformable_contacts(Span<btSoftBody* const> bodies, const PairGate& /*gate*/, const PairRule& rule) {
+  const NativeTreesBuilt built(bodies, [](btSoftBody& body) {
+    body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
+    body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
+  });
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (has_contacts_within(*bodies[i])) collide_deformable(*bodies[i], *bodies[i]);
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+      if (!rule(*bodies[i], *bodies[j])) continue;
+      collide_deformable(*bodies[i], *bodies[j]);
+    }
+  }
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,380 @@
+#include "native/native_trees.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <new>
+#include <tuple>
+#include <utility>
+
+#include "native/tree_shape.hpp"
+#include "softcd/bullet/world_detection.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+using Flags = btSoftBody::fCollision;
+
+// Bullet's own flags end at bit 10.
+constexpr int kHiddenVertexFace = 1 << 30;
+constexpr int kHiddenRigidDeformable = 1 << 29;
+constexpr int kHiddenSoftSoftCollision = 1 << 28;
+constexpr int kFaceTreeIsOurs = 1 << 27;
+/// Times a body's margin: what leaves of its trees reach beyond nodes and faces in classic worlds.
+constexpr btScalar kLeafMargin = btScalar(1.25);
+
+void replace_bits(int& flags, int bits, int by) {
+  if ((flags & bits) != 0) flags = (flags & ~bits) | by;
+}
+
+btDbvtVolume volume_of(const btSoftBody::Face& face) {
+  const btVector3 points[] = {face.m_n[0]->m_x, face.m_n[1]->m_x, face.m_n[2]->m_x};
+  return btDbvtVolume::FromPoints(points, 3);
+}
+
+btDbvtVolume volume_of(const btSoftBody::Node& node) {
+  return btDbvtVolume::FromCR(node.m_x, 0);
+}
+
+TreeShape node_tree_shape(const btSoftBody& body) {
+  std::vector<std::pair<int, int>> pairs;
+  pairs.reserve(static_cast<std::size_t>(body.m_links.size()));
+  const auto index_of = [&](const btSoftBody::Node* node) { return static_cast<int>(node - &body.m_nodes[0]); };
+  for (int i = 0; i < body.m_links.size(); ++i) {
+    pairs.emplace_back(index_of(body.m_links[i].m_n[0]), index_of(body.m_links[i].m_n[1]));
+  }
+  return tree_shape({body.m_nodes.size(), pairs});
+}
+
+/// Faces at a common edge are neighbours; of more than two there, those that follow each other in the body.
+TreeShape face_tree_shape(const btSoftBody& body) {
+  struct Side {
+    const btSoftBody::Node* ends[2];
+    int face;
+  };
+  std::vector<Side> sides;
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const auto [first, second] =
+          std::minmax(body.m_faces[i].m_n[corner], body.m_faces[i].m_n[(corner + 1) % 3], std::less<>());
+      sides.push_back({{first, second}, i});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.ends[0], a.ends[1], a.face) < std::tie(b.ends[0], b.ends[1], b.face);
+  });
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 1; i < sides.size(); ++i) {
+    if (std::equal(sides[i].ends, sides[i].ends + 2, sides[i - 1].ends)) {
+      pairs.emplace_back(sides[i - 1].face, sides[i].face);
+    }
+  }
+  NeighbourLists lists(body.m_faces.size(), pairs);
+  lists.sort();
+  return tree_shape(std::move(lists));
+}
+
+/// Replaces the tree by one with a leaf for each of `things`.
+template <class Things>
+void build_tree(btDbvt& tree, Things& things, const TreeShape& shape) {
+  std::vector<btDbvtNode*> nodes(static_cast<std::size_t>(things.size()) + shape.size());
+  if (nodes.empty()) return;
+  tree.clear();
+  std::size_t added = 0;
+  const auto add = [&] {
+    auto* node = new (btAlignedAlloc(sizeof(btDbvtNode), 16)) btDbvtNode;
+    node->parent = nullptr;
+    node->childs[1] = nullptr;
+    return nodes[added++] = node;
+  };
+  for (int i = 0; i < things.size(); ++i) {
+    btDbvtNode* leaf = add();
+    leaf->volume = volume_of(things[i]);
+    leaf->data = &things[i];
+    things[i].m_leaf = leaf;
+  }
+  for (const auto& children : shape) {
+    btDbvtNode* node = add();
+    node->childs[0] = nodes[static_cast<std::size_t>(children.first)];
+    node->childs[1] = nodes[static_cast<std::size_t>(children.second)];
+    for (btDbvtNode* child : node->childs) child->parent = node;
+    Merge(node->childs[0]->volume, node->childs[1]->volume, node->volume);
+  }
+  tree.m_root = nodes.back();
+  tree.m_leaves = things.size();
+}
+
+/// Gives the body the node tree that Bullet's prediction builds together with a face tree. Where memory does not
+/// suffice the tree stays as it is.
+void rebuild_node_tree(btSoftBody& body) {
+  try {
+    build_tree(body.m_ndbvt, body.m_nodes, node_tree_shape(body));
+  } catch (const std::bad_alloc&) {
+    return;
+  }
+}
+
+/// The body has no face tree. Where memory does not suffice it gets one of another shape than Bullet's.
+void add_face_tree(btSoftBody& body) {
+  try {
+    build_tree(body.m_fdbvt, body.m_faces, face_tree_shape(body));
+  } catch (const std::bad_alloc&) {
+    for (int i = 0; i < body.m_faces.size(); ++i) {
+      btSoftBody::Face& face = body.m_faces[i];
+      face.m_leaf = body.m_fdbvt.insert(volume_of(face), &face);
+    }
+  }
+}
+
+/// The twin of a face tree that has room for normals, as Bullet makes it.
+btDbvntNode* copy_with_normals(const btDbvtNode* node) {
+  if (node == nullptr) return nullptr;
+  auto* copy = new btDbvntNode(node);
+  if (node->isinternal()) {
+    for (int i = 0; i < 2; ++i) copy->childs[i] = copy_with_normals(node->childs[i]);
+  }
+  return copy;
+}
+
+void build_face_tree(btSoftBody& body) {
+  add_face_tree(body);
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
+}
+
+/// A body that sleeps was not predicted, and moves nowhere.
+btDbvtVolume predicted_leaf(const btSoftBody& body, btDbvtVolume box, const btVector3& velocity) {
+  const btScalar growth = body.getCollisionShape()->getMargin() * kLeafMargin;
+  box.Expand(btVector3(growth, growth, growth));
+  if (body.isActive()) box.SignedExpand(velocity * body.m_sst.velmrg);
+  return box;
+}
+
+/// Bullet's prediction clears the tree of changed faces, and builds no other one where its flag is hidden.
+void remove_outdated_face_tree(btSoftBody& body) {
+  if (body.m_bUpdateRtCst) remove_face_tree(body);
+}
+
+}  // namespace
+
+void remove_face_tree(btSoftBody& body) {
+  body.m_fdbvt.clear();
+  for (int i = 0; i < body.m_faces.size(); ++i) body.m_faces[i].m_leaf = nullptr;
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = nullptr;
+}
+
+void hide_vertex_face_flag(btSoftBody& body) {
+  remove_outdated_face_tree(body);
+  replace_bits(body.m_cfg.collisions, Flags::VF_SS, kHiddenVertexFace);
+}
+
+void restore_vertex_face_flag(btSoftBody& body) {
+  replace_bits(body.m_cfg.collisions, kHiddenVertexFace, Flags::VF_SS);
+}
+
+void hide_rigid_deformable_flag(btSoftBody& body) {
+  remove_outdated_face_tree(body);
+  replace_bits(body.m_cfg.collisions, Flags::SDF_RD, kHiddenRigidDeformable);
+}
+
+void restore_rigid_deformable_flag(btSoftBody& body) {
+  if ((body.m_cfg.collisions & kHiddenRigidDeformable) != 0) rebuild_node_tree(body);
+  replace_bits(body.m_cfg.collisions, kHiddenRigidDeformable, Flags::SDF_RD);
+}
+
+NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  try {
+    kept_.resize(static_cast<std::size_t>(bodies.size()));
+    for (std::size_t i = 0; i < kept_.size(); ++i) {
+      kept_[i].body = bodies[static_cast<int>(i)];
+      const btSoftBody::tNodeArray& nodes = kept_[i].body->m_nodes;
+      kept_[i].leaves.reserve(static_cast<std::size_t>(nodes.size()));
+      for (int n = 0; n < nodes.size(); ++n) kept_[i].leaves.push_back(nodes[n].m_leaf);
+    }
+  } catch (const std::bad_alloc&) {
+    kept_.clear();
+  }
+  const btVector3 everything(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+  for (Kept& kept : kept_) {
+    kept.root = kept.body->m_ndbvt.m_root;
+    kept.boundless.volume = btDbvtVolume::FromMM(-everything, everything);
+    kept.boundless.parent = nullptr;
+    kept.boundless.childs[0] = nullptr;
+    kept.boundless.childs[1] = nullptr;
+    // The leaf is a whole tree, not a loose node: a position that is not finite is in no volume, and Bullet then
+    // takes the leaf out of the tree and puts it back.
+    kept.body->m_ndbvt.m_root = &kept.boundless;
+    btSoftBody::tNodeArray& nodes = kept.body->m_nodes;
+    for (int n = 0; n < nodes.size(); ++n) nodes[n].m_leaf = &kept.boundless;
+  }
+}
+
+NodeTreesAtRest::~NodeTreesAtRest() {
+  for (Kept& kept : kept_) {
+    kept.body->m_ndbvt.m_root = kept.root;
+    int n = 0;
+    for (btDbvtNode* leaf : kept.leaves) kept.body->m_nodes[n++].m_leaf = leaf;
+  }
+}
+
+TreesOutOfSight::TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree) {
+  try {
+    kept_.reserve(static_cast<std::size_t>(bodies.size()));
+    succeeded_ = true;
+  } catch (const std::bad_alloc&) {
+    return;
+  }
+  for (int i = 0; i < bodies.size(); ++i) {
+    btDbvt& kept = bodies[i]->*tree;
+    kept_.push_back({&kept, kept.m_root});
+    kept.m_root = nullptr;
+  }
+}
+
+TreesOutOfSight::~TreesOutOfSight() {
+  for (const Kept& kept : kept_) kept.tree->m_root = kept.root;
+}
+
+void FaceTreesAway::take(Span<btSoftBody* const> bodies) noexcept {
+  try {
+    taken_.reserve(bodies.size());
+  } catch (const std::bad_alloc&) {
+    for (btSoftBody* body : bodies) remove_face_tree(*body);
+    return;
+  }
+  for (btSoftBody* body : bodies) {
+    taken_.push_back({body, std::exchange(body->m_fdbvt.m_root, nullptr), std::exchange(body->m_fdbvnt, nullptr)});
+  }
+}
+
+void FaceTreesAway::give_back() {
+  for (const Taken& taken : taken_) give_back(taken);
+  taken_.clear();
+}
+
+void FaceTreesAway::give_back(const btSoftBody& body) {
+  const auto taken = std::find_if(taken_.begin(), taken_.end(), [&](const Taken& each) { return each.body == &body; });
+  if (taken == taken_.end()) return;
+  give_back(*taken);
+  taken_.erase(taken);
+}
+
+/// Where an app has cast a ray at the body meanwhile, it has a new tree, which its faces point into.
+void FaceTreesAway::give_back(const Taken& taken) {
+  btDbvt old;
+  (taken.body->m_fdbvt.m_root == nullptr ? taken.body->m_fdbvt : old).m_root = taken.root;
+  if (taken.body->m_fdbvnt == nullptr) {
+    taken.body->m_fdbvnt = taken.root_with_normals;
+  } else {
+    delete taken.root_with_normals;
+  }
+}
+
+FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i]->m_bUpdateRtCst) hide_rigid_deformable_flag(*bodies_[i]);
+  }
+}
+
+FaceTreesUnbuilt::~FaceTreesUnbuilt() {
+  for (int i = 0; i < bodies_.size(); ++i) restore_rigid_deformable_flag(*bodies_[i]);
+}
+
+VertexFaceTestsOff::VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    if (std::exchange(bodies_[i]->m_softSoftCollision, false)) {
+      bodies_[i]->m_cfg.collisions |= kHiddenSoftSoftCollision;
+    }
+  }
+}
+
+VertexFaceTestsOff::~VertexFaceTestsOff() {
+  for (int i = 0; i < bodies_.size(); ++i) {
+    int& flags = bodies_[i]->m_cfg.collisions;
+    if ((flags & kHiddenSoftSoftCollision) == 0) continue;
+    bodies_[i]->m_softSoftCollision = true;
+    replace_bits(flags, kHiddenSoftSoftCollision, 0);
+  }
+}
+
+void refit_deformable_trees(btSoftBody& body) {
+  body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
+  const int with_faces = Flags::SDF_RDF | Flags::SDF_MDF;
+  if ((body.m_cfg.collisions & with_faces) == 0 || !body.m_fdbvt.empty()) return;
+  add_face_tree(body);
+  // Its twin with normals serves only Bullet's self-collision, and is of faces that may be gone.
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = nullptr;
+  body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
+}
+
+btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Node& node) {
+  return predicted_leaf(body, btDbvtVolume::FromCR(node.m_x, 0), node.m_v);
+}
+
+btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face) {
+  return predicted_leaf(body, volume_of(face), (face.m_n[0]->m_v + face.m_n[1]->m_v + face.m_n[2]->m_v) / 3);
+}
+
+void refit_classic_trees(btSoftBody& body) {
+  const auto refit = [](btDbvt& tree, btDbvtNode* leaf, btDbvtVolume box) { tree.update(leaf, box); };
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    refit(body.m_ndbvt, body.m_nodes[i].m_leaf, classic_leaf(body, body.m_nodes[i]));
+  }
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    refit(body.m_fdbvt, body.m_faces[i].m_leaf, classic_leaf(body, body.m_faces[i]));
+  }
+}
+
+NativeTreesBuilt::NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) : bodies_(bodies) {
+  for (btSoftBody* body : bodies_) {
+    if (body->m_fdbvt.empty()) {
+      body->m_cfg.collisions |= kFaceTreeIsOurs;
+      build_face_tree(*body);
+    }
+    refit(*body);
+  }
+}
+
+NativeTreesBuilt::~NativeTreesBuilt() {
+  for (btSoftBody* body : bodies_) {
+    if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
+    replace_bits(body->m_cfg.collisions, kFaceTreeIsOurs, 0);
+    remove_face_tree(*body);
+  }
+}
+
+void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  for (int i = 0; i < bodies.size(); ++i) {
+    // Where faces have changed, the next prediction throws the tree away.
+    if (!bodies[i]->isActive() || bodies[i]->m_fdbvt.empty() || bodies[i]->m_bUpdateRtCst) continue;
+    bodies[i]->updateFaceTree(/*use_velocity=*/false, /*margin=*/false);
+  }
+}
+
+void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
+  if (body.m_fdbvt.empty()) {
+    has_reader_ = false;
+    return;
+  }
+  if (has_reader_) return;
+  if (dropped_ && !topology_changed) {
+    has_reader_ = true;
+    return;
+  }
+  remove_face_tree(body);
+  dropped_ = !topology_changed;
+}
+
+}  // namespace softcd::bullet
+
+// Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
+void softcd::bullet::give_face_tree(btSoftBody& body) {
+  const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
+  if (!is_wanted || body.m_bUpdateRtCst) return;
+  if (body.m_fdbvt.empty()) {
+    build_face_tree(body);
+  } else if (body.m_fdbvnt == nullptr) {
+    body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
+  }
+}

@@ -1,0 +1,261 @@
+#include "questions/contact_test.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+
+#include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
+#include "BulletCollision/NarrowPhaseCollision/btManifoldPoint.h"
+#include "LinearMath/btAabbUtil2.h"
+#include "bodies/vectors.hpp"
+#include "questions/rigid_surface.hpp"
+#include "softcd/bullet/world_probe.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+using ContactCallback = btCollisionWorld::ContactResultCallback;
+
+/// Where the nodes are now, or the shape, grown by the margin and more.
+RigidBox box_of(btCollisionObject& object, btScalar more) {
+  RigidBox box = {btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT),
+                  -btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
+  if (const btSoftBody* const soft = btSoftBody::upcast(&object)) {
+    for (int i = 0; i < soft->m_nodes.size(); ++i) {
+      box.low.setMin(soft->m_nodes[i].m_x);
+      box.high.setMax(soft->m_nodes[i].m_x);
+    }
+    more += soft->getCollisionShape()->getMargin();
+  } else {
+    object.getCollisionShape()->getAabb(object.getWorldTransform(), box.low, box.high);
+  }
+  const btVector3 growth(more, more, more);
+  return {box.low - growth, box.high + growth};
+}
+
+/// One side of a contact as a callback is told of it.
+struct ToldSide {
+  btCollisionObject* object;
+  int part, index;
+  Vec3d point;
+};
+
+/// Of the points at the margins, and the normal towards `a`.
+void tell(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance, ContactCallback& callback) {
+  const btVector3 on_a = to_bullet(a.point);
+  const btVector3 on_b = to_bullet(b.point);
+  btManifoldPoint point(a.object->getWorldTransform().invXform(on_a), b.object->getWorldTransform().invXform(on_b),
+                        to_bullet(normal), btScalar(distance));
+  point.m_positionWorldOnA = on_a;
+  point.m_positionWorldOnB = on_b;
+  point.m_partId0 = a.part;
+  point.m_index0 = a.index;
+  point.m_partId1 = b.part;
+  point.m_index1 = b.index;
+  const auto wrapper = [](const ToldSide& side) {
+    return btCollisionObjectWrapper(nullptr, side.object->getCollisionShape(), side.object,
+                                    side.object->getWorldTransform(), -1, -1);
+  };
+  const btCollisionObjectWrapper wrapped_a = wrapper(a);
+  const btCollisionObjectWrapper wrapped_b = wrapper(b);
+  callback.addSingleResult(point, &wrapped_a, a.part, a.index, &wrapped_b, b.part, b.index);
+}
+
+/// A body of the scene: a soft one, or one of the shapes that a rigid object's shape is made of.
+struct Part {
+  BodyId id;
+  btCollisionObject* object;
+  const SoftBodyScene::Member* soft;  ///< null where it is rigid
+  const RigidSurface* surface;        ///< null where it is soft
+
+  Vec3d vertex(std::uint32_t v) const {
+    return soft != nullptr ? to_doubles(soft->body->m_nodes[static_cast<int>(v)].m_x) : surface->x()[v];
+  }
+  double margin() const {
+    return double(soft != nullptr ? object->getCollisionShape()->getMargin() : surface->margin());
+  }
+};
+
+class ContactTest {
+ public:
+  ContactTest(SoftBodyScene& bodies, btCollisionObject& object, ContactCallback& callback)
+      : bodies_(bodies), object_(object), callback_(callback), threshold_(callback.m_closestDistanceThreshold) {}
+  ~ContactTest() {
+    for (const Part& part : parts_) {
+      if (part.surface != nullptr) bodies_.scene().remove_body(part.id);
+    }
+  }
+  ContactTest(const ContactTest&) = delete;
+  ContactTest& operator=(const ContactTest&) = delete;
+
+  void run(const std::vector<btCollisionObject*>& others);
+
+ private:
+  void take(btCollisionObject& object, const RigidBox& box);
+  BodySettings settings_of(const btCollisionObject& object, btScalar margin) const;
+  std::vector<BodyPair> pairs() const;
+  const Part& part(BodyId id) const;
+  void report(const Contact& contact);
+  void report_nodes_inside(const Part& soft, const Part& rigid);
+  void tell_in_order(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance);
+
+  SoftBodyScene& bodies_;
+  btCollisionObject& object_;
+  ContactCallback& callback_;
+  btScalar threshold_;
+  bool is_with_itself_ = false;
+  std::deque<RigidSurface> surfaces_;
+  std::vector<Part> parts_;  ///< those of `object_` first
+};
+
+void ContactTest::run(const std::vector<btCollisionObject*>& others) {
+  const btScalar more = btMax(threshold_, btScalar(0));
+  const RigidBox box = box_of(object_, more);
+  RigidBox all = {btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT),
+                  -btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
+  std::vector<btCollisionObject*> near;
+  for (btCollisionObject* other : others) {
+    const RigidBox other_box = box_of(*other, more);
+    if (!TestAabbAgainstAabb2(box.low, box.high, other_box.low, other_box.high)) continue;
+    near.push_back(other);
+    all.low.setMin(other_box.low);
+    all.high.setMax(other_box.high);
+  }
+  if (near.empty()) return;
+  is_with_itself_ = near.front() == &object_;
+  take(object_, all);
+  for (btCollisionObject* other : near) {
+    if (other != &object_) take(*other, box);
+  }
+  Query query(bodies_.scene());
+  query.set_only_pairs(pairs());
+  for (const Contact& contact : query.detect()) report(contact);
+  for (const Part& soft : parts_) {
+    for (const Part& rigid : parts_) {
+      if (soft.soft != nullptr && rigid.surface != nullptr) report_nodes_inside(soft, rigid);
+    }
+  }
+}
+
+/// Into the scene.
+void ContactTest::take(btCollisionObject& object, const RigidBox& box) {
+  Scene& scene = bodies_.scene();
+  if (btSoftBody* const soft = btSoftBody::upcast(&object)) {
+    if (soft->m_nodes.size() == 0) return;
+    const SoftBodyScene::Member& member = bodies_.update(*soft);
+    scene.set_settings(member.id, settings_of(object, soft->getCollisionShape()->getMargin()));
+    parts_.push_back({member.id, &object, &member, nullptr});
+    return;
+  }
+  for (RigidSurface& surface : rigid_surfaces(object, box)) {
+    surfaces_.push_back(std::move(surface));
+    const RigidSurface& kept = surfaces_.back();
+    const auto vertex_count = static_cast<std::uint32_t>(kept.x().size());
+    parts_.push_back({BodyId(), &object, nullptr, &kept});
+    try {
+      parts_.back().id = scene.add_body({kept.triangles(), vertex_count, settings_of(object, kept.margin())});
+    } catch (...) {
+      parts_.pop_back();
+      throw;
+    }
+    scene.set_positions(parts_.back().id, kept.x());
+  }
+}
+
+/// Margins are those of the object and of the threshold, which counts on one side.
+BodySettings ContactTest::settings_of(const btCollisionObject& object, btScalar margin) const {
+  const double share = is_with_itself_ ? 0.5 : (&object == &object_ ? 1.0 : 0.0);
+  BodySettings settings;
+  settings.margin = static_cast<float>(std::max(0.0, double(margin)) + share * std::max(0.0, double(threshold_)));
+  settings.features = {/*vertex_triangle=*/true, /*edge_edge=*/true};
+  settings.self_collision = is_with_itself_;
+  return settings;
+}
+
+std::vector<BodyPair> ContactTest::pairs() const {
+  std::vector<BodyPair> pairs;
+  for (const Part& a : parts_) {
+    for (const Part& b : parts_) {
+      const bool is_asked = is_with_itself_ || (a.object == &object_ && b.object != &object_);
+      if (is_asked) pairs.push_back({a.id, b.id});
+    }
+  }
+  // None would be all.
+  if (pairs.empty()) pairs.push_back({BodyId(), BodyId()});
+  return pairs;
+}
+
+const Part& ContactTest::part(BodyId id) const {
+  return *std::find_if(parts_.begin(), parts_.end(), [id](const Part& part) { return part.id == id; });
+}
+
+/// What a callback is told of one side, the contact's vertices from `begin` to `end`.
+ToldSide told_side(const Contact& contact, const Part& part, int begin, int end) {
+  const bool is_edges = contact.kind == ContactKind::edge_edge;
+  ToldSide told = {part.object, -1, -1, {0, 0, 0}};
+  for (int i = begin; i < end; ++i) {
+    told.point = told.point + double(contact.weights[i]) * part.vertex(contact.vertices[i]);
+  }
+  if (part.soft == nullptr) return told;
+  const std::uint32_t feature = begin == 0 ? contact.feature_a : contact.feature_b;
+  told.part = is_edges ? kEdgePart : (begin == 0 ? kNodePart : kFacePart);
+  told.index = static_cast<int>(feature);
+  // Triangles behind the faces stand for single nodes.
+  if (told.part == kFacePart && feature >= part.soft->mesh.face_count) {
+    told.part = kNodePart;
+    told.index = static_cast<int>(contact.vertices[1]);
+  }
+  return told;
+}
+
+void ContactTest::report(const Contact& contact) {
+  const Part& a = part(contact.body_a);
+  const Part& b = part(contact.body_b);
+  const double distance = double(contact.distance) - a.margin() - b.margin();
+  if (!(distance <= double(threshold_))) return;
+  const bool is_edges = contact.kind == ContactKind::edge_edge;
+  const auto& v = contact.vertices;
+  if (is_edges && ((a.surface != nullptr && !a.surface->is_edge(v[0], v[1])) ||
+                   (b.surface != nullptr && !b.surface->is_edge(v[2], v[3])))) {
+    return;
+  }
+  // Such nodes are told with the face that is nearest outside.
+  if (!is_edges && b.surface != nullptr && b.surface->depth_of(a.vertex(v[0])).is_inside) return;
+  const int middle = is_edges ? 2 : 1;
+  tell_in_order(told_side(contact, a, 0, middle), told_side(contact, b, middle, 4), vec3_cast<double>(contact.normal),
+                distance);
+}
+
+void ContactTest::report_nodes_inside(const Part& soft, const Part& rigid) {
+  const RigidBox box = box_of(*rigid.object, 0);
+  const btSoftBody& body = *soft.soft->body;
+  for (int node = 0; node < body.m_nodes.size(); ++node) {
+    const btVector3& x = body.m_nodes[node].m_x;
+    if (!TestAabbAgainstAabb2(box.low, box.high, x, x)) continue;
+    const RigidSurface::Depth depth = rigid.surface->depth_of(to_doubles(x));
+    if (!depth.is_inside) continue;
+    const double distance = -depth.depth - soft.margin() - rigid.margin();
+    if (!(distance <= double(threshold_))) continue;
+    const Vec3d surface_point = to_doubles(x) + depth.depth * depth.normal;
+    tell_in_order({soft.object, kNodePart, node, to_doubles(x)}, {rigid.object, -1, -1, surface_point}, depth.normal,
+                  distance);
+  }
+}
+
+/// The object that the test is of first.
+void ContactTest::tell_in_order(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance) {
+  if (a.object == &object_) {
+    tell(a, b, normal, distance, callback_);
+  } else {
+    tell(b, a, -1.0 * normal, distance, callback_);
+  }
+}
+
+}  // namespace
+
+void test_contacts(SoftBodyScene& bodies, btCollisionObject& object, const std::vector<btCollisionObject*>& others,
+                   btCollisionWorld::ContactResultCallback& callback) {
+  ContactTest(bodies, object, callback).run(others);
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,72 @@
+#include "questions/rigid_surface.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "BulletCollision/CollisionShapes/btCompoundShape.h"
+#include "BulletCollision/CollisionShapes/btConcaveShape.h"
+
+namespace softcd::bullet {
+namespace {
+
+RigidBox grown(const RigidBox& box, btScalar margin) {
+  const btVector3 growth(margin, margin, margin);
+  return {box.low - growth, box.high + growth};
+}
+
+void add_surfaces(const btCollisionShape& shape, const btTransform& place, const RigidBox& box,
+                  std::vector<RigidSurface>& surfaces) {
+  if (shape.isCompound()) {
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+      add_surfaces(*compound.getChildShape(i), place * compound.getChildTransform(i), box, surfaces);
+    }
+  } else if (shape.isConvex()) {
+    surfaces.emplace_back(static_cast<const btConvexShape&>(shape), place);
+  } else if (shape.isConcave() && shape.getShapeType() != STATIC_PLANE_PROXYTYPE) {
+    surfaces.emplace_back(static_cast<const btConcaveShape&>(shape), place, box);
+  }
+}
+
+}  // namespace
+
+RigidSurface::RigidSurface(const btConvexShape& shape, const btTransform& place)
+    : is_convex_(true), margin_(shape.getMarginNonVirtual()) {
+  core_.read(shape);
+  core_.place({place, place});
+}
+
+RigidSurface::RigidSurface(const btConcaveShape& shape, const btTransform& place, const RigidBox& box)
+    : is_convex_(false), margin_(shape.getMargin()) {
+  mesh_.read(shape, {box_in_shape(grown(box, margin_), {place, place})});
+  mesh_.place({place, place});
+}
+
+RigidSurface::Depth RigidSurface::depth_of(Vec3d point) const {
+  if (!is_convex_ || x().empty()) return {};
+  Vec3d middle{0, 0, 0};
+  for (const Vec3d& corner : x()) middle = middle + (1.0 / static_cast<double>(x().size())) * corner;
+  Depth nearest = {false, std::numeric_limits<double>::infinity(), {0, 0, 0}};
+  for (const Triangle& triangle : triangles()) {
+    const Vec3d corner = x()[triangle.v[0]];
+    const Vec3d across = cross(x()[triangle.v[1]] - corner, x()[triangle.v[2]] - corner);
+    const double twice_area = std::sqrt(squared_norm(across));
+    if (!(twice_area > 0)) continue;
+    const double height = dot(across, corner - middle);
+    // A core that is flat has no inside.
+    if (!(std::abs(height) > 1e-9 * std::pow(twice_area, 1.5))) return {};
+    const Vec3d normal = ((height < 0 ? -1.0 : 1.0) / twice_area) * across;
+    const double depth = dot(normal, corner - point);
+    if (!(depth > 0)) return {};
+    if (depth < nearest.depth) nearest = {true, depth, normal};
+  }
+  return nearest.is_inside ? nearest : Depth{};
+}
+
+std::vector<RigidSurface> rigid_surfaces(const btCollisionObject& object, const RigidBox& box) {
+  std::vector<RigidSurface> surfaces;
+  add_surfaces(*object.getCollisionShape(), object.getWorldTransform(), box, surfaces);
+  return surfaces;
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,164 @@
+#include "softcd/bullet/world_probe.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
+#include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
+#include "bodies/vectors.hpp"
+#include "questions/contact_test.hpp"
+#include "questions/world_rays.hpp"
+#include "rigid/convex_core.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// Passes on what Bullet finds between objects that are not soft.
+class OfRigidObjects final : public btCollisionWorld::ContactResultCallback {
+ public:
+  explicit OfRigidObjects(btCollisionWorld::ContactResultCallback& callback) : callback_(callback) {
+    m_closestDistanceThreshold = callback.m_closestDistanceThreshold;
+  }
+  bool needsCollision(btBroadphaseProxy* proxy) const override {
+    return btSoftBody::upcast(static_cast<btCollisionObject*>(proxy->m_clientObject)) == nullptr &&
+           callback_.needsCollision(proxy);
+  }
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* a, int part_a, int index_a,
+                           const btCollisionObjectWrapper* b, int part_b, int index_b) override {
+    return callback_.addSingleResult(point, a, part_a, index_a, b, part_b, index_b);
+  }
+
+ private:
+  btCollisionWorld::ContactResultCallback& callback_;
+};
+
+}  // namespace
+
+ShapeHull::ShapeHull(const btConvexShape& shape, const btTransform& place)
+    : radius_(std::max(0.0, double(shape.getMarginNonVirtual()))) {
+  ConvexCore core;
+  core.read(shape);
+  points_.reserve(core.vertices().size());
+  for (const btVector3& corner : core.vertices()) points_.push_back(to_doubles(place * corner));
+}
+
+class WorldProbe::Implementation {
+ public:
+  Implementation(btCollisionWorld& world, LogCallback log)
+      : world_(world),
+        settings_(settings_with(std::move(log))),
+        rays_(dynamic_cast<btDeformableMultiBodyDynamicsWorld*>(&world) != nullptr ? RayTargets::faces
+                                                                                   : RayTargets::faces_and_tetrahedra,
+              settings_),
+        bodies_(settings_.log),
+        probe_(bodies_.scene()) {}
+
+  Probe& soft_bodies() {
+    const std::vector<btSoftBody*> all = all_soft_bodies();
+    for (btSoftBody* body : all) bodies_.update(*body);
+    // All of them are known now: whatever is more has left the world.
+    bodies_.keep(all);
+    return probe_;
+  }
+  BodyId body_id(const btSoftBody& body) const {
+    const SoftBodyScene::Member* const member = bodies_.find(body);
+    if (member == nullptr) {
+      throw InvalidInput("a soft body was not in the world when soft_bodies() was called last; call it again.");
+    }
+    return member->id;
+  }
+  btSoftBody* soft_body(BodyId id) const {
+    const SoftBodyScene::Member* const member = bodies_.find(id);
+    return member != nullptr ? member->body : nullptr;
+  }
+
+  void ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback) {
+    rays_.test(*world_.getBroadphase(), all_soft_bodies(), from, to, callback,
+               [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
+                 btSoftRigidDynamicsWorld::rayTestSingle(begin, end, &object, object.getCollisionShape(),
+                                                         object.getWorldTransform(), callback);
+               });
+  }
+
+  void contact_test(btCollisionObject& object, btCollisionWorld::ContactResultCallback& callback) {
+    const bool is_soft = btSoftBody::upcast(&object) != nullptr;
+    if (!is_soft) {
+      OfRigidObjects of_rigid_objects(callback);
+      world_.contactTest(&object, of_rigid_objects);
+    }
+    std::vector<btCollisionObject*> others;
+    for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
+      btCollisionObject* const other = world_.getCollisionObjectArray()[i];
+      const bool is_asked = other != &object && (is_soft || btSoftBody::upcast(other) != nullptr);
+      if (is_asked && callback.needsCollision(other->getBroadphaseHandle())) others.push_back(other);
+    }
+    test(object, others, callback);
+  }
+
+  void contact_pair_test(btCollisionObject& a, btCollisionObject& b,
+                         btCollisionWorld::ContactResultCallback& callback) {
+    if (btSoftBody::upcast(&a) == nullptr && btSoftBody::upcast(&b) == nullptr) {
+      world_.contactPairTest(&a, &b, callback);
+    } else {
+      test(a, {&b}, callback);
+    }
+  }
+
+ private:
+  static Settings settings_with(LogCallback log) {
+    Settings settings;
+    settings.log = std::move(log);
+    settings.on_error = OnError::throw_error;
+    return settings;
+  }
+
+  void test(btCollisionObject& object, const std::vector<btCollisionObject*>& others,
+            btCollisionWorld::ContactResultCallback& callback) {
+    const std::vector<btSoftBody*> all = all_soft_bodies();
+    bodies_.keep(all);
+    test_contacts(bodies_, object, others, callback);
+  }
+
+  std::vector<btSoftBody*> all_soft_bodies() const {
+    std::vector<btSoftBody*> all;
+    for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
+      if (btSoftBody* const soft = btSoftBody::upcast(world_.getCollisionObjectArray()[i])) all.push_back(soft);
+    }
+    return all;
+  }
+
+  btCollisionWorld& world_;
+  Settings settings_;
+  WorldRays rays_;
+  SoftBodyScene bodies_;
+  Probe probe_;
+};
+
+WorldProbe::WorldProbe(btCollisionWorld& world, LogCallback log)
+    : implementation_(std::make_unique<Implementation>(world, std::move(log))) {}
+WorldProbe::~WorldProbe() = default;
+WorldProbe::WorldProbe(WorldProbe&&) noexcept = default;
+WorldProbe& WorldProbe::operator=(WorldProbe&&) noexcept = default;
+
+Probe& WorldProbe::soft_bodies() {
+  return implementation_->soft_bodies();
+}
+BodyId WorldProbe::body_id(const btSoftBody& body) const {
+  return implementation_->body_id(body);
+}
+btSoftBody* WorldProbe::soft_body(BodyId body) const {
+  return implementation_->soft_body(body);
+}
+void WorldProbe::ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback) {
+  implementation_->ray_test(from, to, callback);
+}
+void WorldProbe::contact_test(btCollisionObject& object, btCollisionWorld::ContactResultCallback& callback) {
+  implementation_->contact_test(object, callback);
+}
+void WorldProbe::contact_pair_test(btCollisionObject& a, btCollisionObject& b,
+                                   btCollisionWorld::ContactResultCallback& callback) {
+  implementation_->contact_pair_test(a, b, callback);
+}
+
+}  // namespace softcd::bullet

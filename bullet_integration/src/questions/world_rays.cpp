@@ -1,0 +1,177 @@
+#include "questions/world_rays.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <mutex>
+#include <new>
+#include <utility>
+
+#include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
+#include "bodies/vectors.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// What a ray comes near, by the broad phase.
+class NearRay final : public btBroadphaseRayCallback {
+ public:
+  NearRay(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback,
+          std::pmr::memory_resource& memory)
+      : callback_(callback), soft_(&memory), others_(&memory) {
+    const btVector3 way = to - from;
+    const btScalar length = way.length();
+    for (int axis = 0; axis < 3; ++axis) {
+      const btScalar component = length > 0 ? way[axis] / length : 0;
+      m_rayDirectionInverse[axis] = component == 0 ? btScalar(1e30) : 1 / component;
+      m_signs[axis] = m_rayDirectionInverse[axis] < 0 ? 1U : 0U;
+    }
+    m_lambda_max = length;
+  }
+
+  bool process(const btBroadphaseProxy* proxy) override {
+    auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
+    if (!callback_.needsCollision(object->getBroadphaseHandle())) return true;
+    btSoftBody* body = object->getCollisionShape()->isSoftBody() ? btSoftBody::upcast(object) : nullptr;
+    if (body != nullptr) {
+      soft_.push_back(body);
+    } else {
+      others_.push_back(object);
+    }
+    return true;
+  }
+
+  Span<btSoftBody* const> soft() const { return soft_; }
+  const std::pmr::vector<btCollisionObject*>& others() const { return others_; }
+
+ private:
+  btCollisionWorld::RayResultCallback& callback_;
+  std::pmr::vector<btSoftBody*> soft_;
+  std::pmr::vector<btCollisionObject*> others_;
+};
+
+btTransform at(const btVector3& origin) {
+  return btTransform(btQuaternion::getIdentity(), origin);
+}
+
+/// Between its ends.
+Ray open_segment(const btVector3& from, const btVector3& to) {
+  Ray ray = segment(to_doubles(from), to_doubles(to));
+  ray.t_min = 0x1p-1074;
+  ray.t_max = 1.0 - 0x1p-53;
+  return ray;
+}
+
+}  // namespace
+
+void WorldRays::set_settings(const Settings& settings) {
+  members_.clear();
+  settings_ = settings;
+}
+
+void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> bodies, const btVector3& from,
+                     const btVector3& to, btCollisionWorld::RayResultCallback& callback,
+                     const NativeTest& test_natively) {
+  std::array<std::byte, 2048> buffer;  // of what few objects need
+  std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());
+  NearRay near(from, to, callback, memory);
+  broadphase.rayTest(from, to, near);
+  const auto test_object = [&](btCollisionObject& object) {
+    // Nothing is nearer than 0.
+    if (callback.m_closestHitFraction != 0) test_natively(object, at(from), at(to));
+  };
+  for (btCollisionObject* object : near.others()) test_object(*object);
+  if (near.soft().empty()) return;
+  Hits hits(&memory);
+  hits.reserve(near.soft().size());
+  if (find_hits(near.soft(), bodies, open_segment(from, to), hits)) {
+    for (const Hit& hit : hits) report(hit, callback);
+  } else {
+    for (btSoftBody* body : near.soft()) test_object(*body);
+  }
+}
+
+bool WorldRays::find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> all, const Ray& ray, Hits& hits) {
+  {
+    const std::shared_lock lock(mutex_);
+    if (find_hits_as_read(near, ray, /*is_read_now=*/false, hits)) return true;
+  }
+  const std::lock_guard lock(mutex_);
+  try {
+    read(near, all);
+    return find_hits_as_read(near, ray, /*is_read_now=*/true, hits);
+  } catch (const Error& error) {
+    members_.clear();
+    go_on(error.what());
+  } catch (const std::bad_alloc&) {
+    members_.clear();
+    go_on("there is not enough memory");
+  }
+  return false;
+}
+
+bool WorldRays::find_hits_as_read(Span<btSoftBody* const> near, const Ray& ray, bool is_read_now, Hits& hits) const {
+  hits.clear();
+  for (btSoftBody* body : near) {
+    const auto found = members_.find(body);
+    if (!is_read_now && (found == members_.end() || !is_as_read(found->second, *body))) return false;
+    const RayMesh& mesh = found->second.mesh;
+    const RayHit hit = mesh.first_hit(ray);
+    if (!hit.has_hit()) continue;
+    if (!is_read_now && !mesh.is_up_to_date(*body, hit.triangle)) return false;
+    const auto is_before = [](double t, const Hit& other) { return t < other.t; };
+    hits.insert(std::upper_bound(hits.begin(), hits.end(), hit.t, is_before), described(*body, mesh, hit, ray));
+  }
+  return true;
+}
+
+bool WorldRays::is_as_read(const Member& member, const btSoftBody& body) const {
+  if (may_move_) return member.mesh.is_up_to_date(body);
+  return member.revision == revision_ && member.proxy_id == body.getBroadphaseHandle()->m_uniqueId &&
+         member.mesh.seems_up_to_date(body);
+}
+
+void WorldRays::read(Span<btSoftBody* const> near, Span<btSoftBody* const> all) {
+  if (members_.size() > all.size()) {
+    std::erase_if(members_,
+                  [&](const auto& member) { return std::find(all.begin(), all.end(), member.first) == all.end(); });
+  }
+  for (const btSoftBody* body : near) {
+    Member& member = members_.try_emplace(body, Member{RayMesh(targets_)}).first->second;
+    member.mesh.update(*body);
+    member.revision = revision_;
+    member.proxy_id = body->getBroadphaseHandle()->m_uniqueId;
+  }
+}
+
+/// While an exception is handled.
+void WorldRays::go_on(const char* cause) {
+  if (settings_.on_error == OnError::throw_error) throw;
+  if (std::exchange(has_warned_, true) || !settings_.log) return;
+  std::array<char, 512> text{};
+  std::snprintf(text.data(), text.size(), "a ray test goes on as Bullet's own, of which nothing is said again: %s",
+                cause);
+  settings_.log(LogLevel::warning, text.data());
+}
+
+WorldRays::Hit WorldRays::described(btSoftBody& body, const RayMesh& mesh, const RayHit& hit, const Ray& ray) {
+  const btVector3 way = to_bullet(ray.direction);
+  if (hit.triangle >= mesh.face_count()) {
+    return {&body, hit.t, -way.normalized(), static_cast<int>((hit.triangle - mesh.face_count()) / 4)};
+  }
+  const btVector3 normal = to_bullet(vec3_cast<double>(hit.normal));
+  return {&body, hit.t, normal.dot(way) > 0 ? -normal : normal, static_cast<int>(hit.triangle)};
+}
+
+void WorldRays::report(const Hit& hit, btCollisionWorld::RayResultCallback& callback) {
+  const auto fraction = static_cast<btScalar>(hit.t);
+  if (fraction > callback.m_closestHitFraction) return;
+  btCollisionWorld::LocalShapeInfo shape{};
+  shape.m_shapePart = 0;
+  shape.m_triangleIndex = hit.index;
+  btCollisionWorld::LocalRayResult result(hit.body, &shape, hit.normal, fraction);
+  callback.addSingleResult(result, /*normalInWorldSpace=*/true);
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <algorithm>
+
+#include "BulletDynamics/Dynamics/btRigidBody.h"
+#include "read_out/contact_read_out.hpp"
+
+/// Makes Bullet's functions that answer all entries of an array answer one at a time, so that each one's impulse can be
+/// told from what its nodes had before and have after it.
+namespace softcd::bullet {
+
+/// Calls visit(entry) while the array has no other entry than the i-th, which stands first in it.
+template <class Entry, class Visit>
+void with_single_entry(btAlignedObjectArray<Entry>& array, int i, Visit visit) {
+  const int count = array.size();
+  Entry* const entries = &array[0];
+  if (i > 0) btSwap(entries[0], entries[i]);
+  array.resizeNoInitialize(1);
+  visit(static_cast<const Entry&>(entries[0]));
+  array.resizeNoInitialize(count);
+  if (i > 0) btSwap(entries[0], entries[i]);
+}
+
+/// What solve() gives to the node and to the face of an entry, as changes of `moved`; mass times that times `unit` is
+/// momentum. Nodes without mass are given nothing.
+template <class SoftEntry, class Solve>
+ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSoftBody::Node::*moved, btScalar unit,
+                                          Solve solve) {
+  const btSoftBody::Node* const nodes[4] = {entry.m_node, entry.m_face->m_n[0], entry.m_face->m_n[1],
+                                            entry.m_face->m_n[2]};
+  btVector3 before[4];
+  for (int i = 0; i < 4; ++i) before[i] = nodes[i]->*moved;
+  solve();
+  ContactImpulses::Impulse impulse;
+  for (int i = 0; i < 4; ++i) {
+    // What stands for a link may have a node twice.
+    const bool is_counted = std::find(nodes, nodes + i, nodes[i]) != nodes + i;
+    if (!(nodes[i]->m_im > 0) || is_counted) continue;
+    (i == 0 ? impulse.on_owner : impulse.on_other) += (nodes[i]->*moved - before[i]) * (unit / nodes[i]->m_im);
+  }
+  return impulse;
+}
+
+/// Solves the only contact of a body with a rigid object, and returns what that gives to the node and to the object. A
+/// node without mass is given nothing, and what an object that no impulse moves is given is told from the node.
+inline ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, const btSoftBody::RContact& contact,
+                                                          btScalar progress) {
+  const btSoftBody::Node& node = *contact.m_node;
+  const btRigidBody* rigid = btRigidBody::upcast(contact.m_cti.m_colObj);
+  const bool is_moved = rigid != nullptr && rigid->getInvMass() > 0;
+  const btVector3 x = node.m_x;
+  const btVector3 velocity = is_moved ? rigid->getLinearVelocity() : btVector3(0, 0, 0);
+  btSoftBody::PSolve_RContacts(&body, 1, progress);
+  ContactImpulses::Impulse impulse;
+  if (node.m_im > 0) impulse.on_owner = (node.m_x - x) * (body.m_sst.isdt / node.m_im);
+  impulse.on_other = is_moved ? (rigid->getLinearVelocity() - velocity) / rigid->getInvMass() : -impulse.on_owner;
+  return impulse;
+}
+
+}  // namespace softcd::bullet

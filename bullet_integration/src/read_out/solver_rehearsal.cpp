@@ -1,0 +1,201 @@
+#include "read_out/solver_rehearsal.hpp"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "BulletDynamics/Dynamics/btRigidBody.h"
+#include "BulletDynamics/Featherstone/btMultiBody.h"
+#include "BulletDynamics/Featherstone/btMultiBodyLinkCollider.h"
+#include "BulletSoftBody/btSoftBodyInternals.h"
+#include "read_out/one_by_one.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+using Node = btSoftBody::Node;
+using Impulses = std::vector<ContactImpulses::Impulse>;
+
+Span<Node> nodes_of(btSoftBody& body) {
+  if (body.m_nodes.size() == 0) return {};
+  return {&body.m_nodes[0], static_cast<std::size_t>(body.m_nodes.size())};
+}
+
+/// Puts back, when it goes, what the solver changes: nodes of soft bodies, velocities of what they touch or hang on.
+class StateKept {
+ public:
+  explicit StateKept(Span<btSoftBody* const> bodies) {
+    for (btSoftBody* body : bodies) {
+      for (Node& node : nodes_of(*body)) nodes_.push_back({&node, node.m_x, node.m_q, node.m_v, node.m_f});
+      for (int i = 0; i < body->m_rcontacts.size(); ++i) keep(*body->m_rcontacts[i].m_cti.m_colObj);
+      for (int i = 0; i < body->m_anchors.size(); ++i) keep(*body->m_anchors[i].m_body);
+    }
+  }
+  ~StateKept() {
+    for (const NodeState& state : nodes_) {
+      state.node->m_x = state.x;
+      state.node->m_q = state.q;
+      state.node->m_v = state.v;
+      state.node->m_f = state.f;
+    }
+    for (const auto& [body, state] : rigid_) {
+      body->setLinearVelocity(state.linear);
+      body->setAngularVelocity(state.angular);
+    }
+    for (const auto& [body, velocities] : multibodies_) {
+      std::copy(velocities.begin(), velocities.end(), const_cast<btScalar*>(body->getVelocityVector()));
+    }
+  }
+  StateKept(const StateKept&) = delete;
+  StateKept& operator=(const StateKept&) = delete;
+
+ private:
+  struct NodeState {
+    Node* node;
+    btVector3 x, q, v, f;
+  };
+  struct RigidState {
+    btVector3 linear, angular;
+  };
+
+  void keep(const btCollisionObject& object) {
+    if (auto* rigid = const_cast<btRigidBody*>(btRigidBody::upcast(&object))) {
+      rigid_.try_emplace(rigid, RigidState{rigid->getLinearVelocity(), rigid->getAngularVelocity()});
+    } else if (const auto* link = btMultiBodyLinkCollider::upcast(&object)) {
+      const btScalar* velocities = link->m_multiBody->getVelocityVector();
+      multibodies_.try_emplace(link->m_multiBody, velocities, velocities + link->m_multiBody->getNumDofs() + 6);
+    }
+  }
+
+  std::vector<NodeState> nodes_;
+  std::unordered_map<btRigidBody*, RigidState> rigid_;
+  std::unordered_map<btMultiBody*, std::vector<btScalar>> multibodies_;
+};
+
+/// Solves one body as btSoftBody::solveConstraints does, but for its clusters.
+class BodySolver {
+ public:
+  BodySolver(btSoftBody& body, Impulses& soft, Impulses& rigid) : body_(body), soft_(soft), rigid_(rigid) {
+    soft_.assign(static_cast<std::size_t>(body.m_scontacts.size()), {});
+    rigid_.assign(static_cast<std::size_t>(body.m_rcontacts.size()), {});
+  }
+
+  void run() {
+    prepare();
+    if (body_.m_cfg.viterations > 0) solve_velocities();
+    if (body_.m_cfg.piterations > 0) solve_positions();
+    if (body_.m_cfg.diterations > 0) solve_drift();
+  }
+
+ private:
+  void prepare() {
+    for (int i = 0; i < body_.m_links.size(); ++i) {
+      btSoftBody::Link& link = body_.m_links[i];
+      link.m_c3 = link.m_n[1]->m_q - link.m_n[0]->m_q;
+      link.m_c2 = 1 / (link.m_c3.length2() * link.m_c0);
+    }
+    for (int i = 0; i < body_.m_anchors.size(); ++i) {
+      btSoftBody::Anchor& anchor = body_.m_anchors[i];
+      const btVector3 arm = anchor.m_body->getWorldTransform().getBasis() * anchor.m_local;
+      anchor.m_c0 = ImpulseMatrix(body_.m_sst.sdt, anchor.m_node->m_im, anchor.m_body->getInvMass(),
+                                  anchor.m_body->getInvInertiaTensorWorld(), arm);
+      anchor.m_c1 = arm;
+      anchor.m_c2 = body_.m_sst.sdt * anchor.m_node->m_im;
+    }
+  }
+
+  void solve_velocities() {
+    for (int round = 0; round < body_.m_cfg.viterations; ++round) {
+      for (int i = 0; i < body_.m_cfg.m_vsequence.size(); ++i) {
+        btSoftBody::getSolver(body_.m_cfg.m_vsequence[i])(&body_, 1);
+      }
+    }
+    for (Node& node : nodes_of(body_)) node.m_x = node.m_q + node.m_v * body_.m_sst.sdt;
+  }
+
+  void solve_positions() {
+    for (int round = 0; round < body_.m_cfg.piterations; ++round) {
+      const btScalar progress = btScalar(round) / btScalar(body_.m_cfg.piterations);
+      for (int i = 0; i < body_.m_cfg.m_psequence.size(); ++i) solve(body_.m_cfg.m_psequence[i], progress);
+    }
+    const btScalar factor = body_.m_sst.isdt * (1 - body_.m_cfg.kDP);
+    for (Node& node : nodes_of(body_)) node.m_v = (node.m_x - node.m_q) * factor;
+  }
+
+  void solve_drift() {
+    const btScalar factor = body_.m_cfg.kVCF * body_.m_sst.isdt;
+    for (Node& node : nodes_of(body_)) node.m_q = node.m_x;
+    for (int round = 0; round < body_.m_cfg.diterations; ++round) {
+      for (int i = 0; i < body_.m_cfg.m_dsequence.size(); ++i) solve(body_.m_cfg.m_dsequence[i], 0);
+    }
+    for (Node& node : nodes_of(body_)) node.m_v += (node.m_x - node.m_q) * factor;
+  }
+
+  void solve(btSoftBody::ePSolver::_ kind, btScalar progress) {
+    if (kind == btSoftBody::ePSolver::SContacts) {
+      for (int i = 0; i < body_.m_scontacts.size(); ++i) solve_soft_contact(i, progress);
+    } else if (kind == btSoftBody::ePSolver::RContacts) {
+      for (int i = 0; i < body_.m_rcontacts.size(); ++i) solve_rigid_contact(i, progress);
+    } else {
+      btSoftBody::getSolver(kind)(&body_, 1, progress);
+    }
+  }
+
+  void solve_soft_contact(int i, btScalar progress) {
+    with_single_entry(body_.m_scontacts, i, [&](const btSoftBody::SContact& contact) {
+      add(soft_, i, measured_impulse(contact, &Node::m_x, body_.m_sst.isdt, [&] {
+            btSoftBody::PSolve_SContacts(&body_, 1, progress);
+          }));
+    });
+  }
+
+  void solve_rigid_contact(int i, btScalar progress) {
+    with_single_entry(body_.m_rcontacts, i, [&](const btSoftBody::RContact& contact) {
+      add(rigid_, i, solve_rigid_contact_alone(body_, contact, progress));
+    });
+  }
+
+  static void add(Impulses& impulses, int i, const ContactImpulses::Impulse& more) {
+    impulses[static_cast<std::size_t>(i)] += more;
+  }
+
+  btSoftBody& body_;
+  Impulses& soft_;
+  Impulses& rigid_;
+};
+
+bool are_positions(const btSoftBody& body, const std::vector<btVector3>& positions) {
+  if (positions.size() != static_cast<std::size_t>(body.m_nodes.size())) return false;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btVector3& expected = positions[static_cast<std::size_t>(i)];
+    for (int axis = 0; axis < 3; ++axis) {
+      if (body.m_nodes[i].m_x[axis] != expected[axis]) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+void SolverRehearsal::run(Span<btSoftBody* const> bodies) {
+  impulses_.clear();
+  ends_.clear();
+  const StateKept kept(bodies);
+  for (btSoftBody* body : bodies) {
+    if (!body->isActive()) continue;
+    BodySolver(*body, impulses_.of(*body, ContactArray::soft), impulses_.of(*body, ContactArray::rigid_node)).run();
+  }
+  for (btSoftBody* body : bodies) {
+    Ends& ends = ends_.emplace_back(Ends{body, body, {}});
+    for (const Node& node : nodes_of(*body)) ends.positions.push_back(node.m_x);
+  }
+}
+
+void SolverRehearsal::confirm(Span<btSoftBody* const> bodies) {
+  for (const Ends& ends : ends_) {
+    const bool is_there = std::find(bodies.begin(), bodies.end(), ends.body) != bodies.end();
+    if (!is_there || !are_positions(*ends.body, ends.positions)) impulses_.doubt(ends.object);
+  }
+  ends_.clear();
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,72 @@
+#include "read_out/world_read_out.hpp"
+
+namespace softcd::bullet {
+
+WorldReadOut::WorldReadOut(ReadContacts read_contacts, const Scene& scene, const Settings& settings)
+    : read_contacts_(read_contacts), settings_(settings), record_("without a list of what touches", scene) {}
+
+void WorldReadOut::set_settings(const Settings& settings) {
+  settings_ = settings;
+  if (settings_.read_out == ReadOut::off) contacts_ = {};
+}
+
+void WorldReadOut::read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const NotesOfStep& notes) {
+  if (settings_.read_out == ReadOut::off) return;
+  run([&] { contacts_.read(read_contacts_, bodies, broadphase, notes); });
+  if (!is_in_step_) finish(broadphase);
+}
+
+void WorldReadOut::finish(btBroadphaseInterface& broadphase) {
+  is_in_step_ = false;
+  if (settings_.read_out == ReadOut::off || !settings_.on_contacts) return;
+  const std::vector<BodyPairContacts>* pairs = nullptr;
+  run([&] { pairs = &contacts_.since_last_step(&broadphase); });
+  if (pairs != nullptr) settings_.on_contacts(*pairs);
+}
+
+void WorldReadOut::rehearse_solver(Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { rehearsal_.run(bodies); });
+}
+
+void WorldReadOut::confirm_rehearsal(Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { rehearsal_.confirm(bodies); });
+}
+
+void WorldReadOut::take_rehearsed_impulses() {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { contacts_.set_impulses(rehearsal_.impulses()); });
+}
+
+void WorldReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { contacts_.add_crossings(crossings, bodies); });
+}
+
+void WorldReadOut::keep_velocities(Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] { deformable_impulses_.keep_velocities(bodies); });
+}
+
+bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
+  if (settings_.read_out != ReadOut::impulses) return false;
+  if (!run([&] { deformable_impulses_.prepare(bodies, time_step); })) return false;
+  deformable_impulses_.apply_repulsion(bodies, time_step);
+  run([&] { contacts_.set_impulses(deformable_impulses_.impulses()); });
+  return true;
+}
+
+void WorldReadOut::take_rigid_impulses(Span<btSoftBody* const> bodies) {
+  if (settings_.read_out != ReadOut::impulses) return;
+  run([&] {
+    deformable_impulses_.read_rigid(bodies, /*time_step=*/0);
+    contacts_.set_impulses(deformable_impulses_.impulses());
+  });
+}
+
+const std::vector<BodyPairContacts>& WorldReadOut::since_last_call(btBroadphaseInterface* broadphase) {
+  return contacts_.since_last_call(broadphase);
+}
+
+}  // namespace softcd::bullet

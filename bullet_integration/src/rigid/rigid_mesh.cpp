@@ -1,0 +1,86 @@
+#include "rigid/rigid_mesh.hpp"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include "BulletCollision/CollisionShapes/btConcaveShape.h"
+
+namespace softcd::bullet {
+namespace {
+
+/// Regions reach beyond their boxes by this share of the boxes' size, so that what moves stays in them for some steps.
+constexpr btScalar kRegionGrowth = btScalar(0.25);
+
+bool contains(const RigidBox& outer, const RigidBox& inner) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (inner.low[axis] < outer.low[axis] || inner.high[axis] > outer.high[axis]) return false;
+  }
+  return true;
+}
+
+class Corners : public btTriangleCallback {
+ public:
+  void processTriangle(btVector3* triangle, int /*part*/, int /*index*/) override {
+    corners.insert(corners.end(), triangle, triangle + 3);
+  }
+
+  std::vector<btVector3> corners;
+};
+
+auto coordinates(const btVector3& v) {
+  return std::tuple(v.x(), v.y(), v.z());
+}
+
+bool are_equal(const std::vector<btVector3>& a, const std::vector<btVector3>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const btVector3& p, const btVector3& q) { return coordinates(p) == coordinates(q); });
+}
+
+}  // namespace
+
+bool RigidMesh::covers(const RigidBox& box) const {
+  return std::any_of(regions_.begin(), regions_.end(), [&](const RigidBox& region) { return contains(region, box); });
+}
+
+bool RigidMesh::read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes) {
+  if (!std::all_of(boxes.begin(), boxes.end(), [this](const RigidBox& box) { return covers(box); })) {
+    regions_.clear();
+    for (const RigidBox& box : boxes) {
+      const btVector3 growth = (box.high - box.low) * kRegionGrowth;
+      regions_.push_back({box.low - growth, box.high + growth});
+    }
+  }
+  Corners found;
+  for (const RigidBox& region : regions_) shape.processAllTriangles(&found, region.low, region.high);
+  if (are_equal(found.corners, corners_)) return false;
+  corners_ = std::move(found.corners);
+  weld();
+  return true;
+}
+
+// Corners at the same place become one vertex; a triangle that several regions have found stays once.
+void RigidMesh::weld() {
+  vertices_.clear();
+  triangles_.clear();
+  std::map<decltype(coordinates(btVector3())), std::uint32_t> places;
+  for (std::size_t corner = 0; corner < corners_.size(); corner += 3) {
+    Triangle triangle{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const btVector3& position = corners_[corner + i];
+      const auto [place, is_new] = places.try_emplace(coordinates(position), vertex_count());
+      if (is_new) vertices_.push_back(position);
+      triangle.v[i] = place->second;
+    }
+    triangles_.push_back(triangle);
+  }
+  const auto indices = [](const Triangle& t) { return std::tuple(t.v[0], t.v[1], t.v[2]); };
+  std::sort(triangles_.begin(), triangles_.end(),
+            [&](const Triangle& a, const Triangle& b) { return indices(a) < indices(b); });
+  triangles_.erase(std::unique(triangles_.begin(), triangles_.end(),
+                               [&](const Triangle& a, const Triangle& b) { return indices(a) == indices(b); }),
+                   triangles_.end());
+  placement_.forget();
+}
+
+}  // namespace softcd::bullet

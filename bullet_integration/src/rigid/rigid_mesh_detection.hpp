@@ -1,0 +1,84 @@
+#pragma once
+
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "contacts/contacts_of_kind.hpp"
+#include "rigid/mesh_pairs.hpp"
+#include "rigid/rigid_mesh.hpp"
+#include "rigid/rigid_touches.hpp"
+
+namespace softcd::bullet {
+
+/// Finds the contacts of soft bodies with rigid triangle meshes on the way of a step, whatever Settings::detection is:
+/// a surface has no inside, and what has passed through one cannot be told from what was always there.
+class RigidMeshDetection {
+ public:
+  using Kind = ContactsOfKind;
+
+  /// `kind` and `mirror` outlive it.
+  RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
+  ~RigidMeshDetection();
+  RigidMeshDetection(const RigidMeshDetection&) = delete;
+  RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
+
+  void set_settings(const Settings& settings);
+  const Query& query() const { return query_; }
+  std::vector<StageReport> explain() const { return query_.explain(); }
+  /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
+  const ContactNotes& notes() const { return touches_.notes(); }
+  /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
+  /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
+  void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
+
+ private:
+  struct CornerTouch {
+    btSoftBody* soft;
+    btSoftBody::Face* face;
+    btVector3 weights;
+    RigidTouch touch;
+  };
+  struct EdgeTouch {
+    btSoftBody::Face* face;  ///< at the edge, or standing for the link
+    RigidTouch touch;
+    btVector3 weights;
+    btScalar depth_at_end;
+  };
+  using EdgeTouches = std::vector<EdgeTouch>;
+  struct Mesh {
+    BodyId id;
+    RigidMesh mesh;
+    MeshPair pair;  ///< one of those that it is in
+    bool is_present = false;
+  };
+  using MeshKey = std::tuple<const btCollisionObject*, const btConcaveShape*, int>;
+
+  void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
+  void remove_absent_meshes();
+  void find_touches();
+  void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
+  void find_edge_touch(const Contact& contact);
+  void add_corner_touches();
+  void add_edge_touches();
+  bool are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
+                btScalar least_cosine) const;
+
+  const ContactsOfKind& kind_;
+  WorldMirror& mirror_;
+  Query query_;
+  std::map<MeshKey, Mesh> meshes_;
+  std::map<std::uint32_t, const Mesh*> meshes_by_id_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
+  std::vector<CornerTouch> corner_touches_;                      ///< corners of meshes on faces, in this step
+  /// Of this step: by edges, as ids of bodies and edges, and ids of meshes.
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, EdgeTouches> edge_touches_;
+  /// By nodes and objects.
+  std::multimap<std::pair<const btSoftBody::Node*, const btCollisionObject*>, btVector3> node_normals_;
+  RigidTouches touches_;
+  bool answers_links_;  ///< whether links of ropes touch edges
+  bool keeps_notes_;
+};
+
+}  // namespace softcd::bullet

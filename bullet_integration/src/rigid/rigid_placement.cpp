@@ -1,0 +1,74 @@
+#include "rigid/rigid_placement.hpp"
+
+#include "LinearMath/btTransformUtil.h"
+#include "bodies/vectors.hpp"
+
+namespace softcd::bullet {
+
+RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in_object, btScalar time_step) {
+  const btTransform& now = object.getWorldTransform();
+  RigidPoses poses = {now, now};
+  if (object.isKinematicObject()) {
+    btTransformUtil::integrateTransform(now, -object.getInterpolationLinearVelocity(),
+                                        -object.getInterpolationAngularVelocity(), time_step, poses.t0);
+  } else if (!is_standing(object)) {
+    poses.t1 = object.getInterpolationWorldTransform();
+  }
+  return {poses.t0 * shape_in_object, poses.t1 * shape_in_object};
+}
+
+namespace {
+
+/// By how much what vertices of a turning shape reach may be outside of what they reach at the step's ends. At the time
+/// s a vertex v is at M v + p, where in the plane of the turn, by an angle of 2 a, M = cos(a) + (2 s - 1) sin(a) J in
+/// the axes half-way and J is the quarter turn. So where it meets x differs from (1 - s) and s times where the ends
+/// would by at most tan(a)^2 (cos(a) + sin(a)) |x - p| + sin(a) |p1 - p0| / 2.
+btScalar bulge(const RigidBox& box, const RigidPoses& poses) {
+  if (poses.t0.getBasis() == poses.t1.getBasis()) return 0;
+  const btScalar angle = poses.t0.getRotation().angleShortestPath(poses.t1.getRotation()) / 2;
+  constexpr btScalar kLeastCosine = btScalar(1e-3);
+  const btScalar tangent = btSin(angle) / btMax(btCos(angle), kLeastCosine);
+  btScalar distance = 0;
+  for (const btTransform* pose : {&poses.t0, &poses.t1}) {
+    const btVector3& origin = pose->getOrigin();
+    btVector3 farthest = (box.low - origin).absolute();
+    farthest.setMax((box.high - origin).absolute());
+    distance = btMax(distance, farthest.length());
+  }
+  return btScalar(1.5) * tangent * tangent * distance +
+         btSin(angle) * (poses.t1.getOrigin() - poses.t0.getOrigin()).length() / 2;
+}
+
+}  // namespace
+
+RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses) {
+  const btVector3 center = (box.low + box.high) / 2;
+  const btVector3 half = (box.high - box.low) / 2;
+  const auto box_at = [&](const btTransform& pose) -> RigidBox {
+    const btTransform inverse = pose.inverse();
+    const btVector3 local_center = inverse * center;
+    const btVector3 local_half(half.dot3(inverse.getBasis()[0].absolute(), inverse.getBasis()[1].absolute(),
+                                         inverse.getBasis()[2].absolute()));
+    return {local_center - local_half, local_center + local_half};
+  };
+  RigidBox result = box_at(poses.t0);
+  const RigidBox end = box_at(poses.t1);
+  result.low.setMin(end.low);
+  result.high.setMax(end.high);
+  const btScalar growth = bulge(box, poses);
+  return {result.low - btVector3(growth, growth, growth), result.high + btVector3(growth, growth, growth)};
+}
+
+bool RigidPlacement::place(const std::vector<btVector3>& vertices, const RigidPoses& poses) {
+  if (x_t0_.size() == vertices.size() && poses.t0 == placed_.t0 && poses.t1 == placed_.t1) return false;
+  placed_ = poses;
+  x_t0_.clear();
+  x_t1_.clear();
+  for (const btVector3& vertex : vertices) {
+    x_t0_.push_back(to_doubles(poses.t0 * vertex));
+    x_t1_.push_back(to_doubles(poses.t1 * vertex));
+  }
+  return true;
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,92 @@
+#include "rigid/rigid_touches.hpp"
+
+#include "bodies/vectors.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+int node_contact_count(const btSoftBody& body) {
+  return has_deformable_contacts(body) ? body.m_nodeRigidContacts.size() : body.m_rcontacts.size();
+}
+
+}  // namespace
+
+bool has_deformable_contacts(const btSoftBody& body) {
+  return (body.m_cfg.collisions & btSoftBody::fCollision::RVSmask) == btSoftBody::fCollision::SDF_RD;
+}
+
+RigidBox swept_box(const btSoftBody& body, btScalar margin) {
+  RigidBox box = {body.m_nodes[0].m_x, body.m_nodes[0].m_x};
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    for (const btVector3* x : {&body.m_nodes[i].m_x, &body.m_nodes[i].m_q}) {
+      box.low.setMin(*x);
+      box.high.setMax(*x);
+    }
+  }
+  const btVector3 growth(margin, margin, margin);
+  return {box.low - growth, box.high + growth};
+}
+
+btVector3 weighted_point(const std::vector<Vec3d>& x, const std::uint32_t* vertices, const float* weights, int count) {
+  Vec3d point{0, 0, 0};
+  for (int i = 0; i < count; ++i) point = point + static_cast<double>(weights[i]) * x[vertices[i]];
+  return to_bullet(point);
+}
+
+void RigidTouches::clear() {
+  node_touches_.clear();
+  face_touches_.clear();
+}
+
+void RigidTouches::add(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch) {
+  node_touches_.push_back({&body, &node, touch});
+}
+
+void RigidTouches::add(btSoftBody& body, btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch) {
+  face_touches_.push_back({&body, &face, weights, touch});
+}
+
+void RigidTouches::prepare_to_write(bool keeps_notes) {
+  keeps_notes_ = keeps_notes;
+  if (keeps_notes) notes_.reset(node_touches_.size() + 3 * face_touches_.size());
+}
+
+void RigidTouches::write() {
+  for (const auto& [body, node, touch] : node_touches_) {
+    const int count = node_contact_count(*body);
+    if (has_deformable_contacts(*body)) {
+      write_deformable_rigid_contact(*body, *node, touch);
+    } else {
+      write_rigid_contact(*body, *node, touch);
+    }
+    note(*body, ContactArray::rigid_node, count, node_contact_count(*body), touch,
+         depth(touch, node->m_x, touch.object_point_t1));
+  }
+  for (const auto& [body, face, weights, touch] : face_touches_) {
+    btVector3 point(0, 0, 0);
+    for (int i = 0; i < 3; ++i) point += weights[i] * face->m_n[i]->m_x;
+    const btScalar distance = depth(touch, point, touch.object_point_t1);
+    if (has_deformable_contacts(*body)) {
+      const int count = body->m_faceRigidContacts.size();
+      write_deformable_rigid_contact(*body, *face, weights, touch);
+      note(*body, ContactArray::rigid_face, count, body->m_faceRigidContacts.size(), touch, distance);
+    } else {
+      const int count = body->m_rcontacts.size();
+      write_rigid_contact(*body, *face, weights, touch);
+      note(*body, ContactArray::rigid_node, count, body->m_rcontacts.size(), touch, distance);
+    }
+  }
+  notes_.arrange();
+}
+
+/// Of the entries from `count_before` to `count`, each for itself.
+void RigidTouches::note(const btSoftBody& body, ContactArray array, int count_before, int count,
+                        const RigidTouch& touch, btScalar distance) {
+  if (!keeps_notes_) return;
+  Contact contact;
+  contact.time_of_impact = touch.time_of_impact;
+  contact.distance = static_cast<float>(distance);
+  for (int i = count_before; i < count; ++i) notes_.add({{&body, array, i}, nullptr, nullptr, contact});
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,86 @@
+#include "softcd/bullet/attach.hpp"
+
+#include "worlds/attached_classic_world.hpp"
+#include "worlds/attached_deformable_world.hpp"
+
+#include "softcd/bullet/deformable_world.hpp"
+#include "softcd/bullet/dispatcher.hpp"
+#include "softcd/bullet/soft_worlds.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+bool detects_already(btDynamicsWorld& world) {
+  const auto* dispatcher = dynamic_cast<const Dispatcher*>(world.getDispatcher());
+  return AttachedWorld::of(world) != nullptr || dynamic_cast<SoftRigidDynamicsWorld*>(&world) != nullptr ||
+         dynamic_cast<SoftMultiBodyDynamicsWorld*>(&world) != nullptr ||
+         dynamic_cast<DeformableWorld*>(&world) != nullptr ||
+         (dispatcher != nullptr && dispatcher->serves(*world.getBroadphase()));
+}
+
+std::unique_ptr<AttachedWorld> make_attached(btDynamicsWorld& world, const Settings& settings) {
+  if (auto* soft = dynamic_cast<btSoftRigidDynamicsWorld*>(&world)) {
+    return std::make_unique<AttachedClassicWorld>(world, soft->getSoftBodyArray(), settings);
+  }
+  if (auto* soft = dynamic_cast<btSoftMultiBodyDynamicsWorld*>(&world)) {
+    return std::make_unique<AttachedClassicWorld>(world, soft->getSoftBodyArray(), settings);
+  }
+  if (auto* deformable = dynamic_cast<btDeformableMultiBodyDynamicsWorld*>(&world)) {
+    return std::make_unique<AttachedDeformableWorld>(*deformable, settings);
+  }
+  throw InvalidInput("softcd::bullet::attach: the world is none of Bullet's with soft bodies");
+}
+
+}  // namespace
+
+Attachment::Attachment(std::unique_ptr<AttachedWorld> attached) : attached_(std::move(attached)) {}
+
+Attachment::Attachment(Attachment&&) noexcept = default;
+
+Attachment& Attachment::operator=(Attachment&& other) noexcept {
+  const Attachment old(std::move(*this));
+  attached_ = std::move(other.attached_);
+  return *this;
+}
+
+Attachment::~Attachment() {
+  if (attached_ == nullptr) return;
+  try {
+    attached_->detach();
+  } catch (...) {
+    // It is detached all the same.
+  }
+}
+
+bool Attachment::is_attached() const {
+  return attached_ != nullptr && attached_->is_attached();
+}
+
+void Attachment::detach() {
+  attached_->detach();
+}
+
+void Attachment::finish_step() {
+  attached_->finish_step();
+}
+
+Span<const Limitation> Attachment::limitations() const {
+  return attached_->limitations();
+}
+
+WorldDetection& Attachment::detection() {
+  return attached_->detection();
+}
+
+const WorldDetection& Attachment::detection() const {
+  return attached_->detection();
+}
+
+}  // namespace softcd::bullet
+
+softcd::bullet::Attachment softcd::bullet::attach(btDynamicsWorld& world, const Settings& settings) {
+  if (detects_already(world)) {
+    throw InvalidInput("softcd::bullet::attach: softcd detects in this world already");
+  }
+  return Attachment(make_attached(world, settings));
+}

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "worlds/attached_world.hpp"
+
+namespace softcd::bullet {
+
+/// btSoftRigidDynamicsWorld or btSoftMultiBodyDynamicsWorld. They call nothing that can be set from outside when their
+/// solver of soft bodies has run, so that steps end late.
+class AttachedClassicWorld final : public AttachedWorld {
+ public:
+  AttachedClassicWorld(btDynamicsWorld& world, const SoftBodies& bodies, const Settings& settings)
+      : AttachedWorld(world, bodies, kClassicWorld, settings) {}
+
+  Span<const Limitation> limitations() const override;
+
+ private:
+  void hide_tree_flag(btSoftBody& body) override { hide_vertex_face_flag(body); }
+  void restore_tree_flag(btSoftBody& body) override { restore_vertex_face_flag(body); }
+  void process_step_pairs(const Processing& process_natively) override {
+    process_classic_pairs(step(), process_natively);
+  }
+  void make_up_for_pairs() override;
+  void prepare_solver() override { prepare_classic_solver(step()); }
+  void end_step(btScalar time_step) override;
+  bool ends_steps_late() const override { return true; }
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,132 @@
+#include "worlds/attached_deformable_world.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace softcd::bullet {
+
+/// Puts nodes back to where the step began, from where Bullet has moved them, and lets them go, when it goes, to where
+/// they are to be instead: to m_q, and those of anchors to where these hold them.
+class AttachedDeformableWorld::NodesPutBack {
+ public:
+  /// `has_integrated`: Bullet has moved all nodes, those that rest by nothing.
+  NodesPutBack(std::vector<Way>& ways, bool has_integrated) : ways_(ways), has_moved_(has_integrated) {
+    for (Way& way : ways_) {
+      int i = 0;
+      for (btVector3& end : way.ends) {
+        btSoftBody::Node& node = way.body->m_nodes[i];
+        end = node.m_x;
+        node.m_x = way.starts[static_cast<std::size_t>(i++)];
+        has_moved_ = has_moved_ || node.m_x != end;
+      }
+    }
+  }
+  ~NodesPutBack() {
+    for (const Way& way : ways_) {
+      btSoftBody& body = *way.body;
+      int i = 0;
+      for (const btVector3& end : way.ends) {
+        btSoftBody::Node& node = body.m_nodes[i++];
+        node.m_x = has_moved_ ? node.m_q : end;
+        node.m_vn = node.m_v;
+      }
+      for (int a = 0; a < body.m_deformableAnchors.size(); ++a) {
+        btSoftBody::Node& node = *body.m_deformableAnchors[a].m_node;
+        node.m_x = way.ends[static_cast<std::size_t>(&node - &body.m_nodes[0])];
+      }
+    }
+  }
+  NodesPutBack(const NodesPutBack&) = delete;
+  NodesPutBack& operator=(const NodesPutBack&) = delete;
+
+  /// False: an exception may have left the step before anything moved.
+  bool has_moved() const { return has_moved_; }
+
+ private:
+  std::vector<Way>& ways_;
+  bool has_moved_;
+};
+
+AttachedDeformableWorld::AttachedDeformableWorld(btDeformableMultiBodyDynamicsWorld& world, const Settings& settings)
+    : AttachedWorld(world, world.getSoftBodyArray(), kDeformableWorld, settings) {
+  world.addAction(this);
+}
+
+Span<const Limitation> AttachedDeformableWorld::limitations() const {
+  static constexpr Limitation kLimitations[] = {
+      kTreesLimitation,
+      {Limit::no_impulses_between_soft_bodies,
+       "What contacts between soft bodies gave is not known, as Bullet answers all of them in one call that nobody can "
+       "replace: has_impulses is false for these pairs."},
+      kRigidMeshesLimitation,
+  };
+  return {kLimitations, std::size(kLimitations) - (sees_pairs() ? 1 : 0)};
+}
+
+void AttachedDeformableWorld::prepare_solver() {
+  find_soft_contacts(step());
+  face_trees_.take(span_of(bodies()));
+  keep_starts();
+}
+
+/// Bullet calls actions when it has integrated all bodies.
+void AttachedDeformableWorld::updateAction(btCollisionWorld* /*world*/, btScalar /*time_step*/) {
+  has_integrated_ = true;
+  finish_step();
+  has_integrated_ = false;
+}
+
+void AttachedDeformableWorld::keep_starts() {
+  has_integrated_ = false;
+  ways_.clear();
+  queries().crossings.run(queries().settings(), [&](CrossingPrevention&) {
+    if (queries().settings().detection != Detection::ccd) return;
+    for (btSoftBody* body : span_of(bodies())) {
+      if (!has_vertex_face_contacts(kDeformableEnds, *body)) continue;
+      Way& way = ways_.emplace_back(Way{body, {}, {}});
+      for (int i = 0; i < body->m_nodes.size(); ++i) way.starts.push_back(body->m_nodes[i].m_x);
+      way.ends.resize(way.starts.size());
+    }
+  });
+}
+
+void AttachedDeformableWorld::end_step(btScalar time_step) {
+  give_back();
+  queries().read_out.take_rigid_impulses(span_of(bodies()));
+  prevent_crossings(time_step);
+  refit_face_trees(bodies());
+  queries().read_out.finish(*world().getBroadphase());
+}
+
+/// Actions of the app's that were called before may have changed bodies, and taken some away.
+void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
+  const Span<btSoftBody* const> all = span_of(bodies());
+  const auto is_lost = [&](const Way& way) {
+    const bool is_there = std::find(all.begin(), all.end(), way.body) != all.end();
+    return !is_there || static_cast<std::size_t>(way.body->m_nodes.size()) != way.starts.size();
+  };
+  ways_.erase(std::remove_if(ways_.begin(), ways_.end(), is_lost), ways_.end());
+  const NodesPutBack put_back(ways_, has_integrated_);
+  if (!put_back.has_moved()) return;
+  queries().resume_step(all);
+  queries().prevent_crossings(all, world().getCollisionObjectArray(), step().gate(), time_step);
+}
+
+void AttachedDeformableWorld::give_back() {
+  face_trees_.give_back();
+}
+
+void AttachedDeformableWorld::give_back(const btSoftBody& body) {
+  face_trees_.give_back(body);
+}
+
+void AttachedDeformableWorld::remove_hooks() {
+  AttachedWorld::remove_hooks();
+  world().removeAction(this);
+}
+
+void AttachedDeformableWorld::after_ray_test() noexcept {
+  if (is_solved()) face_trees_.take(span_of(bodies()));
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <vector>
+
+#include "BulletDynamics/Dynamics/btActionInterface.h"
+#include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
+#include "worlds/attached_world.hpp"
+
+namespace softcd::bullet {
+
+/// btDeformableMultiBodyDynamicsWorld. Contacts between soft bodies, which depend on where nodes are when the step
+/// begins, are written before its solver runs, which leaves them alone, and Bullet's own looks find no face trees. What
+/// comes after is done in an action, when Bullet has moved the nodes.
+class AttachedDeformableWorld final : public AttachedWorld, private btActionInterface {
+ public:
+  AttachedDeformableWorld(btDeformableMultiBodyDynamicsWorld& world, const Settings& settings);
+
+  Span<const Limitation> limitations() const override;
+
+ private:
+  /// A body's nodes before and after Bullet has moved them.
+  struct Way {
+    btSoftBody* body;
+    std::vector<btVector3> starts, ends;
+  };
+  class NodesPutBack;
+
+  void hide_tree_flag(btSoftBody& body) override { hide_rigid_deformable_flag(body); }
+  void restore_tree_flag(btSoftBody& body) override { restore_rigid_deformable_flag(body); }
+  void process_step_pairs(const Processing& process_natively) override {
+    process_deformable_pairs(step(), process_natively);
+  }
+  void make_up_for_pairs() override { queries().begin_step(span_of(bodies())); }
+  void prepare_solver() override;
+  void end_step(btScalar time_step) override;
+  bool ends_steps_late() const override { return false; }
+  void give_back() override;
+  void give_back(const btSoftBody& body) override;
+  void remove_hooks() override;
+  void before_ray_test() override { face_trees_.give_back(); }
+  void after_ray_test() noexcept override;
+
+  void updateAction(btCollisionWorld* world, btScalar time_step) override;
+  void debugDraw(btIDebugDraw* /*drawer*/) override {}
+
+  void keep_starts();
+  void prevent_crossings(btScalar time_step);
+
+  FaceTreesAway face_trees_;
+  std::vector<Way> ways_;        ///< with Detection::ccd
+  bool has_integrated_ = false;  ///< whether the step that ends has moved all bodies
+};
+
+}  // namespace softcd::bullet

@@ -1,0 +1,155 @@
+#include "worlds/attached_world.hpp"
+
+#include <typeinfo>
+#include <utility>
+
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h"
+
+namespace softcd::bullet {
+
+AttachedWorld::AttachedWorld(btDynamicsWorld& world, const SoftBodies& bodies, const WorldKind& kind,
+                             const Settings& settings)
+    : world_(&world),
+      collision_world_(world),
+      bodies_(bodies),
+      detection_(kind, settings),
+      broadphase_(*world.getBroadphase(), *this),
+      pre_tick_(world, TickCallback::Place::before, call_pre_tick),
+      tick_(world, TickCallback::Place::after, call_tick),
+      sees_pairs_(dynamic_cast<btCollisionDispatcherMt*>(world.getDispatcher()) == nullptr) {
+  queries().broadphase = [this] { return world_ != nullptr ? world_->getBroadphase() : nullptr; };
+  world.setBroadphase(&broadphase_);
+}
+
+AttachedWorld* AttachedWorld::of(btDynamicsWorld& world) {
+  const auto* broadphase = dynamic_cast<const HookedBroadphase*>(world.getBroadphase());
+  return broadphase != nullptr ? static_cast<AttachedWorld*>(&broadphase->hooks()) : nullptr;
+}
+
+/// The app's callback may detach.
+void AttachedWorld::call_pre_tick(btDynamicsWorld* world, btScalar time_step) {
+  if (AttachedWorld* attached = of(*world)) {
+    attached->begin_step();
+    attached->pre_tick_.call_apps(time_step);
+  }
+  if (AttachedWorld* attached = of(*world)) attached->before_prediction();
+}
+
+void AttachedWorld::call_tick(btDynamicsWorld* world, btScalar time_step) {
+  if (AttachedWorld* attached = of(*world)) attached->tick_.call_apps(time_step);
+  if (AttachedWorld* attached = of(*world)) attached->before_solver(time_step);
+}
+
+void AttachedWorld::begin_step() {
+  if (ends_steps_late()) finish_step();
+  start_over();
+}
+
+/// Whatever the step before was: an exception may have left it in the middle.
+void AttachedWorld::start_over() {
+  give_back();
+  stage_ = Stage::none;
+  queries().read_out.begin_step();
+}
+
+void AttachedWorld::before_prediction() {
+  for (btSoftBody* body : span_of(bodies_)) {
+    if (body->m_bUpdateRtCst) hide_tree_flag(*body);
+  }
+  stage_ = Stage::begun;
+}
+
+void AttachedWorld::before_pairs() {
+  for (btSoftBody* body : span_of(bodies_)) restore_tree_flag(*body);
+  tick_.stand();
+  if (pre_tick_.stand()) begin_without_tick();
+  if (stage_ == Stage::begun) prepare_pairs(step());
+}
+
+/// The app has set a tick callback of its own in place of ours.
+void AttachedWorld::begin_without_tick() {
+  const bool has_end_to_come = ends_steps_late() && is_solved();
+  start_over();
+  stage_ = Stage::begun;
+  if (!has_end_to_come || queries().settings().detection != Detection::ccd) return;
+  queries().crossings.run(queries().settings(), [](CrossingPrevention&) {
+    throw Error("the app has set a tick callback before the step was finished");
+  });
+}
+
+void AttachedWorld::process_pairs(const Processing& process_natively) {
+  if (stage_ == Stage::begun) {
+    process_step_pairs(process_natively);
+    stage_ = Stage::has_pairs;
+  } else {
+    process_natively();
+    queries().forget_algorithms();
+  }
+}
+
+void AttachedWorld::before_solver(btScalar time_step) {
+  if (stage_ == Stage::begun) miss_pairs();
+  if (stage_ != Stage::has_pairs) return;
+  prepare_solver();
+  time_step_ = time_step;
+  stage_ = Stage::is_solved;
+}
+
+void AttachedWorld::miss_pairs() {
+  if (std::exchange(sees_pairs_, false)) {
+    const Settings& settings = queries().settings();
+    const auto fail = [](auto& /*detection*/) {
+      throw Error("the world's dispatcher does not have pairs processed by the pair cache");
+    };
+    if (settings.rigid_meshes) queries().rigid_meshes.run(settings, fail);
+    if (settings.convex_shapes != ConvexShapes::nodes) queries().convex_shapes.run(settings, fail);
+  }
+  make_up_for_pairs();
+  stage_ = Stage::has_pairs;
+}
+
+void AttachedWorld::finish_step() {
+  if (stage_ != Stage::is_solved) return;
+  stage_ = Stage::none;
+  end_step(time_step_);
+}
+
+void AttachedWorld::detach() {
+  if (world_ == nullptr) return;
+  remove_hooks();
+  for (btSoftBody* body : span_of(bodies_)) restore_tree_flag(*body);
+  try {
+    finish_step();
+  } catch (...) {
+    leave_world();
+    throw;
+  }
+  leave_world();
+}
+
+void AttachedWorld::remove_hooks() {
+  if (world_->getBroadphase() == &broadphase_) world_->setBroadphase(&broadphase_.original());
+  pre_tick_.give_back();
+  tick_.give_back();
+}
+
+void AttachedWorld::leave_world() {
+  give_back();
+  forget_rigid_algorithms(*world_->getPairCache(), *world_->getDispatcher());
+  for (btSoftBody* body : span_of(bodies_)) give_face_tree(*body);
+  world_ = nullptr;
+}
+
+/// A world that is being destroyed calls this for the objects in it when it is no more than a btCollisionWorld.
+void AttachedWorld::before_removal(const btCollisionObject& object) {
+  if (auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(&object))) {
+    restore_tree_flag(*body);
+    give_back(*body);
+  }
+  if (typeid(collision_world_) == typeid(btCollisionWorld)) {
+    world_ = nullptr;
+    stage_ = Stage::none;
+  }
+}
+
+}  // namespace softcd::bullet

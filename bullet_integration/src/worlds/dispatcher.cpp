@@ -1,0 +1,76 @@
+#include "softcd/bullet/dispatcher.hpp"
+
+#include <utility>
+
+#include "worlds/world_queries.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+// Bullet's part of the pairs: everything but the vertex-face pairs of soft bodies.
+class NativePairs : public btOverlapCallback {
+ public:
+  NativePairs(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) : dispatcher_(dispatcher), info_(info) {}
+
+  bool processOverlap(btBroadphasePair& pair) override {
+    const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject));
+    const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject));
+    const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(kClassicEnds, *a, *b);
+    if (!ours) dispatcher_.getNearCallback()(pair, dispatcher_, info_);
+    return false;
+  }
+
+ private:
+  btCollisionDispatcher& dispatcher_;
+  const btDispatcherInfo& info_;
+};
+
+}  // namespace
+
+Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings)
+    : btCollisionDispatcher(configuration),
+      broadphase_(broadphase),
+      living_broadphase_(broadphase.self_),
+      detection_(kClassicWorld, settings) {
+  broadphase_.attach(detection_.settings());
+  detection_.queries_->broadphase = [this] { return living_broadphase_.lock().get(); };
+}
+
+Dispatcher::~Dispatcher() {
+  if (const std::shared_ptr<Broadphase> broadphase = living_broadphase_.lock()) broadphase->detach();
+}
+
+void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
+                                           btDispatcher* dispatcher) {
+  if (pair_cache != broadphase_.getOverlappingPairCache()) {
+    btCollisionDispatcher::dispatchAllCollisionPairs(pair_cache, info, dispatcher);
+    return;
+  }
+  broadphase_.restore_vertex_face_flags();
+  NativePairs native_pairs(*this, info);
+  WorldQueries& queries = *detection_.queries_;
+  queries.looks_at_crossings = queries.world_ends_step;
+  queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info), [&] {
+    pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
+    if (ContactDetection* contacts = queries.contacts.get())
+      contacts->drop_unread_face_trees(broadphase_.soft_bodies());
+  });
+  queries.read_contacts(broadphase_.soft_bodies(), broadphase_);
+  if (!std::exchange(queries.world_ends_step, false)) warn_of_crossings();
+}
+
+void Dispatcher::warn_of_crossings() {
+  const Settings& settings = detection_.settings();
+  if (settings.detection != Detection::ccd || !settings.log || std::exchange(has_warned_, true)) return;
+  settings.log(LogLevel::warning,
+               "continuous detection: a softcd::bullet::Dispatcher under a world of Bullet's own is not called after "
+               "the solver, so that what the solver leaves on its way through something can pass through it; to "
+               "prevent that make the world a softcd::bullet::SoftRigidDynamicsWorld or SoftMultiBodyDynamicsWorld, or "
+               "use a btCollisionDispatcher and softcd::bullet::attach (this is not said again)");
+}
+
+bool Dispatcher::serves(const btBroadphaseInterface& broadphase) const {
+  return &broadphase == &broadphase_;
+}
+
+}  // namespace softcd::bullet

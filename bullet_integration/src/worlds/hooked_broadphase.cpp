@@ -1,0 +1,48 @@
+#include "worlds/hooked_broadphase.hpp"
+
+#include "BulletCollision/CollisionDispatch/btCollisionObject.h"
+
+namespace softcd::bullet {
+namespace {
+
+class RayTest {
+ public:
+  explicit RayTest(BroadphaseHooks& hooks) : hooks_(hooks) { hooks_.before_ray_test(); }
+  ~RayTest() { hooks_.after_ray_test(); }
+  RayTest(const RayTest&) = delete;
+  RayTest& operator=(const RayTest&) = delete;
+
+ private:
+  BroadphaseHooks& hooks_;
+};
+
+}  // namespace
+
+void HookedPairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher,
+                                                 const btDispatcherInfo& info) {
+  hooks_.process_pairs(BroadphaseHooks::Processing(original_, callback, dispatcher, info));
+}
+
+HookedBroadphase::HookedBroadphase(btBroadphaseInterface& original, BroadphaseHooks& hooks)
+    : Broadphase(original),
+      original_(original),
+      hooks_(hooks),
+      pair_cache_(*original.getOverlappingPairCache(), hooks) {}
+
+void HookedBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) {
+  hooks_.before_removal(*static_cast<const btCollisionObject*>(proxy->m_clientObject));
+  Broadphase::destroyProxy(proxy, dispatcher);
+}
+
+void HookedBroadphase::rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
+                               const btVector3& aabb_min, const btVector3& aabb_max) {
+  const RayTest ray_test(hooks_);
+  Broadphase::rayTest(from, to, callback, aabb_min, aabb_max);
+}
+
+void HookedBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
+  hooks_.before_pairs();
+  Broadphase::calculateOverlappingPairs(dispatcher);
+}
+
+}  // namespace softcd::bullet

@@ -1,0 +1,23 @@
+#include "worlds/world_kind.hpp"
+
+namespace softcd::bullet {
+
+const WorldKind kClassicWorld = {
+    .contacts = kClassicContacts,
+    .crossings = kClassicCrossings,
+    .ray_targets = RayTargets::faces_and_tetrahedra,
+    .moves_rigid_bodies_first = true,
+    .read_contacts = &ContactReader::read_classic,
+    .detect_natively = detect_classic_contacts,
+};
+
+const WorldKind kDeformableWorld = {
+    .contacts = kDeformableContacts,
+    .crossings = kDeformableCrossings,
+    .ray_targets = RayTargets::faces,
+    .moves_rigid_bodies_first = false,
+    .read_contacts = &ContactReader::read_deformable,
+    .detect_natively = detect_deformable_contacts,
+};
+
+}  // namespace softcd::bullet

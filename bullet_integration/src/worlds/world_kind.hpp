@@ -1,0 +1,31 @@
+#pragma once
+
+#include "contacts/contacts_of_kind.hpp"
+#include "crossings/crossings_of_kind.hpp"
+#include "native/native_detection.hpp"
+#include "questions/ray_mesh.hpp"
+#include "read_out/contact_reader.hpp"
+
+namespace softcd::bullet {
+
+/// All that differs between the kinds of world, each subject's own part of it. Nobody asks in another way which kind a
+/// world is.
+struct WorldKind {
+  const ContactsOfKind& contacts;
+  const CrossingsOfKind& crossings;
+  /// What Bullet's ray tests of the world look at.
+  RayTargets ray_targets;
+  /// Whether what soft bodies do to rigid ones in a step moves these from the next step on.
+  bool moves_rigid_bodies_first;
+  /// Reads a body's contacts, of all kinds, from Bullet's arrays.
+  ReadContacts read_contacts;
+  /// Bullet's own detection, for a step in which softcd's has failed.
+  void (*detect_natively)(Span<btSoftBody* const>, const PairGate&, const PairRule&);
+};
+
+/// btSoftRigidDynamicsWorld and btSoftMultiBodyDynamicsWorld.
+extern const WorldKind kClassicWorld;
+/// btDeformableMultiBodyDynamicsWorld.
+extern const WorldKind kDeformableWorld;
+
+}  // namespace softcd::bullet

@@ -1,0 +1,119 @@
+#include "worlds/world_queries.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <new>
+
+#include "native/pair_order.hpp"
+
+namespace softcd::bullet {
+
+WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
+    : mirror_(kind.contacts.ends, settings),
+      contacts("with Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings),
+      crossings("without softcd's look at crossings", kind.crossings, mirror_, settings),
+      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_, settings),
+      convex_shapes("with Bullet's own contacts of soft bodies with convex shapes alone", kind.contacts.ends, mirror_,
+                    settings),
+      read_out(kind.read_contacts, mirror_.scene(), settings),
+      rays(kind.ray_targets, settings),
+      kind_(kind),
+      settings_(settings) {}
+
+void WorldQueries::set_settings(const Settings& settings) {
+  mirror_.set_settings(settings);
+  if (contacts.get() != nullptr) contacts.get()->set_settings(settings);
+  if (crossings.get() != nullptr) crossings.get()->set_settings(settings);
+  if (rigid_meshes.get() != nullptr) rigid_meshes.get()->set_settings(settings);
+  if (convex_shapes.get() != nullptr) convex_shapes.get()->set_settings(settings);
+  read_out.set_settings(settings);
+  rays.set_settings(settings);
+  const bool finds_more =
+      (settings.rigid_meshes && !settings_.rigid_meshes) ||
+      (settings.convex_shapes != settings_.convex_shapes && settings_.convex_shapes == ConvexShapes::nodes);
+  if (finds_more) forget_algorithms();
+  settings_ = settings;
+}
+
+bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
+  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  return contacts.run(settings_, [&](ContactDetection& detection) { detection.start(bodies, std::cref(pairs)); });
+}
+
+void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
+  const bool has_finished = has_started && contacts.run(settings_, [this](ContactDetection& detection) {
+    detection.finish(looks_at_crossings);
+  });
+  if (has_finished) return;
+  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  kind_.detect_natively(bodies, gate, std::cref(pairs));  // which takes no memory
+}
+
+void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
+  MeshPairs::Collected collected = mesh_pairs_->take();
+  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
+  const bool has_found = rigid_meshes.run(settings_, [&](RigidMeshDetection& detection) {
+    if (!collected.is_complete) throw std::bad_alloc();
+    for (const MeshPair& pair : collected.pairs) {
+      near_meshes_.push_back(pair.soft);
+      if (kind_.moves_rigid_bodies_first) late_impulses_.add_on_mesh(*pair.soft);
+    }
+    std::sort(near_meshes_.begin(), near_meshes_.end(), std::less<>());
+    detection.find_contacts(collected.pairs, gate.info().m_timeStep);
+  });
+  if (has_found) return;
+  near_meshes_.clear();
+  for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, gate.info());
+}
+
+void WorldQueries::find_convex_contacts(const PairGate& gate) {
+  ConvexPairs::Collected collected = convex_pairs_->take();
+  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
+  convex_shapes.run(settings_, [&](ConvexDetection& detection) {
+    if (!collected.is_complete) throw std::bad_alloc();
+    detection.find_contacts(collected.pairs, gate.info().m_timeStep);
+    if (settings_.detection == Detection::ccd && kind_.moves_rigid_bodies_first) {
+      for (const auto& [soft, object] : detection.meetings()) late_impulses_.add(*soft, *object);
+    }
+  });
+}
+
+void WorldQueries::keep_starts(Span<btSoftBody* const> bodies) {
+  if (!prevents_crossings()) return;
+  crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
+}
+
+void WorldQueries::keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
+  if (!prevents_crossings() || !settings_.rigid_meshes) return;
+  crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_rigid_starts(objects, time_step); });
+}
+
+bool WorldQueries::is_near_mesh(const btSoftBody& body) const {
+  return std::binary_search(near_meshes_.begin(), near_meshes_.end(), &body, std::less<>());
+}
+
+void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects,
+                                     const PairGate& gate, btScalar time_step) {
+  if (!prevents_crossings()) return;
+  Surroundings surroundings;
+  if (settings_.rigid_meshes) {
+    surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
+  }
+  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  crossings.run(settings_, [&](CrossingPrevention& prevention) {
+    std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
+    if (settings_.detection == Detection::dcd) std::erase_if(wanted, [&](auto* body) { return !is_near_mesh(*body); });
+    prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings);
+  });
+  if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
+}
+
+void WorldQueries::read_contacts(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase_of_bodies) {
+  const auto notes_of = [](const auto& guarded) -> const ContactNotes& {
+    static const ContactNotes none;
+    return guarded.get() != nullptr ? guarded.get()->notes() : none;
+  };
+  read_out.read(bodies, broadphase_of_bodies, {notes_of(contacts), notes_of(rigid_meshes), notes_of(convex_shapes)});
+}
+
+}  // namespace softcd::bullet
