@@ -46,26 +46,31 @@ class Guarded {
  public:
   using Kind = typename Detector::Kind;
 
-  /// `kind` and `mirror` outlive it.
+  /// `kind`, `mirror` and `settings` outlive it.
   Guarded(const char* instead, const Kind& kind, WorldMirror& mirror, const Settings& settings)
-      : kind_(kind), mirror_(mirror), record_(instead, mirror.scene()) {
-    make(settings);
+      : kind_(kind), mirror_(mirror), settings_(settings), record_(instead, mirror.scene()) {
+    make();
   }
 
   /// Calls work(Detector&). False when it has failed, and the step goes on without.
   template <class Work>
-  bool run(const Settings& settings, Work work) {
+  bool run(Work work) {
     try {
-      if (detector_ == nullptr) make(settings);
+      if (detector_ == nullptr) make();
       work(*detector_);
       return true;
     } catch (...) {
       mirror_.forget_all();
       record_.set_detector(nullptr, {});
       detector_.reset();
-      record_.note_failure(settings);
+      record_.note_failure(settings_);
       return false;
     }
+  }
+
+  /// The settings have changed.
+  void follow_settings() {
+    if (detector_ != nullptr) detector_->follow_settings();
   }
 
   /// Null after a failure.
@@ -73,13 +78,14 @@ class Guarded {
   const DetectorRecord& record() const { return record_; }
 
  private:
-  void make(const Settings& settings) {
-    detector_ = std::make_unique<Detector>(kind_, mirror_, settings);
+  void make() {
+    detector_ = std::make_unique<Detector>(kind_, mirror_, settings_);
     record_.set_detector(&detector_->query(), [detector = detector_.get()] { return detector->explain(); });
   }
 
   const Kind& kind_;
   WorldMirror& mirror_;
+  const Settings& settings_;
   std::unique_ptr<Detector> detector_;
   DetectorRecord record_;
 };

@@ -62,10 +62,9 @@ BodyDesc desc_of(const BodyMesh& mesh, const BodySettings& settings) {
 WorldMirror::WorldMirror(const NodeEnds& ends, const Settings& settings)
     : ends_(ends), settings_(settings), scene_(scene_options(settings), settings.log) {}
 
-void WorldMirror::set_settings(const Settings& settings) {
-  if (scene_options(settings) != scene_options(settings_)) scene_.set_options(scene_options(settings));
-  scene_.set_log(settings.log);
-  settings_ = settings;
+void WorldMirror::follow_settings() {
+  if (scene_options(settings_) != scene_.options()) scene_.set_options(scene_options(settings_));
+  scene_.set_log(settings_.log);
 }
 
 void WorldMirror::set_filters(const btSoftBody& body, BodyFilters filters) {

@@ -42,12 +42,13 @@ class WorldMirror {
     }
   };
 
-  /// `ends` outlives it. Throws as Scene's constructor.
+  /// `ends` and `settings`, the world's, outlive it. Throws as Scene's constructor.
   WorldMirror(const NodeEnds& ends, const Settings& settings);
   WorldMirror(const WorldMirror&) = delete;
   WorldMirror& operator=(const WorldMirror&) = delete;
 
-  void set_settings(const Settings& settings);
+  /// The settings have changed. Throws as Scene::set_options.
+  void follow_settings();
   /// Throws InvalidInput; see WorldDetection.
   void set_filters(const btSoftBody& body, BodyFilters filters);
   Scene& scene() { return scene_; }
@@ -100,7 +101,7 @@ class WorldMirror {
   void remove_unmarked() noexcept;
 
   const NodeEnds& ends_;
-  Settings settings_;
+  const Settings& settings_;
   Scene scene_;
   std::unordered_map<const btSoftBody*, Member> members_;
   std::unordered_map<std::uint32_t, Member*> members_by_id_;

@@ -1,5 +1,9 @@
 #include "contacts/contact_detection.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "LinearMath/btQuickprof.h"
@@ -26,27 +30,13 @@ bool is_spoilt(const btSoftBody& body) {
   return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
 }
 
-/// Bullet's solver of classic worlds answers contacts in turns. There a node's contacts of one normal push by Bullet's
-/// growing margin more than once.
-Settings chosen_for(const ContactsOfKind& kind, Settings settings) {
-  if (settings.contacts == Contacts::automatic) {
-    const bool may_push_twice = kind.solves_in_turns && settings.detection == Detection::dcd;
-    settings.contacts = may_push_twice ? Contacts::closest_feature : Contacts::all;
-  }
-  return settings;
-}
-
 }  // namespace
 
 ContactDetection::ContactDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind),
-      mirror_(mirror),
-      settings_(chosen_for(kind, settings)),
-      query_(mirror.scene(), kind.options(settings)) {}
+    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), kind.options(settings)) {}
 
-void ContactDetection::set_settings(const Settings& settings) {
-  query_.set_options(kind_.options(settings));
-  settings_ = chosen_for(kind_, settings);
+void ContactDetection::follow_settings() {
+  query_.set_options(kind_.options(settings_));
 }
 
 std::vector<StageReport> ContactDetection::explain() const {
@@ -98,18 +88,26 @@ void ContactDetection::finish(bool looks_at_crossings) {
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);
-  economy_.choose(kind_, mirror_, contacts, settings_, [this](const MemberContact& found) { return use_of(found); });
-  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
-    if (found.contact.kind == ContactKind::edge_edge) edge_contacts_.push_back(edge_contact_of(found));
-  });
+  find_uses(contacts);
+  economy_.choose(kind_, mirror_, contacts, uses_, settings_);
+  list_edge_contacts(contacts);
   const bool keeps_notes = settings_.read_out != ReadOut::off;
   notes_.reset(keeps_notes ? contacts.size() : 0);
   // Nothing throws from here on: Bullet's arrays get all contacts or none.
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
-    const ContactShare share = economy_.share_of(static_cast<std::size_t>(&found.contact - contacts.begin()));
-    if (share.count > 0) keeps_notes ? write_and_note(found, share) : write(found, share);
+    const auto i = static_cast<std::size_t>(&found.contact - contacts.begin());
+    const ContactShare share = economy_.share_of(i);
+    if (share.count > 0 && uses_[i] != ContactUse::none)
+      keeps_notes ? write_and_note(found, share) : write(found, share);
   });
   notes_.arrange();
+}
+
+void ContactDetection::list_edge_contacts(Span<const Contact> contacts) {
+  const auto* const edges = std::partition_point(
+      contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
+  mirror_.for_each_contact({edges, static_cast<std::size_t>(contacts.end() - edges)},
+                           [this](const MemberContact& found) { edge_contacts_.push_back(edge_contact_of(found)); });
 }
 
 void ContactDetection::find_spoilt(Span<const Contact> contacts) {
@@ -152,10 +150,25 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
   });
 }
 
-ContactUse ContactDetection::use_of(const MemberContact& found) const {
-  if (!is_with_face(found) || is_released(found) || !kind_.is_written(found, settings_.detection)) {
-    return ContactUse::none;
+void ContactDetection::find_uses(Span<const Contact> contacts) {
+  const bool chooses = ContactEconomy::chooses(kind_, settings_);
+  uses_.resize(contacts.size());
+  constexpr std::size_t kContactsAtOnce = 1024;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, contacts.size(), kContactsAtOnce), [&](const auto& range) {
+    std::size_t i = range.begin();
+    mirror_.for_each_contact({contacts.begin() + i, range.size()},
+                             [&](const MemberContact& found) { uses_[i++] = use_of(found, chooses); });
+  });
+}
+
+ContactUse ContactDetection::use_of(const MemberContact& found, bool chooses) const {
+  if (found.contact.kind == ContactKind::edge_edge) {
+    const bool is_used = settings_.edge_contacts == EdgeContacts::respond && !is_released(found);
+    return is_used ? ContactUse::may_close : ContactUse::none;
   }
+  if (!is_with_face(found) || is_released(found)) return ContactUse::none;
+  if (!chooses) return ContactUse::may_close;
+  if (!kind_.is_written(found, settings_.detection)) return ContactUse::none;
   return kind_.may_close(found) ? ContactUse::may_close : ContactUse::cannot_close;
 }
 
@@ -186,10 +199,9 @@ bool ContactDetection::is_released(const MemberContact& found) const {
 }
 
 void ContactDetection::write(const MemberContact& found, const ContactShare& share) const {
-  if (is_released(found)) return;
   if (found.contact.kind == ContactKind::edge_edge) {
-    if (settings_.edge_contacts == EdgeContacts::respond) kind_.write_edges(found);
-  } else if (is_with_face(found)) {
+    kind_.write_edges(found);
+  } else {
     kind_.write(found, settings_.detection, share);
   }
 }

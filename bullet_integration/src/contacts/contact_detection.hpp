@@ -16,12 +16,12 @@ class ContactDetection {
  public:
   using Kind = ContactsOfKind;
 
-  /// `kind` and `mirror` outlive it.
+  /// `kind`, `mirror` and `settings` outlive it.
   ContactDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
   ContactDetection(const ContactDetection&) = delete;
   ContactDetection& operator=(const ContactDetection&) = delete;
 
-  void set_settings(const Settings& settings);
+  void follow_settings();
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const;
   const std::vector<EdgeContact>& edge_contacts() const { return edge_contacts_; }
@@ -46,19 +46,22 @@ class ContactDetection {
   void find_tangles(Span<const Contact> contacts);
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
-  ContactUse use_of(const MemberContact& found) const;
+  void find_uses(Span<const Contact> contacts);
+  ContactUse use_of(const MemberContact& found, bool chooses) const;
+  void list_edge_contacts(Span<const Contact> contacts);
   void write_and_note(const MemberContact& found, const ContactShare& share);
   void write(const MemberContact& found, const ContactShare& share) const;
 
   const ContactsOfKind& kind_;
   WorldMirror& mirror_;
-  Settings settings_;
+  const Settings& settings_;
   Query query_;
   std::optional<Ticket> ticket_;  ///< none where there is nothing to look for
   bool releases_touches_ = false;
   std::vector<EdgeContact> edge_contacts_;
   std::unordered_set<const btSoftBody*> spoilt_;  ///< of their nodes some are not finite, and more will be
   TangledNodes tangled_;
+  std::vector<ContactUse> uses_;  ///< of the step's contacts; of what cannot close only where the economy chooses
   ContactEconomy economy_;
   ContactNotes notes_;
 };

@@ -15,6 +15,13 @@ namespace {
 using Nearest = ContactEconomy::Nearest;
 using ContactRange = tbb::blocked_range<std::size_t>;
 
+/// Whether a node gets one contact for its nearest places. Bullet's solver of classic worlds answers contacts in turns:
+/// with `dcd`, a node's contacts of one normal push by Bullet's growing margin more than once.
+bool wants_closest(const ContactsOfKind& kind, const Settings& settings) {
+  if (settings.contacts != Contacts::automatic) return settings.contacts == Contacts::closest_feature;
+  return kind.solves_in_turns && settings.detection == Detection::dcd;
+}
+
 constexpr std::size_t kContactsAtOnce = 1024;
 
 Vec3d position_of(const WorldMirror::Member& member, std::uint32_t node) {
@@ -51,7 +58,7 @@ bool are_on_one_side(const Contact& a, const Contact& b) {
 class NodeChoice {
  public:
   NodeChoice(const ContactsOfKind& kind, const WorldMirror& mirror, const Settings& settings)
-      : kind_(kind), mirror_(mirror), settings_(settings) {}
+      : kind_(kind), mirror_(mirror), settings_(settings), wants_closest_(wants_closest(kind, settings)) {}
 
   void choose(std::size_t count, const Contact* contacts, const Nearest* nearest, ContactShare* shares) {
     contacts_ = contacts;
@@ -59,7 +66,7 @@ class NodeChoice {
     shares_ = shares;
     put_nearest_first(count);
     find_owners(count);
-    if (settings_.contacts == Contacts::closest_feature) drop_those_that_cannot_close(count);
+    if (wants_closest_) drop_those_that_cannot_close(count);
     if (settings_.contacts_per_node > 0) drop_all_but_nearest();
     for (const std::uint32_t i : order_) {
       if (shares_[i].count > 1) cut_margin(i, count);
@@ -84,7 +91,7 @@ class NodeChoice {
     owners_.resize(count);
     for (std::size_t place = 0; place < order_.size(); ++place) {
       const std::uint32_t i = order_[place];
-      owners_[i] = settings_.contacts == Contacts::closest_feature ? owner_of(place) : i;
+      owners_[i] = wants_closest_ ? owner_of(place) : i;
       ++shares_[owners_[i]].count;
     }
   }
@@ -152,6 +159,7 @@ class NodeChoice {
   const ContactsOfKind& kind_;
   const WorldMirror& mirror_;
   const Settings& settings_;
+  bool wants_closest_;
   const Contact* contacts_ = nullptr;
   const Nearest* nearest_ = nullptr;
   ContactShare* shares_ = nullptr;
@@ -161,22 +169,25 @@ class NodeChoice {
 
 }  // namespace
 
+bool ContactEconomy::chooses(const ContactsOfKind& kind, const Settings& settings) {
+  return wants_closest(kind, settings) || settings.contacts_per_node > 0;
+}
+
 void ContactEconomy::choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-                            const Settings& settings, const Rule& rule) {
+                            const std::vector<ContactUse>& uses, const Settings& settings) {
   shares_.clear();
   nearest_.clear();
-  is_choosing_ = settings.contacts != Contacts::all || settings.contacts_per_node > 0;
+  is_choosing_ = chooses(kind, settings);
   if (!is_choosing_) return;
   shares_.resize(contacts.size());
-  choose_nodes(kind, mirror, contacts, settings, rule);
-  const bool chooses_edges = settings.contacts == Contacts::closest_feature &&
-                             settings.edge_contacts == EdgeContacts::respond &&
+  choose_nodes(kind, mirror, contacts, uses, settings);
+  const bool chooses_edges = wants_closest(kind, settings) && settings.edge_contacts == EdgeContacts::respond &&
                              kind.options(settings).contact_rule == ContactRule::distance;
   if (chooses_edges) choose_edges(kind, mirror, contacts);
 }
 
 void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-                                  const Settings& settings, const Rule& rule) {
+                                  const std::vector<ContactUse>& uses, const Settings& settings) {
   const auto* const edges = std::partition_point(
       contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
   const auto count = static_cast<std::size_t>(edges - contacts.begin());
@@ -184,9 +195,11 @@ void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror&
   nearest_.resize(count);
   const ContactRange all(0, count, kContactsAtOnce);
   tbb::parallel_for(all, [&](const ContactRange& range) {
-    Nearest* next = &nearest_[range.begin()];
-    mirror.for_each_contact(Span<const Contact>(&contacts[range.begin()], range.size()),
-                            [&](const MemberContact& found) { *next++ = nearest_of(found, rule(found)); });
+    std::size_t i = range.begin();
+    mirror.for_each_contact(Span<const Contact>(&contacts[i], range.size()), [&](const MemberContact& found) {
+      nearest_[i] = nearest_of(found, uses[i]);
+      ++i;
+    });
   });
   tbb::parallel_for(all, [&](const ContactRange& range) {
     NodeChoice node(kind, mirror, settings);

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "contacts/contacts_of_kind.hpp"
@@ -21,12 +20,11 @@ enum class ContactUse : std::uint8_t {
 /// is chosen depends on the contacts alone.
 class ContactEconomy {
  public:
-  /// Called by several threads.
-  using Rule = std::function<ContactUse(const MemberContact&)>;
-
-  /// `contacts` as a query returns them.
+  /// Whether it leaves any contact out with these settings.
+  static bool chooses(const ContactsOfKind& kind, const Settings& settings);
+  /// Chooses among contacts, in the order in which a query returns them, with the use of each.
   void choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-              const Settings& settings, const Rule& rule);
+              const std::vector<ContactUse>& uses, const Settings& settings);
   /// Of the contact at this place.
   ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
   /// A line of explain() about what was chosen last.
@@ -42,7 +40,7 @@ class ContactEconomy {
 
  private:
   void choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-                    const Settings& settings, const Rule& rule);
+                    const std::vector<ContactUse>& uses, const Settings& settings);
   void choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts);
 
   bool is_choosing_ = false;

@@ -63,9 +63,8 @@ CrossingPrevention::CrossingPrevention(const CrossingsOfKind& kind, WorldMirror&
       query_(mirror.scene(), crossing_options(settings)),
       obstacles_(kind.ends, mirror) {}
 
-void CrossingPrevention::set_settings(const Settings& settings) {
-  query_.set_options(crossing_options(settings));
-  settings_ = settings;
+void CrossingPrevention::follow_settings() {
+  query_.set_options(crossing_options(settings_));
   answers_ = {};
 }
 

@@ -39,7 +39,7 @@ class CrossingPrevention {
   CrossingPrevention(const CrossingPrevention&) = delete;
   CrossingPrevention& operator=(const CrossingPrevention&) = delete;
 
-  void set_settings(const Settings& settings);
+  void follow_settings();
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
 
@@ -83,7 +83,7 @@ class CrossingPrevention {
 
   const CrossingsOfKind& kind_;
   WorldMirror& mirror_;
-  Settings settings_;
+  const Settings& settings_;
   AnswerRounds rounds_;
   Query query_;
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;

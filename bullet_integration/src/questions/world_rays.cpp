@@ -65,11 +65,6 @@ Ray open_segment(const btVector3& from, const btVector3& to) {
 
 }  // namespace
 
-void WorldRays::set_settings(const Settings& settings) {
-  members_.clear();
-  settings_ = settings;
-}
-
 void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> bodies, const btVector3& from,
                      const btVector3& to, btCollisionWorld::RayResultCallback& callback,
                      const NativeTest& test_natively) {

@@ -22,11 +22,10 @@ namespace softcd::bullet {
 /// As Bullet's ray tests, from any number of threads at once, as long as nothing else changes the world.
 class WorldRays {
  public:
+  /// `settings` outlives it.
   WorldRays(RayTargets targets, const Settings& settings) : targets_(targets), settings_(settings) {}
   WorldRays(const WorldRays&) = delete;
   WorldRays& operator=(const WorldRays&) = delete;
-
-  void set_settings(const Settings& settings);
 
   /// Nodes may move from now on, as they may before the first end_motion().
   void begin_motion() { may_move_ = true; }
@@ -72,7 +71,7 @@ class WorldRays {
   static void report(const Hit& hit, btCollisionWorld::RayResultCallback& callback);
 
   RayTargets targets_;
-  Settings settings_;
+  const Settings& settings_;
   bool may_move_ = true;
   std::uint64_t revision_ = 1;
   std::unordered_map<const btSoftBody*, Member> members_;  ///< bodies that rays have come near

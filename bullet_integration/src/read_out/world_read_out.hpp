@@ -10,10 +10,10 @@ namespace softcd::bullet {
 /// What Settings::read_out asks for, in the course of a step. Does nothing where that is off.
 class WorldReadOut {
  public:
-  /// Both outlive it.
+  /// `scene` and `settings` outlive it.
   WorldReadOut(ReadContacts read_contacts, const Scene& scene, const Settings& settings);
 
-  void set_settings(const Settings& settings);
+  void follow_settings();
 
   /// A world's step begins, which calls finish() at its end. Without, the step is over when contacts are read.
   void begin_step() {
@@ -60,7 +60,7 @@ class WorldReadOut {
   }
 
   ReadContacts read_contacts_;
-  Settings settings_;
+  const Settings& settings_;
   DetectorRecord record_;
   ContactReadOut contacts_;
   SolverRehearsal rehearsal_;

@@ -42,10 +42,7 @@ bool can_touch(const ConvexCore& core, const RigidTouch& touch) {
 }  // namespace
 
 ConvexDetection::ConvexDetection(const NodeEnds& ends, WorldMirror& mirror, const Settings& settings)
-    : ends_(ends),
-      mirror_(mirror),
-      query_(mirror.scene(), convex_options(settings)),
-      keeps_notes_(settings.read_out != ReadOut::off) {
+    : ends_(ends), mirror_(mirror), settings_(settings), query_(mirror.scene(), convex_options(settings)) {
   query_.set_pair_filter([this](BodyId a, BodyId b) {
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
   });
@@ -57,11 +54,10 @@ ConvexDetection::~ConvexDetection() {
   }
 }
 
-void ConvexDetection::set_settings(const Settings& settings) {
-  query_.set_options(convex_options(settings));
-  keeps_notes_ = settings.read_out != ReadOut::off;
+void ConvexDetection::follow_settings() {
+  query_.set_options(convex_options(settings_));
   touches_.forget_notes();
-  if (settings.convex_shapes == ConvexShapes::nodes) remove_absent_shapes();
+  if (settings_.convex_shapes == ConvexShapes::nodes) remove_absent_shapes();
 }
 
 void ConvexDetection::add_parts(const btCollisionObject& object, const btCollisionShape& shape,
@@ -161,7 +157,7 @@ void ConvexDetection::find_contacts(std::vector<ConvexPair> pairs, btScalar time
   if (wanted_.empty()) return;
   std::sort(wanted_.begin(), wanted_.end());
   find_touches();
-  touches_.prepare_to_write(keeps_notes_);
+  touches_.prepare_to_write(settings_.read_out != ReadOut::off);
   native_.remove_doubted();
   touches_.write();
 }

@@ -20,13 +20,13 @@ class ConvexDetection {
  public:
   using Kind = NodeEnds;
 
-  /// `ends` and `mirror` outlive it.
+  /// `ends`, `mirror` and `settings` outlive it.
   ConvexDetection(const NodeEnds& ends, WorldMirror& mirror, const Settings& settings);
   ~ConvexDetection();
   ConvexDetection(const ConvexDetection&) = delete;
   ConvexDetection& operator=(const ConvexDetection&) = delete;
 
-  void set_settings(const Settings& settings);
+  void follow_settings();
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
   /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
@@ -71,6 +71,7 @@ class ConvexDetection {
 
   const NodeEnds& ends_;
   WorldMirror& mirror_;
+  const Settings& settings_;
   Query query_;
   std::map<PartKey, Shape> shapes_;
   std::map<std::uint32_t, const Shape*> shapes_by_id_;
@@ -79,7 +80,6 @@ class ConvexDetection {
   std::set<Place> known_;  ///< of this step
   std::vector<ConvexPair> meetings_;
   RigidTouches touches_;
-  bool keeps_notes_;
 };
 
 }  // namespace softcd::bullet

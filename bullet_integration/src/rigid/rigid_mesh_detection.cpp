@@ -84,11 +84,7 @@ bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
 }  // namespace
 
 RigidMeshDetection::RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind),
-      mirror_(mirror),
-      query_(mirror.scene(), mesh_options(kind, settings)),
-      answers_links_(settings.edge_contacts == EdgeContacts::respond),
-      keeps_notes_(settings.read_out != ReadOut::off) {
+    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), mesh_options(kind, settings)) {
   query_.set_pair_filter([this](BodyId a, BodyId b) {
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
   });
@@ -100,10 +96,8 @@ RigidMeshDetection::~RigidMeshDetection() {
   }
 }
 
-void RigidMeshDetection::set_settings(const Settings& settings) {
-  query_.set_options(mesh_options(kind_, settings));
-  answers_links_ = settings.edge_contacts == EdgeContacts::respond;
-  keeps_notes_ = settings.read_out != ReadOut::off;
+void RigidMeshDetection::follow_settings() {
+  query_.set_options(mesh_options(kind_, settings_));
   touches_.forget_notes();
 }
 
@@ -176,7 +170,7 @@ void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar tim
   if (pairs.empty()) return;
   std::sort(wanted_.begin(), wanted_.end());
   find_touches();
-  touches_.prepare_to_write(keeps_notes_);
+  touches_.prepare_to_write(settings_.read_out != ReadOut::off);
   touches_.write();
 }
 
@@ -267,7 +261,8 @@ void RigidMeshDetection::find_edge_touch(const Contact& contact) {
   const Mesh& mesh = is_swapped ? *a->second : *meshes_by_id_.at(contact.body_b.value);
   const WorldMirror::Member& member = mirror_.member(is_swapped ? contact.body_b : contact.body_a);
   const bool is_link = !member.mesh.segments.empty();
-  const bool is_answered = is_link ? answers_links_ : holds_faces(kind_) && has_deformable_contacts(*member.body);
+  const bool is_answered = is_link ? settings_.edge_contacts == EdgeContacts::respond
+                                   : holds_faces(kind_) && has_deformable_contacts(*member.body);
   if (!is_answered) return;
   if (!is_inside(contact) || !solves_faces(*member.body, *mesh.pair.object)) return;
   const std::uint32_t edge = is_swapped ? contact.feature_b : contact.feature_a;

@@ -18,13 +18,13 @@ class RigidMeshDetection {
  public:
   using Kind = ContactsOfKind;
 
-  /// `kind` and `mirror` outlive it.
+  /// `kind`, `mirror` and `settings` outlive it.
   RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
   ~RigidMeshDetection();
   RigidMeshDetection(const RigidMeshDetection&) = delete;
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
 
-  void set_settings(const Settings& settings);
+  void follow_settings();
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
   /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
@@ -67,6 +67,7 @@ class RigidMeshDetection {
 
   const ContactsOfKind& kind_;
   WorldMirror& mirror_;
+  const Settings& settings_;
   Query query_;
   std::map<MeshKey, Mesh> meshes_;
   std::map<std::uint32_t, const Mesh*> meshes_by_id_;
@@ -77,8 +78,6 @@ class RigidMeshDetection {
   /// By nodes and objects.
   std::multimap<std::pair<const btSoftBody::Node*, const btCollisionObject*>, btVector3> node_normals_;
   RigidTouches touches_;
-  bool answers_links_;  ///< whether links of ropes touch edges
-  bool keeps_notes_;
 };
 
 }  // namespace softcd::bullet

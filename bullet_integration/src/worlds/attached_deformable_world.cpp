@@ -79,7 +79,7 @@ void AttachedDeformableWorld::updateAction(btCollisionWorld* /*world*/, btScalar
 void AttachedDeformableWorld::keep_starts() {
   has_integrated_ = false;
   ways_.clear();
-  queries().crossings.run(queries().settings(), [&](CrossingPrevention&) {
+  queries().crossings.run([&](CrossingPrevention&) {
     if (queries().settings().detection != Detection::ccd) return;
     for (btSoftBody* body : span_of(bodies())) {
       if (!has_vertex_face_contacts(kDeformableEnds, *body)) continue;

@@ -72,9 +72,8 @@ void AttachedWorld::begin_without_tick() {
   start_over();
   stage_ = Stage::begun;
   if (!has_end_to_come || queries().settings().detection != Detection::ccd) return;
-  queries().crossings.run(queries().settings(), [](CrossingPrevention&) {
-    throw Error("the app has set a tick callback before the step was finished");
-  });
+  queries().crossings.run(
+      [](CrossingPrevention&) { throw Error("the app has set a tick callback before the step was finished"); });
 }
 
 void AttachedWorld::process_pairs(const Processing& process_natively) {
@@ -101,8 +100,8 @@ void AttachedWorld::miss_pairs() {
     const auto fail = [](auto& /*detection*/) {
       throw Error("the world's dispatcher does not have pairs processed by the pair cache");
     };
-    if (settings.rigid_meshes) queries().rigid_meshes.run(settings, fail);
-    if (settings.convex_shapes != ConvexShapes::nodes) queries().convex_shapes.run(settings, fail);
+    if (settings.rigid_meshes) queries().rigid_meshes.run(fail);
+    if (settings.convex_shapes != ConvexShapes::nodes) queries().convex_shapes.run(fail);
   }
   make_up_for_pairs();
   stage_ = Stage::has_pairs;

@@ -9,41 +9,49 @@
 namespace softcd::bullet {
 
 WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
-    : mirror_(kind.contacts.ends, settings),
-      contacts("with Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings),
-      crossings("without softcd's look at crossings", kind.crossings, mirror_, settings),
-      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_, settings),
+    : kind_(kind),
+      settings_(settings),
+      mirror_(kind.contacts.ends, settings_),
+      contacts("with Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
+      crossings("without softcd's look at crossings", kind.crossings, mirror_, settings_),
+      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_, settings_),
       convex_shapes("with Bullet's own contacts of soft bodies with convex shapes alone", kind.contacts.ends, mirror_,
-                    settings),
-      read_out(kind.read_contacts, mirror_.scene(), settings),
-      rays(kind.ray_targets, settings),
-      kind_(kind),
-      settings_(settings) {}
+                    settings_),
+      read_out(kind.read_contacts, mirror_.scene(), settings_),
+      rays(kind.ray_targets, settings_) {}
 
 void WorldQueries::set_settings(const Settings& settings) {
-  mirror_.set_settings(settings);
-  if (contacts.get() != nullptr) contacts.get()->set_settings(settings);
-  if (crossings.get() != nullptr) crossings.get()->set_settings(settings);
-  if (rigid_meshes.get() != nullptr) rigid_meshes.get()->set_settings(settings);
-  if (convex_shapes.get() != nullptr) convex_shapes.get()->set_settings(settings);
-  read_out.set_settings(settings);
-  rays.set_settings(settings);
+  const Settings before = std::exchange(settings_, settings);
+  try {
+    follow_settings();
+  } catch (...) {
+    settings_ = before;
+    follow_settings();
+    throw;
+  }
   const bool finds_more =
-      (settings.rigid_meshes && !settings_.rigid_meshes) ||
-      (settings.convex_shapes != settings_.convex_shapes && settings_.convex_shapes == ConvexShapes::nodes);
+      (settings.rigid_meshes && !before.rigid_meshes) ||
+      (settings.convex_shapes != before.convex_shapes && before.convex_shapes == ConvexShapes::nodes);
   if (finds_more) forget_algorithms();
-  settings_ = settings;
+}
+
+void WorldQueries::follow_settings() {
+  mirror_.follow_settings();
+  contacts.follow_settings();
+  crossings.follow_settings();
+  rigid_meshes.follow_settings();
+  convex_shapes.follow_settings();
+  read_out.follow_settings();
 }
 
 bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
   const WorldPairs pairs = {kind_.contacts, gate, settings_};
-  return contacts.run(settings_, [&](ContactDetection& detection) { detection.start(bodies, std::cref(pairs)); });
+  return contacts.run([&](ContactDetection& detection) { detection.start(bodies, std::cref(pairs)); });
 }
 
 void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
-  const bool has_finished = has_started && contacts.run(settings_, [this](ContactDetection& detection) {
-    detection.finish(looks_at_crossings);
-  });
+  const bool has_finished =
+      has_started && contacts.run([this](ContactDetection& detection) { detection.finish(looks_at_crossings); });
   if (has_finished) return;
   const WorldPairs pairs = {kind_.contacts, gate, settings_};
   kind_.detect_natively(bodies, gate, std::cref(pairs));  // which takes no memory
@@ -52,7 +60,7 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
   MeshPairs::Collected collected = mesh_pairs_->take();
   PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
-  const bool has_found = rigid_meshes.run(settings_, [&](RigidMeshDetection& detection) {
+  const bool has_found = rigid_meshes.run([&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     for (const MeshPair& pair : collected.pairs) {
       near_meshes_.push_back(pair.soft);
@@ -69,7 +77,7 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
   ConvexPairs::Collected collected = convex_pairs_->take();
   PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
-  convex_shapes.run(settings_, [&](ConvexDetection& detection) {
+  convex_shapes.run([&](ConvexDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     detection.find_contacts(collected.pairs, gate.info().m_timeStep);
     if (settings_.detection == Detection::ccd && kind_.moves_rigid_bodies_first) {
@@ -80,12 +88,12 @@ void WorldQueries::find_convex_contacts(const PairGate& gate) {
 
 void WorldQueries::keep_starts(Span<btSoftBody* const> bodies) {
   if (!prevents_crossings()) return;
-  crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
+  crossings.run([&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
 }
 
 void WorldQueries::keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
   if (!prevents_crossings() || !settings_.rigid_meshes) return;
-  crossings.run(settings_, [&](CrossingPrevention& prevention) { prevention.keep_rigid_starts(objects, time_step); });
+  crossings.run([&](CrossingPrevention& prevention) { prevention.keep_rigid_starts(objects, time_step); });
 }
 
 bool WorldQueries::is_near_mesh(const btSoftBody& body) const {
@@ -100,7 +108,7 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
     surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
   }
   const WorldPairs pairs = {kind_.contacts, gate, settings_};
-  crossings.run(settings_, [&](CrossingPrevention& prevention) {
+  crossings.run([&](CrossingPrevention& prevention) {
     std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
     if (settings_.detection == Detection::dcd) std::erase_if(wanted, [&](auto* body) { return !is_near_mesh(*body); });
     prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings);

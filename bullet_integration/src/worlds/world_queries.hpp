@@ -26,6 +26,7 @@ class WorldQueries {
   WorldQueries(const WorldKind& kind, const Settings& settings);
 
   const Settings& settings() const { return settings_; }
+  /// Throws as Scene::set_options and Query::set_options; the settings are then as before.
   void set_settings(const Settings& settings);
   void set_filters(const btSoftBody& body, BodyFilters filters) { mirror_.set_filters(body, std::move(filters)); }
 
@@ -92,6 +93,10 @@ class WorldQueries {
   void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies, stand_ins()); }
 
  private:
+  void follow_settings();
+
+  const WorldKind& kind_;
+  Settings settings_;   ///< all that follows sees it
   WorldMirror mirror_;  ///< before what looks at it
 
  public:
@@ -123,8 +128,6 @@ class WorldQueries {
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);
   void find_convex_contacts(const PairGate& gate);
 
-  const WorldKind& kind_;
-  Settings settings_;
   std::shared_ptr<MeshPairs> mesh_pairs_ = std::make_shared<MeshPairs>();
   std::shared_ptr<ConvexPairs> convex_pairs_ = std::make_shared<ConvexPairs>();
   std::vector<const btSoftBody*> near_meshes_;  ///< in this step, ascending
