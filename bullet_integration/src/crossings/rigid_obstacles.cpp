@@ -6,7 +6,7 @@
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 #include "LinearMath/btAabbUtil2.h"
 #include "bodies/vectors.hpp"
-#include "rigid/mesh_pairs.hpp"
+#include "rigid/rigid_pairs.hpp"
 #include "rigid/rigid_touches.hpp"
 
 namespace softcd::bullet {

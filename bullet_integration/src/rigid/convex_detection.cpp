@@ -74,12 +74,12 @@ void ConvexDetection::add_parts(const btCollisionObject& object, const btCollisi
 }
 
 /// With all the soft bodies that it may touch.
-void ConvexDetection::synchronize_object(Span<const ConvexPair> pairs, btScalar time_step) {
+void ConvexDetection::synchronize_object(Span<const RigidPair> pairs, btScalar time_step) {
   const btCollisionObject& object = *pairs[0].object;
   std::vector<Part> parts;
   add_parts(object, *object.getCollisionShape(), btTransform::getIdentity(), parts);
   std::vector<RigidBox> boxes;
-  for (const ConvexPair& pair : pairs) {
+  for (const RigidPair& pair : pairs) {
     boxes.push_back(swept_box(*pair.soft, pair.soft->getCollisionShape()->getMargin()));
   }
   for (const Part& part : parts) {
@@ -131,16 +131,16 @@ void ConvexDetection::remove_absent_shapes() {
   }
 }
 
-void ConvexDetection::find_contacts(std::vector<ConvexPair> pairs, btScalar time_step) {
+void ConvexDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_step) {
   BT_PROFILE("softcd convex shapes");
   touches_.forget_notes();
   meetings_.clear();
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
-  std::erase_if(pairs, [](const ConvexPair& pair) { return !pair.soft->isActive() || pair.soft->m_faces.size() == 0; });
+  std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_faces.size() == 0; });
   wanted_.clear();
   native_.clear();
   std::set<const btSoftBody*> read;
-  for (const ConvexPair& pair : pairs) {
+  for (const RigidPair& pair : pairs) {
     if (read.insert(pair.soft).second) native_.read(*pair.soft);
     WorldMirror::Member& member = mirror_.require(*pair.soft, /*needs_way=*/true);
     if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
@@ -149,7 +149,7 @@ void ConvexDetection::find_contacts(std::vector<ConvexPair> pairs, btScalar time
   for (auto begin = pairs.begin(); begin != pairs.end();) {
     const btCollisionObject* const object = begin->object;
     const auto end =
-        std::stable_partition(begin, pairs.end(), [&](const ConvexPair& pair) { return pair.object == object; });
+        std::stable_partition(begin, pairs.end(), [&](const RigidPair& pair) { return pair.object == object; });
     synchronize_object({&*begin, static_cast<std::size_t>(end - begin)}, time_step);
     begin = end;
   }
@@ -243,7 +243,7 @@ void ConvexDetection::add_face_touch(const Shape& shape, btSoftBody& soft, btSof
   if (depth(touch, end, touch.object_point_t1) >= 0 || !can_touch(shape.core, touch)) return;
   if (native_.hold(face, weights, touch)) return;
   touches_.add(soft, face, weights, touch);
-  meetings_.push_back({&soft, touch.object});
+  meetings_.emplace_back(&soft, touch.object);
 }
 
 /// Bullet's own test looks at where nodes are, not at their way.
@@ -259,7 +259,7 @@ void ConvexDetection::find_node(const Contact& contact, const Shape& shape) {
   if (!known_.emplace(shape.id.value, kNoIndex, &node, nullptr, nullptr).second) return;
   native_.doubt(node, *shape.object);
   touches_.add(soft, node, touch);
-  meetings_.push_back({&soft, touch.object});
+  meetings_.emplace_back(&soft, touch.object);
 }
 
 }  // namespace softcd::bullet

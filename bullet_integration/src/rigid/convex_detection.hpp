@@ -8,8 +8,8 @@
 
 #include "bodies/world_mirror.hpp"
 #include "rigid/convex_core.hpp"
-#include "rigid/convex_pairs.hpp"
 #include "rigid/native_touches.hpp"
+#include "rigid/rigid_pairs.hpp"
 #include "rigid/rigid_touches.hpp"
 
 namespace softcd::bullet {
@@ -34,9 +34,10 @@ class ConvexDetection {
   /// When Bullet has processed these pairs: appends what it has no contacts for to the bodies' m_rcontacts (with
   /// SDF_RS), or m_nodeRigidContacts and m_faceRigidContacts (with SDF_RD and SDF_RDN; SDF_RDF for rigid bodies,
   /// SDF_MDF for links of multibodies).
-  void find_contacts(std::vector<ConvexPair> pairs, btScalar time_step);
-  /// The pairs that the last find_contacts() has found to meet on their way, or to be in each other.
-  Span<const ConvexPair> meetings() const { return meetings_; }
+  void find_contacts(std::vector<RigidPair> pairs, btScalar time_step);
+  using Meeting = std::pair<btSoftBody*, const btCollisionObject*>;
+  /// Returns the pairs that the last find_contacts() has found to meet on their way, or to be in each other.
+  Span<const Meeting> meetings() const { return meetings_; }
 
  private:
   struct Shape {
@@ -58,7 +59,7 @@ class ConvexDetection {
 
   static void add_parts(const btCollisionObject& object, const btCollisionShape& shape, const btTransform& place,
                         std::vector<Part>& parts);
-  void synchronize_object(Span<const ConvexPair> pairs, btScalar time_step);
+  void synchronize_object(Span<const RigidPair> pairs, btScalar time_step);
   Shape& synchronize(const Part& part, const RigidPoses& poses);
   void remove_absent_shapes();
   void find_touches();
@@ -78,7 +79,7 @@ class ConvexDetection {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
   NativeTouches native_;
   std::set<Place> known_;  ///< of this step
-  std::vector<ConvexPair> meetings_;
+  std::vector<Meeting> meetings_;
   RigidTouches touches_;
 };
 

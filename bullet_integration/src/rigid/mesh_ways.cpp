@@ -4,7 +4,7 @@
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "LinearMath/btTransformUtil.h"
-#include "rigid/mesh_pairs.hpp"
+#include "rigid/rigid_pairs.hpp"
 
 namespace softcd::bullet {
 namespace {

@@ -101,19 +101,19 @@ void RigidMeshDetection::follow_settings() {
   touches_.forget_notes();
 }
 
-void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step) {
-  const btConcaveShape& shape = *std::get<1>(key);
+void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step) {
+  const auto& shape = static_cast<const btConcaveShape&>(*std::get<1>(key));
   const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
   BodySettings settings;
   settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
   settings.self_collision = false;
   settings.features.edge_edge =
-      holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const MeshPair& pair) {
+      holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const RigidPair& pair) {
         return !mirror_.member(*pair.soft).mesh.segments.empty();
       });
 
   std::vector<RigidBox> boxes;
-  for (const MeshPair& pair : pairs) {
+  for (const RigidPair& pair : pairs) {
     const btScalar margin = pair.soft->getCollisionShape()->getMargin() + shape.getMargin();
     boxes.push_back(box_in_shape(swept_box(*pair.soft, margin), poses));
   }
@@ -131,7 +131,7 @@ void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const MeshPai
     mirror_.scene().set_settings(mesh.id, settings);
   }
   if (mesh.mesh.place(poses)) mirror_.scene().set_positions(mesh.id, mesh.mesh.x_t0(), mesh.mesh.x_t1());
-  for (const MeshPair& pair : pairs) {
+  for (const RigidPair& pair : pairs) {
     wanted_.emplace_back(std::minmax(mesh.id.value, mirror_.member(*pair.soft).id.value));
   }
 }
@@ -148,21 +148,21 @@ void RigidMeshDetection::remove_absent_meshes() {
   }
 }
 
-void RigidMeshDetection::find_contacts(std::vector<MeshPair> pairs, btScalar time_step) {
+void RigidMeshDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_step) {
   touches_.forget_notes();
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
-  std::erase_if(pairs, [](const MeshPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
-  for (const MeshPair& pair : pairs) {
+  std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
+  for (const RigidPair& pair : pairs) {
     WorldMirror::Member& member = mirror_.require(*pair.soft, /*needs_way=*/true);
     if (holds_faces(kind_) && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
   }
   wanted_.clear();
   // Meshes in the order in which Bullet came upon them: addresses, which make the key, differ from run to run.
-  const auto key_of = [](const MeshPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
+  const auto key_of = [](const RigidPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
   for (auto begin = pairs.begin(); begin != pairs.end();) {
     const MeshKey key = key_of(*begin);
     const auto end =
-        std::stable_partition(begin, pairs.end(), [&](const MeshPair& pair) { return key_of(pair) == key; });
+        std::stable_partition(begin, pairs.end(), [&](const RigidPair& pair) { return key_of(pair) == key; });
     synchronize_mesh(key, {&*begin, static_cast<std::size_t>(end - begin)}, time_step);
     begin = end;
   }

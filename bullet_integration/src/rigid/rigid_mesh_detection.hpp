@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "contacts/contacts_of_kind.hpp"
-#include "rigid/mesh_pairs.hpp"
 #include "rigid/rigid_mesh.hpp"
+#include "rigid/rigid_pairs.hpp"
 #include "rigid/rigid_touches.hpp"
 
 namespace softcd::bullet {
@@ -31,7 +31,7 @@ class RigidMeshDetection {
   const ContactNotes& notes() const { return touches_.notes(); }
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
-  void find_contacts(std::vector<MeshPair> pairs, btScalar time_step);
+  void find_contacts(std::vector<RigidPair> pairs, btScalar time_step);
 
  private:
   struct CornerTouch {
@@ -50,12 +50,12 @@ class RigidMeshDetection {
   struct Mesh {
     BodyId id;
     RigidMesh mesh;
-    MeshPair pair;  ///< one of those that it is in
+    RigidPair pair;  ///< one of those that it is in
     bool is_present = false;
   };
-  using MeshKey = std::tuple<const btCollisionObject*, const btConcaveShape*, int>;
+  using MeshKey = std::tuple<const btCollisionObject*, const btCollisionShape*, int>;
 
-  void synchronize_mesh(const MeshKey& key, Span<const MeshPair> pairs, btScalar time_step);
+  void synchronize_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step);
   void remove_absent_meshes();
   void find_touches();
   void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);

@@ -58,11 +58,11 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
 }
 
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
-  MeshPairs::Collected collected = mesh_pairs_->take();
+  RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh);
   PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
   const bool has_found = rigid_meshes.run([&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
-    for (const MeshPair& pair : collected.pairs) {
+    for (const RigidPair& pair : collected.pairs) {
       near_meshes_.push_back(pair.soft);
       if (kind_.moves_rigid_bodies_first) late_impulses_.add_on_mesh(*pair.soft);
     }
@@ -71,11 +71,11 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
   });
   if (has_found) return;
   near_meshes_.clear();
-  for (const MeshPair& pair : collected.pairs) process_natively(pair, dispatcher, gate.info());
+  for (const RigidPair& pair : collected.pairs) process_natively(pair, dispatcher, gate.info());
 }
 
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
-  ConvexPairs::Collected collected = convex_pairs_->take();
+  RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex);
   PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
   convex_shapes.run([&](ConvexDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();

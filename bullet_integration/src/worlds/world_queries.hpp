@@ -50,10 +50,8 @@ class WorldQueries {
     }
     if (std::exchange(may_have_foreign_algorithms_, false)) forget_rigid_algorithms(gate.pair_cache(), *dispatcher);
     {
-      std::optional<CollectingMeshPairs> meshes;
-      std::optional<CollectingConvexPairs> convex;
-      if (settings_.rigid_meshes) meshes.emplace(*dispatcher, mesh_pairs_);
-      if (settings_.convex_shapes != ConvexShapes::nodes) convex.emplace(*dispatcher, convex_pairs_);
+      const CollectingRigidPairs collecting(*dispatcher, rigid_pairs_, settings_.rigid_meshes,
+                                            settings_.convex_shapes != ConvexShapes::nodes);
       process_natively();
     }
     late_impulses_.clear();
@@ -128,8 +126,7 @@ class WorldQueries {
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);
   void find_convex_contacts(const PairGate& gate);
 
-  std::shared_ptr<MeshPairs> mesh_pairs_ = std::make_shared<MeshPairs>();
-  std::shared_ptr<ConvexPairs> convex_pairs_ = std::make_shared<ConvexPairs>();
+  std::shared_ptr<RigidPairs> rigid_pairs_ = std::make_shared<RigidPairs>();
   std::vector<const btSoftBody*> near_meshes_;  ///< in this step, ascending
   LateImpulses late_impulses_;
   bool may_have_foreign_algorithms_ = true;

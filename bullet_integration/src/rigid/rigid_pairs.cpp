@@ -1,0 +1,173 @@
+#include "rigid/rigid_pairs.hpp"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
+#include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
+#include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
+
+namespace softcd::bullet {
+namespace {
+
+using Flags = btSoftBody::fCollision;
+
+constexpr int kMeshTypes[] = {TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
+                              MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE};
+
+bool meets_rigid_bodies(const btSoftBody& soft) {
+  const int kind = soft.m_cfg.collisions & Flags::RVSmask;
+  return kind == Flags::SDF_RS || kind == Flags::SDF_RD;
+}
+
+/// Links of multibodies too; not what does not respond to contacts.
+bool takes_convex_shapes_of(const btSoftBody& soft, const btCollisionObject& object) {
+  const int type = object.getInternalType();
+  return meets_rigid_bodies(soft) && object.hasContactResponse() &&
+         (type == btCollisionObject::CO_RIGID_BODY || type == btCollisionObject::CO_FEATHERSTONE_LINK ||
+          type == btCollisionObject::CO_COLLISION_OBJECT);
+}
+
+/// Stands where another algorithm would have stood for a pair, for as long as Bullet keeps it, and does what that does
+/// where the pair is not taken over.
+class AlgorithmInFront : public btCollisionAlgorithm {
+ public:
+  /// Owns `original`.
+  AlgorithmInFront(const btCollisionAlgorithmConstructionInfo& info, btCollisionAlgorithm* original,
+                   std::shared_ptr<RigidPairs> pairs, RigidPairKind kind, bool is_swapped)
+      : btCollisionAlgorithm(info),
+        original_(original),
+        pairs_(std::move(pairs)),
+        kind_(kind),
+        is_swapped_(is_swapped) {}
+  ~AlgorithmInFront() override {
+    original_->~btCollisionAlgorithm();
+    m_dispatcher->freeCollisionAlgorithm(original_);
+  }
+  AlgorithmInFront(const AlgorithmInFront&) = delete;
+  AlgorithmInFront& operator=(const AlgorithmInFront&) = delete;
+
+  void processCollision(const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1,
+                        const btDispatcherInfo& info, btManifoldResult* result) override {
+    const btCollisionObjectWrapper& soft = is_swapped_ ? *body1 : *body0;
+    const btCollisionObjectWrapper& other = is_swapped_ ? *body0 : *body1;
+    auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(soft.getCollisionObject()));
+    if (!pairs_->take(kind_, *body, other)) original_->processCollision(body0, body1, info, result);
+  }
+  btScalar calculateTimeOfImpact(btCollisionObject* body0, btCollisionObject* body1, const btDispatcherInfo& info,
+                                 btManifoldResult* result) override {
+    return original_->calculateTimeOfImpact(body0, body1, info, result);
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override { original_->getAllContactManifolds(manifolds); }
+
+ private:
+  btCollisionAlgorithm* original_;
+  std::shared_ptr<RigidPairs> pairs_;
+  RigidPairKind kind_;
+  bool is_swapped_;
+};
+
+}  // namespace
+
+bool is_triangle_mesh(const btCollisionShape& shape) {
+  return std::find(std::begin(kMeshTypes), std::end(kMeshTypes), shape.getShapeType()) != std::end(kMeshTypes);
+}
+
+bool takes_meshes_of(const btSoftBody& soft, const btCollisionObject& object) {
+  const auto& disabled = soft.m_collisionDisabledObjects;
+  return meets_rigid_bodies(soft) && object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK &&
+         disabled.findLinearSearch(&object) == disabled.size();
+}
+
+bool RigidPairs::take(RigidPairKind kind, btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept {
+  if (!list(kind).is_collecting) return false;
+  const btCollisionObject& object = *other.getCollisionObject();
+  const RigidPair pair = {&soft, &object, other.getCollisionShape(),
+                          object.getWorldTransform().inverseTimes(other.getWorldTransform()), other.m_index};
+  if (kind == RigidPairKind::mesh) return takes_meshes_of(soft, object) && add(kind, pair);
+  // A compound's children come with a parent: it was told of as a whole.
+  if (other.m_parent == nullptr && takes_convex_shapes_of(soft, object)) add(kind, pair);
+  return false;
+}
+
+bool RigidPairs::add(RigidPairKind kind, const RigidPair& pair) noexcept {
+  const std::lock_guard lock(mutex_);
+  Collected& collected = list(kind).collected;
+  try {
+    collected.pairs.push_back(pair);
+    return true;
+  } catch (const std::bad_alloc&) {
+    collected.is_complete = false;
+    return false;
+  }
+}
+
+RigidPairs::Collected RigidPairs::take_collected(RigidPairKind kind) {
+  return std::exchange(list(kind).collected, {});
+}
+
+CollectingRigidPairs::CreateFunc::CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
+                                             RigidPairKind kind, std::shared_ptr<RigidPairs> pairs)
+    : pairs_(std::move(pairs)),
+      kind_(kind),
+      is_swapped_(type1 == SOFTBODY_SHAPE_PROXYTYPE),
+      registered_(dispatcher, type0, type1, *this) {}
+
+btCollisionAlgorithm* CollectingRigidPairs::CreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* body0,
+    const btCollisionObjectWrapper* body1) {
+  btCollisionAlgorithm* original = registered_.original().CreateCollisionAlgorithm(info, body0, body1);
+  // Not from the dispatcher's pool, which does not look at sizes.
+  void* memory = btAlignedAlloc(sizeof(AlgorithmInFront), 16);
+  return new (memory) AlgorithmInFront(info, original, pairs_, kind_, is_swapped_);
+}
+
+CollectingRigidPairs::CollectingRigidPairs(btCollisionDispatcher& dispatcher, std::shared_ptr<RigidPairs> pairs,
+                                           bool meshes, bool convex)
+    : pairs_(std::move(pairs)) {
+  pairs_->set_collecting(RigidPairKind::mesh, meshes);
+  pairs_->set_collecting(RigidPairKind::convex, convex);
+  for (int type = BOX_SHAPE_PROXYTYPE; convex && type < CONCAVE_SHAPES_START_HERE; ++type) {
+    stand_before(dispatcher, type, RigidPairKind::convex);
+  }
+  if (convex) stand_before(dispatcher, COMPOUND_SHAPE_PROXYTYPE, RigidPairKind::convex);
+  for (const int type : kMeshTypes) {
+    if (meshes) stand_before(dispatcher, type, RigidPairKind::mesh);
+  }
+}
+
+CollectingRigidPairs::~CollectingRigidPairs() {
+  pairs_->set_collecting(RigidPairKind::mesh, false);
+  pairs_->set_collecting(RigidPairKind::convex, false);
+}
+
+void CollectingRigidPairs::stand_before(btCollisionDispatcher& dispatcher, int type, RigidPairKind kind) {
+  creators_[creator_count_++].emplace(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, kind, pairs_);
+  creators_[creator_count_++].emplace(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, kind, pairs_);
+}
+
+void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  const btTransform& object = pair.object->getWorldTransform();
+  const btTransform place = pair.child < 0 ? object : object * pair.shape_in_object;
+  const btCollisionObjectWrapper soft(nullptr, pair.soft->getCollisionShape(), pair.soft,
+                                      pair.soft->getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper mesh(nullptr, pair.shape, pair.object, place, -1, pair.child);
+  btCollisionAlgorithm* algorithm = dispatcher.findAlgorithm(&soft, &mesh, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  btManifoldResult result(&soft, &mesh);
+  algorithm->processCollision(&soft, &mesh, info, &result);
+  algorithm->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(algorithm);
+}
+
+void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher) {
+  btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
+  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
+    const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
+    const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    if ((a == nullptr) != (b == nullptr)) pair_cache.cleanOverlappingPair(pairs[i], &dispatcher);
+  }
+}
+
+}  // namespace softcd::bullet
