@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "BulletCollision/CollisionShapes/btCompoundShape.h"
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
+#include "rigid/rigid_parts.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -12,20 +12,6 @@ namespace {
 RigidBox grown(const RigidBox& box, btScalar margin) {
   const btVector3 growth(margin, margin, margin);
   return {box.low - growth, box.high + growth};
-}
-
-void add_surfaces(const btCollisionShape& shape, const btTransform& place, const RigidBox& box,
-                  std::vector<RigidSurface>& surfaces) {
-  if (shape.isCompound()) {
-    const auto& compound = static_cast<const btCompoundShape&>(shape);
-    for (int i = 0; i < compound.getNumChildShapes(); ++i) {
-      add_surfaces(*compound.getChildShape(i), place * compound.getChildTransform(i), box, surfaces);
-    }
-  } else if (shape.isConvex()) {
-    surfaces.emplace_back(static_cast<const btConvexShape&>(shape), place);
-  } else if (shape.isConcave() && shape.getShapeType() != STATIC_PLANE_PROXYTYPE) {
-    surfaces.emplace_back(static_cast<const btConcaveShape&>(shape), place, box);
-  }
 }
 
 }  // namespace
@@ -65,7 +51,15 @@ RigidSurface::Depth RigidSurface::depth_of(Vec3d point) const {
 
 std::vector<RigidSurface> rigid_surfaces(const btCollisionObject& object, const RigidBox& box) {
   std::vector<RigidSurface> surfaces;
-  add_surfaces(*object.getCollisionShape(), object.getWorldTransform(), box, surfaces);
+  const auto add = [&](const btCollisionShape& shape, const btTransform& place) {
+    if (shape.isConvex()) {
+      surfaces.emplace_back(static_cast<const btConvexShape&>(shape), place);
+    } else if (shape.isConcave() && shape.getShapeType() != STATIC_PLANE_PROXYTYPE) {
+      surfaces.emplace_back(static_cast<const btConcaveShape&>(shape), place, box);
+    }
+    return false;
+  };
+  any_simple_shape(*object.getCollisionShape(), object.getWorldTransform(), add);
   return surfaces;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "rigid/convex_core.hpp"
 #include "rigid/native_touches.hpp"
 #include "rigid/rigid_pairs.hpp"
+#include "rigid/rigid_parts.hpp"
 #include "rigid/rigid_touches.hpp"
 
 namespace softcd::bullet {
@@ -22,7 +22,6 @@ class ConvexDetection {
 
   /// `ends`, `mirror` and `settings` outlive it.
   ConvexDetection(const NodeEnds& ends, WorldMirror& mirror, const Settings& settings);
-  ~ConvexDetection();
   ConvexDetection(const ConvexDetection&) = delete;
   ConvexDetection& operator=(const ConvexDetection&) = delete;
 
@@ -40,43 +39,25 @@ class ConvexDetection {
   Span<const Meeting> meetings() const { return meetings_; }
 
  private:
-  struct Shape {
-    BodyId id;
-    ConvexCore core;
-    const btCollisionObject* object;
-    btScalar margin;
-    bool is_present = false;
-  };
   /// A convex part of an object, numbered through the compounds that it is made of.
   using PartKey = std::pair<const btCollisionObject*, int>;
+  using Shapes = RigidParts<PartKey, ConvexCore>;
+  using ShapeContact = RigidContact<Shapes::Part>;
   /// A shape's id, its vertex, and the soft body's nodes there. Several pairs of triangles have it in common.
   using Place = std::tuple<std::uint32_t, std::uint32_t, const void*, const void*, const void*>;
-  struct Part {
-    PartKey key;
-    const btConvexShape* shape;
-    btTransform shape_in_object;
-  };
 
-  static void add_parts(const btCollisionObject& object, const btCollisionShape& shape, const btTransform& place,
-                        std::vector<Part>& parts);
-  void synchronize_object(Span<const RigidPair> pairs, btScalar time_step);
-  Shape& synchronize(const Part& part, const RigidPoses& poses);
-  void remove_absent_shapes();
+  void require_shapes(Span<const RigidPair> pairs, btScalar time_step);
   void find_touches();
-  void find_corner(const Contact& contact, const Shape& shape);
-  void find_edge(const Contact& contact, const Shape* a);
-  void find_node(const Contact& contact, const Shape& shape);
-  void add_face_touch(const Shape& shape, btSoftBody& soft, btSoftBody::Face& face, const btVector3& weights,
-                      RigidTouch touch);
-  RigidTouch touch_of(const Contact& contact, const Shape& shape, const btSoftBody& soft, bool is_a) const;
+  void find_corner(const ShapeContact& found);
+  void find_edge(const ShapeContact& found);
+  void find_node(const ShapeContact& found);
+  void add_face_touch(const ShapeContact& found, btSoftBody::Face& face, const btVector3& weights);
 
   const NodeEnds& ends_;
   WorldMirror& mirror_;
   const Settings& settings_;
   Query query_;
-  std::map<PartKey, Shape> shapes_;
-  std::map<std::uint32_t, const Shape*> shapes_by_id_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
+  Shapes shapes_;
   NativeTouches native_;
   std::set<Place> known_;  ///< of this step
   std::vector<Meeting> meetings_;

@@ -1,25 +1,20 @@
 #include "rigid/mesh_ways.hpp"
 
-#include "BulletCollision/CollisionShapes/btCompoundShape.h"
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "LinearMath/btTransformUtil.h"
 #include "rigid/rigid_pairs.hpp"
+#include "rigid/rigid_parts.hpp"
 
 namespace softcd::bullet {
 namespace {
 
-bool has_meshes(const btCollisionShape& shape) {
-  if (!shape.isCompound()) return is_triangle_mesh(shape);
-  const auto& compound = static_cast<const btCompoundShape&>(shape);
-  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
-    if (has_meshes(*compound.getChildShape(i))) return true;
-  }
-  return false;
-}
-
 bool has_meshes(const btCollisionObject& object) {
-  return object.getCollisionShape() != nullptr && has_meshes(*object.getCollisionShape());
+  const auto is_mesh = [](const btCollisionShape& shape, const btTransform& /*place*/) {
+    return is_triangle_mesh(shape);
+  };
+  const btCollisionShape* const shape = object.getCollisionShape();
+  return shape != nullptr && any_simple_shape(*shape, btTransform::getIdentity(), is_mesh);
 }
 
 bool is_moving(const btCollisionObject& object) {
@@ -53,17 +48,15 @@ RigidBox box_of(const btCollisionShape& shape, const RigidPoses& poses) {
   return box;
 }
 
-void add_ways(btCollisionObject& object, const btCollisionShape& shape, const RigidPoses& poses, int& child,
-              std::vector<MeshWay>& ways) {
-  if (shape.isCompound()) {
-    const auto& compound = static_cast<const btCompoundShape&>(shape);
-    for (int i = 0; i < compound.getNumChildShapes(); ++i) {
-      const btTransform& place = compound.getChildTransform(i);
-      add_ways(object, *compound.getChildShape(i), {poses.t0 * place, poses.t1 * place}, child, ways);
-    }
-  } else if (is_triangle_mesh(shape)) {
-    ways.push_back({&object, static_cast<const btConcaveShape*>(&shape), child++, poses, box_of(shape, poses)});
-  }
+void add_ways(btCollisionObject& object, const RigidPoses& poses, std::vector<MeshWay>& ways) {
+  int child = 0;
+  const auto add = [&](const btCollisionShape& shape, const btTransform& place) {
+    if (!is_triangle_mesh(shape)) return false;
+    const RigidPoses of_shape = {poses.t0 * place, poses.t1 * place};
+    ways.push_back({&object, static_cast<const btConcaveShape*>(&shape), child++, of_shape, box_of(shape, of_shape)});
+    return false;
+  };
+  any_simple_shape(*object.getCollisionShape(), btTransform::getIdentity(), add);
 }
 
 }  // namespace
@@ -125,8 +118,7 @@ std::vector<MeshWay> MeshWays::find(const btCollisionObjectArray& objects) {
     const auto start = starts_.find(&object);
     const RigidPoses poses = {start != starts_.end() ? start->second : end, end};
     if (start != starts_.end()) last_[&object] = end;
-    int child = 0;
-    add_ways(object, *object.getCollisionShape(), poses, child, ways);
+    add_ways(object, poses, ways);
   }
   return ways;
 }

@@ -18,8 +18,16 @@ constexpr btScalar kSameNormal = btScalar(0.99);
 /// Contacts of one node with one mesh, of which only those with a direction of their own are kept, the deepest.
 class NodeTouches {
  public:
+  /// Whether all added since begin() are of this node and mesh.
+  bool are_of(const btSoftBody::Node& node, BodyId mesh) const { return node_ == &node && mesh_ == mesh; }
+  void begin(btSoftBody& body, btSoftBody::Node& node, BodyId mesh) {
+    body_ = &body;
+    node_ = &node;
+    mesh_ = mesh;
+  }
   void add(const RigidTouch& touch, btScalar depth_at_end) { touches_.emplace_back(depth_at_end, touch); }
 
+  /// Calls write(body, node, touch) for those that are kept, and forgets all.
   template <class Write>
   void flush(Write write) {
     std::stable_sort(touches_.begin(), touches_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -30,12 +38,15 @@ class NodeTouches {
           kept_.begin(), kept_.end(), [&](const btVector3& normal) { return normal.dot(touch.normal) > kSameNormal; });
       if (is_known) continue;
       kept_.push_back(touch.normal);
-      write(touch);
+      write(*body_, *node_, touch);
     }
     touches_.clear();
   }
 
  private:
+  btSoftBody* body_ = nullptr;
+  btSoftBody::Node* node_ = nullptr;
+  BodyId mesh_;
   std::vector<std::pair<btScalar, RigidTouch>> touches_;
   std::vector<btVector3> kept_;
 };
@@ -63,18 +74,6 @@ bool is_inside(const Contact& contact) {
   return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
 }
 
-/// Weights of the face's nodes for a point on one of its edges.
-btVector3 weights_on_edge(const btSoftBody::Face& face, const btSoftBody& body, const std::uint32_t* nodes,
-                          const float* weights) {
-  btVector3 result(0, 0, 0);
-  for (int i = 0; i < 3; ++i) {
-    for (int end = 0; end < 2; ++end) {
-      if (face.m_n[i] == &body.m_nodes[static_cast<int>(nodes[end])]) result[i] = btScalar(weights[end]);
-    }
-  }
-  return result;
-}
-
 /// Whether Bullet's solver would see contacts of faces and links, where it is the deformable one.
 bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
   return !has_deformable_contacts(soft) || ((soft.m_cfg.collisions & (Flags::SDF_RDN | Flags::SDF_RDF)) != 0 &&
@@ -84,16 +83,12 @@ bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
 }  // namespace
 
 RigidMeshDetection::RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), mesh_options(kind, settings)) {
-  query_.set_pair_filter([this](BodyId a, BodyId b) {
-    return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
-  });
-}
-
-RigidMeshDetection::~RigidMeshDetection() {
-  for (const auto& [key, mesh] : meshes_) {
-    if (mirror_.scene().has_body(mesh.id)) mirror_.scene().remove_body(mesh.id);
-  }
+    : kind_(kind),
+      mirror_(mirror),
+      settings_(settings),
+      query_(mirror.scene(), mesh_options(kind, settings)),
+      meshes_(mirror) {
+  query_.set_pair_filter([this](BodyId a, BodyId b) { return meshes_.wants(a, b); });
 }
 
 void RigidMeshDetection::follow_settings() {
@@ -101,51 +96,20 @@ void RigidMeshDetection::follow_settings() {
   touches_.forget_notes();
 }
 
-void RigidMeshDetection::synchronize_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step) {
+void RigidMeshDetection::require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step) {
   const auto& shape = static_cast<const btConcaveShape&>(*std::get<1>(key));
   const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
-  BodySettings settings;
-  settings.margin = std::max(0.0F, static_cast<float>(shape.getMargin()));
-  settings.self_collision = false;
-  settings.features.edge_edge =
-      holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const RigidPair& pair) {
-        return !mirror_.member(*pair.soft).mesh.segments.empty();
-      });
-
+  const bool has_edges = holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const RigidPair& pair) {
+                           return !mirror_.member(*pair.soft).mesh.segments.empty();
+                         });
   std::vector<RigidBox> boxes;
   for (const RigidPair& pair : pairs) {
     const btScalar margin = pair.soft->getCollisionShape()->getMargin() + shape.getMargin();
     boxes.push_back(box_in_shape(swept_box(*pair.soft, margin), poses));
   }
-  const auto [entry, is_new] = meshes_.try_emplace(key);
-  Mesh& mesh = entry->second;
-  const bool has_changed = mesh.mesh.read(shape, boxes);
-  mesh.pair = pairs[0];
-  mesh.is_present = true;
-  if (is_new) {
-    mesh.id = mirror_.scene().add_body({mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
-    meshes_by_id_[mesh.id.value] = &mesh;
-  } else if (has_changed) {
-    mirror_.scene().update_body(mesh.id, {mesh.mesh.triangles(), mesh.mesh.vertex_count(), settings});
-  } else {
-    mirror_.scene().set_settings(mesh.id, settings);
-  }
-  if (mesh.mesh.place(poses)) mirror_.scene().set_positions(mesh.id, mesh.mesh.x_t0(), mesh.mesh.x_t1());
-  for (const RigidPair& pair : pairs) {
-    wanted_.emplace_back(std::minmax(mesh.id.value, mirror_.member(*pair.soft).id.value));
-  }
-}
-
-void RigidMeshDetection::remove_absent_meshes() {
-  for (auto entry = meshes_.begin(); entry != meshes_.end();) {
-    if (std::exchange(entry->second.is_present, false)) {
-      ++entry;
-      continue;
-    }
-    mirror_.scene().remove_body(entry->second.id);
-    meshes_by_id_.erase(entry->second.id.value);
-    entry = meshes_.erase(entry);
-  }
+  const auto read = [&](RigidMesh& mesh) { return mesh.read(shape, boxes); };
+  const Meshes::Part& mesh = meshes_.require(key, *pairs[0].object, shape.getMargin(), has_edges, poses, read);
+  for (const RigidPair& pair : pairs) meshes_.want(mesh, *pair.soft);
 }
 
 void RigidMeshDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_step) {
@@ -156,19 +120,17 @@ void RigidMeshDetection::find_contacts(std::vector<RigidPair> pairs, btScalar ti
     WorldMirror::Member& member = mirror_.require(*pair.soft, /*needs_way=*/true);
     if (holds_faces(kind_) && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
   }
-  wanted_.clear();
+  meshes_.begin_step();
   // Meshes in the order in which Bullet came upon them: addresses, which make the key, differ from run to run.
   const auto key_of = [](const RigidPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
   for (auto begin = pairs.begin(); begin != pairs.end();) {
     const MeshKey key = key_of(*begin);
     const auto end =
         std::stable_partition(begin, pairs.end(), [&](const RigidPair& pair) { return key_of(pair) == key; });
-    synchronize_mesh(key, {&*begin, static_cast<std::size_t>(end - begin)}, time_step);
+    require_mesh(key, {&*begin, static_cast<std::size_t>(end - begin)}, time_step);
     begin = end;
   }
-  remove_absent_meshes();
-  if (pairs.empty()) return;
-  std::sort(wanted_.begin(), wanted_.end());
+  if (!meshes_.end_step()) return;
   find_touches();
   touches_.prepare_to_write(settings_.read_out != ReadOut::off);
   touches_.write();
@@ -179,69 +141,46 @@ void RigidMeshDetection::find_touches() {
   corner_touches_.clear();
   edge_touches_.clear();
   node_normals_.clear();
-  NodeTouches touches;
-  btSoftBody* body = nullptr;
-  btSoftBody::Node* node = nullptr;
-  const auto write = [&](const RigidTouch& touch) {
-    touches_.add(*body, *node, touch);
-    if (query_.options().features.edge_edge) node_normals_.emplace(std::pair(node, touch.object), touch.normal);
+  NodeTouches of_node;
+  const auto write = [this](btSoftBody& soft, btSoftBody::Node& node, const RigidTouch& touch) {
+    touches_.add(soft, node, touch);
+    if (query_.options().features.edge_edge) node_normals_.emplace(std::pair(&node, touch.object), touch.normal);
   };
-  const auto flush = [&] { touches.flush(write); };
-  BodyId last_mesh;
   for (const Contact& contact : query_.detect()) {
+    const Meshes::Part* const a = meshes_.find(contact.body_a);
+    const MeshContact found = {contact, a != nullptr ? *a : *meshes_.find(contact.body_b),
+                               mirror_.member(a != nullptr ? contact.body_b : contact.body_a), a != nullptr};
     if (contact.kind == ContactKind::edge_edge) {
-      find_edge_touch(contact);
-      continue;
+      find_edge_touch(found);
+    } else if (found.is_part_a) {
+      find_face_touch(found);
+    } else {
+      btSoftBody& soft = *found.soft.body;
+      btSoftBody::Node& node = soft.m_nodes[static_cast<int>(contact.feature_a)];
+      if (!of_node.are_of(node, found.part.id)) {
+        of_node.flush(write);
+        of_node.begin(soft, node, found.part.id);
+      }
+      if (!takes_node_contacts(soft, node)) continue;
+      const RigidTouch touch = found.touch(found.margin());
+      const btScalar depth_at_end = depth(touch, node.*kind_.ends.end, touch.object_point_t1);
+      if (depth_at_end < 0) of_node.add(touch, depth_at_end);
     }
-    const btVector3 normal = to_bullet(contact.normal);
-    const auto a = meshes_by_id_.find(contact.body_a.value);
-    if (a != meshes_by_id_.end()) {
-      find_face_touch(contact, *a->second, -normal);
-      continue;
-    }
-    btSoftBody& soft = *mirror_.member(contact.body_a).body;
-    btSoftBody::Node& soft_node = soft.m_nodes[static_cast<int>(contact.feature_a)];
-    if (&soft_node != node || contact.body_b != last_mesh) {
-      flush();
-      body = &soft;
-      node = &soft_node;
-      last_mesh = contact.body_b;
-    }
-    if (soft_node.m_battach != 0) continue;
-    if (has_deformable_contacts(soft) && (soft.m_cfg.collisions & Flags::SDF_RDN) == 0) continue;
-    const Mesh& mesh = *meshes_by_id_.at(contact.body_b.value);
-    const RigidTouch touch = {mesh.pair.object,
-                              normal,
-                              soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin(),
-                              weighted_point(mesh.mesh.x_t0(), contact.vertices + 1, contact.weights + 1, 3),
-                              weighted_point(mesh.mesh.x_t1(), contact.vertices + 1, contact.weights + 1, 3),
-                              contact.time_of_impact};
-    const btScalar depth_at_end = depth(touch, soft_node.*kind_.ends.end, touch.object_point_t1);
-    if (depth_at_end < 0) touches.add(touch, depth_at_end);
   }
-  flush();
+  of_node.flush(write);
   add_corner_touches();
   add_edge_touches();
 }
 
-void RigidMeshDetection::find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal) {
-  const WorldMirror::Member& member = mirror_.member(contact.body_b);
-  btSoftBody& soft = *member.body;
-  if (!has_deformable_contacts(soft) || !solves_faces(soft, *mesh.pair.object)) return;
-  if (contact.feature_b >= member.mesh.face_count) return;
-  btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
-  const btVector3 weights = triangle_weights(contact.weights);
+void RigidMeshDetection::find_face_touch(const MeshContact& found) {
+  btSoftBody& soft = *found.soft.body;
+  if (!has_deformable_contacts(soft) || !solves_faces(soft, *found.part.object)) return;
+  if (found.contact.feature_b >= found.soft.mesh.face_count) return;
+  btSoftBody::Face& face = soft.m_faces[static_cast<int>(found.contact.feature_b)];
+  const btVector3 weights = triangle_weights(found.contact.weights);
   const bool is_tested_by_bullet = (soft.m_cfg.collisions & Flags::SDF_RDF) != 0;
-  const RigidTouch touch = {mesh.pair.object,
-                            normal,
-                            (soft.getCollisionShape()->getMargin() + mesh.pair.shape->getMargin()) *
-                                (is_tested_by_bullet ? 1 : kFaceMarginShare),
-                            to_bullet(mesh.mesh.x_t0()[contact.feature_a]),
-                            to_bullet(mesh.mesh.x_t1()[contact.feature_a]),
-                            contact.time_of_impact};
-  btVector3 end(0, 0, 0);
-  for (int i = 0; i < 3; ++i) end += weights[i] * (face.m_n[i]->*kind_.ends.end);
-  if (depth(touch, end, touch.object_point_t1) >= 0) return;
+  const RigidTouch touch = found.touch(found.margin() * (is_tested_by_bullet ? 1 : kFaceMarginShare));
+  if (depth(touch, point_on(face, weights, kind_.ends.end), touch.object_point_t1) >= 0) return;
   if (is_tested_by_bullet) {
     touches_.add(soft, face, weights, touch);
   } else {
@@ -255,37 +194,22 @@ void RigidMeshDetection::add_corner_touches() {
   }
 }
 
-void RigidMeshDetection::find_edge_touch(const Contact& contact) {
-  const auto a = meshes_by_id_.find(contact.body_a.value);
-  const bool is_swapped = a != meshes_by_id_.end();
-  const Mesh& mesh = is_swapped ? *a->second : *meshes_by_id_.at(contact.body_b.value);
-  const WorldMirror::Member& member = mirror_.member(is_swapped ? contact.body_b : contact.body_a);
+void RigidMeshDetection::find_edge_touch(const MeshContact& found) {
+  const WorldMirror::Member& member = found.soft;
   const bool is_link = !member.mesh.segments.empty();
   const bool is_answered = is_link ? settings_.edge_contacts == EdgeContacts::respond
                                    : holds_faces(kind_) && has_deformable_contacts(*member.body);
   if (!is_answered) return;
-  if (!is_inside(contact) || !solves_faces(*member.body, *mesh.pair.object)) return;
-  const std::uint32_t edge = is_swapped ? contact.feature_b : contact.feature_a;
-  const int own = is_swapped ? 2 : 0;
-  const int other = 2 - own;
-  const btVector3 normal = to_bullet(contact.normal);
-  const RigidTouch touch = {
-      mesh.pair.object,
-      is_swapped ? -normal : normal,
-      (member.body->getCollisionShape()->getMargin() + mesh.pair.shape->getMargin()) * (is_link ? 1 : kFaceMarginShare),
-      weighted_point(mesh.mesh.x_t0(), contact.vertices + other, contact.weights + other, 2),
-      weighted_point(mesh.mesh.x_t1(), contact.vertices + other, contact.weights + other, 2),
-      contact.time_of_impact};
-  btSoftBody::Face& face = member.face_at_edge(edge, contact.vertices + own);
-  const btVector3 weights = weights_on_edge(face, *member.body, contact.vertices + own, contact.weights + own);
-  btVector3 end(0, 0, 0);
-  for (int i = 0; i < 3; ++i) {
-    if (weights[i] > 0) end += weights[i] * (face.m_n[i]->*kind_.ends.end);
-  }
-  const btScalar depth_at_end = depth(touch, end, touch.object_point_t1);
+  if (!is_inside(found.contact) || !solves_faces(*member.body, *found.part.object)) return;
+  const std::uint32_t edge = found.is_part_a ? found.contact.feature_b : found.contact.feature_a;
+  const std::uint32_t* const nodes = found.contact.vertices + found.first_of_soft();
+  const RigidTouch touch = found.touch(found.margin() * (is_link ? 1 : kFaceMarginShare));
+  btSoftBody::Face& face = member.face_at_edge(edge, nodes);
+  const btVector3 weights = weights_on_edge(face, *member.body, nodes, found.contact.weights + found.first_of_soft());
+  const btScalar depth_at_end = depth(touch, point_on(face, weights, kind_.ends.end), touch.object_point_t1);
   const btScalar least_cosine = is_link ? kSameNormal : kNearlySameNormal;
   if (depth_at_end < 0 && !are_held(face, weights, touch, least_cosine)) {
-    edge_touches_[{member.id.value, edge, mesh.id.value}].push_back({&face, touch, weights, depth_at_end});
+    edge_touches_[{member.id.value, edge, found.part.id.value}].push_back({&face, touch, weights, depth_at_end});
   }
 }
 

@@ -8,6 +8,7 @@
 #include "contacts/contacts_of_kind.hpp"
 #include "rigid/rigid_mesh.hpp"
 #include "rigid/rigid_pairs.hpp"
+#include "rigid/rigid_parts.hpp"
 #include "rigid/rigid_touches.hpp"
 
 namespace softcd::bullet {
@@ -20,7 +21,6 @@ class RigidMeshDetection {
 
   /// `kind`, `mirror` and `settings` outlive it.
   RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
-  ~RigidMeshDetection();
   RigidMeshDetection(const RigidMeshDetection&) = delete;
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
 
@@ -47,19 +47,14 @@ class RigidMeshDetection {
     btScalar depth_at_end;
   };
   using EdgeTouches = std::vector<EdgeTouch>;
-  struct Mesh {
-    BodyId id;
-    RigidMesh mesh;
-    RigidPair pair;  ///< one of those that it is in
-    bool is_present = false;
-  };
   using MeshKey = std::tuple<const btCollisionObject*, const btCollisionShape*, int>;
+  using Meshes = RigidParts<MeshKey, RigidMesh>;
+  using MeshContact = RigidContact<Meshes::Part>;
 
-  void synchronize_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step);
-  void remove_absent_meshes();
+  void require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step);
   void find_touches();
-  void find_face_touch(const Contact& contact, const Mesh& mesh, const btVector3& normal);
-  void find_edge_touch(const Contact& contact);
+  void find_face_touch(const MeshContact& found);
+  void find_edge_touch(const MeshContact& found);
   void add_corner_touches();
   void add_edge_touches();
   bool are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
@@ -69,10 +64,8 @@ class RigidMeshDetection {
   WorldMirror& mirror_;
   const Settings& settings_;
   Query query_;
-  std::map<MeshKey, Mesh> meshes_;
-  std::map<std::uint32_t, const Mesh*> meshes_by_id_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, ascending
-  std::vector<CornerTouch> corner_touches_;                      ///< corners of meshes on faces, in this step
+  Meshes meshes_;
+  std::vector<CornerTouch> corner_touches_;  ///< corners of meshes on faces, in this step
   /// Of this step: by edges, as ids of bodies and edges, and ids of meshes.
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, EdgeTouches> edge_touches_;
   /// By nodes and objects.

@@ -15,6 +15,11 @@ bool has_deformable_contacts(const btSoftBody& body) {
   return (body.m_cfg.collisions & btSoftBody::fCollision::RVSmask) == btSoftBody::fCollision::SDF_RD;
 }
 
+bool takes_node_contacts(const btSoftBody& body, const btSoftBody::Node& node) {
+  if (node.m_battach != 0) return false;
+  return !has_deformable_contacts(body) || (body.m_cfg.collisions & btSoftBody::fCollision::SDF_RDN) != 0;
+}
+
 RigidBox swept_box(const btSoftBody& body, btScalar margin) {
   RigidBox box = {body.m_nodes[0].m_x, body.m_nodes[0].m_x};
   for (int i = 0; i < body.m_nodes.size(); ++i) {
@@ -25,6 +30,25 @@ RigidBox swept_box(const btSoftBody& body, btScalar margin) {
   }
   const btVector3 growth(margin, margin, margin);
   return {box.low - growth, box.high + growth};
+}
+
+btVector3 point_on(const btSoftBody::Face& face, const btVector3& weights, NodePosition position) {
+  btVector3 point(0, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    if (weights[i] != 0) point += weights[i] * (face.m_n[i]->*position);
+  }
+  return point;
+}
+
+btVector3 weights_on_edge(const btSoftBody::Face& face, const btSoftBody& body, const std::uint32_t* nodes,
+                          const float* weights) {
+  btVector3 result(0, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    for (int end = 0; end < 2; ++end) {
+      if (face.m_n[i] == &body.m_nodes[static_cast<int>(nodes[end])]) result[i] = btScalar(weights[end]);
+    }
+  }
+  return result;
 }
 
 btVector3 weighted_point(const std::vector<Vec3d>& x, const std::uint32_t* vertices, const float* weights, int count) {
@@ -63,9 +87,7 @@ void RigidTouches::write() {
          depth(touch, node->m_x, touch.object_point_t1));
   }
   for (const auto& [body, face, weights, touch] : face_touches_) {
-    btVector3 point(0, 0, 0);
-    for (int i = 0; i < 3; ++i) point += weights[i] * face->m_n[i]->m_x;
-    const btScalar distance = depth(touch, point, touch.object_point_t1);
+    const btScalar distance = depth(touch, point_on(*face, weights, &btSoftBody::Node::m_x), touch.object_point_t1);
     if (has_deformable_contacts(*body)) {
       const int count = body->m_faceRigidContacts.size();
       write_deformable_rigid_contact(*body, *face, weights, touch);

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "bodies/node_ends.hpp"
 #include "contacts/contact_notes.hpp"
 #include "rigid/rigid_contact_writer.hpp"
 #include "rigid/rigid_placement.hpp"
@@ -11,8 +12,17 @@ namespace softcd::bullet {
 /// Which of Bullet's arrays its contacts with rigid objects belong into is the body's own affair.
 bool has_deformable_contacts(const btSoftBody& body);
 
+/// Whether contacts of the node with rigid objects are asked for.
+bool takes_node_contacts(const btSoftBody& body, const btSoftBody::Node& node);
+
 /// Of everything that the body's nodes meet in the step. It has nodes.
 RigidBox swept_box(const btSoftBody& body, btScalar margin);
+
+/// Returns the point with these weights of the face's nodes, at one end of the step.
+btVector3 point_on(const btSoftBody::Face& face, const btVector3& weights, NodePosition position);
+/// Returns the weights of the face's nodes for a point between two of the body's nodes that both are the face's.
+btVector3 weights_on_edge(const btSoftBody::Face& face, const btSoftBody& body, const std::uint32_t* nodes,
+                          const float* weights);
 
 btVector3 weighted_point(const std::vector<Vec3d>& x, const std::uint32_t* vertices, const float* weights, int count);
 

@@ -1,0 +1,153 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "BulletCollision/CollisionShapes/btCompoundShape.h"
+#include "bodies/vectors.hpp"
+#include "bodies/world_mirror.hpp"
+#include "rigid/rigid_placement.hpp"
+#include "rigid/rigid_touches.hpp"
+
+namespace softcd::bullet {
+
+/// Calls visit(shape, place) for the shape, or for all that its compound is made of, in their order, until one returns
+/// true. Returns whether one did. `place` is of `shape`.
+template <class Visit>
+bool any_simple_shape(const btCollisionShape& shape, const btTransform& place, Visit&& visit) {
+  if (!shape.isCompound()) return visit(shape, place);
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    if (any_simple_shape(*compound.getChildShape(i), place * compound.getChildTransform(i), visit)) return true;
+  }
+  return false;
+}
+
+/// The triangles of rigid shapes in the scene of a world's soft bodies. A part is there while pairs require it, step by
+/// step. `Shape` is a RigidMesh or a ConvexCore.
+template <class Key, class Shape>
+class RigidParts {
+ public:
+  struct Part {
+    BodyId id;
+    Shape shape;
+    const btCollisionObject* object = nullptr;
+    btScalar margin = 0;
+    bool is_required = false;  ///< in this step
+  };
+
+  explicit RigidParts(WorldMirror& mirror) : mirror_(mirror) {}
+  ~RigidParts() {
+    for (const auto& [key, part] : parts_) {
+      if (mirror_.scene().has_body(part.id)) mirror_.scene().remove_body(part.id);
+    }
+  }
+  RigidParts(const RigidParts&) = delete;
+  RigidParts& operator=(const RigidParts&) = delete;
+
+  /// Before require() and want() in a step.
+  void begin_step() { wanted_.clear(); }
+  /// Brings the part up to date, the first time in a step: its triangles, which read(Shape&) reads and returns whether
+  /// they have changed, its margin, and where it is at both ends.
+  template <class Read>
+  Part& require(const Key& key, const btCollisionObject& object, btScalar margin, bool has_edges,
+                const RigidPoses& poses, Read read) {
+    const auto [entry, is_new] = parts_.try_emplace(key);
+    Part& part = entry->second;
+    if (std::exchange(part.is_required, true)) return part;
+    part.object = &object;
+    part.margin = margin;
+    const bool has_changed = read(part.shape);
+    put_in_scene(part, has_edges, is_new, has_changed);
+    if (part.shape.place(poses)) {
+      mirror_.scene().set_positions(part.id, part.shape.x_t0(), part.shape.x_t1());
+    }
+    return part;
+  }
+  /// This soft body is to be tested against the part.
+  void want(const Part& part, const btSoftBody& soft) {
+    wanted_.emplace_back(std::minmax(part.id.value, mirror_.member(soft).id.value));
+  }
+  /// Removes the parts that were not required. Returns whether any are wanted.
+  bool end_step() {
+    for (auto entry = parts_.begin(); entry != parts_.end();) {
+      if (std::exchange(entry->second.is_required, false)) {
+        ++entry;
+        continue;
+      }
+      mirror_.scene().remove_body(entry->second.id);
+      by_id_.erase(entry->second.id.value);
+      entry = parts_.erase(entry);
+    }
+    std::sort(wanted_.begin(), wanted_.end());
+    return !wanted_.empty();
+  }
+
+  /// Whether this pair of a soft body and a part is wanted.
+  bool wants(BodyId a, BodyId b) const {
+    return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
+  }
+  /// Null where the id is none of a part.
+  const Part* find(BodyId id) const {
+    const auto found = by_id_.find(id.value);
+    return found != by_id_.end() ? found->second : nullptr;
+  }
+
+ private:
+  void put_in_scene(Part& part, bool has_edges, bool is_new, bool has_changed) {
+    BodySettings settings;
+    settings.margin = std::max(0.0F, static_cast<float>(part.margin));
+    settings.self_collision = false;
+    settings.features = {/*vertex_triangle=*/true, has_edges};
+    const BodyDesc desc = {part.shape.triangles(), part.shape.vertex_count(), settings};
+    if (is_new) {
+      part.id = mirror_.scene().add_body(desc);
+      by_id_[part.id.value] = &part;
+    } else if (has_changed) {
+      mirror_.scene().update_body(part.id, desc);
+    } else {
+      mirror_.scene().set_settings(part.id, settings);
+    }
+  }
+
+  WorldMirror& mirror_;
+  std::map<Key, Part> parts_;
+  std::unordered_map<std::uint32_t, const Part*> by_id_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, the smaller one first, ascending
+};
+
+/// A contact between a soft body and a part.
+template <class Part>
+struct RigidContact {
+  const Contact& contact;
+  const Part& part;
+  const WorldMirror::Member& soft;
+  bool is_part_a;  ///< which side of the contact is the part's
+
+  int first_of_part() const { return is_part_a ? 0 : count_a(); }
+  int first_of_soft() const { return is_part_a ? count_a() : 0; }
+
+  /// The contact as the soft body touches the part within `margin`.
+  RigidTouch touch(btScalar margin) const {
+    const int first = first_of_part();
+    const int count = is_part_a ? count_a() : 4 - count_a();
+    const btVector3 normal = to_bullet(contact.normal);
+    const auto point = [&](const std::vector<Vec3d>& x) {
+      return weighted_point(x, contact.vertices + first, contact.weights + first, count);
+    };
+    return {
+        part.object,           is_part_a ? -normal : normal, margin, point(part.shape.x_t0()), point(part.shape.x_t1()),
+        contact.time_of_impact};
+  }
+  /// Both margins together.
+  btScalar margin() const { return soft.body->getCollisionShape()->getMargin() + part.margin; }
+
+ private:
+  int count_a() const { return contact.kind == ContactKind::edge_edge ? 2 : 1; }
+};
+
+}  // namespace softcd::bullet
