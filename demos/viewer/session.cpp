@@ -3,7 +3,7 @@
 #include <chrono>
 #include <utility>
 
-#include "bodies/snapshot_reader.hpp"
+#include "bodies/body_mesh.hpp"
 #include "contacts/contacts_of_kind.hpp"
 
 namespace softcd::demo {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bodies/query_options.hpp"
+#include "bodies/vectors.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -45,7 +46,7 @@ std::vector<Vec3d> rest_positions(const btSoftBody& body, const BodyFilters& fil
   if (!(filters.rest_distance > 0.0F)) return x_rest;
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     const btVector3& x = body.m_nodes[i].m_x;
-    x_rest.push_back({double(x.x()), double(x.y()), double(x.z())});
+    x_rest.push_back(to_doubles(x));
     if (std::isfinite(x.x()) && std::isfinite(x.y()) && std::isfinite(x.z())) continue;
     throw InvalidInput("softcd::bullet::BodyFilters: node " + std::to_string(i) +
                        " is not at a finite place, from which rest_distance is measured");
@@ -208,6 +209,7 @@ WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& sett
     member.topology_changed = true;
     member.last_compared = step_;
     member.id = scene_.add_body(desc_of(member.mesh, settings));
+    add_faces_of_nodes(member.mesh);
     members_by_id_[member.id.value] = &member;
     member.last_step = step_;
     return member;
@@ -238,6 +240,7 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
   } else {
     scene_.update_body(member.id, desc);
   }
+  add_faces_of_nodes(mesh);
   member.mesh = std::move(mesh);
   member.filters = 0;
 }

@@ -3,8 +3,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bodies/body_mesh.hpp"
 #include "bodies/node_ends.hpp"
-#include "bodies/snapshot_reader.hpp"
 #include "native/native_trees.hpp"
 #include "native/pair_gate.hpp"
 #include "softcd/bullet/body_filters.hpp"
@@ -32,7 +32,7 @@ class WorldMirror {
     bool is_in_world = false;
 
     /// The face at an edge, which is numbered as in Contact and joins two nodes, for a contact of Bullet's: one of the
-    /// body's, or one that stands for a link. The mesh has the faces of nodes.
+    /// body's, or one that stands for a link.
     btSoftBody::Face& face_at_edge(std::uint32_t edge, const std::uint32_t* nodes) const {
       if (!mesh.link_faces.empty()) return link_face(edge);
       return body->m_faces[static_cast<int>(bullet::face_at_edge(mesh, nodes[0], nodes[1]))];

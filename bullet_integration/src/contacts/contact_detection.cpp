@@ -56,7 +56,7 @@ void ContactDetection::start(Span<btSoftBody* const> bodies, const PairRule& rul
   bool has_any = false;
   for (btSoftBody* body : bodies) {
     if (!has_vertex_face_contacts(kind_.ends, *body)) continue;
-    require(*body);
+    mirror_.require(*body, looks_at_way());
     has_any = true;
   }
   ticket_.reset();
@@ -64,13 +64,6 @@ void ContactDetection::start(Span<btSoftBody* const> bodies, const PairRule& rul
   query_.set_pair_filter(pair_filter(mirror_, rule));
   ticket_ = query_.start();
   query_.set_pair_filter({});
-}
-
-void ContactDetection::require(btSoftBody& body) {
-  WorldMirror::Member& member = mirror_.require(body, looks_at_way());
-  const bool needs_faces_of_nodes = member.settings.self_collision || member.settings.features.edge_edge ||
-                                    query_.options().detection == Detection::ccd;
-  if (needs_faces_of_nodes && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
 }
 
 void ContactDetection::drop_unread_face_trees(Span<btSoftBody* const> bodies) {

@@ -41,7 +41,6 @@ class ContactDetection {
   bool looks_at_way() const;
   bool looks_for_tangles() const;
   bool has_begun_before(const Contact& contact) const;
-  void require(btSoftBody& body);
   void find_spoilt(Span<const Contact> contacts);
   void find_tangles(Span<const Contact> contacts);
   bool is_released_from_tangles(const MemberContact& found) const;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string>
 
+#include "bodies/vectors.hpp"
 #include "contacts/edge_economy.hpp"
 #include "softcd/math/closest_point.hpp"
 
@@ -25,8 +26,7 @@ bool wants_closest(const ContactsOfKind& kind, const Settings& settings) {
 constexpr std::size_t kContactsAtOnce = 1024;
 
 Vec3d position_of(const WorldMirror::Member& member, std::uint32_t node) {
-  const btVector3& x = member.body->m_nodes[static_cast<int>(node)].m_x;
-  return {double(x.x()), double(x.y()), double(x.z())};
+  return to_doubles(member.body->m_nodes[static_cast<int>(node)].m_x);
 }
 
 /// Weights below 0 are of ContactRule::slab, in the deformable world: the node's foot in the face's plane lies beside

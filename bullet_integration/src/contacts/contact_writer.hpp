@@ -39,12 +39,12 @@ btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberConta
 bool may_close(const MemberContact& found);
 
 /// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, against a face at the
-/// other (the meshes have the faces of nodes). Together they push the contact's points apart as one contact would.
+/// other. Together they push the contact's points apart as one contact would.
 void write_soft_edge_contact(const MemberContact& found);
 
 /// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body with the
-/// formulas of Bullet's CollideVF_DD, where Bullet's rule within a body (CollideFF_DD) has such contacts. A body that
-/// touches itself has faces_of_nodes. Where it answers for several, its margin is as much larger as makes Bullet's
+/// formulas of Bullet's CollideVF_DD, where Bullet's rule within a body (CollideFF_DD) has such contacts. Where it
+/// answers for several, its margin is as much larger as makes Bullet's
 /// spring push as hard as theirs.
 bool is_deformable_contact(const MemberContact& found);
 void write_deformable_contact(const MemberContact& found, const ContactShare& share);

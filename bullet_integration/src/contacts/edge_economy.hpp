@@ -5,8 +5,8 @@
 namespace softcd::bullet {
 
 /// Returns whether another contact of the step is nearer, or as near and of a node, where the surfaces of two bodies
-/// lead away from this contact of their edges. False within a body, where neighbours are in no contact. The meshes have
-/// faces_of_nodes, and contacts go by distance.
+/// lead away from this contact of their edges. False within a body, where neighbours are in no contact. Contacts go
+/// by distance.
 ///
 /// A face at one edge leads to the other edge where the angle between them is less than a right one: from there the
 /// distance falls until it is least, at a contact that was found earlier or is nearer. Where an end of an edge is

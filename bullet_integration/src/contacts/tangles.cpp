@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "bodies/vectors.hpp"
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/scalar.hpp"
@@ -44,8 +45,7 @@ bool are_clear_along_an_axis(const std::array<Vec3d, kCount>& x, std::size_t cou
 }
 
 Vec3d place_of(const WorldMirror::Member& member, std::uint32_t node, NodePosition position) {
-  const btVector3& x = member.body->m_nodes[static_cast<int>(node)].*position;
-  return {double(x.x()), double(x.y()), double(x.z())};
+  return to_doubles(member.body->m_nodes[static_cast<int>(node)].*position);
 }
 
 Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, NodePosition position) {

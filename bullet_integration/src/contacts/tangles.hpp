@@ -13,8 +13,7 @@ namespace softcd::bullet {
 /// Whether a face at the one feature (around the vertex, at the edge) and a face at the other (the triangle, at the
 /// edge) that share no node intersect at the start of the step, certainly; or they touch then, up to the rounding of
 /// double, and all faces around a point that they share are on both sides of each other, as where a sheet goes through
-/// another along its edges. What touches from one side, or in one plane, does not count, nor do two links. The meshes
-/// have faces_of_nodes.
+/// another along its edges. What touches from one side, or in one plane, does not count, nor do two links.
 bool is_tangled(const MemberContact& found, const NodeEnds& ends);
 
 /// Whether the features touch when the step begins, up to the rounding of double, and are not both links.

@@ -176,7 +176,6 @@ bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundi
   for (btSoftBody* body : bodies) {
     if (looks_at_soft_pairs(settings_) && !has_vertex_face_contacts(kind_.ends, *body)) continue;
     WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
-    if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
     restore_start(*body);
     kind_.set_out(*body, time_step);
     mirror_.update_way(member);

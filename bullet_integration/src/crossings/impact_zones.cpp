@@ -19,10 +19,6 @@ constexpr double kLeastInertia = 1e-9;
 constexpr int kConstraintSweeps = 100;
 constexpr int kChordIterations = 8;
 
-Vec3d to_vec3d(const btVector3& v) {
-  return {double(v.x()), double(v.y()), double(v.z())};
-}
-
 struct PointMass {
   double mass;
   Vec3d position, velocity;
@@ -178,7 +174,7 @@ void ImpactZones::move_as_one() {
 }
 
 Vec3d ImpactZones::place_of(const Node& node) const {
-  return to_vec3d(node.*start_);
+  return to_doubles(node.*start_);
 }
 
 void ImpactZones::keep_within_constraints(const std::vector<Node*>& zone, btVector3 Node::*velocity,
@@ -189,7 +185,7 @@ void ImpactZones::keep_within_constraints(const std::vector<Node*>& zone, btVect
       const int count = constraint == nullptr ? 0 : constraint->count();
       for (int i = 0; i < count; ++i) {
         const btVector3& direction = constraint->direction(i);
-        motion.keep_within(place_of(*node), to_vec3d(direction), double((node->*velocity).dot(direction)));
+        motion.keep_within(place_of(*node), to_doubles(direction), double((node->*velocity).dot(direction)));
       }
     }
   }
@@ -198,7 +194,7 @@ void ImpactZones::keep_within_constraints(const std::vector<Node*>& zone, btVect
 void ImpactZones::move_as_one(const std::vector<Node*>& zone, btVector3 Node::*velocity) const {
   std::vector<PointMass> prescribed, movable;
   for (const Node* node : zone) {
-    const PointMass point = {1, place_of(*node), to_vec3d(node->*velocity)};
+    const PointMass point = {1, place_of(*node), to_doubles(node->*velocity)};
     if (is_prescribed(*node)) {
       prescribed.push_back(point);
     } else {

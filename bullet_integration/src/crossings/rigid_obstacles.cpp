@@ -122,8 +122,7 @@ void RigidObstacles::add_part(std::size_t way, const std::vector<Reach>& reaches
   if (part.mesh.read(*mesh.shape, boxes)) set_faces(part.mesh, *part.stand_in);
   if (part.mesh.triangles().empty()) return;
   place(part, mesh);
-  WorldMirror::Member& member = mirror_.require(*part.stand_in, /*needs_way=*/true);
-  if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+  mirror_.require(*part.stand_in, /*needs_way=*/true);
   Partners& partners = partners_[part.stand_in.get()];
   for (const Reach& reach : reaches) partners.insert(reach.body);
 }

@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "bodies/snapshot_reader.hpp"
+#include "bodies/body_mesh.hpp"
 
 namespace softcd::bullet {
 

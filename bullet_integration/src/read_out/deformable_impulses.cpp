@@ -8,7 +8,7 @@
 
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "BulletSoftBody/btDeformableBodySolver.h"
-#include "bodies/snapshot_reader.hpp"
+#include "bodies/body_mesh.hpp"
 #include "read_out/one_by_one.hpp"
 
 namespace softcd::bullet {

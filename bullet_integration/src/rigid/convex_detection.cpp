@@ -96,8 +96,7 @@ void ConvexDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_
   std::set<const btSoftBody*> read;
   for (const RigidPair& pair : pairs) {
     if (read.insert(pair.soft).second) native_.read(*pair.soft);
-    WorldMirror::Member& member = mirror_.require(*pair.soft, /*needs_way=*/true);
-    if (member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
+    mirror_.require(*pair.soft, /*needs_way=*/true);
   }
   // Objects in the order in which Bullet came upon them: addresses differ from run to run.
   for (auto begin = pairs.begin(); begin != pairs.end();) {

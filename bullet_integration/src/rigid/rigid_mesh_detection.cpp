@@ -116,10 +116,7 @@ void RigidMeshDetection::find_contacts(std::vector<RigidPair> pairs, btScalar ti
   touches_.forget_notes();
   // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
   std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
-  for (const RigidPair& pair : pairs) {
-    WorldMirror::Member& member = mirror_.require(*pair.soft, /*needs_way=*/true);
-    if (holds_faces(kind_) && member.mesh.first_face_of_node.empty()) add_faces_of_nodes(member.mesh);
-  }
+  for (const RigidPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
   meshes_.begin_step();
   // Meshes in the order in which Bullet came upon them: addresses, which make the key, differ from run to run.
   const auto key_of = [](const RigidPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };

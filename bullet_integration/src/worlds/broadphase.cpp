@@ -5,8 +5,8 @@
 
 #include "BulletSoftBody/btSoftBody.h"
 #include "bodies/query_options.hpp"
-#include "bodies/snapshot_reader.hpp"
 #include "native/native_trees.hpp"
+#include "worlds/sweep_box.hpp"
 
 namespace softcd::bullet {
 

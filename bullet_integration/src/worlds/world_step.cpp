@@ -1,6 +1,7 @@
 #include "worlds/world_step.hpp"
 
 #include "bodies/query_options.hpp"
+#include "worlds/sweep_box.hpp"
 
 namespace softcd::bullet {
 

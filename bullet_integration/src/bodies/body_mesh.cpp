@@ -1,4 +1,4 @@
-#include "bodies/snapshot_reader.hpp"
+#include "bodies/body_mesh.hpp"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -9,8 +9,6 @@
 #include <numeric>
 #include <set>
 #include <utility>
-
-#include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
 
 namespace softcd::bullet {
 namespace {
@@ -66,23 +64,6 @@ void add_link_faces(BodyMesh& mesh, const btSoftBody& body) {
 }
 
 }  // namespace
-
-void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
-  // A body that sleeps was not predicted: its m_q means nothing.
-  if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
-  btVector3 low = body.m_nodes[0].m_q;
-  btVector3 high = low;
-  for (int i = 1; i < body.m_nodes.size(); ++i) {
-    low.setMin(body.m_nodes[i].m_q);
-    high.setMax(body.m_nodes[i].m_q);
-  }
-  const btScalar margin = body.getCollisionShape()->getMargin();
-  low -= btVector3(margin, margin, margin);
-  high += btVector3(margin, margin, margin);
-  low.setMin(body.m_bounds[0]);
-  high.setMax(body.m_bounds[1]);
-  broadphase.setAabb(body.getBroadphaseHandle(), low, high, dispatcher);
-}
 
 bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body) {
   if (mesh.node_count != static_cast<std::uint32_t>(body.m_nodes.size()) ||
