@@ -15,54 +15,54 @@ class AttachedWorld;
 
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// What softcd does not do in a world that it is attached to, and does in its own world of that kind.
+/// A difference between an attached world and softcd's own world of that kind.
 enum class Limit : std::uint32_t {
-  updates_trees,                    ///< Bullet's trees, which nobody reads, are updated all the same
+  updates_trees,                    ///< Bullet still updates trees that are never read
   ends_steps_late,                  ///< see Attachment::finish_step()
   no_impulses_between_soft_bodies,  ///< BodyPairContacts::has_impulses is false for pairs of them
-  /// To Bullet, whatever Settings::rigid_meshes is; and adds none to Bullet's contacts with convex shapes.
+  /// Bullet alone finds contacts with rigid meshes and convex shapes, whatever the settings are.
   leaves_rigid_meshes,
 };
 
-/// One thing that softcd does not do in a world that it is attached to.
+/// One difference from softcd's own worlds, and a sentence about it.
 struct Limitation {
   Limit limit;            ///< for programs
-  std::string_view text;  ///< one sentence, of static storage
+  std::string_view text;  ///< one sentence; its storage is static
 };
 
 class Attachment;
 SOFTCD_EXPORT Attachment attach(btDynamicsWorld& world, const Settings& settings);
 
-/// softcd in a world that somebody else made: see attach(). Destroying it detaches.
+/// A connection of softcd to a world, made by attach(). Its destructor detaches.
 class SOFTCD_EXPORT Attachment {
  public:
   Attachment(Attachment&&) noexcept;
   Attachment& operator=(Attachment&&) noexcept;
-  /// As detach(), but that exceptions of Settings::on_contacts and with OnError::throw_error are swallowed.
+  /// Detaches. Unlike detach(), ignores exceptions of Settings::on_contacts and of OnError::throw_error.
   ~Attachment();
 
-  /// False after detach(), and when the world was destroyed with objects in it.
+  /// Returns false after detach(), and after the world was destroyed with objects in it.
   bool is_attached() const;
-  /// Finishes the step, takes everything of softcd's out of the world, and puts back what stood there. May be called
-  /// between steps, from the world's tick callbacks and from actions; not while it processes pairs, nor from the
-  /// deformable world's solver callback. Throws as finish_step(), and is detached then, too. Does nothing the second
-  /// time.
+  /// Finishes the step, removes softcd from the world and restores what it had replaced. Callable between steps, from
+  /// tick callbacks and from actions; not while the world processes pairs, nor from the deformable world's solver
+  /// callback. Throws what finish_step() throws, and is then detached, too. A second call does nothing.
   void detach();
 
-  /// Where `limitations()` has Limit::ends_steps_late: does what is left to do when Bullet's solver of soft bodies has
-  /// run, in which no public function of Bullet's lets anybody. With Detection::ccd nothing is through anything after
-  /// it; impulses are known, and Settings::on_contacts was called. The world's next step, and detach(), begin with it
-  /// where nobody has called it. To be called after stepSimulation by who shows or reads positions then; else does
-  /// nothing. What the app does to the nodes between stepSimulation and this is a part of the step: a node that was
-  /// moved by its m_x alone counts as having gone there from its m_q. Throws as a step: see OnError.
+  /// Finishes a step, if limitations() has Limit::ends_steps_late: Bullet's classic worlds call nothing after their
+  /// solver of soft bodies. Runs the last pass of Detection::ccd, measures impulses, and calls Settings::on_contacts.
+  ///
+  /// Call it after stepSimulation and before you show or read positions. If you do not, the next step and detach()
+  /// begin with it. Otherwise it does nothing. Nodes that the app moves between stepSimulation and this call move as
+  /// part of the step, from m_q to m_x. Throws what a step throws: see OnError.
   void finish_step();
 
-  /// Of this attachment, whatever the settings are.
+  /// Returns this attachment's differences from softcd's own worlds. They do not depend on the settings.
   Span<const Limitation> limitations() const;
 
-  /// Valid as long as this, or what it was moved to. Detached it keeps its last results, but no bodies.
+  /// Returns the settings and results. The reference is valid as long as this object, or the one that it was moved to.
+  /// After detach() it keeps the last results without their bodies.
   WorldDetection& detection();
-  /// The same.
+  /// Returns the same.
   const WorldDetection& detection() const;
 
  private:
@@ -72,34 +72,34 @@ class SOFTCD_EXPORT Attachment {
   std::unique_ptr<AttachedWorld> attached_;
 };
 
-/// Gives a world that somebody else made softcd's detection: a btSoftRigidDynamicsWorld, btSoftMultiBodyDynamicsWorld
-/// or btDeformableMultiBodyDynamicsWorld, or of a class derived from one of them. It may be new or have run, with
-/// bodies or without. From a tick callback or an action of the world's, in the middle of stepSimulation, it begins with
-/// the step after.
+/// Adds softcd's detection to an existing world: a btSoftRigidDynamicsWorld, btSoftMultiBodyDynamicsWorld,
+/// btDeformableMultiBodyDynamicsWorld, or a class derived from one of them. The world may be new or have run, with or
+/// without bodies. If called in the middle of stepSimulation, softcd begins with the next step.
 ///
 ///     softcd::bullet::Attachment attachment = softcd::bullet::attach(*world);
 ///     for (const softcd::bullet::Limitation& limitation : attachment.limitations()) ...
 ///
-/// Contacts, and what Bullet's solver makes of them, are as in softcd's own worlds (soft_worlds.hpp,
-/// deformable_world.hpp), and so is what WorldDetection says. Bodies may come and go, and settings may change.
+/// Contacts, motion and results equal those of softcd's own worlds (soft_worlds.hpp, deformable_world.hpp). Bodies may
+/// come and go, and settings may change.
 ///
-/// While it is attached, world.getBroadphase() and getPairCache() are softcd's, which pass everything on to the
-/// original ones, go with the Attachment, and are not to be kept; setBroadphase() is not to be called. The app's tick
-/// callbacks are called as ever, and it may set others: where a step ends late and was not finished then, the look at
-/// crossings is missed, which counts in WorldDetection::crossings().failed_steps(). In the deformable world an action
-/// is added. Actions that the app has added before see nodes that Detection::ccd holds back where they were going; the
-/// order of actions that it adds afterwards changes when the attachment's is removed.
+/// While attached:
+/// - world.getBroadphase() and getPairCache() return softcd's, which forward to the originals. Do not keep these
+///   pointers, and do not call setBroadphase().
+/// - softcd calls the app's tick callbacks. The app may set others; a step that was not finished by then misses its
+/// last
+///   pass, which WorldDetection::crossings().failed_steps() counts.
+/// - The deformable world has one more action. Actions that the app added earlier see nodes before the last pass of
+///   Detection::ccd. Removing softcd's action changes the order of actions added later.
 ///
-/// A dispatcher that does not have pairs processed by the pair cache, as btCollisionDispatcherMt, leaves rigid meshes
-/// and convex shapes to Bullet. Of Bullet's the limitations say so; one of the app's is noticed in the first step, from
-/// which on they do, and which counts in failed_steps() of WorldDetection::rigid_meshes() and convex_shapes().
+/// Some dispatchers do not process pairs through the pair cache, for example btCollisionDispatcherMt. Bullet then
+/// handles rigid meshes and convex shapes alone, and limitations() says so. softcd notices an app's own dispatcher of
+/// this kind in the first step, and counts it in failed_steps() of rigid_meshes() and convex_shapes().
 ///
-/// Detach before the world is destroyed. A world that is destroyed with objects in it is noticed, and nothing of it is
-/// touched afterwards; nobody tells softcd of an empty one.
+/// Detach before you destroy the world. If a world is destroyed with objects in it, softcd notices and touches it no
+/// more; it cannot notice the end of an empty world.
 ///
-/// Throws InvalidInput where the world is none of these, and where softcd is there already: attached, as one of
-/// softcd's own worlds, or as a softcd::bullet::Dispatcher; and as CollisionPipeline's constructor. The world is then
-/// as it was.
+/// Throws InvalidInput if the world is none of these classes, or if softcd detects in it already; InvalidInput for
+/// settings out of range; BackendError for a backend that is not there. The world is then unchanged.
 [[nodiscard]] SOFTCD_EXPORT Attachment attach(btDynamicsWorld& world, const Settings& settings = {});
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

@@ -9,18 +9,18 @@
 namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// What of a soft body is kept from touching: see WorldDetection::set_filters(). (Pairs of bodies are ignored by
-/// Bullet's btCollisionObject::setIgnoreCollisionCheck, groups and masks, in the deformable world with
-/// Settings::filter_deformables.)
+/// Filters of one soft body's contacts: see WorldDetection::set_filters(). To ignore pairs of whole bodies, use
+/// Bullet's setIgnoreCollisionCheck, groups and masks; the deformable world follows them with
+/// Settings::filter_deformables.
 struct BodyFilters {
-  /// One for each node, or none; see VertexFilter. Rigid meshes and convex shapes have the default one. What nodes are
-  /// kept from they are kept from altogether: Detection::ccd does not prevent them from passing through it.
+  /// One VertexFilter for each node, or none at all. Rigid meshes and convex shapes have the default filter. A node
+  /// also passes through what its filter excludes: Detection::ccd does not stop it.
   std::vector<VertexFilter> nodes;
-  /// Within the body: see BodySettings::neighbour_rings. Features that are no contact for that, or because of
-  /// `rest_distance`, do not pass through each other with Detection::ccd.
+  /// Number of rings of neighbours that have no contact with each other, 1 to 16: see BodySettings::neighbour_rings.
+  /// Detection::ccd still stops them, and those within `rest_distance`, from crossing.
   std::uint32_t neighbour_rings = 1;
-  /// Features of the body that are at most so far from each other where its nodes are when the filters are set are no
-  /// contact of the body with itself. Finite, at least 0, which excludes none.
+  /// Features of the body that are at most this far apart when the filters are set have no contact with each other.
+  /// Metres; finite and at least 0, which excludes none.
   float rest_distance = 0.0F;
 };
 

@@ -13,30 +13,29 @@ class btSoftBody;
 namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// Any Bullet broad phase, plus the list of soft bodies in it. Hand it to the world in place of the original one:
+/// A wrapper around any Bullet broad phase that lists its soft bodies. Give it to the world in place of the original:
 ///
 ///     softcd::bullet::Broadphase broadphase(std::make_unique<btDbvtBroadphase>());
 ///     softcd::bullet::Dispatcher dispatcher(&configuration, broadphase);
 ///
-/// All calls go to the original; getOverlappingPairCache() is the original's. With Settings::rigid_meshes the soft
-/// bodies' boxes cover their whole way in a step when pairs are calculated, not one end of it.
+/// All calls go to the original, and getOverlappingPairCache() returns the original's. With Settings::rigid_meshes, or
+/// contacts with convex shapes, a soft body's box covers its whole path in the step when pairs are calculated.
 ///
-/// Every body's VF_SS flag is hidden from the moment at which the body is added until the first dispatch after it, so
-/// that Bullet builds no face tree in between. (Bullet's build takes time quadratic in the faces; no function of ours
-/// runs between addSoftBody and it.) In that short time the app sees its flags without VF_SS; assigning them anew, or
-/// setting VF_SS, works as ever. Clearing only VF_SS there goes unnoticed.
+/// From the moment a body is added until the first dispatch, the wrapper hides the body's VF_SS flag. Otherwise Bullet
+/// would build a face tree, in time quadratic in the faces. In that time the app sees the flags without VF_SS.
+/// Assigning all flags, or setting VF_SS, works as usual; clearing VF_SS alone has no effect.
 class SOFTCD_EXPORT Broadphase : public btBroadphaseInterface {
  public:
-  /// Takes `original` over.
+  /// Takes ownership of `original`.
   explicit Broadphase(std::unique_ptr<btBroadphaseInterface> original);
   /// The caller keeps `original` alive.
   explicit Broadphase(btBroadphaseInterface& original);
   ~Broadphase() override;
 
-  /// In the order in which they were added.
+  /// Returns the soft bodies in the order in which they were added.
   const std::vector<btSoftBody*>& soft_bodies() const { return soft_bodies_; }
 
-  /// As the original's.
+  /// Forward to the original.
   ///@{
   btBroadphaseProxy* createProxy(const btVector3& aabb_min, const btVector3& aabb_max, int shape_type, void* user,
                                  int filter_group, int filter_mask, btDispatcher* dispatcher) override;
@@ -58,11 +57,11 @@ class SOFTCD_EXPORT Broadphase : public btBroadphaseInterface {
  private:
   friend class Dispatcher;
 
-  /// The settings of the Dispatcher that detects these bodies' contacts, as long as there is one.
+  /// Follows the settings of the Dispatcher that detects these bodies' contacts.
   void attach(const Settings& settings);
-  /// Hides no flag any more.
+  /// Stops hiding flags.
   void detach();
-  /// Gives all hidden flags back.
+  /// Restores all hidden flags.
   void restore_vertex_face_flags();
 
   std::shared_ptr<Broadphase> self_{this, [](Broadphase*) {}};  ///< tells a Dispatcher whether it still lives

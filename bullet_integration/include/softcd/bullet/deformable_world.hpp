@@ -8,43 +8,41 @@
 namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// btDeformableMultiBodyDynamicsWorld with vertex-face contacts between soft bodies (VF_DD) and within them found by
-/// softcd. The app changes the line that creates its world.
+/// btDeformableMultiBodyDynamicsWorld, with softcd's contacts between and within soft bodies (VF_DD). The app changes
+/// the line that creates its world.
 ///
-/// The contacts are those that Bullet's rule gives over all pairs of nodes and faces whose boxes in Bullet's trees
-/// overlap, each once, in Bullet's own m_faceNodeContacts: Bullet enters those within a body several times, and its
-/// cones of normals leave some out. With Settings::detection
-/// ccd, bodies that move through each other in a step are stopped; Bullet's own continuous pass has no effect on the
-/// motion, and is not run.
+/// The contacts are those of Bullet's rule, for all nodes and faces whose boxes in Bullet's trees overlap. Each stands
+/// once in Bullet's own m_faceNodeContacts. Bullet alone repeats contacts within a body, and misses some of them. With
+/// Detection::ccd a last pass stops bodies that would cross; it replaces Bullet's own continuous pass.
 ///
-/// Bullet's response takes contacts in an order that it shuffles with a generator that all worlds of a process share:
-/// runs repeat from process to process, not within one.
+/// Bullet's solver shuffles contacts with a generator that all worlds of a process share. Runs repeat from process to
+/// process, not within one process.
 ///
-/// Face trees are built for bodies with SDF_RDF or SDF_MDF that are close to a rigid one, and by btSoftBody's own ray
-/// tests; only those are refitted. Node trees are refitted for bodies whose boxes overlap a rigid one's. The trees have
-/// the shape of Bullet's, and so contacts with rigid bodies come in Bullet's order, which its solver is sensitive to.
-///
-/// A body that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
+/// Bullet builds face trees only for bodies with SDF_RDF or SDF_MDF near a rigid body, and for btSoftBody::rayTest. It
+/// updates node trees only of bodies whose boxes overlap a rigid body's. These trees have Bullet's own shape: its
+/// solver depends on the order of contacts that they give. Before a body moves to one of Bullet's own worlds, call
+/// give_face_tree().
 class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
-  /// What Bullet's world takes, and the settings. Throws as CollisionPipeline's constructor.
+  /// Takes the parameters of Bullet's world, and the settings. Throws InvalidInput for settings out of range, and
+  /// BackendError for a backend that is not there.
   DeformableWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
                   btDeformableMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration,
                   btDeformableBodySolver* deformable_solver = nullptr, const Settings& settings = {});
   ~DeformableWorld() override;
 
-  /// Settings, and what was found.
+  /// Returns the settings and results.
   WorldDetection& detection() { return detection_; }
-  /// The same.
+  /// Returns the same.
   const WorldDetection& detection() const { return detection_; }
 
-  /// Between steps: Bullet's own.
+  /// Runs Bullet's own detection, for calls between steps.
   void performDiscreteCollisionDetection() override;
-  /// As that of SoftWorld. Bullet's looks at faces alone, not at tetrahedra.
+  /// Tests a ray as SoftWorld::rayTest does, against faces only, like Bullet's own.
   void rayTest(const btVector3& from, const btVector3& to, RayResultCallback& callback) const override;
 
  protected:
-  /// Bullet's step, with softcd's detection in it.
+  /// Runs Bullet's step with softcd's detection in it.
   void internalSingleStepSimulation(btScalar time_step) override;
 
  private:

@@ -11,34 +11,33 @@
 namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// Bullet's dispatcher, with vertex-face contacts between soft bodies (VF_SS) and within them found by softcd, for
-/// all bodies of a classic soft world in one batch. Rigid, soft-rigid and cluster pairs are Bullet's as before and
-/// overlap the detection when it runs on a GPU. The contacts are Bullet's own btSoftBody::SContact.
+/// A btCollisionDispatcher with softcd's contacts between and within soft bodies (VF_SS), for all soft bodies of a
+/// classic world in one batch. The contacts are Bullet's own btSoftBody::SContact. Bullet still handles rigid,
+/// soft-rigid and cluster pairs, at the same time as a detection on a GPU.
 ///
-/// Both `configuration` and `broadphase` outlive the dispatcher's use by a world. Serves the world that uses
-/// `broadphase`; a second world that shares the dispatcher gets Bullet's own detection.
+/// `configuration` and `broadphase` outlive the dispatcher's use by a world. The dispatcher serves the world that uses
+/// `broadphase`; a second world that shares it gets Bullet's own detection.
 ///
-/// Three flaws of Bullet's remain here and are gone in the one-line worlds of soft_worlds.hpp, which have a hook around
-/// Bullet's prediction: the update of every body's node tree; the build of its face tree after every change of a body's
-/// topology, which takes time quadratic in the faces, and never ends for faces that links do not connect; and, with
-/// Settings::detection ccd, what Bullet's solver makes of the contacts is not looked at again, so that something may
-/// still pass through: nothing of a btSoftRigidDynamicsWorld calls a dispatcher after its solver of soft bodies. The
-/// log says so once. For a world of Bullet's own class with that look there is attach() (attach.hpp).
+/// Prefer the worlds of soft_worlds.hpp, or attach() for a world of Bullet's own class: Bullet calls a dispatcher
+/// neither around its prediction nor after its solver. Three flaws of Bullet therefore remain here. It updates every
+/// body's node tree. It builds a face tree after each change of topology, in time quadratic in the faces, and never
+/// finishes if links do not connect all faces. And with Detection::ccd the solver may move nodes through faces; the log
+/// says so once.
 class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
  public:
-  /// Throws as CollisionPipeline's constructor.
+  /// Throws InvalidInput for settings out of range, and BackendError for a backend that is not there.
   Dispatcher(btCollisionConfiguration* configuration, Broadphase& broadphase, const Settings& settings = {});
   ~Dispatcher() override;
 
-  /// Called by Bullet: dispatches all pairs, and detects beside that.
+  /// Dispatches all pairs and detects soft contacts. Bullet calls it.
   void dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;
 
-  /// Settings, and what was found.
+  /// Returns the settings and results.
   WorldDetection& detection() { return detection_; }
-  /// The same.
+  /// Returns the same.
   const WorldDetection& detection() const { return detection_; }
-  /// Whether the world that uses this broad phase is the one whose contacts it finds.
+  /// Whether it finds the contacts of the world that uses this broad phase.
   bool serves(const btBroadphaseInterface& broadphase) const;
 
  private:

@@ -8,10 +8,10 @@ class btSoftBody;
 namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// Two edges in contact, a contact that Bullet has no type of its own for. Each point on an edge is
+/// A contact between two edges, for which Bullet has no type. The point on an edge is
 /// weights[0] * x(nodes[0]) + weights[1] * x(nodes[1]); weights are in [0, 1] and sum to 1.
 struct EdgeContact {
-  /// An edge, and where on it.
+  /// A point on an edge.
   struct Side {
     btSoftBody* body;     ///< in the world
     int nodes[2];         ///< in body->m_nodes

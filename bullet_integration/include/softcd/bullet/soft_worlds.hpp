@@ -14,16 +14,15 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 class Dispatcher;
 
-/// One of Bullet's classic soft worlds with vertex-face contacts between soft bodies (VF_SS) and within them found by
-/// softcd. The app changes the line that creates its world; dispatcher and broad phase are whatever it had, except that
-/// a softcd::bullet::Dispatcher that serves the same broad phase keeps its own settings.
+/// One of Bullet's classic soft worlds, with softcd's contacts between and within soft bodies (VF_SS). The app changes
+/// the line that creates its world. It keeps its dispatcher and broad phase. If that dispatcher is a
+/// softcd::bullet::Dispatcher for the same broad phase, the dispatcher detects, with its own settings.
 ///
-/// With Settings::detection ccd the way of all nodes through a step is looked at once more at its end, and changed
-/// where a node would pass through a face.
+/// With Detection::ccd a last pass stops nodes that the solver would move through a face.
 ///
-/// Bullet's face trees are neither built nor refitted, and a body's node tree is refitted only in steps in which
-/// the body's box overlaps a rigid one's; debug drawings of these trees show the last state that was needed. A body
-/// that goes on in one of Bullet's own worlds needs a face tree: see give_face_tree().
+/// Bullet builds and updates no face trees here. It updates a body's node tree only in steps in which the body's box
+/// overlaps a rigid body's; debug drawings show the trees of the last such step. Before a body moves to one of Bullet's
+/// own worlds, call give_face_tree().
 template <class BulletWorld>
 class SOFTCD_EXPORT SoftWorld : public BulletWorld {
  public:
@@ -31,30 +30,31 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
   using ConstraintSolver = std::conditional_t<std::is_base_of_v<btMultiBodyDynamicsWorld, BulletWorld>,
                                               btMultiBodyConstraintSolver, btConstraintSolver>;
 
-  /// What Bullet's world takes, and the settings. Throws as CollisionPipeline's constructor.
+  /// Takes the parameters of Bullet's world, and the settings. Throws InvalidInput for settings out of range, and
+  /// BackendError for a backend that is not there.
   SoftWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, ConstraintSolver* solver,
             btCollisionConfiguration* configuration, btSoftBodySolver* soft_body_solver = nullptr,
             const Settings& settings = {});
   ~SoftWorld() override;
 
-  /// The Dispatcher's, where a softcd::bullet::Dispatcher detects.
+  /// Returns the settings and results: the Dispatcher's, if a softcd::bullet::Dispatcher detects.
   WorldDetection& detection() { return *detection_; }
-  /// The same.
+  /// Returns the same.
   const WorldDetection& detection() const { return *detection_; }
 
-  /// Bullet's, with softcd's detection in it.
+  /// Runs Bullet's detection with softcd's in it.
   void performDiscreteCollisionDetection() override;
-  /// Tests soft bodies where their nodes are now. Faces' normals are those of now; Bullet's face trees, which
-  /// the first ray builds in time quadratic in the faces, are not needed. No ray slips through between faces.
+  /// Tests a ray against all objects, soft bodies at the current positions of their nodes. No ray passes between two
+  /// faces with a common edge. Bullet's face trees are not needed.
   ///
-  /// The first ray after a step that comes near a body reads it in whole; later rays do not. An app that moves nodes
-  /// itself between two rays without a step in between calls WorldDetection::forget_ray_positions(). With
-  /// OnError::throw_error throws Error where memory does not suffice.
+  /// The first ray near a body after a step reads the whole body; later rays do not. An app that moves nodes itself
+  /// between two rays calls WorldDetection::forget_ray_positions(). With OnError::throw_error, throws Error if memory
+  /// runs out.
   void rayTest(const btVector3& from, const btVector3& to,
                btCollisionWorld::RayResultCallback& callback) const override;
 
  protected:
-  /// Parts of Bullet's step, with what softcd does before, between and after them.
+  /// Run parts of Bullet's step, with softcd's parts before, between and after them.
   ///@{
   void predictUnconstraintMotion(btScalar time_step) override;
   void internalSingleStepSimulation(btScalar time_step) override;
@@ -69,9 +69,9 @@ class SOFTCD_EXPORT SoftWorld : public BulletWorld {
 extern template class SOFTCD_EXPORT SoftWorld<btSoftRigidDynamicsWorld>;
 extern template class SOFTCD_EXPORT SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
-/// In place of btSoftRigidDynamicsWorld.
+/// Replaces btSoftRigidDynamicsWorld.
 using SoftRigidDynamicsWorld = SoftWorld<btSoftRigidDynamicsWorld>;
-/// In place of btSoftMultiBodyDynamicsWorld.
+/// Replaces btSoftMultiBodyDynamicsWorld.
 using SoftMultiBodyDynamicsWorld = SoftWorld<btSoftMultiBodyDynamicsWorld>;
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

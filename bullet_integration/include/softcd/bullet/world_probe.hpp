@@ -14,23 +14,22 @@ class btSoftBody;
 namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// The part ids of a soft body's side in results of WorldProbe's contact tests, which say what the indices beside them
-/// count: nodes, as in m_nodes;
+/// Part id in results of WorldProbe's contact tests: the index is that of a node, as in m_nodes.
 constexpr int kNodePart = 0;
-/// faces, as in m_faces;
+/// Part id: the index is that of a face, as in m_faces.
 constexpr int kFacePart = 1;
-/// and edges of all faces, or of a rope's links, numbered as in Contact.
+/// Part id: the index is that of an edge of a face, or of a rope's link, numbered as in Contact.
 constexpr int kEdgePart = 2;
 
-/// A convex shape that is put somewhere, for Probe::overlaps(). Bullet takes a shape for all that is within its margin
-/// of a core, and so does this: spheres, capsules, boxes, hulls and other polyhedra are what they are to Bullet. The
-/// cores of cylinders and cones are inscribed, with circles of 32 corners: of a circle's radius 0.5 % may be missing.
-/// What is curved in another way has 16 corners from pole to pole.
+/// A convex shape at a place, for Probe::overlaps(). Like Bullet's own, it is all points within the shape's margin of a
+/// core. Spheres, capsules, boxes, hulls and other polyhedra are exact. Cores of cylinders and cones are inscribed,
+/// with circles of 32 corners, up to 0.5 % of the radius too small; other curved shapes have 16 corners from pole to
+/// pole.
 class SOFTCD_EXPORT ShapeHull {
  public:
-  /// Reads the shape; where it has no corners, or one is not finite, the hull overlaps nothing.
+  /// Reads the shape. If it has no corners, or one is not finite, the hull overlaps nothing.
   ShapeHull(const btConvexShape& shape, const btTransform& place);
-  /// Valid as long as this.
+  /// Returns a view for Probe::overlaps(), valid as long as this object.
   QueryHull query() const { return {points_, radius_}; }
 
  private:
@@ -38,50 +37,46 @@ class SOFTCD_EXPORT ShapeHull {
   double radius_;
 };
 
-/// Asks what soft bodies of a world are where, with their nodes where they are now. Whatever the world is, Bullet's
-/// own, one of softcd's, under a softcd::bullet::Dispatcher, or attached to: Bullet's functions of these names build
-/// face trees in time quadratic in the faces (rayTest), or find nothing of soft bodies and leave contacts in them
-/// (contactTest).
+/// Ray tests, contact tests and spatial queries of a world's soft bodies, at the current positions of their nodes.
+/// Works on any world: Bullet's own, softcd's, one under a Dispatcher, or one that softcd is attached to. Bullet's own
+/// rayTest builds face trees in time quadratic in the faces, and its contactTest ignores soft bodies and leaves
+/// contacts in them.
 ///
-/// A body is read whenever something is asked that it may answer; what an app has done to it is noticed then. On the
-/// CPU. One thread at a time. Throws OutOfMemory.
+/// Each call reads the bodies that it needs, and so notices all changes by the app. Runs on the CPU, from one thread at
+/// a time. Throws OutOfMemory.
 class SOFTCD_EXPORT WorldProbe {
  public:
-  /// The world outlives it. `log` as Scene::set_log().
+  /// The world outlives it. `log` receives warnings: see Scene::set_log().
   explicit WorldProbe(btCollisionWorld& world, LogCallback log = {});
   ~WorldProbe();
-  /// The one that it was moved from can only be destroyed or assigned to.
+  /// A moved-from object can only be destroyed or assigned to.
   WorldProbe(WorldProbe&&) noexcept;
   WorldProbe& operator=(WorldProbe&&) noexcept;
 
-  /// All of a Probe's questions about all soft bodies of the world, which this call reads. Vertices are nodes and
-  /// triangles are faces, as in m_nodes and m_faces; triangles behind a body's faces stand for single nodes without
-  /// one, and then for links of a body that has nothing else (ropes). Valid until the world's bodies, or their
-  /// topologies, change.
+  /// Reads all soft bodies of the world and returns a Probe of them. Vertices are nodes and triangles are faces, as in
+  /// m_nodes and m_faces. Further triangles stand for nodes without a face, and then for links of ropes. Valid until
+  /// the world's bodies or their topologies change.
   Probe& soft_bodies();
-  /// Who a soft body is in its questions and answers. Throws InvalidInput where it was not in the world at the last
-  /// call of soft_bodies().
+  /// Returns the body's id in that Probe. Throws InvalidInput if it was not in the world at the last soft_bodies().
   BodyId body_id(const btSoftBody& body) const;
-  /// Whom a body of its answers stands for; null where it was not in the world at the last call of soft_bodies().
+  /// Returns the soft body with this id in that Probe; null if it was not in the world at the last soft_bodies().
   btSoftBody* soft_body(BodyId body) const;
 
-  /// btCollisionWorld::rayTest, as softcd's own worlds have it: see SoftWorld::rayTest. Each ray compares all nodes and
-  /// faces of the bodies that it comes near with those that were read: many rays are faster in one batch, by
-  /// Probe::first_hits() of soft_bodies().
+  /// Tests a ray as SoftWorld::rayTest does. Each ray compares all nodes and faces of the bodies near it with those
+  /// last read. For many rays, a batch is faster: soft_bodies().first_hits().
   void ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback);
 
-  /// btCollisionWorld::contactTest with soft bodies: Bullet's own results, and those of pairs with a soft body. The
-  /// callback is told every pair of features, of nodes and faces and of edges, that is no further apart than both
-  /// margins and its m_closestDistanceThreshold, where things are now: the point on both sides, the normal on
-  /// `object`'s side of the other's, and the distance between what lies at the margins, less than 0 where these
-  /// overlap. `object` is the callback's first. A soft body's side has one of these part ids and the number of the
-  /// node, face or edge; a rigid one's has -1 for both. What it returns is not asked for.
+  /// Tests like btCollisionWorld::contactTest, and also pairs with soft bodies. Calls the callback for every pair of
+  /// features, nodes with faces and edges with edges, at most both margins plus m_closestDistanceThreshold apart. It
+  /// passes the points on both sides, the normal from the other object towards `object`, and the distance between the
+  /// margins, negative if they overlap. `object` is the callback's first. A soft side has a part id from above and the
+  /// number of its node, face or edge; a rigid side has -1 for both. The callback's return value is ignored.
   ///
-  /// Rigid shapes: convex ones and compounds of these, all within their margin of a core (Settings::convex_shapes says
-  /// how exact), and triangle meshes. Nodes inside a convex core are told with the nearest of its faces, whose distance
-  /// is less than 0. A plane, and a soft body inside a triangle mesh, is not told.
+  /// Rigid shapes are convex shapes, within their margin of a core, compounds of them, and triangle meshes. A node
+  /// inside a convex core is reported with the core's nearest face, at a negative distance. Planes, and soft bodies
+  /// inside of triangle meshes, are not reported.
   void contact_test(btCollisionObject& object, btCollisionWorld::ContactResultCallback& callback);
-  /// The same of two objects, or of a soft body and itself.
+  /// Tests two objects, or a soft body with itself, in the same way.
   void contact_pair_test(btCollisionObject& a, btCollisionObject& b, btCollisionWorld::ContactResultCallback& callback);
 
  private:
