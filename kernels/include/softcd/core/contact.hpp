@@ -8,7 +8,7 @@
 namespace softcd {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// Identifies a body for as long as it is in the pipeline. Ids of removed bodies are not reused.
+/// Identifies a body for as long as it is in its scene. Ids of removed bodies are not reused.
 struct BodyId {
   std::uint32_t value = kNoIndex;  ///< kNoIndex for no body
 

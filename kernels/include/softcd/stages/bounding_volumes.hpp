@@ -9,9 +9,9 @@
 
 namespace softcd {
 
-/// Bits of TriangleShape::flags. The lowest seven are the triangle's Ownership, kSegment among them.
-constexpr std::uint32_t kOwnershipBits = 63U;
-/// On the BIG list.
+// Bits of TriangleShape::flags. The lowest seven are the triangle's Ownership, kSegment among them.
+
+/// The triangle is on the BIG list.
 constexpr std::uint32_t kBigTriangle = 1U << 9;
 /// The body wants contacts of this kind.
 constexpr std::uint32_t kWantsVertexTriangle = 1U << 7;
