@@ -72,7 +72,7 @@ DetectionGrid::DetectionGrid(const std::vector<GridBody>& bodies, const QueryOpt
 
   const SceneStore& store = scene->store();
   const SceneArrays arrays = store.arrays();
-  origin_ = store.origin();
+  origin_ = store.positions().origin();
   x_t1_.assign(arrays.x_t1.begin(), arrays.x_t1.end());
   triangles_.assign(arrays.triangles.begin(), arrays.triangles.end());
   for (const Body& body : store.bodies()) first_triangles_.push_back(body.triangles.first);

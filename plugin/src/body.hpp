@@ -19,6 +19,9 @@ struct Place {
   std::uint32_t first = 0, count = 0;
   std::uint32_t capacity = 0;  ///< behind the first `count` there is nothing
   std::uint32_t next_first = 0, next_capacity = 0;
+
+  bool is_outgrown() const { return next_capacity > capacity; }
+  Range range() const { return {first, std::uint64_t{first} + capacity}; }
 };
 
 /// What of a body's part of the scene's arrays a detector elsewhere does not know.
@@ -34,10 +37,27 @@ struct Unsent {
 struct ChangingBody {
   explicit ChangingBody(const Topology& topology) : mesh(topology) {}
 
-  ChangingMesh mesh;       ///< as it will be once the scene's arrays are up to date
-  bool is_new = false;     ///< to be put into the scene's arrays as a whole
-  bool has_slots = false;  ///< of the features on the scene's lists
-  FeatureSlots vertex_triangle, edge_edge;
+  ChangingMesh mesh;    ///< as it will be once the scene's arrays are up to date
+  bool is_new = false;  ///< to be put into the scene's arrays as a whole
+};
+
+/// A body's part of the scene's list of one kind of features. Its features' numbers are those in the mesh, and
+/// `numbering` more.
+struct ListedFeatures {
+  Range range{0, 0};
+  std::uint64_t numbering = 0;
+};
+
+/// What is known of the features of a body's triangles that share a vertex; for one mesh and one ownership.
+struct BodyNeighbours {
+  struct Slots {
+    FeatureSlots vertex_triangle, edge_edge;
+  };
+
+  bool are_known = false;   ///< listed, or too many to be listed
+  bool are_listed = false;  ///< by NeighbourLists
+  ListedFeatures vertex_triangle, edge_edge;
+  std::unique_ptr<Slots> slots;  ///< of the listed features, where triangles are changed; else null
 };
 
 /// A body as the scene keeps it; its mesh and positions are in the scene's arrays.
@@ -58,11 +78,7 @@ struct Body {
   std::vector<std::uint32_t> named_strays;  ///< of these since there were none, ascending: in warnings
   std::uint64_t left_out_triangles = 0;
 
-  /// The features of triangles that share a vertex are on the scene's lists, or are too many for that; by this
-  /// ownership.
-  bool has_neighbours = false;
-  bool lists_neighbours = false;
-  Range vertex_triangle_neighbours{0, 0}, edge_edge_neighbours{0, 0};
+  BodyNeighbours neighbours;
 
   std::vector<VertexFilter> vertex_filters;  ///< none, or one for each vertex
   std::vector<Vec3f> x_rest;                 ///< the same; see FeatureFilters
@@ -83,6 +99,7 @@ struct Body {
     if (changing) return changing->mesh.edge_count();
     return new_mesh ? new_mesh->edges.size() : edges.count;
   }
+  bool is_outgrown() const { return vertices.is_outgrown() || triangles.is_outgrown() || edges.is_outgrown(); }
   bool excludes_rings() const { return settings.self_collision && settings.neighbour_rings > 1; }
   bool excludes_at_rest() const { return settings.self_collision && settings.rest_distance > 0.0F; }
 };

@@ -13,13 +13,12 @@ Vec3d position(const Positions& x, std::uint64_t vertex) {
 
 /// Each body's values where its vertices are; empty where no body has any.
 template <class T>
-std::vector<T> by_scene_vertex(const std::vector<Body>& bodies, std::size_t vertex_count,
-                               std::vector<T> Body::*values) {
+std::vector<T> by_scene_vertex(const SceneLayout& layout, std::vector<T> Body::*values) {
   std::vector<T> all;
-  for (const Body& body : bodies) {
+  for (const Body& body : layout.bodies()) {
     const std::vector<T>& of_body = body.*values;
     if (of_body.empty()) continue;
-    all.resize(vertex_count);
+    all.resize(layout.vertex_count());
     std::copy(of_body.begin(), of_body.end(), all.begin() + body.vertices.first);
   }
   return all;
@@ -36,34 +35,33 @@ std::vector<Vec3f> rest_positions(const Positions& x) {
   return positions;
 }
 
-void FilterStore::settle(const std::vector<Body>& bodies, std::size_t vertex_count, std::uint64_t mesh_revision,
-                         const std::function<MeshView(const Body&)>& mesh_of) {
-  const std::pair now(revision_, mesh_revision);
-  if (settled_ == now) return;
+void FilterStore::update(const SceneLayout& layout) {
+  const std::pair now(revision_, layout.revision());
+  if (updated_ == now) return;
   const bool had_some = !vertices_.empty() || !ring_begin_.empty() || !x_rest_.empty();
-  vertices_ = by_scene_vertex(bodies, vertex_count, &Body::vertex_filters);
-  x_rest_ = by_scene_vertex(bodies, vertex_count, &Body::x_rest);
-  list_rings(bodies, vertex_count, mesh_of);
-  settled_ = now;
+  vertices_ = by_scene_vertex(layout, &Body::vertex_filters);
+  x_rest_ = by_scene_vertex(layout, &Body::x_rest);
+  list_rings(layout);
+  updated_ = now;
   are_unsent_ |= had_some || !vertices_.empty() || !ring_begin_.empty() || !x_rest_.empty();
 }
 
-void FilterStore::list_rings(const std::vector<Body>& bodies, std::size_t vertex_count,
-                             const std::function<MeshView(const Body&)>& mesh_of) {
+void FilterStore::list_rings(const SceneLayout& layout) {
+  const std::vector<Body>& bodies = layout.bodies();
   ring_begin_.clear();
   ring_vertices_.clear();
   if (std::none_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.excludes_rings(); })) return;
-  ring_begin_.reserve(vertex_count + 1);
+  ring_begin_.reserve(layout.vertex_count() + 1);
   for (const Body& body : bodies) {
     if (body.is_removed || !body.excludes_rings()) continue;
-    const VertexRings rings = vertex_rings(mesh_of(body), body.settings.neighbour_rings - 1);
+    const VertexRings rings = vertex_rings(layout.mesh_of(body), body.settings.neighbour_rings - 1);
     ring_begin_.resize(body.vertices.first, ring_vertices_.size());
     for (std::size_t v = 0; v + 1 < rings.begin.size(); ++v) {
       ring_begin_.push_back(ring_vertices_.size() + rings.begin[v]);
     }
     ring_vertices_.insert(ring_vertices_.end(), rings.vertices.begin(), rings.vertices.end());
   }
-  ring_begin_.resize(vertex_count + 1, ring_vertices_.size());
+  ring_begin_.resize(layout.vertex_count() + 1, ring_vertices_.size());
 }
 
 }  // namespace softcd

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <functional>
 #include <utility>
 #include <vector>
 
-#include "body.hpp"
-#include "body_pair_list.hpp"
+#include "scene_layout.hpp"
 
 namespace softcd {
 
@@ -18,10 +16,8 @@ class FilterStore {
  public:
   /// A body's filters, or its settings, have changed.
   void note_change() { ++revision_; }
-  /// Brings the arrays up to date, where something or, as `mesh_revision` says, a mesh has changed. `mesh_of` tells
-  /// where a body's mesh is.
-  void settle(const std::vector<Body>& bodies, std::size_t vertex_count, std::uint64_t mesh_revision,
-              const std::function<MeshView(const Body&)>& mesh_of);
+  /// Brings the arrays up to date if a filter or a mesh has changed.
+  void update(const SceneLayout& layout);
   FilterArrays arrays() const { return {vertices_, ring_begin_, ring_vertices_, x_rest_}; }
 
   /// Since the last forget_changes().
@@ -29,11 +25,10 @@ class FilterStore {
   void forget_changes() { are_unsent_ = false; }
 
  private:
-  void list_rings(const std::vector<Body>& bodies, std::size_t vertex_count,
-                  const std::function<MeshView(const Body&)>& mesh_of);
+  void list_rings(const SceneLayout& layout);
 
   std::uint64_t revision_ = 1;
-  std::pair<std::uint64_t, std::uint64_t> settled_{0, 0};  ///< this revision, and the mesh's
+  std::pair<std::uint64_t, std::uint64_t> updated_{0, 0};  ///< this revision, and the layout's
   std::vector<VertexFilter> vertices_;
   std::vector<std::uint64_t> ring_begin_;
   std::vector<std::uint32_t> ring_vertices_;

@@ -108,7 +108,7 @@ const PairSelection& PairSelector::select(const std::vector<Body>& bodies, Vec3d
   const IndexPair* next = overlapping.begin();
   for (std::uint32_t b = 0; b < bodies.size(); ++b) {
     if (bodies[b].settings.self_collision && !is_empty(boxes_[b]) && selection.offer(b, b)) {
-      selection_.bodies[b].lists_neighbours = bodies[b].lists_neighbours;
+      selection_.bodies[b].lists_neighbours = bodies[b].neighbours.are_listed;
     }
     for (; next != overlapping.end() && next->first == b; ++next) {
       if (groups_allow(bodies[b].settings, bodies[next->second].settings)) selection.offer(b, next->second);

@@ -64,17 +64,17 @@ SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFacto
 
 BodyId SceneCore::add_body(const BodyDesc& desc) {
   finish_foreseen();
-  const BodyId id = store_.next_id();
+  const BodyId id = store_->layout().next_id();
   validate_mesh(id, desc);
   validate_rank(id, desc);
-  return guarded([&] { return topology_problem(id, desc); }, [&] { return store_.add_body(desc); });
+  return guarded([&] { return topology_problem(id, desc); }, [&] { return store_->add_body(desc); });
 }
 
 void SceneCore::update_body(BodyId id, const BodyDesc& desc) {
   Body& body = find(id);
   validate_mesh(id, desc);
   validate_rank(id, desc);
-  guarded([&] { return topology_problem(id, desc); }, [&] { store_.update_body(body, desc); });
+  guarded([&] { return topology_problem(id, desc); }, [&] { store_->update_body(body, desc); });
   if (ranks_ != nullptr) ranks_->forget(id);
 }
 
@@ -86,9 +86,9 @@ void SceneCore::update_body(BodyId id, const BodyDesc& desc, Span<const std::uin
   }
   guarded([&] { return topology_problem(id, desc); },
           [&] {
-            validate_change(id, desc, changed, store_.changing_mesh(body));
+            validate_change(id, desc, changed, store_->layout().changing_mesh(body));
             validate_rank(id, desc);
-            store_.update_body(body, desc, changed);
+            store_->update_body(body, desc, changed);
           });
   if (ranks_ != nullptr) ranks_->forget(id);
 }
@@ -96,11 +96,11 @@ void SceneCore::update_body(BodyId id, const BodyDesc& desc, Span<const std::uin
 void SceneCore::set_settings(BodyId id, const BodySettings& settings) {
   Body& body = find(id);
   validate_settings(id, settings);
-  store_.set_settings(body, settings);
+  store_->set_settings(body, settings);
 }
 
 void SceneCore::remove_body(BodyId id) {
-  store_.remove_body(find(id));
+  store_->remove_body(find(id));
   if (ranks_ != nullptr) ranks_->forget(id);
 }
 
@@ -117,7 +117,7 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
             if (ranks_ != nullptr && ranks_->is_exchanged(body)) {
               ranks_->set_positions(body, x_t0, x_t1);
             } else {
-              store_.set_positions(body, x_t0, x_t1);
+              store_->set_positions(body, x_t0, x_t1);
             }
           });
   was_given_step_end_ |= has_step_end;
@@ -129,19 +129,19 @@ void SceneCore::set_ignored_pairs(Span<const BodyPair> pairs) {
     find(pair.a);
     find(pair.b);
   }
-  guarded([] { return kNoMemoryForPairs; }, [&] { store_.set_ignored_pairs(BodyPairList(pairs)); });
+  guarded([] { return kNoMemoryForPairs; }, [&] { store_->set_ignored_pairs(BodyPairList(pairs)); });
 }
 
 void SceneCore::set_vertex_filters(BodyId id, Span<const VertexFilter> filters) {
   Body& body = find(id);
   validate_vertex_filters(id, body.vertex_count(), filters);
-  guarded([&] { return filters_problem(id); }, [&] { store_.set_vertex_filters(body, filters); });
+  guarded([&] { return filters_problem(id); }, [&] { store_->set_vertex_filters(body, filters); });
 }
 
 void SceneCore::set_rest_positions(BodyId id, const Positions& x) {
   Body& body = find(id);
   if (x.count() > 0) validate_rest_positions(id, body.vertex_count(), x);
-  guarded([&] { return filters_problem(id); }, [&] { store_.set_rest_positions(body, x); });
+  guarded([&] { return filters_problem(id); }, [&] { store_->set_rest_positions(body, x); });
 }
 
 void SceneCore::set_options(const SceneOptions& options) {
@@ -182,7 +182,7 @@ std::unique_ptr<SelectedDetector> SceneCore::detector_for(const SceneOptions& op
 
 void SceneCore::use(std::unique_ptr<SelectedDetector> detector) {
   detector_ = std::move(detector);
-  if (detector_->may_use_device()) store_.share_positions();
+  if (detector_->may_use_device()) store_->positions().share();
 }
 
 void SceneCore::validate_rank(BodyId id, const BodyDesc& desc) const {
@@ -195,7 +195,7 @@ void SceneCore::validate_rank(BodyId id, const BodyDesc& desc) const {
 /// For who changes it.
 Body& SceneCore::find(BodyId id) {
   finish_foreseen();
-  Body* const body = store_.find(id);
+  Body* const body = store_->layout().find(id);
   if (body == nullptr) {
     throw InvalidInput(fmt::format("body {} is not in the scene; it was removed, or never added.", id.value));
   }
@@ -226,7 +226,7 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
   try {
     start_detector(query, detection, pairs);
   } catch (...) {
-    store_.doubt_foreseen();
+    store_->positions().doubt_foreseen();
     if (ranks_ == nullptr) {
       query.detection_.reset();
       throw;
@@ -238,15 +238,15 @@ void SceneCore::start(QueryCore& query, Pairs pairs) {
   if (detection.has_work) running_ = &query;
   detection.statistics.backend = detector_->backend();
   detection.statistics.ms.transfer = detection.statistics.ms.total = milliseconds_since(begin);
-  query.last_change_ = store_.last_change();
+  query.last_change_ = store_->last_change();
 }
 
 /// Before a detection: all ranks make the same one, and have all positions that were set.
 void SceneCore::meet_ranks(const QueryOptions& options, Pairs pairs) {
   const auto set = [&](BodyId id, const Positions& x_t0, const Positions& x_t1) {
-    store_.set_positions(find(id), x_t0, x_t1);
+    store_->set_positions(find(id), x_t0, x_t1);
   };
-  guarded([&] { return preparation_problem(); }, [&] { ranks_->meet(store_.bodies(), options, pairs, set); });
+  guarded([&] { return preparation_problem(); }, [&] { ranks_->meet(store_->bodies(), options, pairs, set); });
 }
 
 void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs) {
@@ -255,14 +255,14 @@ void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pa
       [&] {
         prepare(query, detection, pairs, may_foresee(query, pairs));
         // Without work nobody will ask whether that there is none was foreseen rightly.
-        if (detection.has_work || !store_.has_foreseen() || judge_foreseen()) return;
+        if (detection.has_work || !store_->positions().has_foreseen() || judge_foreseen()) return;
         prepare(query, detection, pairs, /*may_foresee=*/false);
       });
   if (!detection.has_work) return;
   guarded_in_memory(
       query.statistics_, [&] { return detection_problem(); },
       [&] {
-        detector_->start(store_, query.free_memories(), detection.input);
+        detector_->start(*store_, query.free_memories(), detection.input);
         if (query.options_.contacts_on_device) detection.staying = detector_->staying();
       });
 }
@@ -270,12 +270,12 @@ void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pa
 /// Waits for the detection that was started. Where it is on foreseen positions, and these are not so, it is repeated.
 void SceneCore::finish_detector(QueryCore& query, PendingDetection& detection, Statistics& found) {
   detection.contacts = detector_->finish(found);
-  if (store_.has_foreseen() && !judge_foreseen()) {
+  if (store_->positions().has_foreseen() && !judge_foreseen()) {
     prepare(query, detection, Pairs::all, /*may_foresee=*/false);
     detection.contacts = {};
     detection.staying = {};
     if (!detection.has_work) return;
-    detector_->start(store_, query.free_memories(), detection.input);
+    detector_->start(*store_, query.free_memories(), detection.input);
     detection.contacts = detector_->finish(found);
   }
   if (query.options_.contacts_on_device) detection.staying = detector_->staying();
@@ -301,8 +301,8 @@ std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
 /// Whether a detection may be repeated with no one noticing, and finds the same whatever is foreseen: margins that
 /// cover what rounding did to doubles would not.
 bool SceneCore::may_foresee(const QueryCore& query, Pairs pairs) const {
-  const bool covers_rounding = store_.has_new_doubles_on_device() &&
-                               chosen_accuracy(query.options_, store_.bodies()).accuracy == Accuracy::conservative;
+  const bool covers_rounding = store_->positions().has_new_doubles_on_device() &&
+                               chosen_accuracy(query.options_, store_->bodies()).accuracy == Accuracy::conservative;
   return options_.backend == Backend::cuda && ranks_ == nullptr && pairs == Pairs::all && !query.filter_ &&
          !covers_rounding;
 }
@@ -313,15 +313,16 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   settle(looked_at_by(options), may_foresee, /*lists_neighbours=*/true);
   warn_of_strays();
   warn_of_missing_positions(options);
-  const std::vector<Body>& bodies = store_.bodies();
+  const std::vector<Body>& bodies = store_->bodies();
   const SceneSize size = count_elements(detection.statistics);
   const ChosenAccuracy chosen = chosen_accuracy(options, bodies);
   options.accuracy = chosen.accuracy;
   const bool moves = something_moves(options, bodies);
   const std::uint64_t changed_since = pairs == Pairs::changed ? query.last_change_ : 0;
   if (options.neighbour_filters) require_rest_positions();
-  const PairSelection& selected = query.pairs_.select(bodies, store_.origin(), selecting(options, moves, changed_since),
-                                                      pair_filter(query), store_.selection_number());
+  const PairSelection& selected =
+      query.pairs_.select(bodies, store_->positions().origin(), selecting(options, moves, changed_since),
+                          pair_filter(query), store_->positions().selection_number());
   detection.decisions = {size.bodies,
                          selected.pair_count,
                          selected.self_count,
@@ -344,9 +345,9 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
 
 /// None where it would let everything through.
 PairFilter SceneCore::pair_filter(const QueryCore& query) const {
-  if (!query.filter_ && query.only_pairs_.empty() && store_.ignored_pairs().empty()) return {};
+  if (!query.filter_ && query.only_pairs_.empty() && store_->ignored_pairs().empty()) return {};
   return [&](BodyId a, BodyId b) {
-    if (store_.ignored_pairs().has(a, b) || (!query.only_pairs_.empty() && !query.only_pairs_.has(a, b))) return false;
+    if (store_->ignored_pairs().has(a, b) || (!query.only_pairs_.empty() && !query.only_pairs_.has(a, b))) return false;
     return !query.filter_ || call_back(query.filter_, a, b);
   };
 }
@@ -356,7 +357,7 @@ void SceneCore::warn_of_missing_positions(const QueryOptions& options) {
   const auto waits = [](const Body& body) {
     return !body.is_removed && body.vertex_count() > 0 && !body.positions.are_set();
   };
-  const std::vector<Body>& bodies = store_.bodies();
+  const std::vector<Body>& bodies = store_->bodies();
   const auto waiting = std::find_if(bodies.begin(), bodies.end(), waits);
   if (waiting != bodies.end()) {
     if (has_warned_of_no_positions_) return;
@@ -365,7 +366,7 @@ void SceneCore::warn_of_missing_positions(const QueryOptions& options) {
         fmt::format("body {} has no positions and is left out; use set_positions() before a detection.",
                     waiting->id.value));
   } else if (options.detection == Detection::ccd && !was_given_step_end_ && !has_warned_of_no_end_ &&
-             ranks_ == nullptr && store_.size().triangles > 0) {
+             ranks_ == nullptr && store_->layout().size().triangles > 0) {
     has_warned_of_no_end_ = true;
     log(LogLevel::warning,
         "continuous detection finds nothing where nothing moves: give set_positions() x_t0 and x_t1, or use "
@@ -374,7 +375,7 @@ void SceneCore::warn_of_missing_positions(const QueryOptions& options) {
 }
 
 void SceneCore::require_rest_positions() const {
-  for (const Body& body : store_.bodies()) {
+  for (const Body& body : store_->bodies()) {
     if (body.is_removed || !body.excludes_at_rest() || !body.x_rest.empty() || body.vertex_count() == 0) continue;
     throw InvalidInput(
         fmt::format("body {}: its rest_distance is {}, but where it is at rest is not known; use set_rest_positions().",
@@ -394,13 +395,13 @@ auto SceneCore::reading(const F& f) {
 
 void SceneCore::settle(const LookedAt& by_next, bool may_foresee, bool lists_neighbours) {
   reading([&] {
-    DevicePositionReader* const reader = store_.has_positions_on_device() ? &detector_->position_reader() : nullptr;
-    store_.settle(looked_at(), by_next, reader, may_foresee, lists_neighbours);
+    DevicePositionReader* const reader = store_->positions().are_on_device() ? &detector_->position_reader() : nullptr;
+    store_->apply_changes(looked_at(), by_next, reader, may_foresee, lists_neighbours);
   });
 }
 
 bool SceneCore::judge_foreseen() {
-  return reading([&] { return store_.judge_foreseen(detector_->position_reader()); });
+  return reading([&] { return store_->positions().judge_foreseen(detector_->position_reader()); });
 }
 
 void SceneCore::answer(ProbeCore& probe, bool wants_sides, const Questions& ask) {
@@ -411,7 +412,7 @@ void SceneCore::answer(ProbeCore& probe, bool wants_sides, const Questions& ask)
       [&] {
         const ProbedScene scene = probed_scene(probe, wants_sides);
         detector_->set_memory_limit(options_.memory_limit);
-        detector_->answer(store_, probe.memories_, store_.size().triangles, scene, ask);
+        detector_->answer(*store_, probe.memories_, store_->layout().size().triangles, scene, ask);
       });
 }
 
@@ -419,20 +420,20 @@ ProbedScene SceneCore::probed_scene(ProbeCore& probe, bool wants_sides) {
   const bool at_t0 = probe.options_.step_end == StepEnd::t0;
   settle(probe.looked_at(), /*may_foresee=*/false, /*lists_neighbours=*/false);
   warn_of_strays();
-  if (wants_sides) store_.find_closed_surfaces();
+  if (wants_sides) store_->layout().find_closed_surfaces();
   probe.bodies_.clear();
-  for (const Body& body : store_.bodies()) {
+  for (const Body& body : store_->bodies()) {
     const bool has_positions = !body.is_removed && body.positions.are_set();
     const bool is_asked = has_positions && (!probe.filter_ || call_back(probe.filter_, body.id));
     probe.bodies_.push_back({body.id.value, body.triangles.first, body.triangles.count, body.vertices.first,
                              body.vertices.count, has_positions, is_asked, body.is_closed.value_or(false)});
   }
-  const Vec3d origin = store_.origin();
-  const Extent extent = store_.extent_at(at_t0);
+  const Vec3d origin = store_->positions().origin();
+  const Extent extent = store_->positions().extent_at(at_t0);
   const Box bounds = extent.is_empty()
                          ? box_of(Vec3f{0, 0, 0})
                          : Box{vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
-  return {probe.bodies_, origin, bounds, at_t0, store_.revision()};
+  return {probe.bodies_, origin, bounds, at_t0, store_->revision()};
 }
 
 /// By any of the scene's queries and probes.
@@ -452,7 +453,7 @@ LookedAt SceneCore::looked_at() const {
 }
 
 SceneSize SceneCore::count_elements(Statistics& statistics) const {
-  const SceneSize size = store_.size();
+  const SceneSize size = store_->layout().size();
   statistics.bodies = size.bodies;
   statistics.triangles = size.triangles;
   statistics.vertices = size.vertices;
@@ -462,7 +463,7 @@ SceneSize SceneCore::count_elements(Statistics& statistics) const {
 }
 
 void SceneCore::warn_of_strays() const {
-  for (const Body* body : store_.newly_left_out()) {
+  for (const Body* body : store_->positions().bodies_with_new_strays()) {
     log(LogLevel::warning,
         fmt::format("body {}: vertex {} is not finite or beyond 1e37 ({} such vertices); its {} triangles are left "
                     "out until it is",
@@ -484,7 +485,7 @@ void SceneCore::finish_running() noexcept {
     found.ms.total += detection.statistics.ms.total;
     detection.statistics = found;
   } catch (...) {
-    store_.doubt_foreseen();
+    store_->positions().doubt_foreseen();
     detection.problem = std::current_exception();
   }
 }
@@ -492,7 +493,7 @@ void SceneCore::finish_running() noexcept {
 /// Where the detection that runs has to be repeated if its positions are not as foreseen, which takes everything as it
 /// was.
 void SceneCore::finish_foreseen() noexcept {
-  if (store_.has_foreseen()) finish_running();
+  if (store_->positions().has_foreseen()) finish_running();
 }
 
 void SceneCore::drop_detections() noexcept {
@@ -504,18 +505,18 @@ void SceneCore::close() noexcept {
   drop_detections();
   is_closed_ = true;
   detector_.reset();
-  store_ = {};
+  store_.emplace();
 }
 
 std::string SceneCore::preparation_problem() const {
   return fmt::format(
       "memory ran out for the meshes and positions of {} bodies {}. Free memory{}, or split the scene over several.",
-      store_.size().bodies, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
+      store_->layout().size().bodies, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
 }
 
 std::string SceneCore::detection_problem() const {
   const MemoryNeed need = detector_->memory_need();
-  const std::uint64_t triangles = store_.size().triangles;
+  const std::uint64_t triangles = store_->layout().size().triangles;
   const std::string bytes = need.bytes > 0 ? fmt::format(", {} bytes with what is held already", need.bytes) : "";
   const char* const or_raise = options_.memory_limit > 0 ? ", or raise the limit" : "";
   switch (need.what) {
@@ -542,7 +543,7 @@ std::string SceneCore::answer_problem() const {
   return fmt::format(
       "memory ran out for a hierarchy of {} triangles, or for answers about them, {}. Free memory, or ask less at a "
       "time{}.",
-      store_.size().triangles, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
+      store_->layout().size().triangles, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
 }
 
 /// Whose memory it is.

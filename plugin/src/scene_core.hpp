@@ -101,7 +101,7 @@ class SceneCore {
   void update_body(BodyId id, const BodyDesc& desc, Span<const std::uint32_t> changed);
   void set_settings(BodyId id, const BodySettings& settings);
   void remove_body(BodyId id);
-  bool has_body(BodyId id) { return store_.find(id) != nullptr; }
+  bool has_body(BodyId id) { return store_->layout().find(id) != nullptr; }
   void set_positions(BodyId id, const Positions& x_t0, const Positions& x_t1, bool has_step_end = true);
   void set_ignored_pairs(Span<const BodyPair> pairs);
   void set_vertex_filters(BodyId id, Span<const VertexFilter> filters);
@@ -114,7 +114,7 @@ class SceneCore {
   std::string backend_reason() const { return is_closed_ ? "the scene is gone" : detector_->reason(); }
   /// That detections on CUDA run on.
   int cuda_device() { return detector_->position_reader().device(); }
-  const SceneStore& store() const { return store_; }
+  const SceneStore& store() const { return *store_; }
 
   void start(QueryCore& query, Pairs pairs);
   bool is_running(const QueryCore& query) const { return running_ == &query; }
@@ -172,8 +172,8 @@ class SceneCore {
   SceneOptions options_;
   LogCallback log_;
   tbb::task_arena arena_;  ///< of our own, so that whoever waits works on nothing but this scene
-  SceneStore store_;
-  std::unique_ptr<RankExchange> ranks_;  ///< null where there is one
+  std::optional<SceneStore> store_{std::in_place};  ///< another one once the scene is closed
+  std::unique_ptr<RankExchange> ranks_;             ///< null where there is one
   std::unique_ptr<SelectedDetector> detector_;
   std::vector<QueryCore*> queries_;
   std::vector<ProbeCore*> probes_;

@@ -1,13 +1,15 @@
+#include "scene_positions.hpp"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
-#include <exception>
+#include <iterator>
 #include <utility>
 
-#include "scene_store.hpp"
+#include "scene_layout.hpp"
 
-// Positions: read once from the host's memory, surveyed where they are in a device's.
 namespace softcd {
 namespace {
 
@@ -17,26 +19,50 @@ bool is_new_on_host(const Body& body) {
   return body.positions.are_new() && !body.positions.are_on_device();
 }
 
+bool is_new_on_device(const Body& body) {
+  return body.positions.are_new() && body.positions.are_on_device();
+}
+
+bool is_read_on_host(const Body& body) {
+  return body.positions.are_set() && !body.positions.are_on_device();
+}
+
+bool has_strays(const StepSurvey& survey) {
+  return survey.t0.stray_count + survey.t1.stray_count > 0;
+}
+
+/// Appends one end of a body's positions where a detector finds them.
+void append_end(const Body& body, const Positions& end, std::vector<Range>& ranges,
+                std::vector<DevicePositions>& on_device) {
+  if (body.positions.are_on_device()) {
+    on_device.push_back({given(end), body.vertices.first, body.vertices.count});
+  } else {
+    append(ranges, body.vertices.range());
+  }
+}
+
 }  // namespace
 
-bool SceneStore::has_positions_on_device() const {
-  return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.positions.are_on_device(); });
+void ScenePositions::share() {
+  layout_.share_positions();
+  full_t0_.share();
+  full_t1_.share();
 }
 
-bool SceneStore::has_new_doubles_on_device() const {
-  return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) {
-    const BodyPositions& positions = body.positions;
-    return positions.are_new() && positions.are_on_device() && positions.given_t1().is_double();
-  });
+bool ScenePositions::are_on_device() const {
+  const std::vector<Body>& bodies = layout_.bodies();
+  return std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.positions.are_on_device(); });
 }
 
-PositionArrays SceneStore::positions_of(const Body& body) {
-  return {x_t0_.data() + body.vertices.first, x_t1_.data() + body.vertices.first};
+bool ScenePositions::has_new_doubles_on_device() const {
+  const std::vector<Body>& bodies = layout_.bodies();
+  return std::any_of(bodies.begin(), bodies.end(),
+                     [](const Body& body) { return is_new_on_device(body) && body.positions.given_t1().is_double(); });
 }
 
-Extent SceneStore::extent_at(bool t0) const {
+Extent ScenePositions::extent_at(bool t0) const {
   Extent extent;
-  for (const Body& body : bodies_) {
+  for (const Body& body : layout_.bodies()) {
     if (!body.positions.are_set()) continue;
     const StepSurvey& survey = body.positions.survey();
     extent.extend((t0 ? survey.t0 : survey.t1).extent);
@@ -44,110 +70,221 @@ Extent SceneStore::extent_at(bool t0) const {
   return extent;
 }
 
-/// Of all positions at t1, and at t0.
-Extent SceneStore::extent(bool t0) const {
+/// Returns the extent that decides the origin.
+Extent ScenePositions::extent() const {
   Extent extent = extent_at(false);
-  if (t0) extent.extend(extent_at(true));
+  if (needs_.t0) extent.extend(extent_at(true));
   return extent;
 }
 
-/// Reads what was set, once, unless the scene's origin moves. What is on the host cannot fail, and is read even where
-/// what is on a device does.
-void SceneStore::read_positions(const LookedAt& looked_at, DevicePositionReader* reader) {
+void ScenePositions::read(const LookedAt& needs, DevicePositionReader* reader, bool may_foresee) {
+  bodies_with_new_strays_.clear();
+  if (may_foresee && reader != nullptr && can_foresee(needs)) {
+    foresee(*reader);
+    return;
+  }
   selection_number_ = 0;
   foreseen_bodies_.clear();
-  looked_at_ = looked_at;
-  const bool needs_t0 = needs_t0_ = looked_at.needs_t0();
-  const bool are_new = std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) {
-    return body.positions.are_on_device() && body.positions.are_new();
-  });
-  for (Body& body : bodies_) {
-    if (body.positions.are_on_device()) continue;
-    if (body.positions.are_new()) {
+  needs_ = needs;
+  read_and_survey(reader);
+}
+
+/// Reads what was set, and everything again if that moves the scene's origin. Reading on the host cannot fail, and is
+/// done even if surveying on a device fails.
+void ScenePositions::read_and_survey(DevicePositionReader* reader) {
+  std::vector<Body>& bodies = layout_.bodies();
+  const bool learns = reader != nullptr && std::any_of(bodies.begin(), bodies.end(), is_new_on_device);
+  prepare_reading();
+  read_on_host(origin_);
+  std::exception_ptr problem =
+      survey_on_device(reader, origin_, [&](const Body& body) { return body.positions.are_new() || lacks_t0(body); });
+  const Vec3d origin = origin_of(extent());
+  if (!(origin == origin_)) {
+    read_on_host(origin);
+    const auto is_rounded = [](const Body& body) { return body.positions.given_t1().is_double(); };
+    if (!problem) problem = survey_on_device(reader, origin, is_rounded);
+  }
+  finish_reading(origin);
+  if (problem) {
+    for (Body& body : bodies) body.positions.distrust_device();
+    std::rethrow_exception(problem);
+  }
+  if (reader != nullptr) take_strays_to_host(*reader);
+  if (learns) foresight_.learn(bodies);
+}
+
+void ScenePositions::prepare_reading() {
+  for (Body& body : layout_.bodies()) {
+    if (is_new_on_host(body)) {
       body.positions.prepare_reading();
-    } else if (lacks_t0(body)) {
-      body.positions.survey_t0(origin_, body.vertices.count, positions_of(body));
+    } else if (!body.positions.are_on_device() && lacks_t0(body)) {
+      body.positions.survey_t0(origin_, body.vertices.count, layout_.positions_of(body));
     }
   }
-  read_new_positions(origin_, needs_t0);
-  std::exception_ptr device_problem;
-  const auto survey_on_device = [&](Vec3d origin, const auto& is_concerned) {
-    if (reader == nullptr || device_problem) return;
-    try {
-      survey_device_bodies(*reader, origin, is_concerned);
-    } catch (...) {
-      device_problem = std::current_exception();
+}
+
+void ScenePositions::read_on_host(Vec3d origin) {
+  try {
+    read_in_parallel(origin);
+  } catch (...) {
+    // Without memory, or threads.
+    for (Body& body : layout_.bodies()) {
+      if (is_new_on_host(body)) body.positions.set_survey(read_block({&body, 0, body.vertices.count}, origin));
     }
-  };
-  survey_on_device(origin_, [&](const Body& body) { return body.positions.are_new() || lacks_t0(body); });
-  const Vec3d origin = origin_of(extent(looked_at.t0));
-  const bool has_moved = !(origin == origin_);
-  if (has_moved) {
-    read_new_positions(origin, needs_t0);
-    survey_on_device(origin, [](const Body& body) { return body.positions.given_t1().is_double(); });
   }
-  for (Body& body : bodies_) {
+}
+
+void ScenePositions::read_in_parallel(Vec3d origin) {
+  const std::vector<Block> blocks = blocks_of(is_new_on_host);
+  std::vector<StepSurvey> surveys(blocks.size());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) { surveys[i] = read_block(blocks[i], origin); });
+  merge_surveys(blocks, surveys);
+}
+
+StepSurvey ScenePositions::read_block(const Block& block, Vec3d origin) {
+  return block.body->positions.read(block.begin, block.end, origin, needs_.needs_t0(),
+                                    layout_.positions_of(*block.body));
+}
+
+/// Surveys the bodies on the device for which is_concerned(body). Returns what the reader throws.
+template <class IsConcerned>
+std::exception_ptr ScenePositions::survey_on_device(DevicePositionReader* reader, Vec3d origin,
+                                                    const IsConcerned& is_concerned) {
+  if (reader == nullptr) return nullptr;
+  try {
+    const std::vector<Block> blocks =
+        blocks_of([&](const Body& body) { return body.positions.are_on_device() && is_concerned(body); });
+    for (const Block& block : blocks) {
+      if (block.begin == 0) wait_until_ready(*block.body, *reader);
+    }
+    if (!blocks.empty()) merge_surveys(blocks, reader->survey(surveyed(blocks), origin, needs_.needs_t0()));
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
+
+/// Whether the body's positions at t0 are needed, and were not before.
+bool ScenePositions::lacks_t0(const Body& body) const {
+  return needs_.needs_t0() && body.positions.are_set() && !body.positions.is_t0_placed();
+}
+
+void ScenePositions::finish_reading(Vec3d origin) {
+  for (Body& body : layout_.bodies()) {
     if (body.positions.are_set()) finish_reading(body, origin);
   }
   origin_ = origin;
-  if (device_problem) {
-    for (Body& body : bodies_) body.positions.distrust_device();
-    std::rethrow_exception(device_problem);
-  }
-  if (reader == nullptr) return;
-  take_strays_to_host(*reader);
-  if (are_new) foresight_.learn(bodies_);
 }
 
-/// Only what is new on a device has not been seen. The origin, which doubles are rounded from, is foreseen, too.
-bool SceneStore::can_foresee(const LookedAt& looked_at) const {
+void ScenePositions::finish_reading(Body& body, Vec3d origin) {
+  BodyPositions& positions = body.positions;
+  const bool has_moved = !(origin == origin_);
+  const bool are_new = positions.are_new();
+  const bool gets_t0 = lacks_t0(body);
+  if (are_new || has_moved || gets_t0) ++revision_;
+  body.unsent.x_t0 |= are_new || has_moved || gets_t0;
+  body.unsent.x_t1 |= are_new || has_moved;
+  if (are_new || positions.are_on_device()) {
+    positions.finish_reading(needs_.needs_t0());
+  } else if (has_moved) {
+    positions.move_origin(origin_, origin, body.vertices.count, layout_.positions_of(body));
+  }
+  if (!positions.are_on_device() && lacks_t0(body)) {
+    positions.place_t0(origin, body.vertices.count, layout_.positions_of(body));
+  }
+}
+
+template <class IsConcerned>
+std::vector<ScenePositions::Block> ScenePositions::blocks_of(const IsConcerned& is_concerned) const {
+  std::vector<Block> blocks;
+  for (Body& body : layout_.bodies()) {
+    if (is_concerned(body)) append_blocks(body, blocks);
+  }
+  return blocks;
+}
+
+void ScenePositions::append_blocks(Body& body, std::vector<Block>& blocks) {
+  for (std::size_t begin = 0; begin < body.vertices.count; begin += kBlockSize) {
+    blocks.push_back({&body, begin, std::min<std::size_t>(begin + kBlockSize, body.vertices.count)});
+  }
+}
+
+void ScenePositions::merge_surveys(const std::vector<Block>& blocks, Span<const StepSurvey> surveys) {
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    StepSurvey survey = blocks[i].begin == 0 ? StepSurvey() : blocks[i].body->positions.survey();
+    survey.merge(surveys[i]);
+    blocks[i].body->positions.set_survey(survey);
+  }
+}
+
+void ScenePositions::wait_until_ready(const Body& body, DevicePositionReader& reader) {
+  for (const Positions* const end : {&body.positions.given_t0(), &body.positions.given_t1()}) {
+    if (end->ready() != nullptr) reader.wait_for(end->ready());
+  }
+}
+
+std::vector<SurveyedVertices> ScenePositions::surveyed(const std::vector<Block>& blocks) {
+  std::vector<SurveyedVertices> vertices(blocks.size());
+  std::transform(blocks.begin(), blocks.end(), vertices.begin(), [](const Block& block) {
+    const BodyPositions& positions = block.body->positions;
+    return SurveyedVertices{given(positions.given_t0()), given(positions.given_t1()), block.begin, block.end,
+                            positions.have_two_ends()};
+  });
+  return vertices;
+}
+
+/// Only positions on a device may have changed since they were surveyed. The origin, which doubles are rounded from, is
+/// foreseen, too.
+bool ScenePositions::can_foresee(const LookedAt& needs) const {
   bool has_new = false;
-  for (const Body& body : bodies_) {
-    const BodyPositions& positions = body.positions;
-    if (lacks_t0(body)) return false;
-    if (!positions.are_new()) continue;
-    if (!positions.are_on_device()) return false;
-    has_new = true;
+  for (const Body& body : layout_.bodies()) {
+    if (lacks_t0(body) || is_new_on_host(body)) return false;
+    has_new |= body.positions.are_new();
   }
-  return has_new && foresight_.is_known() && looked_at == looked_at_;
+  return has_new && foresight_.is_known() && needs == needs_;
 }
 
-/// As read_positions(), but takes positions on the device to be where they are foreseen.
-void SceneStore::foresee(const LookedAt& looked_at, DevicePositionReader& reader) {
+/// Does as read_and_survey(), but takes positions on the device to be where they are foreseen.
+void ScenePositions::foresee(DevicePositionReader& reader) {
+  std::vector<Body>& bodies = layout_.bodies();
   std::vector<Block> blocks;
   std::vector<StepSurvey> foreseen;
-  std::vector<std::size_t> bodies;
+  std::vector<std::size_t> foreseen_bodies;
   Foreseen scene;
   scene.origin = origin_;
-  scene.looks_at_t0 = looked_at.t0;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    Body& body = bodies_[b];
+  scene.looks_at_t0 = needs_.t0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    Body& body = bodies[b];
     if (!body.positions.are_set()) continue;
     if (body.positions.are_new()) {
-      bodies.push_back(b);
+      foreseen_bodies.push_back(b);
       append_blocks(body, blocks);
       foreseen.resize(blocks.size(), foresight_.of(b));
       scene.moves |= foresight_.of(b).moves;
       wait_until_ready(body, reader);
     } else {
       scene.others.extend(body.positions.survey().t1.extent);
-      if (looked_at.t0) scene.others.extend(body.positions.survey().t0.extent);
+      if (needs_.t0) scene.others.extend(body.positions.survey().t0.extent);
     }
   }
-  verdict_ = reader.look(surveyed(blocks), foreseen, scene, needs_t0_);
+  verdict_ = reader.look(surveyed(blocks), foreseen, scene, needs_.needs_t0());
   foreseen_blocks_ = std::move(blocks);
-  for (const std::size_t b : bodies) {
-    bodies_[b].positions.set_survey(foresight_.of(b));
-    finish_reading(bodies_[b], origin_);
+  for (const std::size_t b : foreseen_bodies) {
+    bodies[b].positions.set_survey(foresight_.of(b));
+    finish_reading(bodies[b], origin_);
   }
-  const bool is_same = foreseen_number_ == foresight_.number() && foreseen_bodies_ == bodies;
-  if (!is_same) ++last_selection_number_;
+  number_foreseen(std::move(foreseen_bodies));
+}
+
+/// Numbers the bodies' surveys: as before only if the same is foreseen for the same bodies.
+void ScenePositions::number_foreseen(std::vector<std::size_t> bodies) {
+  if (foreseen_number_ != foresight_.number() || foreseen_bodies_ != bodies) ++last_selection_number_;
   selection_number_ = last_selection_number_;
   foreseen_number_ = foresight_.number();
   foreseen_bodies_ = std::move(bodies);
 }
 
-bool SceneStore::judge_foreseen(DevicePositionReader& reader) {
+bool ScenePositions::judge_foreseen(DevicePositionReader& reader) {
   bool is_so = false;
   try {
     const SeenPositions seen = reader.seen();
@@ -165,153 +302,30 @@ bool SceneStore::judge_foreseen(DevicePositionReader& reader) {
   foreseen_blocks_.clear();
   verdict_ = {};
   foresight_.confirm();
-  foresight_.learn(bodies_);
+  foresight_.learn(layout_.bodies());
   return true;
 }
 
-void SceneStore::doubt_foreseen() noexcept {
+void ScenePositions::doubt_foreseen() noexcept {
   for (const Block& block : foreseen_blocks_) block.body->positions.distrust_device();
   foreseen_blocks_.clear();
   verdict_ = {};
 }
 
-/// Somebody looks at t0 who did not before.
-bool SceneStore::lacks_t0(const Body& body) const {
-  return needs_t0_ && body.positions.are_set() && !body.positions.is_t0_placed();
-}
-
-void SceneStore::finish_reading(Body& body, Vec3d origin) {
-  const bool has_moved = !(origin == origin_);
-  const bool are_new = body.positions.are_new();
-  if (are_new || has_moved || lacks_t0(body)) ++position_revision_;
-  if (body.positions.are_on_device()) {
-    body.unsent.x_t0 |= are_new || has_moved || lacks_t0(body);
-    body.positions.finish_reading(needs_t0_);
-  } else {
-    if (are_new) {
-      body.positions.finish_reading(needs_t0_);
-    } else if (has_moved) {
-      body.positions.move_origin(origin_, origin, body.vertices.count, positions_of(body));
-    }
-    const bool gets_t0 = lacks_t0(body);
-    if (gets_t0) body.positions.place_t0(origin, body.vertices.count, positions_of(body));
-    body.unsent.x_t0 |= are_new || has_moved || gets_t0;
-  }
-  body.unsent.x_t1 |= are_new || has_moved;
-}
-
-void SceneStore::read_new_positions(Vec3d origin, bool needs_t0) {
-  try {
-    read_in_parallel(origin, needs_t0);
-  } catch (...) {
-    // Without memory, or threads.
-    for (Body& body : bodies_) {
-      if (!is_new_on_host(body)) continue;
-      body.positions.set_survey(body.positions.read(0, body.vertices.count, origin, needs_t0, positions_of(body)));
-    }
-  }
-}
-
-void SceneStore::read_in_parallel(Vec3d origin, bool needs_t0) {
-  std::vector<Block> blocks;
-  for (Body& body : bodies_) {
-    if (!is_new_on_host(body)) continue;
-    append_blocks(body, blocks);
-  }
-  std::vector<StepSurvey> surveys(blocks.size());
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-    const Block& block = blocks[i];
-    surveys[i] = block.body->positions.read(block.begin, block.end, origin, needs_t0, positions_of(*block.body));
-  });
-  merge_surveys(blocks, surveys);
-}
-
-std::uint64_t SceneStore::fill_full_positions() {
-  if (full_revision_ == revision()) return full_revision_;
-  full_revision_ = 0;
-  for (HostArray<Vec3d>* const full : {&full_t0_, &full_t1_}) {
-    if (full == &full_t0_ && !needs_t0_) continue;
-    full->reserve(vertex_body_.size());
-    full->resize(vertex_body_.size());
-  }
-  const auto is_here = [](const Body& body) { return body.positions.are_set() && !body.positions.are_on_device(); };
-  try {
-    std::vector<Block> blocks;
-    for (Body& body : bodies_) {
-      if (is_here(body)) append_blocks(body, blocks);
-    }
-    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) { copy_full_positions(blocks[i]); });
-  } catch (...) {
-    // Without memory, or threads.
-    for (Body& body : bodies_) {
-      if (is_here(body)) copy_full_positions({&body, 0, body.vertices.count});
-    }
-  }
-  full_revision_ = revision();
-  return full_revision_;
-}
-
-void SceneStore::copy_full_positions(const Block& block) {
-  const std::size_t first = block.body->vertices.first;
-  block.body->positions.copy_full(block.begin, block.end, origin_, positions_of(*block.body), needs_t0_,
-                                  full_t0_.data() + (needs_t0_ ? first : 0), full_t1_.data() + first);
-}
-
-void SceneStore::append_blocks(Body& body, std::vector<Block>& blocks) {
-  for (std::size_t begin = 0; begin < body.vertices.count; begin += kBlockSize) {
-    blocks.push_back({&body, begin, std::min<std::size_t>(begin + kBlockSize, body.vertices.count)});
-  }
-}
-
-void SceneStore::merge_surveys(const std::vector<Block>& blocks, Span<const StepSurvey> surveys) {
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    StepSurvey survey = blocks[i].begin == 0 ? StepSurvey() : blocks[i].body->positions.survey();
-    survey.merge(surveys[i]);
-    blocks[i].body->positions.set_survey(survey);
-  }
-}
-
-template <class IsConcerned>
-void SceneStore::survey_device_bodies(DevicePositionReader& reader, Vec3d origin, const IsConcerned& is_concerned) {
-  std::vector<Block> blocks;
-  for (Body& body : bodies_) {
-    if (!body.positions.are_on_device() || !is_concerned(body)) continue;
-    append_blocks(body, blocks);
-    wait_until_ready(body, reader);
-  }
-  if (!blocks.empty()) merge_surveys(blocks, reader.survey(surveyed(blocks), origin, needs_t0_));
-}
-
-void SceneStore::wait_until_ready(const Body& body, DevicePositionReader& reader) {
-  for (const Positions* const end : {&body.positions.given_t0(), &body.positions.given_t1()}) {
-    if (end->ready() != nullptr) reader.wait_for(end->ready());
-  }
-}
-
-std::vector<SurveyedVertices> SceneStore::surveyed(const std::vector<Block>& blocks) {
-  std::vector<SurveyedVertices> vertices(blocks.size());
-  std::transform(blocks.begin(), blocks.end(), vertices.begin(), [](const Block& block) {
-    const BodyPositions& positions = block.body->positions;
-    return SurveyedVertices{given(positions.given_t0()), given(positions.given_t1()), block.begin, block.end,
-                            positions.have_two_ends()};
-  });
-  return vertices;
-}
-
-void SceneStore::take_to_host(DevicePositionReader& reader) {
-  for (Body& body : bodies_) {
+void ScenePositions::take_to_host(DevicePositionReader& reader) {
+  for (Body& body : layout_.bodies()) {
     if (body.positions.are_on_device()) take_to_host(body, reader);
   }
 }
 
-void SceneStore::take_strays_to_host(DevicePositionReader& reader) {
-  for (Body& body : bodies_) {
-    const StepSurvey& survey = body.positions.survey();
-    if (body.positions.are_on_device() && survey.t0.stray_count + survey.t1.stray_count > 0) take_to_host(body, reader);
+/// Which of them they are is found on the host.
+void ScenePositions::take_strays_to_host(DevicePositionReader& reader) {
+  for (Body& body : layout_.bodies()) {
+    if (body.positions.are_on_device() && has_strays(body.positions.survey())) take_to_host(body, reader);
   }
 }
 
-void SceneStore::take_to_host(Body& body, DevicePositionReader& reader) {
+void ScenePositions::take_to_host(Body& body, DevicePositionReader& reader) {
   BodyPositions& positions = body.positions;
   const std::size_t size = position_size(positions.given_t1());
   const std::size_t count = body.vertices.count;
@@ -326,11 +340,87 @@ void SceneStore::take_to_host(Body& body, DevicePositionReader& reader) {
   };
   positions.set(on_host(x_t0.empty() ? x_t1 : x_t0), on_host(x_t1));
   positions.prepare_reading();
-  positions.set_survey(positions.read(0, count, origin_, needs_t0_, positions_of(body)));
-  positions.finish_reading(needs_t0_);
-  if (lacks_t0(body)) positions.place_t0(origin_, count, positions_of(body));
+  positions.set_survey(read_block({&body, 0, count}, origin_));
+  positions.finish_reading(needs_.needs_t0());
+  if (lacks_t0(body)) positions.place_t0(origin_, count, layout_.positions_of(body));
   body.unsent.x_t0 = body.unsent.x_t1 = true;
   full_revision_ = 0;
+}
+
+std::vector<std::uint32_t> ScenePositions::find_strays(Body& body, const LookedAt& needs) {
+  std::vector<std::uint32_t> strays;
+  std::vector<std::uint32_t>& named = body.named_strays;
+  const StepSurvey& survey = body.positions.survey();
+  if (!has_strays(survey)) named.clear();
+  const bool t0 = needs.needs_t0() && survey.t0.stray_count > 0;
+  const bool t1 = needs.needs_t1() && survey.t1.stray_count > 0;
+  if (!body.positions.are_set() || (!t0 && !t1)) return strays;
+  const PositionArrays x = layout_.positions_of(body);
+  for (std::uint32_t i = 0; i < body.vertices.count; ++i) {
+    if ((t0 && !std::isfinite(x.x_t0[i].x)) || (t1 && !std::isfinite(x.x_t1[i].x))) strays.push_back(i);
+  }
+  if (std::includes(named.begin(), named.end(), strays.begin(), strays.end())) return strays;
+  bodies_with_new_strays_.push_back(&body);
+  std::vector<std::uint32_t> all;
+  std::set_union(named.begin(), named.end(), strays.begin(), strays.end(), std::back_inserter(all));
+  named = std::move(all);
+  return strays;
+}
+
+std::uint64_t ScenePositions::fill_full() {
+  const std::uint64_t revision = 1 + layout_.revision() + revision_;
+  if (full_revision_ == revision) return revision;
+  full_revision_ = 0;
+  for (HostArray<Vec3d>* const full : {&full_t0_, &full_t1_}) {
+    if (full == &full_t0_ && !needs_.needs_t0()) continue;
+    full->reserve(layout_.vertex_count());
+    full->resize(layout_.vertex_count());
+  }
+  try {
+    const std::vector<Block> blocks = blocks_of(is_read_on_host);
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) { copy_full(blocks[i]); });
+  } catch (...) {
+    // Without memory, or threads.
+    for (Body& body : layout_.bodies()) {
+      if (is_read_on_host(body)) copy_full({&body, 0, body.vertices.count});
+    }
+  }
+  full_revision_ = revision;
+  return revision;
+}
+
+void ScenePositions::copy_full(const Block& block) {
+  const std::size_t first = block.body->vertices.first;
+  const bool with_t0 = needs_.needs_t0();
+  block.body->positions.copy_full(block.begin, block.end, origin_, layout_.positions_of(*block.body), with_t0,
+                                  full_t0_.data() + (with_t0 ? first : 0), full_t1_.data() + first);
+}
+
+void ScenePositions::append_full(SceneChanges& changes) const {
+  for (const Body& body : layout_.bodies()) {
+    const BodyPositions& positions = body.positions;
+    if (needs_.needs_t0()) append_end(body, positions.given_t0(), changes.full_t0, changes.device_full_t0);
+    append_end(body, positions.given_t1(), changes.full_t1, changes.device_full_t1);
+  }
+}
+
+void ScenePositions::append_changes(SceneChanges& changes, bool all, bool with_t0) const {
+  for (const Body& body : layout_.bodies()) {
+    const BodyPositions& positions = body.positions;
+    if (with_t0 && (all || body.unsent.x_t0)) {
+      append_end(body, positions.given_t0(), changes.x_t0, changes.device_x_t0);
+    }
+    if (all || body.unsent.x_t1) append_end(body, positions.given_t1(), changes.x_t1, changes.device_x_t1);
+  }
+  changes.origin = origin_;
+  changes.verdict = verdict_;
+}
+
+void ScenePositions::forget_changes(bool with_t0) {
+  for (Body& body : layout_.bodies()) {
+    body.unsent.x_t0 &= !with_t0;
+    body.unsent.x_t1 = false;
+  }
 }
 
 }  // namespace softcd

@@ -55,7 +55,7 @@ void SelectedDetector::use_device() {
 /// Where there is a device; else the choice was made for good.
 void SelectedDetector::choose(std::uint64_t triangles) {
   if (!may_use_device()) return;
-  if (wanted_ == Backend::automatic && triangles < kSmallScene && !scene_->has_positions_on_device()) {
+  if (wanted_ == Backend::automatic && triangles < kSmallScene && !scene_->positions().are_on_device()) {
     use_cpu(fmt::format("a scene of {} triangles, fewer than {}, is done before a GPU has started", triangles,
                         kSmallScene));
   } else {
@@ -164,7 +164,7 @@ DevicePositionReader& SelectedDetector::position_reader() {
 
 void SelectedDetector::take_positions_to_host() {
   try {
-    scene_->take_to_host(position_reader());
+    scene_->positions().take_to_host(position_reader());
   } catch (const DeviceError& error) {
     throw BackendError(
         fmt::format("{}, so that the CPU cannot take over: positions are in the device's memory. Set positions in the "
@@ -176,17 +176,17 @@ void SelectedDetector::take_positions_to_host() {
 /// The CPU's detector reads the scene where it is; only a device has to be told what has changed.
 void SelectedDetector::tell_scene(Slot& slot) {
   if (&slot == &cpu_) {
-    if (scene_->has_positions_on_device()) take_positions_to_host();
-    if (input_.settings.covers_rounding) scene_->fill_full_positions();
+    if (scene_->positions().are_on_device()) take_positions_to_host();
+    if (input_.settings.covers_rounding) scene_->positions().fill_full();
     slot.detector->set_scene(scene_->arrays(), {});
     return;
   }
-  const std::uint64_t full = input_.settings.covers_rounding ? scene_->fill_full_positions() : 0;
+  const std::uint64_t full = input_.settings.covers_rounding ? scene_->positions().fill_full() : 0;
   const bool is_new = !std::exchange(slot.knows_scene, false);
   if (is_new) slot.known_full_positions = 0;
   SceneChanges changes = scene_->changes(is_new, input_.reads_t0);
   const bool tells_full = full != 0 && full != std::exchange(slot.known_full_positions, full);
-  if (tells_full) scene_->append_full_positions(changes);
+  if (tells_full) scene_->positions().append_full(changes);
   SceneArrays arrays = scene_->arrays();
   if (full == 0) arrays.full_t0 = arrays.full_t1 = {};
   slot.detector->set_scene(arrays, changes);

@@ -54,13 +54,13 @@ class SelectedDetector {
 
   /// Most bytes of either backend's memory.
   void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
-  /// `scene` is settled, and stays so until finish().
+  /// `scene` is up to date, and stays so until finish().
   void start(SceneStore& scene, QueryMemories& query, const DetectionInput& input);
   /// Of the detection that was started last.
   StayingContacts staying() const { return detector_in_use()->staying(); }
   /// Contacts stay valid until the next detection of the query, however long the detector lives.
   Span<const Contact> finish(Statistics& statistics);
-  /// Asks about the settled scene, which `triangle_count` decides where. No detection runs.
+  /// Asks about the scene, which is up to date, which `triangle_count` decides where. No detection runs.
   void answer(SceneStore& scene, QueryMemories& probe, std::uint64_t triangle_count, const ProbedScene& probed,
               const Questions& ask);
   void report_memory(Statistics& statistics) const;
@@ -83,7 +83,7 @@ class SelectedDetector {
     std::unique_ptr<Detector> detector;
     std::uint64_t number = 0;
     bool knows_scene = false;
-    std::uint64_t known_full_positions = 0;  ///< see SceneStore::fill_full_positions(); 0: none
+    std::uint64_t known_full_positions = 0;  ///< see ScenePositions::fill_full(); 0: none
   };
 
   const Detector* detector_in_use() const { return (backend_ == Backend::cpu ? cpu_ : device_).detector.get(); }

@@ -8,6 +8,16 @@
 
 namespace softcd {
 
+/// Appends a range, in one with the last where it begins at that one's end.
+inline void append(std::vector<Range>& ranges, Range range) {
+  if (range.begin == range.end) return;
+  if (!ranges.empty() && ranges.back().end == range.begin) {
+    ranges.back().end = range.end;
+  } else {
+    ranges.push_back(range);
+  }
+}
+
 /// Which elements of an array a detector elsewhere does not know, in few ranges: what lies between two that are near
 /// each other is sent with them, as one copy more takes as long as some thousand elements.
 class UnsentRanges {

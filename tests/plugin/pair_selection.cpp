@@ -62,7 +62,7 @@ std::vector<Body> random_bodies(std::uint32_t count, double half_room, std::uint
   for (std::uint32_t i = 0; i < count; ++i) {
     bodies[i].id = BodyId{3 * i + 1};
     bodies[i].settings = random_settings(batch_count, random);
-    bodies[i].lists_neighbours = random.chance(0.5);
+    bodies[i].neighbours.are_listed = random.chance(0.5);
     bodies[i].last_change = random.below(4);
     if (random.chance(0.9)) place_at_random(bodies[i], half_room, random);
   }

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "body.hpp"
+
+namespace softcd {
+
+class SceneLayout;
+
+/// The features of neighbouring triangles, which share a vertex: one list of all bodies' for each kind. See
+/// BodyNeighbours for each body's part, which all functions keep.
+class NeighbourLists {
+ public:
+  /// Follows bodies that were moved in the scene's arrays. Lists the features anew that belong to the changed triangles
+  /// of a ChangingMesh; forgets all of the body's where its slots do not suffice. Throws std::bad_alloc; the next call
+  /// goes on.
+  void update(std::vector<Body>& bodies);
+  /// Lists the features of all bodies that collide with themselves, and drops what was forgotten. Bodies and lists
+  /// must be up to date. Throws std::bad_alloc; the next call goes on.
+  void list_missing(SceneLayout& layout);
+
+  /// See SceneArrays.
+  Span<const std::uint64_t> vertex_triangle() const { return vertex_triangle_.features; }
+  Span<const std::uint64_t> edge_edge() const { return edge_edge_.features; }
+  /// Appends the ranges that changed since forget_changes(); if `all`, the whole lists.
+  void append_changes(SceneChanges& changes, bool all) const;
+  void forget_changes() noexcept;
+
+ private:
+  struct List {
+    ListedFeatures BodyNeighbours::*part;
+    std::vector<std::uint64_t> features{};
+    UnsentRanges unsent{};
+
+    void renumber(Body& body, std::uint64_t numbering);
+    void close_gaps(std::vector<Body>& bodies);
+    void append(BodyNeighbours& body, const std::vector<std::uint64_t>& added, std::uint64_t numbering);
+    std::vector<Range> changes(bool all) const;
+    FeaturePart part_of(const BodyNeighbours& body);
+  };
+
+  bool update_changed(Body& body);
+
+  List vertex_triangle_{&BodyNeighbours::vertex_triangle};
+  List edge_edge_{&BodyNeighbours::edge_edge};
+};
+
+}  // namespace softcd
