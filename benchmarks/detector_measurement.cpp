@@ -16,7 +16,7 @@
 #include "device_memory.hpp"
 #include "paper/detector.hpp"
 #include "quartiles.hpp"
-#include "scene_core.hpp"
+#include "query_core.hpp"
 
 namespace softcd::benchmarks {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "cpu_backend.hpp"
-#include "scene_core.hpp"
+#include "query_core.hpp"
 #include "softcd/pipeline/detector_on.hpp"
 
 namespace softcd::demo {

@@ -30,7 +30,8 @@ Answers ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& a
   }
   Answers answers{};
   if (questions == 0) return answers;
-  scene_->answer(*this, wants_sides, [&](SpatialQueries& queries) { answers = ask(queries); });
+  const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, wants_sides, filter_, bodies_};
+  scene_->answer(request, [&](SpatialQueries& queries) { answers = ask(queries); });
   return answers;
 }
 

@@ -12,11 +12,9 @@
 namespace softcd::detail {
 
 /// What is behind a Probe.
-class ProbeCore {
+class ProbeCore final : public SceneUser {
  public:
   ProbeCore(std::shared_ptr<SceneCore> scene, const ProbeOptions& options);
-  ProbeCore(const ProbeCore&) = delete;
-  ProbeCore& operator=(const ProbeCore&) = delete;
   ~ProbeCore();
 
   Span<const RayHit> first_hits(Span<const Ray> rays);
@@ -36,16 +34,17 @@ class ProbeCore {
   const ProbeOptions& options() const { return options_; }
   void set_body_filter(BodyFilter filter) { filter_ = std::move(filter); }
 
- private:
-  friend class SceneCore;
+  LookedAt looked_at() const override;
+  QueryMemories& free_memories() override { return memories_; }
+  void drop_memories() noexcept override { memories_ = {}; }
 
+ private:
   /// What `ask` answers to so many questions, unless there are none.
   template <class Answers, class Ask>
   Answers answers(std::size_t questions, bool wants_sides, const Ask& ask);
   /// What ask(queries, questions, number of items) answers to questions about these pairs.
   template <class Answers, class Ask>
   Answers answers_about(Span<const QueryBodies> pairs, const Ask& ask);
-  LookedAt looked_at() const;
   /// Throws Error when the scene is gone.
   void require_scene() const;
 

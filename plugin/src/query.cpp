@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "scene_core.hpp"
+#include "query_core.hpp"
 
 namespace softcd {
 

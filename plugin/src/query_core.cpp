@@ -1,9 +1,11 @@
+#include "query_core.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "scene_core.hpp"
+#include "detection_settings.hpp"
 #include "validation.hpp"
 
 namespace softcd::detail {
@@ -42,9 +44,25 @@ std::uint64_t QueryCore::start(Pairs pairs) {
     throw InvalidInput(fmt::format("pairs is {}, which is none of its values; they count from 0 to 1.",
                                    static_cast<std::uint32_t>(pairs)));
   }
-  scene_->start(*this, pairs);
-  detection_->number = ++last_number_;
-  return last_number_;
+  scene_->finish_running();
+  detection_.reset();
+  has_contacts_ = false;
+  detection_ = scene_->start(request(pairs));
+  last_change_ = scene_->store().last_change();
+  return ++last_number_;
+}
+
+DetectionRequest QueryCore::request(Pairs pairs) {
+  return {*this, options_, pairs, last_change_, filter_, only_pairs_, pairs_, statistics_};
+}
+
+/// Where the detection has to be repeated it is one of all pairs.
+void QueryCore::finish_detection() noexcept {
+  detection_ = scene_->finish(request(Pairs::all), std::move(*detection_));
+}
+
+LookedAt QueryCore::looked_at() const {
+  return {looks_at_t0(options_), looks_at_t1(options_), measures_moves(options_)};
 }
 
 Span<const Contact> QueryCore::wait(std::uint64_t number) {
@@ -137,7 +155,6 @@ std::shared_ptr<const void> QueryCore::hold_contacts() {
   return memories_.back();
 }
 
-/// Those that nobody holds, for the next detection.
 QueryMemories& QueryCore::free_memories() {
   const auto is_held = [](const std::shared_ptr<QueryMemories>& memories) { return memories.use_count() > 1; };
   const auto free = std::partition(memories_.begin(), memories_.end(), is_held);
@@ -147,6 +164,11 @@ QueryMemories& QueryCore::free_memories() {
     memories_.erase(free + 1, memories_.end());
   }
   return *memories_.back();
+}
+
+void QueryCore::drop_memories() noexcept {
+  memories_.clear();
+  has_contacts_ = false;
 }
 
 std::vector<StageReport> QueryCore::explain() const {

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "detection_settings.hpp"
-#include "probe_core.hpp"
 #include "startable_threads.hpp"
 #include "validation.hpp"
 
@@ -44,10 +43,6 @@ std::string positions_problem(BodyId id, const Positions& positions) {
 
 std::string filters_problem(BodyId id) {
   return fmt::format("body {}: memory ran out for what its vertices may touch. Free memory.", id.value);
-}
-
-LookedAt looked_at_by(const QueryOptions& options) {
-  return {looks_at_t0(options), looks_at_t1(options), measures_moves(options)};
 }
 
 }  // namespace
@@ -161,11 +156,7 @@ void SceneCore::set_options(const SceneOptions& options) {
   const bool is_less_memory =
       options.memory_limit > 0 && (before.memory_limit == 0 || options.memory_limit < before.memory_limit);
   if (is_elsewhere || is_less_memory) {
-    for (QueryCore* query : queries_) {
-      query->memories_.clear();
-      query->has_contacts_ = false;
-    }
-    for (ProbeCore* probe : probes_) probe->memories_ = {};
+    for (SceneUser* const user : users_) user->drop_memories();
   }
   if (is_elsewhere) use(std::move(detector));
   if (options.max_threads != before.max_threads) {
@@ -213,32 +204,26 @@ void SceneCore::guarded_in_memory(Statistics& statistics, const MemoryProblem& m
       [&] { arena_.execute(f); });
 }
 
-void SceneCore::start(QueryCore& query, Pairs pairs) {
-  finish_running();
-  query.detection_.reset();
-  query.has_contacts_ = false;
-  if (query.options_.contacts_on_device && options_.backend != Backend::cuda) {
+PendingDetection SceneCore::start(const DetectionRequest& request) {
+  if (request.options.contacts_on_device && options_.backend != Backend::cuda) {
     throw BackendError("contacts_on_device needs a Scene with Backend::cuda; else the CPU may have to take over.");
   }
   const Clock::time_point begin = Clock::now();
-  if (ranks_ != nullptr) meet_ranks(query.options_, pairs);
-  PendingDetection& detection = query.detection_.emplace();
+  if (ranks_ != nullptr) meet_ranks(request.options, request.pairs);
+  PendingDetection detection;
   try {
-    start_detector(query, detection, pairs);
+    start_detector(request, detection);
   } catch (...) {
     store_->positions().doubt_foreseen();
-    if (ranks_ == nullptr) {
-      query.detection_.reset();
-      throw;
-    }
+    if (ranks_ == nullptr) throw;
     // The others have started theirs: all are told when they wait.
     detection.has_work = false;
     detection.problem = std::current_exception();
   }
-  if (detection.has_work) running_ = &query;
+  if (detection.has_work) running_ = &request.user;
   detection.statistics.backend = detector_->backend();
   detection.statistics.ms.transfer = detection.statistics.ms.total = milliseconds_since(begin);
-  query.last_change_ = store_->last_change();
+  return detection;
 }
 
 /// Before a detection: all ranks make the same one, and have all positions that were set.
@@ -249,36 +234,36 @@ void SceneCore::meet_ranks(const QueryOptions& options, Pairs pairs) {
   guarded([&] { return preparation_problem(); }, [&] { ranks_->meet(store_->bodies(), options, pairs, set); });
 }
 
-void SceneCore::start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs) {
+void SceneCore::start_detector(const DetectionRequest& request, PendingDetection& detection) {
   guarded_in_memory(
-      query.statistics_, [&] { return preparation_problem(); },
+      request.statistics, [&] { return preparation_problem(); },
       [&] {
-        prepare(query, detection, pairs, may_foresee(query, pairs));
+        prepare(request, detection, may_foresee(request));
         // Without work nobody will ask whether that there is none was foreseen rightly.
         if (detection.has_work || !store_->positions().has_foreseen() || judge_foreseen()) return;
-        prepare(query, detection, pairs, /*may_foresee=*/false);
+        prepare(request, detection, /*may_foresee=*/false);
       });
   if (!detection.has_work) return;
   guarded_in_memory(
-      query.statistics_, [&] { return detection_problem(); },
+      request.statistics, [&] { return detection_problem(); },
       [&] {
-        detector_->start(*store_, query.free_memories(), detection.input);
-        if (query.options_.contacts_on_device) detection.staying = detector_->staying();
+        detector_->start(*store_, request.user.free_memories(), detection.input);
+        if (request.options.contacts_on_device) detection.staying = detector_->staying();
       });
 }
 
 /// Waits for the detection that was started. Where it is on foreseen positions, and these are not so, it is repeated.
-void SceneCore::finish_detector(QueryCore& query, PendingDetection& detection, Statistics& found) {
+void SceneCore::finish_detector(const DetectionRequest& request, PendingDetection& detection, Statistics& found) {
   detection.contacts = detector_->finish(found);
   if (store_->positions().has_foreseen() && !judge_foreseen()) {
-    prepare(query, detection, Pairs::all, /*may_foresee=*/false);
+    prepare(request, detection, /*may_foresee=*/false);
     detection.contacts = {};
     detection.staying = {};
     if (!detection.has_work) return;
-    detector_->start(*store_, query.free_memories(), detection.input);
+    detector_->start(*store_, request.user.free_memories(), detection.input);
     detection.contacts = detector_->finish(found);
   }
-  if (query.options_.contacts_on_device) detection.staying = detector_->staying();
+  if (request.options.contacts_on_device) detection.staying = detector_->staying();
 }
 
 void SceneCore::conclude(PendingDetection& detection) {
@@ -300,17 +285,17 @@ std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
 
 /// Whether a detection may be repeated with no one noticing, and finds the same whatever is foreseen: margins that
 /// cover what rounding did to doubles would not.
-bool SceneCore::may_foresee(const QueryCore& query, Pairs pairs) const {
+bool SceneCore::may_foresee(const DetectionRequest& request) const {
   const bool covers_rounding = store_->positions().has_new_doubles_on_device() &&
-                               chosen_accuracy(query.options_, store_->bodies()).accuracy == Accuracy::conservative;
-  return options_.backend == Backend::cuda && ranks_ == nullptr && pairs == Pairs::all && !query.filter_ &&
+                               chosen_accuracy(request.options, store_->bodies()).accuracy == Accuracy::conservative;
+  return options_.backend == Backend::cuda && ranks_ == nullptr && request.pairs == Pairs::all && !request.filter &&
          !covers_rounding;
 }
 
 /// Everything that a detection needs, but for the detector's start.
-void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee) {
-  QueryOptions options = query.options_;
-  settle(looked_at_by(options), may_foresee, /*lists_neighbours=*/true);
+void SceneCore::prepare(const DetectionRequest& request, PendingDetection& detection, bool may_foresee) {
+  QueryOptions options = request.options;
+  apply_changes(request.user.looked_at(), may_foresee, /*lists_neighbours=*/true);
   warn_of_strays();
   warn_of_missing_positions(options);
   const std::vector<Body>& bodies = store_->bodies();
@@ -318,11 +303,11 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
   const ChosenAccuracy chosen = chosen_accuracy(options, bodies);
   options.accuracy = chosen.accuracy;
   const bool moves = something_moves(options, bodies);
-  const std::uint64_t changed_since = pairs == Pairs::changed ? query.last_change_ : 0;
+  const std::uint64_t changed_since = request.pairs == Pairs::changed ? request.last_change : 0;
   if (options.neighbour_filters) require_rest_positions();
   const PairSelection& selected =
-      query.pairs_.select(bodies, store_->positions().origin(), selecting(options, moves, changed_since),
-                          pair_filter(query), store_->positions().selection_number());
+      request.selector.select(bodies, store_->positions().origin(), selecting(options, moves, changed_since),
+                              pair_filter(request), store_->positions().selection_number());
   detection.decisions = {size.bodies,
                          selected.pair_count,
                          selected.self_count,
@@ -344,11 +329,13 @@ void SceneCore::prepare(QueryCore& query, PendingDetection& detection, Pairs pai
 }
 
 /// None where it would let everything through.
-PairFilter SceneCore::pair_filter(const QueryCore& query) const {
-  if (!query.filter_ && query.only_pairs_.empty() && store_->ignored_pairs().empty()) return {};
+PairFilter SceneCore::pair_filter(const DetectionRequest& request) const {
+  const BodyPairList& only = request.only_pairs;
+  const BodyPairList& ignored = store_->ignored_pairs();
+  if (!request.filter && only.empty() && ignored.empty()) return {};
   return [&](BodyId a, BodyId b) {
-    if (store_->ignored_pairs().has(a, b) || (!query.only_pairs_.empty() && !query.only_pairs_.has(a, b))) return false;
-    return !query.filter_ || call_back(query.filter_, a, b);
+    if (ignored.has(a, b) || (!only.empty() && !only.has(a, b))) return false;
+    return !request.filter || call_back(request.filter, a, b);
   };
 }
 
@@ -393,7 +380,7 @@ auto SceneCore::reading(const F& f) {
   }
 }
 
-void SceneCore::settle(const LookedAt& by_next, bool may_foresee, bool lists_neighbours) {
+void SceneCore::apply_changes(const LookedAt& by_next, bool may_foresee, bool lists_neighbours) {
   reading([&] {
     DevicePositionReader* const reader = store_->positions().are_on_device() ? &detector_->position_reader() : nullptr;
     store_->apply_changes(looked_at(), by_next, reader, may_foresee, lists_neighbours);
@@ -404,50 +391,45 @@ bool SceneCore::judge_foreseen() {
   return reading([&] { return store_->positions().judge_foreseen(detector_->position_reader()); });
 }
 
-void SceneCore::answer(ProbeCore& probe, bool wants_sides, const Questions& ask) {
+void SceneCore::answer(const ProbeRequest& request, const Questions& ask) {
   finish_running();
   Statistics unused;
   guarded_in_memory(
       unused, [&] { return answer_problem(); },
       [&] {
-        const ProbedScene scene = probed_scene(probe, wants_sides);
+        const ProbedScene scene = probed_scene(request);
         detector_->set_memory_limit(options_.memory_limit);
-        detector_->answer(*store_, probe.memories_, store_->layout().size().triangles, scene, ask);
+        detector_->answer(*store_, request.user.free_memories(), store_->layout().size().triangles, scene, ask);
       });
 }
 
-ProbedScene SceneCore::probed_scene(ProbeCore& probe, bool wants_sides) {
-  const bool at_t0 = probe.options_.step_end == StepEnd::t0;
-  settle(probe.looked_at(), /*may_foresee=*/false, /*lists_neighbours=*/false);
+ProbedScene SceneCore::probed_scene(const ProbeRequest& request) {
+  apply_changes(request.user.looked_at(), /*may_foresee=*/false, /*lists_neighbours=*/false);
   warn_of_strays();
-  if (wants_sides) store_->layout().find_closed_surfaces();
-  probe.bodies_.clear();
+  if (request.wants_sides) store_->layout().find_closed_surfaces();
+  request.bodies.clear();
   for (const Body& body : store_->bodies()) {
     const bool has_positions = !body.is_removed && body.positions.are_set();
-    const bool is_asked = has_positions && (!probe.filter_ || call_back(probe.filter_, body.id));
-    probe.bodies_.push_back({body.id.value, body.triangles.first, body.triangles.count, body.vertices.first,
-                             body.vertices.count, has_positions, is_asked, body.is_closed.value_or(false)});
+    const bool is_asked = has_positions && (!request.filter || call_back(request.filter, body.id));
+    request.bodies.push_back({body.id.value, body.triangles.first, body.triangles.count, body.vertices.first,
+                              body.vertices.count, has_positions, is_asked, body.is_closed.value_or(false)});
   }
   const Vec3d origin = store_->positions().origin();
-  const Extent extent = store_->positions().extent_at(at_t0);
+  const Extent extent = store_->positions().extent_at(request.at_t0);
   const Box bounds = extent.is_empty()
                          ? box_of(Vec3f{0, 0, 0})
                          : Box{vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
-  return {probe.bodies_, origin, bounds, at_t0, store_->revision()};
+  return {request.bodies, origin, bounds, request.at_t0, store_->revision()};
 }
 
 /// By any of the scene's queries and probes.
 LookedAt SceneCore::looked_at() const {
   LookedAt result;
-  for (const ProbeCore* probe : probes_) {
-    result.t0 |= probe->looked_at().t0;
-    result.t1 |= probe->looked_at().t1;
-  }
-  for (const QueryCore* query : queries_) {
-    const LookedAt by_query = looked_at_by(query->options_);
-    result.t0 |= by_query.t0;
-    result.t1 |= by_query.t1;
-    result.moves |= by_query.moves;
+  for (const SceneUser* const user : users_) {
+    const LookedAt by_user = user->looked_at();
+    result.t0 |= by_user.t0;
+    result.t1 |= by_user.t1;
+    result.moves |= by_user.moves;
   }
   return result;
 }
@@ -473,13 +455,14 @@ void SceneCore::warn_of_strays() const {
 }
 
 void SceneCore::finish_running() noexcept {
-  if (running_ == nullptr) return;
-  QueryCore& query = *std::exchange(running_, nullptr);
-  PendingDetection& detection = *query.detection_;
+  if (SceneUser* const user = std::exchange(running_, nullptr)) user->finish_detection();
+}
+
+PendingDetection SceneCore::finish(const DetectionRequest& request, PendingDetection detection) noexcept {
   try {
     Statistics found = detection.statistics;
     guarded_in_memory(
-        query.statistics_, [&] { return detection_problem(); }, [&] { finish_detector(query, detection, found); });
+        request.statistics, [&] { return detection_problem(); }, [&] { finish_detector(request, detection, found); });
     detection.tests = detector_->test_samples();
     found.ms.transfer += detection.statistics.ms.transfer;
     found.ms.total += detection.statistics.ms.total;
@@ -488,17 +471,16 @@ void SceneCore::finish_running() noexcept {
     store_->positions().doubt_foreseen();
     detection.problem = std::current_exception();
   }
+  return detection;
 }
 
-/// Where the detection that runs has to be repeated if its positions are not as foreseen, which takes everything as it
-/// was.
 void SceneCore::finish_foreseen() noexcept {
   if (store_->positions().has_foreseen()) finish_running();
 }
 
 void SceneCore::drop_detections() noexcept {
   finish_running();
-  for (QueryCore* query : queries_) query->detection_.reset();
+  for (SceneUser* const user : users_) user->drop_detection();
 }
 
 void SceneCore::close() noexcept {

@@ -15,19 +15,16 @@
 #include "scene_store.hpp"
 #include "selected_detector.hpp"
 #include "softcd/error.hpp"
+#include "softcd/probe.hpp"
 #include "softcd/query.hpp"
 
 namespace softcd::detail {
-
-class ProbeCore;
-class SceneCore;
 
 constexpr const char* kNoMemoryAtAll = "memory ran out where hardly any is needed; free memory.";
 constexpr const char* kNoMemoryForPairs = "memory ran out for a list of pairs of bodies. Free memory, or give fewer.";
 
 /// A detection that nobody has waited for.
 struct PendingDetection {
-  std::uint64_t number = 0;
   DetectionInput input;
   Statistics statistics;
   Decisions decisions;
@@ -38,57 +35,44 @@ struct PendingDetection {
   std::exception_ptr problem;
 };
 
-/// What is behind a Query. It has at most one detection, which runs, is finished, or was waited for.
-class QueryCore {
+/// A query or a probe of a scene.
+class SceneUser {
  public:
-  QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options);
-  QueryCore(const QueryCore&) = delete;
-  QueryCore& operator=(const QueryCore&) = delete;
-  ~QueryCore();
+  SceneUser() = default;
+  SceneUser(const SceneUser&) = delete;
+  SceneUser& operator=(const SceneUser&) = delete;
 
-  /// The number of the detection.
-  std::uint64_t start(Pairs pairs);
-  Span<const Contact> wait(std::uint64_t number);
-  DeviceContacts wait_on_device(std::uint64_t number);
-  PendingContacts on_device(std::uint64_t number);
-  /// Its query is gone.
-  void close() noexcept;
+  virtual LookedAt looked_at() const = 0;
+  /// Returns memory for the next detection or answers, which nobody else holds.
+  virtual QueryMemories& free_memories() = 0;
+  virtual void drop_memories() noexcept = 0;
+  /// Passes the running detection to SceneCore::finish().
+  virtual void finish_detection() noexcept {}
+  virtual void drop_detection() noexcept {}
 
-  void set_options(const QueryOptions& options);
-  const QueryOptions& options() const { return options_; }
-  void set_pair_filter(PairFilter filter);
-  void set_only_pairs(Span<const BodyPair> pairs);
-  std::shared_ptr<const void> hold_contacts();
-  std::vector<Contact> gather_contacts();
-  const Statistics& statistics() const { return statistics_; }
-  std::vector<StageReport> explain() const;
+ protected:
+  ~SceneUser() = default;
+};
 
- private:
-  friend class SceneCore;
+/// What a query asks of its scene. The references are the query's.
+struct DetectionRequest {
+  SceneUser& user;
+  const QueryOptions& options;
+  Pairs pairs;
+  std::uint64_t last_change;  ///< of the scene, when the query's last detection was started
+  const PairFilter& filter;
+  const BodyPairList& only_pairs;  ///< none: all
+  PairSelector& selector;          ///< what it has selected is the last detection's
+  Statistics& statistics;          ///< receives how much memory there was if it runs out
+};
 
-  void end() noexcept;
-  /// Throws Error when the scene is gone.
-  void require_scene() const;
-  void require_contacts_on_device() const;
-  void require_unread(std::uint64_t number) const;
-  PendingDetection finished(std::uint64_t number);
-  QueryMemories& free_memories();
-
-  std::shared_ptr<SceneCore> scene_;
-  QueryOptions options_;
-  PairFilter filter_;
-  BodyPairList only_pairs_;  ///< none: all
-  PairSelector pairs_;       ///< what it has selected is the last detection's
-  /// The last detection's at the end, before them those that somebody holds.
-  std::vector<std::shared_ptr<QueryMemories>> memories_;
-  bool has_contacts_ = false;  ///< that were waited for, and are valid
-  Span<const Contact> contacts_;
-  std::uint64_t last_number_ = 0;
-  std::uint64_t last_change_ = 0;  ///< of the scene, when the last detection was started
-  std::optional<PendingDetection> detection_;
-  Statistics statistics_;  ///< of the last detection that was waited for
-  Decisions decisions_;
-  bool is_closed_ = false;
+/// What a probe asks of its scene. The references are the probe's.
+struct ProbeRequest {
+  SceneUser& user;
+  bool at_t0;
+  bool wants_sides;
+  const BodyFilter& filter;
+  std::vector<ProbedBody>& bodies;  ///< receives those of the scene
 };
 
 /// What is behind a Scene.
@@ -116,13 +100,16 @@ class SceneCore {
   int cuda_device() { return detector_->position_reader().device(); }
   const SceneStore& store() const { return *store_; }
 
-  void start(QueryCore& query, Pairs pairs);
-  bool is_running(const QueryCore& query) const { return running_ == &query; }
-  /// Waits for the detection that runs, if any; its query has its contacts, or what went wrong, then.
+  /// Starts a detection, once none runs. If it has work it runs until finish(); else it is finished.
+  PendingDetection start(const DetectionRequest& request);
+  /// Waits for the detection that runs, which start() returned for the same user. The problem is in it if there is one.
+  PendingDetection finish(const DetectionRequest& request, PendingDetection detection) noexcept;
+  bool is_running(const SceneUser& user) const { return running_ == &user; }
+  /// Has the user of the detection that runs, if any, finish it.
   void finish_running() noexcept;
-  /// The same where what changes the scene, or a query, may change what it finds.
+  /// Does so before a change of the scene, or of a query, if the detection may have to be repeated as everything was.
   void finish_foreseen() noexcept;
-  /// Those that were not waited for.
+  /// Drops detections that were not waited for.
   void drop_detections() noexcept;
   /// Ends what runs; there are no further detections.
   void close() noexcept;
@@ -132,30 +119,27 @@ class SceneCore {
   /// All ranks' contacts, in order.
   std::vector<Contact> gather(Span<const Contact> contacts);
 
-  void enter(QueryCore& query) { queries_.push_back(&query); }
-  void leave(const QueryCore& query) { std::erase(queries_, &query); }
-
-  /// Once no detection runs.
-  void answer(ProbeCore& probe, bool wants_sides, const Questions& ask);
-  void enter(ProbeCore& probe) { probes_.push_back(&probe); }
-  void leave(const ProbeCore& probe) { std::erase(probes_, &probe); }
+  /// Asks about the scene, once no detection runs.
+  void answer(const ProbeRequest& request, const Questions& ask);
+  void enter(SceneUser& user) { users_.push_back(&user); }
+  void leave(const SceneUser& user) { std::erase(users_, &user); }
 
  private:
   Body& find(BodyId id);
   void validate_rank(BodyId id, const BodyDesc& desc) const;
   void meet_ranks(const QueryOptions& options, Pairs pairs);
-  void start_detector(QueryCore& query, PendingDetection& detection, Pairs pairs);
+  void start_detector(const DetectionRequest& request, PendingDetection& detection);
   std::unique_ptr<SelectedDetector> detector_for(const SceneOptions& options, DetectorFactories factories);
   void use(std::unique_ptr<SelectedDetector> detector);
-  void finish_detector(QueryCore& query, PendingDetection& detection, Statistics& found);
+  void finish_detector(const DetectionRequest& request, PendingDetection& detection, Statistics& found);
   template <class F>
   static auto reading(const F& f);
-  void settle(const LookedAt& by_next, bool may_foresee, bool lists_neighbours);
+  void apply_changes(const LookedAt& by_next, bool may_foresee, bool lists_neighbours);
   bool judge_foreseen();
-  bool may_foresee(const QueryCore& query, Pairs pairs) const;
-  void prepare(QueryCore& query, PendingDetection& detection, Pairs pairs, bool may_foresee);
-  ProbedScene probed_scene(ProbeCore& probe, bool wants_sides);
-  PairFilter pair_filter(const QueryCore& query) const;
+  bool may_foresee(const DetectionRequest& request) const;
+  void prepare(const DetectionRequest& request, PendingDetection& detection, bool may_foresee);
+  ProbedScene probed_scene(const ProbeRequest& request);
+  PairFilter pair_filter(const DetectionRequest& request) const;
   void warn_of_missing_positions(const QueryOptions& options);
   void require_rest_positions() const;
   LookedAt looked_at() const;
@@ -175,9 +159,8 @@ class SceneCore {
   std::optional<SceneStore> store_{std::in_place};  ///< another one once the scene is closed
   std::unique_ptr<RankExchange> ranks_;             ///< null where there is one
   std::unique_ptr<SelectedDetector> detector_;
-  std::vector<QueryCore*> queries_;
-  std::vector<ProbeCore*> probes_;
-  QueryCore* running_ = nullptr;
+  std::vector<SceneUser*> users_;
+  SceneUser* running_ = nullptr;  ///< has the detection that runs
   bool is_closed_ = false;
   bool was_given_step_end_ = false;  ///< some body had both ends of a step
   bool has_warned_of_no_positions_ = false;

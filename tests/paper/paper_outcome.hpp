@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "paper/detector.hpp"
+#include "query_core.hpp"
 #include "scene.hpp"
-#include "scene_core.hpp"
 
 namespace softcd::paper {
 

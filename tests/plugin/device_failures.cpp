@@ -11,8 +11,8 @@
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
 #include "probe_core.hpp"
+#include "query_core.hpp"
 #include "scene.hpp"
-#include "scene_core.hpp"
 #include "scene_parts.hpp"
 #include "selected_detector.hpp"
 

@@ -17,7 +17,7 @@
 #include "expectations.hpp"
 #include "forwarding_detector.hpp"
 #include "mesh_generators.hpp"
-#include "scene_core.hpp"
+#include "query_core.hpp"
 #include "scene_parts.hpp"
 
 // Scenes whose positions are on a device: the GPU where that is under test, else one that is pretended.

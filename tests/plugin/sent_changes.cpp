@@ -9,8 +9,8 @@
 #include "expectations.hpp"
 #include "forwarding_detector.hpp"
 #include "mesh_generators.hpp"
+#include "query_core.hpp"
 #include "random.hpp"
-#include "scene_core.hpp"
 #include "scene_parts.hpp"
 #include "selected_detector.hpp"
 

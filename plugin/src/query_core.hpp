@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "scene_core.hpp"
+
+namespace softcd::detail {
+
+/// What is behind a Query. It has at most one detection, which runs, is finished, or was waited for.
+class QueryCore final : public SceneUser {
+ public:
+  QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options);
+  ~QueryCore();
+
+  /// Returns the number of the detection.
+  std::uint64_t start(Pairs pairs);
+  Span<const Contact> wait(std::uint64_t number);
+  DeviceContacts wait_on_device(std::uint64_t number);
+  PendingContacts on_device(std::uint64_t number);
+  /// Drops the detection, as the Query is gone.
+  void close() noexcept;
+
+  void set_options(const QueryOptions& options);
+  const QueryOptions& options() const { return options_; }
+  void set_pair_filter(PairFilter filter);
+  void set_only_pairs(Span<const BodyPair> pairs);
+  std::shared_ptr<const void> hold_contacts();
+  std::vector<Contact> gather_contacts();
+  const Statistics& statistics() const { return statistics_; }
+  std::vector<StageReport> explain() const;
+
+  LookedAt looked_at() const override;
+  /// Keeps the memories that somebody holds, and one that nobody does.
+  QueryMemories& free_memories() override;
+  void drop_memories() noexcept override;
+  void finish_detection() noexcept override;
+  void drop_detection() noexcept override { detection_.reset(); }
+
+ private:
+  DetectionRequest request(Pairs pairs);
+  void end() noexcept;
+  /// Throws Error when the scene is gone.
+  void require_scene() const;
+  void require_contacts_on_device() const;
+  void require_unread(std::uint64_t number) const;
+  PendingDetection finished(std::uint64_t number);
+
+  std::shared_ptr<SceneCore> scene_;
+  QueryOptions options_;
+  PairFilter filter_;
+  BodyPairList only_pairs_;  ///< none: all
+  PairSelector pairs_;       ///< what it has selected is the last detection's
+  /// The last detection's at the end, before them those that somebody holds.
+  std::vector<std::shared_ptr<QueryMemories>> memories_;
+  bool has_contacts_ = false;  ///< that were waited for, and are valid
+  Span<const Contact> contacts_;
+  std::uint64_t last_number_ = 0;
+  std::uint64_t last_change_ = 0;  ///< of the scene, when the last detection was started
+  std::optional<PendingDetection> detection_;
+  Statistics statistics_;  ///< of the last detection that was waited for
+  Decisions decisions_;
+  bool is_closed_ = false;
+};
+
+}  // namespace softcd::detail
