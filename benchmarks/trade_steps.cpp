@@ -74,7 +74,8 @@ class Detector {
       BodySettings settings = body.settings;
       settings.features = {/*vertex_triangle=*/true, has_edges};
       if (is_discrete()) settings.margin = static_cast<float>(kMarginInEdges * scene.edge_length);
-      ids_.push_back(pipeline_.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t0.size()), settings}));
+      ids_.push_back(
+          pipeline_.scene.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t0.size()), settings}));
     }
     for (int step = 1; step <= mode.substeps && is_discrete(); ++step) {
       positions_.push_back(positions_at(static_cast<float>(step) / static_cast<float>(mode.substeps)));
@@ -92,13 +93,13 @@ class Detector {
       for (std::size_t b = 0; b < ids_.size(); ++b) {
         const SceneBody& body = scene_.bodies[b];
         if (is_discrete()) {
-          pipeline_.set_positions(ids_[b], positions_[static_cast<std::size_t>(step)][b]);
+          pipeline_.scene.set_positions(ids_[b], positions_[static_cast<std::size_t>(step)][b]);
         } else {
-          pipeline_.set_positions(ids_[b], body.x_t0, body.x_t1);
+          pipeline_.scene.set_positions(ids_[b], body.x_t0, body.x_t1);
         }
       }
       visit(pipeline_.detect());
-      for (const demo::StageTime& stage : demo::kStageTimes) sum.*stage.ms += pipeline_.statistics().ms.*stage.ms;
+      for (const demo::StageTime& stage : demo::kStageTimes) sum.*stage.ms += pipeline_.query.statistics().ms.*stage.ms;
     }
     return sum;
   }
@@ -142,10 +143,10 @@ StepResult describe(const DetectorScene& scene, const Mode& mode, bool has_edges
   result.scene = scene.name;
   result.has_edges = has_edges;
   result.mode = mode.name;
-  result.backend = detector.pipeline().backend();
+  result.backend = detector.pipeline().scene.backend();
   result.triangles = scene.triangle_count();
   result.margin = detector.is_discrete() ? 2 * kMarginInEdges * scene.edge_length : 0;
-  result.unsettled = detector.pipeline().statistics().unsettled_contacts;
+  result.unsettled = detector.pipeline().query.statistics().unsettled_contacts;
   return result;
 }
 

@@ -15,9 +15,9 @@ Measurement measure(CollisionPipeline& pipeline, std::uint32_t repetitions,
   for (std::uint32_t run = 0; run < run_count; ++run) {
     before_run(run, run_count);
     contacts = pipeline.detect();
-    if (run >= warm_up_count) times.push_back(pipeline.statistics().ms);
+    if (run >= warm_up_count) times.push_back(pipeline.query.statistics().ms);
   }
-  Measurement result{{contacts.begin(), contacts.end()}, pipeline.statistics()};
+  Measurement result{{contacts.begin(), contacts.end()}, pipeline.query.statistics()};
   result.statistics.ms = median(times);
   return result;
 }

@@ -67,13 +67,13 @@ void run(DetectCommand command) {
 
   CollisionPipeline pipeline(command.options, log);
   const auto vertex_count = static_cast<std::uint32_t>(frames.first.positions.size());
-  const BodyId body = pipeline.add_body({frames.first.triangles, vertex_count, command.settings});
+  const BodyId body = pipeline.scene.add_body({frames.first.triangles, vertex_count, command.settings});
   const auto start_run = [&](std::uint32_t run, std::uint32_t count) {
     progress.show(fmt::format("detecting, run {} of {}", run + 1, count));
     if (command.options.detection == Detection::ccd) {
-      pipeline.set_positions(body, frames.first.positions, frames.last().positions);
+      pipeline.scene.set_positions(body, frames.first.positions, frames.last().positions);
     } else {
-      pipeline.set_positions(body, frames.last().positions);
+      pipeline.scene.set_positions(body, frames.last().positions);
     }
   };
   const Measurement measurement = measure(pipeline, command.repetitions, start_run);

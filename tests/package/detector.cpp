@@ -22,10 +22,10 @@ bool finds_contact() {
   settings.margin = 0.1F;
 
   softcd::CollisionPipeline pipeline;
-  const softcd::BodyId a = pipeline.add_body({triangles, 3, settings});
-  const softcd::BodyId b = pipeline.add_body({triangles, 3, settings});
-  pipeline.set_positions(a, lower);
-  pipeline.set_positions(b, upper);
+  const softcd::BodyId a = pipeline.scene.add_body({triangles, 3, settings});
+  const softcd::BodyId b = pipeline.scene.add_body({triangles, 3, settings});
+  pipeline.scene.set_positions(a, lower);
+  pipeline.scene.set_positions(b, upper);
   const softcd::Span<const softcd::Contact> contacts = pipeline.detect();
   return contacts.size() == 1 && contacts[0].body_a == b && contacts[0].feature_a == 0;
 }

@@ -9,7 +9,7 @@ string(REGEX REPLACE "^v([0-9]+)_" "\\1." abi_version "${version_namespace}")
 # An application that was compiled with the headers of another version.
 string(REPLACE "${definition}" "#define SOFTCD_VERSION_NAMESPACE another_version" other_text "${version_text}")
 file(WRITE "${WORK_DIR}/another_version/softcd/version.hpp" "${other_text}")
-run_to_fail("softcd::another_version::CollisionPipeline::detect()" "${CXX}" "-I${WORK_DIR}/another_version"
+run_to_fail("softcd::another_version::Query::detect(softcd::another_version::Pairs)" "${CXX}" "-I${WORK_DIR}/another_version"
             "${CMAKE_CURRENT_LIST_DIR}/detector.cpp" -o "${WORK_DIR}/mixed" ${detector_flags})
 
 # A program that holds two static libraries: what is not public has the same names in both.
@@ -47,7 +47,7 @@ function(check_library name wanted)
   endif()
 endfunction()
 
-check_library(softcd "softcd::${version_namespace}::CollisionPipeline::detect()")
+check_library(softcd "softcd::${version_namespace}::Query::detect(softcd::${version_namespace}::Pairs)")
 check_library(softcd "softcd_query_detect")
 check_library(softcd_bullet "softcd::bullet::${version_namespace}::give_face_tree(btSoftBody&)")
 check_library(softcd_bullet-float64 "softcd::bullet::${version_namespace}::give_face_tree(btSoftBody&)")

@@ -224,7 +224,7 @@ TEST(Conservative, gives_floats_in_double_the_contacts_of_floats) {
       }
     }
     for (std::size_t b = 0; b < scene.size(); ++b) {
-      loaded.pipeline.set_positions(loaded.ids[b], floats[2 * b], floats[2 * b + 1]);
+      loaded.pipeline.scene.set_positions(loaded.ids[b], floats[2 * b], floats[2 * b + 1]);
     }
     EXPECT_TRUE(identical(in_double, loaded.pipeline.detect()));
   }

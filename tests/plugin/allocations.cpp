@@ -126,7 +126,7 @@ TEST_P(Allocations, that_fail_leave_a_pipeline_that_goes_on) {
       EXPECT_TRUE(identical(unlimited.contacts, loaded.pipeline.detect()));
     } catch (const OutOfMemory&) {
       ++refused;
-      EXPECT_LE(loaded.pipeline.statistics().peak_bytes, unlimited.statistics.peak_bytes);
+      EXPECT_LE(loaded.pipeline.query.statistics().peak_bytes, unlimited.statistics.peak_bytes);
     }
     allowed_array_bytes = kNone;
   }

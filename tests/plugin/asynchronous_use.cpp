@@ -9,7 +9,7 @@
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
 
-// What the caller may do between detect_async() and wait().
+// What the caller may do between Query::start() and Ticket::wait().
 namespace softcd::test {
 namespace {
 
@@ -39,24 +39,24 @@ TEST_P(AsynchronousUse, a_streaming_loop_has_the_contacts_of_a_plain_one) {
   LoadedScene plain = load(two_sheets(), test_options(GetParam()));
   LoadedScene streaming = load(two_sheets(), test_options(GetParam()));
   const auto set_step = [](LoadedScene& loaded, const Positions3& from, const Positions3& to) {
-    loaded.pipeline.set_positions(loaded.ids[1], from, to);
+    loaded.pipeline.scene.set_positions(loaded.ids[1], from, to);
   };
   Positions3 from = end_of_step(plain.scene, 0);
   Positions3 to = end_of_step(plain.scene, 1);
   std::size_t contacts = 0;
   set_step(streaming, from, to);
-  streaming.pipeline.detect_async();
+  Ticket ticket = streaming.pipeline.query.start();
   for (int step = 1; step <= kSteps; ++step) {
     set_step(plain, from, to);
     const Span<const Contact> expected = plain.pipeline.detect();
     from = std::exchange(to, end_of_step(plain.scene, step + 1));
     set_step(streaming, from, to);
-    const Span<const Contact> found = streaming.pipeline.wait();
+    const Span<const Contact> found = ticket.wait();
     ASSERT_TRUE(identical(expected, found))
         << "step " << step << ": " << found.size() << " instead of " << expected.size();
-    ASSERT_EQ(streaming.pipeline.statistics().vt_contacts, plain.pipeline.statistics().vt_contacts);
+    ASSERT_EQ(streaming.pipeline.query.statistics().vt_contacts, plain.pipeline.query.statistics().vt_contacts);
     contacts += found.size();
-    streaming.pipeline.detect_async();
+    ticket = streaming.pipeline.query.start();
   }
   EXPECT_GT(contacts, 10'000U);
 }
@@ -73,24 +73,25 @@ TEST_P(AsynchronousUse, changes_concern_the_next_detection) {
 
   LoadedScene loaded = load(scene, test_options(GetParam()));
   CollisionPipeline& pipeline = loaded.pipeline;
-  pipeline.set_pair_filter([](BodyId, BodyId) { return true; });
-  const BodyId removed = pipeline.add_body({ball.triangles, static_cast<std::uint32_t>(ball.positions.size()), {}});
+  pipeline.query.set_pair_filter([](BodyId, BodyId) { return true; });
+  const BodyId removed =
+      pipeline.scene.add_body({ball.triangles, static_cast<std::uint32_t>(ball.positions.size()), {}});
   const Positions3 far_away = translated(ball.positions, {100.0, 0.0, 0.0});
-  pipeline.set_positions(removed, far_away);
-  pipeline.detect_async();
-  pipeline.set_pair_filter({});
-  pipeline.set_log([](LogLevel, std::string_view) {});
-  pipeline.remove_body(removed);
-  pipeline.update_body(loaded.ids[0],
-                       {changed[0].triangles, static_cast<std::uint32_t>(changed[0].x_t1.size()), changed[0].settings});
-  pipeline.set_positions(loaded.ids[0], changed[0].x_t0, changed[0].x_t1);
-  pipeline.set_settings(loaded.ids[1], changed[1].settings);
-  pipeline.set_positions(loaded.ids[1], changed[1].x_t0, changed[1].x_t1);
-  const BodyId added = pipeline.add_body(
+  pipeline.scene.set_positions(removed, far_away);
+  Ticket ticket = pipeline.query.start();
+  pipeline.query.set_pair_filter({});
+  pipeline.scene.set_log([](LogLevel, std::string_view) {});
+  pipeline.scene.remove_body(removed);
+  pipeline.scene.update_body(
+      loaded.ids[0], {changed[0].triangles, static_cast<std::uint32_t>(changed[0].x_t1.size()), changed[0].settings});
+  pipeline.scene.set_positions(loaded.ids[0], changed[0].x_t0, changed[0].x_t1);
+  pipeline.scene.set_settings(loaded.ids[1], changed[1].settings);
+  pipeline.scene.set_positions(loaded.ids[1], changed[1].x_t0, changed[1].x_t1);
+  const BodyId added = pipeline.scene.add_body(
       {changed[2].triangles, static_cast<std::uint32_t>(changed[2].x_t1.size()), changed[2].settings});
-  pipeline.set_positions(added, changed[2].x_t0, changed[2].x_t1);
-  EXPECT_TRUE(identical(fresh(scene), pipeline.wait()));
-  EXPECT_EQ(pipeline.statistics().bodies, 3U) << "those of the detection that was waited for";
+  pipeline.scene.set_positions(added, changed[2].x_t0, changed[2].x_t1);
+  EXPECT_TRUE(identical(fresh(scene), ticket.wait()));
+  EXPECT_EQ(pipeline.query.statistics().bodies, 3U) << "those of the detection that was waited for";
   std::vector<FeaturePair> found = features_of(pipeline.detect());
   for (FeaturePair& pair : found) {
     for (std::uint32_t* body : {&pair.body_a, &pair.body_b}) {
@@ -103,51 +104,38 @@ TEST_P(AsynchronousUse, changes_concern_the_next_detection) {
 TEST_P(AsynchronousUse, a_detection_that_nobody_waits_for_makes_room_for_the_next) {
   Scene scene = two_sheets();
   LoadedScene loaded = load(scene, test_options(GetParam()));
-  loaded.pipeline.detect_async();
+  static_cast<void>(loaded.pipeline.query.start());
   scene[1].x_t1 = end_of_step(scene, 10);
-  loaded.pipeline.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
-  loaded.pipeline.detect_async();
-  EXPECT_TRUE(identical(fresh(scene), loaded.pipeline.wait()));
-  loaded.pipeline.detect_async();
+  loaded.pipeline.scene.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
+  EXPECT_TRUE(identical(fresh(scene), loaded.pipeline.query.start().wait()));
+  static_cast<void>(loaded.pipeline.query.start());
   EXPECT_TRUE(identical(fresh(scene), loaded.pipeline.detect()));
 }
 
 TEST_P(AsynchronousUse, new_options_end_what_runs) {
   LoadedScene loaded = load(two_sheets(), test_options(GetParam()));
-  loaded.pipeline.detect_async();
+  Ticket ticket = loaded.pipeline.query.start();
   loaded.pipeline.set_options(test_options(GetParam(), BroadPhase::uniform));
-  EXPECT_EQ(loaded.pipeline.statistics().bodies, 0U) << "of no detection yet";
-  EXPECT_THROW(loaded.pipeline.wait(), Error);
+  EXPECT_EQ(loaded.pipeline.query.statistics().bodies, 0U) << "of no detection yet";
+  EXPECT_THROW(ticket.wait(), Error);
   EXPECT_TRUE(identical(fresh(two_sheets()), loaded.pipeline.detect()));
-}
-
-TEST_P(AsynchronousUse, contacts_are_waited_for_once) {
-  LoadedScene loaded = load(two_sheets(), test_options(GetParam()));
-  loaded.pipeline.detect_async();
-  EXPECT_TRUE(identical(fresh(two_sheets()), loaded.pipeline.wait()));
-  try {
-    loaded.pipeline.wait();
-    FAIL() << "nothing runs";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("detect_async()"));
-  }
 }
 
 // Large enough to be under way when the pipeline goes.
 TEST_P(AsynchronousUse, a_pipeline_may_go_while_a_detection_runs) {
   for (int run = 0; run < 3; ++run) {
     LoadedScene loaded = load(two_sheets(120), test_options(GetParam()));
-    loaded.pipeline.detect_async();
+    static_cast<void>(loaded.pipeline.query.start());
   }
 }
 
 TEST_P(AsynchronousUse, a_pipeline_may_be_assigned_to_while_a_detection_runs) {
   LoadedScene loaded = load(two_sheets(120), test_options(GetParam()));
-  loaded.pipeline.detect_async();
+  static_cast<void>(loaded.pipeline.query.start());
   LoadedScene other = load(two_sheets(), test_options(GetParam()));
-  other.pipeline.detect_async();
+  Ticket ticket = other.pipeline.query.start();
   loaded.pipeline = std::move(other.pipeline);
-  EXPECT_TRUE(identical(fresh(two_sheets()), loaded.pipeline.wait()));
+  EXPECT_TRUE(identical(fresh(two_sheets()), ticket.wait()));
 }
 
 TEST_P(AsynchronousUse, a_pipeline_that_was_moved_from_says_so) {
@@ -163,22 +151,21 @@ TEST_P(AsynchronousUse, a_pipeline_that_was_moved_from_says_so) {
       EXPECT_THAT(error.what(), HasSubstr("moved"));
     }
   };
-  says_so([&] { empty.add_body({}); });
-  says_so([&] { empty.update_body(id, {}); });
-  says_so([&] { empty.set_settings(id, {}); });
-  says_so([&] { empty.remove_body(id); });
-  says_so([&] { empty.set_positions(id, Positions()); });
-  says_so([&] { empty.set_positions(id, Positions(), Positions()); });
+  says_so([&] { empty.scene.add_body({}); });
+  says_so([&] { empty.scene.update_body(id, {}); });
+  says_so([&] { empty.scene.set_settings(id, {}); });
+  says_so([&] { empty.scene.remove_body(id); });
+  says_so([&] { empty.scene.set_positions(id, Positions()); });
+  says_so([&] { empty.scene.set_positions(id, Positions(), Positions()); });
   says_so([&] { empty.set_options({}); });
   says_so([&] { empty.options(); });
-  says_so([&] { empty.set_pair_filter({}); });
-  says_so([&] { empty.set_log({}); });
+  says_so([&] { empty.query.set_pair_filter({}); });
+  says_so([&] { empty.scene.set_log({}); });
   says_so([&] { empty.detect(); });
-  says_so([&] { empty.detect_async(); });
-  says_so([&] { empty.wait(); });
-  says_so([&] { empty.backend(); });
-  says_so([&] { empty.statistics(); });
-  says_so([&] { empty.explain(); });
+  says_so([&] { static_cast<void>(empty.query.start()); });
+  says_so([&] { empty.scene.backend(); });
+  says_so([&] { empty.query.statistics(); });
+  says_so([&] { empty.query.explain(); });
   empty = std::move(taken);
   EXPECT_TRUE(identical(fresh(two_sheets()), empty.detect()));
 }

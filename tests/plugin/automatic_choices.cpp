@@ -65,10 +65,10 @@ std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& opti
     }
   }
   for (std::size_t b = 0; b < scene.size() && !in_double; ++b) {
-    loaded.pipeline.set_positions(loaded.ids[b], floats[2 * b], floats[2 * b + 1]);
+    loaded.pipeline.scene.set_positions(loaded.ids[b], floats[2 * b], floats[2 * b + 1]);
   }
   const Span<const Contact> contacts = loaded.pipeline.detect();
-  const std::vector<StageReport> report = loaded.pipeline.explain();
+  const std::vector<StageReport> report = loaded.pipeline.query.explain();
   const auto is_chosen = [&](const StageReport& line) {
     return line.stage == (options.accuracy == Accuracy::conservative ? "accuracy: conservative" : "accuracy: precise");
   };
@@ -110,8 +110,8 @@ TEST(AutomaticAccuracy, is_precise_on_the_way_without_margins_that_count) {
 TEST(Defaults, find_all_contacts_of_one_mesh_with_itself) {
   const Mesh soup = coarse_soup(7);
   CollisionPipeline pipeline;
-  const BodyId body = pipeline.add_body({soup.triangles, static_cast<std::uint32_t>(soup.positions.size()), {}});
-  pipeline.set_positions(body, soup.positions);
+  const BodyId body = pipeline.scene.add_body({soup.triangles, static_cast<std::uint32_t>(soup.positions.size()), {}});
+  pipeline.scene.set_positions(body, soup.positions);
   const Span<const Contact> contacts = pipeline.detect();
   PipelineOptions options = test_options(Detection::dcd);
   options.accuracy = Accuracy::conservative;
@@ -158,7 +158,7 @@ TEST(AutomaticChoices, a_body_that_starts_or_stops_moving_is_noticed) {
   LoadedScene loaded = load(at_rest, options);
   for (const Scene& scene : {at_rest, moves, at_rest, moves}) {
     for (std::size_t b = 0; b < scene.size(); ++b)
-      loaded.pipeline.set_positions(loaded.ids[b], scene[b].x_t0, scene[b].x_t1);
+      loaded.pipeline.scene.set_positions(loaded.ids[b], scene[b].x_t0, scene[b].x_t1);
     EXPECT_TRUE(identical(loaded.pipeline.detect(), detect_once(scene, options)));
   }
 }

@@ -94,7 +94,7 @@ TEST(Batches, of_bodies_may_change) {
   LoadedScene loaded = load(scene, test_options(Detection::ccd));
   EXPECT_TRUE(loaded.pipeline.detect().empty());
   scene[1].settings.batch = 1;
-  loaded.pipeline.set_settings(loaded.ids[1], scene[1].settings);
+  loaded.pipeline.scene.set_settings(loaded.ids[1], scene[1].settings);
   EXPECT_FALSE(loaded.pipeline.detect().empty());
 }
 

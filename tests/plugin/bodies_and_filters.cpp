@@ -88,6 +88,11 @@ TEST(Filters, pair_filter) {
   expect_both_kinds(soups(4), [](BodyId a, BodyId b) { return (a.value + b.value) % 2 == 1; });
 }
 
+// A body that collides with itself is a pair, too.
+TEST(Filters, pair_filter_is_asked_about_a_body_and_itself) {
+  expect_both_kinds(soups(3), [](BodyId a, BodyId b) { return a != b || a.value == 1; });
+}
+
 // The grid then orders a cell's entries by body modulo 8, and tells bodies apart by class modulo 32.
 TEST(Filters, without_self_collision_whatever_the_number_of_bodies) {
   for (const std::uint32_t count : {2U, 8U, 9U, 34U}) {
@@ -106,15 +111,16 @@ TEST(Filters, pair_filter_is_asked_in_ascending_order) {
   scene[2].settings.filter_mask = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> asked;
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
-  loaded.pipeline.set_pair_filter([&](BodyId a, BodyId b) {
+  loaded.pipeline.query.set_pair_filter([&](BodyId a, BodyId b) {
     asked.emplace_back(a.value, b.value);
     return false;
   });
   loaded.pipeline.detect();
   EXPECT_TRUE(std::is_sorted(asked.begin(), asked.end()));
-  for (const auto& [a, b] : asked) EXPECT_LT(a, b);
-  EXPECT_THAT(asked, testing::IsSupersetOf({std::pair(0U, 1U), std::pair(0U, 3U), std::pair(1U, 3U)}));
-  for (const auto& pair : asked) EXPECT_TRUE(pair.first != 2 && pair.second != 2);
+  for (const auto& [a, b] : asked) EXPECT_TRUE(a < b || (a == b && scene[a].settings.self_collision));
+  EXPECT_THAT(asked,
+              testing::IsSupersetOf({std::pair(0U, 0U), std::pair(0U, 1U), std::pair(0U, 3U), std::pair(1U, 3U)}));
+  for (const auto& [a, b] : asked) EXPECT_TRUE(a == b || (a != 2 && b != 2));
 }
 
 TEST(Bodies, all_off) {
@@ -137,15 +143,15 @@ TEST(Bodies, added_and_removed_between_detections) {
 
   const auto add = [&](const SceneBody& body) {
     const BodyId id =
-        loaded.pipeline.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
-    loaded.pipeline.set_positions(id, body.x_t0, body.x_t1);
+        loaded.pipeline.scene.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
+    loaded.pipeline.scene.set_positions(id, body.x_t0, body.x_t1);
     return id;
   };
   const BodyId third = add(scene[2]);
   EXPECT_EQ(features_of(contacts()),
             features_of(detect_once({scene[0], scene[1], scene[2]}, test_options(Detection::dcd))));
 
-  loaded.pipeline.remove_body(loaded.ids[0]);
+  loaded.pipeline.scene.remove_body(loaded.ids[0]);
   const BodyId fourth = add(scene[3]);
   EXPECT_NE(fourth, loaded.ids[0]) << "ids are not reused";
   std::vector<Contact> found = contacts();
@@ -164,9 +170,9 @@ TEST(Bodies, new_topology) {
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
   scene[0] = still(small_soup(99, 60), everything(0.05F));
-  loaded.pipeline.update_body(
+  loaded.pipeline.scene.update_body(
       loaded.ids[0], {scene[0].triangles, static_cast<std::uint32_t>(scene[0].x_t1.size()), scene[0].settings});
-  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, scene[0].x_t1);
+  loaded.pipeline.scene.set_positions(loaded.ids[0], scene[0].x_t0, scene[0].x_t1);
   EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
 }
 
@@ -175,9 +181,9 @@ TEST(Bodies, same_vertices_other_triangles) {
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
   scene[0].triangles.resize(scene[0].triangles.size() / 2);
-  loaded.pipeline.update_body(
+  loaded.pipeline.scene.update_body(
       loaded.ids[0], {scene[0].triangles, static_cast<std::uint32_t>(scene[0].x_t1.size()), scene[0].settings});
-  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, scene[0].x_t1);
+  loaded.pipeline.scene.set_positions(loaded.ids[0], scene[0].x_t0, scene[0].x_t1);
   EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
 }
 
@@ -188,7 +194,7 @@ TEST(Bodies, new_settings) {
   scene[1].settings.margin = 0.1F;
   scene[1].settings.self_collision = false;
   scene[0].settings.features.edge_edge = false;
-  for (std::size_t i = 0; i < scene.size(); ++i) loaded.pipeline.set_settings(loaded.ids[i], scene[i].settings);
+  for (std::size_t i = 0; i < scene.size(); ++i) loaded.pipeline.scene.set_settings(loaded.ids[i], scene[i].settings);
   EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
 }
 
@@ -199,7 +205,7 @@ TEST(Bodies, new_positions_every_frame) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
       scene[i].x_t0 = scene[i].x_t1;
       scene[i].x_t1 = jittered(scene[i].x_t0, 0.2, 10 * frame + i);
-      loaded.pipeline.set_positions(loaded.ids[i], scene[i].x_t0, scene[i].x_t1);
+      loaded.pipeline.scene.set_positions(loaded.ids[i], scene[i].x_t0, scene[i].x_t1);
     }
     EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::ccd)), loaded.pipeline.detect()));
   }
@@ -267,16 +273,16 @@ TEST(Bodies, removed_many_at_a_time) {
       left.push_back(scene[i]);
       continue;
     }
-    loaded.pipeline.remove_body(loaded.ids[i]);
-    EXPECT_THROW(loaded.pipeline.remove_body(loaded.ids[i]), InvalidInput);
-    EXPECT_THROW(loaded.pipeline.set_settings(loaded.ids[i], {}), InvalidInput);
+    loaded.pipeline.scene.remove_body(loaded.ids[i]);
+    EXPECT_THROW(loaded.pipeline.scene.remove_body(loaded.ids[i]), InvalidInput);
+    EXPECT_THROW(loaded.pipeline.scene.set_settings(loaded.ids[i], {}), InvalidInput);
   }
   const BodyId last =
-      loaded.pipeline.add_body({scene[1].triangles, static_cast<std::uint32_t>(scene[1].x_t1.size()), {}});
+      loaded.pipeline.scene.add_body({scene[1].triangles, static_cast<std::uint32_t>(scene[1].x_t1.size()), {}});
   EXPECT_EQ(last.value, scene.size());
-  loaded.pipeline.remove_body(last);
+  loaded.pipeline.scene.remove_body(last);
   EXPECT_EQ(loaded.pipeline.detect().size(), detect_once(left, test_options(Detection::dcd)).size());
-  EXPECT_EQ(loaded.pipeline.statistics().bodies, left.size());
+  EXPECT_EQ(loaded.pipeline.query.statistics().bodies, left.size());
 }
 
 }  // namespace

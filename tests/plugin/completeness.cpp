@@ -115,7 +115,7 @@ TEST_P(ControlBits, counter_example_is_found) {
   const Scene scene = scattered_copies(GetParam(), margin);
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
   loaded.pipeline.detect();
-  const double mean_radius = loaded.pipeline.statistics().mean_radius;
+  const double mean_radius = loaded.pipeline.query.statistics().mean_radius;
   DiscreteRules rules;
   rules.absolute_band = 1e-5;
   for (const double factor : {1.0, 0.9, 0.97, 1.03, 1.1}) {
@@ -123,7 +123,7 @@ TEST_P(ControlBits, counter_example_is_found) {
     options.lambda = static_cast<float>(factor / mean_radius);
     loaded.pipeline.set_options(options);
     loaded.pipeline.detect();
-    EXPECT_NEAR(loaded.pipeline.statistics().cell_size, factor, 1e-5);
+    EXPECT_NEAR(loaded.pipeline.query.statistics().cell_size, factor, 1e-5);
     EXPECT_GE(expect_discrete_contacts(scene, options, rules), 512U) << "every copy touches";
   }
 }
@@ -148,7 +148,7 @@ TEST(CellWalls, corners_on_them) {
     const Scene scene{moving(mesh, end, everything())};
     LoadedScene loaded = load(scene, test_options(Detection::ccd));
     loaded.pipeline.detect();
-    const double mean_radius = loaded.pipeline.statistics().mean_radius;
+    const double mean_radius = loaded.pipeline.query.statistics().mean_radius;
     for (const double cell_size : {0.25, 0.5, 1.0}) {
       PipelineOptions options = test_options(Detection::ccd);
       options.lambda = static_cast<float>(cell_size / mean_radius);
@@ -293,7 +293,7 @@ TEST_P(MillionPairs, none_is_missed) {
   const Difference difference = compare({sorted(batch.expected()), {}}, features_of(contacts));
   EXPECT_TRUE(difference.missed.empty()) << describe(difference);
   EXPECT_TRUE(difference.repeated.empty()) << describe(difference);
-  EXPECT_GT(loaded.pipeline.statistics().split_triangles, kPairsPerBatch / 50) << "the batch must split some";
+  EXPECT_GT(loaded.pipeline.query.statistics().split_triangles, kPairsPerBatch / 50) << "the batch must split some";
 }
 
 INSTANTIATE_TEST_SUITE_P(Batches, MillionPairs, testing::Range(0, 20));

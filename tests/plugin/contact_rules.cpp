@@ -176,9 +176,9 @@ TEST(SlabRule, never_has_contacts_with_a_body_that_is_nowhere) {
   }
   LoadedScene loaded = load({scene[0]}, slab_options());
   const auto vertex_count = static_cast<std::uint32_t>(scene[1].x_t1.size());
-  const BodyId nowhere = loaded.pipeline.add_body({scene[1].triangles, vertex_count, scene[1].settings});
+  const BodyId nowhere = loaded.pipeline.scene.add_body({scene[1].triangles, vertex_count, scene[1].settings});
   EXPECT_TRUE(loaded.pipeline.detect().empty());
-  loaded.pipeline.set_positions(nowhere, scene[1].x_t0, scene[1].x_t1);
+  loaded.pipeline.scene.set_positions(nowhere, scene[1].x_t0, scene[1].x_t1);
   EXPECT_FALSE(loaded.pipeline.detect().empty());
 }
 

@@ -34,7 +34,7 @@ TEST(Crowds, more_than_2_32_pairs_in_one_cell_are_all_tested) {
   options.memory_limit = 200'000'000;
   LoadedScene loaded = load({still(mesh, settings)}, options);
   const std::size_t found = loaded.pipeline.detect().size();
-  const Statistics& statistics = loaded.pipeline.statistics();
+  const Statistics& statistics = loaded.pipeline.query.statistics();
   EXPECT_GT(statistics.tests, 1ULL << 32);
   EXPECT_LE(statistics.peak_bytes, options.memory_limit);
   EXPECT_EQ(found, detect_once({still(pile(2, 0.1 * kGap), settings)}, test_options(Detection::dcd)).size());
@@ -47,8 +47,8 @@ TEST(Crowds, more_than_2_32_contacts_are_refused_within_the_limit) {
   const SceneBody two = still(pile(2, 0.0), everything(0.01F));
   LoadedScene loaded = load({two, still(pile(kCrowd, 0.0), everything(0.01F))}, options);
   EXPECT_THROW(loaded.pipeline.detect(), OutOfMemory);
-  EXPECT_LE(loaded.pipeline.statistics().peak_bytes, options.memory_limit);
-  loaded.pipeline.remove_body(loaded.ids[1]);
+  EXPECT_LE(loaded.pipeline.query.statistics().peak_bytes, options.memory_limit);
+  loaded.pipeline.scene.remove_body(loaded.ids[1]);
   EXPECT_TRUE(identical(loaded.pipeline.detect(), detect_once({two}, test_options(Detection::dcd))));
 }
 

@@ -60,8 +60,7 @@ TEST_P(Determinism, asynchronous_halves) {
   const Scene scene = uneven_scene();
   const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
   LoadedScene loaded = load(scene, test_options(GetParam()));
-  loaded.pipeline.detect_async();
-  EXPECT_TRUE(identical(expected, loaded.pipeline.wait()));
+  EXPECT_TRUE(identical(expected, loaded.pipeline.query.start().wait()));
 }
 
 TEST_P(Determinism, pipelines_in_threads_of_their_own) {
@@ -82,11 +81,11 @@ TEST_P(Determinism, after_other_scenes) {
   const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
   LoadedScene loaded = load(scene, test_options(GetParam()));
   const Mesh sphere = icosphere(4, 2.0);
-  const BodyId extra = loaded.pipeline.add_body(
+  const BodyId extra = loaded.pipeline.scene.add_body(
       {sphere.triangles, static_cast<std::uint32_t>(sphere.positions.size()), everything(0.1F)});
-  loaded.pipeline.set_positions(extra, sphere.positions);
+  loaded.pipeline.scene.set_positions(extra, sphere.positions);
   EXPECT_GT(loaded.pipeline.detect().size(), expected.size());
-  loaded.pipeline.remove_body(extra);
+  loaded.pipeline.scene.remove_body(extra);
   EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
 }
 

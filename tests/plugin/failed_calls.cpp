@@ -99,10 +99,8 @@ class FailedCalls : public testing::TestWithParam<Case> {
   static bool detects_although(std::uint64_t n, CollisionPipeline& pipeline, bool is_asynchronous,
                                const std::vector<Contact>& wanted) {
     Span<const Contact> found;
-    const Outcome outcome = with_failing(n, [&] {
-      if (is_asynchronous) pipeline.detect_async();
-      found = is_asynchronous ? pipeline.wait() : pipeline.detect();
-    });
+    const Outcome outcome =
+        with_failing(n, [&] { found = is_asynchronous ? pipeline.query.start().wait() : pipeline.detect(); });
     if (outcome.threw_out_of_memory) return false;
     EXPECT_TRUE(identical(wanted, found));
     return !outcome.has_failed;
@@ -114,14 +112,14 @@ constexpr auto kNothing = [](LoadedScene& /*loaded*/) {};
 TEST_P(FailedCalls, add_body) {
   const SceneBody more = still(moved(icosphere(0, 0.4), {0.7, 0.4, 0.1}), everything(0.03F));
   BodyId id;
-  expect_all_or_nothing([&](LoadedScene& loaded) { id = loaded.pipeline.add_body(desc_of(more)); },
-                        [&](LoadedScene& loaded) { loaded.pipeline.set_positions(id, more.x_t1); });
+  expect_all_or_nothing([&](LoadedScene& loaded) { id = loaded.pipeline.scene.add_body(desc_of(more)); },
+                        [&](LoadedScene& loaded) { loaded.pipeline.scene.set_positions(id, more.x_t1); });
 }
 
 TEST_P(FailedCalls, update_body) {
   const SceneBody other = still(moved(icosphere(0, 0.4), {0.7, 0.4, 0.1}), everything(0.03F));
-  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.update_body(loaded.ids[0], desc_of(other)); },
-                        [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], other.x_t1); });
+  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.scene.update_body(loaded.ids[0], desc_of(other)); },
+                        [&](LoadedScene& loaded) { loaded.pipeline.scene.set_positions(loaded.ids[0], other.x_t1); });
 }
 
 TEST_P(FailedCalls, update_body_where_some_triangles_change) {
@@ -132,8 +130,8 @@ TEST_P(FailedCalls, update_body_where_some_triangles_change) {
     other.triangles.insert(other.triangles.end(), added, other.triangles[5]);
     const std::vector<std::uint32_t> changed{3, 20};
     expect_all_or_nothing(
-        [&](LoadedScene& loaded) { loaded.pipeline.update_body(loaded.ids[0], desc_of(other), changed); },
-        [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], other.x_t1); });
+        [&](LoadedScene& loaded) { loaded.pipeline.scene.update_body(loaded.ids[0], desc_of(other), changed); },
+        [&](LoadedScene& loaded) { loaded.pipeline.scene.set_positions(loaded.ids[0], other.x_t1); });
   }
 }
 
@@ -142,8 +140,8 @@ TEST_P(FailedCalls, throw_nothing_but_out_of_memory_where_none_is_left) {
   const SceneBody more = still(moved(icosphere(0, 0.4), {0.7, 0.4, 0.1}), everything(0.03F));
   const Positions3 x = scene()[0].x_t1;
   const std::vector<std::function<void(LoadedScene&)>> calls = {
-      [&](LoadedScene& loaded) { loaded.pipeline.add_body(desc_of(more)); },
-      [&](LoadedScene& loaded) { loaded.pipeline.set_positions(loaded.ids[0], x); },
+      [&](LoadedScene& loaded) { loaded.pipeline.scene.add_body(desc_of(more)); },
+      [&](LoadedScene& loaded) { loaded.pipeline.scene.set_positions(loaded.ids[0], x); },
       [](LoadedScene& loaded) { loaded.pipeline.detect(); },
   };
   for (const auto& call : calls) {
@@ -190,40 +188,40 @@ TEST(FailedQueries, gather_contacts) {
 }
 
 TEST_P(FailedCalls, remove_body) {
-  expect_all_or_nothing([](LoadedScene& loaded) { loaded.pipeline.remove_body(loaded.ids[1]); }, kNothing);
+  expect_all_or_nothing([](LoadedScene& loaded) { loaded.pipeline.scene.remove_body(loaded.ids[1]); }, kNothing);
 }
 
 TEST_P(FailedCalls, set_settings) {
-  expect_all_or_nothing([](LoadedScene& loaded) { loaded.pipeline.set_settings(loaded.ids[1], everything(0.06F)); },
-                        kNothing);
+  expect_all_or_nothing(
+      [](LoadedScene& loaded) { loaded.pipeline.scene.set_settings(loaded.ids[1], everything(0.06F)); }, kNothing);
 }
 
 TEST_P(FailedCalls, set_ignored_pairs) {
   expect_all_or_nothing(
       [](LoadedScene& loaded) {
         const BodyPair itself = {loaded.ids[0], loaded.ids[0]};
-        loaded.pipeline.set_ignored_pairs({&itself, 1});
+        loaded.pipeline.scene.set_ignored_pairs({&itself, 1});
       },
       kNothing);
 }
 
 TEST_P(FailedCalls, set_vertex_filters) {
   const std::vector<VertexFilter> filters(scene()[1].x_t1.size(), {2, 3});
-  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.set_vertex_filters(loaded.ids[1], filters); },
+  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.scene.set_vertex_filters(loaded.ids[1], filters); },
                         [](LoadedScene& loaded) {
                           BodySettings settings = everything(0.03F);
                           settings.neighbour_rings = 2;
-                          loaded.pipeline.set_settings(loaded.ids[0], settings);
+                          loaded.pipeline.scene.set_settings(loaded.ids[0], settings);
                         });
 }
 
 TEST_P(FailedCalls, set_rest_positions) {
   const Positions3 x = scene()[1].x_t0;
-  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.set_rest_positions(loaded.ids[1], x); },
+  expect_all_or_nothing([&](LoadedScene& loaded) { loaded.pipeline.scene.set_rest_positions(loaded.ids[1], x); },
                         [](LoadedScene& loaded) {
                           BodySettings settings = everything(0.03F);
                           settings.rest_distance = 0.05F;
-                          loaded.pipeline.set_settings(loaded.ids[1], settings);
+                          loaded.pipeline.scene.set_settings(loaded.ids[1], settings);
                         });
 }
 
@@ -237,10 +235,10 @@ TEST_P(FailedCalls, set_positions) {
   const std::uint64_t failures = for_every_allocation([&](std::uint64_t n) {
     SCOPED_TRACE(testing::Message() << "allocation " << n);
     CollisionPipeline pipeline(test_options(GetParam().detection));
-    const BodyId id = pipeline.add_body(desc_of(bodies[0]));
-    pipeline.set_positions(id, floats);
+    const BodyId id = pipeline.scene.add_body(desc_of(bodies[0]));
+    pipeline.scene.set_positions(id, floats);
     const std::vector<Contact> before = copy_of(pipeline.detect());
-    const auto change = [&] { pipeline.set_positions(id, x_t0, bodies[0].x_t1); };
+    const auto change = [&] { pipeline.scene.set_positions(id, x_t0, bodies[0].x_t1); };
     const bool has_succeeded = succeeds_although(n, change);
     if (!has_succeeded) {
       EXPECT_TRUE(identical(before, pipeline.detect()));
@@ -265,11 +263,11 @@ TEST_P(FailedCalls, detect) {
       if (!is_first) {
         loaded.pipeline.detect();
         // The topology has to be uploaded again.
-        loaded.pipeline.remove_body(loaded.pipeline.add_body(desc_of(loaded.scene[2])));
+        loaded.pipeline.scene.remove_body(loaded.pipeline.scene.add_body(desc_of(loaded.scene[2])));
       }
       auto frame = std::make_unique<Scene>(std::move(loaded.scene));
       for (std::size_t b = 0; b < frame->size(); ++b)
-        loaded.pipeline.set_positions(loaded.ids[b], (*frame)[b].x_t0, (*frame)[b].x_t1);
+        loaded.pipeline.scene.set_positions(loaded.ids[b], (*frame)[b].x_t0, (*frame)[b].x_t1);
       const bool has_succeeded = detects_although(n, loaded.pipeline, n % 2 == 0, wanted);
       frame.reset();
       EXPECT_TRUE(identical(wanted, loaded.pipeline.detect()));
@@ -285,9 +283,9 @@ TEST_P(FailedCalls, detect_with_filters) {
     bodies[0].settings.neighbour_rings = 3;
     bodies[1].settings.rest_distance = 0.05F;
     LoadedScene loaded = load(bodies, test_options(GetParam().detection));
-    loaded.pipeline.set_vertex_filters(loaded.ids[2], std::vector<VertexFilter>(bodies[2].x_t1.size(), {2, 3}));
-    loaded.pipeline.set_rest_positions(loaded.ids[1], bodies[1].x_t0);
-    loaded.pipeline.set_ignored_pairs(std::vector<BodyPair>{{loaded.ids[0], loaded.ids[0]}});
+    loaded.pipeline.scene.set_vertex_filters(loaded.ids[2], std::vector<VertexFilter>(bodies[2].x_t1.size(), {2, 3}));
+    loaded.pipeline.scene.set_rest_positions(loaded.ids[1], bodies[1].x_t0);
+    loaded.pipeline.scene.set_ignored_pairs(std::vector<BodyPair>{{loaded.ids[0], loaded.ids[0]}});
     return loaded;
   };
   LoadedScene whole = filtered();

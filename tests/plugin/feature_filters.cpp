@@ -128,9 +128,10 @@ Scene without_filters(Scene scene) {
 }
 
 void set_filters(CollisionPipeline& pipeline, const Filters& filters) {
-  for (std::uint32_t b = 0; b < filters.vertices.size(); ++b) pipeline.set_vertex_filters({b}, filters.vertices[b]);
-  for (std::uint32_t b = 0; b < filters.x_rest.size(); ++b) pipeline.set_rest_positions({b}, filters.x_rest[b]);
-  pipeline.set_ignored_pairs(filters.ignored);
+  for (std::uint32_t b = 0; b < filters.vertices.size(); ++b)
+    pipeline.scene.set_vertex_filters({b}, filters.vertices[b]);
+  for (std::uint32_t b = 0; b < filters.x_rest.size(); ++b) pipeline.scene.set_rest_positions({b}, filters.x_rest[b]);
+  pipeline.scene.set_ignored_pairs(filters.ignored);
 }
 
 /// What is found is what is found without filters, of that what the oracle lets through, in the same bytes. Returns how
@@ -311,7 +312,7 @@ TEST_P(FeatureFilter, together_and_changed_between_detections) {
   for (std::uint32_t b = 0; b < loaded.scene.size(); ++b) {
     loaded.scene[b].settings.neighbour_rings = 4 - b;
     loaded.scene[b].settings.rest_distance = b == 1 ? 0.3F : 0.0F;
-    loaded.pipeline.set_settings(loaded.ids[b], loaded.scene[b].settings);
+    loaded.pipeline.scene.set_settings(loaded.ids[b], loaded.scene[b].settings);
   }
   EXPECT_GT(expect_filtered(loaded, filters), 200U);
   filters = {{{}, {}, {}, {}}, {}, {}};
@@ -319,7 +320,7 @@ TEST_P(FeatureFilter, together_and_changed_between_detections) {
   for (std::uint32_t b = 0; b < loaded.scene.size(); ++b) {
     loaded.scene[b].settings.neighbour_rings = 1;
     loaded.scene[b].settings.rest_distance = 0.0F;
-    loaded.pipeline.set_settings(loaded.ids[b], loaded.scene[b].settings);
+    loaded.pipeline.scene.set_settings(loaded.ids[b], loaded.scene[b].settings);
   }
   EXPECT_EQ(expect_filtered(loaded, filters), 0U);
 }
@@ -330,19 +331,20 @@ TEST_P(FeatureFilter, stay_with_their_bodies_when_others_come_and_go) {
   const SceneBody stranger = still(moved(soup(8), {30, 0, 0}), everything());
   CollisionPipeline pipeline(test_options(GetParam()));
   const auto add = [&](const SceneBody& body) {
-    const BodyId id = pipeline.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
-    pipeline.set_positions(id, body.x_t0, body.x_t1);
+    const BodyId id =
+        pipeline.scene.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
+    pipeline.scene.set_positions(id, body.x_t0, body.x_t1);
     return id;
   };
   const BodyId first = add(stranger);
   std::vector<BodyPair> ignored;
   for (std::uint32_t b = 0; b < scene.size(); ++b) {
     const BodyId id = add(scene[b]);
-    pipeline.set_vertex_filters(id, filters.vertices[b]);
-    pipeline.set_rest_positions(id, filters.x_rest[b]);
+    pipeline.scene.set_vertex_filters(id, filters.vertices[b]);
+    pipeline.scene.set_rest_positions(id, filters.x_rest[b]);
   }
   for (const BodyPair& pair : filters.ignored) ignored.push_back({{pair.a.value + 1}, {pair.b.value + 1}});
-  pipeline.set_ignored_pairs(ignored);
+  pipeline.scene.set_ignored_pairs(ignored);
   const auto found = [&] {
     std::vector<FeaturePair> pairs = features_of(pipeline.detect());
     std::erase_if(pairs, [](const FeaturePair& pair) { return pair.body_a == 0 || pair.body_a > 4; });
@@ -353,11 +355,11 @@ TEST_P(FeatureFilter, stay_with_their_bodies_when_others_come_and_go) {
   set_filters(loaded.pipeline, filters);
   const std::vector<FeaturePair> expected = features_of(loaded.pipeline.detect());
   EXPECT_EQ(found(), expected);
-  pipeline.remove_body(first);
+  pipeline.scene.remove_body(first);
   EXPECT_EQ(found(), expected);
   const BodyId last = add(stranger);
   EXPECT_EQ(found(), expected);
-  pipeline.update_body(last, {scene[0].triangles, static_cast<std::uint32_t>(scene[0].x_t1.size()), {}});
+  pipeline.scene.update_body(last, {scene[0].triangles, static_cast<std::uint32_t>(scene[0].x_t1.size()), {}});
   EXPECT_EQ(found(), expected);
 }
 
@@ -368,8 +370,8 @@ TEST_P(FeatureFilter, are_gone_when_the_body_is_updated) {
   set_filters(loaded.pipeline, filters);
   EXPECT_GT(expect_filtered(loaded, filters), 20U);
   const auto count = static_cast<std::uint32_t>(scene[0].x_t1.size());
-  loaded.pipeline.update_body(loaded.ids[0], {scene[0].triangles, count, scene[0].settings});
-  loaded.pipeline.set_positions(loaded.ids[0], loaded.scene[0].x_t0, loaded.scene[0].x_t1);
+  loaded.pipeline.scene.update_body(loaded.ids[0], {scene[0].triangles, count, scene[0].settings});
+  loaded.pipeline.scene.set_positions(loaded.ids[0], loaded.scene[0].x_t0, loaded.scene[0].x_t1);
   EXPECT_EQ(expect_filtered(loaded, {}), 0U);
 }
 
@@ -381,9 +383,9 @@ TEST_P(FeatureFilter, count_in_reused_pairs) {
     if (step == 5) filters.vertices[1] = stripes(loaded.scene[1].x_t1.size(), 7);
     set_filters(loaded.pipeline, filters);
     expect_filtered(loaded, filters);
-    has_reused |= loaded.pipeline.statistics().reused_pairs;
+    has_reused |= loaded.pipeline.query.statistics().reused_pairs;
     for (std::size_t b = 0; b < loaded.scene.size(); ++b) {
-      loaded.pipeline.set_positions(loaded.ids[b], loaded.scene[b].x_t0, loaded.scene[b].x_t1);
+      loaded.pipeline.scene.set_positions(loaded.ids[b], loaded.scene[b].x_t0, loaded.scene[b].x_t1);
     }
   }
   EXPECT_TRUE(has_reused);
@@ -456,56 +458,56 @@ TEST(Filtering, with_memory_in_parts_and_a_limit) {
   const Span<const Contact> found = loaded.pipeline.detect();
   const std::vector<Contact> expected(found.begin(), found.end());
   PipelineOptions options = test_options(Detection::dcd);
-  options.memory_limit = loaded.pipeline.statistics().peak_bytes * 3 / 4;
+  options.memory_limit = loaded.pipeline.query.statistics().peak_bytes * 3 / 4;
   loaded.pipeline.set_options(options);
   EXPECT_TRUE(identical(loaded.pipeline.detect(), expected));
-  EXPECT_GT(loaded.pipeline.statistics().chunks, 1U);
+  EXPECT_GT(loaded.pipeline.query.statistics().chunks, 1U);
 }
 
 TEST(Filtering, takes_vertices_without_filters_for_group_1) {
   const Mesh mesh = grid_cloth(2, 2, 1.0);
   CollisionPipeline pipeline(test_options(Detection::dcd));
-  const BodyId filtered = pipeline.add_body({mesh.triangles, 4, everything(0.1F)});
-  const BodyId plain = pipeline.add_body({mesh.triangles, 4, everything(0.1F)});
-  for (const BodyId body : {filtered, plain}) pipeline.set_positions(body, mesh.positions);
+  const BodyId filtered = pipeline.scene.add_body({mesh.triangles, 4, everything(0.1F)});
+  const BodyId plain = pipeline.scene.add_body({mesh.triangles, 4, everything(0.1F)});
+  for (const BodyId body : {filtered, plain}) pipeline.scene.set_positions(body, mesh.positions);
   EXPECT_FALSE(pipeline.detect().empty());
-  pipeline.set_vertex_filters(filtered, std::vector<VertexFilter>(4, {2, 2}));
+  pipeline.scene.set_vertex_filters(filtered, std::vector<VertexFilter>(4, {2, 2}));
   EXPECT_TRUE(pipeline.detect().empty());
-  pipeline.set_vertex_filters(filtered, std::vector<VertexFilter>(4, {2, 1}));
+  pipeline.scene.set_vertex_filters(filtered, std::vector<VertexFilter>(4, {2, 1}));
   EXPECT_FALSE(pipeline.detect().empty());
 }
 
 TEST(Filtering, errors) {
   CollisionPipeline pipeline(test_options(Detection::dcd));
   const Mesh mesh = grid_cloth(3, 3, 1.0);
-  const BodyId body = pipeline.add_body({mesh.triangles, 9, everything()});
-  pipeline.set_positions(body, mesh.positions);
-  EXPECT_EQ(error_of([&] { pipeline.set_vertex_filters(body, std::vector<VertexFilter>(8)); }),
+  const BodyId body = pipeline.scene.add_body({mesh.triangles, 9, everything()});
+  pipeline.scene.set_positions(body, mesh.positions);
+  EXPECT_EQ(error_of([&] { pipeline.scene.set_vertex_filters(body, std::vector<VertexFilter>(8)); }),
             "body 0: 8 vertex filters were given, but the body has 9 vertices.");
   EXPECT_EQ(error_of([&] {
-              pipeline.set_ignored_pairs(std::vector<BodyPair>{{body, BodyId{4}}});
+              pipeline.scene.set_ignored_pairs(std::vector<BodyPair>{{body, BodyId{4}}});
             }),
             "body 4 is not in the scene; it was removed, or never added.");
   Positions3 x_rest = mesh.positions;
   x_rest[5].z = NAN;
-  EXPECT_EQ(error_of([&] { pipeline.set_rest_positions(body, x_rest); }),
+  EXPECT_EQ(error_of([&] { pipeline.scene.set_rest_positions(body, x_rest); }),
             "body 0: vertex 5 of its positions for rest is not finite, or beyond 1e37.");
   x_rest.pop_back();
-  EXPECT_EQ(error_of([&] { pipeline.set_rest_positions(body, x_rest); }),
+  EXPECT_EQ(error_of([&] { pipeline.scene.set_rest_positions(body, x_rest); }),
             "body 0: 8 positions were given for rest, but the body has 9 vertices.");
   BodySettings settings = everything();
   settings.neighbour_rings = 0;
-  EXPECT_EQ(error_of([&] { pipeline.set_settings(body, settings); }),
+  EXPECT_EQ(error_of([&] { pipeline.scene.set_settings(body, settings); }),
             "body 0: its neighbour_rings is 0, but must be 1 to 16.");
   settings.neighbour_rings = 1;
   settings.rest_distance = -1.0F;
-  EXPECT_EQ(error_of([&] { pipeline.set_settings(body, settings); }),
+  EXPECT_EQ(error_of([&] { pipeline.scene.set_settings(body, settings); }),
             "body 0: its rest_distance is -1, but must be finite and at least 0.");
   settings.rest_distance = 0.5F;
-  pipeline.set_settings(body, settings);
+  pipeline.scene.set_settings(body, settings);
   EXPECT_EQ(error_of([&] { pipeline.detect(); }),
             "body 0: its rest_distance is 0.5, but where it is at rest is not known; use set_rest_positions().");
-  pipeline.set_rest_positions(body, mesh.positions);
+  pipeline.scene.set_rest_positions(body, mesh.positions);
   EXPECT_TRUE(pipeline.detect().empty());
 }
 

@@ -123,7 +123,7 @@ std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& opti
       floats.push_back(floats_of(body.x_t1));
     }
     for (std::size_t i = 0; i < scene.size(); ++i) {
-      loaded.pipeline.set_positions(loaded.ids[i], floats[2 * i], floats[2 * i + 1]);
+      loaded.pipeline.scene.set_positions(loaded.ids[i], floats[2 * i], floats[2 * i + 1]);
     }
   }
   const Span<const Contact> contacts = loaded.pipeline.detect();

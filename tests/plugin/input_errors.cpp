@@ -47,7 +47,7 @@ class InputErrors : public testing::Test {
   void TearDown() override {
     EXPECT_FALSE(expected_.empty());
     EXPECT_TRUE(identical(expected_, loaded_.pipeline.detect())) << "the pipeline changed";
-    EXPECT_EQ(loaded_.pipeline.statistics().bodies, 2U);
+    EXPECT_EQ(loaded_.pipeline.query.statistics().bodies, 2U);
   }
 
   CollisionPipeline& pipeline() { return loaded_.pipeline; }
@@ -61,31 +61,37 @@ class InputErrors : public testing::Test {
 TEST_F(InputErrors, index_out_of_range) {
   const std::vector<Triangle> triangles{{{0, 1, 2}}, {{2, 1, 3}}, {{1, 2, 44}}};
   EXPECT_THAT(message_of<InvalidInput>([&] {
-                pipeline().add_body({triangles, 4, {}});
+                pipeline().scene.add_body({triangles, 4, {}});
               }),
               AllOf(HasSubstr("triangle 2"), HasSubstr("44")));
   EXPECT_THAT(message_of<InvalidInput>([&] {
-                pipeline().update_body(body(1), {triangles, 4, {}});
+                pipeline().scene.update_body(body(1), {triangles, 4, {}});
               }),
               AllOf(HasSubstr("triangle 2"), HasSubstr("44"), HasSubstr("body " + name_of(body(1)))));
 }
 
 TEST_F(InputErrors, index_just_out_of_range) {
   const std::vector<Triangle> triangles{{{0, 1, 4}}};
-  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().add_body({triangles, 4, {}}); }), HasSubstr("triangle 0"));
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                pipeline().scene.add_body({triangles, 4, {}});
+              }),
+              HasSubstr("triangle 0"));
 }
 
 TEST_F(InputErrors, negative_index_as_unsigned) {
   const std::vector<Triangle> triangles{{{0, static_cast<std::uint32_t>(-1), 2}}};
   EXPECT_THAT(message_of<InvalidInput>([&] {
-                pipeline().add_body({triangles, 4, {}});
+                pipeline().scene.add_body({triangles, 4, {}});
               }),
               AllOf(HasSubstr("triangle 0"), HasSubstr("4294967295")));
 }
 
 TEST_F(InputErrors, index_without_vertices) {
   const std::vector<Triangle> triangles{{{0, 0, 0}}};
-  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().add_body({triangles, 0, {}}); }), HasSubstr("triangle 0"));
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                pipeline().scene.add_body({triangles, 0, {}});
+              }),
+              HasSubstr("triangle 0"));
 }
 
 TEST_F(InputErrors, position_count) {
@@ -94,15 +100,16 @@ TEST_F(InputErrors, position_count) {
     const Positions3 wrong(wrong_count);
     const auto names_counts =
         AllOf(HasSubstr("body " + name_of(body(1))), HasSubstr(std::to_string(wrong_count)), HasSubstr("36"));
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(1), wrong); }), names_counts);
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(1), right, wrong); }), names_counts);
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(1), wrong, right); }), names_counts);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_positions(body(1), wrong); }), names_counts);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_positions(body(1), right, wrong); }), names_counts);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_positions(body(1), wrong, right); }), names_counts);
   }
 }
 
 TEST_F(InputErrors, null_positions) {
   EXPECT_THAT(message_of<InvalidInput>([&] {
-                pipeline().set_positions(body(0), Positions(static_cast<const float*>(nullptr), 36, sizeof(Vec3f)));
+                pipeline().scene.set_positions(body(0),
+                                               Positions(static_cast<const float*>(nullptr), 36, sizeof(Vec3f)));
               }),
               HasSubstr("body " + name_of(body(0))));
 }
@@ -110,14 +117,14 @@ TEST_F(InputErrors, null_positions) {
 TEST_F(InputErrors, ends_of_the_step_in_different_types) {
   const Positions3 doubles(36);
   const std::vector<Vec3f> floats(36);
-  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(0), doubles, floats); }),
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_positions(body(0), doubles, floats); }),
               HasSubstr("body " + name_of(body(0))));
 }
 
 TEST_F(InputErrors, stride_shorter_than_a_position) {
   const std::vector<float> numbers(200);
   EXPECT_THAT(message_of<InvalidInput>(
-                  [&] { pipeline().set_positions(body(0), Positions(numbers.data(), 36, 2 * sizeof(float))); }),
+                  [&] { pipeline().scene.set_positions(body(0), Positions(numbers.data(), 36, 2 * sizeof(float))); }),
               AllOf(HasSubstr("body " + name_of(body(0))), HasSubstr("stride")));
 }
 
@@ -129,7 +136,7 @@ TEST_F(InputErrors, misaligned_positions) {
   for (const Positions& wrong : {Positions(floats, 36, 13), Positions(doubles, 36, 28),
                                  Positions(reinterpret_cast<const float*>(memory + 2), 36, 16),
                                  Positions(reinterpret_cast<const double*>(memory + 4), 36, 24)}) {
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(body(0), wrong); }), names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_positions(body(0), wrong); }), names_body);
   }
 }
 
@@ -138,21 +145,24 @@ TEST_F(InputErrors, unknown_body) {
   const std::vector<Triangle> triangles{{{0, 1, 2}}};
   for (const BodyId unknown : {BodyId{}, BodyId{2}, BodyId{77}}) {
     const auto names_body = HasSubstr("body " + name_of(unknown));
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(unknown, x); }), names_body);
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_settings(unknown, {}); }), names_body);
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().update_body(unknown, {triangles, 3, {}}); }), names_body);
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().remove_body(unknown); }), names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_positions(unknown, x); }), names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_settings(unknown, {}); }), names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] {
+                  pipeline().scene.update_body(unknown, {triangles, 3, {}});
+                }),
+                names_body);
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.remove_body(unknown); }), names_body);
   }
 }
 
 TEST_F(InputErrors, removed_body) {
   const std::vector<Triangle> triangles{{{0, 1, 2}}};
-  const BodyId removed = pipeline().add_body({triangles, 3, {}});
-  pipeline().remove_body(removed);
+  const BodyId removed = pipeline().scene.add_body({triangles, 3, {}});
+  pipeline().scene.remove_body(removed);
   const Positions3 x(3);
   const auto names_body = HasSubstr("body " + name_of(removed));
-  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_positions(removed, x); }), names_body);
-  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().remove_body(removed); }), names_body);
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_positions(removed, x); }), names_body);
+  EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.remove_body(removed); }), names_body);
 }
 
 TEST_F(InputErrors, margin) {
@@ -160,11 +170,14 @@ TEST_F(InputErrors, margin) {
   for (const float wrong : {kFloatNaN, kFloatInfinity, -kFloatInfinity, -1e-30F, -1.0F}) {
     BodySettings settings;
     settings.margin = wrong;
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().add_body({triangles, 3, settings}); }), HasSubstr("margin"));
-    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_settings(body(1), settings); }),
+    EXPECT_THAT(message_of<InvalidInput>([&] {
+                  pipeline().scene.add_body({triangles, 3, settings});
+                }),
+                HasSubstr("margin"));
+    EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().scene.set_settings(body(1), settings); }),
                 AllOf(HasSubstr("margin"), HasSubstr("body " + name_of(body(1)))));
     EXPECT_THAT(message_of<InvalidInput>([&] {
-                  pipeline().update_body(body(1), {triangles, 3, settings});
+                  pipeline().scene.update_body(body(1), {triangles, 3, settings});
                 }),
                 AllOf(HasSubstr("margin"), HasSubstr("body " + name_of(body(1)))));
   }
@@ -195,6 +208,7 @@ TEST_F(InputErrors, values_that_no_option_has) {
     EXPECT_THAT(message_of<InvalidInput>([&] { CollisionPipeline unusable(options); }), HasSubstr(name));
     EXPECT_THAT(message_of<InvalidInput>([&] { pipeline().set_options(options); }),
                 AllOf(HasSubstr(name), HasSubstr("77")));
+    EXPECT_TRUE(pipeline().options() == test_options(Detection::dcd)) << "all are as before";
   };
   expect_refused("backend", [](PipelineOptions& options) { options.backend = Backend(77); });
   expect_refused("detection", [](PipelineOptions& options) { options.detection = Detection(77); });
@@ -203,39 +217,34 @@ TEST_F(InputErrors, values_that_no_option_has) {
   expect_refused("contact_rule", [](PipelineOptions& options) { options.contact_rule = ContactRule(77); });
 }
 
-TEST_F(InputErrors, wait_without_start) {
-  EXPECT_FALSE(message_of<Error>([&] { pipeline().wait(); }).empty());
-}
-
 TEST_F(InputErrors, every_error_is_an_error) {
-  EXPECT_THROW(pipeline().remove_body({}), Error);
-  EXPECT_THROW(pipeline().remove_body({}), std::runtime_error);
+  EXPECT_THROW(pipeline().scene.remove_body({}), Error);
+  EXPECT_THROW(pipeline().scene.remove_body({}), std::runtime_error);
 }
 
 // A filter that throws ends the detection; the positions of that detection count all the same, though their memory may
 // be gone.
 TEST_F(InputErrors, exception_in_the_pair_filter) {
   auto frame = std::make_unique<Positions3>(loaded_.scene[1].x_t1);
-  pipeline().set_positions(body(1), *frame);
-  pipeline().set_pair_filter([](BodyId, BodyId) -> bool { throw std::domain_error("from the filter"); });
+  pipeline().scene.set_positions(body(1), *frame);
+  pipeline().query.set_pair_filter([](BodyId, BodyId) -> bool { throw std::domain_error("from the filter"); });
   EXPECT_EQ(message_of<std::domain_error>([&] { pipeline().detect(); }), "from the filter");
   frame.reset();
   // What softcd itself might throw is the caller's all the same.
-  pipeline().set_pair_filter([](BodyId, BodyId) -> bool { throw std::bad_alloc(); });
-  EXPECT_THROW(pipeline().detect_async(), std::bad_alloc);
-  EXPECT_THROW(pipeline().wait(), Error);
-  pipeline().set_pair_filter({});
+  pipeline().query.set_pair_filter([](BodyId, BodyId) -> bool { throw std::bad_alloc(); });
+  EXPECT_THROW(static_cast<void>(pipeline().query.start()), std::bad_alloc);
+  pipeline().query.set_pair_filter({});
 }
 
 TEST_F(InputErrors, exception_in_the_log) {
   const float strays[3] = {kFloatNaN, 0.0F, 0.0F};
   const std::vector<Triangle> triangles{{{0, 0, 0}}};
-  const BodyId spoilt = pipeline().add_body({triangles, 1, {}});
-  pipeline().set_positions(spoilt, Positions(strays, 1, sizeof(strays)));
-  pipeline().set_log([](LogLevel, std::string_view) { throw std::domain_error("from the log"); });
+  const BodyId spoilt = pipeline().scene.add_body({triangles, 1, {}});
+  pipeline().scene.set_positions(spoilt, Positions(strays, 1, sizeof(strays)));
+  pipeline().scene.set_log([](LogLevel, std::string_view) { throw std::domain_error("from the log"); });
   EXPECT_EQ(message_of<std::domain_error>([&] { pipeline().detect(); }), "from the log");
   EXPECT_TRUE(identical(expected_, pipeline().detect())) << "said once";
-  pipeline().remove_body(spoilt);
+  pipeline().scene.remove_body(spoilt);
 }
 
 }  // namespace

@@ -102,16 +102,16 @@ TEST(MemoryLimitErrors, the_limit_of_the_detection_that_starts_holds_for_its_top
   LoadedScene loaded = load({still(icosphere(1, 0.1), everything(0.001F))}, options);
   loaded.pipeline.detect();
   const Scene more = crowd();
-  const BodyId added =
-      loaded.pipeline.add_body({more[0].triangles, static_cast<std::uint32_t>(more[0].x_t1.size()), more[0].settings});
-  loaded.pipeline.set_positions(added, more[0].x_t1);
+  const BodyId added = loaded.pipeline.scene.add_body(
+      {more[0].triangles, static_cast<std::uint32_t>(more[0].x_t1.size()), more[0].settings});
+  loaded.pipeline.scene.set_positions(added, more[0].x_t1);
   EXPECT_THROW(loaded.pipeline.detect(), OutOfMemory);
   for (const std::uint64_t limit : {std::uint64_t{0}, kPlenty}) {
     LoadedScene raised = load({still(icosphere(1, 0.1), everything(0.001F))}, options);
     raised.pipeline.detect();
-    const BodyId crowded = raised.pipeline.add_body(
+    const BodyId crowded = raised.pipeline.scene.add_body(
         {more[0].triangles, static_cast<std::uint32_t>(more[0].x_t1.size()), more[0].settings});
-    raised.pipeline.set_positions(crowded, more[0].x_t1);
+    raised.pipeline.scene.set_positions(crowded, more[0].x_t1);
     options.memory_limit = limit;
     raised.pipeline.set_options(options);
     options.memory_limit = 100'000;
@@ -125,15 +125,15 @@ TEST(MemoryLimitErrors, a_lowered_limit_holds_at_once) {
   const Span<const Contact> found = loaded.pipeline.detect();
   const std::vector<Contact> contacts(found.begin(), found.end());
   options.memory_limit = detect_within(kPlenty, Detection::dcd).statistics.peak_bytes / 10 * 6;
-  ASSERT_LT(options.memory_limit, loaded.pipeline.statistics().peak_bytes);
+  ASSERT_LT(options.memory_limit, loaded.pipeline.query.statistics().peak_bytes);
   loaded.pipeline.set_options(options);
   EXPECT_TRUE(identical(contacts, loaded.pipeline.detect()));
-  EXPECT_LE(loaded.pipeline.statistics().peak_bytes, options.memory_limit);
+  EXPECT_LE(loaded.pipeline.query.statistics().peak_bytes, options.memory_limit);
   for (const std::uint64_t limit : {1U, 1000U, 100'000U}) {
     options.memory_limit = limit;
     loaded.pipeline.set_options(options);
     EXPECT_THROW(loaded.pipeline.detect(), OutOfMemory) << limit;
-    EXPECT_LE(loaded.pipeline.statistics().peak_bytes, limit);
+    EXPECT_LE(loaded.pipeline.query.statistics().peak_bytes, limit);
   }
   options.memory_limit = 0;
   loaded.pipeline.set_options(options);
@@ -187,7 +187,7 @@ TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
     EXPECT_THAT(error.what(), testing::HasSubstr("for the contacts of 700 triangles"));
     EXPECT_THAT(error.what(), testing::ContainsRegex(": [1-9][0-9]* were found so far, [1-9][0-9]* bytes"));
   }
-  const Statistics& statistics = loaded.pipeline.statistics();
+  const Statistics& statistics = loaded.pipeline.query.statistics();
   EXPECT_GT(statistics.peak_bytes, options.memory_limit / 4);
   EXPECT_LE(statistics.peak_bytes, options.memory_limit);
   EXPECT_GT(statistics.chunks, 1U) << "parts were tried";
@@ -203,12 +203,12 @@ TEST(MemoryLimitErrors, a_pipeline_goes_on_when_its_limit_changes) {
   options.memory_limit = plenty.statistics.peak_bytes / 10 * 7;
   loaded.pipeline.set_options(options);
   EXPECT_TRUE(identical(plenty.contacts, loaded.pipeline.detect()));
-  EXPECT_GT(loaded.pipeline.statistics().chunks, 1U);
+  EXPECT_GT(loaded.pipeline.query.statistics().chunks, 1U);
   EXPECT_TRUE(identical(plenty.contacts, loaded.pipeline.detect()));
   options.memory_limit = 0;
   loaded.pipeline.set_options(options);
   EXPECT_TRUE(identical(plenty.contacts, loaded.pipeline.detect()));
-  EXPECT_EQ(loaded.pipeline.statistics().chunks, 1U);
+  EXPECT_EQ(loaded.pipeline.query.statistics().chunks, 1U);
 }
 
 // What a first detection guesses is not given back. Hardly a triangle takes part.

@@ -108,7 +108,7 @@ TEST(Neighbours, follow_the_settings) {
   LoadedScene loaded = load(scene, test_options(Detection::ccd));
   const auto expect_same_as_anew = [&](const BodySettings& settings) {
     loaded.scene[0].settings = settings;
-    loaded.pipeline.set_settings(loaded.ids[0], settings);
+    loaded.pipeline.scene.set_settings(loaded.ids[0], settings);
     const std::vector<Contact> anew = detect_once(loaded.scene, test_options(Detection::ccd));
     EXPECT_GT(anew.size(), 100U);
     EXPECT_TRUE(identical(loaded.pipeline.detect(), anew));
@@ -134,13 +134,13 @@ TEST(Neighbours, go_with_triangles_that_are_left_out_and_come_back) {
   Positions3 torn = scene[0].x_t1;
   for (std::size_t v = 0; v < torn.size(); v += 9) torn[v].y = NAN;
   scene[0].x_t1 = scene[0].x_t0 = torn;
-  loaded.pipeline.set_positions(loaded.ids[0], Span<const Vec3d>(torn));
+  loaded.pipeline.scene.set_positions(loaded.ids[0], Span<const Vec3d>(torn));
   const std::vector<Contact> anew = detect_once(scene, test_options(Detection::dcd));
   EXPECT_GT(anew.size(), 50U);
   EXPECT_LT(anew.size(), whole.size());
   EXPECT_TRUE(identical(loaded.pipeline.detect(), anew));
 
-  loaded.pipeline.set_positions(loaded.ids[0], Span<const Vec3d>(loaded.scene[0].x_t1));
+  loaded.pipeline.scene.set_positions(loaded.ids[0], Span<const Vec3d>(loaded.scene[0].x_t1));
   EXPECT_TRUE(identical(loaded.pipeline.detect(), whole));
 }
 

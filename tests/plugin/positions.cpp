@@ -42,9 +42,8 @@ Scene transformed(Scene scene, double scale, Vec3d offset) {
 }
 
 template <class X>
-constexpr bool kMayBeSet =
-    std::is_invocable_v<void (CollisionPipeline::*)(BodyId, Positions), CollisionPipeline&, BodyId, X>&&
-        std::is_constructible_v<Positions, X>;
+constexpr bool kMayBeSet = std::is_invocable_v<void (softcd::Scene::*)(BodyId, Positions), softcd::Scene&, BodyId, X>&&
+    std::is_constructible_v<Positions, X>;
 
 // What is read later must outlive the call.
 static_assert(kMayBeSet<std::vector<Vec3f>&> && kMayBeSet<const std::vector<Vec3d>&>);
@@ -91,8 +90,8 @@ void expect_same_from_nodes(const Scene& scene, Detection detection) {
     nodes.push_back(nodes_of<T>(scene[i].x_t1));
     const std::vector<Node<T>>& t0 = nodes[2 * i];
     const std::vector<Node<T>>& t1 = nodes[2 * i + 1];
-    loaded.pipeline.set_positions(loaded.ids[i], Positions(t0[0].x, t0.size(), sizeof(Node<T>)),
-                                  Positions(t1[0].x, t1.size(), sizeof(Node<T>)));
+    loaded.pipeline.scene.set_positions(loaded.ids[i], Positions(t0[0].x, t0.size(), sizeof(Node<T>)),
+                                        Positions(t1[0].x, t1.size(), sizeof(Node<T>)));
   }
   EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
 }
@@ -109,7 +108,7 @@ TEST_P(PositionKinds, one_body_in_float_one_in_double) {
   std::vector<Vec3f> t1;
   for (const Vec3d& p : scene[1].x_t0) t0.push_back(vec3_cast<float>(p));
   for (const Vec3d& p : scene[1].x_t1) t1.push_back(vec3_cast<float>(p));
-  loaded.pipeline.set_positions(loaded.ids[1], t0, t1);
+  loaded.pipeline.scene.set_positions(loaded.ids[1], t0, t1);
   EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.detect()));
 }
 
@@ -117,11 +116,11 @@ TEST_P(PositionKinds, are_read_when_the_detection_starts) {
   const Scene scene = coarse_scene(GetParam());
   LoadedScene loaded = load(scene, test_options(GetParam()));
   Positions3 x(scene[0].x_t1.size(), Vec3d{NAN, NAN, NAN});
-  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, x);
+  loaded.pipeline.scene.set_positions(loaded.ids[0], scene[0].x_t0, x);
   x = scene[0].x_t1;
-  loaded.pipeline.detect_async();
+  Ticket ticket = loaded.pipeline.query.start();
   x.assign(x.size(), Vec3d{NAN, NAN, NAN});
-  EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.wait()));
+  EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), ticket.wait()));
 }
 
 // The memory may be gone once the detection after set_positions has started; a second detection has to do without it.
@@ -129,11 +128,11 @@ TEST_P(PositionKinds, are_not_read_again) {
   const Scene scene = coarse_scene(GetParam());
   LoadedScene loaded = load(scene, test_options(GetParam()));
   auto x = std::make_unique<Positions3>(scene[0].x_t1);
-  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t0, *x);
+  loaded.pipeline.scene.set_positions(loaded.ids[0], scene[0].x_t0, *x);
   loaded.pipeline.detect();
   x->assign(x->size(), Vec3d{NAN, NAN, NAN});
   EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.detect()));
-  EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles, 0U);
+  EXPECT_EQ(loaded.pipeline.query.statistics().left_out_triangles, 0U);
 }
 
 TEST_P(PositionKinds, one_address_with_two_strides_is_two_ends) {
@@ -148,8 +147,8 @@ TEST_P(PositionKinds, one_address_with_two_strides_is_two_ends) {
     expected[0].x_t0[v] = nodes[2 * v];
     expected[0].x_t1[v] = nodes[3 * v];
   }
-  loaded.pipeline.set_positions(loaded.ids[0], Positions(&nodes[0].x, count, 2 * sizeof(Vec3d)),
-                                Positions(&nodes[0].x, count, 3 * sizeof(Vec3d)));
+  loaded.pipeline.scene.set_positions(loaded.ids[0], Positions(&nodes[0].x, count, 2 * sizeof(Vec3d)),
+                                      Positions(&nodes[0].x, count, 3 * sizeof(Vec3d)));
   const std::vector<Contact> contacts = detect_once(expected, test_options(GetParam()));
   EXPECT_FALSE(identical(contacts, detect_once(scene, test_options(GetParam()))));
   EXPECT_TRUE(identical(contacts, loaded.pipeline.detect()));
@@ -171,13 +170,13 @@ TEST_P(PositionKinds, a_second_detection_of_the_same_positions_has_the_same_byte
     const std::vector<Contact> first(contacts.begin(), contacts.end());
     ASSERT_FALSE(first.empty());
     EXPECT_TRUE(identical(first, loaded.pipeline.detect())) << "scene " << seed;
-    loaded.pipeline.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
+    loaded.pipeline.scene.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
     EXPECT_TRUE(identical(first, loaded.pipeline.detect())) << "scene " << seed << ", one body set again";
 
     const Positions3 elsewhere = translated(scene[1].x_t0, {900, 0, 0});
-    loaded.pipeline.set_positions(loaded.ids[1], elsewhere);
+    loaded.pipeline.scene.set_positions(loaded.ids[1], elsewhere);
     loaded.pipeline.detect();
-    loaded.pipeline.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
+    loaded.pipeline.scene.set_positions(loaded.ids[1], scene[1].x_t0, scene[1].x_t1);
     EXPECT_TRUE(identical(first, loaded.pipeline.detect())) << "scene " << seed << ", with another origin in between";
   }
 }
@@ -185,7 +184,7 @@ TEST_P(PositionKinds, a_second_detection_of_the_same_positions_has_the_same_byte
 TEST_P(PositionKinds, one_end_means_at_rest) {
   Scene scene = coarse_scene(GetParam());
   LoadedScene loaded = load(scene, test_options(GetParam()));
-  loaded.pipeline.set_positions(loaded.ids[0], scene[0].x_t1);
+  loaded.pipeline.scene.set_positions(loaded.ids[0], scene[0].x_t1);
   scene[0].x_t0 = scene[0].x_t1;
   EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), loaded.pipeline.detect()));
 }

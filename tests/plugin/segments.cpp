@@ -295,8 +295,8 @@ TEST(Segments, come_and_go_with_updates) {
     now[0] = bodies[step];
     if (step == 2) now[0].triangles = {{{0, 1, 2}}};
     const auto count = static_cast<std::uint32_t>(now[0].x_t1.size());
-    loaded.pipeline.update_body(loaded.ids[0], {now[0].triangles, count, now[0].settings, -1, now[0].segments});
-    loaded.pipeline.set_positions(loaded.ids[0], now[0].x_t0, now[0].x_t1);
+    loaded.pipeline.scene.update_body(loaded.ids[0], {now[0].triangles, count, now[0].settings, -1, now[0].segments});
+    loaded.pipeline.scene.set_positions(loaded.ids[0], now[0].x_t0, now[0].x_t1);
     const std::vector<Contact> expected = detect_once(now, test_options(Detection::dcd));
     EXPECT_GT(expected.size(), 100U);
     EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
@@ -317,15 +317,15 @@ TEST(Segments, are_what_kinds_of_features_say) {
 TEST(Segments, out_of_range_are_named) {
   CollisionPipeline pipeline(test_options(Detection::dcd));
   const Positions3 x = {{0, 0, 0}, {1, 0, 0}};
-  const BodyId body = pipeline.add_body({{}, 2, everything(0.1F), -1, chain(0, 1)});
+  const BodyId body = pipeline.scene.add_body({{}, 2, everything(0.1F), -1, chain(0, 1)});
   const std::vector<Segment> segments = {{{0, 1}}, {{1, 0}}, {{1, 2}}};
-  const std::string added = error_of([&] { pipeline.add_body({{}, 2, {}, -1, segments}); });
+  const std::string added = error_of([&] { pipeline.scene.add_body({{}, 2, {}, -1, segments}); });
   EXPECT_THAT(added, AllOf(HasSubstr("segment 2"), HasSubstr("index 2"), HasSubstr("2 vertices")));
-  const std::string updated = error_of([&] { pipeline.update_body(body, {{}, 2, {}, -1, segments}); });
+  const std::string updated = error_of([&] { pipeline.scene.update_body(body, {{}, 2, {}, -1, segments}); });
   EXPECT_THAT(updated, AllOf(HasSubstr("body " + std::to_string(body.value)), HasSubstr("segment 2")));
-  const BodyId other = pipeline.add_body({{}, 2, everything(0.1F), -1, chain(0, 1)});
-  pipeline.set_positions(body, x);
-  pipeline.set_positions(other, x);
+  const BodyId other = pipeline.scene.add_body({{}, 2, everything(0.1F), -1, chain(0, 1)});
+  pipeline.scene.set_positions(body, x);
+  pipeline.scene.set_positions(other, x);
   EXPECT_EQ(pipeline.detect().size(), 1U) << "the body is what it was";
 }
 

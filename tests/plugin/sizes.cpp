@@ -27,12 +27,12 @@ TEST(Sizes, a_body_of_2_31_elements_is_refused_before_it_is_read) {
       {Span<const Triangle>(&triangle, 1), 3, {}, -1, Span<const Segment>(&segment, kTooMany - 1)}};
   for (const BodyDesc& desc : descs) {
     try {
-      loaded.pipeline.add_body(desc);
+      loaded.pipeline.scene.add_body(desc);
       ADD_FAILURE() << "not refused";
     } catch (const InvalidInput& error) {
       EXPECT_THAT(error.what(), testing::HasSubstr("are more than 2^31"));
     }
-    EXPECT_THROW(loaded.pipeline.update_body(loaded.ids[0], desc), InvalidInput);
+    EXPECT_THROW(loaded.pipeline.scene.update_body(loaded.ids[0], desc), InvalidInput);
   }
   EXPECT_TRUE(identical(loaded.pipeline.detect(), expected));
 }

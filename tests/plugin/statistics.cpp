@@ -31,7 +31,7 @@ Scene uneven_scene(std::uint32_t count = 1000) {
 Statistics statistics_of(const Scene& scene, const PipelineOptions& options) {
   LoadedScene loaded = load(scene, options);
   loaded.pipeline.detect();
-  return loaded.pipeline.statistics();
+  return loaded.pipeline.query.statistics();
 }
 
 class StatisticsOf : public testing::TestWithParam<Detection> {};
@@ -40,7 +40,7 @@ TEST_P(StatisticsOf, counts_match_the_contacts) {
   const Scene scene = uneven_scene();
   LoadedScene loaded = load(scene, test_options(GetParam()));
   const Span<const Contact> contacts = loaded.pipeline.detect();
-  const Statistics& s = loaded.pipeline.statistics();
+  const Statistics& s = loaded.pipeline.query.statistics();
   const auto vt = std::count_if(contacts.begin(), contacts.end(),
                                 [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
   double earliest = 1.0;
@@ -162,10 +162,10 @@ TEST_P(StatisticsOf, bodies_far_apart_are_not_active) {
 TEST_P(StatisticsOf, workspace_stops_growing) {
   LoadedScene loaded = load(uneven_scene(), test_options(GetParam()));
   loaded.pipeline.detect();
-  const std::uint64_t bytes = loaded.pipeline.statistics().peak_bytes;
+  const std::uint64_t bytes = loaded.pipeline.query.statistics().peak_bytes;
   for (int i = 0; i < 5; ++i) loaded.pipeline.detect();
-  EXPECT_EQ(loaded.pipeline.statistics().peak_bytes, bytes);
-  EXPECT_EQ(loaded.pipeline.statistics().reruns, 0U);
+  EXPECT_EQ(loaded.pipeline.query.statistics().peak_bytes, bytes);
+  EXPECT_EQ(loaded.pipeline.query.statistics().reruns, 0U);
 }
 
 /// The report's only line about a stage.

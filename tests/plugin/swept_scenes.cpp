@@ -61,11 +61,11 @@ TEST_P(SweptScenes, that_move_on_have_the_contacts_of_the_grid) {
         SceneBody& body = loaded->scene[b];
         body.x_t0 = body.x_t1;
         body.x_t1 = translated(body.x_t1, motion);
-        loaded->pipeline.set_positions(loaded->ids[b], body.x_t0, body.x_t1);
+        loaded->pipeline.scene.set_positions(loaded->ids[b], body.x_t0, body.x_t1);
       }
     }
     EXPECT_TRUE(identical(swept.pipeline.detect(), grid.pipeline.detect())) << step;
-    has_reused |= swept.pipeline.statistics().reused_pairs;
+    has_reused |= swept.pipeline.query.statistics().reused_pairs;
   }
   EXPECT_TRUE(has_reused);
 }

@@ -83,7 +83,7 @@ TEST_P(NonFinite, only_its_triangles_are_left_out) {
     EXPECT_THAT(warnings[1], AllOf(HasSubstr("body 1"), HasSubstr("vertex 0")));
     loaded.pipeline.detect();
     EXPECT_EQ(warnings.size(), 2U) << "said once, not in every detection";
-    EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles,
+    EXPECT_EQ(loaded.pipeline.query.statistics().left_out_triangles,
               triangles_with(scene[0], in_soup) + triangles_with(scene[1], all_in_cloth));
   }
 }
@@ -130,9 +130,9 @@ TEST_P(NonFinite, recovers_when_positions_do) {
   bad[0].x_t1[7].x = GetParam();
   LoadedScene loaded = load(bad, test_options(Detection::dcd));
   loaded.pipeline.detect();
-  loaded.pipeline.set_positions(loaded.ids[0], good[0].x_t0, good[0].x_t1);
+  loaded.pipeline.scene.set_positions(loaded.ids[0], good[0].x_t0, good[0].x_t1);
   EXPECT_TRUE(identical(detect_once(good, test_options(Detection::dcd)), loaded.pipeline.detect()));
-  EXPECT_EQ(loaded.pipeline.statistics().left_out_triangles, 0U);
+  EXPECT_EQ(loaded.pipeline.query.statistics().left_out_triangles, 0U);
 }
 
 TEST_P(NonFinite, every_vertex) {
@@ -148,18 +148,17 @@ INSTANTIATE_TEST_SUITE_P(Values, NonFinite, testing::Values(kNaN, kInfinity, -kI
 TEST(SmallInput, empty_pipeline) {
   CollisionPipeline pipeline(test_options(Detection::dcd));
   EXPECT_TRUE(pipeline.detect().empty());
-  EXPECT_EQ(pipeline.statistics().triangles, 0U);
-  pipeline.detect_async();
-  EXPECT_TRUE(pipeline.wait().empty());
+  EXPECT_EQ(pipeline.query.statistics().triangles, 0U);
+  EXPECT_TRUE(pipeline.query.start().wait().empty());
 }
 
 TEST(SmallInput, empty_bodies) {
   CollisionPipeline pipeline(test_options(Detection::ccd));
-  const BodyId empty = pipeline.add_body({});
-  const BodyId only_vertices = pipeline.add_body({{}, 3, everything(1.0F)});
-  pipeline.set_positions(empty, Positions());
+  const BodyId empty = pipeline.scene.add_body({});
+  const BodyId only_vertices = pipeline.scene.add_body({{}, 3, everything(1.0F)});
+  pipeline.scene.set_positions(empty, Positions());
   const Positions3 x(3);
-  pipeline.set_positions(only_vertices, x, x);
+  pipeline.scene.set_positions(only_vertices, x, x);
   EXPECT_TRUE(pipeline.detect().empty());
 }
 
@@ -206,15 +205,15 @@ TEST(SmallInput, body_without_positions_is_left_out_and_named_once) {
   const Scene scene{still(soup(6), everything(0.02F)), still(soup(7), everything(0.02F))};
   LoadedScene loaded = load(scene, test_options(Detection::dcd));
   std::vector<std::string> warnings;
-  loaded.pipeline.set_log([&](LogLevel, std::string_view text) { warnings.emplace_back(text); });
+  loaded.pipeline.scene.set_log([&](LogLevel, std::string_view text) { warnings.emplace_back(text); });
   const Mesh waiting = soup(8);
-  loaded.pipeline.add_body(
+  loaded.pipeline.scene.add_body(
       {waiting.triangles, static_cast<std::uint32_t>(waiting.positions.size()), everything(0.02F)});
   for (int i = 0; i < 2; ++i) {
     EXPECT_TRUE(identical(detect_once(scene, test_options(Detection::dcd)), loaded.pipeline.detect()));
   }
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("body 2 has no positions")));
-  const std::vector<StageReport> report = loaded.pipeline.explain();
+  const std::vector<StageReport> report = loaded.pipeline.query.explain();
   EXPECT_TRUE(std::any_of(report.begin(), report.end(), [](const StageReport& line) {
     return line.stage == "bodies without positions" && !line.ran && line.reason.rfind("1 ", 0) == 0;
   }));
@@ -224,11 +223,11 @@ TEST(SmallInput, continuous_detection_without_an_end_is_named_once) {
   const Mesh mesh = soup(6);
   std::vector<std::string> warnings;
   CollisionPipeline pipeline(test_options(Detection::ccd));
-  pipeline.set_log([&](LogLevel, std::string_view text) { warnings.emplace_back(text); });
+  pipeline.scene.set_log([&](LogLevel, std::string_view text) { warnings.emplace_back(text); });
   EXPECT_TRUE(pipeline.detect().empty()) << "of nothing";
   const BodyDesc desc{mesh.triangles, static_cast<std::uint32_t>(mesh.positions.size()), everything(0.02F)};
-  const BodyId id = pipeline.add_body(desc);
-  pipeline.set_positions(id, mesh.positions);
+  const BodyId id = pipeline.scene.add_body(desc);
+  pipeline.scene.set_positions(id, mesh.positions);
   for (int i = 0; i < 2; ++i) pipeline.detect();
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("give set_positions() x_t0 and x_t1")));
 }

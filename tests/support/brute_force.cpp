@@ -63,9 +63,10 @@ FeatureLists features_of_body(const SceneBody& body) {
 bool bodies_meet(const Scene& scene, std::uint32_t a, std::uint32_t b, const PairFilter& filter) {
   const BodySettings& sa = scene[a].settings;
   const BodySettings& sb = scene[b].settings;
-  if (a == b) return sa.self_collision;
-  if (sa.kinematic && sb.kinematic) return false;
-  if ((sa.filter_group & sb.filter_mask) == 0 || (sb.filter_group & sa.filter_mask) == 0) return false;
+  if (a == b && !sa.self_collision) return false;
+  if (a != b && sa.kinematic && sb.kinematic) return false;
+  const bool groups_meet = (sa.filter_group & sb.filter_mask) != 0 && (sb.filter_group & sa.filter_mask) != 0;
+  if (a != b && !groups_meet) return false;
   return !filter || filter(BodyId{a}, BodyId{b});
 }
 

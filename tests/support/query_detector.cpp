@@ -21,13 +21,13 @@ QueryDetector::QueryDetector(ContactKind kind, const PipelineOptions& options, f
   settings.margin = 0.5F * margin;
   settings.self_collision = true;
   settings.features = {is_vertex, !is_vertex};
-  body_ = pipeline_.add_body({is_vertex ? kVertexAndTriangle : kTwoEdges, 4, settings});
+  body_ = pipeline_.scene.add_body({is_vertex ? kVertexAndTriangle : kTwoEdges, 4, settings});
 }
 
 std::optional<Contact> QueryDetector::detect(const Query& query) {
   const Span<const Vec3d> t0(query.rows.data(), 4);
   const Span<const Vec3d> t1(query.rows.data() + 4, 4);
-  pipeline_.set_positions(body_, t0, t1);
+  pipeline_.scene.set_positions(body_, t0, t1);
   const Span<const Contact> contacts = pipeline_.detect();
   const Contact* const found = std::find_if(contacts.begin(), contacts.end(), is_of_query);
   return found == contacts.end() ? std::nullopt : std::optional<Contact>(*found);

@@ -16,7 +16,7 @@ class QueryDetector {
   /// The contact of the query's features, if they have one. Positions are given in double.
   std::optional<Contact> detect(const Query& query);
 
-  const Statistics& statistics() const { return pipeline_.statistics(); }
+  const Statistics& statistics() const { return pipeline_.query.statistics(); }
 
  private:
   CollisionPipeline pipeline_;

@@ -64,8 +64,8 @@ LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log) {
   LoadedScene loaded{std::move(scene), CollisionPipeline(options, std::move(log)), {}};
   for (const SceneBody& body : loaded.scene) {
     const auto vertex_count = static_cast<std::uint32_t>(body.x_t1.size());
-    const BodyId id = loaded.pipeline.add_body({body.triangles, vertex_count, body.settings, -1, body.segments});
-    loaded.pipeline.set_positions(id, body.x_t0, body.x_t1);
+    const BodyId id = loaded.pipeline.scene.add_body({body.triangles, vertex_count, body.settings, -1, body.segments});
+    loaded.pipeline.scene.set_positions(id, body.x_t0, body.x_t1);
     loaded.ids.push_back(id);
   }
   return loaded;
@@ -82,13 +82,13 @@ PipelineOptions test_options(Detection detection, BroadPhase broad_phase) {
 
 Outcome outcome_of(const Scene& scene, const PipelineOptions& options, const PairFilter& pair_filter) {
   LoadedScene loaded = load(scene, options);
-  loaded.pipeline.set_pair_filter(pair_filter);
+  loaded.pipeline.query.set_pair_filter(pair_filter);
   const Span<const Contact> contacts = loaded.pipeline.detect();
-  const Statistics& statistics = loaded.pipeline.statistics();
+  const Statistics& statistics = loaded.pipeline.query.statistics();
   if (options.backend != Backend::automatic && statistics.backend != options.backend) {
     throw std::logic_error("another backend than the one under test has detected");
   }
-  return {{contacts.begin(), contacts.end()}, statistics, loaded.pipeline.explain()};
+  return {{contacts.begin(), contacts.end()}, statistics, loaded.pipeline.query.explain()};
 }
 
 std::vector<Contact> detect_once(const Scene& scene, const PipelineOptions& options, const PairFilter& pair_filter) {

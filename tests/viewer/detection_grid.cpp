@@ -62,7 +62,7 @@ TEST_P(DetectionGridOf, counts_what_the_detector_counts) {
   const DetectionGrid grid(grid_bodies(scene), GetParam().options);
   test::LoadedScene loaded = test::load(scene, GetParam().options);
   loaded.pipeline.detect();
-  const Statistics& expected = loaded.pipeline.statistics();
+  const Statistics& expected = loaded.pipeline.query.statistics();
   const Statistics& counts = grid.counts();
   EXPECT_GT(counts.tests, 0U);
   EXPECT_EQ(counts.triangle_pairs, expected.triangle_pairs);
