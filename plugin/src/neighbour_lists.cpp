@@ -155,8 +155,8 @@ std::vector<Range> NeighbourLists::List::changes(bool all) const {
   return all ? std::vector<Range>{{0, features.size()}} : unsent.within(features.size());
 }
 
-FeaturePart NeighbourLists::List::part_of(const BodyNeighbours& body) {
-  const Range& range = (body.*part).range;
+FeaturePart NeighbourLists::List::part_of(const Body& body) {
+  const Range& range = (body.neighbours.*part).range;
   return {{features.data() + range.begin, range.end - range.begin}, range.begin, unsent};
 }
 
@@ -169,21 +169,17 @@ void NeighbourLists::update(std::vector<Body>& bodies) {
     if (!body.changing || body.changing->mesh.relisted_triangles().empty()) continue;
     bool is_updated = false;
     try {
-      is_updated = update_changed(body);
+      is_updated = ChangedNeighbours(body, vertex_triangle_.part_of(body), edge_edge_.part_of(body)).list();
     } catch (...) {
       body.neighbours = {};
       throw;
     }
-    if (!is_updated) body.neighbours = {};
+    if (is_updated) {
+      body.changing->mesh.forget_relisted();
+    } else {
+      body.neighbours = {};
+    }
   }
-}
-
-/// Returns false if there are too few slots.
-bool NeighbourLists::update_changed(Body& body) {
-  ChangedNeighbours neighbours(body, vertex_triangle_.part_of(body.neighbours), edge_edge_.part_of(body.neighbours));
-  if (!neighbours.list()) return false;
-  body.changing->mesh.forget_relisted();
-  return true;
 }
 
 void NeighbourLists::list_missing(SceneLayout& layout) {

@@ -37,10 +37,8 @@ class NeighbourLists {
     void close_gaps(std::vector<Body>& bodies);
     void append(BodyNeighbours& body, const std::vector<std::uint64_t>& added, std::uint64_t numbering);
     std::vector<Range> changes(bool all) const;
-    FeaturePart part_of(const BodyNeighbours& body);
+    FeaturePart part_of(const Body& body);
   };
-
-  bool update_changed(Body& body);
 
   List vertex_triangle_{&BodyNeighbours::vertex_triangle};
   List edge_edge_{&BodyNeighbours::edge_edge};

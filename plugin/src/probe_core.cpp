@@ -22,13 +22,13 @@ void ProbeCore::require_scene() const {
   if (scene_->is_closed()) throw Error("the Scene of this Probe is gone; make a Probe of a Scene that lives as long.");
 }
 
-template <class Answers, class Ask>
-Answers ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& ask) {
+template <class Ask>
+auto ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& ask) {
   require_scene();
   if (questions >= kMostElements) {
     throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several.", questions));
   }
-  Answers answers{};
+  decltype(ask(std::declval<SpatialQueries&>())) answers{};
   if (questions == 0) return answers;
   const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, wants_sides, filter_, bodies_};
   scene_->answer(request, [&](SpatialQueries& queries) { answers = ask(queries); });
@@ -36,49 +36,42 @@ Answers ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& a
 }
 
 Span<const RayHit> ProbeCore::first_hits(Span<const Ray> rays) {
-  return answers<Span<const RayHit>>(rays.size(), false,
-                                     [&](SpatialQueries& queries) { return queries.first_hits(rays); });
+  return answers(rays.size(), false, [&](SpatialQueries& queries) { return queries.first_hits(rays); });
 }
 
 AnswerLists<RayHit> ProbeCore::all_hits(Span<const Ray> rays) {
-  return answers<AnswerLists<RayHit>>(rays.size(), false,
-                                      [&](SpatialQueries& queries) { return queries.all_hits(rays); });
+  return answers(rays.size(), false, [&](SpatialQueries& queries) { return queries.all_hits(rays); });
 }
 
 Span<const ClosestPoint> ProbeCore::closest_points(Span<const QueryPoint> points) {
-  return answers<Span<const ClosestPoint>>(points.size(), true,
-                                           [&](SpatialQueries& queries) { return queries.closest_points(points); });
+  return answers(points.size(), true, [&](SpatialQueries& queries) { return queries.closest_points(points); });
 }
 
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QuerySphere> spheres) {
-  return answers<AnswerLists<TriangleOverlap>>(spheres.size(), false,
-                                               [&](SpatialQueries& queries) { return queries.overlaps(spheres); });
+  return answers(spheres.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(spheres); });
 }
 
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryCapsule> capsules) {
-  return answers<AnswerLists<TriangleOverlap>>(capsules.size(), false,
-                                               [&](SpatialQueries& queries) { return queries.overlaps(capsules); });
+  return answers(capsules.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(capsules); });
 }
 
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryBox> boxes) {
-  return answers<AnswerLists<TriangleOverlap>>(boxes.size(), false,
-                                               [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
+  return answers(boxes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
 }
 
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryOrientedBox> boxes) {
-  return answers<AnswerLists<TriangleOverlap>>(boxes.size(), false,
-                                               [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
+  return answers(boxes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
 }
 
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryHull> hulls) {
-  return answers<AnswerLists<TriangleOverlap>>(hulls.size(), false, [&](SpatialQueries& queries) {
+  return answers(hulls.size(), false, [&](SpatialQueries& queries) {
     hulls_.prepare(hulls);
     return queries.overlaps(hulls_.questions());
   });
 }
 
-template <class Answers, class Ask>
-Answers ProbeCore::answers_about(Span<const QueryBodies> pairs, const Ask& ask) {
+template <class Ask>
+auto ProbeCore::answers_about(Span<const QueryBodies> pairs, const Ask& ask) {
   for (std::size_t i = 0; i < pairs.size() && !scene_->is_closed(); ++i) {
     for (const BodyId id : {pairs[i].a, pairs[i].b}) {
       if (id == BodyId() || scene_->has_body(id)) continue;
@@ -88,31 +81,26 @@ Answers ProbeCore::answers_about(Span<const QueryBodies> pairs, const Ask& ask) 
                       i, id.value));
     }
   }
-  return answers<Answers>(pairs.size(), false, [&](SpatialQueries& queries) {
+  return answers(pairs.size(), false, [&](SpatialQueries& queries) {
     body_questions_.prepare(pairs, bodies_);
     return ask(queries, body_questions_.questions(), body_questions_.item_count());
   });
 }
 
 Span<const BodyDistance> ProbeCore::distances(Span<const QueryBodies> pairs) {
-  return answers_about<Span<const BodyDistance>>(
-      pairs, [](SpatialQueries& queries, Span<const BodiesQuestion> questions, std::uint64_t item_count) {
-        return queries.distances(questions, item_count);
-      });
+  return answers_about(pairs,
+                       [](SpatialQueries& queries, const auto&... of_pairs) { return queries.distances(of_pairs...); });
 }
 
 AnswerLists<TriangleIntersection> ProbeCore::intersections(Span<const QueryBodies> pairs) {
-  return answers_about<AnswerLists<TriangleIntersection>>(
-      pairs, [](SpatialQueries& queries, Span<const BodiesQuestion> questions, std::uint64_t item_count) {
-        return queries.intersections(questions, item_count);
-      });
+  return answers_about(
+      pairs, [](SpatialQueries& queries, const auto&... of_pairs) { return queries.intersections(of_pairs...); });
 }
 
 bool ProbeCore::has_intersections(const QueryBodies& pair) {
-  return answers_about<bool>(
-      {&pair, 1}, [](SpatialQueries& queries, Span<const BodiesQuestion> questions, std::uint64_t item_count) {
-        return queries.has_intersections(questions, item_count);
-      });
+  return answers_about({&pair, 1}, [](SpatialQueries& queries, const auto&... of_pairs) {
+    return queries.has_intersections(of_pairs...);
+  });
 }
 
 AnswerLists<ChangeIntersection> ProbeCore::intersections_after(Span<const QueryChange> changes) {
@@ -121,7 +109,7 @@ AnswerLists<ChangeIntersection> ProbeCore::intersections_after(Span<const QueryC
     throw InvalidInput(fmt::format("change {}: body {} is not in the scene; it was removed, or never added.", i,
                                    changes[i].body.value));
   }
-  return answers<AnswerLists<ChangeIntersection>>(changes.size(), false, [&](SpatialQueries& queries) {
+  return answers(changes.size(), false, [&](SpatialQueries& queries) {
     changes_.prepare(changes, bodies_);
     return queries.intersections_after(changes_.questions());
   });

@@ -39,12 +39,12 @@ class ProbeCore final : public SceneUser {
   void drop_memories() noexcept override { memories_ = {}; }
 
  private:
-  /// What `ask` answers to so many questions, unless there are none.
-  template <class Answers, class Ask>
-  Answers answers(std::size_t questions, bool wants_sides, const Ask& ask);
-  /// What ask(queries, questions, number of items) answers to questions about these pairs.
-  template <class Answers, class Ask>
-  Answers answers_about(Span<const QueryBodies> pairs, const Ask& ask);
+  /// Returns what ask(queries) answers to so many questions, unless there are none.
+  template <class Ask>
+  auto answers(std::size_t questions, bool wants_sides, const Ask& ask);
+  /// Returns what ask(queries, questions, number of items) answers to questions about these pairs.
+  template <class Ask>
+  auto answers_about(Span<const QueryBodies> pairs, const Ask& ask);
   /// Throws Error when the scene is gone.
   void require_scene() const;
 

@@ -493,39 +493,38 @@ void SceneCore::close() noexcept {
 std::string SceneCore::preparation_problem() const {
   return fmt::format(
       "memory ran out for the meshes and positions of {} bodies {}. Free memory{}, or split the scene over several.",
-      store_->layout().size().bodies, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
+      store_->layout().size().bodies, where(), or_raise());
 }
 
 std::string SceneCore::detection_problem() const {
   const MemoryNeed need = detector_->memory_need();
   const std::uint64_t triangles = store_->layout().size().triangles;
   const std::string bytes = need.bytes > 0 ? fmt::format(", {} bytes with what is held already", need.bytes) : "";
-  const char* const or_raise = options_.memory_limit > 0 ? ", or raise the limit" : "";
   switch (need.what) {
     case MemoryNeed::For::scene:
       return fmt::format(
           "memory ran out for a copy of {} triangles and their positions {}{}. Free memory, or split the scene over "
           "several{}.",
-          triangles, where(), bytes, or_raise);
+          triangles, where(), bytes, or_raise());
     case MemoryNeed::For::lists:
       return fmt::format(
           "memory ran out for lists of the cells and pairs of {} triangles {}{}. Too many triangles lie within their "
           "margins of each other, or there are too many: reduce the margins, or detect fewer bodies at a time{}.",
-          triangles, where(), bytes, or_raise);
+          triangles, where(), bytes, or_raise());
     case MemoryNeed::For::contacts:
       break;
   }
   return fmt::format(
       "memory ran out for the contacts of {} triangles {}: {} were found so far{}. Reduce the margins, or detect fewer "
       "bodies at a time{}.",
-      triangles, where(), need.contacts, bytes, or_raise);
+      triangles, where(), need.contacts, bytes, or_raise());
 }
 
 std::string SceneCore::answer_problem() const {
   return fmt::format(
       "memory ran out for a hierarchy of {} triangles, or for answers about them, {}. Free memory, or ask less at a "
       "time{}.",
-      store_->layout().size().triangles, where(), options_.memory_limit > 0 ? ", or raise the limit" : "");
+      store_->layout().size().triangles, where(), or_raise());
 }
 
 /// Whose memory it is.

@@ -152,6 +152,7 @@ class SceneCore {
   std::string detection_problem() const;
   std::string answer_problem() const;
   std::string where() const;
+  const char* or_raise() const { return options_.memory_limit > 0 ? ", or raise the limit" : ""; }
 
   SceneOptions options_;
   LogCallback log_;

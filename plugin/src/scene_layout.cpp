@@ -21,21 +21,11 @@ std::uint32_t capacity_for(std::size_t count, const Place& place, bool is_placed
   return wanted <= place.capacity ? place.capacity : wanted + wanted / 4;
 }
 
-/// Cancels the planned growth of a place.
-void keep_place(Place& place, std::uint64_t& planned) {
-  planned -= place.next_capacity - place.capacity;
-  place.next_capacity = place.capacity;
-}
-
 /// Appends what of a body's place is unsent.
 void append(std::vector<Range>& ranges, const Place& place, const UnsentRanges& unsent) {
   for (const Range& range : unsent.within(place.capacity)) {
     append(ranges, Range{place.first + range.begin, place.first + range.end});
   }
-}
-
-std::uint64_t end_of(const Place& place) {
-  return std::uint64_t{place.next_first} + place.next_capacity;
 }
 
 }  // namespace
@@ -45,15 +35,15 @@ Body& SceneLayout::add_body(const BodyDesc& desc) {
   body.id = next_id();
   body.settings = desc.settings;
   body.rank = desc.rank;
-  Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count, desc.segments));
-  body.vertices.next_capacity = mesh.vertex_count;
-  body.triangles.next_capacity = static_cast<std::uint32_t>(mesh.triangles.size());
-  body.edges.next_capacity = static_cast<std::uint32_t>(mesh.edges.size());
-  const Sizes sizes = {planned_.vertices + body.vertices.next_capacity,
-                       planned_.triangles + body.triangles.next_capacity, planned_.edges + body.edges.next_capacity};
-  reserve(sizes);
+  const Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count, desc.segments));
+  const Sizes counts = {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()};
   bodies_.push_back(std::move(body));
-  planned_ = sizes;
+  try {
+    plan(bodies_.back(), counts);
+  } catch (...) {
+    bodies_.pop_back();
+    throw;
+  }
   ++next_id_;
   has_new_layout_ = true;
   return bodies_.back();
@@ -61,7 +51,7 @@ Body& SceneLayout::add_body(const BodyDesc& desc) {
 
 void SceneLayout::set_mesh(Body& body, const BodyDesc& desc) {
   Topology mesh = build_topology(desc.triangles, desc.vertex_count, desc.segments);
-  plan(body, mesh.vertex_count, mesh.triangles.size(), mesh.edges.size());
+  plan(body, {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()});
   body.new_mesh = std::move(mesh);
   body.changing.reset();
   has_new_layout_ = true;
@@ -97,25 +87,26 @@ const ChangingMesh& SceneLayout::changing_mesh(Body& body) {
 void SceneLayout::change_mesh(Body& body, const BodyDesc& desc, Span<const std::uint32_t> changed) {
   const Topology& mesh = changing_mesh(body).topology();
   const std::size_t added = desc.triangles.size() - std::min(mesh.triangles.size(), desc.triangles.size());
-  plan(body, desc.vertex_count, desc.triangles.size(), mesh.edges.size() + 3 * (changed.size() + added));
+  plan(body, {desc.vertex_count, desc.triangles.size(), mesh.edges.size() + 3 * (changed.size() + added)});
   body.changing->mesh.change(desc.triangles, desc.vertex_count, changed);
   body.changing->is_new |= body.is_outgrown() || body.left_out_triangles > 0;
   has_new_layout_ |= body.changing->is_new;
 }
 
 /// Reserves capacity for so many elements of the body.
-void SceneLayout::plan(Body& body, std::size_t vertices, std::size_t triangles, std::size_t edges) {
-  const std::uint32_t of_vertices = capacity_for(vertices, body.vertices, body.is_placed);
-  const std::uint32_t of_triangles = capacity_for(triangles, body.triangles, body.is_placed);
-  const std::uint32_t of_edges = capacity_for(edges, body.edges, body.is_placed);
-  const Sizes sizes = {planned_.vertices - body.vertices.next_capacity + of_vertices,
-                       planned_.triangles - body.triangles.next_capacity + of_triangles,
-                       planned_.edges - body.edges.next_capacity + of_edges};
+void SceneLayout::plan(Body& body, const Sizes& counts) {
+  Sizes capacities{};
+  Sizes sizes = planned_;
+  for (std::size_t k = 0; k < kPlaces.size(); ++k) {
+    const Place& place = body.*kPlaces[k];
+    capacities[k] = capacity_for(counts[k], place, body.is_placed);
+    sizes[k] += capacities[k] - place.next_capacity;
+  }
   reserve(sizes);
   planned_ = sizes;
-  body.vertices.next_capacity = of_vertices;
-  body.triangles.next_capacity = of_triangles;
-  body.edges.next_capacity = of_edges;
+  for (std::size_t k = 0; k < kPlaces.size(); ++k) {
+    (body.*kPlaces[k]).next_capacity = static_cast<std::uint32_t>(capacities[k]);
+  }
 }
 
 void SceneLayout::remove_body(Body& body) {
@@ -123,9 +114,11 @@ void SceneLayout::remove_body(Body& body) {
   body.new_mesh.reset();
   body.changing.reset();
   body.neighbours.slots.reset();
-  keep_place(body.vertices, planned_.vertices);
-  keep_place(body.triangles, planned_.triangles);
-  keep_place(body.edges, planned_.edges);
+  for (std::size_t k = 0; k < kPlaces.size(); ++k) {
+    Place& place = body.*kPlaces[k];
+    planned_[k] -= place.next_capacity - place.capacity;
+    place.next_capacity = place.capacity;
+  }
   has_new_layout_ = true;
 }
 
@@ -137,30 +130,28 @@ Body* SceneLayout::find(BodyId id) {
 
 template <class F>
 void SceneLayout::for_each_array(const F& f) {
-  const Kind of_vertices = {&Body::vertices, &Sizes::vertices};
-  const Kind of_triangles = {&Body::triangles, &Sizes::triangles};
-  f(x_t0_, of_vertices);
-  f(x_t1_, of_vertices);
-  f(vertex_body_, of_vertices);
-  f(triangles_, of_triangles);
-  f(triangle_edges_, of_triangles);
-  f(ownership_, of_triangles);
-  f(triangle_body_, of_triangles);
-  f(edges_, Kind{&Body::edges, &Sizes::edges});
+  f(x_t0_, kVertices);
+  f(x_t1_, kVertices);
+  f(vertex_body_, kVertices);
+  f(triangles_, kTriangles);
+  f(triangle_edges_, kTriangles);
+  f(ownership_, kTriangles);
+  f(triangle_body_, kTriangles);
+  f(edges_, kEdges);
 }
 
 /// Places are 32 bits wide.
 void SceneLayout::reserve(const Sizes& sizes) {
-  if (std::max({sizes.vertices, sizes.triangles, sizes.edges}) >= kMostElements) {
+  if (*std::max_element(sizes.begin(), sizes.end()) >= kMostElements) {
     throw InvalidInput(
         fmt::format("{} triangles, {} vertices and {} edges in one scene are more than 2^31; split it over several.",
-                    sizes.triangles, sizes.vertices, sizes.edges));
+                    sizes[kTriangles], sizes[kVertices], sizes[kEdges]));
   }
-  for_each_array([&](auto& array, const Kind& kind) { array.reserve(sizes.*kind.size); });
+  for_each_array([&](auto& array, Kind kind) { array.reserve(sizes[kind]); });
 }
 
 void SceneLayout::resize(const Sizes& sizes) noexcept {
-  for_each_array([&](auto& array, const Kind& kind) { array.resize(sizes.*kind.size); });
+  for_each_array([&](auto& array, Kind kind) { array.resize(sizes[kind]); });
 }
 
 void SceneLayout::share_positions() {
@@ -180,12 +171,12 @@ void SceneLayout::lay_out() noexcept {
   if (!std::exchange(has_new_layout_, false)) return;
   ++revision_;
   const bool moves = has_to_move();
-  if (moves) sweep_out_removed();
+  if (moves) std::erase_if(bodies_, [](const Body& body) { return body.is_removed; });
   choose_places(moves);
-  resize({std::max<std::uint64_t>(planned_.vertices, vertex_body_.size()),
-          std::max<std::uint64_t>(planned_.triangles, triangles_.size()),
-          std::max<std::uint64_t>(planned_.edges, edges_.size())});
-  if (moves) for_each_array([&](auto& array, const Kind& kind) { move_elements(array, kind.place); });
+  for_each_array([&](auto& array, Kind kind) {
+    array.resize(std::max<std::size_t>(planned_[kind], array.size()));
+    if (moves) move_elements(array, kind);
+  });
   for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
     Body& body = bodies_[b];
     if (body.is_removed) {
@@ -210,51 +201,37 @@ bool SceneLayout::has_to_move() const {
     }
     is_outgrown |= body.is_placed && body.is_outgrown();
   }
-  return is_outgrown || 2 * gone > planned_.triangles;
-}
-
-void SceneLayout::sweep_out_removed() {
-  for (Body& body : bodies_) {
-    if (!body.is_removed) continue;
-    planned_.vertices -= body.vertices.next_capacity;
-    planned_.triangles -= body.triangles.next_capacity;
-    planned_.edges -= body.edges.next_capacity;
-  }
-  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.is_removed; }),
-                bodies_.end());
+  return is_outgrown || 2 * gone > planned_[kTriangles];
 }
 
 /// Places one body behind the other: all of them anew, or only those that have no place.
 void SceneLayout::choose_places(bool moves) {
-  Sizes next{0, 0, 0};
+  planned_ = {};
   for (Body& body : bodies_) {
-    const auto choose = [&](Place& place, std::uint64_t& first) {
-      place.next_first = moves || !body.is_placed ? static_cast<std::uint32_t>(first) : place.first;
-      first = end_of(place);
-    };
-    choose(body.vertices, next.vertices);
-    choose(body.triangles, next.triangles);
-    choose(body.edges, next.edges);
+    for (std::size_t k = 0; k < kPlaces.size(); ++k) {
+      Place& place = body.*kPlaces[k];
+      place.next_first = moves || !body.is_placed ? static_cast<std::uint32_t>(planned_[k]) : place.first;
+      planned_[k] = std::uint64_t{place.next_first} + place.next_capacity;
+    }
   }
-  planned_ = next;
 }
 
 /// Moves the bodies whose mesh stays. Those that move down go first, in their order, then those that move up, in the
 /// opposite order: so nobody is moved onto a body that has yet to move.
 template <class T>
-void SceneLayout::move_elements(HostArray<T>& elements, Place Body::*kind) {
-  const auto move = [&](const Body& body) {
-    const Place& place = body.*kind;
+void SceneLayout::move_elements(HostArray<T>& elements, Kind kind) {
+  const auto move = [&](const Place& place) {
     if (place.count == 0) return;
     std::memmove(elements.data() + place.next_first, elements.data() + place.first, place.count * sizeof(T));
   };
   const auto stays_itself = [](const Body& body) { return !body.is_removed && !body.is_new(); };
   for (const Body& body : bodies_) {
-    if (stays_itself(body) && (body.*kind).next_first < (body.*kind).first) move(body);
+    const Place& place = body.*kPlaces[kind];
+    if (stays_itself(body) && place.next_first < place.first) move(place);
   }
   for (std::size_t b = bodies_.size(); b-- > 0;) {
-    const Body& body = bodies_[b];
-    if (stays_itself(body) && (body.*kind).next_first > (body.*kind).first) move(body);
+    const Place& place = bodies_[b].*kPlaces[kind];
+    if (stays_itself(bodies_[b]) && place.next_first > place.first) move(place);
   }
 }
 
@@ -263,9 +240,9 @@ void SceneLayout::renumber(std::uint32_t index) {
   Body& body = bodies_[index];
   const std::uint32_t by_vertex = body.vertices.next_first - body.vertices.first;
   const std::uint32_t by_edge = body.edges.next_first - body.edges.first;
-  for (Place* place : {&body.vertices, &body.triangles, &body.edges}) {
-    place->first = place->next_first;
-    place->capacity = place->next_capacity;
+  for (const auto place : kPlaces) {
+    (body.*place).first = (body.*place).next_first;
+    (body.*place).capacity = (body.*place).next_capacity;
   }
   for (std::uint32_t t = body.triangles.first; t < body.triangles.first + body.triangles.count; ++t) {
     triangles_.data()[t] = renumbered(triangles_.data()[t], by_vertex);

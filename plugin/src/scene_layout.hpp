@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "body.hpp"
@@ -67,29 +68,24 @@ class SceneLayout {
   void forget_changes();
 
  private:
-  struct Sizes {
-    std::uint64_t vertices, triangles, edges;
-  };
   /// What an array has an element for each of.
-  struct Kind {
-    Place Body::*place;
-    std::uint64_t Sizes::*size;
-  };
+  enum Kind : std::size_t { kVertices, kTriangles, kEdges };
+  static constexpr std::array<Place Body::*, 3> kPlaces = {&Body::vertices, &Body::triangles, &Body::edges};
+  using Sizes = std::array<std::uint64_t, kPlaces.size()>;  ///< by Kind
 
   /// Calls f(array, kind) for every array in which bodies have places.
   template <class F>
   void for_each_array(const F& f);
   void reserve(const Sizes& sizes);
   void resize(const Sizes& sizes) noexcept;
-  void plan(Body& body, std::size_t vertices, std::size_t triangles, std::size_t edges);
+  void plan(Body& body, const Sizes& counts);
   Topology copy_of_mesh(const Body& body) const;
 
   void lay_out() noexcept;
   bool has_to_move() const;
-  void sweep_out_removed();
   void choose_places(bool moves);
   template <class T>
-  void move_elements(HostArray<T>& elements, Place Body::*place);
+  void move_elements(HostArray<T>& elements, Kind kind);
   void renumber(std::uint32_t index);
   void fill_rest(std::uint32_t index);
   void place_mesh(std::uint32_t index);
@@ -98,7 +94,7 @@ class SceneLayout {
   std::vector<Body> bodies_;
   std::uint32_t next_id_ = 0;
   std::uint64_t revision_ = 0;
-  Sizes planned_{0, 0, 0};  ///< of the arrays, once everything has its place
+  Sizes planned_{};  ///< of the arrays, once everything has its place
   bool has_new_layout_ = false;
   HostArray<Vec3f> x_t0_, x_t1_;  ///< written by ScenePositions
   HostArray<Triangle> triangles_;

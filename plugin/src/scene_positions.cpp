@@ -70,13 +70,6 @@ Extent ScenePositions::extent_at(bool t0) const {
   return extent;
 }
 
-/// Returns the extent that decides the origin.
-Extent ScenePositions::extent() const {
-  Extent extent = extent_at(false);
-  if (needs_.t0) extent.extend(extent_at(true));
-  return extent;
-}
-
 void ScenePositions::read(const LookedAt& needs, DevicePositionReader* reader, bool may_foresee) {
   bodies_with_new_strays_.clear();
   if (may_foresee && reader != nullptr && can_foresee(needs)) {
@@ -93,23 +86,30 @@ void ScenePositions::read(const LookedAt& needs, DevicePositionReader* reader, b
 /// done even if surveying on a device fails.
 void ScenePositions::read_and_survey(DevicePositionReader* reader) {
   std::vector<Body>& bodies = layout_.bodies();
-  const bool learns = reader != nullptr && std::any_of(bodies.begin(), bodies.end(), is_new_on_device);
+  const bool learns = std::any_of(bodies.begin(), bodies.end(), is_new_on_device);
   prepare_reading();
   read_on_host(origin_);
   std::exception_ptr problem =
       survey_on_device(reader, origin_, [&](const Body& body) { return body.positions.are_new() || lacks_t0(body); });
-  const Vec3d origin = origin_of(extent());
+  Extent extent = extent_at(/*t0=*/false);
+  if (needs_.t0) extent.extend(extent_at(/*t0=*/true));
+  const Vec3d origin = origin_of(extent);
   if (!(origin == origin_)) {
     read_on_host(origin);
     const auto is_rounded = [](const Body& body) { return body.positions.given_t1().is_double(); };
     if (!problem) problem = survey_on_device(reader, origin, is_rounded);
   }
-  finish_reading(origin);
-  if (problem) {
-    for (Body& body : bodies) body.positions.distrust_device();
-    std::rethrow_exception(problem);
+  for (Body& body : bodies) {
+    if (body.positions.are_set()) finish_reading(body, origin);
+    if (problem) body.positions.distrust_device();
   }
-  if (reader != nullptr) take_strays_to_host(*reader);
+  origin_ = origin;
+  if (problem) std::rethrow_exception(problem);
+  if (reader == nullptr) return;
+  for (Body& body : bodies) {
+    // Which of them they are is found on the host.
+    if (body.positions.are_on_device() && has_strays(body.positions.survey())) take_to_host(body, *reader);
+  }
   if (learns) foresight_.learn(bodies);
 }
 
@@ -125,20 +125,17 @@ void ScenePositions::prepare_reading() {
 
 void ScenePositions::read_on_host(Vec3d origin) {
   try {
-    read_in_parallel(origin);
+    const std::vector<Block> blocks = blocks_of(is_new_on_host);
+    std::vector<StepSurvey> surveys(blocks.size());
+    tbb::parallel_for(std::size_t{0}, blocks.size(),
+                      [&](std::size_t i) { surveys[i] = read_block(blocks[i], origin); });
+    merge_surveys(blocks, surveys);
   } catch (...) {
     // Without memory, or threads.
     for (Body& body : layout_.bodies()) {
       if (is_new_on_host(body)) body.positions.set_survey(read_block({&body, 0, body.vertices.count}, origin));
     }
   }
-}
-
-void ScenePositions::read_in_parallel(Vec3d origin) {
-  const std::vector<Block> blocks = blocks_of(is_new_on_host);
-  std::vector<StepSurvey> surveys(blocks.size());
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) { surveys[i] = read_block(blocks[i], origin); });
-  merge_surveys(blocks, surveys);
 }
 
 StepSurvey ScenePositions::read_block(const Block& block, Vec3d origin) {
@@ -167,13 +164,6 @@ std::exception_ptr ScenePositions::survey_on_device(DevicePositionReader* reader
 /// Whether the body's positions at t0 are needed, and were not before.
 bool ScenePositions::lacks_t0(const Body& body) const {
   return needs_.needs_t0() && body.positions.are_set() && !body.positions.is_t0_placed();
-}
-
-void ScenePositions::finish_reading(Vec3d origin) {
-  for (Body& body : layout_.bodies()) {
-    if (body.positions.are_set()) finish_reading(body, origin);
-  }
-  origin_ = origin;
 }
 
 void ScenePositions::finish_reading(Body& body, Vec3d origin) {
@@ -273,15 +263,10 @@ void ScenePositions::foresee(DevicePositionReader& reader) {
     bodies[b].positions.set_survey(foresight_.of(b));
     finish_reading(bodies[b], origin_);
   }
-  number_foreseen(std::move(foreseen_bodies));
-}
-
-/// Numbers the bodies' surveys: as before only if the same is foreseen for the same bodies.
-void ScenePositions::number_foreseen(std::vector<std::size_t> bodies) {
-  if (foreseen_number_ != foresight_.number() || foreseen_bodies_ != bodies) ++last_selection_number_;
+  if (foreseen_number_ != foresight_.number() || foreseen_bodies_ != foreseen_bodies) ++last_selection_number_;
   selection_number_ = last_selection_number_;
   foreseen_number_ = foresight_.number();
-  foreseen_bodies_ = std::move(bodies);
+  foreseen_bodies_ = std::move(foreseen_bodies);
 }
 
 bool ScenePositions::judge_foreseen(DevicePositionReader& reader) {
@@ -315,13 +300,6 @@ void ScenePositions::doubt_foreseen() noexcept {
 void ScenePositions::take_to_host(DevicePositionReader& reader) {
   for (Body& body : layout_.bodies()) {
     if (body.positions.are_on_device()) take_to_host(body, reader);
-  }
-}
-
-/// Which of them they are is found on the host.
-void ScenePositions::take_strays_to_host(DevicePositionReader& reader) {
-  for (Body& body : layout_.bodies()) {
-    if (body.positions.are_on_device() && has_strays(body.positions.survey())) take_to_host(body, reader);
   }
 }
 

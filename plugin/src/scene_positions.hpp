@@ -91,21 +91,16 @@ class ScenePositions {
   void read_and_survey(DevicePositionReader* reader);
   void prepare_reading();
   void read_on_host(Vec3d origin);
-  void read_in_parallel(Vec3d origin);
   template <class IsConcerned>
   std::exception_ptr survey_on_device(DevicePositionReader* reader, Vec3d origin, const IsConcerned& is_concerned);
-  void finish_reading(Vec3d origin);
   void finish_reading(Body& body, Vec3d origin);
   bool lacks_t0(const Body& body) const;
-  Extent extent() const;
   StepSurvey read_block(const Block& block, Vec3d origin);
   void take_to_host(Body& body, DevicePositionReader& reader);
-  void take_strays_to_host(DevicePositionReader& reader);
   void copy_full(const Block& block);
 
   bool can_foresee(const LookedAt& needs) const;
   void foresee(DevicePositionReader& reader);
-  void number_foreseen(std::vector<std::size_t> bodies);
 
   SceneLayout& layout_;
   Vec3d origin_{0, 0, 0};

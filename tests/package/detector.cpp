@@ -6,7 +6,7 @@ static_assert(SOFTCD_VERSION == 10000 * SOFTCD_VERSION_MAJOR + 100 * SOFTCD_VERS
 // Exceptions are caught by their base, on this side of a shared library.
 bool refuses_missing_vertices() {
   try {
-    softcd::CollisionPipeline().add_body({std::vector<softcd::Triangle>{{{0, 1, 2}}}, 2, {}});
+    softcd::CollisionPipeline().scene.add_body({std::vector<softcd::Triangle>{{{0, 1, 2}}}, 2, {}});
   } catch (const softcd::Error& error) {
     return dynamic_cast<const softcd::InvalidInput*>(&error) != nullptr;
   }

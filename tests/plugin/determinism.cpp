@@ -56,13 +56,6 @@ TEST_P(Determinism, any_number_of_threads) {
   }
 }
 
-TEST_P(Determinism, asynchronous_halves) {
-  const Scene scene = uneven_scene();
-  const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
-  LoadedScene loaded = load(scene, test_options(GetParam()));
-  EXPECT_TRUE(identical(expected, loaded.pipeline.query.start().wait()));
-}
-
 TEST_P(Determinism, pipelines_in_threads_of_their_own) {
   const Scene scene = uneven_scene();
   const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
