@@ -151,10 +151,6 @@ void NeighbourLists::List::append(BodyNeighbours& body, const std::vector<std::u
   body.*part = {{begin, features.size()}, numbering};
 }
 
-std::vector<Range> NeighbourLists::List::changes(bool all) const {
-  return all ? std::vector<Range>{{0, features.size()}} : unsent.within(features.size());
-}
-
 FeaturePart NeighbourLists::List::part_of(const Body& body) {
   const Range& range = (body.neighbours.*part).range;
   return {{features.data() + range.begin, range.end - range.begin}, range.begin, unsent};
@@ -167,18 +163,16 @@ void NeighbourLists::update(std::vector<Body>& bodies) {
     vertex_triangle_.renumber(body, numbering.vertex_triangle);
     edge_edge_.renumber(body, numbering.edge_edge);
     if (!body.changing || body.changing->mesh.relisted_triangles().empty()) continue;
-    bool is_updated = false;
     try {
-      is_updated = ChangedNeighbours(body, vertex_triangle_.part_of(body), edge_edge_.part_of(body)).list();
+      if (ChangedNeighbours(body, vertex_triangle_.part_of(body), edge_edge_.part_of(body)).list()) {
+        body.changing->mesh.forget_relisted();
+        continue;
+      }
     } catch (...) {
       body.neighbours = {};
       throw;
     }
-    if (is_updated) {
-      body.changing->mesh.forget_relisted();
-    } else {
-      body.neighbours = {};
-    }
+    body.neighbours = {};
   }
 }
 
@@ -214,8 +208,11 @@ void NeighbourLists::list_missing(SceneLayout& layout) {
 }
 
 void NeighbourLists::append_changes(SceneChanges& changes, bool all) const {
-  changes.vertex_triangle_neighbours = vertex_triangle_.changes(all);
-  changes.edge_edge_neighbours = edge_edge_.changes(all);
+  const auto ranges = [all](const List& list) {
+    return all ? std::vector<Range>{{0, list.features.size()}} : list.unsent.within(list.features.size());
+  };
+  changes.vertex_triangle_neighbours = ranges(vertex_triangle_);
+  changes.edge_edge_neighbours = ranges(edge_edge_);
 }
 
 void NeighbourLists::forget_changes() noexcept {

@@ -36,7 +36,6 @@ class NeighbourLists {
     void renumber(Body& body, std::uint64_t numbering);
     void close_gaps(std::vector<Body>& bodies);
     void append(BodyNeighbours& body, const std::vector<std::uint64_t>& added, std::uint64_t numbering);
-    std::vector<Range> changes(bool all) const;
     FeaturePart part_of(const Body& body);
   };
 

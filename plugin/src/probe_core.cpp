@@ -22,17 +22,10 @@ void ProbeCore::require_scene() const {
   if (scene_->is_closed()) throw Error("the Scene of this Probe is gone; make a Probe of a Scene that lives as long.");
 }
 
-template <class Ask>
-auto ProbeCore::answers(std::size_t questions, bool wants_sides, const Ask& ask) {
+void ProbeCore::require_answerable(std::size_t questions) const {
   require_scene();
-  if (questions >= kMostElements) {
-    throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several.", questions));
-  }
-  decltype(ask(std::declval<SpatialQueries&>())) answers{};
-  if (questions == 0) return answers;
-  const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, wants_sides, filter_, bodies_};
-  scene_->answer(request, [&](SpatialQueries& queries) { answers = ask(queries); });
-  return answers;
+  if (questions < kMostElements) return;
+  throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several.", questions));
 }
 
 Span<const RayHit> ProbeCore::first_hits(Span<const Ray> rays) {
@@ -45,22 +38,6 @@ AnswerLists<RayHit> ProbeCore::all_hits(Span<const Ray> rays) {
 
 Span<const ClosestPoint> ProbeCore::closest_points(Span<const QueryPoint> points) {
   return answers(points.size(), true, [&](SpatialQueries& queries) { return queries.closest_points(points); });
-}
-
-AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QuerySphere> spheres) {
-  return answers(spheres.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(spheres); });
-}
-
-AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryCapsule> capsules) {
-  return answers(capsules.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(capsules); });
-}
-
-AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryBox> boxes) {
-  return answers(boxes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
-}
-
-AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryOrientedBox> boxes) {
-  return answers(boxes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(boxes); });
 }
 
 AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryHull> hulls) {

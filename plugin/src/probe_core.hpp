@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "body_questions.hpp"
@@ -20,10 +21,11 @@ class ProbeCore final : public SceneUser {
   Span<const RayHit> first_hits(Span<const Ray> rays);
   AnswerLists<RayHit> all_hits(Span<const Ray> rays);
   Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
-  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules);
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
+  /// Of spheres, capsules or boxes.
+  template <class Shape>
+  AnswerLists<TriangleOverlap> overlaps(Span<const Shape> shapes) {
+    return answers(shapes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(shapes); });
+  }
   AnswerLists<TriangleOverlap> overlaps(Span<const QueryHull> hulls);
   Span<const BodyDistance> distances(Span<const QueryBodies> pairs);
   AnswerLists<TriangleIntersection> intersections(Span<const QueryBodies> pairs);
@@ -41,12 +43,21 @@ class ProbeCore final : public SceneUser {
  private:
   /// Returns what ask(queries) answers to so many questions, unless there are none.
   template <class Ask>
-  auto answers(std::size_t questions, bool wants_sides, const Ask& ask);
+  auto answers(std::size_t questions, bool wants_sides, const Ask& ask) {
+    require_answerable(questions);
+    decltype(ask(std::declval<SpatialQueries&>())) answers{};
+    if (questions == 0) return answers;
+    const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, wants_sides, filter_, bodies_};
+    scene_->answer(request, [&](SpatialQueries& queries) { answers = ask(queries); });
+    return answers;
+  }
   /// Returns what ask(queries, questions, number of items) answers to questions about these pairs.
   template <class Ask>
   auto answers_about(Span<const QueryBodies> pairs, const Ask& ask);
   /// Throws Error when the scene is gone.
   void require_scene() const;
+  /// Throws InvalidInput, too, for too many questions.
+  void require_answerable(std::size_t questions) const;
 
   std::shared_ptr<SceneCore> scene_;
   ProbeOptions options_;

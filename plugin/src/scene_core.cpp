@@ -183,14 +183,11 @@ void SceneCore::validate_rank(BodyId id, const BodyDesc& desc) const {
       fmt::format("body {}: rank is {}; ranks count from 0 to {}, and -1 is all.", id.value, desc.rank, size - 1));
 }
 
-/// For who changes it.
+/// Returns a body that is about to be changed.
 Body& SceneCore::find(BodyId id) {
   finish_foreseen();
-  Body* const body = store_->layout().find(id);
-  if (body == nullptr) {
-    throw InvalidInput(fmt::format("body {} is not in the scene; it was removed, or never added.", id.value));
-  }
-  return *body;
+  if (Body* const body = store_->layout().find(id)) return *body;
+  throw InvalidInput(fmt::format("body {} is not in the scene; it was removed, or never added.", id.value));
 }
 
 /// guarded(), with statistics of how much memory there was where it ran out.

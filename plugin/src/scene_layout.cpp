@@ -21,13 +21,6 @@ std::uint32_t capacity_for(std::size_t count, const Place& place, bool is_placed
   return wanted <= place.capacity ? place.capacity : wanted + wanted / 4;
 }
 
-/// Appends what of a body's place is unsent.
-void append(std::vector<Range>& ranges, const Place& place, const UnsentRanges& unsent) {
-  for (const Range& range : unsent.within(place.capacity)) {
-    append(ranges, Range{place.first + range.begin, place.first + range.end});
-  }
-}
-
 }  // namespace
 
 Body& SceneLayout::add_body(const BodyDesc& desc) {
@@ -36,14 +29,9 @@ Body& SceneLayout::add_body(const BodyDesc& desc) {
   body.settings = desc.settings;
   body.rank = desc.rank;
   const Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count, desc.segments));
-  const Sizes counts = {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()};
+  if (bodies_.size() == bodies_.capacity()) bodies_.reserve(2 * bodies_.size() + 1);
+  plan(body, {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()});
   bodies_.push_back(std::move(body));
-  try {
-    plan(bodies_.back(), counts);
-  } catch (...) {
-    bodies_.pop_back();
-    throw;
-  }
   ++next_id_;
   has_new_layout_ = true;
   return bodies_.back();
@@ -65,11 +53,8 @@ Topology SceneLayout::copy_of_mesh(const Body& body) const {
   copy.triangles.reserve(mesh.triangles.size());
   copy.triangle_edges.reserve(mesh.triangles.size());
   copy.edges.reserve(mesh.edges.size());
-  for (const Triangle& triangle : mesh.triangles)
-    copy.triangles.push_back(renumbered(triangle, 0U - mesh.first_vertex));
-  for (const TriangleEdges& edges : mesh.triangle_edges) {
-    copy.triangle_edges.push_back(renumbered(edges, 0U - mesh.first_edge));
-  }
+  for (const Triangle& t : mesh.triangles) copy.triangles.push_back(renumbered(t, 0U - mesh.first_vertex));
+  for (const TriangleEdges& e : mesh.triangle_edges) copy.triangle_edges.push_back(renumbered(e, 0U - mesh.first_edge));
   for (const Edge& edge : mesh.edges) copy.edges.push_back(renumbered(edge, 0U - mesh.first_vertex));
   copy.ownership = assign_ownership(view_of(copy), std::vector<std::uint8_t>(copy.triangles.size(), 0));
   return copy;
@@ -147,11 +132,7 @@ void SceneLayout::reserve(const Sizes& sizes) {
         fmt::format("{} triangles, {} vertices and {} edges in one scene are more than 2^31; split it over several.",
                     sizes[kTriangles], sizes[kVertices], sizes[kEdges]));
   }
-  for_each_array([&](auto& array, Kind kind) { array.reserve(sizes[kind]); });
-}
-
-void SceneLayout::resize(const Sizes& sizes) noexcept {
-  for_each_array([&](auto& array, Kind kind) { array.resize(sizes[kind]); });
+  for_each_array([&](auto& array, std::size_t kind) { array.reserve(sizes[kind]); });
 }
 
 void SceneLayout::share_positions() {
@@ -173,7 +154,7 @@ void SceneLayout::lay_out() noexcept {
   const bool moves = has_to_move();
   if (moves) std::erase_if(bodies_, [](const Body& body) { return body.is_removed; });
   choose_places(moves);
-  for_each_array([&](auto& array, Kind kind) {
+  for_each_array([&](auto& array, std::size_t kind) {
     array.resize(std::max<std::size_t>(planned_[kind], array.size()));
     if (moves) move_elements(array, kind);
   });
@@ -188,7 +169,7 @@ void SceneLayout::lay_out() noexcept {
       renumber(b);
     }
   }
-  resize(planned_);
+  for_each_array([&](auto& array, std::size_t kind) { array.resize(planned_[kind]); });
 }
 
 bool SceneLayout::has_to_move() const {
@@ -219,7 +200,7 @@ void SceneLayout::choose_places(bool moves) {
 /// Moves the bodies whose mesh stays. Those that move down go first, in their order, then those that move up, in the
 /// opposite order: so nobody is moved onto a body that has yet to move.
 template <class T>
-void SceneLayout::move_elements(HostArray<T>& elements, Kind kind) {
+void SceneLayout::move_elements(HostArray<T>& elements, std::size_t kind) {
   const auto move = [&](const Place& place) {
     if (place.count == 0) return;
     std::memmove(elements.data() + place.next_first, elements.data() + place.first, place.count * sizeof(T));
@@ -409,14 +390,19 @@ SceneSize SceneLayout::size() const {
 }
 
 void SceneLayout::append_changes(SceneChanges& changes, bool all) const {
+  const auto append_unsent = [](std::vector<Range>& ranges, const Place& place, const UnsentRanges& unsent) {
+    for (const Range& range : unsent.within(place.capacity)) {
+      append(ranges, {place.first + range.begin, place.first + range.end});
+    }
+  };
   for (const Body& body : bodies_) {
     if (all || body.unsent.mesh) {
       append(changes.vertices, body.vertices.range());
       append(changes.triangles, body.triangles.range());
       append(changes.edges, body.edges.range());
     } else {
-      append(changes.triangles, body.triangles, body.unsent.triangles);
-      append(changes.edges, body.edges, body.unsent.edges);
+      append_unsent(changes.triangles, body.triangles, body.unsent.triangles);
+      append_unsent(changes.edges, body.edges, body.unsent.edges);
       if (body.unsent.ownership) append(changes.ownership, body.triangles.range());
     }
   }

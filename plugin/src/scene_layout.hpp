@@ -69,15 +69,14 @@ class SceneLayout {
 
  private:
   /// What an array has an element for each of.
-  enum Kind : std::size_t { kVertices, kTriangles, kEdges };
+  static constexpr std::size_t kVertices = 0, kTriangles = 1, kEdges = 2;
   static constexpr std::array<Place Body::*, 3> kPlaces = {&Body::vertices, &Body::triangles, &Body::edges};
-  using Sizes = std::array<std::uint64_t, kPlaces.size()>;  ///< by Kind
+  using Sizes = std::array<std::uint64_t, kPlaces.size()>;
 
   /// Calls f(array, kind) for every array in which bodies have places.
   template <class F>
   void for_each_array(const F& f);
   void reserve(const Sizes& sizes);
-  void resize(const Sizes& sizes) noexcept;
   void plan(Body& body, const Sizes& counts);
   Topology copy_of_mesh(const Body& body) const;
 
@@ -85,7 +84,7 @@ class SceneLayout {
   bool has_to_move() const;
   void choose_places(bool moves);
   template <class T>
-  void move_elements(HostArray<T>& elements, Kind kind);
+  void move_elements(HostArray<T>& elements, std::size_t kind);
   void renumber(std::uint32_t index);
   void fill_rest(std::uint32_t index);
   void place_mesh(std::uint32_t index);

@@ -63,11 +63,11 @@ FeatureLists features_of_body(const SceneBody& body) {
 bool bodies_meet(const Scene& scene, std::uint32_t a, std::uint32_t b, const PairFilter& filter) {
   const BodySettings& sa = scene[a].settings;
   const BodySettings& sb = scene[b].settings;
-  if (a == b && !sa.self_collision) return false;
-  if (a != b && sa.kinematic && sb.kinematic) return false;
-  const bool groups_meet = (sa.filter_group & sb.filter_mask) != 0 && (sb.filter_group & sa.filter_mask) != 0;
-  if (a != b && !groups_meet) return false;
-  return !filter || filter(BodyId{a}, BodyId{b});
+  const auto passes = [&] { return !filter || filter(BodyId{a}, BodyId{b}); };
+  if (a == b) return sa.self_collision && passes();
+  if (sa.kinematic && sb.kinematic) return false;
+  if ((sa.filter_group & sb.filter_mask) == 0 || (sb.filter_group & sa.filter_mask) == 0) return false;
+  return passes();
 }
 
 bool contains(const Triangle& t, std::uint32_t v) {
