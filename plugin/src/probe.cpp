@@ -3,6 +3,11 @@
 #include <utility>
 
 #include "probe_core.hpp"
+#include "softcd/fields/options.hpp"
+
+bool softcd::operator==(const ProbeOptions& a, const ProbeOptions& b) {
+  return has_equal_fields(a, b);
+}
 
 namespace softcd {
 

@@ -3,6 +3,11 @@
 #include <utility>
 
 #include "query_core.hpp"
+#include "softcd/fields/options.hpp"
+
+bool softcd::operator==(const QueryOptions& a, const QueryOptions& b) {
+  return has_equal_fields(a, b);
+}
 
 namespace softcd {
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "softcd/error.hpp"
+#include "softcd/fields/options.hpp"
 #include "validation.hpp"
 
 namespace softcd {
@@ -24,6 +25,13 @@ class Digest {
   template <class... Values>
   void add(const Values&... values) {
     (add_bytes(&values, sizeof(values)), ...);
+  }
+  /// The values that ranks have to agree on.
+  template <class Struct>
+  void add_fields(const Struct& object) {
+    for_each_field<Struct>([&](const auto& field) {
+      if (!field.may_differ_between_ranks) add(field.of(object));
+    });
   }
   std::uint64_t value() const { return value_; }
 
@@ -138,20 +146,19 @@ std::vector<T> RankExchange::gathered(const T& mine) {
   return all;
 }
 
-void RankExchange::compare(const std::vector<Body>& bodies, const QueryOptions& o, Pairs pairs) {
+void RankExchange::compare(const std::vector<Body>& bodies, const QueryOptions& options, Pairs pairs) {
   struct Summary {
     std::uint64_t scene, query;
   };
   Digest scene;
   for (const Body& body : bodies) {
-    const BodySettings& s = body.settings;
-    scene.add(body.id.value, body.is_removed, body.rank, body.vertex_count(), body.triangle_count(), s.margin,
-              s.filter_group, s.filter_mask, s.batch, s.self_collision, s.kinematic, s.features.vertex_triangle,
-              s.features.edge_edge, s.neighbour_rings, s.rest_distance, body.vertex_filters.size(), body.x_rest.size());
+    scene.add(body.id.value, body.is_removed, body.rank, body.vertex_count(), body.triangle_count(),
+              body.vertex_filters.size(), body.x_rest.size());
+    scene.add_fields(body.settings);
   }
   Digest query;
-  query.add(pairs, o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin, o.contact_rule,
-            o.step_end, o.margins, o.neighbour_filters, o.features.vertex_triangle, o.features.edge_edge);
+  query.add(pairs);
+  query.add_fields(options);
   const Summary mine = {scene.value(), query.value()};
   const std::vector<Summary> all = gathered(mine);
   for (const Summary& summary : all) {

@@ -1,9 +1,14 @@
 #include "softcd/scene.hpp"
 
 #include "scene_core.hpp"
+#include "softcd/fields/options.hpp"
 
 // Defined by every version: the linker refuses a program that holds two static libraries of softcd, by this name.
 extern "C" void one_program_cannot_link_two_versions_of_softcd() {}
+
+bool softcd::operator==(const SceneOptions& a, const SceneOptions& b) {
+  return has_equal_fields(a, b);
+}
 
 namespace softcd {
 

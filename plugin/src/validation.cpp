@@ -3,23 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "body_positions.hpp"
+#include "softcd/fields/options.hpp"
 
 namespace softcd {
 namespace {
 
-constexpr float kSmallestLambda = 0.1F;
-constexpr float kLargestLambda = 100.0F;
-constexpr std::uint32_t kMostRings = 16;
-
-/// Enumerators count from 0 to `last`.
-template <class Enum>
-void validate_choice(const char* option, Enum value, Enum last) {
-  if (value <= last) return;
-  throw InvalidInput(fmt::format("{} is {}, which is none of its values; they count from 0 to {}.", option,
-                                 static_cast<std::uint32_t>(value), static_cast<std::uint32_t>(last)));
+template <class Struct>
+void validate_fields(const Struct& object) {
+  const std::string problem = problem_of(object);
+  if (!problem.empty()) throw InvalidInput(problem + ".");
 }
 
 void validate_end(BodyId id, std::uint32_t vertex_count, const Positions& positions, const char* when) {
@@ -72,50 +66,23 @@ void validate_size(BodyId id, const BodyDesc& desc) {
 }  // namespace
 
 void validate_options(const SceneOptions& options) {
-  validate_choice("backend", options.backend, Backend::cuda);
-  if (options.cuda_device < -1) {
-    throw InvalidInput(
-        fmt::format("cuda_device is {}; devices count from 0, and -1 is the current one.", options.cuda_device));
-  }
+  validate_fields(options);
 }
 
 void validate_options(const QueryOptions& options) {
-  validate_choice("detection", options.detection, Detection::ccd);
-  validate_choice("accuracy", options.accuracy, Accuracy::automatic);
-  validate_choice("broad_phase", options.broad_phase, BroadPhase::uniform);
-  validate_choice("contact_rule", options.contact_rule, ContactRule::slab);
-  if (options.lambda != 0.0F && !(options.lambda >= kSmallestLambda && options.lambda <= kLargestLambda)) {
-    throw InvalidInput(
-        fmt::format("lambda is {}, but a cell size is {} to {} mean radii; use 0 for the measured optimum.",
-                    options.lambda, kSmallestLambda, kLargestLambda));
-  }
-  if (!(options.motion_margin >= 0.0F && std::isfinite(options.motion_margin))) {
-    throw InvalidInput(
-        fmt::format("motion_margin is {}, but it must be finite and at least 0.", options.motion_margin));
-  }
-  validate_choice("step_end", options.step_end, StepEnd::t0);
+  validate_fields(options);
   if (options.motion_margin > 0.0F && options.detection == Detection::dcd && options.step_end == StepEnd::t0) {
     throw InvalidInput("motion_margin is for the end of a step; set it to 0, or step_end to t1.");
   }
 }
 
 void validate_options(const ProbeOptions& options) {
-  validate_choice("step_end", options.step_end, StepEnd::t0);
+  validate_fields(options);
 }
 
 void validate_settings(BodyId id, const BodySettings& settings) {
-  if (!(settings.margin >= 0.0F && std::isfinite(settings.margin))) {
-    throw InvalidInput(fmt::format("body {}: its margin is {}, but a margin must be finite and at least 0.", id.value,
-                                   settings.margin));
-  }
-  if (settings.neighbour_rings < 1 || settings.neighbour_rings > kMostRings) {
-    throw InvalidInput(fmt::format("body {}: its neighbour_rings is {}, but must be 1 to {}.", id.value,
-                                   settings.neighbour_rings, kMostRings));
-  }
-  if (!(settings.rest_distance >= 0.0F && std::isfinite(settings.rest_distance))) {
-    throw InvalidInput(fmt::format("body {}: its rest_distance is {}, but must be finite and at least 0.", id.value,
-                                   settings.rest_distance));
-  }
+  const std::string problem = problem_of(settings);
+  if (!problem.empty()) throw InvalidInput(fmt::format("body {}: its {}.", id.value, problem));
 }
 
 void validate_mesh(BodyId id, const BodyDesc& desc) {

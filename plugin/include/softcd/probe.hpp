@@ -21,10 +21,13 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 struct ProbeOptions {
   /// Which end of the step is asked about.
   StepEnd step_end = StepEnd::t1;
-
-  friend bool operator==(const ProbeOptions& a, const ProbeOptions& b) { return a.step_end == b.step_end; }
-  friend bool operator!=(const ProbeOptions& a, const ProbeOptions& b) { return !(a == b); }
 };
+
+/// Whether all members are equal.
+SOFTCD_EXPORT bool operator==(const ProbeOptions& a, const ProbeOptions& b);
+inline bool operator!=(const ProbeOptions& a, const ProbeOptions& b) {
+  return !(a == b);
+}  ///< see ==
 
 /// False leaves the body out of the questions that are asked. Called on the thread that asks, in ascending order of
 /// ids, for every body that has positions.

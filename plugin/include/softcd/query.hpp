@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "softcd/core/contact.hpp"
@@ -62,17 +61,13 @@ struct QueryOptions {
   /// Contacts stay in the memory of the scene's CUDA device, where Ticket::wait_on_device() tells of them; for scenes
   /// with Backend::cuda.
   bool contacts_on_device = false;
-
-  friend bool operator==(const QueryOptions& a, const QueryOptions& b) {
-    const auto values = [](const QueryOptions& o) {
-      return std::tie(o.detection, o.accuracy, o.broad_phase, o.subdivision, o.lambda, o.motion_margin, o.contact_rule,
-                      o.step_end, o.margins, o.neighbour_filters, o.features.vertex_triangle, o.features.edge_edge,
-                      o.reuse_pairs, o.contacts_on_device);
-    };
-    return values(a) == values(b);
-  }
-  friend bool operator!=(const QueryOptions& a, const QueryOptions& b) { return !(a == b); }
 };
+
+/// Whether all members are equal.
+SOFTCD_EXPORT bool operator==(const QueryOptions& a, const QueryOptions& b);
+inline bool operator!=(const QueryOptions& a, const QueryOptions& b) {
+  return !(a == b);
+}  ///< see ==
 
 /// Which pairs of bodies a detection compares, of those that groups, masks, boxes, lists of pairs and the filter leave.
 enum class Pairs : std::uint32_t {

@@ -100,13 +100,13 @@ struct SceneOptions {
   void* cuda_stream = nullptr;
   /// The ranks that detect in this scene together, for as long as it lives.
   Communicator communicator{};
-
-  friend bool operator==(const SceneOptions& a, const SceneOptions& b) {
-    return a.backend == b.backend && a.memory_limit == b.memory_limit && a.max_threads == b.max_threads &&
-           a.cuda_device == b.cuda_device && a.cuda_stream == b.cuda_stream && a.communicator == b.communicator;
-  }
-  friend bool operator!=(const SceneOptions& a, const SceneOptions& b) { return !(a == b); }
 };
+
+/// Whether all members are equal.
+SOFTCD_EXPORT bool operator==(const SceneOptions& a, const SceneOptions& b);
+inline bool operator!=(const SceneOptions& a, const SceneOptions& b) {
+  return !(a == b);
+}  ///< see ==
 
 /// Bodies, of which queries find the contacts. One thread at a time for a scene and its queries together; several
 /// scenes may be used from several threads. A scene that was moved from throws Error from every function until another
