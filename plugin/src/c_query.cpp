@@ -1,6 +1,6 @@
 #include <cstddef>
 
-#include "c_interface.hpp"
+#include "c_fields.hpp"
 
 namespace softcd::c_interface {
 namespace {
@@ -20,59 +20,8 @@ static_assert(sizeof(softcd_contact_counts) == sizeof(ContactCounts) &&
               offsetof(softcd_contact_counts, is_complete) == offsetof(ContactCounts, is_complete));
 static_assert(SOFTCD_NO_BODY == BodyId().value);
 
-const softcd_contact* to_c(const Contact* contacts) {
+const softcd_contact* as_c(const Contact* contacts) {
   return reinterpret_cast<const softcd_contact*>(contacts);
-}
-
-softcd_query_options to_c(const QueryOptions& options) {
-  return {sizeof(softcd_query_options),
-          static_cast<softcd_detection>(options.detection),
-          static_cast<softcd_accuracy>(options.accuracy),
-          static_cast<softcd_broad_phase>(options.broad_phase),
-          static_cast<softcd_contact_rule>(options.contact_rule),
-          static_cast<softcd_step_end>(options.step_end),
-          options.subdivision,
-          options.lambda,
-          options.motion_margin,
-          options.margins,
-          options.features.vertex_triangle,
-          options.features.edge_edge,
-          options.reuse_pairs,
-          options.contacts_on_device,
-          options.neighbour_filters};
-}
-
-QueryOptions query_options(const softcd_query_options* given) {
-  QueryOptions options;
-  if (given == nullptr) return options;
-  const softcd_query_options& read = sized(given, "options");
-  options.detection = static_cast<Detection>(read.detection);
-  options.accuracy = static_cast<Accuracy>(read.accuracy);
-  options.broad_phase = static_cast<BroadPhase>(read.broad_phase);
-  options.contact_rule = static_cast<ContactRule>(read.contact_rule);
-  options.step_end = static_cast<StepEnd>(read.step_end);
-  options.subdivision = read.subdivision != 0;
-  options.lambda = read.lambda;
-  options.motion_margin = read.motion_margin;
-  options.margins = read.margins != 0;
-  options.features = {read.vertex_triangle != 0, read.edge_edge != 0};
-  options.reuse_pairs = read.reuse_pairs != 0;
-  options.contacts_on_device = read.contacts_on_device != 0;
-  options.neighbour_filters = read.neighbour_filters != 0;
-  return options;
-}
-
-softcd_statistics to_c(const Statistics& statistics) {
-  return {sizeof(softcd_statistics),   static_cast<softcd_backend>(statistics.backend),
-          statistics.bodies,           statistics.triangles,
-          statistics.vertices,         statistics.edges,
-          statistics.active_triangles, statistics.left_out_triangles,
-          statistics.triangle_pairs,   statistics.vt_candidates,
-          statistics.ee_candidates,    statistics.vt_contacts,
-          statistics.ee_contacts,      statistics.unsettled_contacts,
-          statistics.earliest_toi,     statistics.peak_bytes,
-          statistics.reruns,           statistics.chunks,
-          statistics.ms.total};
 }
 
 void start(softcd_query& query, softcd_pairs pairs) {
@@ -91,13 +40,14 @@ Ticket& started(softcd_query& query) {
 namespace c = softcd::c_interface;
 
 softcd_status softcd_query_options_init(softcd_query_options* options, uint64_t size) {
-  return c::initialize(options, size, "options", c::to_c(softcd::QueryOptions()));
+  return c::initialize(options, size, "options", c::to_c<softcd_query_options>(softcd::QueryOptions()));
 }
 
 softcd_status softcd_query_create(softcd_scene* scene, const softcd_query_options* options, softcd_query** query) {
   return c::guarded_call([&] {
     softcd_query*& out = c::result(query, "query");
-    out = new softcd_query{softcd::Query(c::required(scene, "scene").scene, c::query_options(options)), {}};
+    out = new softcd_query{
+        softcd::Query(c::required(scene, "scene").scene, c::from_c<softcd::QueryOptions>(options, "options")), {}};
   });
 }
 
@@ -106,7 +56,8 @@ void softcd_query_destroy(softcd_query* query) {
 }
 
 softcd_status softcd_query_set_options(softcd_query* query, const softcd_query_options* options) {
-  return c::guarded_call([&] { c::required(query, "query").query.set_options(c::query_options(options)); });
+  return c::guarded_call(
+      [&] { c::required(query, "query").query.set_options(c::from_c<softcd::QueryOptions>(options, "options")); });
 }
 
 softcd_status softcd_query_set_only_pairs(softcd_query* query, const softcd_body_pair* pairs, uint64_t count) {
@@ -135,7 +86,7 @@ softcd_status softcd_query_wait(softcd_query* query, const softcd_contact** cont
     const softcd_contact*& out = c::result(contacts, "contacts");
     uint64_t& out_count = c::result(count, "count");
     const softcd::Span<const softcd::Contact> found = c::started(c::required(query, "query")).wait();
-    out = c::to_c(found.data());
+    out = c::as_c(found.data());
     out_count = found.size();
   });
 }
@@ -145,7 +96,7 @@ softcd_status softcd_query_wait_on_device(softcd_query* query, softcd_device_con
     softcd_device_contacts& out = c::sized_result(contacts, "contacts");
     const softcd::DeviceContacts found = c::started(c::required(query, "query")).wait_on_device();
     out.device = found.device;
-    out.data = c::to_c(found.data);
+    out.data = c::as_c(found.data);
     out.count = found.count;
     out.body_begin = found.body_begin;
     out.body_ids = found.body_ids;
@@ -157,7 +108,7 @@ softcd_status softcd_query_on_device(softcd_query* query, softcd_pending_contact
     softcd_pending_contacts& out = c::sized_result(contacts, "contacts");
     const softcd::PendingContacts found = c::started(c::required(query, "query")).on_device();
     out.device = found.device;
-    out.data = c::to_c(found.data);
+    out.data = c::as_c(found.data);
     out.capacity = found.capacity;
     out.counts = reinterpret_cast<const softcd_contact_counts*>(found.counts);
     out.body_begin = found.body_begin;
@@ -174,7 +125,7 @@ softcd_status softcd_query_detect(softcd_query* query, softcd_pairs pairs, const
     softcd_query& detecting = c::required(query, "query");
     c::start(detecting, pairs);
     const softcd::Span<const softcd::Contact> found = detecting.ticket->wait();
-    out = c::to_c(found.data());
+    out = c::as_c(found.data());
     out_count = found.size();
   });
 }
@@ -182,6 +133,8 @@ softcd_status softcd_query_detect(softcd_query* query, softcd_pairs pairs, const
 softcd_status softcd_query_statistics(const softcd_query* query, softcd_statistics* statistics) {
   return c::guarded_call([&] {
     softcd_statistics& out = c::sized(statistics, "statistics");
-    out = c::to_c(c::required(query, "query").query.statistics());
+    const softcd::Statistics& found = c::required(query, "query").query.statistics();
+    out = c::to_c<softcd_statistics>(found);
+    out.total_ms = found.ms.total;
   });
 }

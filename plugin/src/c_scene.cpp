@@ -1,61 +1,14 @@
 #include <string>
 
-#include "c_interface.hpp"
+#include "c_fields.hpp"
 
 namespace softcd::c_interface {
 namespace {
 
-softcd_scene_options to_c(const SceneOptions& options) {
-  return {sizeof(softcd_scene_options), static_cast<softcd_backend>(options.backend),
-          options.memory_limit,         options.max_threads,
-          options.cuda_device,          options.cuda_stream};
-}
-
-softcd_body_settings to_c(const BodySettings& settings) {
-  return {sizeof(softcd_body_settings),
-          settings.margin,
-          settings.filter_group,
-          settings.filter_mask,
-          settings.self_collision,
-          settings.kinematic,
-          settings.features.vertex_triangle,
-          settings.features.edge_edge,
-          settings.batch,
-          settings.neighbour_rings,
-          settings.rest_distance};
-}
-
-SceneOptions scene_options(const softcd_scene_options* given) {
-  SceneOptions options;
-  if (given == nullptr) return options;
-  const softcd_scene_options& read = sized(given, "options");
-  options.backend = static_cast<Backend>(read.backend);
-  options.memory_limit = read.memory_limit;
-  options.max_threads = read.max_threads;
-  options.cuda_device = read.cuda_device;
-  options.cuda_stream = read.cuda_stream;
-  return options;
-}
-
-BodySettings body_settings(const softcd_body_settings* given) {
-  BodySettings settings;
-  if (given == nullptr) return settings;
-  const softcd_body_settings& read = sized(given, "settings");
-  settings.margin = read.margin;
-  settings.filter_group = read.filter_group;
-  settings.filter_mask = read.filter_mask;
-  settings.self_collision = read.self_collision != 0;
-  settings.kinematic = read.kinematic != 0;
-  settings.features = {read.vertex_triangle != 0, read.edge_edge != 0};
-  settings.batch = read.batch;
-  settings.neighbour_rings = read.neighbour_rings;
-  settings.rest_distance = read.rest_distance;
-  return settings;
-}
-
 BodyDesc body_desc(const uint32_t* triangles, uint64_t triangle_count, uint32_t vertex_count,
                    const softcd_body_settings* settings) {
-  return {rows<Triangle>(triangles, triangle_count, "triangles"), vertex_count, body_settings(settings)};
+  return {rows<Triangle>(triangles, triangle_count, "triangles"), vertex_count,
+          from_c<BodySettings>(settings, "settings")};
 }
 
 BodyDesc body_desc(const softcd_mesh* mesh, const softcd_body_settings* settings) {
@@ -98,13 +51,13 @@ Positions read_positions(const softcd_positions* given, const char* argument) {
 namespace c = softcd::c_interface;
 
 softcd_status softcd_scene_options_init(softcd_scene_options* options, uint64_t size) {
-  return c::initialize(options, size, "options", c::to_c(softcd::SceneOptions()));
+  return c::initialize(options, size, "options", c::to_c<softcd_scene_options>(softcd::SceneOptions()));
 }
 
 softcd_status softcd_scene_create(const softcd_scene_options* options, softcd_scene** scene) {
   return c::guarded_call([&] {
     softcd_scene*& out = c::result(scene, "scene");
-    out = new softcd_scene{softcd::Scene(c::scene_options(options))};
+    out = new softcd_scene{softcd::Scene(c::from_c<softcd::SceneOptions>(options, "options"))};
   });
 }
 
@@ -113,7 +66,8 @@ void softcd_scene_destroy(softcd_scene* scene) {
 }
 
 softcd_status softcd_scene_set_options(softcd_scene* scene, const softcd_scene_options* options) {
-  return c::guarded_call([&] { c::required(scene, "scene").scene.set_options(c::scene_options(options)); });
+  return c::guarded_call(
+      [&] { c::required(scene, "scene").scene.set_options(c::from_c<softcd::SceneOptions>(options, "options")); });
 }
 
 softcd_status softcd_scene_backend(const softcd_scene* scene, softcd_backend* backend) {
@@ -136,7 +90,7 @@ softcd_status softcd_scene_set_log(softcd_scene* scene, softcd_log log, void* us
 }
 
 softcd_status softcd_body_settings_init(softcd_body_settings* settings, uint64_t size) {
-  return c::initialize(settings, size, "settings", c::to_c(softcd::BodySettings()));
+  return c::initialize(settings, size, "settings", c::to_c<softcd_body_settings>(softcd::BodySettings()));
 }
 
 softcd_status softcd_scene_add_body(softcd_scene* scene, const uint32_t* triangles, uint64_t triangle_count,
@@ -182,7 +136,9 @@ softcd_status softcd_scene_update_mesh(softcd_scene* scene, softcd_body body, co
 }
 
 softcd_status softcd_scene_set_settings(softcd_scene* scene, softcd_body body, const softcd_body_settings* settings) {
-  return c::guarded_call([&] { c::required(scene, "scene").scene.set_settings({body}, c::body_settings(settings)); });
+  return c::guarded_call([&] {
+    c::required(scene, "scene").scene.set_settings({body}, c::from_c<softcd::BodySettings>(settings, "settings"));
+  });
 }
 
 softcd_status softcd_scene_remove_body(softcd_scene* scene, softcd_body body) {
