@@ -10,7 +10,7 @@ namespace softcd::bullet::pybullet {
 /// What a plugin's command does, as python/softcd/bullet.py gives them, and its answer:
 ///
 ///     version           of PyBullet that this was built for
-///     attach K=V K=V    settings by the names that Settings has
+///     attach K=V K=V    see read_settings()
 ///     is_attached       0 or 1
 ///     limitations       one a line
 ///     finish_step

@@ -21,20 +21,21 @@ PLUGIN = pathlib.Path(__file__).parent / "softcd_pybullet.so"
 """The plugin that PyBullet loads; it is there where softcd was built with SOFTCD_PYBULLET_SOURCE."""
 
 
-def attach(client: int = 0, **settings: str | int | bool) -> Attachment:
+def attach(client: int = 0, **settings: str | float | bool) -> Attachment:
     """Gives the world of a PyBullet client softcd's detection, and returns an Attachment.
 
     The world is one with soft bodies (the default) or deformable ones (RESET_USE_DEFORMABLE_WORLD), new or in mid-run.
     settings are those of softcd::bullet::Settings: backend ("automatic", "cpu", "cuda"), detection ("dcd", "ccd"),
-    accuracy ("fast", "precise", "conservative", "automatic"), self_collision ("flagged", "all", "none"), edge_contacts
-    ("off", "report", "respond"), contacts ("all", "closest_feature", "automatic"), contacts_per_node, rigid_meshes,
-    filter_deformables.
+    accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), lambda_, reuse_pairs,
+    self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond"), contacts ("all",
+    "closest_feature", "automatic"), contacts_per_node, rigid_meshes, convex_shapes ("nodes", "faces_and_edges"),
+    filter_deformables. Not over a client: callbacks, the read-out that they get, and on_error.
 
     Raises softcd.Error where softcd was built without the plugin, or for another version of PyBullet, where a setting
     is none, and where softcd is attached already.
     """
     plugin = _load(client)
-    words = [f"{name}={value}" for name, value in settings.items()]
+    words = [f"{name.removesuffix('_')}={value}" for name, value in settings.items()]
     attachment = Attachment(client, plugin)
     attachment._execute(" ".join(["attach", *words]))
     return attachment

@@ -10,18 +10,13 @@
 
 #include "bodies/query_options.hpp"
 #include "bodies/vectors.hpp"
+#include "softcd/fields/options.hpp"
 
 namespace softcd::bullet {
 namespace {
 
 /// Where more than one in so many triangles is another one, all are taken anew, which costs less then.
 constexpr std::size_t kOneChangedIn = 8;
-
-bool is_same(const BodySettings& a, const BodySettings& b) {
-  return a.margin == b.margin && a.self_collision == b.self_collision && a.kinematic == b.kinematic &&
-         a.features.edge_edge == b.features.edge_edge && a.neighbour_rings == b.neighbour_rings &&
-         a.rest_distance == b.rest_distance;
-}
 
 /// As what scenes throw, before there is a body in one.
 void validate(const btSoftBody& body, const BodyFilters& filters) {
@@ -30,14 +25,11 @@ void validate(const btSoftBody& body, const BodyFilters& filters) {
     throw InvalidInput("softcd::bullet::BodyFilters: there are " + std::to_string(filters.nodes.size()) +
                        " of nodes, but the body has " + std::to_string(node_count) + " nodes");
   }
-  if (filters.neighbour_rings < 1 || filters.neighbour_rings > 16) {
-    throw InvalidInput("softcd::bullet::BodyFilters: neighbour_rings is " + std::to_string(filters.neighbour_rings) +
-                       ", but must be 1 to 16");
-  }
-  if (!(filters.rest_distance >= 0.0F && std::isfinite(filters.rest_distance))) {
-    throw InvalidInput("softcd::bullet::BodyFilters: rest_distance is " + std::to_string(filters.rest_distance) +
-                       ", but must be finite and at least 0");
-  }
+  BodySettings settings;
+  settings.neighbour_rings = filters.neighbour_rings;
+  settings.rest_distance = filters.rest_distance;
+  const std::string problem = problem_of(settings);
+  if (!problem.empty()) throw InvalidInput("softcd::bullet::BodyFilters: " + problem);
 }
 
 /// None unless they are asked for.
@@ -224,7 +216,7 @@ void WorldMirror::update(Member& member, const BodySettings& settings) {
   compare(member);
   if (member.is_outdated) {
     update_mesh(member, settings);
-  } else if (!is_same(member.settings, settings)) {
+  } else if (!has_equal_fields(member.settings, settings)) {
     scene_.set_settings(member.id, settings);
   }
   member.settings = settings;

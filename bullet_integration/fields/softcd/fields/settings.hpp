@@ -1,0 +1,20 @@
+#pragma once
+
+#include "softcd/bullet/settings.hpp"
+#include "softcd/fields/options.hpp"
+
+/// The settings of Bullet's worlds, member by member.
+namespace softcd {
+
+template <>
+inline constexpr ValueRange kRangeOf<&bullet::Settings::lambda> = kRangeOf<&QueryOptions::lambda>;
+template <>
+inline constexpr auto kFields<bullet::Settings> =
+    fields_of<bullet::Settings, &bullet::Settings::backend, &bullet::Settings::detection, &bullet::Settings::accuracy,
+              &bullet::Settings::broad_phase, &bullet::Settings::lambda, &bullet::Settings::reuse_pairs,
+              &bullet::Settings::self_collision, &bullet::Settings::edge_contacts, &bullet::Settings::contacts,
+              &bullet::Settings::contacts_per_node, &bullet::Settings::rigid_meshes, &bullet::Settings::convex_shapes,
+              &bullet::Settings::filter_deformables, &bullet::Settings::read_out, &bullet::Settings::on_contacts,
+              &bullet::Settings::on_error, &bullet::Settings::log>();
+
+}  // namespace softcd

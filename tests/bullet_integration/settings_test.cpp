@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "../../bullet_integration/pybullet/settings.hpp"
+#include "softcd/fields/settings.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+Settings read(const std::string& text) {
+  std::istringstream words(text);
+  return pybullet::read_settings(words);
+}
+
+std::string problem_with(const std::string& text) {
+  try {
+    read(text);
+    return {};
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+}
+
+/// A value that is not the default, as a word.
+template <class Value>
+std::string other_word(const Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return kEnumerators<Value>[value == Value{} ? 1 : 0];
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    return value ? "False" : "True";
+  } else {
+    return "2";
+  }
+}
+
+TEST(Settings, all_can_be_set_by_clients_of_pybullet_but_for_those_that_are_said) {
+  int read_settings = 0;
+  for_each_field<Settings>([&](const auto& field) {
+    using Value = FieldValue<Settings, decltype(field.access)>;
+    if constexpr (std::is_enum_v<Value> || std::is_arithmetic_v<Value>) {
+      if (!pybullet::is_for_clients(field.name)) return;
+      Settings by_default;
+      Settings set = read(field.name + ("=" + other_word(field.of(by_default))));
+      EXPECT_NE(field.of(set), field.of(by_default)) << field.name;
+      ++read_settings;
+    } else {
+      EXPECT_FALSE(pybullet::is_for_clients(field.name)) << field.name;
+    }
+  });
+  EXPECT_EQ(read_settings, 13);
+}
+
+TEST(Settings, all_of_clients_are_documented_in_python) {
+  std::ifstream source(SOFTCD_SOURCE_DIR "/python/softcd/bullet.py");
+  const std::string text{std::istreambuf_iterator<char>(source), {}};
+  for_each_field<Settings>([&](const auto& field) {
+    using Value = FieldValue<Settings, decltype(field.access)>;
+    if (!pybullet::is_for_clients(field.name)) return;
+    EXPECT_NE(text.find(std::string(" ") + field.name), std::string::npos) << field.name;
+    if constexpr (std::is_enum_v<Value>) {
+      for (const char* value : kEnumerators<Value>) {
+        EXPECT_NE(text.find(std::string("\"") + value + "\""), std::string::npos) << field.name << " " << value;
+      }
+    }
+  });
+}
+
+TEST(Settings, of_clients_that_are_wrong_are_named) {
+  EXPECT_EQ(problem_with("detection=often"), "detection: 'often' is none of dcd, ccd.");
+  EXPECT_EQ(problem_with("rigid_meshes=0"), "rigid_meshes: '0' is none of False, True.");
+  EXPECT_EQ(problem_with("speed=3"), "speed: there is no such setting.");
+  EXPECT_EQ(problem_with("on_error=throw_error"), "on_error: there is no such setting.");
+  EXPECT_EQ(problem_with("contacts_per_node=-1"), "contacts_per_node: '-1' is no count.");
+  EXPECT_EQ(problem_with("contacts_per_node"), "contacts_per_node: '' is no count.");
+  EXPECT_EQ(problem_with("lambda=x"), "lambda: 'x' is no number.");
+  EXPECT_EQ(problem_with("lambda=1000"), "lambda is 1000, but must be 0, or 0.1 to 100.");
+  EXPECT_EQ(problem_with("lambda=1.5 convex_shapes=faces_and_edges"), "");
+}
+
+}  // namespace
+}  // namespace softcd::bullet
