@@ -4,39 +4,32 @@
 #include <nanobind/stl/string.h>
 
 #include <algorithm>
-#include <functional>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "keywords.hpp"
+#include "softcd/fields/options.hpp"
 
 namespace softcd::python {
 
 namespace nb = nanobind;
 
-/// A member of a struct by the name that Python knows it by; `access` is a pointer to it, or a function that returns a
-/// reference to it.
-template <class Access>
-struct Field {
-  const char* name;
-  Access access;
-};
-template <class Access>
-Field(const char*, Access) -> Field<Access>;
+/// The keyword for a member: one that is a word of Python's gets an underscore.
+constexpr const char* keyword_of(const char* member) {
+  return member == std::string_view("lambda") ? "lambda_" : member;
+}
 
-template <class Struct, class Access>
-using FieldValue = std::remove_cvref_t<std::invoke_result_t<const Access&, Struct&>>;
+/// Whether Python sees members of this type. It has no CUDA streams and no communicators.
+template <class Value>
+inline constexpr bool kIsSeen = !std::is_pointer_v<Value> && !std::is_same_v<Value, Communicator>;
 
 /// All members of a struct that Python sees.
-template <class Struct, class... Access>
+template <class Struct>
 class Fields {
  public:
-  explicit constexpr Fields(Field<Access>... fields) : fields_(fields...) {}
-
   /// Defines a function of `Leading...` and the fields as keyword arguments, which calls `function(leading...,
   /// struct)`. `parameters` are the leading ones as Python writes them, with `*` where keywords begin; `extra` are
   /// their names, and the documentation.
@@ -77,9 +70,8 @@ class Fields {
 
   template <class Class>
   void define_read_only(Class& bound) const {
-    for_each([&](const auto& field) {
-      bound.def_prop_ro(field.name, [access = field.access](Struct& self) { return std::invoke(access, self); });
-    });
+    for_each(
+        [&](const auto& field) { bound.def_prop_ro(field.name, [field](Struct& self) { return field.of(self); }); });
     bound.def("__repr__", [*this](nb::handle self) { return repr(self); });
     // For pickle and copy.
     bound.def("__getstate__", [*this](nb::handle self) { return as_dict(self); });
@@ -87,7 +79,7 @@ class Fields {
       new (&self) Struct{};
       for_each([&](const auto& field) {
         using Value = FieldValue<Struct, decltype(field.access)>;
-        if (values.contains(field.name)) std::invoke(field.access, self) = nb::cast<Value>(values[field.name]);
+        if (values.contains(field.name)) field.of(self) = nb::cast<Value>(values[field.name]);
       });
     });
   }
@@ -101,7 +93,10 @@ class Fields {
  private:
   template <class Visit>
   void for_each(const Visit& visit) const {
-    std::apply([&](const auto&... field) { (visit(field), ...); }, fields_);
+    for_each_field<Struct>([&](const auto& field) {
+      using Value = FieldValue<Struct, decltype(field.access)>;
+      if constexpr (kIsSeen<Value>) visit(Field{keyword_of(field.name), field.access});
+    });
   }
 
   /// ", margin: float = 0.0" and so on.
@@ -113,7 +108,7 @@ class Fields {
       // What generates stubs takes an enumerator's class for a module.
       std::string value = "...";
       if constexpr (!std::is_enum_v<Value>) {
-        value = nb::cast<std::string>(nb::repr(nb::cast(Value(std::invoke(field.access, defaults)))));
+        value = nb::cast<std::string>(nb::repr(nb::cast(Value(field.of(defaults)))));
       }
       text += std::string(", ") + field.name + ": " + type_name<Value>() + " = " + value;
     });
@@ -127,7 +122,7 @@ class Fields {
       if (!values.contains(field.name)) return;
       ++known;
       using Value = FieldValue<Struct, decltype(field.access)>;
-      std::invoke(field.access, result) = read_value<Value>(field.name, values[field.name]);
+      field.of(result) = read_value<Value>(field.name, values[field.name]);
     });
     if (known < values.size()) refuse_unknown(function, parameters, values);
     return result;
@@ -159,13 +154,6 @@ class Fields {
     });
     return text + ")";
   }
-
-  std::tuple<Field<Access>...> fields_;
 };
-
-template <class Struct, class... Access>
-constexpr Fields<Struct, Access...> fields_of(Field<Access>... fields) {
-  return Fields<Struct, Access...>(fields...);
-}
 
 }  // namespace softcd::python

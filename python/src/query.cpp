@@ -9,8 +9,8 @@
 #include "collected.hpp"
 #include "contacts.hpp"
 #include "device_contacts.hpp"
+#include "fields.hpp"
 #include "keywords.hpp"
-#include "options.hpp"
 #include "scene.hpp"
 
 namespace softcd::python {
@@ -161,7 +161,7 @@ constexpr const char* kDetect =
 void bind_query(nb::module_& module) {
   using namespace nb::literals;
   auto options = nb::class_<QueryOptions>(module, "QueryOptions", "What is looked for.");
-  kQueryOptions.define_value(options);
+  Fields<QueryOptions>().define_value(options);
 
   nb::class_<BoundTicket>(module, "Ticket", nb::type_slots(ticket_slots), "A detection that was started.")
       .def("wait", &BoundTicket::wait, nb::sig("def wait(self) -> numpy.typing.NDArray[numpy.void] | DeviceContacts"),
@@ -175,7 +175,7 @@ void bind_query(nb::module_& module) {
   auto query = nb::class_<BoundQuery>(module, "Query", nb::type_slots(query_slots),
                                       "Finds contacts between the bodies of a scene. The same input gives the same "
                                       "bytes, on any backend, with any number of threads.");
-  kQueryOptions.define<BoundQuery*, nb::handle_t<BoundScene>>(
+  Fields<QueryOptions>().define<BoundQuery*, nb::handle_t<BoundScene>>(
       query, "__init__", "scene: Scene, *", "None",
       [](BoundQuery* self, nb::handle scene, const QueryOptions& values) {
         new (self) BoundQuery(nb::borrow(scene), values);

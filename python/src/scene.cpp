@@ -7,7 +7,7 @@
 
 #include "bindings.hpp"
 #include "collected.hpp"
-#include "options.hpp"
+#include "fields.hpp"
 
 namespace softcd::python {
 namespace {
@@ -201,13 +201,13 @@ void BoundScene::clear() {
 void bind_scene(nb::module_& module) {
   using namespace nb::literals;
   auto options = nb::class_<SceneOptions>(module, "SceneOptions", "Where a scene's detections run.");
-  kSceneOptions.define_value(options);
+  Fields<SceneOptions>().define_value(options);
 
   auto scene = nb::class_<BoundScene>(
       module, "Scene", nb::type_slots(scene_slots),
       "Bodies, of which queries find the contacts. Threads may share one: their calls wait for each other. Everything "
       "may be called while a detection runs, and concerns the next one that is started.");
-  kSceneOptions.define<BoundScene*, nb::object>(
+  Fields<SceneOptions>().define<BoundScene*, nb::object>(
       scene, "__init__", "*, log: collections.abc.Callable[[LogLevel, str], object] | None = None", "None",
       [](BoundScene* self, nb::object log, const SceneOptions& values) {
         new (self) BoundScene(values, std::move(log));
@@ -215,7 +215,7 @@ void bind_scene(nb::module_& module) {
       nb::kw_only(), "log"_a.none() = nb::none(),
       "log(level, text) is told warnings and what else may be of interest; without one, warnings are Python's, of the "
       "category RuntimeWarning.");
-  kBodySettings.define<BoundScene&, nb::handle, std::uint32_t, nb::handle>(
+  Fields<BodySettings>().define<BoundScene&, nb::handle, std::uint32_t, nb::handle>(
       scene, "add_body", "triangles: object, vertex_count: int, *, segments: object | None = None", "int",
       [](BoundScene& self, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
          const BodySettings& settings) { return self.add_body(triangles, vertex_count, segments, settings); },
@@ -223,7 +223,7 @@ void bind_scene(nb::module_& module) {
       "Adds a mesh, integers of shape (n, 3) over vertices 0 to vertex_count - 1, and returns its number. Segments, of "
       "shape (n, 2), are ropes and hair: what collides without being a triangle's side, of each other with edge_edge. "
       "Where triangles are counted they follow the triangles.");
-  kBodySettings.define<BoundScene&, std::uint32_t, nb::handle, std::uint32_t, nb::handle, nb::handle>(
+  Fields<BodySettings>().define<BoundScene&, std::uint32_t, nb::handle, std::uint32_t, nb::handle, nb::handle>(
       scene, "update_body",
       "body: int, triangles: object, vertex_count: int, *, segments: object | None = None, "
       "changed: object | None = None",
@@ -239,7 +239,7 @@ void bind_scene(nb::module_& module) {
       "of "
       "these indices, and those behind the last that the body had, are other ones than before. Edges that stay keep "
       "their numbers. Of a body with segments everything is taken anew.");
-  kBodySettings.define<BoundScene&, std::uint32_t>(
+  Fields<BodySettings>().define<BoundScene&, std::uint32_t>(
       scene, "set_settings", "body: int, *", "None",
       [](BoundScene& self, std::uint32_t body, const BodySettings& settings) { self.set_settings(body, settings); },
       "body"_a, "All settings of a body: those that are left out are the defaults.");
