@@ -11,6 +11,7 @@
 
 #include "command_line/choices.hpp"
 #include "command_line/stage_times.hpp"
+#include "command_line/statistics_json.hpp"
 #include "detector_measurement.hpp"
 #include "report.hpp"
 
@@ -96,28 +97,8 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
     json["left_out"] = m.left_out;
     return json;
   }
-  json.update({{"bodies", s.bodies},
-               {"vertices", s.vertices},
-               {"edges", s.edges},
-               {"active_triangles", s.active_triangles},
-               {"mean_radius", s.mean_radius},
-               {"cell_size", s.cell_size},
-               {"split_triangles", s.split_triangles},
-               {"children", s.children},
-               {"big_triangles", s.big_triangles},
-               {"entries", s.entries},
-               {"cells", s.cells},
-               {"tests", s.tests},
-               {"triangle_pairs", s.triangle_pairs},
-               {"flagged_pairs", s.flagged_pairs},
-               {"vt_candidates", s.vt_candidates},
-               {"ee_candidates", s.ee_candidates},
-               {"vt_contacts", s.vt_contacts},
-               {"ee_contacts", s.ee_contacts},
-               {"contacts_checksum", fmt::format("{:016x}", m.checksum)},
-               {"earliest_toi", s.earliest_toi},
-               {"peak_bytes", s.peak_bytes}});
-  for (const demo::StageTime& stage : demo::kStageTimes) json["ms"][stage.name] = s.ms.*stage.ms;
+  demo::add_statistics(json, s);
+  json["contacts_checksum"] = fmt::format("{:016x}", m.checksum);
   json["wall_ms"] = m.wall_ms;
   json["total_ms_quartiles"] = {{"first", m.first_quartile_ms}, {"third", m.third_quartile_ms}};
   return json;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "command_line/stage_times.hpp"
+#include "command_line/statistics_json.hpp"
 #include "command_line/world_choices.hpp"
 #include "detector_measurement.hpp"
 #include "report.hpp"
@@ -255,16 +256,8 @@ class Benchmark {
     nlohmann::ordered_json row = {{"scene", m.scene},
                                   {"sample", step},
                                   {"backend", name_of(demo::kBackends, m.options.backend)},
-                                  {"detection", name_of(demo::kDetections, m.options.detection)},
-                                  {"triangles", m.statistics.triangles},
-                                  {"children", m.statistics.children},
-                                  {"entries", m.statistics.entries},
-                                  {"tests", m.statistics.tests},
-                                  {"triangle_pairs", m.statistics.triangle_pairs},
-                                  {"vt_contacts", m.statistics.vt_contacts},
-                                  {"ee_contacts", m.statistics.ee_contacts},
-                                  {"peak_bytes", m.statistics.peak_bytes}};
-    for (const demo::StageTime& stage : demo::kStageTimes) row["ms"][stage.name] = m.statistics.ms.*stage.ms;
+                                  {"detection", name_of(demo::kDetections, m.options.detection)}};
+    demo::add_statistics(row, m.statistics);
     json_["simulated_scenes"].push_back(row);
   }
 

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "softcd/softcd.hpp"
+#include "softcd/fields/options.hpp"
 
 /// What the programs' command lines call the library's choices.
 namespace softcd::demo {
@@ -19,15 +20,21 @@ struct Choice {
   Value value;
 };
 
-inline constexpr std::array<Choice<Backend>, 3> kBackends = {
-    {{"auto", Backend::automatic}, {"cpu", Backend::cpu}, {"cuda", Backend::cuda}}};
-inline constexpr std::array<Choice<Detection>, 2> kDetections = {{{"dcd", Detection::dcd}, {"ccd", Detection::ccd}}};
-inline constexpr std::array<Choice<Accuracy>, 4> kAccuracies = {{{"auto", Accuracy::automatic},
-                                                                 {"fast", Accuracy::fast},
-                                                                 {"precise", Accuracy::precise},
-                                                                 {"conservative", Accuracy::conservative}}};
-inline constexpr std::array<Choice<BroadPhase>, 2> kBroadPhases = {
-    {{"exact", BroadPhase::exact}, {"uniform", BroadPhase::uniform}}};
+/// An enumeration's values by their names, but "auto" for `automatic`.
+template <class Enum>
+constexpr auto choices_of() {
+  std::array<Choice<Enum>, kEnumerators<Enum>.size()> choices{};
+  for (std::uint32_t i = 0; i < choices.size(); ++i) {
+    const char* const name = kEnumerators<Enum>[i];
+    choices[i] = {name == std::string_view("automatic") ? "auto" : name, Enum{i}};
+  }
+  return choices;
+}
+
+inline constexpr auto kBackends = choices_of<Backend>();
+inline constexpr auto kDetections = choices_of<Detection>();
+inline constexpr auto kAccuracies = choices_of<Accuracy>();
+inline constexpr auto kBroadPhases = choices_of<BroadPhase>();
 inline constexpr std::array<Choice<bool>, 2> kOnOff = {{{"on", true}, {"off", false}}};
 
 template <class Choices>

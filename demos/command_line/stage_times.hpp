@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "softcd/core/statistics.hpp"
+#include "softcd/fields/options.hpp"
 
 /// What the programs report of StageTimes.
 namespace softcd::demo {
@@ -16,17 +16,11 @@ struct StageTime {
   double StageTimes::*ms;
 };
 
-inline constexpr std::array<StageTime, 9> kStageTimes = {{{"total", &StageTimes::total},
-                                                          {"volumes", &StageTimes::volumes},
-                                                          {"subdivision", &StageTimes::subdivision},
-                                                          {"assignment", &StageTimes::assignment},
-                                                          {"sort", &StageTimes::sort},
-                                                          {"tests", &StageTimes::tests},
-                                                          {"features", &StageTimes::features},
-                                                          {"narrow", &StageTimes::narrow},
-                                                          {"transfer", &StageTimes::transfer}}};
-
-static_assert(kStageTimes.size() * sizeof(double) == sizeof(StageTimes), "each of its times is reported");
+inline constexpr auto kStageTimes = std::apply(
+    [](const auto&... stage) {
+      return std::array{StageTime{stage.name, stage.access}...};
+    },
+    kFields<StageTimes>);
 
 /// Of an even number of values the mean of the middle two.
 inline double median(std::vector<double> values) {

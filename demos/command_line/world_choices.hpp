@@ -10,5 +10,6 @@ inline constexpr std::array<Choice<bullet::Contacts>, 3> kContacts = {
     {{"all", bullet::Contacts::all},
      {"closest-feature", bullet::Contacts::closest_feature},
      {"automatic", bullet::Contacts::automatic}}};
+static_assert(kContacts.size() == kEnumerators<bullet::Contacts>.size());
 
 }  // namespace softcd::demo

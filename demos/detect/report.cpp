@@ -7,6 +7,7 @@
 
 #include "command_line/choices.hpp"
 #include "command_line/stage_times.hpp"
+#include "command_line/statistics_json.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -40,38 +41,14 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
   nlohmann::ordered_json json = {{"t0", command.first_frame},
                                  {"t1", command.second_frame},
                                  {"repeat", command.repetitions},
-                                 {"triangles", statistics.triangles},
-                                 {"vertices", statistics.vertices},
-                                 {"edges", statistics.edges},
-                                 {"left_out_triangles", statistics.left_out_triangles},
-                                 {"backend", name_of(kBackends, statistics.backend)},
                                  {"detection", name_of(kDetections, command.options.detection)},
                                  {"broad_phase", name_of(kBroadPhases, command.options.broad_phase)},
                                  {"accuracy", name_of(kAccuracies, command.options.accuracy)},
                                  {"margin", command.settings.margin},
                                  {"subdivision", command.options.subdivision},
                                  {"lambda", command.options.lambda},
-                                 {"memory_limit", command.options.memory_limit},
-                                 {"mean_radius", statistics.mean_radius},
-                                 {"cell_size", statistics.cell_size},
-                                 {"split_triangles", statistics.split_triangles},
-                                 {"children", statistics.children},
-                                 {"big_triangles", statistics.big_triangles},
-                                 {"entries", statistics.entries},
-                                 {"cells", statistics.cells},
-                                 {"tests", statistics.tests},
-                                 {"triangle_pairs", statistics.triangle_pairs},
-                                 {"flagged_pairs", statistics.flagged_pairs},
-                                 {"vt_candidates", statistics.vt_candidates},
-                                 {"ee_candidates", statistics.ee_candidates},
-                                 {"vt_contacts", statistics.vt_contacts},
-                                 {"ee_contacts", statistics.ee_contacts},
-                                 {"unsettled_contacts", statistics.unsettled_contacts},
-                                 {"earliest_toi", statistics.earliest_toi},
-                                 {"peak_bytes", statistics.peak_bytes},
-                                 {"reruns", statistics.reruns},
-                                 {"chunks", statistics.chunks}};
-  for (const StageTime& stage : kStageTimes) json["ms"][stage.name] = statistics.ms.*stage.ms;
+                                 {"memory_limit", command.options.memory_limit}};
+  add_statistics(json, statistics);
   // Files' names may hold any bytes.
   write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }

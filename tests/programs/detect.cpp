@@ -199,7 +199,7 @@ TEST_F(Detect, refuses_meshes_with_one_sentence) {
 TEST_F(Detect, refuses_command_lines) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
   expect_refused("", "t0 is required");
-  expect_refused(frames + " --accuracy exact", "'exact' is not one of auto, fast, precise, conservative");
+  expect_refused(frames + " --accuracy exact", "'exact' is not one of fast, precise, conservative, auto");
   expect_refused(frames + " --backend gpu", "'gpu' is not one of auto, cpu, cuda");
   expect_refused(frames + " --features vt,", "'' is not one of vt, ee");
   expect_refused(frames + " --subdivision maybe", "'maybe' is not one of on, off");
