@@ -4,8 +4,6 @@
 
 #include <sstream>
 
-#include "settings.hpp"
-
 namespace softcd::bullet::pybullet {
 namespace {
 

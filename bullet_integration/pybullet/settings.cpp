@@ -1,10 +1,9 @@
-#include "settings.hpp"
-
 #include <algorithm>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "commands.hpp"
 #include "softcd/fields/settings.hpp"
 
 namespace softcd::bullet::pybullet {
@@ -36,10 +35,10 @@ void read(Value& value, const std::string& word) {
 
 void set(Settings& settings, const std::string& name, const std::string& word) {
   bool is_known = false;
-  for_each_field<Settings>([&](const auto& field) {
-    using Value = FieldValue<Settings, decltype(field.access)>;
+  for_each_field<Settings>([&](auto field) {
+    using Value = typename decltype(field)::Value;
     if constexpr (std::is_enum_v<Value> || std::is_arithmetic_v<Value>) {
-      if (name != field.name || !is_for_clients(name)) return;
+      if (name != field.kName || !is_for_clients(name)) return;
       is_known = true;
       read(field.of(settings), word);
     }

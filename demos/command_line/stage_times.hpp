@@ -17,8 +17,8 @@ struct StageTime {
 };
 
 inline constexpr auto kStageTimes = std::apply(
-    [](const auto&... stage) {
-      return std::array{StageTime{stage.name, stage.access}...};
+    [](auto... stage) {
+      return std::array{StageTime{stage.kName, stage.kPointer}...};
     },
     kFields<StageTimes>);
 

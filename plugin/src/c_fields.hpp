@@ -40,45 +40,47 @@ inline constexpr auto kFields<softcd_statistics> =
 
 namespace c_interface {
 
-/// Calls visit(c_field, field) for the members of equal names. Returns how many there are.
-template <class C, class Struct, class Visit>
-constexpr std::size_t for_each_pair(const Visit& visit) {
-  std::size_t pairs = 0;
-  const auto visit_one = [&]<std::size_t kIndex>(std::integral_constant<std::size_t, kIndex> /*member*/) {
-    constexpr auto kInC = std::get<kIndex>(kFields<C>);
-    constexpr std::size_t kPlace = index_of_field<Struct>(kInC.name);
-    if constexpr (kPlace < kFieldCount<Struct>) {
-      visit(kInC, std::get<kPlace>(kFields<Struct>));
-      ++pairs;
-    }
-  };
-  [&]<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
-    (visit_one(std::integral_constant<std::size_t, kIndex>()), ...);
-  }
-  (std::make_index_sequence<kFieldCount<C>>());
-  return pairs;
+template <class A, class B>
+constexpr bool have_equal_names(const A& /*a*/, const B& /*b*/) {
+  return std::string_view(A::kName) == B::kName;
 }
 
-/// Whether all members have a counterpart, but for so many of the C struct's, struct_size among them, and of the
-/// other's.
-template <class C, class Struct>
-constexpr bool correspond(std::size_t alone_in_c, std::size_t alone_in_cpp) {
-  const std::size_t pairs = for_each_pair<C, Struct>([](const auto&...) {});
-  return pairs + alone_in_c == kFieldCount<C> && pairs + alone_in_cpp == kFieldCount<Struct>;
+/// The number of members of A whose names B does not have.
+template <class A, class B>
+constexpr int missing_members() {
+  int missing = 0;
+  for_each_field<A>([&](auto a) {
+    bool is_found = false;
+    for_each_field<B>([&](auto b) { is_found |= have_equal_names(a, b); });
+    missing += is_found ? 0 : 1;
+  });
+  return missing;
 }
-static_assert(correspond<softcd_scene_options, SceneOptions>(1, 1), "all but `communicator`");
-static_assert(correspond<softcd_body_settings, BodySettings>(1, 0));
-static_assert(correspond<softcd_query_options, QueryOptions>(1, 0));
-static_assert(correspond<softcd_statistics, Statistics>(2, 11), "total_ms is ms.total; C has no counts of the grid");
+template <class C, class Struct>
+inline constexpr std::array kMissing = {missing_members<C, Struct>(), missing_members<Struct, C>()};
+// struct_size is C's alone; `communicator` is not in C, nor are the grid's counts; `total_ms` is ms.total.
+static_assert(kMissing<softcd_scene_options, SceneOptions> == std::array{1, 1});
+static_assert(kMissing<softcd_body_settings, BodySettings> == std::array{1, 0});
+static_assert(kMissing<softcd_query_options, QueryOptions> == std::array{1, 0});
+static_assert(kMissing<softcd_statistics, Statistics> == std::array{2, 11});
+
+/// Copies the members of equal names.
+template <class From, class To>
+void copy_members(const From& from, To& to) {
+  for_each_field<From>([&](auto source) {
+    for_each_field<To>([&](auto target) {
+      if constexpr (have_equal_names(source, target)) {
+        target.of(to) = static_cast<typename decltype(target)::Value>(source.of(from));
+      }
+    });
+  });
+}
 
 template <class C, class Struct>
 C to_c(const Struct& from) {
   C to{};
   to.struct_size = sizeof(C);
-  for_each_pair<C, Struct>([&](const auto& c_field, const auto& field) {
-    auto& value = c_field.of(to);
-    value = static_cast<std::remove_reference_t<decltype(value)>>(field.of(from));
-  });
+  copy_members(from, to);
   return to;
 }
 
@@ -86,12 +88,7 @@ C to_c(const Struct& from) {
 template <class Struct, class C>
 Struct from_c(const C* given, const char* argument) {
   Struct to;
-  if (given == nullptr) return to;
-  const C& from = sized(given, argument);
-  for_each_pair<C, Struct>([&](const auto& c_field, const auto& field) {
-    auto& value = field.of(to);
-    value = static_cast<std::remove_reference_t<decltype(value)>>(c_field.of(from));
-  });
+  if (given != nullptr) copy_members(sized(given, argument), to);
   return to;
 }
 

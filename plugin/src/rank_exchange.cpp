@@ -29,8 +29,8 @@ class Digest {
   /// The values that ranks have to agree on.
   template <class Struct>
   void add_fields(const Struct& object) {
-    for_each_field<Struct>([&](const auto& field) {
-      if (!field.may_differ_between_ranks) add(field.of(object));
+    for_each_field<Struct>([&](auto field) {
+      if (!field.kMayDiffer) add(field.of(object));
     });
   }
   std::uint64_t value() const { return value_; }

@@ -70,32 +70,32 @@ class Fields {
 
   template <class Class>
   void define_read_only(Class& bound) const {
-    for_each(
-        [&](const auto& field) { bound.def_prop_ro(field.name, [field](Struct& self) { return field.of(self); }); });
+    for_each([&](auto field, const char* name) {
+      bound.def_prop_ro(name, [field](Struct& self) { return field.of(self); });
+    });
     bound.def("__repr__", [*this](nb::handle self) { return repr(self); });
     // For pickle and copy.
     bound.def("__getstate__", [*this](nb::handle self) { return as_dict(self); });
     bound.def("__setstate__", [*this](Struct& self, const nb::dict& values) {
       new (&self) Struct{};
-      for_each([&](const auto& field) {
-        using Value = FieldValue<Struct, decltype(field.access)>;
-        if (values.contains(field.name)) field.of(self) = nb::cast<Value>(values[field.name]);
+      for_each([&](auto field, const char* name) {
+        using Value = typename decltype(field)::Value;
+        if (values.contains(name)) field.of(self) = nb::cast<Value>(values[name]);
       });
     });
   }
 
   nb::dict as_dict(nb::handle self) const {
     nb::dict values;
-    for_each([&](const auto& field) { values[field.name] = self.attr(field.name); });
+    for_each([&](auto /*field*/, const char* name) { values[name] = self.attr(name); });
     return values;
   }
 
  private:
   template <class Visit>
   void for_each(const Visit& visit) const {
-    for_each_field<Struct>([&](const auto& field) {
-      using Value = FieldValue<Struct, decltype(field.access)>;
-      if constexpr (kIsSeen<Value>) visit(Field{keyword_of(field.name), field.access});
+    for_each_field<Struct>([&](auto field) {
+      if constexpr (kIsSeen<typename decltype(field)::Value>) visit(field, keyword_of(field.kName));
     });
   }
 
@@ -103,14 +103,14 @@ class Fields {
   std::string parameters_of_fields() const {
     Struct defaults{};
     std::string text;
-    for_each([&](const auto& field) {
-      using Value = FieldValue<Struct, decltype(field.access)>;
+    for_each([&](auto field, const char* name) {
+      using Value = typename decltype(field)::Value;
       // What generates stubs takes an enumerator's class for a module.
       std::string value = "...";
       if constexpr (!std::is_enum_v<Value>) {
         value = nb::cast<std::string>(nb::repr(nb::cast(Value(field.of(defaults)))));
       }
-      text += std::string(", ") + field.name + ": " + type_name<Value>() + " = " + value;
+      text += std::string(", ") + name + ": " + type_name<Value>() + " = " + value;
     });
     return text;
   }
@@ -118,18 +118,18 @@ class Fields {
   Struct read(const std::string& function, const char* parameters, const nb::kwargs& values) const {
     Struct result{};
     std::size_t known = 0;
-    for_each([&](const auto& field) {
-      if (!values.contains(field.name)) return;
+    for_each([&](auto field, const char* name) {
+      if (!values.contains(name)) return;
       ++known;
-      using Value = FieldValue<Struct, decltype(field.access)>;
-      field.of(result) = read_value<Value>(field.name, values[field.name]);
+      using Value = typename decltype(field)::Value;
+      field.of(result) = read_value<Value>(name, values[name]);
     });
     if (known < values.size()) refuse_unknown(function, parameters, values);
     return result;
   }
   void refuse_unknown(const std::string& function, const char* parameters, const nb::kwargs& values) const {
     std::vector<std::string> names;
-    for_each([&](const auto& field) { names.emplace_back(field.name); });
+    for_each([&](auto /*field*/, const char* name) { names.emplace_back(name); });
     for (const auto& [keyword, value] : values) {
       if (std::find(names.begin(), names.end(), nb::cast<std::string>(keyword)) != names.end()) continue;
       // Of the leading parameters those behind the star: "*, log: Type = None".
@@ -145,11 +145,10 @@ class Fields {
   std::string repr(nb::handle self) const {
     std::string text = nb::cast<std::string>(self.type().attr("__name__")) + "(";
     const char* separator = "";
-    for_each([&](const auto& field) {
-      const nb::object value = self.attr(field.name);
-      const bool is_enumerator = std::is_enum_v<FieldValue<Struct, decltype(field.access)>>;
-      text +=
-          separator + (field.name + ("=" + nb::cast<std::string>(is_enumerator ? nb::str(value) : nb::repr(value))));
+    for_each([&](auto field, const char* name) {
+      const nb::object value = self.attr(name);
+      const bool is_enumerator = std::is_enum_v<typename decltype(field)::Value>;
+      text += separator + (name + ("=" + nb::cast<std::string>(is_enumerator ? nb::str(value) : nb::repr(value))));
       separator = ", ";
     });
     return text + ")";

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "../../bullet_integration/pybullet/settings.hpp"
+#include "../../bullet_integration/pybullet/commands.hpp"
 #include "softcd/fields/settings.hpp"
 
 namespace softcd::bullet {
@@ -38,16 +38,16 @@ std::string other_word(const Value& value) {
 
 TEST(Settings, all_can_be_set_by_clients_of_pybullet_but_for_those_that_are_said) {
   int read_settings = 0;
-  for_each_field<Settings>([&](const auto& field) {
-    using Value = FieldValue<Settings, decltype(field.access)>;
+  for_each_field<Settings>([&](auto field) {
+    using Value = typename decltype(field)::Value;
     if constexpr (std::is_enum_v<Value> || std::is_arithmetic_v<Value>) {
-      if (!pybullet::is_for_clients(field.name)) return;
+      if (!pybullet::is_for_clients(field.kName)) return;
       Settings by_default;
-      Settings set = read(field.name + ("=" + other_word(field.of(by_default))));
-      EXPECT_NE(field.of(set), field.of(by_default)) << field.name;
+      Settings set = read(field.kName + ("=" + other_word(field.of(by_default))));
+      EXPECT_NE(field.of(set), field.of(by_default)) << field.kName;
       ++read_settings;
     } else {
-      EXPECT_FALSE(pybullet::is_for_clients(field.name)) << field.name;
+      EXPECT_FALSE(pybullet::is_for_clients(field.kName)) << field.kName;
     }
   });
   EXPECT_EQ(read_settings, 13);
@@ -56,13 +56,13 @@ TEST(Settings, all_can_be_set_by_clients_of_pybullet_but_for_those_that_are_said
 TEST(Settings, all_of_clients_are_documented_in_python) {
   std::ifstream source(SOFTCD_SOURCE_DIR "/python/softcd/bullet.py");
   const std::string text{std::istreambuf_iterator<char>(source), {}};
-  for_each_field<Settings>([&](const auto& field) {
-    using Value = FieldValue<Settings, decltype(field.access)>;
-    if (!pybullet::is_for_clients(field.name)) return;
-    EXPECT_NE(text.find(std::string(" ") + field.name), std::string::npos) << field.name;
+  for_each_field<Settings>([&](auto field) {
+    using Value = typename decltype(field)::Value;
+    if (!pybullet::is_for_clients(field.kName)) return;
+    EXPECT_NE(text.find(std::string(" ") + field.kName), std::string::npos) << field.kName;
     if constexpr (std::is_enum_v<Value>) {
       for (const char* value : kEnumerators<Value>) {
-        EXPECT_NE(text.find(std::string("\"") + value + "\""), std::string::npos) << field.name << " " << value;
+        EXPECT_NE(text.find(std::string("\"") + value + "\""), std::string::npos) << field.kName << " " << value;
       }
     }
   });

@@ -17,8 +17,8 @@ struct Small {
   float b = 0;
 };
 
-static_assert(takes_members<Small>(std::make_index_sequence<2>()) &&
-              !takes_members<Small>(std::make_index_sequence<3>()));
+static_assert(takes_members<Small>(AnyMember(), AnyMember()));
+static_assert(!takes_members<Small>(AnyMember(), AnyMember(), AnyMember()));
 
 /// Gives a field another value of its range.
 template <class Field, class Struct>
@@ -41,8 +41,8 @@ void change(const Field& field, Struct& object) {
 
 template <class Struct>
 void expect_that_each_field_counts() {
-  for_each_field<Struct>([](const auto& field) {
-    SCOPED_TRACE(field.name);
+  for_each_field<Struct>([](auto field) {
+    SCOPED_TRACE(field.kName);
     Struct changed;
     change(field, changed);
     EXPECT_FALSE(changed == Struct());
@@ -55,10 +55,10 @@ TEST(Options, are_equal_where_all_fields_are) {
   expect_that_each_field_counts<SceneOptions>();
   expect_that_each_field_counts<QueryOptions>();
   expect_that_each_field_counts<ProbeOptions>();
-  for_each_field<BodySettings>([](const auto& field) {
+  for_each_field<BodySettings>([](auto field) {
     BodySettings changed;
     change(field, changed);
-    EXPECT_FALSE(has_equal_fields(changed, BodySettings())) << field.name;
+    EXPECT_FALSE(has_equal_fields(changed, BodySettings())) << field.kName;
   });
 }
 
@@ -66,7 +66,7 @@ TEST(Options, have_the_names_of_members_and_enumerators) {
   std::vector<std::string> names(kEnumerators<Accuracy>.begin(), kEnumerators<Accuracy>.end());
   EXPECT_THAT(names, ElementsAre("fast", "precise", "conservative", "automatic"));
   names.clear();
-  for_each_field<BodySettings>([&](const auto& field) { names.emplace_back(field.name); });
+  for_each_field<BodySettings>([&](auto field) { names.emplace_back(field.kName); });
   EXPECT_THAT(names, ElementsAre("margin", "filter_group", "filter_mask", "self_collision", "kinematic",
                                  "vertex_triangle", "edge_edge", "batch", "neighbour_rings", "rest_distance"));
 }
@@ -103,24 +103,24 @@ std::string problem_of_ranks(const std::function<void(Scene&, PipelineOptions&)>
 }
 
 TEST(Options, of_ranks_are_compared) {
-  for_each_field<BodySettings>([](const auto& field) {
+  for_each_field<BodySettings>([](auto field) {
     const std::string problem =
         problem_of_ranks([&](Scene& scene, PipelineOptions&) { change(field, scene.front().settings); });
-    EXPECT_THAT(problem, HasSubstr("the ranks have different scenes")) << field.name;
+    EXPECT_THAT(problem, HasSubstr("the ranks have different scenes")) << field.kName;
   });
-  for_each_field<QueryOptions>([](const auto& field) {
-    if (field.may_differ_between_ranks) return;
+  for_each_field<QueryOptions>([](auto field) {
+    if (field.kMayDiffer) return;
     const std::string problem =
         problem_of_ranks([&](Scene&, PipelineOptions& options) { change(field, static_cast<QueryOptions&>(options)); });
-    EXPECT_THAT(problem, HasSubstr("the ranks start different detections")) << field.name;
+    EXPECT_THAT(problem, HasSubstr("the ranks start different detections")) << field.kName;
   });
 }
 
 TEST(Options, of_ranks_that_change_no_contacts_may_differ) {
   EXPECT_EQ(problem_of_ranks([](Scene&, PipelineOptions& options) { options.reuse_pairs = false; }), "");
   std::vector<std::string> names;
-  for_each_field<QueryOptions>([&](const auto& field) {
-    if (field.may_differ_between_ranks) names.emplace_back(field.name);
+  for_each_field<QueryOptions>([&](auto field) {
+    if (field.kMayDiffer) names.emplace_back(field.kName);
   });
   EXPECT_THAT(names, ElementsAre("reuse_pairs", "contacts_on_device"));
 }
