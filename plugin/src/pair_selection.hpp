@@ -1,12 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <tuple>
 #include <vector>
 
 #include "body.hpp"
 #include "box_pairs.hpp"
-#include "softcd/query.hpp"
+#include "softcd/fields/options.hpp"
 
 namespace softcd {
 
@@ -36,16 +35,17 @@ struct Selecting {
   float distance_factor = 1.0F;  ///< times all of that
   Features features;
   std::uint64_t changed_since = 0;  ///< a body of each pair, see Body::last_change
-
-  friend bool operator==(const Selecting& a, const Selecting& b) {
-    const auto values = [](const Selecting& s) {
-      return std::tie(s.t0, s.t1, s.covers_rounding_t0, s.covers_rounding_t1, s.margins, s.neighbour_filters,
-                      s.motion_margin, s.distance_factor, s.features.vertex_triangle, s.features.edge_edge,
-                      s.changed_since);
-    };
-    return values(a) == values(b);
-  }
 };
+
+template <>
+inline constexpr auto kFields<Selecting> =
+    fields_of<Selecting, &Selecting::t0, &Selecting::t1, &Selecting::covers_rounding_t0, &Selecting::covers_rounding_t1,
+              &Selecting::margins, &Selecting::neighbour_filters, &Selecting::motion_margin,
+              &Selecting::distance_factor, &Selecting::features, &Selecting::changed_since>();
+
+inline bool operator==(const Selecting& a, const Selecting& b) {
+  return has_equal_fields(a, b);
+}
 
 /// Chooses pairs for one detection after another. Memory, and what is known of where bodies are, serves the next.
 class PairSelector {

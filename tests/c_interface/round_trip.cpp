@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "../../plugin/src/c_fields.hpp"
 #include "c_client.h"
 #include "handles.hpp"
 #include "mesh_generators.hpp"
 #include "scene.hpp"
-#include "softcd/softcd.hpp"
 
 // What goes through C comes out as it does of the C++ interface, to the last byte.
 namespace softcd::test {
@@ -20,38 +20,6 @@ Scene touching_scene() {
           moving(moved(grid_cloth(8, 8, 0.25), {0.1, 0.1, 0.06}),
                  translated(grid_cloth(8, 8, 0.25).positions, {0.15, 0.1, -0.02}), everything(0.05F)),
           still(moved(icosphere(1, 0.3), {0.4, 0.4, 0.1}), everything(0.03F))};
-}
-
-softcd_body_settings to_c(const BodySettings& settings) {
-  softcd_body_settings c{};
-  EXPECT_EQ(softcd_body_settings_init(&c, sizeof c), SOFTCD_OK);
-  c.margin = settings.margin;
-  c.filter_group = settings.filter_group;
-  c.filter_mask = settings.filter_mask;
-  c.self_collision = settings.self_collision;
-  c.kinematic = settings.kinematic;
-  c.vertex_triangle = settings.features.vertex_triangle;
-  c.edge_edge = settings.features.edge_edge;
-  return c;
-}
-
-softcd_query_options to_c(const QueryOptions& options) {
-  softcd_query_options c{};
-  EXPECT_EQ(softcd_query_options_init(&c, sizeof c), SOFTCD_OK);
-  c.detection = static_cast<softcd_detection>(options.detection);
-  c.accuracy = static_cast<softcd_accuracy>(options.accuracy);
-  c.broad_phase = static_cast<softcd_broad_phase>(options.broad_phase);
-  c.contact_rule = static_cast<softcd_contact_rule>(options.contact_rule);
-  c.step_end = static_cast<softcd_step_end>(options.step_end);
-  c.subdivision = options.subdivision;
-  c.lambda = options.lambda;
-  c.motion_margin = options.motion_margin;
-  c.margins = options.margins;
-  c.vertex_triangle = options.features.vertex_triangle;
-  c.edge_edge = options.features.edge_edge;
-  c.reuse_pairs = options.reuse_pairs;
-  c.contacts_on_device = options.contacts_on_device;
-  return c;
 }
 
 /// Vertices of three scalars each, `kPadding` of them between two vertices.
@@ -105,14 +73,14 @@ template <class Scalar>
 std::vector<softcd_contact> detect_in_c(const Scene& scene, const Ends<Scalar>& ends, const QueryOptions& options) {
   std::vector<client_body> bodies;
   for (std::size_t b = 0; b < scene.size(); ++b) {
-    bodies.push_back({&scene[b].triangles[0].v[0], scene[b].triangles.size(),
-                      static_cast<std::uint32_t>(scene[b].x_t1.size()), to_c(scene[b].settings), ends.t0[b].to_c(),
-                      ends.t1[b].to_c()});
+    bodies.push_back(
+        {&scene[b].triangles[0].v[0], scene[b].triangles.size(), static_cast<std::uint32_t>(scene[b].x_t1.size()),
+         c_interface::to_c<softcd_body_settings>(scene[b].settings), ends.t0[b].to_c(), ends.t1[b].to_c()});
   }
   softcd_scene_options scene_options{};
   EXPECT_EQ(softcd_scene_options_init(&scene_options, sizeof scene_options), SOFTCD_OK);
   scene_options.backend = static_cast<softcd_backend>(test_options(options.detection).backend);
-  const softcd_query_options query_options = to_c(options);
+  const softcd_query_options query_options = c_interface::to_c<softcd_query_options>(options);
   std::vector<softcd_contact> contacts(100000);
   std::uint64_t count = 0;
   EXPECT_EQ(client_detect(bodies.data(), bodies.size(), &scene_options, &query_options, contacts.data(),
@@ -169,6 +137,7 @@ TEST(CRoundTrip, each_option_arrives) {
                                    with("lambda", &QueryOptions::lambda, 2.2F, false),
                                    with("motion_margin", &QueryOptions::motion_margin, 0.5F, true),
                                    with("margins", &QueryOptions::margins, false, true),
+                                   with("neighbour_filters", &QueryOptions::neighbour_filters, false, false),
                                    with("reuse_pairs", &QueryOptions::reuse_pairs, false, false),
                                    with("vertex_triangle", &QueryOptions::features, Features{false, true}, true),
                                    with("edge_edge", &QueryOptions::features, Features{true, false}, true)};

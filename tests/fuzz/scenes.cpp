@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -8,6 +7,7 @@
 
 #include "fuzzed_meshes.hpp"
 #include "scene_model.hpp"
+#include "softcd/fields/options.hpp"
 
 // Whatever is called in whatever order, a scene answers as one does that is told the same for the first time, and as
 // brute force does; what is refused is refused with an Error, and changes nothing.
@@ -28,29 +28,16 @@ bool is_refused(const Call& call) {
   return false;
 }
 
-bool is_margin(float margin) {
-  return std::isfinite(margin) && margin >= 0.0F;
-}
-
 bool is_valid(const BodyDesc& desc) {
   const auto has_vertices = [&](const Triangle& t) {
     return std::all_of(t.v, t.v + 3, [&](std::uint32_t v) { return v < desc.vertex_count; });
   };
-  return std::all_of(desc.triangles.begin(), desc.triangles.end(), has_vertices) && is_margin(desc.settings.margin);
-}
-
-template <class Enum>
-bool is_one_of(Enum value, Enum last) {
-  return value <= last;
+  return std::all_of(desc.triangles.begin(), desc.triangles.end(), has_vertices) && problem_of(desc.settings).empty();
 }
 
 bool is_valid(const QueryOptions& o) {
-  const bool are_choices = is_one_of(o.detection, Detection::ccd) && is_one_of(o.accuracy, Accuracy::conservative) &&
-                           is_one_of(o.broad_phase, BroadPhase::uniform) &&
-                           is_one_of(o.contact_rule, ContactRule::slab) && is_one_of(o.step_end, StepEnd::t0);
-  const bool is_cell = o.lambda == 0.0F || (o.lambda >= 0.1F && o.lambda <= 100.0F);
   const bool looks_ahead = o.motion_margin > 0.0F && o.detection == Detection::dcd && o.step_end == StepEnd::t0;
-  return are_choices && is_cell && is_margin(o.motion_margin) && !looks_ahead;
+  return problem_of(o).empty() && !looks_ahead;
 }
 
 template <class T>
@@ -200,7 +187,7 @@ class Session {
     const BodySettings settings = fuzzed_settings(bytes_);
     const bool refused = is_refused<InvalidInput>([&] { scene_->set_settings(id, settings); });
     SceneModel::Body* known = find(id);
-    require(refused != (known != nullptr && is_margin(settings.margin)), "settings are refused where not valid");
+    require(refused != (known != nullptr && problem_of(settings).empty()), "settings are refused where not valid");
     if (!refused) known->mesh.settings = settings;
   }
 
