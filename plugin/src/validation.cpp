@@ -58,8 +58,8 @@ void validate_triangle(BodyId id, const BodyDesc& desc, std::size_t t) {
 void validate_size(BodyId id, const BodyDesc& desc) {
   if (desc.triangles.size() + desc.segments.size() < kMostElements && desc.vertex_count < kMostElements) return;
   throw InvalidInput(
-      fmt::format("body {}: {} triangles, {} segments and {} vertices are more than 2^31; split the scene over "
-                  "several pipelines.",
+      fmt::format("body {}: {} triangles, {} segments and {} vertices are more than 2^31; split the bodies over "
+                  "several scenes.",
                   id.value, desc.triangles.size(), desc.segments.size(), desc.vertex_count));
 }
 

@@ -28,11 +28,10 @@
  * that was destroyed return SOFTCD_ERROR, and are still to be destroyed.
  *
  * Binary interface. Structs that softcd reads or fills in begin with struct_size, sizeof of the struct, by which it
- * knows the caller's version; a size that it does not know is SOFTCD_INVALID_INPUT. ..._init() writes the defaults, as
- * a NULL in place of the struct gives. Compatible versions of softcd only add functions, values, and members at the end
- * of such structs. Structs without struct_size, of which softcd reads or returns arrays, stay as they are. Enumerations
- * are integers of 32 bits, as are truth values: 0 is false, all else true. Shared libraries show these names with the
- * version, so that incompatible ones can be in one process.
+ * knows the caller's version; a size other than its own is SOFTCD_INVALID_INPUT. ..._init() writes the defaults, as a
+ * NULL in place of the struct gives. Compatible versions of softcd only add functions and values; structs stay as they
+ * are. Enumerations are integers of 32 bits, as are truth values: 0 is false, all else true. Shared libraries show
+ * these names with the version, so that incompatible ones can be in one process.
  */
 
 /* NOLINTBEGIN(modernize-*, readability-identifier-naming): C has neither C++'s words nor its namespaces. */

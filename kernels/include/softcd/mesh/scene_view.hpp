@@ -92,7 +92,7 @@ struct SceneView {
   bool self_collision = false;   ///< some body may touch itself
   bool is_conservative = false;  ///< Accuracy::conservative
   bool has_batches = false;      ///< some body's cells are moved
-  /// See PipelineOptions::motion_margin.
+  /// See QueryOptions::motion_margin.
   float motion_margin = 0.0F;
   /// What counts as a contact in a discrete detection.
   ContactRule contact_rule = ContactRule::distance;
