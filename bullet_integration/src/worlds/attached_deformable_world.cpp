@@ -80,9 +80,8 @@ void AttachedDeformableWorld::keep_starts() {
   has_integrated_ = false;
   ways_.clear();
   queries().crossings.run([&](CrossingPrevention&) {
-    if (queries().settings().detection != Detection::ccd) return;
     for (btSoftBody* body : span_of(bodies())) {
-      if (!has_vertex_face_contacts(kDeformableEnds, *body)) continue;
+      if (!queries().prevents_crossings(*body)) continue;
       Way& way = ways_.emplace_back(Way{body, {}, {}});
       for (int i = 0; i < body->m_nodes.size(); ++i) way.starts.push_back(body->m_nodes[i].m_x);
       way.ends.resize(way.starts.size());

@@ -47,7 +47,7 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   void prevent_crossings(btScalar time_step);
 
   FaceTreesAway face_trees_;
-  std::vector<Way> ways_;        ///< with Detection::ccd
+  std::vector<Way> ways_;        ///< of the bodies that the step's last pass may change
   bool has_integrated_ = false;  ///< whether the step that ends has moved all bodies
 };
 

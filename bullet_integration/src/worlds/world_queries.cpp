@@ -96,7 +96,8 @@ void WorldQueries::keep_rigid_starts(const btCollisionObjectArray& objects, btSc
   crossings.run([&](CrossingPrevention& prevention) { prevention.keep_rigid_starts(objects, time_step); });
 }
 
-bool WorldQueries::is_near_mesh(const btSoftBody& body) const {
+bool WorldQueries::prevents_crossings(const btSoftBody& body) const {
+  if (settings_.detection == Detection::ccd) return has_vertex_face_contacts(kind_.contacts.ends, body);
   return std::binary_search(near_meshes_.begin(), near_meshes_.end(), &body, std::less<>());
 }
 
@@ -110,7 +111,7 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
   const WorldPairs pairs = {kind_.contacts, gate, settings_};
   crossings.run([&](CrossingPrevention& prevention) {
     std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
-    if (settings_.detection == Detection::dcd) std::erase_if(wanted, [&](auto* body) { return !is_near_mesh(*body); });
+    std::erase_if(wanted, [this](const btSoftBody* body) { return !prevents_crossings(*body); });
     prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings);
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);

@@ -70,6 +70,9 @@ class WorldQueries {
   void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
     late_impulses_.answer(objects, time_step, read_out.rehearsed_impulses());
   }
+  /// Whether the step's last pass moves the body's nodes where they would cross something. With dcd it does so near
+  /// rigid meshes only: links and self-contacts there pull nodes through meshes after contacts have held them off.
+  bool prevents_crossings(const btSoftBody& body) const;
   /// The last word about where the nodes go: see CrossingPrevention. Does nothing unless prevents_crossings().
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
                          btScalar time_step);
@@ -115,12 +118,7 @@ class WorldQueries {
   Span<btSoftBody* const> stand_ins() const {
     return crossings.get() != nullptr ? crossings.get()->stand_ins() : Span<btSoftBody* const>();
   }
-  /// With dcd at rigid meshes alone, where Bullet's solver pulls at links after it has solved contacts: these do not
-  /// keep a mesh from passing between the nodes.
-  bool prevents_crossings() const {
-    return settings_.detection == Detection::ccd || (settings_.rigid_meshes && kind_.contacts.solves_in_turns);
-  }
-  bool is_near_mesh(const btSoftBody& body) const;
+  bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);
