@@ -100,14 +100,15 @@ btScalar joint_margin(Span<const SContact> several, std::size_t one, int rounds)
   const btScalar start = turns.separation(one);
   for (int round = 0; round < rounds; ++round) turns.answer();
   const btScalar push = btMax(btScalar(0), turns.separation(one) - start);
-  // A contact by itself is answered in each round until the approach has ended.
+  // A contact by itself is answered in each round until the approach has ended. What the several leave of it, contacts
+  // of the face's other nodes end: one that pushes no farther would pull its node back then.
   btScalar lacking = 1;
   for (int round = 1; round <= rounds; ++round) {
     const btScalar lacking_before = lacking;
     lacking *= 1 - gain_of(given);
-    const btScalar depth = push / (1 - lacking);
+    const btScalar depth = btMax(push, approach) / (1 - lacking);
     const bool is_last = round == rounds || push >= approach;
-    const bool is_reached = depth * (1 - lacking_before) < approach;
+    const bool is_reached = depth * (1 - lacking_before) <= approach;
     if (is_last && is_reached && start + depth < given.m_margin) return start + depth;
   }
   return given.m_margin;

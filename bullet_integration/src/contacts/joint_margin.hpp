@@ -11,7 +11,8 @@ namespace softcd::bullet {
 btScalar approach_of(const btSoftBody::SContact& contact);
 
 /// The margin with which `one`, of `several` contacts of one node, moves it as far along its normal as Bullet's
-/// PSolve_SContacts does that goes through all of them in turn, in so many rounds; at most its own margin.
+/// PSolve_SContacts does that goes through all of them in turn, in so many rounds, and at least until its approach has
+/// ended; at most its own margin.
 ///
 /// Such contacts push aslant, too. Each ends its part of the approach, friction of those aslant takes back some of what
 /// was pushed, and those after it, which find the approach ended, push no more. So the node goes less far than the
