@@ -122,7 +122,7 @@ std::vector<BodyQuestionTime> BodyQuestions::measure(Backend backend, int repeti
 std::vector<BodyQuestionTime> BodyQuestions::measure_mesh(Scene& scene, BodyId body, int repetitions) {
   Probe probe(scene);
   const std::string name = fmt::format("softcd, {}", demo::name_of(demo::kBackends, scene.backend()));
-  std::vector<QueryChange> changes;
+  std::vector<ProbeChange> changes;
   for (const Change& change : changes_) changes.push_back({body, change.removed, change.added, change.new_vertices});
   std::vector<BodyQuestionTime> times = {
       timed(BodyQuestion::within, name, 1, repetitions,
@@ -141,7 +141,7 @@ std::vector<BodyQuestionTime> BodyQuestions::measure_mesh(Scene& scene, BodyId b
 }
 
 std::vector<BodyQuestionTime> BodyQuestions::measure_pairs(Scene& scene, BodyId body, int repetitions) {
-  std::vector<QueryBodies> pairs;
+  std::vector<ProbeBodies> pairs;
   for (const Ball& ball : balls_) {
     pairs.push_back({scene.add_body({ball.triangles, static_cast<std::uint32_t>(ball.x.size()), {}}), body});
     scene.set_positions(pairs.back().a, ball.x);
@@ -154,7 +154,7 @@ std::vector<BodyQuestionTime> BodyQuestions::measure_pairs(Scene& scene, BodyId 
             [&] { return probe.intersections(pairs).all().size(); }),
       timed(BodyQuestion::has_intersections, name, pairs.size(), repetitions, [&] {
         return static_cast<std::size_t>(std::count_if(
-            pairs.begin(), pairs.end(), [&](const QueryBodies& pair) { return probe.has_intersections(pair); }));
+            pairs.begin(), pairs.end(), [&](const ProbeBodies& pair) { return probe.has_intersections(pair); }));
       })};
   answers_.distances.clear();
   answers_.intersections.clear();

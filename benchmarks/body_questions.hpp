@@ -46,7 +46,7 @@ class BodyQuestions {
   std::string description() const;
 
  private:
-  /// Owns what a QueryChange is made of.
+  /// Owns what a ProbeChange is made of.
   struct Change {
     std::vector<std::uint32_t> removed;
     std::vector<Triangle> added;
@@ -74,9 +74,9 @@ class BodyQuestions {
   MeshView mesh_;
   double extent_;
   test::Random random_{2};
-  std::vector<QueryCapsule> capsules_;
+  std::vector<ProbeCapsule> capsules_;
   std::vector<std::vector<Vec3d>> hull_points_;
-  std::vector<QueryHull> hulls_;
+  std::vector<ProbeHull> hulls_;
   std::vector<Change> changes_;
   std::vector<Ball> balls_;
   Answers answers_;

@@ -86,9 +86,9 @@ BulletOverlaps::BulletOverlaps(const std::vector<Triangle>& triangles, const std
 
 BulletOverlaps::~BulletOverlaps() = default;
 
-std::size_t BulletOverlaps::count(Span<const QueryCapsule> capsules) const {
+std::size_t BulletOverlaps::count(Span<const ProbeCapsule> capsules) const {
   std::size_t triangles = 0;
-  for (const QueryCapsule& capsule : capsules) {
+  for (const ProbeCapsule& capsule : capsules) {
     const btVector3 along = to_bullet(state_->scale * (capsule.to - capsule.from));
     btCapsuleShape shape(btScalar(state_->scale * capsule.radius), along.length());  // along y
     const btTransform transform(shortestArcQuat(btVector3(0, 1, 0), along.normalized()),
@@ -98,9 +98,9 @@ std::size_t BulletOverlaps::count(Span<const QueryCapsule> capsules) const {
   return triangles;
 }
 
-std::size_t BulletOverlaps::count(Span<const QueryHull> hulls) const {
+std::size_t BulletOverlaps::count(Span<const ProbeHull> hulls) const {
   std::size_t triangles = 0;
-  for (const QueryHull& hull : hulls) {
+  for (const ProbeHull& hull : hulls) {
     btConvexHullShape shape;
     for (const Vec3d& point : hull.points) shape.addPoint(to_bullet(state_->scale * (point - hull.points[0])), false);
     shape.setMargin(btScalar(state_->scale * hull.radius));

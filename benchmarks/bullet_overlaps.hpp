@@ -20,8 +20,8 @@ class BulletOverlaps {
 
   /// How many triangles have contacts with a btCapsuleShape, or with a btConvexHullShape whose margin is the hull's
   /// radius, in all.
-  std::size_t count(Span<const QueryCapsule> capsules) const;
-  std::size_t count(Span<const QueryHull> hulls) const;
+  std::size_t count(Span<const ProbeCapsule> capsules) const;
+  std::size_t count(Span<const ProbeHull> hulls) const;
 
  private:
   struct State;

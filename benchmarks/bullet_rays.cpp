@@ -49,7 +49,7 @@ class BulletScene final : public RivalScene {
   /// Embree and a test of every triangle in long double report 815.
   bool counts_exactly() const override { return false; }
 
-  double sum_distances(const std::vector<QueryPoint>& /*points*/) const override { return -1; }
+  double sum_distances(const std::vector<ProbePoint>& /*points*/) const override { return -1; }
 
  private:
   btSoftBodyWorldInfo info_;

@@ -48,7 +48,8 @@ class Variant {
     world_.step();
     step_ms_.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     our_ms_.push_back(profiler.take().total());
-    if (world_.detection() != nullptr) detection_ms_.push_back(world_.detection()->contacts().statistics().ms.total);
+    if (world_.detection() != nullptr)
+      detection_ms_.push_back(world_.detection()->contact_report().statistics().ms.total);
     soft_contacts_.push_back(static_cast<double>(world_.count_soft_contacts()));
     rigid_contacts_.push_back(static_cast<double>(world_.count_rigid_contacts()));
   }

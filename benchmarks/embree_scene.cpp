@@ -52,7 +52,7 @@ class EmbreeScene final : public RivalScene {
         std::plus<>());
   }
 
-  double sum_distances(const std::vector<QueryPoint>& points) const override {
+  double sum_distances(const std::vector<ProbePoint>& points) const override {
     return tbb::parallel_reduce(
         Range(0, points.size()), 0.0,
         [&](const Range& range, double sum) {
@@ -98,7 +98,7 @@ class EmbreeScene final : public RivalScene {
     return true;
   }
 
-  double distance(const QueryPoint& point) const {
+  double distance(const ProbePoint& point) const {
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     Nearest nearest{this, vec3_cast<float>(point.point), std::numeric_limits<float>::infinity()};

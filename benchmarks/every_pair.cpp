@@ -84,7 +84,7 @@ std::size_t intersections_by_every_pair(const MeshView& a, const MeshView& b) {
   return fold_triangles(b, std::size_t{0}, with_intersections_of, std::plus<>());
 }
 
-std::size_t intersections_after_by_every_pair(const MeshView& mesh, const QueryChange& change) {
+std::size_t intersections_after_by_every_pair(const MeshView& mesh, const ProbeChange& change) {
   std::vector<Vec3f> x = mesh.x;
   for (const Vec3d& vertex : change.new_vertices) x.push_back(vec3_cast<float>(vertex));
   const auto with_intersections_of = [&](std::size_t i, std::size_t found) {

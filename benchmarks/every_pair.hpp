@@ -20,6 +20,6 @@ double distance_by_every_pair(const MeshView& a, const MeshView& b);
 std::size_t intersections_by_every_pair(const MeshView& a, const MeshView& b);
 /// How many of the mesh's triangles would intersect an added one, counted for each of these. Added triangles are not
 /// compared with each other: those of the benchmark have an edge in common each two.
-std::size_t intersections_after_by_every_pair(const MeshView& mesh, const QueryChange& change);
+std::size_t intersections_after_by_every_pair(const MeshView& mesh, const ProbeChange& change);
 
 }  // namespace softcd::benchmarks

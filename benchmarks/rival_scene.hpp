@@ -25,7 +25,7 @@ class RivalScene {
   /// Whether these are those of exact arithmetic, but for a few in a thousand.
   virtual bool counts_exactly() const { return true; }
   /// The sum of the points' distances from the mesh; negative where it does not tell.
-  virtual double sum_distances(const std::vector<QueryPoint>& points) const = 0;
+  virtual double sum_distances(const std::vector<ProbePoint>& points) const = 0;
 };
 
 #ifdef SOFTCD_BENCH_HAS_BULLET

@@ -202,7 +202,7 @@ class Benchmark {
   std::vector<Triangle> triangles_;
   std::vector<Vec3f> x_;
   std::vector<Ray> rays_;
-  std::vector<QueryPoint> points_;
+  std::vector<ProbePoint> points_;
   double extent_ = 0;  ///< half the diagonal of the mesh's box
   Answers answers_;
   Table table_{{"", "build ms", "rays ms", "points ms"}, 1};

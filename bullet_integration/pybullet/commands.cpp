@@ -23,8 +23,8 @@ std::string json(const CrossingAnswers& answers) {
 
 std::string json(const WorldDetection& detection) {
   return fmt::format(R"({{"contacts": {}, "crossings": {}, "crossing_answers": {}, "rigid_meshes": {}}})",
-                     json(detection.contacts()), json(detection.crossings()), json(detection.crossing_answers()),
-                     json(detection.rigid_meshes()));
+                     json(detection.contact_report()), json(detection.crossing_report()),
+                     json(detection.crossing_answers()), json(detection.rigid_mesh_report()));
 }
 
 std::string lines_of(Span<const Limitation> limitations) {

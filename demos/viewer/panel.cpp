@@ -135,7 +135,7 @@ constexpr std::array<Detecting, 4> kDetecting = {{{"off", Collision::off, Backen
 bool is_current(const Detecting& detecting, const Session& session) {
   if (detecting.collision != session.options().collision) return false;
   const bullet::WorldDetection* detection = session.scene().simulation().detection();
-  return detection == nullptr || detection->contacts().backend() == detecting.backend;
+  return detection == nullptr || detection->contact_report().backend() == detecting.backend;
 }
 
 void draw_detection(const Session& session, PanelState& state) {

@@ -45,7 +45,7 @@ void Session::step() {
   step_ms_.add(duration.count());
   body_contacts_.clear();
   if (detection == nullptr) return;
-  detection_ms_.add(static_cast<float>(detection->contacts().statistics().ms.total));
+  detection_ms_.add(static_cast<float>(detection->contact_report().statistics().ms.total));
   if (reads_contacts_) body_contacts_ = detection->body_contacts();
 }
 

@@ -41,14 +41,14 @@ std::uint32_t number_of(BodyId id, Span<const ProbedBody> bodies) {
   return static_cast<std::uint32_t>(body - bodies.begin());
 }
 
-void BodyQuestions::prepare(Span<const QueryBodies> asked, Span<const ProbedBody> bodies) {
+void BodyQuestions::prepare(Span<const ProbeBodies> asked, Span<const ProbedBody> bodies) {
   BodiesQuestion all{};
   for (std::uint32_t number = 0; number < bodies.size(); ++number) {
     if (bodies[number].is_asked) add_partner(all, number);
   }
   questions_.clear();
   item_count_ = 0;
-  for (const QueryBodies& pair : asked) {
+  for (const ProbeBodies& pair : asked) {
     BodiesQuestion question = all;
     question.a = number_of(pair.a, bodies);
     question.b = number_of(pair.b, bodies);

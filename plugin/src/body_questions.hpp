@@ -15,7 +15,7 @@ std::uint32_t number_of(BodyId id, Span<const ProbedBody> bodies);
 class BodyQuestions {
  public:
   /// The ids are bodies', or BodyId(). Throws InvalidInput where they have 2^31 triangles or more to be looked at.
-  void prepare(Span<const QueryBodies> asked, Span<const ProbedBody> bodies);
+  void prepare(Span<const ProbeBodies> asked, Span<const ProbedBody> bodies);
 
   Span<const BodiesQuestion> questions() const { return questions_; }
   std::uint64_t item_count() const { return item_count_; }

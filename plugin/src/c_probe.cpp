@@ -15,28 +15,28 @@ static_assert(sizeof(softcd_ray_hit) == sizeof(RayHit) &&
               offsetof(softcd_ray_hit, t) == offsetof(RayHit, t) &&
               offsetof(softcd_ray_hit, weights) == offsetof(RayHit, weights) &&
               offsetof(softcd_ray_hit, normal) == offsetof(RayHit, normal));
-static_assert(sizeof(softcd_point) == sizeof(QueryPoint) &&
-              offsetof(softcd_point, max_distance) == offsetof(QueryPoint, max_distance));
+static_assert(sizeof(softcd_point) == sizeof(ProbePoint) &&
+              offsetof(softcd_point, max_distance) == offsetof(ProbePoint, max_distance));
 static_assert(sizeof(softcd_closest_point) == sizeof(ClosestPoint) &&
               offsetof(softcd_closest_point, triangle) == offsetof(ClosestPoint, triangle) &&
               offsetof(softcd_closest_point, position) == offsetof(ClosestPoint, position) &&
               offsetof(softcd_closest_point, distance) == offsetof(ClosestPoint, distance) &&
               offsetof(softcd_closest_point, weights) == offsetof(ClosestPoint, weights) &&
               offsetof(softcd_closest_point, side) == offsetof(ClosestPoint, side));
-static_assert(sizeof(softcd_sphere) == sizeof(QuerySphere) &&
-              offsetof(softcd_sphere, radius) == offsetof(QuerySphere, radius));
-static_assert(sizeof(softcd_capsule) == sizeof(QueryCapsule) &&
-              offsetof(softcd_capsule, to) == offsetof(QueryCapsule, to) &&
-              offsetof(softcd_capsule, radius) == offsetof(QueryCapsule, radius));
-static_assert(sizeof(softcd_box) == sizeof(QueryBox) && offsetof(softcd_box, hi) == offsetof(QueryBox, hi));
-static_assert(sizeof(softcd_oriented_box) == sizeof(QueryOrientedBox) &&
-              offsetof(softcd_oriented_box, half) == offsetof(QueryOrientedBox, half) &&
-              offsetof(softcd_oriented_box, axes) == offsetof(QueryOrientedBox, axes));
+static_assert(sizeof(softcd_sphere) == sizeof(ProbeSphere) &&
+              offsetof(softcd_sphere, radius) == offsetof(ProbeSphere, radius));
+static_assert(sizeof(softcd_capsule) == sizeof(ProbeCapsule) &&
+              offsetof(softcd_capsule, to) == offsetof(ProbeCapsule, to) &&
+              offsetof(softcd_capsule, radius) == offsetof(ProbeCapsule, radius));
+static_assert(sizeof(softcd_box) == sizeof(ProbeBox) && offsetof(softcd_box, hi) == offsetof(ProbeBox, hi));
+static_assert(sizeof(softcd_oriented_box) == sizeof(ProbeOrientedBox) &&
+              offsetof(softcd_oriented_box, half) == offsetof(ProbeOrientedBox, half) &&
+              offsetof(softcd_oriented_box, axes) == offsetof(ProbeOrientedBox, axes));
 static_assert(sizeof(softcd_overlap) == sizeof(TriangleOverlap) &&
               offsetof(softcd_overlap, triangle) == offsetof(TriangleOverlap, triangle));
 
-static_assert(sizeof(softcd_body_pair) == sizeof(QueryBodies) &&
-              offsetof(softcd_body_pair, b) == offsetof(QueryBodies, b));
+static_assert(sizeof(softcd_body_pair) == sizeof(ProbeBodies) &&
+              offsetof(softcd_body_pair, b) == offsetof(ProbeBodies, b));
 static_assert(sizeof(softcd_body_distance) == sizeof(BodyDistance) &&
               offsetof(softcd_body_distance, body_b) == offsetof(BodyDistance, body_b) &&
               offsetof(softcd_body_distance, triangle_a) == offsetof(BodyDistance, triangle_a) &&
@@ -55,10 +55,10 @@ static_assert(sizeof(softcd_change_intersection) == sizeof(ChangeIntersection) &
               offsetof(softcd_change_intersection, triangle) == offsetof(ChangeIntersection, triangle));
 
 /// The caller's arrays stay where they are.
-QueryHull query_hull(const softcd_hull& given) {
+ProbeHull query_hull(const softcd_hull& given) {
   return {rows<Vec3d>(given.points, given.point_count, "points"), given.radius};
 }
-QueryChange query_change(const softcd_change& given) {
+ProbeChange query_change(const softcd_change& given) {
   return {{given.body},
           elements<std::uint32_t>(given.removed, given.removed_count, "removed"),
           rows<Triangle>(given.added, given.added_count, "added"),
@@ -128,42 +128,42 @@ softcd_status softcd_probe_all_hits(softcd_probe* probe, const softcd_ray* rays,
 softcd_status softcd_probe_closest_points(softcd_probe* probe, const softcd_point* points, uint64_t count,
                                           const softcd_closest_point** closest) {
   return c::ask_each(probe, closest, [&](softcd::Probe& asked) {
-    return asked.closest_points(c::elements<softcd::QueryPoint>(points, count, "points"));
+    return asked.closest_points(c::elements<softcd::ProbePoint>(points, count, "points"));
   });
 }
 
 softcd_status softcd_probe_sphere_overlaps(softcd_probe* probe, const softcd_sphere* spheres, uint64_t count,
                                            const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
-    return asked.overlaps(c::elements<softcd::QuerySphere>(spheres, count, "spheres"));
+    return asked.overlaps(c::elements<softcd::ProbeSphere>(spheres, count, "spheres"));
   });
 }
 
 softcd_status softcd_probe_capsule_overlaps(softcd_probe* probe, const softcd_capsule* capsules, uint64_t count,
                                             const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
-    return asked.overlaps(c::elements<softcd::QueryCapsule>(capsules, count, "capsules"));
+    return asked.overlaps(c::elements<softcd::ProbeCapsule>(capsules, count, "capsules"));
   });
 }
 
 softcd_status softcd_probe_box_overlaps(softcd_probe* probe, const softcd_box* boxes, uint64_t count,
                                         const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
-    return asked.overlaps(c::elements<softcd::QueryBox>(boxes, count, "boxes"));
+    return asked.overlaps(c::elements<softcd::ProbeBox>(boxes, count, "boxes"));
   });
 }
 
 softcd_status softcd_probe_oriented_box_overlaps(softcd_probe* probe, const softcd_oriented_box* boxes, uint64_t count,
                                                  const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
-    return asked.overlaps(c::elements<softcd::QueryOrientedBox>(boxes, count, "boxes"));
+    return asked.overlaps(c::elements<softcd::ProbeOrientedBox>(boxes, count, "boxes"));
   });
 }
 
 softcd_status softcd_probe_hull_overlaps(softcd_probe* probe, const softcd_hull* hulls, uint64_t count,
                                          const uint64_t** begins, const softcd_overlap** overlaps) {
   return c::ask_lists(probe, begins, overlaps, [&](softcd::Probe& asked) {
-    std::vector<softcd::QueryHull> asked_about;
+    std::vector<softcd::ProbeHull> asked_about;
     for (const softcd_hull& hull : c::elements<softcd_hull>(hulls, count, "hulls")) {
       asked_about.push_back(c::query_hull(hull));
     }
@@ -174,14 +174,14 @@ softcd_status softcd_probe_hull_overlaps(softcd_probe* probe, const softcd_hull*
 softcd_status softcd_probe_distances(softcd_probe* probe, const softcd_body_pair* pairs, uint64_t count,
                                      const softcd_body_distance** distances) {
   return c::ask_each(probe, distances, [&](softcd::Probe& asked) {
-    return asked.distances(c::elements<softcd::QueryBodies>(pairs, count, "pairs"));
+    return asked.distances(c::elements<softcd::ProbeBodies>(pairs, count, "pairs"));
   });
 }
 
 softcd_status softcd_probe_intersections(softcd_probe* probe, const softcd_body_pair* pairs, uint64_t count,
                                          const uint64_t** begins, const softcd_intersection** intersections) {
   return c::ask_lists(probe, begins, intersections, [&](softcd::Probe& asked) {
-    return asked.intersections(c::elements<softcd::QueryBodies>(pairs, count, "pairs"));
+    return asked.intersections(c::elements<softcd::ProbeBodies>(pairs, count, "pairs"));
   });
 }
 
@@ -189,8 +189,8 @@ softcd_status softcd_probe_has_intersections(softcd_probe* probe, const softcd_b
                                              uint32_t* has_intersections) {
   return c::guarded_call([&] {
     uint32_t& out = c::result(has_intersections, "has_intersections");
-    const softcd::QueryBodies bodies =
-        pair != nullptr ? softcd::QueryBodies{{pair->a}, {pair->b}} : softcd::QueryBodies();
+    const softcd::ProbeBodies bodies =
+        pair != nullptr ? softcd::ProbeBodies{{pair->a}, {pair->b}} : softcd::ProbeBodies();
     out = c::required(probe, "probe").probe.has_intersections(bodies) ? 1 : 0;
   });
 }
@@ -199,7 +199,7 @@ softcd_status softcd_probe_intersections_after(softcd_probe* probe, const softcd
                                                const uint64_t** begins,
                                                const softcd_change_intersection** intersections) {
   return c::ask_lists(probe, begins, intersections, [&](softcd::Probe& asked) {
-    std::vector<softcd::QueryChange> asked_about;
+    std::vector<softcd::ProbeChange> asked_about;
     for (const softcd_change& change : c::elements<softcd_change>(changes, count, "changes")) {
       asked_about.push_back(c::query_change(change));
     }

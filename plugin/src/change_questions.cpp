@@ -10,7 +10,7 @@
 namespace softcd::detail {
 namespace {
 
-void validate_change(std::size_t index, const QueryChange& change, const ProbedBody& body) {
+void validate_change(std::size_t index, const ProbeChange& change, const ProbedBody& body) {
   const auto problem = [&](std::string_view text) {
     return InvalidInput(fmt::format("change {} of body {}: {}", index, change.body.value, text));
   };
@@ -35,7 +35,7 @@ void validate_change(std::size_t index, const QueryChange& change, const ProbedB
 
 }  // namespace
 
-void ChangesInQuestion::prepare(Span<const QueryChange> changes, Span<const ProbedBody> bodies) {
+void ChangesInQuestion::prepare(Span<const ProbeChange> changes, Span<const ProbedBody> bodies) {
   changes_.clear();
   removed_.clear();
   added_.clear();
@@ -50,7 +50,7 @@ void ChangesInQuestion::prepare(Span<const QueryChange> changes, Span<const Prob
   }
 }
 
-void ChangesInQuestion::add(std::size_t index, const QueryChange& change, Span<const ProbedBody> bodies) {
+void ChangesInQuestion::add(std::size_t index, const ProbeChange& change, Span<const ProbedBody> bodies) {
   const std::uint32_t number = number_of(change.body, bodies);
   const ProbedBody& body = bodies[number];
   validate_change(index, change, body);

@@ -12,12 +12,12 @@ namespace softcd::detail {
 class ChangesInQuestion {
  public:
   /// The bodies are in the scene. Throws InvalidInput naming the change, and what of it is out of range.
-  void prepare(Span<const QueryChange> changes, Span<const ProbedBody> bodies);
+  void prepare(Span<const ProbeChange> changes, Span<const ProbedBody> bodies);
 
   ChangeQuestions questions() const { return {changes_, removed_, added_, new_vertices_}; }
 
  private:
-  void add(std::size_t index, const QueryChange& change, Span<const ProbedBody> bodies);
+  void add(std::size_t index, const ProbeChange& change, Span<const ProbedBody> bodies);
 
   std::vector<ChangeQuestion> changes_;
   std::vector<std::uint32_t> removed_;

@@ -6,9 +6,9 @@
 
 namespace softcd::detail {
 
-void HullsInQuestion::prepare(Span<const QueryHull> hulls) {
+void HullsInQuestion::prepare(Span<const ProbeHull> hulls) {
   std::uint64_t point_count = 0;
-  for (const QueryHull& hull : hulls) {
+  for (const ProbeHull& hull : hulls) {
     point_count += hull.points.size();
     if (point_count < kMostElements) continue;
     throw InvalidInput(
@@ -17,7 +17,7 @@ void HullsInQuestion::prepare(Span<const QueryHull> hulls) {
   hulls_.clear();
   points_.clear();
   points_.reserve(point_count);
-  for (const QueryHull& hull : hulls) {
+  for (const ProbeHull& hull : hulls) {
     hulls_.push_back(
         {static_cast<std::uint32_t>(points_.size()), static_cast<std::uint32_t>(hull.points.size()), hull.radius});
     points_.insert(points_.end(), hull.points.begin(), hull.points.end());

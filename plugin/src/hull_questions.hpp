@@ -10,7 +10,7 @@ namespace softcd::detail {
 class HullsInQuestion {
  public:
   /// Throws InvalidInput where they have 2^31 points or more.
-  void prepare(Span<const QueryHull> hulls);
+  void prepare(Span<const ProbeHull> hulls);
 
   HullQuestions questions() const { return {hulls_, points_}; }
 

@@ -34,46 +34,46 @@ RayHit Probe::first_hit(const Ray& ray) {
 AnswerLists<RayHit> Probe::all_hits(Span<const Ray> rays) {
   return core().all_hits(rays);
 }
-Span<const ClosestPoint> Probe::closest_points(Span<const QueryPoint> points) {
+Span<const ClosestPoint> Probe::closest_points(Span<const ProbePoint> points) {
   return core().closest_points(points);
 }
-ClosestPoint Probe::closest_point(const QueryPoint& point) {
+ClosestPoint Probe::closest_point(const ProbePoint& point) {
   return core().closest_points({&point, 1})[0];
 }
-AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QuerySphere> spheres) {
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const ProbeSphere> spheres) {
   return core().overlaps(spheres);
 }
-AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryCapsule> capsules) {
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const ProbeCapsule> capsules) {
   return core().overlaps(capsules);
 }
-AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryBox> boxes) {
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const ProbeBox> boxes) {
   return core().overlaps(boxes);
 }
-AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryOrientedBox> boxes) {
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const ProbeOrientedBox> boxes) {
   return core().overlaps(boxes);
 }
-AnswerLists<TriangleOverlap> Probe::overlaps(Span<const QueryHull> hulls) {
+AnswerLists<TriangleOverlap> Probe::overlaps(Span<const ProbeHull> hulls) {
   return core().overlaps(hulls);
 }
-Span<const BodyDistance> Probe::distances(Span<const QueryBodies> pairs) {
+Span<const BodyDistance> Probe::distances(Span<const ProbeBodies> pairs) {
   return core().distances(pairs);
 }
-BodyDistance Probe::distance(const QueryBodies& pair) {
+BodyDistance Probe::distance(const ProbeBodies& pair) {
   return core().distances({&pair, 1})[0];
 }
-AnswerLists<TriangleIntersection> Probe::intersections(Span<const QueryBodies> pairs) {
+AnswerLists<TriangleIntersection> Probe::intersections(Span<const ProbeBodies> pairs) {
   return core().intersections(pairs);
 }
-Span<const TriangleIntersection> Probe::intersections(const QueryBodies& pair) {
+Span<const TriangleIntersection> Probe::intersections(const ProbeBodies& pair) {
   return core().intersections({&pair, 1}).all();
 }
-bool Probe::has_intersections(const QueryBodies& pair) {
+bool Probe::has_intersections(const ProbeBodies& pair) {
   return core().has_intersections(pair);
 }
-AnswerLists<ChangeIntersection> Probe::intersections_after(Span<const QueryChange> changes) {
+AnswerLists<ChangeIntersection> Probe::intersections_after(Span<const ProbeChange> changes) {
   return core().intersections_after(changes);
 }
-Span<const ChangeIntersection> Probe::intersections_after(const QueryChange& change) {
+Span<const ChangeIntersection> Probe::intersections_after(const ProbeChange& change) {
   return core().intersections_after({&change, 1}).all();
 }
 void Probe::set_options(const ProbeOptions& options) {

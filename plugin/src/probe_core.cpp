@@ -36,11 +36,11 @@ AnswerLists<RayHit> ProbeCore::all_hits(Span<const Ray> rays) {
   return answers(rays.size(), false, [&](SpatialQueries& queries) { return queries.all_hits(rays); });
 }
 
-Span<const ClosestPoint> ProbeCore::closest_points(Span<const QueryPoint> points) {
+Span<const ClosestPoint> ProbeCore::closest_points(Span<const ProbePoint> points) {
   return answers(points.size(), true, [&](SpatialQueries& queries) { return queries.closest_points(points); });
 }
 
-AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryHull> hulls) {
+AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const ProbeHull> hulls) {
   return answers(hulls.size(), false, [&](SpatialQueries& queries) {
     hulls_.prepare(hulls);
     return queries.overlaps(hulls_.questions());
@@ -48,7 +48,7 @@ AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const QueryHull> hulls) {
 }
 
 template <class Ask>
-auto ProbeCore::answers_about(Span<const QueryBodies> pairs, const Ask& ask) {
+auto ProbeCore::answers_about(Span<const ProbeBodies> pairs, const Ask& ask) {
   for (std::size_t i = 0; i < pairs.size() && !scene_->is_closed(); ++i) {
     for (const BodyId id : {pairs[i].a, pairs[i].b}) {
       if (id == BodyId() || scene_->has_body(id)) continue;
@@ -64,23 +64,23 @@ auto ProbeCore::answers_about(Span<const QueryBodies> pairs, const Ask& ask) {
   });
 }
 
-Span<const BodyDistance> ProbeCore::distances(Span<const QueryBodies> pairs) {
+Span<const BodyDistance> ProbeCore::distances(Span<const ProbeBodies> pairs) {
   return answers_about(pairs,
                        [](SpatialQueries& queries, const auto&... of_pairs) { return queries.distances(of_pairs...); });
 }
 
-AnswerLists<TriangleIntersection> ProbeCore::intersections(Span<const QueryBodies> pairs) {
+AnswerLists<TriangleIntersection> ProbeCore::intersections(Span<const ProbeBodies> pairs) {
   return answers_about(
       pairs, [](SpatialQueries& queries, const auto&... of_pairs) { return queries.intersections(of_pairs...); });
 }
 
-bool ProbeCore::has_intersections(const QueryBodies& pair) {
+bool ProbeCore::has_intersections(const ProbeBodies& pair) {
   return answers_about({&pair, 1}, [](SpatialQueries& queries, const auto&... of_pairs) {
     return queries.has_intersections(of_pairs...);
   });
 }
 
-AnswerLists<ChangeIntersection> ProbeCore::intersections_after(Span<const QueryChange> changes) {
+AnswerLists<ChangeIntersection> ProbeCore::intersections_after(Span<const ProbeChange> changes) {
   for (std::size_t i = 0; i < changes.size() && !scene_->is_closed(); ++i) {
     if (scene_->has_body(changes[i].body)) continue;
     throw InvalidInput(fmt::format("change {}: body {} is not in the scene; it was removed, or never added.", i,

@@ -20,17 +20,17 @@ class ProbeCore final : public SceneUser {
 
   Span<const RayHit> first_hits(Span<const Ray> rays);
   AnswerLists<RayHit> all_hits(Span<const Ray> rays);
-  Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
+  Span<const ClosestPoint> closest_points(Span<const ProbePoint> points);
   /// Of spheres, capsules or boxes.
   template <class Shape>
   AnswerLists<TriangleOverlap> overlaps(Span<const Shape> shapes) {
     return answers(shapes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(shapes); });
   }
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryHull> hulls);
-  Span<const BodyDistance> distances(Span<const QueryBodies> pairs);
-  AnswerLists<TriangleIntersection> intersections(Span<const QueryBodies> pairs);
-  bool has_intersections(const QueryBodies& pair);
-  AnswerLists<ChangeIntersection> intersections_after(Span<const QueryChange> changes);
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeHull> hulls);
+  Span<const BodyDistance> distances(Span<const ProbeBodies> pairs);
+  AnswerLists<TriangleIntersection> intersections(Span<const ProbeBodies> pairs);
+  bool has_intersections(const ProbeBodies& pair);
+  AnswerLists<ChangeIntersection> intersections_after(Span<const ProbeChange> changes);
 
   void set_options(const ProbeOptions& options);
   const ProbeOptions& options() const { return options_; }
@@ -53,7 +53,7 @@ class ProbeCore final : public SceneUser {
   }
   /// Returns what ask(queries, questions, number of items) answers to questions about these pairs.
   template <class Ask>
-  auto answers_about(Span<const QueryBodies> pairs, const Ask& ask);
+  auto answers_about(Span<const ProbeBodies> pairs, const Ask& ask);
   /// Throws Error when the scene is gone.
   void require_scene() const;
   /// Throws InvalidInput, too, for too many questions.

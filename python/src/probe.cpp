@@ -102,7 +102,7 @@ Span<const Question> questions_in(const Batch<Question>& batch) {
 }
 
 /// Hull i is of the points from begins[i] up to, but without, begins[i + 1]; one radius is for all.
-std::vector<QueryHull> hulls_in(const Batch<Vec3d>& points, const std::vector<std::uint32_t>& begins,
+std::vector<ProbeHull> hulls_in(const Batch<Vec3d>& points, const std::vector<std::uint32_t>& begins,
                                 const Radii& radii) {
   if (begins.empty()) throw InvalidInput("begins: expected shape (n + 1,) for n hulls, got (0,)");
   if (begins.front() != 0 || begins.back() != points.shape(0)) {
@@ -114,7 +114,7 @@ std::vector<QueryHull> hulls_in(const Batch<Vec3d>& points, const std::vector<st
     throw InvalidInput(fmt::format("radii: expected {} rows, as begins has hulls, got {}", count, radii.size()));
   }
   const Span<const Vec3d> all = questions_in<Vec3d>(points);
-  std::vector<QueryHull> hulls(count);
+  std::vector<ProbeHull> hulls(count);
   for (std::size_t i = 0; i < count; ++i) {
     if (begins[i] > begins[i + 1]) {
       throw InvalidInput(
@@ -128,18 +128,18 @@ std::vector<QueryHull> hulls_in(const Batch<Vec3d>& points, const std::vector<st
 /// Pairs of bodies, or of all where there is none.
 using AskedPairs = std::vector<std::pair<std::optional<std::uint32_t>, std::optional<std::uint32_t>>>;
 
-QueryBodies asked_pair(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
+ProbeBodies asked_pair(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
   return {{a.value_or(kNoIndex)}, {b.value_or(kNoIndex)}};
 }
 
-std::vector<QueryBodies> asked_pairs(const AskedPairs& numbers) {
-  std::vector<QueryBodies> pairs;
+std::vector<ProbeBodies> asked_pairs(const AskedPairs& numbers) {
+  std::vector<ProbeBodies> pairs;
   pairs.reserve(numbers.size());
   for (const auto& [a, b] : numbers) pairs.push_back(asked_pair(a, b));
   return pairs;
 }
 
-/// QueryChange with what it refers to.
+/// ProbeChange with what it refers to.
 struct MeshChange {
   std::uint32_t body;
   std::vector<std::uint32_t> removed;
@@ -192,9 +192,9 @@ class BoundProbe {
   nb::tuple all_hits(const Batch<Ray>& rays) {
     return ask_lists(rays.shape(0), [this, rays] { return copy(probe_->all_hits(questions_in<Ray>(rays))); });
   }
-  nb::object closest_points(const Batch<QueryPoint>& points) {
+  nb::object closest_points(const Batch<ProbePoint>& points) {
     return ask_each(points.shape(0),
-                    [this, points] { return copy(probe_->closest_points(questions_in<QueryPoint>(points))); });
+                    [this, points] { return copy(probe_->closest_points(questions_in<ProbePoint>(points))); });
   }
   template <class Shape>
   nb::tuple overlaps(const Batch<Shape>& shapes) {
@@ -219,7 +219,7 @@ class BoundProbe {
   }
   nb::tuple intersections_after(const std::vector<MeshChange>& changes) {
     return ask_lists(changes.size(), [this, changes] {
-      std::vector<QueryChange> asked;
+      std::vector<ProbeChange> asked;
       asked.reserve(changes.size());
       for (const MeshChange& change : changes) {
         asked.push_back({{change.body}, change.removed, change.added, change.new_vertices});
@@ -313,10 +313,10 @@ void bind_probe(nb::module_& module) {
       .def("first_hits", &BoundProbe::first_hits, "rays"_a)
       .def("all_hits", &BoundProbe::all_hits, "rays"_a)
       .def("closest_points", &BoundProbe::closest_points, "points"_a)
-      .def("sphere_overlaps", &BoundProbe::overlaps<QuerySphere>, "spheres"_a)
-      .def("capsule_overlaps", &BoundProbe::overlaps<QueryCapsule>, "capsules"_a)
-      .def("box_overlaps", &BoundProbe::overlaps<QueryBox>, "boxes"_a)
-      .def("oriented_box_overlaps", &BoundProbe::overlaps<QueryOrientedBox>, "boxes"_a)
+      .def("sphere_overlaps", &BoundProbe::overlaps<ProbeSphere>, "spheres"_a)
+      .def("capsule_overlaps", &BoundProbe::overlaps<ProbeCapsule>, "capsules"_a)
+      .def("box_overlaps", &BoundProbe::overlaps<ProbeBox>, "boxes"_a)
+      .def("oriented_box_overlaps", &BoundProbe::overlaps<ProbeOrientedBox>, "boxes"_a)
       .def("hull_overlaps", &BoundProbe::hull_overlaps, "points"_a, "begins"_a, "radii"_a)
       .def("distances", &BoundProbe::distances, "pairs"_a)
       .def("intersections", &BoundProbe::intersections, "pairs"_a)

@@ -74,7 +74,7 @@ class Apps : public testing::Test {
     AppSheets sheets(world);
     const int contacts = sheets.step();
     EXPECT_FALSE(sheets.has_duplicates());
-    EXPECT_GT(world.detection().contacts().statistics().vt_contacts, 0U);
+    EXPECT_GT(world.detection().contact_report().statistics().vt_contacts, 0U);
     return contacts;
   }
 };
@@ -100,7 +100,7 @@ TEST_F(Apps, any_broad_phase_and_an_apps_own_world_info_work) {
   AppSheets sheets(world, info);
   EXPECT_EQ(broadphase.soft_bodies().size(), 2U);
   EXPECT_GT(sheets.step(), 0);
-  EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
+  EXPECT_GT(dispatcher.detection().contact_report().statistics().vt_contacts, 0U);
 }
 
 TEST_F(Apps, a_one_line_world_leaves_detection_to_softcds_dispatcher) {
@@ -173,10 +173,10 @@ TEST_F(Apps, a_second_world_on_the_dispatcher_gets_bullets_detection) {
   btSoftRigidDynamicsWorld plain_world(&dispatcher, &plain_broadphase, &solver, &configuration);
   AppSheets plain_sheets(plain_world);
   EXPECT_GT(plain_sheets.step(), 0);
-  EXPECT_EQ(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
+  EXPECT_EQ(dispatcher.detection().contact_report().statistics().vt_contacts, 0U);
   AppSheets sheets(world);
   EXPECT_GT(sheets.step(), 0);
-  EXPECT_GT(dispatcher.detection().contacts().statistics().vt_contacts, 0U);
+  EXPECT_GT(dispatcher.detection().contact_report().statistics().vt_contacts, 0U);
 }
 
 TEST_F(Apps, a_plain_world_on_the_dispatcher_of_a_one_line_world_keeps_bullets_detection) {
@@ -198,7 +198,7 @@ TEST_F(Apps, settings_can_change_at_run_time) {
   world.detection().set_settings(cpu_settings(Detection::ccd));
   EXPECT_EQ(world.detection().settings().detection, Detection::ccd);
   EXPECT_GT(sheets.step(), 0);
-  EXPECT_FALSE(world.detection().contacts().explain().empty());
+  EXPECT_FALSE(world.detection().contact_report().explain().empty());
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ TYPED_TEST(UnderDispatcher, that_passes_the_pair_cache_by_attached_softcd_leaves
     EXPECT_GT(found_by(to_deformable), 0U);
   }
   EXPECT_TRUE(is_last_limit(to_deformable));
-  EXPECT_EQ(to_classic.detection().rigid_meshes().failed_steps(), kIsKnown ? 0U : 1U);
+  EXPECT_EQ(to_classic.detection().rigid_mesh_report().failed_steps(), kIsKnown ? 0U : 1U);
   EXPECT_EQ(said.size(), kIsKnown ? 0U : 2U);
   to_deformable.detach();
   to_classic.detach();
@@ -183,12 +183,13 @@ TEST_P(Attach, goes_on_when_the_app_sets_tick_callbacks_meanwhile) {
     EXPECT_EQ(ticks.after, i);
     EXPECT_GT(found_by(attachment), 0U);
     EXPECT_EQ(failed_steps_of(attachment), 0U);
-    EXPECT_EQ(attachment.detection().crossings().failed_steps(), GetParam() == Kind::deformable ? 0U : 1U);
+    EXPECT_EQ(attachment.detection().crossing_report().failed_steps(), GetParam() == Kind::deformable ? 0U : 1U);
   }
   attachment.finish_step();
   ticks.set_in(sheets.world());
   sheets.step();
-  EXPECT_LE(attachment.detection().crossings().failed_steps(), 1U) << "where the step was finished, nothing is missed";
+  EXPECT_LE(attachment.detection().crossing_report().failed_steps(), 1U)
+      << "where the step was finished, nothing is missed";
   Ticks others;
   others.set_in(sheets.world());
   attachment.detach();
@@ -343,7 +344,7 @@ TEST_P(AttachClassic, finishes_a_step_with_bodies_that_are_no_more_what_they_wer
   sheets.free->appendFace(0, 1, sheets.free->m_nodes.size() - 1);
   sheets.step();
   EXPECT_GT(found_by(attachment), 0U);
-  EXPECT_EQ(failed_steps_of(attachment) + attachment.detection().crossings().failed_steps(), 0U);
+  EXPECT_EQ(failed_steps_of(attachment) + attachment.detection().crossing_report().failed_steps(), 0U);
 }
 
 TEST_P(Attach, knows_impulses_as_far_as_it_says) {

@@ -100,11 +100,11 @@ struct Sheets {
 };
 
 inline std::uint64_t found_by(const bullet::Attachment& attachment) {
-  return attachment.detection().contacts().statistics().vt_contacts;
+  return attachment.detection().contact_report().statistics().vt_contacts;
 }
 
 inline std::uint64_t failed_steps_of(const bullet::Attachment& attachment) {
-  return attachment.detection().contacts().failed_steps();
+  return attachment.detection().contact_report().failed_steps();
 }
 
 /// An app's action.

@@ -120,7 +120,7 @@ std::size_t expect_the_same(Kind kind, const bullet::Settings& settings, btScala
   }
   attachment.detach();
   EXPECT_EQ(states_in(bullets.foreign()), states_in(own.foreign()));
-  EXPECT_EQ(attachment.detection().contacts().failed_steps(), 0U);
+  EXPECT_EQ(attachment.detection().contact_report().failed_steps(), 0U);
   return values;
 }
 
@@ -227,7 +227,7 @@ TEST_P(AttachedWorlds, a_world_detached_in_mid_contact_goes_on_as_one_never_atta
     Attachment attachment = attach(bullets.world(), cpu_settings(detection));
     const int steps = GetParam() == Kind::deformable ? 50 : 14;
     for (int step = 0; step < steps; ++step) bullets.step();
-    EXPECT_GT(attachment.detection().contacts().statistics().vt_contacts, 0U);
+    EXPECT_GT(attachment.detection().contact_report().statistics().vt_contacts, 0U);
     attachment.detach();
     never.step();  // Bullet prepares bodies in their first step.
     put_where_others_are(never.foreign(), bullets.foreign());

@@ -107,7 +107,7 @@ struct CoarseSheet {
 
   std::uint64_t step() {
     simulation.step();
-    return simulation.detection().contacts().statistics().vt_contacts;
+    return simulation.detection().contact_report().statistics().vt_contacts;
   }
 };
 
@@ -157,7 +157,7 @@ TEST_P(BodyFilter, neighbours_do_not_pass_through_each_other) {
     impacts += sheet.simulation.detection().crossing_answers().impacts;
     EXPECT_GT(corner.m_x.y(), btScalar(-0.1)) << rings << " rings";
     if (rings == 16) {
-      EXPECT_EQ(sheet.simulation.detection().contacts().statistics().vt_contacts, 0U);
+      EXPECT_EQ(sheet.simulation.detection().contact_report().statistics().vt_contacts, 0U);
       EXPECT_GT(impacts, 0U);
     }
   }

@@ -388,7 +388,7 @@ TEST(ContactEconomy, depends_neither_on_threads_nor_on_the_way_in) {
 }
 
 TEST(ContactEconomy, is_explained) {
-  const auto last_line = [](Still& still) { return still.simulation().detection()->contacts().explain().back(); };
+  const auto last_line = [](Still& still) { return still.simulation().detection()->contact_report().explain().back(); };
   Still all(settings_with(Contacts::all));
   build(all, "nodes over corners", 1);
   all.step();

@@ -162,7 +162,7 @@ TEST(DeformableWorld, the_backend_under_test_detects) {
   DeformableSimulation simulation(test_settings());
   for (int sheet = 0; sheet < 2; ++sheet) simulation.add(make_sheet(simulation.world_info(), {}));
   simulation.step(kStep);
-  const Statistics statistics = simulation.detection()->contacts().statistics();
+  const Statistics statistics = simulation.detection()->contact_report().statistics();
   EXPECT_GT(statistics.vt_contacts, 0U);
   EXPECT_EQ(statistics.backend, backend_under_test());
 }

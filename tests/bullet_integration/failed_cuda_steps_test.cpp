@@ -68,8 +68,8 @@ struct Failures {
 };
 
 Failures failures_of(const bullet::WorldDetection& detection) {
-  return {detection.contacts().failed_steps(), detection.rigid_meshes().failed_steps(),
-          detection.crossings().failed_steps()};
+  return {detection.contact_report().failed_steps(), detection.rigid_mesh_report().failed_steps(),
+          detection.crossing_report().failed_steps()};
 }
 
 /// All steps of a world in which nothing fails.
@@ -117,7 +117,7 @@ class FailedCudaSteps : public testing::TestWithParam<std::tuple<World, Backend,
     {
       const auto sheets = make(backend_);
       const std::vector<Step> found = live(*sheets);
-      EXPECT_EQ(sheets->detection().contacts().backend(), Backend::cuda);
+      EXPECT_EQ(sheets->detection().contact_report().backend(), Backend::cuda);
       for (std::size_t i = 0; i < found.size(); ++i) expect_same(expected_[i], found[i]);
     }
     const std::int64_t living = living_cuda_objects();

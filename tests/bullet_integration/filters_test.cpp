@@ -128,7 +128,7 @@ TEST_P(Filter, bodies_whose_nodes_are_all_fixed_never_touch_each_other) {
     for (int i = 0; i < body->m_nodes.size(); ++i) body->setMass(i, 0);
   }
   EXPECT_EQ(sheets.step(), 0);
-  EXPECT_EQ(sheets.simulation().detection()->contacts().statistics().vt_contacts, 0U);
+  EXPECT_EQ(sheets.simulation().detection()->contact_report().statistics().vt_contacts, 0U);
   sheets.upper().setMass(0, 1);
   EXPECT_GT(sheets.step(), 0);
 }

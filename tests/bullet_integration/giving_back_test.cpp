@@ -115,7 +115,7 @@ TEST(GivingBack, algorithms_that_come_between_two_steps_stay_and_pairs_stay_soft
   const auto* gimpact = registered(dispatcher, kSoftProxy, GIMPACT_SHAPE_PROXYTYPE);
   simulation.step(kStep);
   EXPECT_EQ(registered(dispatcher, kSoftProxy, GIMPACT_SHAPE_PROXYTYPE), gimpact);
-  EXPECT_GT(simulation.detection()->rigid_meshes().statistics().vt_contacts, 0U);
+  EXPECT_GT(simulation.detection()->rigid_mesh_report().statistics().vt_contacts, 0U);
 }
 
 /// Two sheets within each other's reach, in whatever world.
@@ -290,7 +290,7 @@ std::uint64_t contacts_with_mesh_after(const std::function<void(demo::Deformable
   scene.sheet->translate(btVector3(0, -5, 0));
   between(simulation);
   simulation.step(kShortStep);
-  return simulation.detection()->rigid_meshes().statistics().vt_contacts;
+  return simulation.detection()->rigid_mesh_report().statistics().vt_contacts;
 }
 
 TEST(GivingBack, rigid_meshes_are_bullets_when_turned_off_and_softcds_when_turned_on_again) {
@@ -301,7 +301,7 @@ TEST(GivingBack, rigid_meshes_are_bullets_when_turned_off_and_softcds_when_turne
       simulation.detection()->set_settings(settings);
       if (!rigid_meshes) simulation.step(kShortStep);
     }
-    EXPECT_EQ(simulation.detection()->rigid_meshes().statistics().vt_contacts, 0U);
+    EXPECT_EQ(simulation.detection()->rigid_mesh_report().statistics().vt_contacts, 0U);
   };
   EXPECT_GT(contacts_with_mesh_after(turn_off_and_on), 0U);
 }

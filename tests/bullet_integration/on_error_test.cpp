@@ -46,15 +46,16 @@ void expect_bullets_contacts_in_failing_steps(const Make& make, Layers<AnySimula
       EXPECT_NO_THROW(layers->step());
       has_failed = failing.has_failed();
     }
-    const std::uint64_t contacts = detection.contacts().failed_steps();
-    const std::uint64_t meshes = detection.rigid_meshes().failed_steps();
+    const std::uint64_t contacts = detection.contact_report().failed_steps();
+    const std::uint64_t meshes = detection.rigid_mesh_report().failed_steps();
     EXPECT_LE(contacts + meshes, 1U);
     EXPECT_EQ(layers->contacts().soft, contacts > 0 ? bullets_own.soft : expected.soft);
     EXPECT_EQ(layers->contacts().rigid, meshes > 0 ? bullets_own.rigid : expected.rigid);
     layers->step();
     EXPECT_EQ(layers->contacts().soft, expected.soft);
     EXPECT_EQ(layers->contacts().rigid, expected.rigid);
-    EXPECT_EQ(detection.contacts().failed_steps() + detection.rigid_meshes().failed_steps(), contacts + meshes);
+    EXPECT_EQ(detection.contact_report().failed_steps() + detection.rigid_mesh_report().failed_steps(),
+              contacts + meshes);
     failed_contacts += contacts;
     failed_meshes += meshes;
     return has_failed && !testing::Test::HasFailure();
@@ -127,7 +128,8 @@ void expect_all_contacts_or_none_to_be_told(const Make& make) {
     } else {
       EXPECT_EQ(told.soft, layers->contacts().soft);
       EXPECT_EQ(told.rigid, layers->contacts().rigid);
-      fallen_back += layers->detection().contacts().failed_steps() + layers->detection().rigid_meshes().failed_steps();
+      fallen_back +=
+          layers->detection().contact_report().failed_steps() + layers->detection().rigid_mesh_report().failed_steps();
     }
     layers->step();
     EXPECT_EQ(told_contacts(*layers).soft, layers->contacts().soft);
@@ -175,10 +177,10 @@ TEST(OnError, a_step_without_memory_for_the_look_at_crossings_goes_without_it) {
       has_failed = failing.has_failed();
     }
     const WorldDetection& detection = layers.detection();
-    if (detection.contacts().failed_steps() + detection.rigid_meshes().failed_steps() == 0) {
-      EXPECT_EQ(layers.heights(), detection.crossings().failed_steps() > 0 ? without_look : with_look);
+    if (detection.contact_report().failed_steps() + detection.rigid_mesh_report().failed_steps() == 0) {
+      EXPECT_EQ(layers.heights(), detection.crossing_report().failed_steps() > 0 ? without_look : with_look);
     }
-    failed += detection.crossings().failed_steps();
+    failed += detection.crossing_report().failed_steps();
     return has_failed && !testing::Test::HasFailure();
   });
   std::cout << failed << " failures\n";
@@ -200,9 +202,9 @@ TEST(OnError, is_said_once_and_counted) {
   Layers<Simulation> layers(PlugIn::one_line_world, settings_that_fail(said));
   layers.spoil();
   for (int i = 0; i < 3; ++i) EXPECT_NO_THROW(layers.step());
-  EXPECT_EQ(layers.detection().contacts().failed_steps(), 3U);
-  EXPECT_EQ(layers.detection().contacts().backend(), Backend::cpu);
-  EXPECT_TRUE(layers.detection().contacts().explain().empty());
+  EXPECT_EQ(layers.detection().contact_report().failed_steps(), 3U);
+  EXPECT_EQ(layers.detection().contact_report().backend(), Backend::cpu);
+  EXPECT_TRUE(layers.detection().contact_report().explain().empty());
   const auto tells =
       testing::AllOf(testing::HasSubstr("contacts between soft bodies"), testing::HasSubstr("from the log"));
   EXPECT_EQ(std::count_if(said.begin(), said.end(), [&](const auto& text) { return testing::Matches(tells)(text); }),
@@ -216,7 +218,7 @@ TEST(OnError, may_be_thrown) {
   Layers<Simulation> layers(PlugIn::one_line_world, settings);
   layers.spoil();
   EXPECT_THROW(layers.step(), Error);
-  EXPECT_EQ(layers.detection().contacts().failed_steps(), 1U);
+  EXPECT_EQ(layers.detection().contact_report().failed_steps(), 1U);
 }
 
 TEST(OnError, what_an_app_throws_passes) {
@@ -234,7 +236,7 @@ TEST(OnError, what_an_app_throws_passes) {
     layers.step();
     EXPECT_EQ(layers.contacts().soft, expected.soft);
     EXPECT_EQ(layers.contacts().rigid, expected.rigid);
-    EXPECT_EQ(layers.detection().contacts().failed_steps(), 0U);
+    EXPECT_EQ(layers.detection().contact_report().failed_steps(), 0U);
   }
 }
 

@@ -46,7 +46,7 @@ TEST(ReusedPairs, leave_every_step_of_a_classic_world_as_it_is) {
         scene->step();
         other->step();
         ASSERT_EQ(coordinates_of(*scene), coordinates_of(*other)) << "after step " << step;
-        reused += scene->simulation().detection()->crossings().statistics().reused_pairs ? 1 : 0;
+        reused += scene->simulation().detection()->crossing_report().statistics().reused_pairs ? 1 : 0;
       }
       EXPECT_EQ(reused > 0, detection == Detection::ccd);
     }
@@ -68,10 +68,10 @@ TEST(ReusedPairs, find_as_much_in_every_step_of_a_deformable_world) {
       other->simulation().step();
       const bullet::WorldDetection& detection = *scene->simulation().detection();
       const bullet::WorldDetection& anew = *other->simulation().detection();
-      ASSERT_EQ(contacts_of(detection.contacts().statistics()), contacts_of(anew.contacts().statistics()));
-      contacts += contacts_of(detection.contacts().statistics());
-      reused += detection.crossings().statistics().reused_pairs ? 1 : 0;
-      reused += detection.contacts().statistics().reused_pairs ? 1 : 0;
+      ASSERT_EQ(contacts_of(detection.contact_report().statistics()), contacts_of(anew.contact_report().statistics()));
+      contacts += contacts_of(detection.contact_report().statistics());
+      reused += detection.crossing_report().statistics().reused_pairs ? 1 : 0;
+      reused += detection.contact_report().statistics().reused_pairs ? 1 : 0;
     }
     EXPECT_GT(contacts, 0U);
     EXPECT_GT(reused, kReusingSteps / 2);

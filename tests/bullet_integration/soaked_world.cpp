@@ -110,7 +110,7 @@ std::string SoakedWorld::step() {
   simulation_.world_info().m_sparsesdf.GarbageCollect();
   ++counts_.steps;
   const bullet::WorldDetection& detection = simulation_.detection();
-  const Statistics found = detection.contacts().statistics();
+  const Statistics found = detection.contact_report().statistics();
   counts_.contacts += found.vt_contacts;
   counts_.peak_bytes = std::max(counts_.peak_bytes, found.peak_bytes);
   std::string fault = find_fault(is_judged);
@@ -144,8 +144,8 @@ std::string SoakedWorld::find_fault(bool is_judged) {
     if (!is_finite(*body)) return "a position is not finite";
   }
   const bullet::WorldDetection& detection = simulation_.detection();
-  if (detection.contacts().failed_steps() + detection.crossings().failed_steps() +
-          detection.rigid_meshes().failed_steps() + detection.convex_shapes().failed_steps() >
+  if (detection.contact_report().failed_steps() + detection.crossing_report().failed_steps() +
+          detection.rigid_mesh_report().failed_steps() + detection.convex_shape_report().failed_steps() >
       0) {
     return "a detector has failed";
   }
@@ -390,7 +390,7 @@ void SoakedWorld::ask() {
   bullet::WorldProbe probe(simulation_.world());
   probe.ray_test(from, to, closest);
   simulation_.detection().body_contacts();
-  simulation_.detection().contacts().explain();
+  simulation_.detection().contact_report().explain();
 }
 
 }  // namespace softcd::test

@@ -60,7 +60,7 @@ TEST(Tearing, a_ball_passes_through_a_cloth_only_where_it_is_torn) {
   for (int step = 0; step < 40; ++step) {
     cuts += tear(cloth);
     simulation.step(kStep);
-    contacts += simulation.detection()->contacts().statistics().vt_contacts;
+    contacts += simulation.detection()->contact_report().statistics().vt_contacts;
     ASSERT_EQ(demo::find_intersections({&cloth, &ball}, is_between).edge_count, 0U) << "after step " << step;
   }
   EXPECT_GT(cuts, 10);
@@ -102,7 +102,7 @@ TEST(Tearing, a_cloth_that_is_refined_where_it_folds_is_never_through_itself) {
       if (node.m_im > 0) node.m_v.setX(node.m_v.x() - (node.m_x.x() > 0 ? kStep : -kStep) * btScalar(4));
     }
     simulation.step(kStep);
-    contacts += simulation.detection()->contacts().statistics().vt_contacts;
+    contacts += simulation.detection()->contact_report().statistics().vt_contacts;
     ASSERT_EQ(demo::find_intersections({&cloth}).edge_count, 0U) << "after step " << step;
   }
   EXPECT_GT(cloth.m_faces.size(), faces + 20);

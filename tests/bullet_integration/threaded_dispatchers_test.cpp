@@ -121,12 +121,12 @@ Outcome outcome_in(bullet::SoftRigidDynamicsWorld& world) {
   Outcome outcome;
   std::size_t i = 0;
   for (const bullet::DetectorReport report :
-       {detection.contacts(), detection.rigid_meshes(), detection.convex_shapes()}) {
+       {detection.contact_report(), detection.rigid_mesh_report(), detection.convex_shape_report()}) {
     outcome.first_contacts[i++] = report.statistics().vt_contacts + report.statistics().ee_contacts;
   }
   for (int step = 1; step < 20; ++step) world.stepSimulation(kStep, 0);
   for (const bullet::DetectorReport report :
-       {detection.contacts(), detection.rigid_meshes(), detection.convex_shapes()}) {
+       {detection.contact_report(), detection.rigid_mesh_report(), detection.convex_shape_report()}) {
     EXPECT_EQ(report.failed_steps(), 0U);
   }
   EXPECT_GT(places.lowest(), 0) << "nothing is pushed through the meshes";

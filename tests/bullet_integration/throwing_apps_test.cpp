@@ -113,8 +113,9 @@ class App {
       }
     }
     const bullet::WorldDetection& detection = simulation.detection();
-    return touches && detection.contacts().failed_steps() == 0 && detection.crossings().failed_steps() == 0 &&
-           detection.rigid_meshes().failed_steps() == 0 && detection.convex_shapes().failed_steps() == 0;
+    return touches && detection.contact_report().failed_steps() == 0 &&
+           detection.crossing_report().failed_steps() == 0 && detection.rigid_mesh_report().failed_steps() == 0 &&
+           detection.convex_shape_report().failed_steps() == 0;
   }
 
  private:

@@ -42,7 +42,7 @@ TEST_P(Topology, bodies_come_and_go) {
   std::unique_ptr<btSoftBody> removed = simulation.remove(upper);
   simulation.step(kStep);
   EXPECT_EQ(lower.m_scontacts.size(), 0);
-  EXPECT_EQ(simulation.detection()->contacts().statistics().bodies, 1U);
+  EXPECT_EQ(simulation.detection()->contact_report().statistics().bodies, 1U);
 
   btSoftBody& again = simulation.add(std::move(removed));
   simulation.step(kStep);

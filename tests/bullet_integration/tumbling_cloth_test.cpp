@@ -130,7 +130,7 @@ class TumblingCloth : public testing::TestWithParam<World> {
       seen.farthest_out = btMax(seen.farthest_out, x[x.maxAxis()] - kHalfSide);
     }
     seen.most_energy = std::max(seen.most_energy, energy);
-    seen.steps_in_touch += simulation.detection().contacts().statistics().vt_contacts > 0 ? 1 : 0;
+    seen.steps_in_touch += simulation.detection().contact_report().statistics().vt_contacts > 0 ? 1 : 0;
   }
 
   RigidTriangles triangles;

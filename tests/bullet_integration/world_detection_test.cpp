@@ -44,16 +44,18 @@ template <class AnySimulation>
 void expect_reports(AnySimulation& simulation, bool prevents_crossings) {
   const Layers<AnySimulation> layers(simulation);
   const WorldDetection& detection = *simulation.detection();
-  for (const DetectorReport& report : {detection.contacts(), detection.crossings(), detection.rigid_meshes()}) {
+  for (const DetectorReport& report :
+       {detection.contact_report(), detection.crossing_report(), detection.rigid_mesh_report()}) {
     expect_nothing_done(report);
   }
   EXPECT_TRUE(detection.edge_contacts().empty());
   simulation.step(kStep);
-  EXPECT_GT(detection.contacts().statistics().vt_contacts, 0U);
-  EXPECT_FALSE(detection.contacts().explain().empty());
-  EXPECT_EQ(detection.rigid_meshes().statistics().bodies, 3U) << "two sheets and a mesh, in one scene for all queries";
-  EXPECT_GT(detection.rigid_meshes().statistics().vt_contacts, 0U);
-  EXPECT_EQ(detection.crossings().statistics().bodies, prevents_crossings ? 4U : 0U)
+  EXPECT_GT(detection.contact_report().statistics().vt_contacts, 0U);
+  EXPECT_FALSE(detection.contact_report().explain().empty());
+  EXPECT_EQ(detection.rigid_mesh_report().statistics().bodies, 3U)
+      << "two sheets and a mesh, in one scene for all queries";
+  EXPECT_GT(detection.rigid_mesh_report().statistics().vt_contacts, 0U);
+  EXPECT_EQ(detection.crossing_report().statistics().bodies, prevents_crossings ? 4U : 0U)
       << "these, and the mesh on its way";
 }
 
@@ -83,18 +85,19 @@ void expect_to_look_once_asked(AnySimulation& simulation, int flag) {
   }
   const WorldDetection& detection = *simulation.detection();
   simulation.step(kStep);
-  for (const DetectorReport& report : {detection.contacts(), detection.crossings()}) {
+  for (const DetectorReport& report : {detection.contact_report(), detection.crossing_report()}) {
     expect_nothing_done(report);
     EXPECT_EQ(report.statistics().ms.total, 0.0) << "nothing asks for contacts, so that nothing is looked for";
   }
   for (btSoftBody* sheet : sheets) sheet->m_cfg.collisions |= flag;
   simulation.step(kStep);
-  EXPECT_EQ(detection.contacts().statistics().bodies, 2U);
-  EXPECT_GT(detection.contacts().statistics().vt_contacts, 0U);
-  EXPECT_EQ(detection.crossings().statistics().bodies, 2U);
+  EXPECT_EQ(detection.contact_report().statistics().bodies, 2U);
+  EXPECT_GT(detection.contact_report().statistics().vt_contacts, 0U);
+  EXPECT_EQ(detection.crossing_report().statistics().bodies, 2U);
   for (btSoftBody* sheet : sheets) sheet->m_cfg.collisions &= ~flag;
   for (int step = 0; step < 2; ++step) simulation.step(kStep);
-  for (const DetectorReport& report : {detection.contacts(), detection.crossings()}) expect_nothing_done(report);
+  for (const DetectorReport& report : {detection.contact_report(), detection.crossing_report()})
+    expect_nothing_done(report);
 }
 
 TEST(WorldDetection, looks_for_nothing_where_nothing_asks_for_contacts) {

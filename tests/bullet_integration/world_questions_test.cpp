@@ -113,7 +113,7 @@ TEST_P(WorldQuestions, intersections_of_bodies_are_those_of_their_faces) {
   const FacePairs expected = intersecting_faces(a, b);
   EXPECT_GT(expected.size(), 20U);
   Probe& soft = probe.soft_bodies();
-  const QueryBodies pair = {probe.body_id(a), probe.body_id(b)};
+  const ProbeBodies pair = {probe.body_id(a), probe.body_id(b)};
   FacePairs found;
   for (const TriangleIntersection& one : soft.intersections(pair)) {
     EXPECT_EQ(probe.soft_body(one.body_a), &a);
@@ -148,7 +148,7 @@ struct Split {
       }
     }
   }
-  QueryChange question(BodyId body) const { return {body, removed, added, new_vertices}; }
+  ProbeChange question(BodyId body) const { return {body, removed, added, new_vertices}; }
 
   /// Halves take the places of what was removed, and those behind the last.
   void make(btSoftBody& body) const {
@@ -190,8 +190,8 @@ TEST_P(WorldQuestions, a_change_is_tested_before_it_is_made) {
 TEST_P(WorldQuestions, shapes_overlap_the_faces_that_they_reach) {
   btSoftBody& a = add_exact_ball({0, 0, 0});
   btSoftBody& b = add_exact_ball({btScalar(0.875), 0, 0});
-  std::vector<QueryCapsule> capsules;
-  std::vector<QuerySphere> spheres;
+  std::vector<ProbeCapsule> capsules;
+  std::vector<ProbeSphere> spheres;
   Random random(8);
   for (int i = 0; i < 40; ++i) {
     capsules.push_back({random.in_box(1.5), random.in_box(1.5), random.uniform(0, 0.3)});
@@ -216,7 +216,7 @@ TEST_P(WorldQuestions, shapes_overlap_the_faces_that_they_reach) {
   std::size_t count = 0;
   const AnswerLists<TriangleOverlap> in_capsules = soft.overlaps(capsules);
   for (std::size_t i = 0; i < capsules.size(); ++i) {
-    const QueryCapsule& capsule = capsules[i];
+    const ProbeCapsule& capsule = capsules[i];
     count += in_capsules[i].size();
     expect_found(
         found_of(in_capsules[i]),
@@ -293,7 +293,7 @@ TEST_P(WorldQuestions, shapes_of_bullets_overlap_what_is_in_them) {
   for (const KnownShape& known : known_shapes()) {
     SCOPED_TRACE(known.shape->getName());
     const bullet::ShapeHull hull(*known.shape, place);
-    const QueryHull question = hull.query();
+    const ProbeHull question = hull.query();
     const Span<const TriangleOverlap> found = soft.overlaps({&question, 1})[0];
     std::set<std::uint32_t> inside;
     for (const TriangleOverlap& one : found) inside.insert(one.triangle);
@@ -343,7 +343,7 @@ TEST_P(WorldQuestions, of_an_empty_world_have_no_answers) {
   EXPECT_FALSE(soft.has_intersections());
   EXPECT_TRUE(soft.intersections().empty());
   EXPECT_FALSE(soft.distance({}).has_points());
-  const QueryCapsule capsule = {{0, 0, 0}, {1, 0, 0}, 1};
+  const ProbeCapsule capsule = {{0, 0, 0}, {1, 0, 0}, 1};
   EXPECT_TRUE(soft.overlaps({&capsule, 1})[0].empty());
 }
 

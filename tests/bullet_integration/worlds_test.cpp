@@ -206,8 +206,8 @@ TEST_P(PluggedIn, the_backend_under_test_detects) {
   Simulation simulation(GetParam(), test_settings());
   for (int sheet = 0; sheet < 2; ++sheet) simulation.add(make_sheet(simulation.world_info(), {}));
   simulation.step(kStep);
-  EXPECT_GT(simulation.detection()->contacts().statistics().vt_contacts, 0U);
-  EXPECT_EQ(simulation.detection()->contacts().statistics().backend, backend_under_test());
+  EXPECT_GT(simulation.detection()->contact_report().statistics().vt_contacts, 0U);
+  EXPECT_EQ(simulation.detection()->contact_report().statistics().backend, backend_under_test());
 }
 
 TEST_P(PluggedIn, worlds_do_not_disturb_each_other) {

@@ -202,7 +202,7 @@ void expect_same_lists(const std::uint64_t* begins, const Answer* answers, const
 
 TEST(CRoundTrip, answers_about_bodies_are_those_of_cpp) {
   BothProbes probes(touching_scene());
-  const std::vector<QueryBodies> pairs = {{{0}, {1}}, {{2}, {}}, {{0}, {0}}, {{}, {}}};
+  const std::vector<ProbeBodies> pairs = {{{0}, {1}}, {{2}, {}}, {{0}, {0}}, {{}, {}}};
   const auto* const pairs_in_c = reinterpret_cast<const softcd_body_pair*>(pairs.data());
   const softcd_body_distance* distances = nullptr;
   ASSERT_EQ(softcd_probe_distances(probes.in_c.get(), pairs_in_c, pairs.size(), &distances), SOFTCD_OK);
@@ -212,7 +212,7 @@ TEST(CRoundTrip, answers_about_bodies_are_those_of_cpp) {
   ASSERT_EQ(softcd_probe_intersections(probes.in_c.get(), pairs_in_c, pairs.size(), &begins, &intersections),
             SOFTCD_OK);
   expect_same_lists(begins, intersections, probes.in_cpp.intersections(pairs));
-  for (const QueryBodies& pair : pairs) {
+  for (const ProbeBodies& pair : pairs) {
     const softcd_body_pair in_c = {pair.a.value, pair.b.value};
     std::uint32_t has_some = 2;
     ASSERT_EQ(softcd_probe_has_intersections(probes.in_c.get(), &in_c, &has_some), SOFTCD_OK);
@@ -227,9 +227,9 @@ TEST(CRoundTrip, answers_about_changes_and_shapes_are_those_of_cpp) {
   const auto new_vertex = static_cast<std::uint32_t>(scene[0].x_t1.size());
   const std::vector<Triangle> added = {{{0, 1, new_vertex}}, {{5, 40, 61}}};
   const std::vector<Vec3d> new_vertices = {{0.4, 0.4, 0.2}};
-  const std::vector<QueryChange> changes = {{{0}, removed, added, new_vertices}, {{1}, {}, {added.data() + 1, 1}, {}}};
+  const std::vector<ProbeChange> changes = {{{0}, removed, added, new_vertices}, {{1}, {}, {added.data() + 1, 1}, {}}};
   std::vector<softcd_change> in_c;
-  for (const QueryChange& change : changes) {
+  for (const ProbeChange& change : changes) {
     in_c.push_back({change.body.value, change.removed.data(), change.removed.size(),
                     change.added.empty() ? nullptr : &change.added[0].v[0], change.added.size(),
                     change.new_vertices.empty() ? nullptr : &change.new_vertices[0].x, change.new_vertices.size()});
@@ -241,7 +241,7 @@ TEST(CRoundTrip, answers_about_changes_and_shapes_are_those_of_cpp) {
       << softcd_last_error();
   expect_same_lists(begins, intersections, probes.in_cpp.intersections_after(changes));
 
-  const std::vector<QueryCapsule> capsules = {{{0, 0, 0}, {1, 1, 0}, 0.1}, {{0.4, 0.4, 0.1}, {0.4, 0.4, 0.1}, 0.35}};
+  const std::vector<ProbeCapsule> capsules = {{{0, 0, 0}, {1, 1, 0}, 0.1}, {{0.4, 0.4, 0.1}, {0.4, 0.4, 0.1}, 0.35}};
   const softcd_overlap* overlaps = nullptr;
   ASSERT_EQ(softcd_probe_capsule_overlaps(probes.in_c.get(), reinterpret_cast<const softcd_capsule*>(capsules.data()),
                                           capsules.size(), &begins, &overlaps),
@@ -249,9 +249,9 @@ TEST(CRoundTrip, answers_about_changes_and_shapes_are_those_of_cpp) {
   expect_same_lists(begins, overlaps, probes.in_cpp.overlaps(capsules));
 
   const std::vector<Vec3d> corners = {{0, 0, 0}, {1, 1, 0}, {0.2, 0.9, 0.3}, {0.5, 0.1, -0.4}, {0.4, 0.4, 0.1}};
-  const std::vector<QueryHull> hulls = {{{corners.data(), 2}, 0.1}, {}, {corners}, {{corners.data() + 4, 1}, 0.35}};
+  const std::vector<ProbeHull> hulls = {{{corners.data(), 2}, 0.1}, {}, {corners}, {{corners.data() + 4, 1}, 0.35}};
   std::vector<softcd_hull> hulls_in_c;
-  for (const QueryHull& hull : hulls) {
+  for (const ProbeHull& hull : hulls) {
     hulls_in_c.push_back({hull.points.empty() ? nullptr : &hull.points[0].x, hull.points.size(), hull.radius});
   }
   ASSERT_EQ(softcd_probe_hull_overlaps(probes.in_c.get(), hulls_in_c.data(), hulls_in_c.size(), &begins, &overlaps),

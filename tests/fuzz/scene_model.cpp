@@ -76,7 +76,7 @@ std::vector<RayHit> SceneModel::fresh_hits(Span<const Ray> rays, StepEnd end) co
   return hits;
 }
 
-std::vector<ClosestPoint> SceneModel::fresh_closest_points(Span<const QueryPoint> points, StepEnd end) const {
+std::vector<ClosestPoint> SceneModel::fresh_closest_points(Span<const ProbePoint> points, StepEnd end) const {
   softcd::Scene scene = fresh_scene();
   Probe probe(scene, {end});
   const Span<const ClosestPoint> found = probe.closest_points(points);

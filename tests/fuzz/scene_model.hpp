@@ -20,7 +20,7 @@ class SceneModel {
 
   std::vector<Contact> fresh_contacts(const QueryOptions& options, const PairFilter& filter) const;
   std::vector<RayHit> fresh_hits(Span<const Ray> rays, StepEnd end) const;
-  std::vector<ClosestPoint> fresh_closest_points(Span<const QueryPoint> points, StepEnd end) const;
+  std::vector<ClosestPoint> fresh_closest_points(Span<const ProbePoint> points, StepEnd end) const;
 
   /// Where that is quick and exact: nothing is missed, and of discrete contacts none is made up.
   void require_what_brute_force_finds(const QueryOptions& options, Span<const Contact> contacts) const;

@@ -335,14 +335,14 @@ class Session {
   }
 
   void ask_points() {
-    std::vector<QueryPoint> points;
+    std::vector<ProbePoint> points;
     for (std::uint32_t i = bytes_.below(4); i > 0; --i) points.push_back({fuzzed_point()});
     try {
       const StepEnd end = probe_->options().step_end;
       const Span<const ClosestPoint> found = probe_->closest_points(points);
       require(are_same(found, model_.fresh_closest_points(points, end)), "the same points give the same bytes");
       const std::vector<ClosestPoint> closest(found.begin(), found.end());
-      std::vector<QuerySphere> spheres;
+      std::vector<ProbeSphere> spheres;
       for (std::size_t i = 0; i < points.size(); ++i)
         spheres.push_back({points[i].point, 1.0001 * closest[i].distance});
       const AnswerLists<TriangleOverlap> overlaps = probe_->overlaps(spheres);

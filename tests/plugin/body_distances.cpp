@@ -41,7 +41,7 @@ class DistanceTable {
   }
 
   /// The first two of those that are asked about.
-  Nearest nearest(QueryBodies pair) const {
+  Nearest nearest(ProbeBodies pair) const {
     Nearest best;
     for (std::size_t i = 0; i < squared_.size(); ++i) {
       const PlacedTriangle& a = triangles_[i / triangles_.size()];
@@ -145,7 +145,7 @@ TEST(BodyDistances, are_the_least_of_all_triangles) {
     const double extent = extent_of(named.bodies);
     ProbedBodies probed(std::move(named.bodies));
     const DistanceTable table(placed_triangles(probed));
-    std::vector<QueryBodies> questions = {{}, {probed.ids[0], {}}, {{}, probed.ids.back()}};
+    std::vector<ProbeBodies> questions = {{}, {probed.ids[0], {}}, {{}, probed.ids.back()}};
     for (std::size_t i = 0; i < probed.ids.size(); i += 3) questions.push_back({probed.ids[i], probed.ids[i / 2]});
     questions.push_back({probed.ids.back(), probed.ids[0]});
     const std::vector<BodyDistance> found = copy_of(probed.probe.distances(questions));

@@ -12,9 +12,9 @@
 namespace softcd::test {
 namespace {
 
-std::vector<QueryPoint> many_points(const std::vector<PlacedTriangle>& triangles, double extent, std::uint64_t seed) {
+std::vector<ProbePoint> many_points(const std::vector<PlacedTriangle>& triangles, double extent, std::uint64_t seed) {
   Random random(seed);
-  std::vector<QueryPoint> points;
+  std::vector<ProbePoint> points;
   for (int i = 0; i < 150; ++i) {
     const auto& x = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))].x;
     const Vec3d on_edge = lerp(x[0], x[1], random.unit());
@@ -33,7 +33,7 @@ struct Nearest {
   double distance = kInfinity;
 };
 
-Nearest nearest_of_all(const std::vector<PlacedTriangle>& triangles, const QueryPoint& point) {
+Nearest nearest_of_all(const std::vector<PlacedTriangle>& triangles, const ProbePoint& point) {
   Nearest best;
   double best_squared = point.max_distance * point.max_distance;
   for (const PlacedTriangle& triangle : triangles) {
@@ -54,7 +54,7 @@ TEST(ClosestPoints, are_nearest_of_all_triangles) {
     const double extent = extent_of(named.bodies);
     ProbedBodies probed(std::move(named.bodies));
     const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
-    const std::vector<QueryPoint> points = many_points(triangles, extent, 9);
+    const std::vector<ProbePoint> points = many_points(triangles, extent, 9);
     const Span<const ClosestPoint> found = probed.probe.closest_points(points);
     ASSERT_EQ(found.size(), points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -72,7 +72,7 @@ TEST(ClosestPoints, are_nearest_of_all_triangles) {
 TEST(ClosestPoints, tell_where_they_are) {
   ProbedBodies probed({still(crumpled_cloth(12, 10, 0.25, 0.1, 3), {}), still(outward_ball(2, 1.0), {})});
   const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
-  const std::vector<QueryPoint> points = many_points(triangles, 2, 10);
+  const std::vector<ProbePoint> points = many_points(triangles, 2, 10);
   const Span<const ClosestPoint> found = probed.probe.closest_points(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const ClosestPoint& closest = found[i];
@@ -97,7 +97,7 @@ TEST(ClosestPoints, tell_where_they_are) {
 
 TEST(ClosestPoints, of_what_is_no_point_are_none) {
   ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
-  const std::vector<QueryPoint> points = {
+  const std::vector<ProbePoint> points = {
       {{0.3, 0.3, 1}},        {{kNaN, 0, 0}},     {{0, kInfinity, 0}}, {{0.3, 0.3, 1}, kNaN}, {{0.3, 0.3, 1}, -1},
       {{0.3, 0.3, 1}, 0.999}, {{0.3, 0.3, 1}, 1}, {{0.3, 0.3, 0}, 0},  {{1e38, 0, 0}},        {{0.3, 0.3, 1e30}, 1e31}};
   const std::vector<bool> expected = {true, false, false, false, false, false, true, true, false, true};
@@ -135,7 +135,7 @@ TEST(ClosestPoints, know_the_inside_of_closed_surfaces) {
   for (const Mesh& mesh : {spiky_ball(), ring}) {
     ProbedBodies probed({still(mesh, {})});
     const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
-    std::vector<QueryPoint> points = many_points(triangles, 1, 12);
+    std::vector<ProbePoint> points = many_points(triangles, 1, 12);
     // Beyond vertices and edges, near and far.
     Random random(13);
     for (const PlacedTriangle& triangle : triangles) {

@@ -227,14 +227,14 @@ class Life {
   void ask() {
     std::optional<Probe> probe;
     attempt([&] { probe.emplace(*scene_); });
-    const std::vector<QueryPoint> points = {{{0, 0, 0}}, {{1, -0.5, 0.3}}, {{-3, 2, 1}}};
+    const std::vector<ProbePoint> points = {{{0, 0, 0}}, {{1, -0.5, 0.3}}, {{-3, 2, 1}}};
     const std::vector<Ray> rays = {{{-5, 0.1, 0.2}, {1, 0, 0}}, {{0.3, 5, -0.4}, {0, -1, 0.1}}};
-    const std::vector<QuerySphere> spheres = {{{0, 0, 0}, 0.7}, {{1, 1, 0}, 0.2}};
-    const std::vector<QueryBox> boxes = {{{-0.5, -0.5, -0.5}, {0.5, 0.4, 0.3}}};
-    const std::vector<QueryOrientedBox> turned = {
+    const std::vector<ProbeSphere> spheres = {{{0, 0, 0}, 0.7}, {{1, 1, 0}, 0.2}};
+    const std::vector<ProbeBox> boxes = {{{-0.5, -0.5, -0.5}, {0.5, 0.4, 0.3}}};
+    const std::vector<ProbeOrientedBox> turned = {
         {{0.2, 0, 0.1}, {0.4, 0.3, 0.2}, {{0.6, 0.8, 0}, {-0.8, 0.6, 0}, {0, 0, 1}}}};
     const std::vector<Vec3d> corners = {{0, 0, 0}, {0.6, 0, 0.1}, {0, 0.5, 0.2}, {0.1, 0.2, 0.7}};
-    const std::vector<QueryHull> hulls = {{corners, 0.1}, {corners}};
+    const std::vector<ProbeHull> hulls = {{corners, 0.1}, {corners}};
     ask([&](auto& triangles) {
       for (const ClosestPoint& nearest : probe->closest_points(points)) triangles.push_back(nearest.triangle);
     });

@@ -33,7 +33,7 @@ class Interview {
     const std::size_t distances = probe.distances(pairs_).size();
     const std::size_t intersections = probe.intersections(pairs_).all().size();
     const std::size_t changes = probe.intersections_after(change()).size();
-    const QueryHull hull = {corners_, 0.1};
+    const ProbeHull hull = {corners_, 0.1};
     const std::size_t overlaps = probe.overlaps({&hull, 1}).all().size();
     return hits + all + distances + intersections + changes + overlaps + probe.closest_points(points_).size();
   }
@@ -51,13 +51,13 @@ class Interview {
   }
 
  private:
-  QueryChange change() const { return {BodyId{0}, {}, added_, {}}; }
+  ProbeChange change() const { return {BodyId{0}, {}, added_, {}}; }
 
   std::vector<Ray> rays_;
-  std::vector<QueryPoint> points_;
+  std::vector<ProbePoint> points_;
   std::vector<Vec3d> corners_{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25, 0.25, 1}};
   std::vector<Triangle> added_{{{0, 1, 2}}, {{3, 4, 5}}};
-  std::vector<QueryBodies> pairs_{{}, {BodyId{0}, BodyId{1}}};
+  std::vector<ProbeBodies> pairs_{{}, {BodyId{0}, BodyId{1}}};
 };
 
 Scene small_scene() {

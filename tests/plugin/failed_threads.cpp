@@ -66,7 +66,7 @@ Bytes live(std::vector<std::string>& warnings) {
       for (int times = 0; times < 3; ++times) append(query.detect(), bytes);
     }
     Probe probe(scene);
-    const std::vector<QueryPoint> points(3000, {{0.3, -0.2, 0.1}});
+    const std::vector<ProbePoint> points(3000, {{0.3, -0.2, 0.1}});
     for (const ClosestPoint& nearest : probe.closest_points(points))
       append(Span<const double>(&nearest.distance, 1), bytes);
   }

@@ -22,11 +22,11 @@ struct Hull {
   std::vector<Vec3d> points;
   double radius = 0;
 
-  QueryHull query() const { return {points, radius}; }
+  ProbeHull query() const { return {points, radius}; }
 };
 
-std::vector<QueryHull> queries_of(const std::vector<Hull>& hulls) {
-  std::vector<QueryHull> queries;
+std::vector<ProbeHull> queries_of(const std::vector<Hull>& hulls) {
+  std::vector<ProbeHull> queries;
   for (const Hull& hull : hulls) queries.push_back(hull.query());
   return queries;
 }
@@ -273,8 +273,8 @@ struct Prism {
   }
 };
 
-std::vector<QueryHull> queries_of(const std::vector<Prism>& prisms) {
-  std::vector<QueryHull> queries;
+std::vector<ProbeHull> queries_of(const std::vector<Prism>& prisms) {
+  std::vector<ProbeHull> queries;
   for (const Prism& prism : prisms) queries.push_back(prism.hull.query());
   return queries;
 }
@@ -298,8 +298,8 @@ TEST(Hulls, of_one_and_two_points_are_spheres_and_capsules) {
   ProbedBodies probed({still(soup_with_everything(1), {}), still(grid_cloth(9, 7, 0.25), {})});
   Random random(12);
   std::vector<Hull> balls, rods;
-  std::vector<QuerySphere> spheres;
-  std::vector<QueryCapsule> capsules;
+  std::vector<ProbeSphere> spheres;
+  std::vector<ProbeCapsule> capsules;
   for (int i = 0; i < 100; ++i) {
     spheres.push_back({random.in_box(2), random.uniform(0, 1)});
     balls.push_back({{spheres.back().centre}, spheres.back().radius});
@@ -349,7 +349,7 @@ TEST(Hulls, that_are_none_overlap_nothing) {
   EXPECT_FALSE(found[0].empty());
   for (std::size_t i = 1; i < 7; ++i) EXPECT_TRUE(found[i].empty()) << "hull " << i;
   EXPECT_EQ(found[7].size(), probed.bodies[0].triangles.size());
-  EXPECT_EQ(probed.probe.overlaps(Span<const QueryHull>()).size(), 0U);
+  EXPECT_EQ(probed.probe.overlaps(Span<const ProbeHull>()).size(), 0U);
 }
 
 TEST(Hulls, overlap_what_is_there_when_they_are_asked_about) {
@@ -358,7 +358,7 @@ TEST(Hulls, overlap_what_is_there_when_they_are_asked_about) {
   ProbedBodies probed({still(sheet, {}), rope});
   const Hull wedge = {{{0, -1, 0.25}, {0, 1, 0.25}, {0, 0, 0.75}}};
   const auto count = [&] {
-    const QueryHull query = wedge.query();
+    const ProbeHull query = wedge.query();
     return probed.probe.overlaps({&query, 1})[0].size();
   };
   EXPECT_EQ(count(), 1U) << "the rope's segment";

@@ -56,7 +56,7 @@ std::vector<NamedScene> entangled_scenes() {
 }
 
 /// What of all pairs a question asks for, in its order.
-std::vector<Intersection> asked_of(const std::vector<Intersection>& all, QueryBodies pair) {
+std::vector<Intersection> asked_of(const std::vector<Intersection>& all, ProbeBodies pair) {
   std::vector<Intersection> asked;
   const auto is = [](BodyId id, std::uint32_t body) { return id == BodyId() || id.value == body; };
   for (const auto& [body_a, a, body_b, b] : all) {
@@ -72,8 +72,8 @@ std::vector<Intersection> asked_of(const std::vector<Intersection>& all, QueryBo
   return asked;
 }
 
-std::vector<QueryBodies> all_questions(const std::vector<BodyId>& ids) {
-  std::vector<QueryBodies> questions = {{}};
+std::vector<ProbeBodies> all_questions(const std::vector<BodyId>& ids) {
+  std::vector<ProbeBodies> questions = {{}};
   for (const BodyId a : ids) {
     questions.push_back({a, BodyId()});
     questions.push_back({BodyId(), a});
@@ -89,13 +89,13 @@ TEST(Intersections, are_those_of_rational_arithmetic) {
     ProbedBodies probed(std::move(named.bodies));
     const std::vector<Intersection> all = all_intersections(probed);
     count += all.size();
-    const std::vector<QueryBodies> questions = all_questions(probed.ids);
+    const std::vector<ProbeBodies> questions = all_questions(probed.ids);
     const AnswerLists<TriangleIntersection> found = probed.probe.intersections(questions);
     ASSERT_EQ(found.size(), questions.size());
     for (std::size_t i = 0; i < questions.size(); ++i) {
       ASSERT_EQ(as_tuples(found[i]), asked_of(all, questions[i])) << "question " << i;
     }
-    for (const QueryBodies& pair : questions) {
+    for (const ProbeBodies& pair : questions) {
       ASSERT_EQ(probed.probe.has_intersections(pair), !asked_of(all, pair).empty());
     }
   }
@@ -179,18 +179,18 @@ TEST(Intersections, of_nothing_are_none) {
   softcd::Scene scene(scene_options());
   Probe probe(scene);
   EXPECT_FALSE(probe.has_intersections());
-  const std::vector<QueryBodies> questions(3);
+  const std::vector<ProbeBodies> questions(3);
   const AnswerLists<TriangleIntersection> found = probe.intersections(questions);
   ASSERT_EQ(found.size(), 3U);
   EXPECT_THAT(as_tuples(found.all()), IsEmpty());
-  EXPECT_EQ(probe.intersections(Span<const QueryBodies>()).size(), 0U);
+  EXPECT_EQ(probe.intersections(Span<const ProbeBodies>()).size(), 0U);
   EXPECT_FALSE(probe.distance({}).has_points());
 }
 
 TEST(Intersections, of_bodies_that_are_not_there_are_errors) {
   ProbedBodies probed({still(one_triangle(), {}), still(one_triangle(), {})});
   probed.scene.remove_body(probed.ids[1]);
-  const std::vector<QueryBodies> questions = {{}, {probed.ids[0], probed.ids[1]}};
+  const std::vector<ProbeBodies> questions = {{}, {probed.ids[0], probed.ids[1]}};
   const auto message_of = [&](const auto& ask) {
     try {
       ask();

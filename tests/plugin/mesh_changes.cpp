@@ -26,11 +26,11 @@ struct Change {
   std::vector<Triangle> added;
   Positions3 new_vertices;
 
-  QueryChange query() const { return {body, removed, added, new_vertices}; }
+  ProbeChange query() const { return {body, removed, added, new_vertices}; }
 };
 
-std::vector<QueryChange> queries_of(const std::vector<Change>& changes) {
-  std::vector<QueryChange> queries;
+std::vector<ProbeChange> queries_of(const std::vector<Change>& changes) {
+  std::vector<ProbeChange> queries;
   for (const Change& change : changes) queries.push_back(change.query());
   return queries;
 }

@@ -15,14 +15,14 @@ namespace {
 
 TEST(Overlaps, of_spheres_are_triangles_within_their_radius) {
   const auto make = [](Random& random, double extent, const std::vector<PlacedTriangle>& triangles) {
-    std::vector<QuerySphere> spheres;
+    std::vector<ProbeSphere> spheres;
     for (int i = 0; i < 150; ++i) {
       spheres.push_back({random.in_box(1.2 * extent), random.uniform(0, 0.5) * extent});
       spheres.push_back({triangles[random.below(static_cast<std::uint32_t>(triangles.size()))].x[random.below(3)], 0});
     }
     return spheres;
   };
-  const auto judge = [](const QuerySphere& sphere, const PlacedTriangle& t, double /*extent*/) {
+  const auto judge = [](const ProbeSphere& sphere, const PlacedTriangle& t, double /*extent*/) {
     const ClosestPoints<double> points = closest_points_vertex_triangle(sphere.centre, t.x[0], t.x[1], t.x[2]);
     const double squared = points.squared_distance / points.scale / points.scale;
     return squared <= sphere.radius * sphere.radius ? Verdict::overlapping : Verdict::apart;
@@ -32,7 +32,7 @@ TEST(Overlaps, of_spheres_are_triangles_within_their_radius) {
 
 /// By the triangle's and the segment's features in long double, but for a segment that passes through the triangle,
 /// which is seen by its two parts on both sides of the plane.
-long double distance_of(const QueryCapsule& capsule, const PlacedTriangle& t) {
+long double distance_of(const ProbeCapsule& capsule, const PlacedTriangle& t) {
   const Vec3d normal = cross(t.x[1] - t.x[0], t.x[2] - t.x[0]);
   const double from = dot(normal, capsule.from - t.x[0]);
   const double to = dot(normal, capsule.to - t.x[0]);
@@ -50,7 +50,7 @@ long double distance_of(const QueryCapsule& capsule, const PlacedTriangle& t) {
 
 TEST(Overlaps, of_capsules_are_triangles_within_their_radius_of_the_segment) {
   const auto make = [](Random& random, double extent, const std::vector<PlacedTriangle>& /*triangles*/) {
-    std::vector<QueryCapsule> capsules;
+    std::vector<ProbeCapsule> capsules;
     for (int i = 0; i < 150; ++i) {
       const Vec3d from = random.in_box(1.2 * extent);
       const Vec3d to = i % 10 == 0 ? from : from + std::exp2(random.uniform(-5, 3)) * extent * random.direction();
@@ -58,7 +58,7 @@ TEST(Overlaps, of_capsules_are_triangles_within_their_radius_of_the_segment) {
     }
     return capsules;
   };
-  const auto judge = [](const QueryCapsule& capsule, const PlacedTriangle& t, double extent) {
+  const auto judge = [](const ProbeCapsule& capsule, const PlacedTriangle& t, double extent) {
     return verdict_on(static_cast<double>(distance_of(capsule, t)) - capsule.radius, 1e-11 * extent);
   };
   EXPECT_GT(compare_overlaps(6, make, judge), 2500U);
@@ -66,7 +66,7 @@ TEST(Overlaps, of_capsules_are_triangles_within_their_radius_of_the_segment) {
 
 TEST(Overlaps, of_capsules_without_a_radius_are_what_the_segment_passes_through) {
   ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
-  const std::vector<QueryCapsule> capsules = {
+  const std::vector<ProbeCapsule> capsules = {
       {{0.3, 0.4, -1}, {0.3, 0.4, 1}, 0}, {{0.3, 0.4, 0.5}, {0.3, 0.4, 1}, 0}, {{0.3, 0.4, -1e30}, {0.3, 0.4, 1e30}, 0},
       {{kNaN, 0, 0}, {0, 0, 0}, 1},       {{0, 0, 0}, {0, kNaN, 0}, 1},        {{0, 0, 0}, {0, 0, 0}, -1},
       {{0, 0, 0}, {0, 0, 0}, kNaN},       {{0, 0, 0}, {1e38, 0, 0}, 1},        {{9, 9, 9}, {9, 9, 9}, kInfinity}};
@@ -78,14 +78,14 @@ TEST(Overlaps, of_capsules_without_a_radius_are_what_the_segment_passes_through)
   EXPECT_EQ(found[8].size(), probed.bodies[0].triangles.size());
 }
 
-std::vector<HalfSpace> sides_of(const QueryBox& box) {
+std::vector<HalfSpace> sides_of(const ProbeBox& box) {
   return {{{1, 0, 0}, box.hi.x},   {{0, 1, 0}, box.hi.y},   {{0, 0, 1}, box.hi.z},
           {{-1, 0, 0}, -box.lo.x}, {{0, -1, 0}, -box.lo.y}, {{0, 0, -1}, -box.lo.z}};
 }
 
 TEST(Overlaps, of_boxes_are_triangles_that_are_partly_inside) {
   const auto make = [](Random& random, double extent, const std::vector<PlacedTriangle>& /*triangles*/) {
-    std::vector<QueryBox> boxes;
+    std::vector<ProbeBox> boxes;
     for (int i = 0; i < 200; ++i) {
       const Vec3d centre = random.in_box(1.2 * extent);
       const double size = std::exp2(random.uniform(-6, 0)) * extent;
@@ -94,7 +94,7 @@ TEST(Overlaps, of_boxes_are_triangles_that_are_partly_inside) {
     }
     return boxes;
   };
-  const auto judge = [](const QueryBox& box, const PlacedTriangle& t, double extent) {
+  const auto judge = [](const ProbeBox& box, const PlacedTriangle& t, double extent) {
     return verdict_on(t, sides_of(box), 1e-12 * extent);
   };
   EXPECT_GT(compare_overlaps(4, make, judge), 3000U);
@@ -112,7 +112,7 @@ std::array<Vec3d, 3> random_axes(Random& random) {
 }
 
 /// As the box sees it.
-PlacedTriangle seen_from(const QueryOrientedBox& box, PlacedTriangle triangle) {
+PlacedTriangle seen_from(const ProbeOrientedBox& box, PlacedTriangle triangle) {
   for (Vec3d& x : triangle.x) {
     const Vec3d offset = x - box.centre;
     x = {dot(box.axes[0], offset), dot(box.axes[1], offset), dot(box.axes[2], offset)};
@@ -122,7 +122,7 @@ PlacedTriangle seen_from(const QueryOrientedBox& box, PlacedTriangle triangle) {
 
 TEST(Overlaps, of_turned_boxes_are_triangles_that_are_partly_inside) {
   const auto make = [](Random& random, double extent, const std::vector<PlacedTriangle>& /*triangles*/) {
-    std::vector<QueryOrientedBox> boxes;
+    std::vector<ProbeOrientedBox> boxes;
     for (int i = 0; i < 200; ++i) {
       const double size = std::exp2(random.uniform(-6, 0)) * extent;
       const std::array<Vec3d, 3> axes = random_axes(random);
@@ -133,7 +133,7 @@ TEST(Overlaps, of_turned_boxes_are_triangles_that_are_partly_inside) {
     }
     return boxes;
   };
-  const auto judge = [](const QueryOrientedBox& box, const PlacedTriangle& t, double extent) {
+  const auto judge = [](const ProbeOrientedBox& box, const PlacedTriangle& t, double extent) {
     return verdict_on(seen_from(box, t), sides_of({-1.0 * box.half, box.half}), 1e-11 * extent);
   };
   EXPECT_GT(compare_overlaps(5, make, judge), 3000U);
@@ -141,9 +141,9 @@ TEST(Overlaps, of_turned_boxes_are_triangles_that_are_partly_inside) {
 
 TEST(Overlaps, of_shapes_without_end_are_all) {
   const Vec3d far = {kInfinity, kInfinity, kInfinity};
-  const QuerySphere sphere = {{0, 0, 0}, kInfinity};
-  const QueryBox box = {-far, far};
-  const QueryOrientedBox turned = {{0, 0, 0}, far};
+  const ProbeSphere sphere = {{0, 0, 0}, kInfinity};
+  const ProbeBox box = {-far, far};
+  const ProbeOrientedBox turned = {{0, 0, 0}, far};
   for (NamedScene& named : odd_scenes()) {
     SCOPED_TRACE(named.name);
     ProbedBodies probed(std::move(named.bodies));
@@ -156,7 +156,7 @@ TEST(Overlaps, of_shapes_without_end_are_all) {
 
 TEST(Overlaps, of_no_turned_box_are_none) {
   ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
-  const std::vector<QueryOrientedBox> boxes = {{{0, 0, 0}, {1, 1, 0}},
+  const std::vector<ProbeOrientedBox> boxes = {{{0, 0, 0}, {1, 1, 0}},
                                                {{0, kNaN, 0}, {1, 1, 0}},
                                                {{0, 0, 0}, {1, 1, kNaN}},
                                                {{0, 0, 0}, {1, -1, 1}},
@@ -169,12 +169,12 @@ TEST(Overlaps, of_no_turned_box_are_none) {
 
 TEST(Overlaps, of_no_shape_are_none) {
   ProbedBodies probed({still(grid_cloth(3, 3, 1.0), {})});
-  const std::vector<QuerySphere> spheres = {
+  const std::vector<ProbeSphere> spheres = {
       {{0, 0, 0}, 1}, {{kNaN, 0, 0}, 1}, {{0, 0, 0}, kNaN}, {{0, 0, 0}, -1}, {{1e38, 0, 0}, 1e39}};
   const AnswerLists<TriangleOverlap> in_spheres = probed.probe.overlaps(spheres);
   EXPECT_FALSE(in_spheres[0].empty());
   for (std::size_t i = 1; i < spheres.size(); ++i) EXPECT_TRUE(in_spheres[i].empty()) << "sphere " << i;
-  const std::vector<QueryBox> boxes = {
+  const std::vector<ProbeBox> boxes = {
       {{-1, -1, 0}, {1, 1, 0}}, {{-1, kNaN, 0}, {1, 1, 0}}, {{-1, -1, 0}, {1, 1, kNaN}}, {{1, -1, 0}, {-1, 1, 0}}};
   const AnswerLists<TriangleOverlap> in_boxes = probed.probe.overlaps(boxes);
   EXPECT_FALSE(in_boxes[0].empty());

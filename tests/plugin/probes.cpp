@@ -103,7 +103,7 @@ TEST(Probes, leave_out_triangles_that_are_not_finite) {
   EXPECT_THAT(bodies_below(probed.probe), ElementsAre(0U));
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_THAT(warnings[0], HasSubstr("body 1: vertex 10 is not finite"));
-  const QueryPoint corner{{0.25, 0.25, 2}};
+  const ProbePoint corner{{0.25, 0.25, 2}};
   const ClosestPoint closest = probed.probe.closest_point(corner);
   EXPECT_GT(closest.distance, 0.3);
   probed.scene.set_positions(probed.ids[1], probed.bodies[1].x_t1);
@@ -198,7 +198,7 @@ TEST(Probes, answer_the_same_however_many_threads_there_are) {
   const Mesh mesh = soup_with_everything(4);
   Random random(8);
   std::vector<Ray> rays;
-  std::vector<QueryPoint> points;
+  std::vector<ProbePoint> points;
   for (int i = 0; i < 3000; ++i) {
     rays.push_back({random.in_box(3), random.direction()});
     points.push_back({random.in_box(3), 2});

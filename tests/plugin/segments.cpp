@@ -346,7 +346,7 @@ TEST(Segments, are_near_points_and_in_spheres_but_in_no_rays_way) {
   EXPECT_FLOAT_EQ(on_hair.weights[0], 0.5F);
   EXPECT_EQ(probed.probe.closest_point({{0, 1.5, 0}}).side, 1) << "the ball is closed all the same";
   EXPECT_EQ(probed.probe.closest_point({{0, 0.5, 0}}).side, -1);
-  const std::vector<QuerySphere> spheres = {{{2.5, 0.25, 0}, 0.3}, {{2.5, 0.25, 0}, 0.2}};
+  const std::vector<ProbeSphere> spheres = {{{2.5, 0.25, 0}, 0.3}, {{2.5, 0.25, 0}, 0.2}};
   const AnswerLists<TriangleOverlap> overlaps = probed.probe.overlaps(spheres);
   ASSERT_EQ(overlaps[0].size(), 1U);
   EXPECT_EQ(overlaps[0][0].triangle, hair);

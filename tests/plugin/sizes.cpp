@@ -41,15 +41,15 @@ TEST(Sizes, a_batch_of_2_31_questions_is_refused_before_it_is_read) {
   softcd::Scene scene;
   Probe probe(scene);
   const Ray ray{};
-  const QueryPoint point{};
-  const QuerySphere sphere{};
+  const ProbePoint point{};
+  const ProbeSphere sphere{};
   EXPECT_THROW(probe.first_hits(Span<const Ray>(&ray, kTooMany)), InvalidInput);
   EXPECT_THROW(probe.all_hits(Span<const Ray>(&ray, kTooMany)), InvalidInput);
-  EXPECT_THROW(probe.closest_points(Span<const QueryPoint>(&point, kTooMany)), InvalidInput);
-  EXPECT_THROW(probe.overlaps(Span<const QuerySphere>(&sphere, kTooMany)), InvalidInput);
+  EXPECT_THROW(probe.closest_points(Span<const ProbePoint>(&point, kTooMany)), InvalidInput);
+  EXPECT_THROW(probe.overlaps(Span<const ProbeSphere>(&sphere, kTooMany)), InvalidInput);
   const Vec3d corner{0, 0, 0};
-  const QueryHull hulls[2] = {{Span<const Vec3d>(&corner, 1)}, {Span<const Vec3d>(&corner, kTooMany - 1)}};
-  EXPECT_THROW(probe.overlaps(Span<const QueryHull>(hulls, 2)), InvalidInput);
+  const ProbeHull hulls[2] = {{Span<const Vec3d>(&corner, 1)}, {Span<const Vec3d>(&corner, kTooMany - 1)}};
+  EXPECT_THROW(probe.overlaps(Span<const ProbeHull>(hulls, 2)), InvalidInput);
   EXPECT_EQ(probe.first_hits(Span<const Ray>(&ray, 1)).size(), 1U);
 }
 

@@ -43,11 +43,11 @@ void WorldDetection::forget_ray_positions() {
   queries_->rays.forget_positions();
 }
 
-DetectorReport WorldDetection::contacts() const {
+DetectorReport WorldDetection::contact_report() const {
   return DetectorReport(queries_->contacts.record());
 }
 
-DetectorReport WorldDetection::crossings() const {
+DetectorReport WorldDetection::crossing_report() const {
   return DetectorReport(queries_->crossings.record());
 }
 
@@ -56,11 +56,11 @@ CrossingAnswers WorldDetection::crossing_answers() const {
   return crossings != nullptr ? crossings->answers() : CrossingAnswers{};
 }
 
-DetectorReport WorldDetection::rigid_meshes() const {
+DetectorReport WorldDetection::rigid_mesh_report() const {
   return DetectorReport(queries_->rigid_meshes.record());
 }
 
-DetectorReport WorldDetection::convex_shapes() const {
+DetectorReport WorldDetection::convex_shape_report() const {
   return DetectorReport(queries_->convex_shapes.record());
 }
 

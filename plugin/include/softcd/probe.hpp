@@ -65,39 +65,39 @@ class SOFTCD_EXPORT Probe {
 
   /// For each point the nearest of all triangles' points. Of triangles that are equally near, as computed, that of the
   /// lowest body and index.
-  Span<const ClosestPoint> closest_points(Span<const QueryPoint> points);
+  Span<const ClosestPoint> closest_points(Span<const ProbePoint> points);
   /// The same for one point.
-  ClosestPoint closest_point(const QueryPoint& point);
+  ClosestPoint closest_point(const ProbePoint& point);
 
   /// For each sphere all triangles that have a point in common with it, borders included, in the order of
   /// bodies and indices; what only touches by as much as doubles are rounded may be there or not.
-  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres);
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeSphere> spheres);
   /// The same for capsules.
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules);
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeCapsule> capsules);
   /// The same for boxes.
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes);
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeBox> boxes);
   /// The same for boxes that are turned.
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes);
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeOrientedBox> boxes);
   /// The same for convex hulls, told unless a plane parts them; for slivers, triangles or hulls, one that is told may
   /// be apart by somewhat more than rounding. Throws InvalidInput where all together have 2^31 points or more.
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryHull> hulls);
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeHull> hulls);
 
   /// For each pair of bodies the nearest points of a triangle of a and a triangle of b, which are different bodies:
   /// none where a is b. Of triangles that are equally near, as computed, those of the lowest body and index of a, then
   /// of b. This and the next two throw InvalidInput naming pair and body where one is not in the scene. They take time
   /// for each triangle of a: the smaller body goes first.
-  Span<const BodyDistance> distances(Span<const QueryBodies> pairs);
+  Span<const BodyDistance> distances(Span<const ProbeBodies> pairs);
   /// The same for one pair.
-  BodyDistance distance(const QueryBodies& pair);
+  BodyDistance distance(const ProbeBodies& pair);
 
   /// For each pair of bodies all triangles of a and b that intersect: within a body where a is b, and of bodies with
   /// each other and with themselves where both are BodyId(). Each two once, the lower one first where a is b; in the
   /// order of bodies and indices of the first, then of the second.
-  AnswerLists<TriangleIntersection> intersections(Span<const QueryBodies> pairs);
+  AnswerLists<TriangleIntersection> intersections(Span<const ProbeBodies> pairs);
   /// The same for one pair, or the whole scene.
-  Span<const TriangleIntersection> intersections(const QueryBodies& pair = {});
+  Span<const TriangleIntersection> intersections(const ProbeBodies& pair = {});
   /// Whether there is one, of the whole scene unless told otherwise. Stops at the first that is found.
-  bool has_intersections(const QueryBodies& pair = {});
+  bool has_intersections(const ProbeBodies& pair = {});
 
   /// For each change of a mesh that might be made what its new triangles would intersect, as intersections() decides:
   /// all triangles that would stay, of all bodies, and each other; none where the mesh would be as free of
@@ -106,9 +106,9 @@ class SOFTCD_EXPORT Probe {
   /// would have them, see Positions; a triangle with a vertex of the body that is not finite is left out. Throws
   /// InvalidInput naming the change, and what of it is out of range, or not finite; when the body has no positions.
   /// Each two triangles that a change would add are compared: thousands are better asked about by another scene.
-  AnswerLists<ChangeIntersection> intersections_after(Span<const QueryChange> changes);
+  AnswerLists<ChangeIntersection> intersections_after(Span<const ProbeChange> changes);
   /// The same for one change.
-  Span<const ChangeIntersection> intersections_after(const QueryChange& change);
+  Span<const ChangeIntersection> intersections_after(const ProbeChange& change);
 
   /// Throws as the constructor does, and Error when the scene is gone.
   void set_options(const ProbeOptions& options);

@@ -87,13 +87,13 @@ class SOFTCD_EXPORT Attachment {
 ///   pointers, and do not call setBroadphase().
 /// - softcd calls the app's tick callbacks. The app may set others; a step that was not finished by then misses its
 /// last
-///   pass, which WorldDetection::crossings().failed_steps() counts.
+///   pass, which WorldDetection::crossing_report().failed_steps() counts.
 /// - The deformable world has one more action. Actions that the app added earlier see nodes before the last pass of
 ///   Detection::ccd. Removing softcd's action changes the order of actions added later.
 ///
 /// Some dispatchers do not process pairs through the pair cache, for example btCollisionDispatcherMt. Bullet then
 /// handles rigid meshes and convex shapes alone, and limitations() says so. softcd notices an app's own dispatcher of
-/// this kind in the first step, and counts it in failed_steps() of rigid_meshes() and convex_shapes().
+/// this kind in the first step, and counts it in failed_steps() of rigid_mesh_report() and convex_shape_report().
 ///
 /// Detach before you destroy the world. If a world is destroyed with objects in it, softcd notices and touches it no
 /// more; it cannot notice the end of an empty world.

@@ -40,7 +40,7 @@ class SOFTCD_EXPORT DetectorReport {
   const DetectorRecord* record_;
 };
 
-/// Counts of the last pass of a step, which prevents crossings: see WorldDetection::crossings().
+/// Counts of the last pass of a step, which prevents crossings: see WorldDetection::crossing_report().
 struct CrossingAnswers {
   std::uint64_t impacts = 0;     ///< pairs of features that would have met
   std::uint64_t rounds = 0;      ///< number of responses, each followed by another detection
@@ -87,19 +87,19 @@ class SOFTCD_EXPORT WorldDetection {
   void forget_ray_positions();
 
   /// Reports on contacts between and within soft bodies: vertices with faces, and edges (Settings::edge_contacts).
-  DetectorReport contacts() const;
+  DetectorReport contact_report() const;
   /// Reports on the last pass of a step: all crossings with Detection::ccd, and crossings of rigid meshes with
   /// Detection::dcd (Settings::rigid_meshes). A Dispatcher under a world of Bullet's own class has no such pass. The
   /// pass detects several times; the report is about its last detection.
-  DetectorReport crossings() const;
+  DetectorReport crossing_report() const;
   /// Returns the counts of the last pass; all zeros if nothing would have crossed, or if the pass failed.
   CrossingAnswers crossing_answers() const;
   /// Reports on contacts with rigid triangle meshes (Settings::rigid_meshes). The detector runs in steps in which boxes
   /// of such a pair overlap.
-  DetectorReport rigid_meshes() const;
+  DetectorReport rigid_mesh_report() const;
   /// Reports on contacts with convex shapes (ConvexShapes::faces_and_edges). The detector runs in steps in which boxes
   /// of such a pair overlap. The solver gets only some of the contacts found.
-  DetectorReport convex_shapes() const;
+  DetectorReport convex_shape_report() const;
 
   /// Returns the edge contacts of the last step (Settings::edge_contacts). Empty before the first step and after a
   /// failed one.

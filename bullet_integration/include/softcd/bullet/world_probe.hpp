@@ -30,7 +30,7 @@ class SOFTCD_EXPORT ShapeHull {
   /// Reads the shape. If it has no corners, or one is not finite, the hull overlaps nothing.
   ShapeHull(const btConvexShape& shape, const btTransform& place);
   /// Returns a view for Probe::overlaps(), valid as long as this object.
-  QueryHull query() const { return {points_, radius_}; }
+  ProbeHull query() const { return {points_, radius_}; }
 
  private:
   std::vector<Vec3d> points_;

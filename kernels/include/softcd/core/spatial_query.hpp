@@ -46,7 +46,7 @@ struct RayHit {
 /// A point in world coordinates that is asked for what is nearest to it, and at most max_distance away. There is
 /// nothing where a coordinate or max_distance is NaN, where max_distance is negative, and where the point is further
 /// than 1e37 from the scene's origin.
-struct QueryPoint {
+struct ProbePoint {
   Vec3d point;                              ///< in world coordinates
   double max_distance = kInfiniteDistance;  ///< at least 0; in the positions' unit
 };
@@ -71,21 +71,21 @@ struct ClosestPoint {
 
 /// All points at most `radius` from the centre, in world coordinates. Nothing where anything is NaN, the radius is
 /// negative, or the centre is further than 1e37 from the scene's origin.
-struct QuerySphere {
+struct ProbeSphere {
   Vec3d centre;   ///< in world coordinates
   double radius;  ///< at least 0; in the positions' unit
 };
 
 /// All points at most `radius` from the segment between two points, in world coordinates; a ball where these are equal.
 /// Nothing where anything is NaN, the radius is negative, or a point is further than 1e37 from the scene's origin.
-struct QueryCapsule {
+struct ProbeCapsule {
   Vec3d from;     ///< one end of the segment, in world coordinates
   Vec3d to;       ///< the other one
   double radius;  ///< at least 0; in the positions' unit
 };
 
 /// All points between lo and hi, in world coordinates; where one of them is NaN, or lo is above hi, none.
-struct QueryBox {
+struct ProbeBox {
   Vec3d lo;  ///< its lowest coordinates
   Vec3d hi;  ///< its highest coordinates
 };
@@ -93,7 +93,7 @@ struct QueryBox {
 /// All points centre + x axes[0] + y axes[1] + z axes[2], |x| <= half.x and so on, in world coordinates. The axes are
 /// unit vectors at right angles to each other, as far as rounding lets them. Nothing where anything is NaN, half has a
 /// negative component, or the centre is further than 1e37 from the scene's origin.
-struct QueryOrientedBox {
+struct ProbeOrientedBox {
   Vec3d centre;  ///< in world coordinates
   Vec3d half;    ///< half its extent along each axis
   /// Its own, along which it extends.
@@ -104,7 +104,7 @@ struct QueryOrientedBox {
 /// plane or a line, a ball around one point. In any order; what is inside, in a plane, on a line with others, or there
 /// twice, changes nothing but the time, to which each point adds. Nothing where there is no point, anything is NaN, the
 /// radius is negative, or a point is further than 1e37 from the scene's origin.
-struct QueryHull {
+struct ProbeHull {
   Span<const Vec3d> points;  ///< in world coordinates; read during the call
   double radius = 0;         ///< at least 0; in the positions' unit
 };
@@ -117,7 +117,7 @@ struct TriangleOverlap {
 
 /// Two bodies that are asked about. BodyId() stands for all that the probe asks about: {a, BodyId()} are the pairs of a
 /// with each other body, {BodyId(), BodyId()} are all pairs.
-struct QueryBodies {
+struct ProbeBodies {
   BodyId a;  ///< the first
   BodyId b;  ///< the second
 };
@@ -134,7 +134,7 @@ struct TriangleIntersection {
 };
 
 /// A change of one body's mesh that might be made: an edge split, collapsed or flipped, a hole filled.
-struct QueryChange {
+struct ProbeChange {
   BodyId body;                          ///< whose mesh it is
   Span<const std::uint32_t> removed{};  ///< triangles of the body that would not be there any more
   Span<const Triangle> added{};         ///< what would come instead; `vertex count of the body + i` is new vertex i
@@ -143,9 +143,9 @@ struct QueryChange {
 
 /// A triangle that a change would add, and what it would intersect; see TriangleIntersection.
 struct ChangeIntersection {
-  std::uint32_t added;     ///< index in QueryChange::added
+  std::uint32_t added;     ///< index in ProbeChange::added
   BodyId body;             ///< what the other one is of; BodyId() where it would be added, too
-  std::uint32_t triangle;  ///< of the body as it is, or a higher index in QueryChange::added
+  std::uint32_t triangle;  ///< of the body as it is, or a higher index in ProbeChange::added
 };
 
 /// The nearest points of two bodies' triangles.

@@ -28,11 +28,11 @@ class SpatialQueries {
 
   virtual Span<const RayHit> first_hits(Span<const Ray> rays) = 0;
   virtual AnswerLists<RayHit> all_hits(Span<const Ray> rays) = 0;
-  virtual Span<const ClosestPoint> closest_points(Span<const QueryPoint> points) = 0;
-  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) = 0;
-  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules) = 0;
-  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) = 0;
-  virtual AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) = 0;
+  virtual Span<const ClosestPoint> closest_points(Span<const ProbePoint> points) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const ProbeSphere> spheres) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const ProbeCapsule> capsules) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const ProbeBox> boxes) = 0;
+  virtual AnswerLists<TriangleOverlap> overlaps(Span<const ProbeOrientedBox> boxes) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(const HullQuestions& questions) = 0;
   /// With the number of all items of the questions.
   virtual Span<const BodyDistance> distances(Span<const BodiesQuestion> questions, std::uint64_t item_count) = 0;

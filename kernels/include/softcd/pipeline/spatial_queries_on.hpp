@@ -65,11 +65,11 @@ struct ProbeOn final : QueryMemory {
   Buffer<ProbedBody> bodies;
   Buffer<std::uint64_t> question_count;
   Mirror<Ray> rays;
-  Mirror<QueryPoint> points;
-  Mirror<QuerySphere> spheres;
-  Mirror<QueryCapsule> capsules;
-  Mirror<QueryBox> boxes;
-  Mirror<QueryOrientedBox> oriented_boxes;
+  Mirror<ProbePoint> points;
+  Mirror<ProbeSphere> spheres;
+  Mirror<ProbeCapsule> capsules;
+  Mirror<ProbeBox> boxes;
+  Mirror<ProbeOrientedBox> oriented_boxes;
   Mirror<HullQuestion> hulls;
   Mirror<Vec3d> hull_points;
   Mirror<BodiesQuestion> bodies_questions;
@@ -122,34 +122,34 @@ class SpatialQueriesOn final : public SpatialQueries {
     return list(count, ListHits{scene_, probe_.rays.data()}, probe_.hits, probe_.read_hits);
   }
 
-  Span<const ClosestPoint> closest_points(Span<const QueryPoint> points) override {
+  Span<const ClosestPoint> closest_points(Span<const ProbePoint> points) override {
     const Count count = send(probe_.points, points);
     probe_.closest.reserve(backend_, points.size(), 0);
     backend_.for_each("closest_points", count, FindClosestPoint{scene_, probe_.points.data(), probe_.closest.data()});
     return probe_.read_closest.read(backend_, probe_.closest, points.size());
   }
 
-  AnswerLists<TriangleOverlap> overlaps(Span<const QuerySphere> spheres) override {
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeSphere> spheres) override {
     const Count count = send(probe_.spheres, spheres);
-    return list(count, ListOverlaps<const QuerySphere*, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps,
+    return list(count, ListOverlaps<const ProbeSphere*, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps,
                 probe_.read_overlaps);
   }
 
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryCapsule> capsules) override {
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeCapsule> capsules) override {
     const Count count = send(probe_.capsules, capsules);
-    return list(count, ListOverlaps<const QueryCapsule*, CapsuleShape>{scene_, probe_.capsules.data()}, probe_.overlaps,
+    return list(count, ListOverlaps<const ProbeCapsule*, CapsuleShape>{scene_, probe_.capsules.data()}, probe_.overlaps,
                 probe_.read_overlaps);
   }
 
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryBox> boxes) override {
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeBox> boxes) override {
     const Count count = send(probe_.boxes, boxes);
-    return list(count, ListOverlaps<const QueryBox*, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps,
+    return list(count, ListOverlaps<const ProbeBox*, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps,
                 probe_.read_overlaps);
   }
 
-  AnswerLists<TriangleOverlap> overlaps(Span<const QueryOrientedBox> boxes) override {
+  AnswerLists<TriangleOverlap> overlaps(Span<const ProbeOrientedBox> boxes) override {
     const Count count = send(probe_.oriented_boxes, boxes);
-    return list(count, ListOverlaps<const QueryOrientedBox*, OrientedBoxShape>{scene_, probe_.oriented_boxes.data()},
+    return list(count, ListOverlaps<const ProbeOrientedBox*, OrientedBoxShape>{scene_, probe_.oriented_boxes.data()},
                 probe_.overlaps, probe_.read_overlaps);
   }
 

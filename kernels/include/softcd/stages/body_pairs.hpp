@@ -11,7 +11,7 @@
 
 namespace softcd {
 
-/// A question about pairs of bodies; see QueryBodies. Bodies are numbers in the scene, kNoIndex for all. What it is
+/// A question about pairs of bodies; see ProbeBodies. Bodies are numbers in the scene, kNoIndex for all. What it is
 /// asked for is done for each triangle of a: all questions' triangles, those of one behind those of the one before, are
 /// the items of stages.
 struct BodiesQuestion {

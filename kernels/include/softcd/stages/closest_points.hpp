@@ -149,7 +149,7 @@ SOFTCD_HD inline Vec3d feature_normal(const ProbedSceneView& scene, const BvhLea
 
 struct FindClosestPoint {
   ProbedSceneView scene;
-  const QueryPoint* points;
+  const ProbePoint* points;
   ClosestPoint* closest;
 
   SOFTCD_HD void operator()(std::uint32_t i) const {

@@ -7,7 +7,7 @@
 
 namespace softcd {
 
-/// A hull whose points are among those of others; see QueryHull.
+/// A hull whose points are among those of others; see ProbeHull.
 struct HullQuestion {
   std::uint32_t first_point, point_count;
   double radius;
@@ -18,7 +18,7 @@ struct HullQuestions {
   Span<const HullQuestion> hulls;
   Span<const Vec3d> points;  ///< in world coordinates
 
-  SOFTCD_HD QueryHull operator[](std::uint32_t i) const {
+  SOFTCD_HD ProbeHull operator[](std::uint32_t i) const {
     return {{points.data() + hulls[i].first_point, hulls[i].point_count}, hulls[i].radius};
   }
 };

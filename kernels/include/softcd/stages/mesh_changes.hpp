@@ -15,7 +15,7 @@ namespace softcd {
 /// Marks a vertex that a change would add; the scene has less than that many.
 constexpr std::uint32_t kNewVertex = 0x80000000u;
 
-/// A change of a mesh that might be made; see QueryChange. The triangles that it would add are the items of stages.
+/// A change of a mesh that might be made; see ProbeChange. The triangles that it would add are the items of stages.
 struct ChangeQuestion {
   std::uint32_t body;  ///< its number in the scene
   std::uint32_t removed_begin, removed_end;

@@ -44,7 +44,7 @@ class OverlapVisitor {
 /// A ball relative to the scene's origin.
 class SphereShape {
  public:
-  SOFTCD_HD SphereShape(const QuerySphere& sphere, const ProbedSceneView& scene)
+  SOFTCD_HD SphereShape(const ProbeSphere& sphere, const ProbedSceneView& scene)
       : centre_(sphere.centre - scene.origin),
         squared_radius_(sphere.radius * sphere.radius),
         is_usable_(softcd::is_usable(centre_) && sphere.radius >= 0.0),
@@ -66,7 +66,7 @@ class SphereShape {
 /// A capsule relative to the scene's origin. Boxes of triangles are grown by its radius, and compared with its segment.
 class CapsuleShape {
  public:
-  SOFTCD_HD CapsuleShape(const QueryCapsule& capsule, const ProbedSceneView& scene)
+  SOFTCD_HD CapsuleShape(const ProbeCapsule& capsule, const ProbedSceneView& scene)
       : from_(capsule.from - scene.origin),
         to_(capsule.to - scene.origin),
         squared_radius_(capsule.radius * capsule.radius),
@@ -105,7 +105,7 @@ class CapsuleShape {
 /// A box relative to the scene's origin.
 class BoxShape {
  public:
-  SOFTCD_HD BoxShape(const QueryBox& box, const ProbedSceneView& scene)
+  SOFTCD_HD BoxShape(const ProbeBox& box, const ProbedSceneView& scene)
       : lo_(within_reach(box.lo - scene.origin)),
         hi_(within_reach(box.hi - scene.origin)),
         is_usable_(box.lo.x <= box.hi.x && box.lo.y <= box.hi.y && box.lo.z <= box.hi.z) {}
@@ -138,7 +138,7 @@ class BoxShape {
 /// they are seen along its axes.
 class OrientedBoxShape {
  public:
-  SOFTCD_HD OrientedBoxShape(const QueryOrientedBox& box, const ProbedSceneView& scene)
+  SOFTCD_HD OrientedBoxShape(const ProbeOrientedBox& box, const ProbedSceneView& scene)
       : box_(box), centre_(box.centre - scene.origin) {
     is_usable_ = softcd::is_usable(centre_) && box.half.x >= 0.0 && box.half.y >= 0.0 && box.half.z >= 0.0;
     for (const Vec3d& axis : box.axes) is_usable_ &= softcd::is_usable(axis);
@@ -178,7 +178,7 @@ class OrientedBoxShape {
   /// No two points of a scene are further apart along an axis.
   static constexpr double kFurthest = 4.0 * kLargestCoordinate;
 
-  QueryOrientedBox box_;
+  ProbeOrientedBox box_;
   Vec3d centre_;
   double reach_[3] = {};
   bool is_usable_ = false;
@@ -187,7 +187,7 @@ class OrientedBoxShape {
 /// A convex hull relative to the scene's origin. Boxes of triangles are compared with the box around it.
 class HullShape {
  public:
-  SOFTCD_HD HullShape(const QueryHull& hull, const ProbedSceneView& scene)
+  SOFTCD_HD HullShape(const ProbeHull& hull, const ProbedSceneView& scene)
       : points_{hull.points, scene.origin},
         squared_radius_(hull.radius * hull.radius),
         is_usable_(!hull.points.empty() && hull.radius >= 0.0) {
