@@ -118,7 +118,7 @@ std::vector<Surface> MixedSizesBalls::surfaces() const {
 }
 
 View MixedSizesBalls::view() const {
-  return {btVector3(btScalar(1.0), btScalar(5.3), btScalar(4.5)), btVector3(0, btScalar(0.2), 0)};
+  return {btVector3(btScalar(1.8), btScalar(8.9), btScalar(7.9)), btVector3(0, btScalar(0.2), 0)};
 }
 
 }  // namespace softcd::demo

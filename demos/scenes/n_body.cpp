@@ -92,7 +92,7 @@ std::vector<Surface> NBody::surfaces() const {
 
 View NBody::view() const {
   const btScalar distance = btMax(btScalar(1), top_ / kUsualTop);
-  return {distance * btVector3(btScalar(5.2), btScalar(4.8), btScalar(7.2)), distance * btVector3(0, btScalar(0.7), 0)};
+  return {distance * btVector3(btScalar(6.4), btScalar(5.7), btScalar(8.8)), distance * btVector3(0, btScalar(0.7), 0)};
 }
 
 }  // namespace softcd::demo

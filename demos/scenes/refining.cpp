@@ -133,7 +133,7 @@ bool Refining::change_at(const Edge& edge) {
 }
 
 View Refining::view() const {
-  return {btVector3(btScalar(3.8), btScalar(4.6), btScalar(5.2)), btVector3(0, btScalar(1.8), 0)};
+  return {btVector3(btScalar(4.3), btScalar(5.0), btScalar(5.9)), btVector3(0, btScalar(1.8), 0)};
 }
 
 }  // namespace softcd::demo

@@ -13,6 +13,8 @@
 #include <string>
 #include <tuple>
 
+#include "scenes/vectors.hpp"
+
 namespace softcd::test {
 namespace {
 
@@ -31,6 +33,9 @@ const std::map<std::string, int> kSmallSizes = {
 
 /// Loose at the start; its own test sees it tight.
 const std::set<std::string> kTouchLater = {"reef-knot"};
+
+/// The picture is of the knot.
+const std::set<std::string> kPulledOut = {"reef-knot", "bowline"};
 
 SceneOptions small(const SceneInfo& info, World world) {
   const auto size = kSmallSizes.find(info.name);
@@ -112,6 +117,40 @@ TEST_P(Scenes, stays_in_one_piece_and_apart) {
   EXPECT_EQ(penetration.vertices, 0U);
   EXPECT_EQ(penetration.edges, 0U);
   std::cout << info().name << ": fastest " << fastest << ", " << contacts << " contacts\n";
+}
+
+/// The farthest that a node is from the middle of a picture of 16 : 9; 1 is the border.
+double farthest_from_the_middle(const Scene& scene) {
+  constexpr double kAspect = 16.0 / 9.0;
+  const demo::View view = scene.view();
+  const demo::ViewFrame frame = demo::looking_along(demo::to_vec3d(view.target - view.eye));
+  const double half_height = std::tan(double(view.field_of_view) / 2);
+  double farthest = 0;
+  for (const demo::Surface& surface : scene.surfaces()) {
+    for (int i = 0; i < surface.body->m_nodes.size(); ++i) {
+      const Vec3d offset = demo::to_vec3d(surface.body->m_nodes[i].m_x - view.eye);
+      const double depth = -dot(offset, frame.back);
+      if (!(depth > 0)) return std::numeric_limits<double>::infinity();
+      const double y = std::abs(dot(offset, frame.up)) / (depth * half_height);
+      const double x = std::abs(dot(offset, frame.right)) / (depth * half_height * kAspect);
+      farthest = std::max({farthest, x, y});
+    }
+  }
+  return farthest;
+}
+
+// For the steps that softcd-demo makes unless told otherwise; those of `refining` take longer and longer.
+TEST_P(Scenes, stay_in_the_picture) {
+  if (world() == World::deformable) GTEST_SKIP() << "whose bodies move much alike";
+  if (kPulledOut.count(info().name) != 0) GTEST_SKIP() << "the ropes' ends are pulled out of it";
+  const int steps = info().name == std::string("refining") ? 240 : 600;
+  const auto scene = make_scene(info().name, small(info(), world()));
+  double farthest = farthest_from_the_middle(*scene);
+  for (int step = 0; step < steps; ++step) {
+    scene->step();
+    farthest = std::max(farthest, farthest_from_the_middle(*scene));
+  }
+  EXPECT_LT(farthest, 1);
 }
 
 TEST(Scenes, that_have_changed_go_on_in_another_world) {
