@@ -49,11 +49,20 @@ constexpr auto name_in_source() {
 template <auto kConstant>
 inline constexpr auto kNameInSource = name_in_source<kConstant>();
 
-/// The names of an enumeration's values, which count from 0. A number without a name is printed as a cast, "(Enum)7".
+/// Whether the compiler has printed a number without a name, as a cast: "(Enum)7".
+template <std::size_t kSize>
+constexpr bool is_cast(const std::array<char, kSize>& name) {
+  for (const char c : name) {
+    if (c == ')') return true;
+  }
+  return false;
+}
+
+/// The names of an enumeration's values, which count from 0.
 template <class Enum, std::uint32_t... kValue>
 constexpr auto enumerators_of() {
   constexpr Enum kNext{sizeof...(kValue)};
-  if constexpr (std::string_view(kNameInSource<kNext>.data()).find(')') == std::string_view::npos) {
+  if constexpr (!is_cast(kNameInSource<kNext>)) {
     return enumerators_of<Enum, kValue..., sizeof...(kValue)>();
   } else {
     return std::array{kNameInSource<Enum{kValue}>.data()...};
