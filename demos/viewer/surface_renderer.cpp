@@ -9,6 +9,7 @@
 
 #include "scenes/surface_normals.hpp"
 #include "viewer/look.hpp"
+#include "viewer/pins.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -232,9 +233,19 @@ void SurfaceRenderer::append(const Surface& surface) {
   }
 }
 
+void SurfaceRenderer::append_pins(const btSoftBody& body) {
+  constexpr Vec3f kMetal = {0.25F, 0.25F, 0.27F};
+  for (const PinCorner& corner : pins_of(body)) {
+    vertices_.push_back({corner.position, corner.normal, kMetal, kMetal, 0.0F});
+  }
+}
+
 void SurfaceRenderer::update(const Scene& scene) {
   vertices_.clear();
-  for (const Surface& surface : scene.all_surfaces()) append(surface);
+  for (const Surface& surface : scene.all_surfaces()) {
+    append(surface);
+    append_pins(*surface.body);
+  }
   mesh_.upload(vertices_);
   floor_height_ = double(scene.view().floor_height);
 

@@ -6,7 +6,7 @@
 namespace softcd::demo {
 
 /// Draws a scene's surfaces on a checked floor under a sky, lit by one sun that casts soft shadows. Triangles with
-/// vertices that are not finite are left out.
+/// vertices that are not finite are left out. Pins stand at the nodes that hold a cloth.
 class SurfaceRenderer {
  public:
   SurfaceRenderer();
@@ -24,6 +24,7 @@ class SurfaceRenderer {
   };
 
   void append(const Surface& surface);
+  void append_pins(const btSoftBody& body);
   void draw_shadows() const;
 
   GlProgram surface_program_, background_program_, depth_program_;
