@@ -7,7 +7,7 @@
 namespace softcd::demo {
 namespace {
 
-/// Of the mean length of the body's links.
+/// A share of the mean length of the body's links.
 constexpr double kRadius = 0.25;
 
 double mean_link_length(const btSoftBody& body) {

@@ -8,7 +8,7 @@
 
 namespace softcd::detail {
 
-/// What is behind a Query. It has at most one detection, which runs, is finished, or was waited for.
+/// The implementation of a Query. It has at most one detection, which runs, is finished, or was waited for.
 class QueryCore final : public SceneUser {
  public:
   QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options);

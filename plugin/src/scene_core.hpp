@@ -54,7 +54,7 @@ class SceneUser {
   ~SceneUser() = default;
 };
 
-/// What a query asks of its scene. The references are the query's.
+/// A query's request to its scene. The references are the query's.
 struct DetectionRequest {
   SceneUser& user;
   const QueryOptions& options;
@@ -66,7 +66,7 @@ struct DetectionRequest {
   Statistics& statistics;          ///< receives how much memory there was if it runs out
 };
 
-/// What a probe asks of its scene. The references are the probe's.
+/// A probe's request to its scene. The references are the probe's.
 struct ProbeRequest {
   SceneUser& user;
   bool at_t0;

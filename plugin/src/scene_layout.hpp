@@ -8,7 +8,7 @@
 
 namespace softcd {
 
-/// How many bodies, and elements of theirs.
+/// The numbers of bodies and of their elements.
 struct SceneSize {
   std::uint64_t bodies = 0, triangles = 0, vertices = 0, edges = 0, left_out_triangles = 0;
   std::uint64_t bodies_without_positions = 0;
@@ -40,7 +40,7 @@ class SceneLayout {
   const std::vector<Body>& bodies() const { return bodies_; }
   SceneSize size() const;
 
-  /// Memory for positions is a CUDA device's, too, from now on.
+  /// Makes memory for positions readable by CUDA devices, from now on.
   void share_positions();
   /// Brings the arrays up to date; nothing reads them meanwhile. Moves bodies if one has outgrown its place, or if
   /// removed ones take up more than half of the arrays. Throws std::bad_alloc; the next call goes on.
@@ -56,7 +56,7 @@ class SceneLayout {
   Span<const Ownership> ownership_of(const Body& body) const {
     return {ownership_.data() + body.triangles.first, body.triangles.count};
   }
-  /// Where ScenePositions writes the body's positions.
+  /// Returns the arrays into which ScenePositions writes the body's positions.
   PositionArrays positions_of(const Body& body);
   std::size_t vertex_count() const { return vertex_body_.size(); }
   /// Changes with meshes and with what their triangles own.
@@ -68,7 +68,7 @@ class SceneLayout {
   void forget_changes();
 
  private:
-  /// What an array has an element for each of.
+  /// The kinds of elements of the arrays.
   static constexpr std::size_t kVertices = 0, kTriangles = 1, kEdges = 2;
   static constexpr std::array<Place Body::*, 3> kPlaces = {&Body::vertices, &Body::triangles, &Body::edges};
   using Sizes = std::array<std::uint64_t, kPlaces.size()>;

@@ -44,8 +44,8 @@ class CrossingFinder {
     }
   }
 
-  /// Of the way from where the bodies were in the last call, or in the constructor, which is straight: to be called
-  /// after each of the world's steps.
+  /// Returns crossings on the straight paths since the last call, or the constructor. Call it after each of the world's
+  /// steps.
   std::vector<FeaturePair> find() {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       scene_[b].x_t0 = std::move(scene_[b].x_t1);

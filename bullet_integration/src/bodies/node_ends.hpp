@@ -10,9 +10,9 @@ using NodePosition = btVector3 btSoftBody::Node::*;
 
 /// Which soft bodies of a kind of world are softcd's, and where their nodes are at the ends of a step.
 struct NodeEnds {
-  /// Of btSoftBody::fCollision: bodies with it get their vertex-face contacts from softcd.
+  /// The flag of btSoftBody::fCollision whose bodies get vertex-face contacts from softcd.
   int vertex_face_flag;
-  /// Hold the positions at the step's ends while softcd looks for contacts and crossings.
+  /// The members with the positions at the step's ends, while softcd looks for contacts and crossings.
   NodePosition start, end;
 };
 

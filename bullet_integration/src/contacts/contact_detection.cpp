@@ -1,13 +1,10 @@
 #include "contacts/contact_detection.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
 #include <cmath>
 
 #include "LinearMath/btQuickprof.h"
 #include "bodies/query_options.hpp"
+#include "contacts/contact_walks.hpp"
 
 // Defined by the libraries of both precisions: the linker refuses a program that holds parts of both, by this name.
 extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_float64() {}
@@ -97,9 +94,7 @@ void ContactDetection::finish(bool looks_at_crossings) {
 }
 
 void ContactDetection::list_edge_contacts(Span<const Contact> contacts) {
-  const auto* const edges = std::partition_point(
-      contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
-  mirror_.for_each_contact({edges, static_cast<std::size_t>(contacts.end() - edges)},
+  mirror_.for_each_contact(edge_contacts_in(contacts),
                            [this](const MemberContact& found) { edge_contacts_.push_back(edge_contact_of(found)); });
 }
 
@@ -146,12 +141,8 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
 void ContactDetection::find_uses(Span<const Contact> contacts) {
   const bool chooses = ContactEconomy::chooses(kind_, settings_);
   uses_.resize(contacts.size());
-  constexpr std::size_t kContactsAtOnce = 1024;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, contacts.size(), kContactsAtOnce), [&](const auto& range) {
-    std::size_t i = range.begin();
-    mirror_.for_each_contact({contacts.begin() + i, range.size()},
-                             [&](const MemberContact& found) { uses_[i++] = use_of(found, chooses); });
-  });
+  for_each_contact_in_parallel(mirror_, contacts,
+                               [&](std::size_t i, const MemberContact& found) { uses_[i] = use_of(found, chooses); });
 }
 
 ContactUse ContactDetection::use_of(const MemberContact& found, bool chooses) const {

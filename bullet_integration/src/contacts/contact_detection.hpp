@@ -60,7 +60,8 @@ class ContactDetection {
   std::vector<EdgeContact> edge_contacts_;
   std::unordered_set<const btSoftBody*> spoilt_;  ///< of their nodes some are not finite, and more will be
   TangledNodes tangled_;
-  std::vector<ContactUse> uses_;  ///< of the step's contacts; of what cannot close only where the economy chooses
+  /// The use of each of the step's contacts. Without economy, none of them counts as one that cannot close.
+  std::vector<ContactUse> uses_;
   ContactEconomy economy_;
   ContactNotes notes_;
 };

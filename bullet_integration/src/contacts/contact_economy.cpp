@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bodies/vectors.hpp"
+#include "contacts/contact_walks.hpp"
 #include "contacts/edge_economy.hpp"
 #include "softcd/math/closest_point.hpp"
 
@@ -188,20 +189,13 @@ void ContactEconomy::choose(const ContactsOfKind& kind, const WorldMirror& mirro
 
 void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
                                   const std::vector<ContactUse>& uses, const Settings& settings) {
-  const auto* const edges = std::partition_point(
-      contacts.begin(), contacts.end(), [](const Contact& c) { return c.kind == ContactKind::vertex_triangle; });
-  const auto count = static_cast<std::size_t>(edges - contacts.begin());
+  const std::size_t count = contacts.size() - edge_contacts_in(contacts).size();
   std::fill_n(shares_.begin(), count, ContactShare{/*count=*/0});
   nearest_.resize(count);
-  const ContactRange all(0, count, kContactsAtOnce);
-  tbb::parallel_for(all, [&](const ContactRange& range) {
-    std::size_t i = range.begin();
-    mirror.for_each_contact(Span<const Contact>(&contacts[i], range.size()), [&](const MemberContact& found) {
-      nearest_[i] = nearest_of(found, uses[i]);
-      ++i;
-    });
+  for_each_contact_in_parallel(mirror, {contacts.begin(), count}, [&](std::size_t i, const MemberContact& found) {
+    nearest_[i] = nearest_of(found, uses[i]);
   });
-  tbb::parallel_for(all, [&](const ContactRange& range) {
+  tbb::parallel_for(ContactRange(0, count, kContactsAtOnce), [&](const ContactRange& range) {
     NodeChoice node(kind, mirror, settings);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       if (i > 0 && are_of_one_node_and_body(contacts[i - 1], contacts[i])) continue;
@@ -213,12 +207,9 @@ void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror&
 }
 
 void ContactEconomy::choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts) {
-  const ContactRange edges(nearest_.size(), contacts.size(), kContactsAtOnce);
-  tbb::parallel_for(edges, [&](const ContactRange& range) {
-    ContactShare* next = &shares_[range.begin()];
-    mirror.for_each_contact(
-        Span<const Contact>(&contacts[range.begin()], range.size()),
-        [&](const MemberContact& found) { (next++)->count = has_nearer_contact(found, kind.ends) ? 0 : 1; });
+  ContactShare* const shares = shares_.data() + nearest_.size();
+  for_each_contact_in_parallel(mirror, edge_contacts_in(contacts), [&](std::size_t i, const MemberContact& found) {
+    shares[i].count = has_nearer_contact(found, kind.ends) ? 0 : 1;
   });
 }
 

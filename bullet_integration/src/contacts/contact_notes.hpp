@@ -12,7 +12,7 @@ namespace softcd::bullet {
 /// objects (m_rcontacts, m_nodeRigidContacts); of faces with them (m_faceRigidContacts).
 enum class ContactArray : std::uint32_t { soft, rigid_node, rigid_face };
 
-/// Where a contact stands: one entry, or the two of an edge-edge contact.
+/// The place of a contact in Bullet's arrays: one entry, or the two of an edge-edge contact.
 struct ContactSource {
   const btSoftBody* owner = nullptr;
   ContactArray array = ContactArray::soft;
@@ -20,7 +20,7 @@ struct ContactSource {
   int count = 1;
 };
 
-/// What Bullet's arrays do not tell about the entries that softcd made.
+/// Notes about softcd's entries in Bullet's arrays, which these have no members for.
 class ContactNotes {
  public:
   struct Note {
@@ -35,7 +35,7 @@ class ContactNotes {
   void add(const Note& note) { notes_.push_back(note); }
   /// Before find(), when all have been added.
   void arrange();
-  /// Of the entry at `index`; null where there is none.
+  /// Returns the note on the entry at `index`; null if there is none.
   const Note* find(const btSoftBody& owner, ContactArray array, int index) const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace softcd::bullet {
 
-/// What differs between the kinds of world in contacts of soft bodies.
+/// The differences between the kinds of world in contacts of soft bodies.
 struct ContactsOfKind {
   const NodeEnds& ends;
 
@@ -16,7 +16,7 @@ struct ContactsOfKind {
   /// when the step ends, and in all that it touches.
   bool solves_in_turns;
 
-  /// How contacts between soft bodies are looked for.
+  /// Returns the options of the query for contacts between soft bodies.
   QueryOptions (*options)(const Settings&);
   /// Whether PairGate is asked about pairs of soft bodies.
   bool (*asks_gate)(const Settings&);
@@ -24,12 +24,12 @@ struct ContactsOfKind {
   bool (*is_written)(const MemberContact&, Detection);
   /// Whether Bullet's solver may have something to do for a contact that is written.
   bool (*may_close)(const MemberContact&);
-  /// By how much the margin of the contact that answers for several, itself included, is cut.
+  /// Returns by how much to cut the margin of a contact that stands for several, itself included.
   btScalar (*margin_cut)(const MemberContact& one, const std::vector<MemberContact>& several, Detection);
   /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may answer for several.
   void (*write)(const MemberContact&, Detection, const ContactShare&);
   void (*write_edges)(const MemberContact&);
-  /// How many contacts with faces of soft bodies the body's array has.
+  /// Returns the number of contacts with faces of soft bodies in the body's array.
   int (*count)(const btSoftBody&);
 };
 

@@ -8,31 +8,31 @@
 
 namespace softcd::bullet {
 
-/// The bodies whose nodes' velocities were changed so that they do not pass through each other, with what their nodes
-/// had before.
+/// A body's nodes before the responses of a step.
 struct NodeStates {
   std::vector<btVector3> velocities, split_velocities, ends;
 };
+/// The bodies that got responses in a step.
 using AnsweredBodies = std::unordered_map<btSoftBody*, NodeStates>;
 
-/// What differs between the kinds of world in the prevention of crossings.
+/// The differences between the kinds of world in the prevention of crossings.
 struct CrossingsOfKind {
   const NodeEnds& ends;
 
-  /// What CrossingPrevention does to a body: before it looks for the first time; before it answers an impact of the
-  /// body for the first time; and after each change of velocities, to bring the nodes' `end` to where these lead.
+  /// Called by CrossingPrevention for a body: set_out() before its first query, take_up() before its first response to
+  /// an impact of the body, move_end() after each change of velocities, to move the nodes' ends accordingly.
   void (*set_out)(btSoftBody&, btScalar time_step);
   void (*take_up)(btSoftBody&, btScalar time_step);
   void (*move_end)(btSoftBody&, btScalar time_step);
-  /// Of a node, what moves its `end` in this step alone, and is gone when the ends stand.
+  /// The velocity of a node that moves its end in this step only.
   btVector3 btSoftBody::Node::*passing_velocity;
-  /// By what a node's mean velocity in the step, or its own in the deformable world, has changed: what
-  /// BodyContact::impulse_a counts.
+  /// Returns the change of a node's velocity that BodyPairContacts::impulse_a counts: of the mean velocity in the step,
+  /// or in the deformable world of its own.
   btVector3 (*velocity_change)(const btSoftBody::Node&, const NodeStates& before, std::size_t index,
                                btScalar time_step);
-  /// After move_end: to leave a node where the step began, with its velocity.
+  /// Holds a node where the step began, with its velocity; after move_end().
   void (*hold)(btSoftBody::Node&);
-  /// And to all of them when the ends stand: `impacts` and `zones` are those that were answered.
+  /// Called once for all bodies when the ends are final. `impacts` and `zones` are those with a response.
   void (*settle)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones);
 };
 

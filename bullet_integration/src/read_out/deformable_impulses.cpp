@@ -38,7 +38,7 @@ void for_each_node(const btDeformableFaceRigidContactConstraint& constraint, Vis
   }
 }
 
-/// What the last solve made for a body's contacts with rigid objects.
+/// The constraints that the last solve made for a body's contacts with rigid objects.
 struct RigidConstraints {
   const btAlignedObjectArray<btDeformableNodeRigidContactConstraint>& of_nodes;
   const btAlignedObjectArray<btDeformableFaceRigidContactConstraint>& of_faces;

@@ -32,7 +32,8 @@ bool wants_faces(const btSoftBody& soft, const btCollisionObject& object) {
   }
 }
 
-/// What is deeper in the shape than that, or on the other side of it, is near for another reason.
+/// Whether the object can be touched there: its point is the farthest along the normal. Points deeper in the shape, or
+/// on its other side, are near for another reason.
 bool can_touch(const ConvexCore& core, const RigidTouch& touch) {
   const btVector3 point = lerp(touch.object_point_t0, touch.object_point_t1, btScalar(touch.time_of_impact));
   return core.is_farthest(point, touch.normal, double(touch.time_of_impact));
@@ -116,18 +117,15 @@ void ConvexDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_
 void ConvexDetection::find_touches() {
   touches_.clear();
   known_.clear();
-  for (const Contact& contact : query_.detect()) {
-    const Shapes::Part* const a = shapes_.find(contact.body_a);
-    const ShapeContact found = {contact, a != nullptr ? *a : *shapes_.find(contact.body_b),
-                                mirror_.member(a != nullptr ? contact.body_b : contact.body_a), a != nullptr};
-    if (contact.kind == ContactKind::edge_edge) {
+  shapes_.for_each_contact(query_.detect(), [this](const ShapeContact& found) {
+    if (found.contact.kind == ContactKind::edge_edge) {
       find_edge(found);
     } else if (found.is_part_a) {
       find_corner(found);
     } else {
       find_node(found);
     }
-  }
+  });
 }
 
 void ConvexDetection::find_corner(const ShapeContact& found) {
@@ -159,7 +157,7 @@ void ConvexDetection::find_edge(const ShapeContact& found) {
 void ConvexDetection::add_face_touch(const ShapeContact& found, btSoftBody::Face& face, const btVector3& weights) {
   const ConvexCore& core = found.part.shape;
   RigidTouch touch = found.touch(found.margin());
-  // Of what is in each other already, as Bullet's solver left it, the way out is the shorter one.
+  // Bodies that intersect already, as Bullet's solver left them, part along the shorter way.
   const bool may_be_inside = !(touch.time_of_impact > 0);
   if (may_be_inside && core.is_pierced(point_on(face, weights, ends_.start), touch.normal))
     touch.normal = -touch.normal;

@@ -143,27 +143,24 @@ void RigidMeshDetection::find_touches() {
     touches_.add(soft, node, touch);
     if (query_.options().features.edge_edge) node_normals_.emplace(std::pair(&node, touch.object), touch.normal);
   };
-  for (const Contact& contact : query_.detect()) {
-    const Meshes::Part* const a = meshes_.find(contact.body_a);
-    const MeshContact found = {contact, a != nullptr ? *a : *meshes_.find(contact.body_b),
-                               mirror_.member(a != nullptr ? contact.body_b : contact.body_a), a != nullptr};
-    if (contact.kind == ContactKind::edge_edge) {
+  meshes_.for_each_contact(query_.detect(), [&](const MeshContact& found) {
+    if (found.contact.kind == ContactKind::edge_edge) {
       find_edge_touch(found);
     } else if (found.is_part_a) {
       find_face_touch(found);
     } else {
       btSoftBody& soft = *found.soft.body;
-      btSoftBody::Node& node = soft.m_nodes[static_cast<int>(contact.feature_a)];
+      btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
       if (!of_node.are_of(node, found.part.id)) {
         of_node.flush(write);
         of_node.begin(soft, node, found.part.id);
       }
-      if (!takes_node_contacts(soft, node)) continue;
+      if (!takes_node_contacts(soft, node)) return;
       const RigidTouch touch = found.touch(found.margin());
       const btScalar depth_at_end = depth(touch, node.*kind_.ends.end, touch.object_point_t1);
       if (depth_at_end < 0) of_node.add(touch, depth_at_end);
     }
-  }
+  });
   of_node.flush(write);
   add_corner_touches();
   add_edge_touches();
@@ -224,7 +221,7 @@ bool RigidMeshDetection::are_held(const btSoftBody::Face& face, const btVector3&
   return true;
 }
 
-/// Of one edge with one mesh only those with a direction of their own, the deepest.
+/// Keeps, of one edge's touches with one mesh, the deepest of each direction.
 void RigidMeshDetection::add_edge_touches() {
   for (auto& [key, touches] : edge_touches_) {
     const WorldMirror::Member& member = mirror_.member(BodyId{std::get<0>(key)});

@@ -26,7 +26,7 @@ struct RigidPair {
   int child;                      ///< which of the object's children; -1 where the shape is the object's own
 };
 
-/// What softcd looks for in a pair.
+/// The kind of contacts that softcd detects in a pair.
 enum class RigidPairKind : std::uint8_t {
   mesh,    ///< with a triangle mesh; Bullet does not process what is collected
   convex,  ///< with an object that is convex or a compound; Bullet processes it as ever

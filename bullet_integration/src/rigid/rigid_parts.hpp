@@ -27,6 +27,36 @@ bool any_simple_shape(const btCollisionShape& shape, const btTransform& place, V
   return false;
 }
 
+/// A contact between a soft body and a part of RigidParts.
+template <class Part>
+struct RigidContact {
+  const Contact& contact;
+  const Part& part;
+  const WorldMirror::Member& soft;
+  bool is_part_a;  ///< which side of the contact is the part's
+
+  int first_of_part() const { return is_part_a ? 0 : count_a(); }
+  int first_of_soft() const { return is_part_a ? count_a() : 0; }
+
+  /// The contact as the soft body touches the part within `margin`.
+  RigidTouch touch(btScalar margin) const {
+    const int first = first_of_part();
+    const int count = is_part_a ? count_a() : 4 - count_a();
+    const btVector3 normal = to_bullet(contact.normal);
+    const auto point = [&](const std::vector<Vec3d>& x) {
+      return weighted_point(x, contact.vertices + first, contact.weights + first, count);
+    };
+    return {
+        part.object,           is_part_a ? -normal : normal, margin, point(part.shape.x_t0()), point(part.shape.x_t1()),
+        contact.time_of_impact};
+  }
+  /// Both margins together.
+  btScalar margin() const { return soft.body->getCollisionShape()->getMargin() + part.margin; }
+
+ private:
+  int count_a() const { return contact.kind == ContactKind::edge_edge ? 2 : 1; }
+};
+
 /// The triangles of rigid shapes in the scene of a world's soft bodies. A part is there while pairs require it, step by
 /// step. `Shape` is a RigidMesh or a ConvexCore.
 template <class Key, class Shape>
@@ -91,10 +121,16 @@ class RigidParts {
   bool wants(BodyId a, BodyId b) const {
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
   }
-  /// Null where the id is none of a part.
-  const Part* find(BodyId id) const {
-    const auto found = by_id_.find(id.value);
-    return found != by_id_.end() ? found->second : nullptr;
+  /// Calls visit(RigidContact) for contacts between soft bodies and parts, in their order.
+  template <class Visit>
+  void for_each_contact(Span<const Contact> contacts, Visit visit) const {
+    for (const Contact& contact : contacts) {
+      const auto a = by_id_.find(contact.body_a.value);
+      const bool is_part_a = a != by_id_.end();
+      const Part& part = is_part_a ? *a->second : *by_id_.at(contact.body_b.value);
+      const WorldMirror::Member& soft = mirror_.member(is_part_a ? contact.body_b : contact.body_a);
+      visit(RigidContact<Part>{contact, part, soft, is_part_a});
+    }
   }
 
  private:
@@ -118,36 +154,6 @@ class RigidParts {
   std::map<Key, Part> parts_;
   std::unordered_map<std::uint32_t, const Part*> by_id_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, the smaller one first, ascending
-};
-
-/// A contact between a soft body and a part.
-template <class Part>
-struct RigidContact {
-  const Contact& contact;
-  const Part& part;
-  const WorldMirror::Member& soft;
-  bool is_part_a;  ///< which side of the contact is the part's
-
-  int first_of_part() const { return is_part_a ? 0 : count_a(); }
-  int first_of_soft() const { return is_part_a ? count_a() : 0; }
-
-  /// The contact as the soft body touches the part within `margin`.
-  RigidTouch touch(btScalar margin) const {
-    const int first = first_of_part();
-    const int count = is_part_a ? count_a() : 4 - count_a();
-    const btVector3 normal = to_bullet(contact.normal);
-    const auto point = [&](const std::vector<Vec3d>& x) {
-      return weighted_point(x, contact.vertices + first, contact.weights + first, count);
-    };
-    return {
-        part.object,           is_part_a ? -normal : normal, margin, point(part.shape.x_t0()), point(part.shape.x_t1()),
-        contact.time_of_impact};
-  }
-  /// Both margins together.
-  btScalar margin() const { return soft.body->getCollisionShape()->getMargin() + part.margin; }
-
- private:
-  int count_a() const { return contact.kind == ContactKind::edge_edge ? 2 : 1; }
 };
 
 }  // namespace softcd::bullet

@@ -8,12 +8,11 @@
 
 namespace softcd::bullet {
 
-/// All that differs between the kinds of world, each subject's own part of it. Nobody asks in another way which kind a
-/// world is.
+/// All differences between the kinds of world, by subject. No other code asks which kind a world is.
 struct WorldKind {
   const ContactsOfKind& contacts;
   const CrossingsOfKind& crossings;
-  /// What Bullet's ray tests of the world look at.
+  /// The features that the world's ray tests hit.
   RayTargets ray_targets;
   /// Whether what soft bodies do to rigid ones in a step moves these from the next step on.
   bool moves_rigid_bodies_first;

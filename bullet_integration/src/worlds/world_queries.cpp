@@ -45,7 +45,7 @@ void WorldQueries::follow_settings() {
 }
 
 bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
-  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  const WorldPairs pairs = pairs_of(gate);
   return contacts.run([&](ContactDetection& detection) { detection.start(bodies, std::cref(pairs)); });
 }
 
@@ -53,7 +53,7 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
   const bool has_finished =
       has_started && contacts.run([this](ContactDetection& detection) { detection.finish(looks_at_crossings); });
   if (has_finished) return;
-  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  const WorldPairs pairs = pairs_of(gate);
   kind_.detect_natively(bodies, gate, std::cref(pairs));  // which takes no memory
 }
 
@@ -108,7 +108,7 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
   if (settings_.rigid_meshes) {
     surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
   }
-  const WorldPairs pairs = {kind_.contacts, gate, settings_};
+  const WorldPairs pairs = pairs_of(gate);
   crossings.run([&](CrossingPrevention& prevention) {
     std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
     std::erase_if(wanted, [this](const btSoftBody* body) { return !prevents_crossings(*body); });

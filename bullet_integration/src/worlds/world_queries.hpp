@@ -119,6 +119,7 @@ class WorldQueries {
     return crossings.get() != nullptr ? crossings.get()->stand_ins() : Span<btSoftBody* const>();
   }
   bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
+  WorldPairs pairs_of(const PairGate& gate) const { return {kind_.contacts, gate, settings_}; }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);

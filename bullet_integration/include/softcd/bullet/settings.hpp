@@ -50,7 +50,7 @@ enum class ConvexShapes : std::uint32_t {
   faces_and_edges,  ///< also faces and edges, against corners and edges of the shapes
 };
 
-/// What happens in a step in which softcd fails with an Error or std::bad_alloc.
+/// The response to a step in which softcd fails with an Error or std::bad_alloc.
 enum class OnError : std::uint32_t {
   /// The step goes on with Bullet's own detection, without contacts of edges and, in classic worlds, within bodies; or
   /// without the last pass. Each detector warns once, and counts such steps.
@@ -59,7 +59,7 @@ enum class OnError : std::uint32_t {
   throw_error,
 };
 
-/// What WorldDetection::body_contacts() reports.
+/// The amount that WorldDetection::body_contacts() reports.
 enum class ReadOut : std::uint32_t {
   off,       ///< nothing, at no cost
   contacts,  ///< which bodies touch, and where

@@ -37,7 +37,7 @@ inline constexpr bool kMayDifferBetweenRanks = false;
 template <class Member>
 inline constexpr bool kIsFlattened = false;
 
-/// What the compiler calls a member or an enumerator: the end of this function's name, "... = &Struct::member]".
+/// Returns the compiler's name of a member or an enumerator: the end of this function's name, "... = &Struct::member]".
 template <auto kConstant>
 constexpr auto name_in_source() {
   constexpr std::string_view kFunction = __PRETTY_FUNCTION__;
@@ -143,7 +143,7 @@ bool has_equal_fields(const Struct& a, const Struct& b) {
   return std::apply([&](auto... field) { return ((field.of(a) == field.of(b)) && ...); }, kFields<Struct>);
 }
 
-/// What is wrong with the first value that is not allowed: "lambda is 1000, but must be 0, or 0.1 to 100", or
+/// Returns the problem with the first value that is not allowed: "lambda is 1000, but must be 0, or 0.1 to 100", or
 /// "detection is 7, which is none of its values; they count from 0 to 1". Empty where nothing is wrong.
 template <class Struct>
 std::string problem_of(const Struct& object) {
