@@ -1,7 +1,10 @@
 #include "failing_allocations.hpp"
 
+#include <dlfcn.h>
+
 #include <atomic>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 namespace softcd::test {
@@ -12,11 +15,19 @@ std::atomic<std::int64_t> calls_left{0};
 /// Those behind that one fail, too.
 std::atomic<bool> fails_for_good{false};
 
-void* allocate(std::size_t size) {
-  if (calls_left.load(std::memory_order_relaxed) > 0) {
-    if (calls_left.fetch_sub(1) == 1) throw std::bad_alloc();
-  } else if (fails_for_good.load(std::memory_order_relaxed)) {
-    throw std::bad_alloc();
+/// Whether the caller is oneTBB itself. It allocates when it starts a thread, and ends the process where that fails, so
+/// what a test asks for depends on when its threads start.
+bool is_one_tbb(const void* caller) {
+  Dl_info info;
+  return ::dladdr(caller, &info) != 0 && info.dli_fname != nullptr && std::strstr(info.dli_fname, "libtbb") != nullptr;
+}
+
+void* allocate(std::size_t size, const void* caller) {
+  const bool may_fail =
+      calls_left.load(std::memory_order_relaxed) > 0 || fails_for_good.load(std::memory_order_relaxed);
+  if (may_fail && !is_one_tbb(caller)) {
+    const bool is_before_the_failure = calls_left.load(std::memory_order_relaxed) > 0;
+    if (is_before_the_failure ? calls_left.fetch_sub(1) == 1 : fails_for_good.load()) throw std::bad_alloc();
   }
   void* const memory = std::malloc(size > 0 ? size : 1);
   if (memory == nullptr) throw std::bad_alloc();
@@ -40,10 +51,10 @@ bool FailingAllocation::has_failed() const {
 }  // namespace softcd::test
 
 void* operator new(std::size_t size) {
-  return softcd::test::allocate(size);
+  return softcd::test::allocate(size, __builtin_return_address(0));
 }
 void* operator new[](std::size_t size) {
-  return softcd::test::allocate(size);
+  return softcd::test::allocate(size, __builtin_return_address(0));
 }
 // What asks in this way goes on without; it is replaced so that all that `delete` is given comes from one place.
 void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {

@@ -5,8 +5,8 @@
 namespace softcd::test {
 
 /// While it lives, the `n`-th call of operator new from its construction on, on whatever thread, throws
-/// std::bad_alloc; the first is 1. With `for_good` all calls behind it do, too. Programs that use it compile
-/// failing_allocations.cpp, which replaces operator new.
+/// std::bad_alloc; the first is 1. With `for_good` all calls behind it do, too. oneTBB's own calls do not count.
+/// Programs that use it compile failing_allocations.cpp, which replaces operator new.
 class FailingAllocation {
  public:
   explicit FailingAllocation(std::uint64_t n, bool for_good = false);
