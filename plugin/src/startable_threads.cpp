@@ -61,15 +61,14 @@ struct Limit {
 Limit limit_threads() {
   constexpr auto kThreads = tbb::global_control::max_allowed_parallelism;
   const std::size_t wanted = tbb::global_control::active_value(kThreads) - 1;
-  // oneTBB starts another thread when it wakes one before the last has gone to sleep, so it may start more than it runs
-  // at a time. Twice as many leave room for these, and for threads that others start.
-  const std::size_t startable = count_startable_threads(2 * wanted);
-  if (startable == 2 * wanted) return {};
+  const std::size_t startable = count_startable_threads(wanted);
+  if (startable == wanted) return {};
+  // Half of them, as others may want to start some until oneTBB does.
   const std::size_t taken = startable / 2;
   return {std::make_unique<tbb::global_control>(kThreads, 1 + taken),
-          fmt::format("only {} threads can be started; oneTBB goes on with {} of {} beside the calling one. Raise the "
+          fmt::format("only {} of {} threads can be started; oneTBB goes on with {} beside the calling one. Raise the "
                       "limit on threads (ulimit -u, or the container's).",
-                      startable, taken, wanted)};
+                      startable, wanted, taken)};
 }
 
 }  // namespace

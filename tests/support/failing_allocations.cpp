@@ -15,19 +15,17 @@ std::atomic<std::int64_t> calls_left{0};
 /// Those behind that one fail, too.
 std::atomic<bool> fails_for_good{false};
 
-/// Whether the caller is oneTBB itself. It allocates when it starts a thread, and ends the process where that fails, so
-/// what a test asks for depends on when its threads start.
+/// Whether oneTBB's library is the caller. It allocates in threads that it starts, whenever that is, and ends the
+/// process where that fails.
 bool is_one_tbb(const void* caller) {
   Dl_info info;
   return ::dladdr(caller, &info) != 0 && info.dli_fname != nullptr && std::strstr(info.dli_fname, "libtbb") != nullptr;
 }
 
 void* allocate(std::size_t size, const void* caller) {
-  const bool may_fail =
-      calls_left.load(std::memory_order_relaxed) > 0 || fails_for_good.load(std::memory_order_relaxed);
-  if (may_fail && !is_one_tbb(caller)) {
-    const bool is_before_the_failure = calls_left.load(std::memory_order_relaxed) > 0;
-    if (is_before_the_failure ? calls_left.fetch_sub(1) == 1 : fails_for_good.load()) throw std::bad_alloc();
+  const std::int64_t left = calls_left.load(std::memory_order_relaxed);
+  if ((left > 0 || fails_for_good.load(std::memory_order_relaxed)) && !is_one_tbb(caller)) {
+    if (left <= 0 || calls_left.fetch_sub(1) == 1) throw std::bad_alloc();
   }
   void* const memory = std::malloc(size > 0 ? size : 1);
   if (memory == nullptr) throw std::bad_alloc();
