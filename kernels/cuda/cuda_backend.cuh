@@ -403,6 +403,7 @@ class CudaBackend {
   Counters finish() {
     const TimelineRange range("finishing a detection");
     check_cuda(cudaStreamSynchronize(stream_), "finishing a detection");
+    replaced_graphs_.clear();
     return *host_counters_.data();
   }
 
@@ -496,9 +497,11 @@ class CudaBackend {
     record(part_count_);
   }
 
+  /// The graph that was there before is destroyed once a detection is finished: destroying it earlier may wait for what
+  /// the stream waits for.
   template <class F>
   void capture(ExecutableGraph& graph, const F& f) {
-    graph = {};
+    if (graph) replaced_graphs_.push_back(std::exchange(graph, {}));
     StreamCapture capture(stream_);
     is_capturing_ = true;
     try {
@@ -537,6 +540,7 @@ class CudaBackend {
   std::uint64_t allocations_ = 0;  ///< changes when any buffer moves
   Session* session_ = nullptr;     ///< of the detection that was begun last
   bool is_capturing_ = false;
+  std::vector<ExecutableGraph> replaced_graphs_;  ///< which may still run
 };
 
 }  // namespace softcd

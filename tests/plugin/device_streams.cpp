@@ -29,9 +29,13 @@ void check(cudaError_t status) {
   ASSERT_EQ(status, cudaSuccess) << cudaGetErrorString(status);
 }
 
-/// What work on a stream waits for on the host's side, for 20 seconds at most.
+/// What work on a stream waits for on the host's side. It opens by itself after 20 seconds.
 class Gate {
  public:
+  bool was_opened_in_time() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return was_opened_in_time_;
+  }
   void close() {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_open_ = false;
@@ -49,12 +53,13 @@ class Gate {
  private:
   void wait_until_open() {
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait_for(lock, std::chrono::seconds(20), [&] { return is_open_; });
+    was_opened_in_time_ &= changed_.wait_for(lock, std::chrono::seconds(20), [&] { return is_open_; });
   }
 
   std::mutex mutex_;
   std::condition_variable changed_;
   bool is_open_ = true;
+  bool was_opened_in_time_ = true;
 };
 
 /// What the simulation has copied of one detection, on its stream.
@@ -102,6 +107,8 @@ class DeviceStreams : public testing::TestWithParam<bool> {
   static QueryOptions query_options(bool on_device) {
     QueryOptions options;
     options.detection = Detection::ccd;
+    // Margins that cover the rounding of doubles are known only once these are there.
+    options.accuracy = Accuracy::precise;
     options.contacts_on_device = on_device;
     options.reuse_pairs = false;
     return options;
@@ -224,6 +231,7 @@ TEST_P(DeviceStreams, detections_that_nobody_reads_on_the_host_are_started_witho
     ASSERT_NE(pending.counts, nullptr);
     std::optional<Seen> seen;
     gate_.open();
+    EXPECT_TRUE(gate_.was_opened_in_time()) << "step " << step;
     if (is_steady) read(pending, seen.emplace());
     check(cudaStreamSynchronize(stream_));
     const DeviceContacts found = ticket.wait_on_device();
