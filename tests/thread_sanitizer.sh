@@ -32,23 +32,6 @@ fail() {
   exit 1
 }
 
-# apt's own lists of packages stay as they are.
-fetch_tbb() {
-  local lists=$tbb/apt package
-  rm -rf "$tbb"
-  mkdir -p "$lists/sources" "$lists/lists/partial" "$lists/cache/archives/partial"
-  sed 's/^deb /deb-src /' /etc/apt/sources.list >"$lists/sources.list" 2>/dev/null || true
-  find /etc/apt/sources.list.d -name '*.sources' -exec cp -t "$lists/sources" {} +
-  find /etc/apt/sources.list.d -name '*.list' -exec cp -t "$lists/sources" {} +
-  find "$lists/sources" -type f -exec sed -i 's/^Types: deb$/Types: deb-src/; s/^deb /deb-src /' {} +
-  local apt=(apt-get -qq -o "Dir::Etc::sourcelist=$lists/sources.list" -o "Dir::Etc::sourceparts=$lists/sources"
-    -o "Dir::State::lists=$lists/lists" -o "Dir::Cache=$lists/cache")
-  package=$(dpkg-query -W -f '${source:Package}' libtbb-dev)
-  "${apt[@]}" update
-  (cd "$tbb" && "${apt[@]}" source "$package" >/dev/null)
-  mv "$tbb/$package"-*/ "$tbb/sources"
-}
-
 # g++ warns that the sanitizer knows nothing of fences, of which oneTBB has some: hence TBB_STRICT=OFF.
 build_tbb() {
   cmake -S "$tbb/sources" -B "$tbb/build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo \
@@ -88,7 +71,7 @@ CPP
 }
 
 if [ ! -e "$tbb/prefix/lib/cmake/TBB/TBBConfig.cmake" ]; then
-  fetch_tbb
+  cmake/fetch_source.sh libtbb-dev "$tbb"
   build_tbb
 fi
 try_sanitizer
