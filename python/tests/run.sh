@@ -50,7 +50,7 @@ if [ -n "${SOFTCD_PYBULLET_SOURCE:-}" ]; then
   "${pip[@]}" install --only-binary :all: "pybullet==$pybullet" || skip "pip cannot fetch PyBullet $pybullet"
   defines+=(--config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE="$(cd "$SOFTCD_PYBULLET_SOURCE" && pwd)")
 fi
-"${pip[@]}" wheel "$root/python" --no-deps --wheel-dir "$build/wheel" --config-settings=build-dir="$build/{wheel_tag}" "${defines[@]}"
+"${pip[@]}" wheel "$root" --no-deps --wheel-dir "$build/wheel" --config-settings=build-dir="$build/{wheel_tag}" "${defines[@]}"
 "${pip[@]}" install "$build"/wheel/softcd-*.whl
 cd "$root/python/tests"
 exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"
