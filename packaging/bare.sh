@@ -15,7 +15,7 @@ the bare Debian 13, since Debian 12's debootstrap knows neither it nor its keys.
   packaging/bare.sh trixie packaging/debian.sh --try
   packaging/bare.sh bookworm packaging/aarch64.sh    compiled for aarch64, and run by an emulator
 
-Environment: SOFTCD_CUDA, SOFTCD_CMAKE_ARGS; see cmake/build.sh --help.
+Environment: SOFTCD_BARE=NAME puts it into build/bare/NAME; SOFTCD_CUDA, SOFTCD_CMAKE_ARGS: see cmake/build.sh --help.
 TEXT
 }
 
@@ -29,7 +29,7 @@ command=("$@")
 if [ ${#command[@]} -eq 0 ]; then command=(cmake/build.sh); fi
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-bare=$PWD/build/bare/$suite
+bare=$PWD/build/bare/${SOFTCD_BARE:-$suite}
 
 make_debian() {
   SOFTCD_SETUP=on cmake/setup.sh --only debootstrap
@@ -38,7 +38,7 @@ make_debian() {
 
 make_ubuntu() {
   # shellcheck disable=SC2016  # the inner shell expands it
-  packaging/bare.sh trixie bash -c '
+  SOFTCD_BARE=trixie packaging/bare.sh trixie bash -c '
     set -euo pipefail
     apt-get -qq update
     DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends debootstrap ubuntu-keyring >/dev/null

@@ -1,4 +1,4 @@
-# Installs the licence texts of the package that `LIBRARY` is from to `FOLDER`. Debian's texts leave out what its
+# Installs the licence texts of the package that the file `LIBRARY` is from to `FOLDER`. Debian's texts leave out what its
 # base-files has, which then is installed with them.
 
 file(REAL_PATH "${LIBRARY}" file)

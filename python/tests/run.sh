@@ -11,6 +11,8 @@ there and runs python/tests with pytest, which ARGUMENTs go to.
 
   PYTHON=python3            the interpreter to build for, 3.10 or newer
   SOFTCD_CUDA=auto|on|off   the CUDA backend; off here where nothing is said
+  SOFTCD_WHEELS=            a folder of wheels (packaging/wheels.sh), of which the one that fits is tested; builds none
+  SOFTCD_BESIDE=            packages that are installed too, and used before and after softcd: scipy numba open3d torch
   SOFTCD_PYBULLET_SOURCE=   PyBullet's sources: builds the plugin for it too, and tests it in that version's wheel
 
 Exit code 77: the interpreter, its headers or venv are missing, or no package index can be reached.
@@ -41,7 +43,14 @@ build=$(cd "$build" && pwd)
 rm -rf "$build/venv" "$build/wheel"
 "$python" -m venv "$build/venv" || skip "$python makes no virtual environment; on Debian, install python3-venv"
 pip=("$build/venv/bin/python" -m pip --quiet --disable-pip-version-check)
-"${pip[@]}" install pytest numpy || skip "pip cannot fetch pytest and numpy"
+read -ra beside <<<"${SOFTCD_BESIDE:-}"
+"${pip[@]}" install pytest numpy ${beside[@]+"${beside[@]}"} || skip "pip cannot fetch pytest, numpy ${beside[*]}"
+
+if [ -n "${SOFTCD_WHEELS:-}" ]; then
+  "${pip[@]}" install --no-deps --no-index --find-links "$SOFTCD_WHEELS" softcd
+  cd "$root/python/tests"
+  exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"
+fi
 
 # Debian 12's pip does not know -C, which is short for it.
 defines=(--config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}")

@@ -12,11 +12,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def examples():
-    for document in (ROOT / "docs" / "python.md", ROOT / "docs" / "troubleshooting.md", ROOT / "README.md"):
+    for name in ("docs/python.md", "docs/troubleshooting.md", "README.md", "python/README.md"):
+        document = ROOT / name
         text = document.read_text()
         for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
             line = text.count("\n", 0, block.start()) + 1
-            yield pytest.param(block[1], id=f"{document.name}:{line}")
+            yield pytest.param(block[1], id=f"{name}:{line}")
 
 
 def folding_sheet():

