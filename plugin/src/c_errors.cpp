@@ -10,10 +10,10 @@
 namespace softcd::c_interface {
 namespace {
 
-/// It cannot fail to be written to. Ends with 0.
+/// The text of the last error, ending with 0. A fixed array, so that writing to it cannot fail.
 thread_local char last_error[1024] = "";
 
-/// Whole characters of UTF-8 only.
+/// Stores the text, cut off after whole UTF-8 characters, and returns the status.
 softcd_status report(softcd_status status, const char* text) noexcept {
   std::size_t length = std::min(std::strlen(text), sizeof last_error - 1);
   const auto is_inside_character = [&](std::size_t i) {
