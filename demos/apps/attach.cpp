@@ -1,5 +1,5 @@
-// Cloths are thrown at a held one in a world that an engine has made: before softcd is attached, while it is, and
-// after.
+// Cloths are thrown at a held cloth in a world that an engine has made: before softcd is attached, while it is
+// attached, and afterwards.
 
 #include <softcd/bullet/attach.hpp>
 
@@ -13,7 +13,7 @@
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
 
-/// Stands for an engine that one cannot change.
+/// Represents an engine that the application cannot change.
 struct Engine {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};

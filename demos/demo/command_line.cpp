@@ -59,7 +59,7 @@ int size_from(const std::string& word, const SceneInfo& scene) {
   return size;
 }
 
-/// How many letters have to be inserted, removed or replaced to get from one word to the other (Levenshtein 1966).
+/// Returns the number of letters to insert, remove or replace to get from one word to the other (Levenshtein 1966).
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -73,7 +73,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// Names the scene that is most like the word; empty where none is alike.
+/// Returns the name of the scene that is most like the word; empty where none is similar.
 std::string suggestion_for(const std::string& word) {
   const auto distance = [&](const SceneInfo& scene) { return edit_distance(word, scene.name); };
   const auto nearest = std::min_element(scenes().begin(), scenes().end(), [&](const SceneInfo& a, const SceneInfo& b) {

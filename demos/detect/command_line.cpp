@@ -27,7 +27,7 @@ std::string refuse_sign(std::string& number) {
   return number.starts_with('-') ? "must not be negative" : "";
 }
 
-/// Not empty: here that would mean none.
+/// Adds an option for a file name, which must not be empty: inside the program empty means none.
 CLI::Option* add_file(CLI::App& app, const std::string& name, std::string& file, const std::string& description) {
   const auto problem = [](const std::string& word) { return std::string(word.empty() ? "is empty" : ""); };
   return app.add_option(name, file, description)->option_text("FILE")->check(problem);
