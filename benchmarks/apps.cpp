@@ -13,8 +13,7 @@
 #include "report.hpp"
 #include "timing.hpp"
 
-// Whether apps are better with softcd than with Bullet alone: what intersects, how much energy there is, which bodies
-// are lost, and what a step takes.
+// Compares apps with softcd and with Bullet alone: intersections, energy, lost bodies, and the time of a step.
 
 namespace softcd::benchmarks {
 namespace {
@@ -57,7 +56,7 @@ struct AppRun {
   int frames_with_crossings = 0;
   std::size_t most_crossings = 0, crossings_at_end = 0;
   double start_energy = 0, most_energy = 0;  ///< kinetic, J
-  double farthest = 0;                       ///< of a node or a rigid body from the origin, ever
+  double farthest = 0;                       ///< largest distance of a node or a rigid body from the origin at any time
   std::size_t lost_bodies = 0;
   double step_milliseconds = 0;  ///< median
 };
@@ -98,11 +97,11 @@ AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int i
   return run;
 }
 
-/// The median of each figure, the upper one of an even number.
+/// Returns the median of each figure; of an even number, the upper one.
 AppRun median_of(std::vector<AppRun> runs) {
   AppRun result = runs.front();
   const auto set_median = [&](auto AppRun::*figure) {
-    // What is not a number is largest.
+    // NaN counts as largest.
     const auto is_less = [&](const AppRun& a, const AppRun& b) {
       return a.*figure < b.*figure || (a.*figure == a.*figure && b.*figure != b.*figure);
     };

@@ -14,8 +14,8 @@
 #include "report.hpp"
 #include "scenes/step_profile.hpp"
 
-// What a whole step of Bullet's costs with each way of finding the contacts of its soft bodies. All variants run in one
-// process, one step of each in turn, so that what else the machine does falls on all of them.
+// Measures a whole step of Bullet with different detectors of soft contacts. All variants run in one process, one step
+// of each in turn, so that other load on the machine affects all of them.
 
 namespace softcd::benchmarks {
 namespace {
@@ -41,7 +41,7 @@ class Variant {
     fill(world_, options.scene, options.size);
   }
 
-  /// A step and what softcd took of it.
+  /// Makes a step, and measures it and softcd's part of it.
   void step(demo::StepProfiler& profiler) {
     profiler.take();
     const auto start = std::chrono::steady_clock::now();
@@ -67,7 +67,8 @@ class Variant {
   double last_ms() const { return step_ms_.back(); }
   double median_ms() const { return demo::median(step_ms_); }
   double median_our_ms() const { return demo::median(our_ms_); }
-  /// Of what is left of each step without softcd's part of it and without the step that `floor` took in turn.
+  /// Returns the median of the time of each step without softcd's part, minus the time of `floor`'s step in the same
+  /// turn.
   double median_answer_ms(const Variant& floor) const {
     std::vector<double> answer_ms;
     for (std::size_t i = 0; i < step_ms_.size(); ++i) {
@@ -80,7 +81,7 @@ class Variant {
   double median_soft_contacts() const { return demo::median(soft_contacts_); }
   double median_rigid_contacts() const { return demo::median(rigid_contacts_); }
 
-  /// Of the nodes. Throws when one's position is not finite: the times then mean nothing.
+  /// Returns the heights of the nodes. Throws when a position is not finite: the times then mean nothing.
   Heights heights() const {
     Heights heights;
     for (const btSoftBody* body : world_.bodies()) {
@@ -116,7 +117,7 @@ struct Comparison {
   std::unique_ptr<Variant> floor;
   Variant* original = nullptr;  ///< of `ours`, whose steps the floor takes
 
-  /// Its steps are told in three parts.
+  /// Returns whether the variant's steps are reported in three parts.
   bool is_ours(const Variant& variant) const { return &variant != native.get() && &variant != floor.get(); }
 
   std::vector<Variant*> all() const {
@@ -137,8 +138,8 @@ void copy_motion(const btSoftBody& from, btSoftBody& to) {
   }
 }
 
-/// The step that is left when detection costs nothing: no body asks for contacts with soft bodies, and no tree is kept
-/// for them. Starts each step where the bodies of `original` are.
+/// Makes a step as if detection cost nothing: no body has soft contacts, and no tree is kept for them. Starts each step
+/// from the positions of `original`.
 void step_floor(Variant& floor, Variant& original, demo::StepProfiler& profiler) {
   const std::vector<btSoftBody*>& from = original.world().bodies();
   const std::vector<btSoftBody*>& to = floor.world().bodies();
@@ -187,7 +188,7 @@ std::string heading(const BulletStepOptions& options, const SoftWorld& world) {
                      options.measured_steps);
 }
 
-/// What the figures alone would not tell.
+/// Returns remarks that explain the figures.
 std::string remarks(const BulletStepOptions& options, const Comparison& comparison) {
   std::string text;
   if (comparison.native == nullptr) {

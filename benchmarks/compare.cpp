@@ -12,7 +12,7 @@
 #include "report.hpp"
 #include "results.hpp"
 
-// Whether the detector has become slower: results of two builds, row by row.
+// Decides whether the detector has become slower, from the results of two builds, row by row.
 
 namespace softcd::benchmarks {
 namespace {
@@ -25,7 +25,7 @@ std::string megabytes(std::uint64_t bytes) {
   return fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6);
 }
 
-/// How far `ms.total` varied, relative.
+/// Returns the relative variation of `ms.total`.
 double variation(const ResultRow& row) {
   return row.ms.total > 0 ? (row.high_ms - row.low_ms) / row.ms.total : 0;
 }

@@ -13,8 +13,8 @@
 #include "report.hpp"
 #include "scenes/penetration.hpp"
 
-// Whether continuous detection keeps its promise: edges through triangles after every step of the demo scenes, counted
-// in exact arithmetic, and what keeping it took.
+// Checks the guarantee of continuous detection: counts edges through triangles after every step of the demo scenes, in
+// exact arithmetic. Also measures what crossing prevention changed.
 
 namespace softcd::benchmarks {
 namespace {
@@ -38,12 +38,12 @@ struct Run {
   std::size_t triangles = 0;
   std::size_t edges_at_start = 0, most_edges = 0;  ///< that intersect triangles
   long steps_with_edges = 0;
-  long answered_steps = 0;  ///< in which something would have met
+  long answered_steps = 0;  ///< in which some features would have crossed
   std::uint64_t rounds = 0, most_rounds = 0, most_held_nodes = 0, unavoidable = 0, excepted = 0;
   double kinetic_energy = 0;   ///< largest
-  double energy_gained = 0;    ///< most by one step's answers
-  double energy_lost = 0;      ///< by all steps' answers
-  double momentum_gained = 0;  ///< most by one step's answers, as a share of sum(m |v|)
+  double energy_gained = 0;    ///< largest gain by the responses of one step
+  double energy_lost = 0;      ///< by the responses of all steps
+  double momentum_gained = 0;  ///< largest gain by the responses of one step, as a share of sum(m |v|)
 };
 
 struct Motion {
@@ -64,7 +64,7 @@ Motion motion_of(const std::vector<btSoftBody*>& bodies) {
   return motion;
 }
 
-/// Not within bodies that do not ask for their own contacts.
+/// Counts crossing edges, except within bodies without self-collision.
 std::size_t count_edges(const std::vector<btSoftBody*>& bodies) {
   const auto is_prevented = [](const btSoftBody& edges, const btSoftBody& triangles) {
     return &edges != &triangles || edges.m_useSelfCollision;

@@ -15,7 +15,7 @@
 #include "detector_measurement.hpp"
 #include "report.hpp"
 
-// What the detector costs by itself: positions in the caller's memory in, contacts out.
+// Measures the detector alone: from positions in the caller's memory to contacts.
 
 namespace softcd::benchmarks {
 namespace {
@@ -47,7 +47,7 @@ std::string megabytes(std::uint64_t bytes) {
   return decimals(static_cast<double>(bytes) / 1e6, 1);
 }
 
-/// Without what copying positions and contacts between host and device takes.
+/// Returns the time without copies of positions and contacts between host and device.
 double work_ms(const Measurement& m) {
   return m.statistics.ms.total - m.statistics.ms.transfer;
 }
@@ -234,7 +234,7 @@ class Benchmark {
     return results;
   }
 
-  /// The largest first, so that there is memory for it.
+  /// Measures the largest scene first, so that there is memory for it.
   Measurements all_sizes(Backend backend) const {
     const double triangles_at_scale_1 = static_cast<double>(make_cloth_on_ball(1).triangle_count());
     Measurements results;
@@ -245,7 +245,7 @@ class Benchmark {
     return results;
   }
 
-  /// 1, 2, 4 and so on, and all that there are.
+  /// Measures with 1, 2, 4 and so on threads, and with all.
   Measurements with_more_and_more_threads(const DetectorScene& scene, const MeasuredOptions& options) const {
     const auto all = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     Measurements results;
@@ -263,7 +263,7 @@ class Benchmark {
     return results;
   }
 
-  /// Of positions that stay, where pairs that are kept serve, and of such that go to and fro.
+  /// Measures with resting positions, where kept pairs are reused, and with positions that move to and fro.
   Measurements with_and_without_reuse(const DetectorScene& scene, MeasuredOptions options) const {
     Measurements results;
     for (const bool rocks : {false, true}) {
@@ -276,7 +276,7 @@ class Benchmark {
     return results;
   }
 
-  /// Whatever the backend and the dials, the contacts are the same bytes; `paper` may lose some.
+  /// Checks that contacts are the same bytes for every backend and setting; `paper` may lose some.
   void compare_contacts(const Measurement& m) {
     if (!m.left_out.empty() || m.options.is_paper) return;
     const std::string what = fmt::format("{} of {} triangles, {}{}", m.scene, m.statistics.triangles, detection_of(m),

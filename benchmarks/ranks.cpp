@@ -18,8 +18,8 @@
 #include "device_memory.hpp"
 #include "report.hpp"
 
-// One scene on several ranks, each a thread with a device, or with its share of the processor: what all of them wait
-// for, positions and contacts where they are made and used.
+// Measures one scene on several ranks, each a thread with a device, or with its share of the processor. Reports the
+// time until all ranks are done; positions and contacts stay where they are computed.
 
 namespace softcd::benchmarks {
 namespace {
@@ -29,24 +29,24 @@ using Clock = std::chrono::steady_clock;
 constexpr int kWarmUps = 5;
 constexpr double kTrianglesOfClothOnBall = 92'000;
 
-/// What one rank has seen.
+/// The measurements of one rank.
 struct RankResult {
   std::vector<double> waits;       ///< ms from setting positions to having contacts
-  std::vector<StageTimes> stages;  ///< of each of them
+  std::vector<StageTimes> stages;  ///< for each of the waits
   Statistics statistics;
   std::uint64_t contacts = 0;
   std::uint64_t checksum = 0;  ///< of all ranks' contacts
 };
 
-/// What all have.
+/// The result of all ranks.
 struct Result {
   std::string scene;
   Mode mode;
   int ranks = 1;
   double wait_ms = 0;        ///< median of the slowest rank's
-  double work_ms = 0;        ///< of the rank with most: its detection without transfers
-  double least_work_ms = 0;  ///< of the rank with least
-  StageTimes stages;         ///< of the rank with most
+  double work_ms = 0;        ///< of the rank with most work: its detection without transfers
+  double least_work_ms = 0;  ///< of the rank with least work
+  StageTimes stages;         ///< of the rank with most work
   std::uint64_t triangles = 0, contacts = 0, peak_bytes = 0, checksum = 0;
 };
 
@@ -54,7 +54,7 @@ double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-/// One end of a body's step, where the backend computes.
+/// One end of a body's step, in the backend's memory.
 class OwnPositions {
  public:
   OwnPositions(Backend backend, const std::vector<Vec3f>& x)

@@ -15,8 +15,8 @@
 #include "report.hpp"
 #include "soft_body_steps.hpp"
 
-// What the detector costs on the steps of the demo scenes, which are simulated first: the paper's Table 1 and Figs. 13
-// to 15 for our scenes.
+// Measures the detector on steps of the demo scenes, which are simulated first: the paper's Table 1 and Figs. 13 to 15
+// for softcd's scenes.
 
 namespace softcd::benchmarks {
 namespace {
@@ -61,7 +61,7 @@ SceneBody to_scene_body(btSoftBody& body) {
   return result;
 }
 
-/// Of the body with the finest mesh.
+/// Returns the edge length of the body with the finest mesh.
 double edge_length_of(const DetectorScene& scene) {
   double least = INFINITY;
   for (const SceneBody& body : scene.bodies) {
@@ -82,7 +82,7 @@ struct Recording {
   double step_ms = 0;  ///< median, of the simulation with softcd
 };
 
-/// Simulates a scene with softcd and keeps steps at equal distances, the last one among them.
+/// Simulates a scene with softcd and keeps steps at equal intervals, including the last one.
 Recording record(const std::string& name, const SimulatedScenesOptions& options) {
   const demo::SceneInfo& info = *demo::find_scene(name);
   demo::SceneOptions scene_options;
@@ -124,7 +124,7 @@ Recording record(const std::string& name, const SimulatedScenesOptions& options)
 
 /// Means over a recording's steps.
 struct Means {
-  Backend backend = Backend::automatic;  ///< that was used
+  Backend backend = Backend::automatic;  ///< the backend that was used
   double ms = 0;                         ///< without transfers
   StageTimes stages;
   double children = 0, tests = 0, contacts = 0;
@@ -203,8 +203,8 @@ class Benchmark {
     return sum;
   }
 
-  /// What the traditional grid, whose cells fit the largest triangle, would enumerate in the continuous detection of
-  /// the last step; nothing where that would take too long.
+  /// Returns the number of tests of the traditional grid, whose cells fit the largest triangle, for the continuous
+  /// detection of the last step. Returns nothing where counting would take too long.
   std::optional<double> tests_of_uniform_grid(const Recording& recording) const {
     if (estimate_uniform_tests(recording.steps.back()) > options_.most_tests) return std::nullopt;
     MeasuredOptions options;

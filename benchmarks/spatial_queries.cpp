@@ -14,8 +14,8 @@
 #include "rival_scene.hpp"
 #include "timing.hpp"
 
-// Rays and nearest points on one mesh, with softcd and beside it others, and what is asked about bodies and shapes.
-// Rays have nothing to do with each other: from around the mesh to anywhere in its box.
+// Measures rays and nearest points on one mesh, with softcd and other libraries, and questions about bodies and shapes.
+// The rays are independent of each other: from around the mesh to anywhere in its box.
 
 namespace softcd::benchmarks {
 namespace {
@@ -27,7 +27,7 @@ struct Answers {
 
 struct Times {
   std::string name;
-  std::size_t rays = 0, points = 0;                 ///< that were asked about; 0: none
+  std::size_t rays = 0, points = 0;                 ///< measured numbers; 0: none
   double build_ms = 0, rays_ms = 0, points_ms = 0;  ///< medians
 };
 
@@ -128,7 +128,7 @@ class Benchmark {
          median_without_first(rays), median_without_first(points)});
   }
 
-  /// Measures rays that come one at a time, which Bullet's worlds are asked about.
+  /// Measures rays one at a time, as callers of Bullet's worlds send them.
   std::string single_rays() {
     std::string text;
 #ifdef SOFTCD_BENCH_HAS_BULLET
@@ -150,7 +150,7 @@ class Benchmark {
     return text;
   }
 
-  /// Measures that too.
+  /// Measures questions about bodies, too.
   std::string ask_about_bodies() {
     BodyQuestions questions({triangles_, x_}, extent_, options_.questions);
     std::vector<BodyQuestionTime> times;
@@ -176,7 +176,7 @@ class Benchmark {
     return fmt::format("{}\n\n{}", questions.description(), table.text());
   }
 
-  /// Of one question, not of another.
+  /// Throws unless two results agree.
   static void expect_near(const char* rival, const char* what, double theirs, double ours) {
     if (std::abs(theirs - ours) <= 1e-3 * ours) return;
     throw std::runtime_error(

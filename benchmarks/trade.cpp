@@ -17,7 +17,7 @@
 #endif
 #include "trade_steps.hpp"
 
-// What accuracy costs: the same contacts looked for in every way, each judged by exact arithmetic.
+// Measures the cost of accuracy: every mode detects the same contacts, and exact arithmetic judges each mode.
 
 namespace softcd::benchmarks {
 namespace {
@@ -36,7 +36,7 @@ std::string scientific(double value) {
   return std::isfinite(value) ? fmt::format("{:.1e}", value) : "";
 }
 
-/// In the order of their names; none where `folder` is empty.
+/// Returns the folders in the order of their names; none where `folder` is empty.
 std::vector<fs::path> folders_in(const std::string& folder) {
   std::vector<fs::path> folders;
   if (folder.empty()) return folders;
