@@ -52,7 +52,7 @@ def paragraphs(path, lines):
             part = "" if is_left_out else re.sub(r"^\s*([-*>]|\d+\.) ", "\n", line)
         else:
             found = re.match(r"\s*///? ?(?!<|/)(.*)|.*?///<( .*)", line)
-            part = (found[1] if found else None) or ""
+            part = re.sub(r"^([-*]|\d+\.) ", "\n", (found[1] if found else None) or "")
             if found and found[2]:
                 yield number, found[2]  # behind a member: a comment of its own
             if part.startswith("    "):
