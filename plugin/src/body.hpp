@@ -75,7 +75,7 @@ struct Body {
 
   /// Vertices that are not finite at the times that the next detection uses, ascending. Their triangles are left out.
   std::vector<std::uint32_t> stray_vertices;
-  /// Those of them that warnings have reported since the body last had none, ascending.
+  /// Stray vertices that warnings have reported since the body last had none, ascending.
   std::vector<std::uint32_t> named_strays;
   std::uint64_t left_out_triangles = 0;
 

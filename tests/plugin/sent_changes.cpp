@@ -14,11 +14,11 @@
 #include "scene_parts.hpp"
 #include "selected_detector.hpp"
 
-// A device is told which parts of a scene have changed: all that have, and little more.
+// A device receives the changed parts of a scene: all of them, and little more.
 namespace softcd::test {
 namespace {
 
-/// A copy of an array that is told ranges.
+/// A copy of an array that receives ranges.
 template <class T>
 class Copy {
  public:
@@ -34,7 +34,7 @@ class Copy {
     }
     EXPECT_TRUE(copy_.empty() || std::memcmp(copy_.data(), values.data(), copy_.size() * sizeof(T)) == 0);
   }
-  /// Elements, since it was asked last.
+  /// Returns the number of elements received since the last call.
   std::uint64_t sent() { return std::exchange(sent_, 0); }
 
  private:

@@ -96,7 +96,7 @@ class SOFTCD_EXPORT Probe {
   BodyDistance distance(const ProbeBodies& pair);
 
   /// Finds all intersecting triangles of each pair of bodies. Where a is b, it finds intersections within the body.
-  /// Where both are BodyId(), it compares all bodies with each other and with themselves.
+  /// If both are BodyId(), it compares all bodies with each other and with themselves.
   ///
   /// Each intersection is reported once; where a is b, with the lower triangle first. The order is that of bodies and
   /// indices of the first triangle, then of the second.
