@@ -4,7 +4,8 @@
 
 namespace softcd::python {
 
-/// For classes whose objects may be parts of cycles that only Python's collector finds: Py_tp_traverse by T::traverse.
+/// Implements Py_tp_traverse by T::traverse, for classes whose objects may be in cycles that only Python's collector
+/// finds.
 template <class T>
 int traverse_object(PyObject* self, visitproc visit, void* arg) {
   Py_VISIT(Py_TYPE(self));

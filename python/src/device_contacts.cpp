@@ -21,8 +21,9 @@ namespace {
 constexpr std::intptr_t kLegacyDefaultStream = 1;  // as CUDA and DLPack count
 constexpr std::intptr_t kNoStream = -1;            // DLPack's for who waits without being told to
 
-/// Has what is enqueued on a stream from now on wait for the event. By the driver, whose events and streams are those
-/// of CUDA's runtime: a module that is built without CUDA has nothing else, and where there are events it is loaded.
+/// Lets work that is enqueued on a stream from now on wait for the event. It uses the driver, whose events and streams
+/// are those of CUDA's runtime. A module that is built without CUDA has nothing else, and the driver is loaded where
+/// there are events.
 void wait_on_stream(std::intptr_t stream, void* event) {
   using StreamWaitEvent = int (*)(void* stream, void* event, unsigned int flags);
   static void* const driver = dlopen("libcuda.so.1", RTLD_NOW);
@@ -44,7 +45,7 @@ nb::object keep(HeldContacts held) {
   return keeper;
 }
 
-/// A member of each of `count` contacts.
+/// Returns one member of each of `count` contacts.
 DeviceArray column_of(const Contact* contacts, std::size_t count, const std::string& name,
                       const DeviceArray::Origin& origin) {
   const nb::object fields = contact_dtype().attr("fields");
@@ -69,7 +70,7 @@ DeviceArray column_of(const Contact* contacts, std::size_t count, const std::str
   return {{first, shape, strides, dtype, nb::cast<std::string>(base.attr("str")), item_size}, origin};
 }
 
-/// `count` integers, none where there is no memory.
+/// Returns `count` integers, or none where there is no memory.
 template <class Integer>
 DeviceArray integers(const void* first, std::size_t count, const DeviceArray::Origin& origin) {
   constexpr const char* kType = sizeof(Integer) == sizeof(std::int64_t) ? "<i8" : "<i4";
@@ -103,7 +104,7 @@ nb::tuple DeviceArray::dlpack_device() const {
   return nb::make_tuple(int{nb::device::cuda::value}, origin_.device);
 }
 
-/// Version 3: whoever reads it waits for the stream that it names.
+/// Version 3: the reader waits for the stream that the dictionary names.
 nb::dict DeviceArray::cuda_array_interface() const {
   nb::list strides;
   for (const std::int64_t stride : layout_.strides)

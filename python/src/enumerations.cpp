@@ -7,7 +7,7 @@ namespace nb = nanobind;
 
 namespace {
 
-/// `descriptions` are those of the values, in their order; null where the name says it all.
+/// Defines an enumeration. `descriptions` are those of its values, in their order; null where the names suffice.
 template <class Enum>
 void bind(nb::module_& module, const char* name, const char* description,
           const std::array<const char*, kEnumerators<Enum>.size()>& descriptions) {

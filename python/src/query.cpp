@@ -40,7 +40,7 @@ class BoundQuery {
   Ticket start(Pairs pairs) {
     return scene_.call_and_read(nb::find(this), [this, pairs](Scene&) { return query_->start(pairs); });
   }
-  /// `owner` is the ticket as Python knows it.
+  /// Waits for the detection. `owner` is the ticket's Python object.
   nb::object wait(nb::handle owner, Ticket& ticket) {
     return to_array(scene_.call_at_length(owner, [this, &ticket](Scene&) { return wait_and_hold(ticket); }));
   }
@@ -52,7 +52,7 @@ class BoundQuery {
     }));
   }
 
-  /// `query` is this object as Python knows it.
+  /// Returns the pending contacts. `query` is this object's Python object.
   PendingContactsArray on_device(Ticket& ticket, nb::object query) {
     PendingContacts found;
     std::shared_ptr<const void> memory;
@@ -93,7 +93,7 @@ class BoundQuery {
     Py_VISIT(filter_.ptr());
     return 0;
   }
-  /// Cycles lead through the filter.
+  /// Breaks cycles, which lead through the filter.
   void clear() { filter_.reset(); }
 
  private:

@@ -12,7 +12,7 @@
 namespace softcd::python {
 namespace {
 
-/// A body as Python describes it.
+/// A body in Python's form.
 struct Mesh {
   std::vector<Triangle> triangles;
   std::vector<Segment> segments;
@@ -25,7 +25,7 @@ struct Mesh {
   }
 };
 
-/// `segments` may be None.
+/// Reads a mesh. `segments` may be None.
 Mesh read_mesh(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments) {
   Mesh mesh{read_triangles("triangles", triangles), {}, vertex_count};
   if (!segments.is_none()) mesh.segments = read_segments("segments", segments);
@@ -163,7 +163,7 @@ std::unique_lock<std::timed_mutex> BoundScene::lock_between_signals() {
   return lock;
 }
 
-/// Where another call runs, it or the next one does this.
+/// Releases arrays that have been read. If another call runs, that call or the next one does it.
 void BoundScene::release_spent() {
   KeptPositions spent;
   std::vector<Array> on_device;
@@ -173,7 +173,8 @@ void BoundScene::release_spent() {
   on_device.swap(spent_on_device_);
 }
 
-/// A detection may still read what the body had. There is room for two more of replaced_.
+/// Replaces a body's arrays on the device. A running detection may still read the old ones, so they are kept. replaced_
+/// must have capacity for two more.
 void BoundScene::replace_on_device(std::uint32_t body) {
   const auto found = on_device_.find(body);
   if (found == on_device_.end()) return;

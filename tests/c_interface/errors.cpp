@@ -9,7 +9,7 @@
 
 #include "handles.hpp"
 
-// Whatever is given, an error code comes back, its text names the argument, and the scene is as it was.
+// Whatever the arguments, a function returns an error code, its text names the argument, and the scene is unchanged.
 namespace softcd::test {
 namespace {
 
@@ -323,7 +323,7 @@ TEST_F(CErrors, a_scene_that_is_gone) {
   EXPECT_EQ(has_intersections, 0U);
 }
 
-// Nobody should, but what a callback throws does not leave C either.
+// Callbacks must not throw, but even if one does, no exception leaves C.
 TEST_F(CErrors, a_callback_that_throws) {
   const softcd_pair_filter filter = [](void*, softcd_body, softcd_body) -> std::uint32_t { throw 3; };
   ASSERT_EQ(softcd_query_set_pair_filter(query(), filter, nullptr), SOFTCD_OK);
