@@ -122,10 +122,10 @@ void bind_meshes(nb::module_& module) {
       "become triangle fans. Raises MeshError, naming the file and the place in it.");
   module.def("intersecting_pairs", &intersecting_pairs, "vertices"_a, "triangles"_a, "first"_a, "begins"_a,
              "candidates"_a,
-             "Which of the triangles from the first on intersect which candidates of theirs, decided exactly.");
+             "Returns which of the triangles from the first on intersect which of their candidates, decided exactly.");
   module.def("refuse_keyword", &refuse_keyword, "function"_a, "keyword"_a, "known"_a,
-             "Raises TypeError, which names what is most like it.");
-  module.def("detect_program", &detect_program, "arguments"_a, "softcd-detect: its exit code.");
+             "Raises TypeError, which names the most similar keyword.");
+  module.def("detect_program", &detect_program, "arguments"_a, "Runs softcd-detect and returns its exit code.");
 }
 
 }  // namespace softcd::python

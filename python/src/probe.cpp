@@ -289,8 +289,7 @@ void bind_probe(nb::module_& module) {
   using namespace nb::literals;
   module.attr("NO_BODY") = kNoIndex;
   nb::class_<MeshChange>(module, "MeshChange",
-                         "A change of one body's mesh that might be made: an edge split, collapsed or flipped, a hole "
-                         "filled.")
+                         "A possible change of one body's mesh: an edge split, collapsed or flipped, a hole filled.")
       .def(
           "__init__",
           [](MeshChange* self, std::uint32_t body, nb::handle removed, nb::handle added, nb::handle new_vertices) {
