@@ -281,11 +281,11 @@ void run(BulletStepOptions options) {
 void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
   CLI::App* command = app.add_subcommand(
       "bullet",
-      "A whole step of Bullet's with soft bodies: Bullet's own detection, softcd, and the floor. softcd on the CPU\n"
-      "unless told otherwise. The floor is the step that is left of softcd's when contacts between soft bodies are\n"
-      "neither looked for nor answered, and no tree is kept for them; each of its steps starts where softcd's does.\n"
-      "A step with softcd is told in three parts: the floor, Bullet's answer to the contacts, and ours, in which they\n"
-      "are found, written for Bullet, and crossings prevented");
+      "Measures a whole step of Bullet's with soft bodies: with Bullet's own detection, with softcd (by default on\n"
+      "the CPU), and as the floor. The floor is softcd's step without contacts between soft bodies: they are neither\n"
+      "detected nor solved, and no tree is kept for them. Each of its steps starts where softcd's does. A step with\n"
+      "softcd is reported in three parts: the floor, the solver's time for the contacts, and softcd's time, in which\n"
+      "contacts are found, written for Bullet, and crossings are prevented");
   demo::add_choice(*command, "--scene", kBulletScenes, options.scene,
                    "two-cloths: one falls onto another that is held along its border; balls: of 1280\n"
                    "triangles each, which drop onto each other; draped: a cloth over rigid balls;\n"
@@ -302,7 +302,7 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
       ->check(CLI::Range(8, 1000));
   command
       ->add_option("--warm-up", options.warm_up_steps,
-                   "Steps before the measured ones. Left out: until many nodes touch something")
+                   "Steps before the measured ones. Default: until many nodes touch something")
       ->option_text("N")
       ->check(CLI::Range(1, 100000));
   command->add_option("--steps", options.measured_steps, "Measured steps")
@@ -310,16 +310,17 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
       ->check(CLI::Range(1, 100000));
   command
       ->add_option("--most-native-faces", options.most_native_faces,
-                   "Leave Bullet's own detection out where a body has more faces: its first step takes time\n"
+                   "Skip Bullet's own detection where a body has more faces: its first step takes time\n"
                    "quadratic in them, 30 s with 90,000")
       ->option_text("N [50000]")
       ->check(CLI::NonNegativeNumber);
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
-                    "Where softcd computes; with several, all are measured");
-  demo::add_choice(*command, "--detection", demo::kDetections, options.detection, "softcd's; dcd is Bullet's rule");
+                    "softcd's backend; with several, all are measured");
+  demo::add_choice(*command, "--detection", demo::kDetections, options.detection,
+                   "softcd's detection; dcd is Bullet's rule");
   demo::add_choices(*command, "--contacts", demo::kContacts, options.contacts,
-                    "Which contacts softcd gives to Bullet's solver; with several, all are measured");
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+                    "The contacts that softcd gives to Bullet's solver; with several, all are measured");
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure as JSON")->option_text("FILE");

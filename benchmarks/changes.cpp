@@ -195,14 +195,15 @@ void add_changes(CLI::App& app, ChangesOptions& options) {
       "and\n"
       "with the changed ones alone, in turn, until a detection could begin. Median milliseconds, and the median of\n"
       "their ratios");
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
-  command->add_option("--share", options.share, "Of the triangles that a change replaces or adds")
+  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
+                    "The backends to measure, one after the other");
+  command->add_option("--share", options.share, "Share of the triangles that a change replaces or adds")
       ->option_text("SHARE [0.01]")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--repeat", options.repetitions, "Measured changes, after one that prepares the body")
       ->option_text("N [15]")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure; milliseconds")->option_text("FILE");

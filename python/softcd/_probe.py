@@ -151,10 +151,10 @@ class Probe:
         return self.distances([(a, b)])[0]
 
     def intersections(self, pairs: BodyPairs = ((None, None),)) -> AnswerLists:
-        """Finds all intersecting triangles of a and b for each pair (a, b), exactly for the scene's positions:
-        `body_a`, `triangle_a`, `body_b`, `triangle_b`. Where a is b, it finds intersections within the body. Where both are None,
-        the default, it compares all bodies with each other and with themselves. Each intersection is reported once, in
-        the order of the first, then of the second triangle."""
+        """Finds all intersecting triangles of a and b for each pair (a, b): `body_a`, `triangle_a`, `body_b`,
+        `triangle_b`. The decision is exact for the scene's positions. Where a is b, it finds intersections within the
+        body. Where both are None, the default, it compares all bodies with each other and with themselves. Each intersection is
+        reported once, in the order of the first, then of the second triangle."""
         return AnswerLists(*self._core.intersections(pairs))
 
     def has_intersections(self, a: int | None = None, b: int | None = None) -> bool:
@@ -162,8 +162,8 @@ class Probe:
         return self._core.has_intersections(a, b)
 
     def intersections_after(self, changes: Sequence[MeshChange]) -> AnswerLists:
-        """Finds the triangles that each change's new triangles would intersect. `added` is the index of the new
-        triangle. `body` and `triangle` are one of the remaining triangles or, with softcd.NO_BODY, a later one of the new ones.
+        """Finds the triangles that each change's new triangles would intersect. `added` is the new triangle's index.
+        `body` and `triangle` are one of the remaining triangles or, with softcd.NO_BODY, a later one of the new ones.
         Each change is judged alone, with the scene as it is."""
         return AnswerLists(*self._core.intersections_after(changes))
 
