@@ -50,10 +50,10 @@ void refuse_null(const char* argument) {
 }
 
 void refuse_size(const char* argument, std::uint64_t size, std::size_t expected) {
-  throw InvalidInput(fmt::format(
-      "{}: its size is said to be {} bytes, but softcd {} knows it with {}; use sizeof, and headers of this "
-      "version.",
-      argument, size, SOFTCD_VERSION_STRING, expected));
+  throw InvalidInput(
+      fmt::format("{}: its struct_size is {} bytes, but softcd {} expects {}; use sizeof, and headers of this "
+                  "version.",
+                  argument, size, SOFTCD_VERSION_STRING, expected));
 }
 
 void refuse_choice(const char* argument, std::uint32_t value, std::uint32_t last) {

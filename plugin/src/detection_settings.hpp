@@ -30,7 +30,7 @@ inline ChosenAccuracy chosen_accuracy(const QueryOptions& options, const std::ve
   if (looks_within_margins && some([](const Body& body) { return body.settings.margin > 0.0F; })) {
     return {Accuracy::conservative, "margins count on the way"};
   }
-  return {Accuracy::precise, "positions are floats, and no margins count on the way"};
+  return {Accuracy::precise, "positions are floats, and no margins apply along the path"};
 }
 
 /// Returns whether positions at t0 only serve to measure how far a vertex moves, for its margin.

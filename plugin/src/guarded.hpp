@@ -30,7 +30,7 @@ namespace detail {
 
 /// Thrown where memory for the text of an error runs out. It is made in advance; a copy shares its text.
 // NOLINTNEXTLINE(cert-err58-cpp): without memory for this a program cannot start
-inline const OutOfMemory kNoMemoryForText{"memory ran out, even for saying what it was needed for; free memory."};
+inline const OutOfMemory kNoMemoryForText{"memory ran out, even for the text of this error; free memory."};
 
 /// Throws the exception that is being handled as an Error.
 template <class MemoryProblem>

@@ -30,8 +30,7 @@ int concurrency(const SceneOptions& options) {
 
 std::string topology_problem(BodyId id, const BodyDesc& desc) {
   return fmt::format(
-      "body {}: memory ran out for the edges of its {} triangles, or for where all bodies' lie together. Free memory, "
-      "or "
+      "body {}: memory ran out for the edges of its {} triangles, or for the arrays of all bodies. Free memory, or "
       "give fewer triangles.",
       id.value, desc.triangles.size());
 }
@@ -42,7 +41,7 @@ std::string positions_problem(BodyId id, const Positions& positions) {
 }
 
 std::string filters_problem(BodyId id) {
-  return fmt::format("body {}: memory ran out for what its vertices may touch. Free memory.", id.value);
+  return fmt::format("body {}: memory ran out for its vertex filters. Free memory.", id.value);
 }
 
 }  // namespace
@@ -363,7 +362,7 @@ void SceneCore::require_rest_positions() const {
   for (const Body& body : store_->bodies()) {
     if (body.is_removed || !body.excludes_at_rest() || !body.x_rest.empty() || body.vertex_count() == 0) continue;
     throw InvalidInput(
-        fmt::format("body {}: its rest_distance is {}, but where it is at rest is not known; use set_rest_positions().",
+        fmt::format("body {}: its rest_distance is {}, but it has no rest positions; use set_rest_positions().",
                     body.id.value, body.settings.rest_distance));
   }
 }

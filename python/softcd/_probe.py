@@ -153,8 +153,8 @@ class Probe:
     def intersections(self, pairs: BodyPairs = ((None, None),)) -> AnswerLists:
         """Finds all intersecting triangles of a and b for each pair (a, b): `body_a`, `triangle_a`, `body_b`,
         `triangle_b`. The decision is exact for the scene's positions. Where a is b, it finds intersections within the
-        body. Where both are None, the default, it compares all bodies with each other and with themselves. Each intersection is
-        reported once, in the order of the first, then of the second triangle."""
+        body. Where both are None, the default, it compares all bodies with each other and with themselves. Each
+        intersection is reported once, in the order of the first, then of the second triangle."""
         return AnswerLists(*self._core.intersections(pairs))
 
     def has_intersections(self, a: int | None = None, b: int | None = None) -> bool:

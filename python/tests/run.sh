@@ -43,7 +43,7 @@ rm -rf "$build/venv" "$build/wheel"
 pip=("$build/venv/bin/python" -m pip --quiet --disable-pip-version-check)
 "${pip[@]}" install pytest numpy || skip "pip cannot fetch pytest and numpy"
 
-# Debian 12's pip does not know -C, which is short for it.
+# Debian 12's pip does not know the short form, -C.
 defines=(--config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}")
 if [ -n "${SOFTCD_PYBULLET_SOURCE:-}" ]; then
   pybullet=$(sed -n "s/^ *version *= *'\([0-9.]*\)'.*/\1/p" "$SOFTCD_PYBULLET_SOURCE/setup.py")

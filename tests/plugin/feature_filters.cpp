@@ -491,7 +491,7 @@ TEST(Filtering, errors) {
   Positions3 x_rest = mesh.positions;
   x_rest[5].z = NAN;
   EXPECT_EQ(error_of([&] { pipeline.scene.set_rest_positions(body, x_rest); }),
-            "body 0: vertex 5 of its positions for rest is not finite, or beyond 1e37.");
+            "body 0: vertex 5 of its rest positions is not finite, or beyond 1e37.");
   x_rest.pop_back();
   EXPECT_EQ(error_of([&] { pipeline.scene.set_rest_positions(body, x_rest); }),
             "body 0: 8 positions were given for rest, but the body has 9 vertices.");
@@ -506,7 +506,7 @@ TEST(Filtering, errors) {
   settings.rest_distance = 0.5F;
   pipeline.scene.set_settings(body, settings);
   EXPECT_EQ(error_of([&] { pipeline.detect(); }),
-            "body 0: its rest_distance is 0.5, but where it is at rest is not known; use set_rest_positions().");
+            "body 0: its rest_distance is 0.5, but it has no rest positions; use set_rest_positions().");
   pipeline.scene.set_rest_positions(body, mesh.positions);
   EXPECT_TRUE(pipeline.detect().empty());
 }
