@@ -41,7 +41,7 @@ std::string positions_problem(BodyId id, const Positions& positions) {
 }
 
 std::string filters_problem(BodyId id) {
-  return fmt::format("body {}: memory ran out for its vertex filters. Free memory.", id.value);
+  return fmt::format("body {}: memory ran out for its vertex filters or rest positions. Free memory.", id.value);
 }
 
 }  // namespace
