@@ -21,7 +21,7 @@ class RankExchange {
 
   explicit RankExchange(std::shared_ptr<RankLink> link);
 
-  /// Whether another rank sets the body's positions.
+  /// Returns whether another rank sets the body's positions.
   bool is_given_elsewhere(const Body& body) const { return body.rank >= 0 && body.rank != link_->rank(); }
   /// Returns whether the body's positions are exchanged at the next detection.
   bool is_exchanged(const Body& body) const { return body.rank >= 0; }

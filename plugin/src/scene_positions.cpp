@@ -161,7 +161,7 @@ std::exception_ptr ScenePositions::survey_on_device(DevicePositionReader* reader
   return nullptr;
 }
 
-/// Whether the body's positions at t0 are needed, and were not before.
+/// Returns whether the body's positions at t0 are needed, and were not before.
 bool ScenePositions::lacks_t0(const Body& body) const {
   return needs_.needs_t0() && body.positions.are_set() && !body.positions.is_t0_placed();
 }

@@ -54,7 +54,7 @@ class ScenePositions {
   const std::vector<const Body*>& bodies_with_new_strays() const { return bodies_with_new_strays_; }
 
   bool are_on_device() const;
-  /// Whether some positions on a device are doubles that were not surveyed.
+  /// Returns whether some positions on a device are doubles that were not surveyed.
   bool has_new_doubles_on_device() const;
   Vec3d origin() const { return origin_; }
   /// The extent of all positions at one end.

@@ -23,7 +23,7 @@ struct ProbeOptions {
   StepEnd step_end = StepEnd::t1;
 };
 
-/// Whether all members are equal.
+/// Returns whether all members are equal.
 SOFTCD_EXPORT bool operator==(const ProbeOptions& a, const ProbeOptions& b);
 inline bool operator!=(const ProbeOptions& a, const ProbeOptions& b) {
   return !(a == b);

@@ -64,7 +64,7 @@ struct QueryOptions {
   bool contacts_on_device = false;
 };
 
-/// Whether all members are equal.
+/// Returns whether all members are equal.
 SOFTCD_EXPORT bool operator==(const QueryOptions& a, const QueryOptions& b);
 inline bool operator!=(const QueryOptions& a, const QueryOptions& b) {
   return !(a == b);

@@ -110,7 +110,7 @@ struct SceneOptions {
   Communicator communicator{};
 };
 
-/// Whether all members are equal.
+/// Returns whether all members are equal.
 SOFTCD_EXPORT bool operator==(const SceneOptions& a, const SceneOptions& b);
 inline bool operator!=(const SceneOptions& a, const SceneOptions& b) {
   return !(a == b);

@@ -49,7 +49,7 @@ constexpr auto name_in_source() {
 template <auto kConstant>
 inline constexpr auto kNameInSource = name_in_source<kConstant>();
 
-/// Whether the compiler has printed a number without a name, as a cast: "(Enum)7".
+/// Returns whether the compiler has printed a number without a name, as a cast: "(Enum)7".
 template <std::size_t kSize>
 constexpr bool is_cast(const std::array<char, kSize>& name) {
   for (const char c : name) {
