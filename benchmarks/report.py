@@ -28,7 +28,7 @@ COLOURS = {
 }
 SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")
 CONTINUOUS = ("fast", "precise", "conservative")
-# Modes that coincide are told apart: the smaller marker lies on the larger one.
+# Where two modes coincide, the smaller marker lies on the larger one.
 MARKERS = {"precise": ("s", 75), "conservative": ("o", 28), "fast": ("^", 55)}
 LABEL = {"fontsize": 7, "textcoords": "offset points"}
 
@@ -236,7 +236,7 @@ def draw_simulation(results):
         lines = grouped(sweep, "detection", "features")
         for place, ((detection, features), line) in enumerate(lines.items()):
             name = f"{detection}, edges" if "ee" in features else detection
-            # Points on the axis are told apart by their places around "none".
+            # Points on the axis differ by their places around "none".
             none = 0.2 - 0.15 * place
             x = [row[cost] for row in line]
             y = [row["tunnelled"] + row["most_penetrating"] or none for row in line]

@@ -20,7 +20,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 cmake/setup.sh gcovr
 targets=("$@")
 [ $# -gt 0 ] || targets=(softcd_tests_once)
-selection=(-LE repetition -E '^softcd_package$')  # whose programs are linked without gcov
+selection=(-LE repetition -E '^softcd_package$')  # its programs are linked without gcov
 [ $# -eq 0 ] || selection=(-R "^($(IFS='|' && echo "$*"))\$")
 
 # At -O1 lines keep their counts, and tests take little longer.

@@ -44,7 +44,7 @@ int main() {
         std::printf("(%.*s)\n", static_cast<int>(limitation.text.size()), limitation.text.data());
       }
     } else if (attachment.has_value()) {
-      attachment->detach();  // and all is as it was
+      attachment->detach();  // from here on the world works as without softcd
     }
 
     const std::unique_ptr<btSoftBody> held = engine.add_cloth(0, 1);

@@ -21,7 +21,7 @@ constexpr std::array<Choice<bool OverlayChoice::*>, 5> kOverlays = {{{"wire", &O
                                                                      {"children", &OverlayChoice::children},
                                                                      {"picked-cell", &OverlayChoice::picked_cell}}};
 constexpr int kLargestSize = 10000;
-constexpr int kFewestPixels = 16;  // of a picture, each way
+constexpr int kFewestPixels = 16;  // smallest width and height of a picture
 constexpr int kMostPixels = 8192;
 constexpr std::array<Choice<Collision>, 3> kCollisions = {
     {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};

@@ -67,7 +67,7 @@ class CudaBackend {
     std::array<Launched, kLaunchPartCount> launched;
     PinnedBuffer<Contact> contacts;
     const Contact* found = nullptr;  ///< in `contacts`, or on the device
-    std::optional<Event> end;        ///< after the work that was enqueued last
+    std::optional<Event> end;        ///< happens after the work that was enqueued last
   };
 
   template <class T>

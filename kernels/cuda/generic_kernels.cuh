@@ -108,7 +108,7 @@ __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
   const unsigned lane = threadIdx.x % kWarpSize;
   // A warp's items: rows of 32 consecutive items; the warps take rows in turn.
   std::uint64_t row = global_thread() - lane;
-  unsigned begun = 0;  // of the row
+  unsigned begun = 0;  // number of the row's items that threads have taken
   bool is_searching = false;
   typename F::Search search;
   [&](Output<Targets>... outputs) {

@@ -58,11 +58,11 @@ class BoxPairs {
 
   // The tree:
   bool is_arranged_ = false;
-  std::vector<std::uint32_t> groups_;  ///< for which it was made
+  std::vector<std::uint32_t> groups_;  ///< the groups for which the tree was made
   std::vector<std::uint32_t> order_;   ///< boxes that are not empty, group by group
   std::vector<Node> nodes_;
   std::vector<Leaf> leaves_;
-  std::uint64_t least_visits_ = 0;  ///< by one call since the tree was made
+  std::uint64_t least_visits_ = 0;  ///< fewest visits of a call since the tree was made
   // Data of the last call:
   std::vector<Box> placed_;  ///< boxes in the tree's order
   std::vector<Found> parts_;

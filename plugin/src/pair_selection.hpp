@@ -32,7 +32,7 @@ struct Selecting {
   bool margins = true;
   bool neighbour_filters = true;
   float motion_margin = 0.0F;    ///< margins grow by this factor times the longest path of a vertex
-  float distance_factor = 1.0F;  ///< and then by this factor
+  float distance_factor = 1.0F;  ///< then distances grow by this factor
   Features features;
   std::uint64_t changed_since = 0;  ///< selects only pairs with a body that changed later, see Body::last_change
 };

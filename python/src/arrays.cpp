@@ -13,7 +13,7 @@
 namespace softcd::python {
 namespace {
 
-constexpr double kLargestCoordinate = 1e37;  // as Positions says
+constexpr double kLargestCoordinate = 1e37;  // the limit of Positions
 
 std::string name_of_type(nb::handle object) {
   return nb::cast<std::string>(nb::str(nb::handle(object.type()).attr("__name__")));

@@ -12,7 +12,7 @@ int traverse_object(PyObject* self, visitproc visit, void* arg) {
   return nanobind::inst_ready(self) ? nanobind::inst_ptr<T>(self)->traverse(visit, arg) : 0;
 }
 
-/// Py_tp_clear by T::clear, which lets go of what cycles lead through.
+/// Implements Py_tp_clear by T::clear, which releases the references that cycles may contain.
 template <class T>
 int clear_object(PyObject* self) {
   nanobind::inst_ptr<T>(self)->clear();

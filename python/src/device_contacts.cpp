@@ -18,8 +18,8 @@
 namespace softcd::python {
 namespace {
 
-constexpr std::intptr_t kLegacyDefaultStream = 1;  // as CUDA and DLPack count
-constexpr std::intptr_t kNoStream = -1;            // DLPack's for who waits without being told to
+constexpr std::intptr_t kLegacyDefaultStream = 1;  // numbered as in CUDA and DLPack
+constexpr std::intptr_t kNoStream = -1;            // DLPack's value for a consumer that synchronizes by itself
 
 /// Lets work that is enqueued on a stream from now on wait for the event. It uses the driver, whose events and streams
 /// are those of CUDA's runtime. A module that is built without CUDA has nothing else, and the driver is loaded where

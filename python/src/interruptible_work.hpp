@@ -119,7 +119,7 @@ class InterruptibleWork {
   std::optional<Result> result_;
   std::exception_ptr problem_;
 
-  std::mutex mutex_;  ///< of what follows
+  std::mutex mutex_;  ///< guards the members below
   std::condition_variable changed_;
   bool is_done_ = false;
   bool is_abandoned_ = false;

@@ -186,14 +186,14 @@ class BoundScene {
   std::timed_mutex mutex_;
   std::atomic<std::thread::id> user_;
   nb::object log_;
-  KeptArrays kept_;              ///< read by the next detection
-  KeptArrays on_device_;         ///< read by any
-  std::vector<Array> replaced_;  ///< that were on_device_, until the next detection
-  KeptPositions spent_;          ///< read; let go of with the interpreter's lock
+  KeptArrays kept_;              ///< arrays that the next detection reads
+  KeptArrays on_device_;         ///< arrays that any detection may read
+  std::vector<Array> replaced_;  ///< former members of on_device_, kept until the next detection
+  KeptPositions spent_;          ///< already read; released while the interpreter's lock is held
   std::vector<Array> spent_on_device_;
   std::shared_ptr<Discarded> discarded_ = std::make_shared<Discarded>();
   std::atomic<std::uint32_t> body_count_ = 0;
-  std::atomic<std::uint64_t> triangles_given_ = 0;  ///< at least as many as there are
+  std::atomic<std::uint64_t> triangles_given_ = 0;  ///< upper bound of the number of triangles
   Scene scene_;
 };
 

@@ -45,8 +45,8 @@ def add_and_remove(world):
     world.scene.remove_body(world.scene.add_body(PIERCING_TRIANGLES, 6, segments=np.array([[0, 5]])))
 
 
-# Those that change the world do so as a whole, or not at all: what comes after them is one of two. Not here: what goes
-# through nanobind's conversions of strings and lists, which end the process where there is no memory for them.
+# Calls that change the world change all or nothing: afterwards the world is one of two. Calls that convert strings and
+# lists by nanobind are left out: they end the process where memory runs out.
 CALLS = {
     "Scene": lambda world: softcd.Scene(backend=softcd.Backend.cpu) is None,
     "Query": lambda world: softcd.Query(world.scene) is None,
@@ -104,7 +104,7 @@ def attempt(call, n, for_good):
 def try_every_allocation(name, call, for_good):
     """How many failed."""
     before = attempt(lambda world: None, 0, False)[3]
-    for _ in range(3):  # what stays from a first call does
+    for _ in range(3):  # memory that a first call keeps is not a leak
         expected, _, _, after = attempt(call, 0, False)
     gc.collect()
     living = allocations.living_allocations()

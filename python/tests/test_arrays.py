@@ -102,7 +102,7 @@ LAYOUTS = {
     "read-only": lambda x: np.frombuffer(x.tobytes(), x.dtype).reshape(-1, 3),
     "a memoryview": memoryview,
     "DLPack": OnlyDlpack,
-    # These are copied.
+    # These arrays are copied.
     "lists": lambda x: x.astype(np.float64).tolist(),
     "other endianness": lambda x: x.astype(x.dtype.newbyteorder()),
     "Fortran's order": np.asfortranarray,
@@ -157,7 +157,7 @@ def test_positions_are_read_when_a_detection_starts():
     vertices_t1[:] = PIERCING_T1
     query = softcd.Query(scene, detection=softcd.Detection.ccd)
     ticket = query.start()
-    vertices_t1[:] = PIERCING_T0  # too late
+    vertices_t1[:] = PIERCING_T0  # too late to have an effect
     assert len(ticket.wait()) == 1
     assert len(query.detect()) == 1
 

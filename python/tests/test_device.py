@@ -83,7 +83,7 @@ def test_arrays_stay_alive_until_they_are_replaced():
     expected = query.detect().tobytes()
     gc.collect()
     filler = [torch.full((len(t0), 3), float("nan"), device="cuda") for _ in range(8)]
-    second = softcd.Query(scene, detection=softcd.Detection.dcd)  # looks where the first one has not
+    second = softcd.Query(scene, detection=softcd.Detection.dcd)  # reads positions that the first one has not read
     second.detect()
     assert query.detect().tobytes() == expected
     before = torch.cuda.memory_allocated()
@@ -116,7 +116,7 @@ def test_contacts_stay_on_the_gpu():
     assert torch.from_dlpack(contacts["distance"]).data_ptr() == columns["distance"].data_ptr()
     cupy = pytest.importorskip("cupy")
     assert cupy.from_dlpack(contacts["distance"]).data.ptr == columns["distance"].data_ptr()
-    # Detections use other memory as long as a column lives.
+    # Detections use other memory while a column is alive.
     del contacts
     gc.collect()
     distances = columns["distance"].clone()
@@ -154,10 +154,10 @@ def test_contacts_are_told_of_before_anybody_waits():
     t0, t1, triangles = step_of(6, np.float32)
     scene, body, query = query_of(triangles, len(t0), contacts_on_device=True)
     scene.set_positions(body, torch_array(t0), torch_array(t1))
-    query.detect()  # lists have grown
+    query.detect()  # the lists have grown
     stream = torch.cuda.Stream()
     for step in range(4):
-        moved = t1 + np.float32(1e-4 * step) * (t1.mean(axis=0) - t1)  # inwards: stays where it is foreseen to be
+        moved = t1 + np.float32(1e-4 * step) * (t1.mean(axis=0) - t1)  # inwards: stays within the predicted box
         scene.set_positions(body, torch_array(t0), torch_array(moved))
         ticket = query.start()
         pending = ticket.on_device()

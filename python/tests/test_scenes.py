@@ -95,7 +95,7 @@ def test_changed_triangles_are_all_that_is_read():
         only_changed[which] = triangles[which]
         scene.update_body(body, only_changed, len(vertices), changed=which, **settings)
         scene.set_positions(body, vertices)
-        # As floats: distances of edges that touch are not all rounding, and the same whichever edge comes first.
+        # Float positions: distances of touching edges are not all rounding, and do not depend on the edges' order.
         contacts = softcd.Query(scene, accuracy=softcd.Accuracy.precise).detect()
         fresh = softcd.detect(vertices, triangles, margin=0.1, accuracy=softcd.Accuracy.precise)
         assert len(contacts) == len(fresh) != before

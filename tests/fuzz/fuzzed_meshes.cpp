@@ -73,7 +73,7 @@ std::vector<Triangle> fuzzed_triangles(Bytes& bytes, std::uint32_t* vertex_count
         break;
     }
   }
-  if (bytes.one_in(50)) *vertex_count = bytes.below(8);  // which the triangles' indices may be beyond
+  if (bytes.one_in(50)) *vertex_count = bytes.below(8);  // triangles may have indices beyond it
   return triangles;
 }
 

@@ -66,7 +66,7 @@ inline Verdict verdict_on(double gap, double slack) {
   return gap > slack ? Verdict::apart : Verdict::unsure;
 }
 
-/// Shapes as they are asked about.
+/// Returns the queries of shapes.
 template <class Shape>
 const std::vector<Shape>& queries_of(const std::vector<Shape>& shapes) {
   return shapes;

@@ -15,7 +15,7 @@ namespace {
 /// A step of tests/recorded_steps.
 struct RecordedStep {
   const char* name;
-  std::size_t crossings;  ///< at least so many features meet on the way
+  std::size_t crossings;  ///< least number of pairs of features that meet during the step
 
   friend std::ostream& operator<<(std::ostream& out, const RecordedStep& step) { return out << step.name; }
 };

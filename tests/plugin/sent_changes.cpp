@@ -132,7 +132,7 @@ TEST_F(SentChanges, are_little_more) {
   };
   detect();
   const std::uint64_t all = sent_.vertex_triangle_neighbours.sent();
-  swap_corners();  // with room for more
+  swap_corners();  // with spare capacity
   sent_.triangles.sent();
   sent_.edges.sent();
   sent_.vertex_triangle_neighbours.sent();

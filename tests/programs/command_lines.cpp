@@ -82,7 +82,7 @@ struct Vocabulary {
       }
       const bool is_number =
           std::any_of(word.begin(), word.end(), [](unsigned char d) { return std::isdigit(d) != 0; });
-      if (word.rfind("--", 0) == 0 && word.size() > 2 && word != "--list") {  // which makes all scenes to count them
+      if (word.rfind("--", 0) == 0 && word.size() > 2 && word != "--list") {  // --list makes all scenes to count them
         options_found.insert(word);
       } else if (!word.empty() && !is_number && word != "paper") {
         values_found.insert(word);

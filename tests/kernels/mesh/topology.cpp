@@ -214,7 +214,7 @@ TEST(Neighbours, everything_at_triangles_that_share_a_vertex_is_listed_once) {
         if (left_out[t] != 0) ownership[t] = static_cast<Ownership>(kLeftOut);
       }
       NeighbourFeatures features = neighbour_features(view_of(topology), ownership);
-      if (!features.are_listed) continue;  // of the tangles, whose triangles meet in few vertices
+      if (!features.are_listed) continue;  // no lists of tangles, as their triangles meet in few vertices
       std::sort(features.vertex_triangle.begin(), features.vertex_triangle.end());
       std::sort(features.edge_edge.begin(), features.edge_edge.end());
       const NeighbourFeatures expected = neighbours_by_trial(topology, ownership);
