@@ -1,4 +1,4 @@
-"""Arrays on a GPU: positions from there, contacts that stay there."""
+"""Tests arrays on a GPU: positions that are read from it, contacts that stay on it."""
 
 import gc
 import pathlib
@@ -127,7 +127,7 @@ def test_contacts_stay_on_the_gpu():
 
 
 def test_contacts_of_each_body_are_a_range():
-    """As many simulations in one want them: each body in a batch of its own, answered without the host."""
+    """For many simulations in one scene: each body is in a separate batch, and contacts stay on the device."""
     scene = softcd.Scene(backend=softcd.Backend.cuda)
     bodies = []
     for batch in range(5):
@@ -150,7 +150,7 @@ def test_contacts_of_each_body_are_a_range():
 
 
 def test_contacts_are_told_of_before_anybody_waits():
-    """A stream of torch's reads them as soon as they are there; the host waits afterwards, to compare."""
+    """A stream of torch's reads contacts as soon as they are there. The host waits later, to compare."""
     t0, t1, triangles = step_of(6, np.float32)
     scene, body, query = query_of(triangles, len(t0), contacts_on_device=True)
     scene.set_positions(body, torch_array(t0), torch_array(t1))
@@ -260,7 +260,7 @@ def test_the_documented_example_runs(tmp_path, monkeypatch):
 
 
 def test_a_simulation_on_the_gpu():
-    """Waits for torch's work on the default stream, without being told."""
+    """Detections wait for torch's work on the default stream without a request."""
     vertices, triangles = sheet(64)
     scene, body, query = query_of(
         triangles, len(vertices), contacts_on_device=True, accuracy=softcd.Accuracy.conservative

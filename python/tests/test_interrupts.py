@@ -1,4 +1,4 @@
-"""Ctrl-C while the library works."""
+"""Tests Ctrl-C while the library works."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ def long_scene():
 
 
 def interrupted_after(seconds, call):
-    """How long after Ctrl-C the caller had its exception."""
+    """Returns the seconds from Ctrl-C to the exception in the caller."""
     sent = []
 
     def interrupt():

@@ -1,4 +1,4 @@
-"""Binds a shared library of softcd's by ctypes, as any language can that calls C: bind.py LIBRARY."""
+"""Calls softcd's shared library by ctypes, as an example of a language that can call C: bind.py LIBRARY."""
 
 import ctypes
 import sys
