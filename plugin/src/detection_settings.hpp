@@ -28,7 +28,7 @@ inline ChosenAccuracy chosen_accuracy(const QueryOptions& options, const std::ve
   }
   const bool looks_within_margins = options.detection == Detection::ccd && options.margins;
   if (looks_within_margins && some([](const Body& body) { return body.settings.margin > 0.0F; })) {
-    return {Accuracy::conservative, "margins count on the way"};
+    return {Accuracy::conservative, "margins apply along the path"};
   }
   return {Accuracy::precise, "positions are floats, and no margins apply along the path"};
 }

@@ -178,10 +178,10 @@ TEST_F(CErrors, structs_of_other_sizes) {
   softcd_body body = 0;
   softcd_scene* other_scene = nullptr;
   softcd_query* other_query = nullptr;
-  const std::string of_size_0 = "said to be 0 bytes";
+  const std::string of_size_0 = "struct_size is 0 bytes";
   expect_refused(softcd_scene_options_init(&scene_options, sizeof scene_options + 8), "options");
   expect_refused(softcd_body_settings_init(&settings, 0), of_size_0);
-  expect_refused(softcd_query_options_init(&query_options, 4), "said to be 4 bytes");
+  expect_refused(softcd_query_options_init(&query_options, 4), "struct_size is 4 bytes");
   expect_refused(softcd_query_options_init(nullptr, sizeof query_options), "options is NULL");
   EXPECT_EQ(query_options.struct_size, 0U);
   expect_refused(softcd_scene_create(&scene_options, &other_scene), of_size_0);
