@@ -29,9 +29,12 @@ Mesh read_mesh(const std::filesystem::path& path);
 /// The extensions of files that write_mesh writes.
 constexpr std::array<std::string_view, 3> kWrittenExtensions = {".ply", ".stl", ".glb"};
 
-/// Writes a mesh in single precision. The extension of the name decides the format: binary PLY (little endian); binary
-/// STL, in which each triangle has vertices of its own; or glTF 2.0 in one file (.glb), which must have triangles and
-/// finite positions. Throws MeshError.
+/// Writes a mesh in single precision. The extension of the name decides the format:
+/// - .ply: binary PLY (little endian)
+/// - .stl: binary STL, in which no triangles share vertices
+/// - .glb: glTF 2.0 in one file; the mesh must have triangles and finite positions
+///
+/// Throws MeshError.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 
 /// Throws MeshError, naming both files, unless they are two frames of one mesh: the vertex counts and triangles must

@@ -29,9 +29,9 @@ class Neighbours {
     }
   }
 
-  /// Returns the longest edges of the triangles beside sharp folds. To keep triangles from getting thin, it takes the
-  /// longest edge of the triangle on the other side instead if that is longer, and so on, until an edge is the longest
-  /// of both its triangles.
+  /// Returns the longest edges of the triangles beside sharp folds. If the triangle on the other side of an edge has a
+  /// longer edge, that one is taken instead, and so on, until an edge is the longest of both its triangles. This keeps
+  /// triangles from getting thin.
   std::set<Edge> to_be_halved(btScalar shortest) const {
     std::set<Edge> edges;
     for (const auto& [edge, faces] : faces_) {

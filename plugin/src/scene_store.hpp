@@ -8,9 +8,9 @@
 
 namespace softcd {
 
-/// The bodies of a scene, and all that detectors read of them. Functions that change a body record the change and
-/// reserve its memory; apply_changes() brings the layout, the positions, the lists of neighbours and the filters up to
-/// date, in this order.
+/// The bodies of a scene, and all data of them that detectors read. Functions that change a body record the change and
+/// reserve its memory. apply_changes() then updates the layout, the positions, the lists of neighbours and the filters,
+/// in this order.
 class SceneStore {
  public:
   SceneStore() = default;

@@ -249,9 +249,9 @@ typedef struct softcd_positions {
 } softcd_positions;
 
 /** Sets the positions of the body's vertices at both ends of the step. With NULL for x_t0, the body does not move from
- *  x_t1. Returns SOFTCD_INVALID_INPUT when a count is not the body's, a pointer is null, a stride is shorter than a
- *  position, or the ends have two types or are in two places. Returns SOFTCD_BACKEND_ERROR for positions on a device
- *  where the scene cannot use one. */
+ *  x_t1. Returns SOFTCD_INVALID_INPUT when a count is not the body's, a pointer is null, or a stride is shorter than a
+ *  position. Also returns it when the ends have two types or are in two places. Returns SOFTCD_BACKEND_ERROR for
+ *  positions on a device where the scene cannot use one. */
 SOFTCD_EXPORT softcd_status softcd_scene_set_positions(softcd_scene* scene, softcd_body body,
                                                        const softcd_positions* x_t0, const softcd_positions* x_t1);
 

@@ -64,10 +64,13 @@ struct ClosestPoint {
   /// The side of a closed surface: 1 where normals point to, -1 opposite, 0 on the surface. Also 0 where the body's
   /// surface is not closed, or a segment is nearest.
   ///
-  /// A surface is closed when every edge has two triangles that pass through it in opposite directions, the triangles
-  /// of each vertex surround it once, and all vertices of triangles are finite. The sign comes from the angle-weighted
-  /// normal of the nearest feature (Baerentzen and Aanaes 2005). It distinguishes inside from outside where the surface
-  /// does not intersect itself.
+  /// A surface is closed when
+  /// - every edge has two triangles, which pass through it in opposite directions;
+  /// - the triangles of each vertex surround it once;
+  /// - all vertices of triangles are finite.
+  ///
+  /// The sign comes from the angle-weighted normal of the nearest feature (Baerentzen and Aanaes 2005). It
+  /// distinguishes inside from outside where the surface does not intersect itself.
   std::int32_t side = 0;
 
   /// Returns whether a triangle is within max_distance.

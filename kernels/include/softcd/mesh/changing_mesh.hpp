@@ -10,8 +10,8 @@
 namespace softcd {
 
 /// A mesh in which some triangles change at a time. A change costs time for these triangles and those around them only.
-/// Its topology is what build_topology would make of its triangles, except for the edges' order: remaining edges keep
-/// their indices, and new edges take free indices or follow behind the last.
+/// Its topology is that of build_topology, except for the edges' order. Remaining edges keep their indices, and new
+/// edges take free indices or follow behind the last.
 class ChangingMesh {
  public:
   explicit ChangingMesh(Topology mesh);
