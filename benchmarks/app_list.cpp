@@ -48,7 +48,7 @@ void add_floor(AppWorld& world) {
   add_box(world, btVector3(20, 1, 20), btVector3(0, -1, 0)).setFriction(1);
 }
 
-/// Places a kinematic body, which Bullet moves there in the coming step.
+/// Moves a kinematic body to a place in the coming step.
 void put(btRigidBody& body, const btVector3& place, btScalar turn = 0) {
   body.setWorldTransform(btTransform(btQuaternion(btVector3(0, 1, 0), turn), place));
 }
@@ -77,7 +77,7 @@ ClothShape held_at_border(ClothShape shape) {
   return shape;
 }
 
-/// An upright figure, 1.2 high.
+/// Returns an upright figure of height 1.2.
 SurfaceMesh figure_mesh() {
   return demo::lathe_mesh({{0, btScalar(-0.6)},
                            {btScalar(0.25), btScalar(-0.6)},
@@ -88,7 +88,7 @@ SurfaceMesh figure_mesh() {
                           16);
 }
 
-/// A square of the plane, `side` long, whose height is given by a function.
+/// Returns a square of side `side` whose height is given by a function.
 template <class Height>
 SurfaceMesh ground_mesh(int cells, btScalar side, Height height) {
   SurfaceMesh mesh;
@@ -115,7 +115,7 @@ btScalar bumps(btScalar x, btScalar z) {
   return btScalar(0.25) * btSin(3 * x) * btSin(3 * z);
 }
 
-/// A figure that walks to and fro through a hanging cloth, or would.
+/// A figure walks to and fro against a hanging cloth.
 template <int kCentimetresPerSecond>
 AppDrive build_curtain(AppWorld& world) {
   add_cloth(world, curtain_shape());
@@ -162,7 +162,7 @@ AppDrive build_terrain(AppWorld& world) {
   return {};
 }
 
-/// Hung at its rim, and swung when its load has come to rest.
+/// A bag, hung at its rim, that is swung when its load has come to rest.
 AppDrive build_bag(AppWorld& world) {
   constexpr int kColumns = 24;
   constexpr int kWallRows = 10;
@@ -233,7 +233,7 @@ AppDrive build_crossed_cloths(AppWorld& world) {
   return {};
 }
 
-/// Stands on its edge and sinks into a heap.
+/// A cloth that stands on its edge and sinks into a heap.
 AppDrive build_crumpling(AppWorld& world) {
   add_floor(world);
   ClothShape shape = upright_cloth(21, btScalar(1.5), btScalar(1.7));
@@ -305,7 +305,7 @@ AppDrive build_balls_on_cloth(AppWorld& world) {
   return {};
 }
 
-/// A cloth on a table, which a kinematic hand pulls off.
+/// A kinematic hand pulls a cloth off a table.
 AppDrive build_tablecloth(AppWorld& world) {
   add_floor(world);
   add_box(world, btVector3(btScalar(0.6), btScalar(0.05), btScalar(0.6)), btVector3(0, btScalar(0.75), 0));
@@ -319,7 +319,7 @@ AppDrive build_tablecloth(AppWorld& world) {
   };
 }
 
-/// Spheres shot at a hanging cloth.
+/// Spheres are shot at a hanging cloth.
 AppDrive build_shots(AppWorld& world) {
   add_cloth(world, curtain_shape());
   for (int i = 0; i < 3; ++i) {

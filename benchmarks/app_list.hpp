@@ -7,10 +7,11 @@
 
 namespace softcd::benchmarks {
 
-/// Moves what an app moves by itself: called before each step, with the time at which the step ends and its length.
+/// Moves the bodies that an app moves itself. Called before each step, with the time at which the step ends and its
+/// length.
 using AppDrive = std::function<void(btScalar time, btScalar seconds)>;
 
-/// A program as a user of Bullet writes it in an afternoon, with whatever settings its author thought of.
+/// A small program as a Bullet user might write it, with the settings that its author chose.
 struct App {
   const char* name;
   const char* description;

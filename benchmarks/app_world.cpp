@@ -24,7 +24,7 @@ double length_of(const btVector3& v) {
   return std::hypot(double(v.x()), double(v.y()), double(v.z()));
 }
 
-/// Kinetic energy, J.
+/// Returns the kinetic energy in J.
 double energy_of(const btSoftBody::Node& node) {
   const double speed = length_of(node.m_v);
   return node.m_im > 0 ? speed * speed / double(node.m_im) / 2 : 0;
@@ -118,7 +118,7 @@ AppMotion AppWorld::motion() const {
   AppMotion motion;
   const auto include = [&](double energy, const btVector3& place) {
     motion.kinetic_energy += energy;
-    // Whatever is not a number is farthest.
+    // NaN counts as farthest.
     const double distance = length_of(place);
     if (!(distance <= motion.farthest)) motion.farthest = distance;
   };

@@ -22,10 +22,10 @@ struct AppMotion {
   double farthest = 0;        ///< the largest distance of a node or a rigid body from the origin
 };
 
-/// A world as an app makes it: Bullet's own, or softcd's in its place, with rigid bodies and meshes beside soft bodies.
+/// A world of an app: Bullet's own or softcd's, with rigid bodies and meshes beside soft bodies.
 class AppWorld {
  public:
-  /// Bullet's own world where there are no settings. Soft bodies get `iterations` as Config::piterations.
+  /// Makes the world; Bullet's own one without settings. Soft bodies get `iterations` as Config::piterations.
   AppWorld(AppWorldKind kind, const std::optional<bullet::Settings>& settings, int iterations);
   ~AppWorld();
   AppWorld(const AppWorld&) = delete;
@@ -38,26 +38,27 @@ class AppWorld {
 
   btSoftBody& add(std::unique_ptr<btSoftBody> body);
   btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0);
-  /// A rigid triangle mesh, given around the origin. It does not move unless the app makes it kinematic.
+  /// Adds a rigid triangle mesh, given around the origin. It does not move unless the app makes it kinematic.
   btRigidBody& add_mesh(const demo::SurfaceMesh& mesh, const btVector3& center);
 
-  /// Shifts every soft body by up to 1 mm along each axis, differently for each `start`: chaotic apps end elsewhere.
+  /// Shifts every soft body by up to 1 mm along each axis, differently for each `start`: chaotic apps then end
+  /// differently.
   void shift_bodies(unsigned start);
 
-  /// One of Bullet's steps. The deformable world takes four of them for a step of a classic one.
+  /// Makes one of Bullet's steps. The deformable world takes four of them for a step of a classic one.
   void step(btScalar seconds) { world_.step(seconds); }
   static constexpr btScalar kFrame = btScalar(1) / 60;
   int steps_per_frame() const { return is_deformable() ? 4 : 1; }
 
-  /// The edges of soft bodies and rigid meshes that intersect a triangle of another body, exactly. Edges within a body
-  /// count where it collides with itself.
+  /// Returns the number of edges of soft bodies and rigid meshes that intersect a triangle of another body, exactly.
+  /// Edges within a body count where it collides with itself.
   std::size_t count_crossings();
   AppMotion motion() const;
-  /// Free bodies whose centre is below this height, or not a number.
+  /// Returns the number of free bodies whose centre is below this height, or not a number.
   std::size_t count_below(btScalar height) const;
 
  private:
-  /// A soft body in no world that is where the rigid mesh is.
+  /// A soft body outside of the world with the shape and place of a rigid mesh.
   struct MeshImage {
     const btRigidBody* mesh;
     demo::SurfaceMesh shape;
@@ -65,13 +66,13 @@ class AppWorld {
   };
 
   int iterations_;
-  std::vector<std::unique_ptr<btTriangleMesh>> triangles_;  ///< before the world, whose shapes look at them
+  std::vector<std::unique_ptr<btTriangleMesh>> triangles_;  ///< declared before the world, whose shapes refer to them
   demo::SoftWorld world_;
   std::vector<btRigidBody*> rigid_bodies_;
   std::vector<MeshImage> mesh_images_;
 };
 
-/// Bullet's usual way to make a body of mass 0 kinematic: it stays flagged as static, too.
+/// Makes a body of mass 0 kinematic in Bullet's usual way: it stays flagged as static, too.
 void make_kinematic(btRigidBody& body);
 
 }  // namespace softcd::benchmarks

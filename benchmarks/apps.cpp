@@ -13,8 +13,7 @@
 #include "report.hpp"
 #include "timing.hpp"
 
-// Whether apps are better with softcd than with Bullet alone: what intersects, how much energy there is, which bodies
-// are lost, and what a step takes.
+// Compares apps with softcd and with Bullet alone: intersections, energy, lost bodies, and the time of a step.
 
 namespace softcd::benchmarks {
 namespace {
@@ -57,7 +56,7 @@ struct AppRun {
   int frames_with_crossings = 0;
   std::size_t most_crossings = 0, crossings_at_end = 0;
   double start_energy = 0, most_energy = 0;  ///< kinetic, J
-  double farthest = 0;                       ///< of a node or a rigid body from the origin, ever
+  double farthest = 0;                       ///< largest distance of a node or a rigid body from the origin at any time
   std::size_t lost_bodies = 0;
   double step_milliseconds = 0;  ///< median
 };
@@ -98,11 +97,11 @@ AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int i
   return run;
 }
 
-/// The median of each figure, the upper one of an even number.
+/// Returns the median of each figure; of an even number, the upper one.
 AppRun median_of(std::vector<AppRun> runs) {
   AppRun result = runs.front();
   const auto set_median = [&](auto AppRun::*figure) {
-    // What is not a number is largest.
+    // NaN counts as largest.
     const auto is_less = [&](const AppRun& a, const AppRun& b) {
       return a.*figure < b.*figure || (a.*figure == a.*figure && b.*figure != b.*figure);
     };
@@ -198,10 +197,10 @@ void run(const AppsOptions& options) {
 }  // namespace
 
 void add_apps(CLI::App& app, AppsOptions& options) {
-  CLI::App* command = app.add_subcommand("apps",
-                                         "Small apps with Bullet alone and with softcd's presets: what intersects, "
-                                         "energy, bodies that are lost, and what\n"
-                                         "a step takes");
+  CLI::App* command = app.add_subcommand(
+      "apps",
+      "Compares small apps with Bullet alone and with softcd's presets: intersections, energy, lost bodies, and\n"
+      "the time of a step");
   command->add_option("--app", options.apps, "Several by commas")
       ->option_text("APP [all]")
       ->delimiter(',')
@@ -209,23 +208,25 @@ void add_apps(CLI::App& app, AppsOptions& options) {
         const bool is_known = std::any_of(apps().begin(), apps().end(), [&](const App& a) { return a.name == name; });
         return is_known ? std::string() : "there is no app '" + name + "'";
       });
-  demo::add_choices(*command, "--world", kAppWorlds, options.worlds, "Of Bullet's, one after the other");
-  demo::add_choices(*command, "--detection", kAppDetections, options.detections, "Bullet's, or a preset of softcd's");
-  command->add_option("--iterations", options.iterations, "Of the soft bodies' positions; several by commas")
+  demo::add_choices(*command, "--world", kAppWorlds, options.worlds, "Bullet's worlds, one after the other");
+  demo::add_choices(*command, "--detection", kAppDetections, options.detections,
+                    "Bullet's own detection, or a preset of softcd's");
+  command->add_option("--iterations", options.iterations, "Position iterations of the soft bodies; several by commas")
       ->option_text("N [1,4]")
       ->delimiter(',')
       ->check(CLI::Range(1, 1000));
   command
-      ->add_option("--starts", options.starts,
-                   "Of each run; the first is as the app has it, the others have bodies shifted by up to 1 mm. A row "
-                   "has the median of each figure")
+      ->add_option(
+          "--starts", options.starts,
+          "Runs of each app. The first is unchanged; in the others bodies are shifted by up to 1 mm. A row has the\n"
+          "median of each figure")
       ->option_text("N [1]")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--seconds", options.seconds, "Simulated, of each app")
+  command->add_option("--seconds", options.seconds, "Simulated seconds of each app")
       ->option_text("S [its own]")
       ->check(CLI::Range(0.001, 10000.0));
-  demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "Where softcd computes");
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "softcd's backend");
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure of every run")->option_text("FILE");

@@ -17,9 +17,9 @@ struct AppsOptions {
                                       AppWorldKind::deformable};
   std::vector<AppDetection> detections = {AppDetection::bullet, AppDetection::fast, AppDetection::balanced,
                                           AppDetection::safe};
-  std::vector<int> iterations = {1, 4};  ///< Config::piterations of the bodies; the deformable world has no such
-  int starts = 1;                        ///< runs of which a row has the medians
-  double seconds = 0;                    ///< simulated; 0: as long as each app takes
+  std::vector<int> iterations = {1, 4};  ///< Config::piterations of the bodies; unused in the deformable world
+  int starts = 1;                        ///< number of runs; a row has their medians
+  double seconds = 0;                    ///< simulated; 0: each app's own duration
   Backend backend = Backend::cpu;
   std::string machine;        ///< empty: the processor
   std::string markdown_file;  ///< empty: none

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures what benchmarks/baseline/ holds of a machine.
+# Measures the results of a machine for benchmarks/baseline/.
 set -euo pipefail
 
 usage() {
@@ -13,8 +13,8 @@ Measures the generated scenes, and the recorded steps where they are given, in e
   BACKEND  cpu or cuda
   FILE     e.g. benchmarks/baseline/intel-xeon-2-cores.json
   STEPS    a folder of the recorded steps of Scalable CCD's sample data: armadillo-rollers, cloth-ball, cloth-funnel,
-           n-body-simulation and rod-twist, each with its two meshes in frames/. What is missing is left out
-  MACHINE  what the result calls the machine; left out: its processor. A GPU has to be named
+           n-body-simulation and rod-twist, each with its two meshes in frames/. Missing ones are skipped
+  MACHINE  the machine's name in the result; default: its processor. A GPU has to be named
 
   SOFTCD_REPEAT=N  measured detections; default 30
 TEXT

@@ -20,7 +20,7 @@ namespace {
 constexpr double kShapeRadius = 0.01;
 constexpr double kBallRadius = 0.05;
 constexpr int kBallLevel = 1;  ///< 80 triangles
-// Every pair of triangles is tried for these many.
+// The number of questions that are answered by comparing every pair of triangles.
 constexpr std::size_t kTriedBalls = 2;
 constexpr std::size_t kTriedChanges = 10;
 
@@ -28,7 +28,7 @@ Vec3d at(const std::vector<Vec3f>& x, std::uint32_t vertex) {
   return vec3_cast<double>(x[vertex]);
 }
 
-/// Times `ask`, which tells how many answers there were.
+/// Measures the time of `ask`, which returns the number of results.
 template <class Ask>
 BodyQuestionTime timed(BodyQuestion question, std::string name, std::size_t questions, int repetitions,
                        const Ask& ask) {
@@ -39,7 +39,7 @@ BodyQuestionTime timed(BodyQuestion question, std::string name, std::size_t ques
   return time;
 }
 
-/// Of one question, not of another. Positions that are rounded to float on another path may tell a few more or less.
+/// Throws unless two results agree. Positions that are rounded to float differently may change a few results.
 void expect_near(const char* what, double theirs, double ours) {
   if (std::abs(theirs - ours) <= 1e-3 * ours + 1e-6) return;
   throw std::runtime_error(
@@ -72,7 +72,8 @@ void BodyQuestions::make_shapes(std::size_t count) {
   for (const std::vector<Vec3d>& points : hull_points_) hulls_.push_back({points, 0.25 * radius});
 }
 
-/// A triangle becomes three around a new vertex, which is up to an edge's length away from its middle.
+/// Makes changes that replace a triangle by three around a new vertex, up to an edge's length away from the triangle's
+/// middle.
 void BodyQuestions::make_changes(std::size_t count) {
   const auto new_vertex = static_cast<std::uint32_t>(mesh_.x.size());
   for (std::size_t i = 0; i < count; ++i) {
@@ -89,7 +90,7 @@ void BodyQuestions::make_changes(std::size_t count) {
   }
 }
 
-/// Every other one around a point of the mesh.
+/// Makes balls, every other one around a point of the mesh.
 void BodyQuestions::make_balls(std::size_t count) {
   const double radius = kBallRadius * extent_;
   const test::Mesh ball = test::icosphere(kBallLevel, radius);
@@ -174,7 +175,7 @@ std::vector<BodyQuestionTime> BodyQuestions::measure_rivals([[maybe_unused]] int
   return times;
 }
 
-/// Once, as that takes long enough.
+/// Measures the comparison of every pair, once, because it takes long.
 void BodyQuestions::add_every_pair(std::vector<BodyQuestionTime>& times) const {
   const auto add = [&](BodyQuestion question, std::size_t questions, const auto& answers_of) {
     BodyQuestionTime time{question, "every two triangles", questions, 0};

@@ -24,29 +24,29 @@ inline constexpr std::array<const char*, 7> kBodyQuestionNames = {"distance of t
 
 struct BodyQuestionTime {
   BodyQuestion question;
-  std::string name;              ///< of who answers
-  std::size_t questions;         ///< of a repetition
-  std::size_t answers;           ///< to all of them; of distances, of bodies that there are distances between
-  double microseconds_each = 0;  ///< a question; of medians
+  std::string name;              ///< of the library that answers
+  std::size_t questions;         ///< in a repetition
+  std::size_t answers;           ///< to all of them; for distances, the number of pairs of bodies with a distance
+  double microseconds_each = 0;  ///< for one question, from the medians
 };
 
-/// What a Probe is asked about triangles of one mesh, of balls beside it, and of shapes near it.
+/// Measures a Probe's questions about triangles of one mesh, balls beside it, and shapes near it.
 class BodyQuestions {
  public:
-  /// `extent` is the mesh's, half its box's diagonal. A hundredth of `questions` capsules, hulls and changes, at least
-  /// 10, and a ten-thousandth of balls, at least 2. Keeps the mesh's references.
+  /// `extent` is half the diagonal of the mesh's box. The number of capsules, hulls and changes is a hundredth of
+  /// `questions`, at least 10; that of balls is a ten-thousandth, at least 2. Keeps the mesh's references.
   BodyQuestions(const MeshView& mesh, double extent, std::size_t questions);
 
   std::vector<BodyQuestionTime> measure(Backend backend, int repetitions);
-  /// Others' times for what there is an equal of, after measure(). Throws std::runtime_error where every pair of
-  /// triangles has told something else.
+  /// Returns the times of other libraries and methods for the same questions. Call it after measure(). Throws
+  /// std::runtime_error where comparing every pair of triangles gave other results.
   std::vector<BodyQuestionTime> measure_rivals(int repetitions) const;
 
-  /// What is asked about, as a line.
+  /// Returns a line that describes the questions.
   std::string description() const;
 
  private:
-  /// Owns what a ProbeChange is made of.
+  /// Owns the data of a ProbeChange.
   struct Change {
     std::vector<std::uint32_t> removed;
     std::vector<Triangle> added;
@@ -56,7 +56,7 @@ class BodyQuestions {
     std::vector<Triangle> triangles;
     std::vector<Vec3f> x;
   };
-  /// By question, what of its first ones was answered.
+  /// The results of the first questions, by kind of question.
   struct Answers {
     std::vector<double> distances;
     std::vector<std::size_t> intersections, changes;

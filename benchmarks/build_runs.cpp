@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file's name in a folder that goes away with its object.
+/// A file name in a temporary folder that is removed with this object.
 class TemporaryFile {
  public:
   TemporaryFile() {
@@ -39,7 +39,7 @@ class TemporaryFile {
   fs::path folder_;
 };
 
-/// Its exit code; standard output is dropped.
+/// Runs a program and returns its exit code. Drops its standard output.
 int run_program(std::vector<std::string> command) {
   std::vector<char*> argv(command.size() + 1, nullptr);
   std::transform(command.begin(), command.end(), argv.begin(), [](std::string& word) { return word.data(); });

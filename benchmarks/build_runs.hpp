@@ -8,8 +8,8 @@
 
 namespace softcd::benchmarks {
 
-/// Runs `detector` with `arguments` of two programs softcd-bench in turn, `rounds` times each: old, new, old, new ...
-/// What they print is dropped. Throws std::runtime_error when one fails.
+/// Runs `detector` with `arguments` of two builds of softcd-bench in turn, `rounds` times each: old, new, old, new ...
+/// Drops their output. Throws std::runtime_error when one fails.
 std::pair<Results, Results> run_builds(const std::string& old_build, const std::string& new_build,
                                        const std::vector<std::string>& arguments, int rounds);
 

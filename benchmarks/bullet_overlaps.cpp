@@ -11,7 +11,7 @@ btVector3 to_bullet(Vec3d v) {
   return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
 }
 
-/// Counts the mesh's triangles: all points of one come one after the other.
+/// Counts the mesh's triangles. Bullet reports all points of one triangle one after the other.
 struct TriangleCount final : btCollisionWorld::ContactResultCallback {
   explicit TriangleCount(const btCollisionObject& mesh) : mesh_(mesh) {}
 

@@ -45,8 +45,8 @@ class BulletScene final : public RivalScene {
     return hits;
   }
 
-  /// Not compared with softcd's: of 1,000 rays at the generated cloth on a ball it reports 828 as hits, where softcd,
-  /// Embree and a test of every triangle in long double report 815.
+  /// Its counts are not compared with softcd's. Of 1,000 rays at the generated cloth on a ball it reports 828 as hits,
+  /// where softcd, Embree and a test of every triangle in long double report 815.
   bool counts_exactly() const override { return false; }
 
   double sum_distances(const std::vector<ProbePoint>& /*points*/) const override { return -1; }
@@ -58,7 +58,7 @@ class BulletScene final : public RivalScene {
 
 constexpr std::size_t kSingleRays = 1000;  ///< after each step
 
-/// Three cloths of 400 nodes, held at their edges, one above the other.
+/// Adds three cloths of 400 nodes, held at their edges, one above the other.
 void add_cloths(demo::Simulation& simulation, double margin) {
   for (const double height : {0.0, 0.5, 1.0}) {
     demo::ClothShape shape = demo::horizontal_cloth(20, 4, btScalar(height));

@@ -21,8 +21,8 @@ constexpr btScalar kNodeMass = btScalar(0.01);
 constexpr btScalar kHumpRadius = btScalar(0.35);
 constexpr btScalar kHumpPitch = btScalar(1.5);
 
-// A sine-generated curve: its direction swings to and fro by this angle, a little more than at right angles, so that
-// each fold hangs over the one below.
+// A sine-generated curve: its direction swings to and fro by this angle. It is a little more than a right angle, so
+// that each fold hangs over the one below.
 constexpr btScalar kFoldAngle = 2;
 constexpr int kCellsPerFold = 24;
 constexpr btScalar kTilt = btScalar(0.06);  // radians; no two folds meet all at once
@@ -65,7 +65,7 @@ void fill_draped(SoftWorld& world, int nodes_per_side) {
   }
   const btScalar height = 2 * kHumpRadius + 3 * kClothMargin;
   auto cloth = make_configured_cloth(world, demo::horizontal_cloth(nodes_per_side, side, height));
-  // The classic world finds nothing within a body natively, and little is to be found.
+  // The classic world's own detection finds no contacts within a body, and there are few.
   cloth->setSelfCollision(world.kind() == World::deformable);
   world.add(std::move(cloth));
 }

@@ -17,11 +17,11 @@ enum class BulletScene : std::uint32_t {
   stacked,     ///< two cloths that touch themselves lie flat on a floor, one on the other
 };
 
-/// Adds the scene's bodies to an empty world. `size` is the nodes a side of each cloth; the cells of all but
-/// `two_cloths` are always as large, so that all sizes behave alike.
+/// Adds the scene's bodies to an empty world. `size` is the number of nodes along a side of each cloth. All cells but
+/// those of `two_cloths` always have the same size, so that all sizes behave alike.
 void fill(SoftWorld& world, BulletScene scene, int size);
 
-/// Steps after which the scene is what it is named for.
+/// Returns the number of steps after which the scene looks as its name says.
 int default_warm_up(BulletScene scene, World world);
 
 }  // namespace softcd::benchmarks

@@ -14,8 +14,8 @@
 #include "report.hpp"
 #include "scenes/step_profile.hpp"
 
-// What a whole step of Bullet's costs with each way of finding the contacts of its soft bodies. All variants run in one
-// process, one step of each in turn, so that what else the machine does falls on all of them.
+// Measures a whole step of Bullet with different detectors of soft contacts. All variants run in one process, one step
+// of each in turn, so that other load on the machine affects all of them.
 
 namespace softcd::benchmarks {
 namespace {
@@ -41,7 +41,7 @@ class Variant {
     fill(world_, options.scene, options.size);
   }
 
-  /// A step and what softcd took of it.
+  /// Makes a step, and measures it and softcd's part of it.
   void step(demo::StepProfiler& profiler) {
     profiler.take();
     const auto start = std::chrono::steady_clock::now();
@@ -67,7 +67,8 @@ class Variant {
   double last_ms() const { return step_ms_.back(); }
   double median_ms() const { return demo::median(step_ms_); }
   double median_our_ms() const { return demo::median(our_ms_); }
-  /// Of what is left of each step without softcd's part of it and without the step that `floor` took in turn.
+  /// Returns the median of the time of each step without softcd's part, minus the time of `floor`'s step in the same
+  /// turn.
   double median_answer_ms(const Variant& floor) const {
     std::vector<double> answer_ms;
     for (std::size_t i = 0; i < step_ms_.size(); ++i) {
@@ -80,7 +81,7 @@ class Variant {
   double median_soft_contacts() const { return demo::median(soft_contacts_); }
   double median_rigid_contacts() const { return demo::median(rigid_contacts_); }
 
-  /// Of the nodes. Throws when one's position is not finite: the times then mean nothing.
+  /// Returns the heights of the nodes. Throws when a position is not finite: the times then mean nothing.
   Heights heights() const {
     Heights heights;
     for (const btSoftBody* body : world_.bodies()) {
@@ -116,7 +117,7 @@ struct Comparison {
   std::unique_ptr<Variant> floor;
   Variant* original = nullptr;  ///< of `ours`, whose steps the floor takes
 
-  /// Its steps are told in three parts.
+  /// Returns whether the variant's steps are reported in three parts.
   bool is_ours(const Variant& variant) const { return &variant != native.get() && &variant != floor.get(); }
 
   std::vector<Variant*> all() const {
@@ -137,8 +138,8 @@ void copy_motion(const btSoftBody& from, btSoftBody& to) {
   }
 }
 
-/// The step that is left when detection costs nothing: no body asks for contacts with soft bodies, and no tree is kept
-/// for them. Starts each step where the bodies of `original` are.
+/// Makes a step as if detection cost nothing: no body has soft contacts, and no tree is kept for them. Starts each step
+/// from the positions of `original`.
 void step_floor(Variant& floor, Variant& original, demo::StepProfiler& profiler) {
   const std::vector<btSoftBody*>& from = original.world().bodies();
   const std::vector<btSoftBody*>& to = floor.world().bodies();
@@ -187,7 +188,7 @@ std::string heading(const BulletStepOptions& options, const SoftWorld& world) {
                      options.measured_steps);
 }
 
-/// What the figures alone would not tell.
+/// Returns remarks that explain the figures.
 std::string remarks(const BulletStepOptions& options, const Comparison& comparison) {
   std::string text;
   if (comparison.native == nullptr) {
@@ -280,11 +281,11 @@ void run(BulletStepOptions options) {
 void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
   CLI::App* command = app.add_subcommand(
       "bullet",
-      "A whole step of Bullet's with soft bodies: Bullet's own detection, softcd, and the floor. softcd on the CPU\n"
-      "unless told otherwise. The floor is the step that is left of softcd's when contacts between soft bodies are\n"
-      "neither looked for nor answered, and no tree is kept for them; each of its steps starts where softcd's does.\n"
-      "A step with softcd is told in three parts: the floor, Bullet's answer to the contacts, and ours, in which they\n"
-      "are found, written for Bullet, and crossings prevented");
+      "Measures a whole step of Bullet's with soft bodies: with Bullet's own detection, with softcd (by default on\n"
+      "the CPU), and as the floor. The floor is softcd's step without contacts between soft bodies: they are neither\n"
+      "detected nor solved, and no tree is kept for them. Each of its steps starts where softcd's does. A step with\n"
+      "softcd is reported in three parts: the floor, the solver's time for the contacts, and softcd's time, in which\n"
+      "contacts are found, written for Bullet, and crossings are prevented");
   demo::add_choice(*command, "--scene", kBulletScenes, options.scene,
                    "two-cloths: one falls onto another that is held along its border; balls: of 1280\n"
                    "triangles each, which drop onto each other; draped: a cloth over rigid balls;\n"
@@ -301,7 +302,7 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
       ->check(CLI::Range(8, 1000));
   command
       ->add_option("--warm-up", options.warm_up_steps,
-                   "Steps before the measured ones. Left out: until many nodes touch something")
+                   "Steps before the measured ones. Default: until many nodes touch something")
       ->option_text("N")
       ->check(CLI::Range(1, 100000));
   command->add_option("--steps", options.measured_steps, "Measured steps")
@@ -309,16 +310,17 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
       ->check(CLI::Range(1, 100000));
   command
       ->add_option("--most-native-faces", options.most_native_faces,
-                   "Leave Bullet's own detection out where a body has more faces: its first step takes time\n"
+                   "Skip Bullet's own detection where a body has more faces: its first step takes time\n"
                    "quadratic in them, 30 s with 90,000")
       ->option_text("N [50000]")
       ->check(CLI::NonNegativeNumber);
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
-                    "Where softcd computes; with several, all are measured");
-  demo::add_choice(*command, "--detection", demo::kDetections, options.detection, "softcd's; dcd is Bullet's rule");
+                    "softcd's backend; with several, all are measured");
+  demo::add_choice(*command, "--detection", demo::kDetections, options.detection,
+                   "softcd's detection; dcd is Bullet's rule");
   demo::add_choices(*command, "--contacts", demo::kContacts, options.contacts,
-                    "Which contacts softcd gives to Bullet's solver; with several, all are measured");
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+                    "The contacts that softcd gives to Bullet's solver; with several, all are measured");
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure as JSON")->option_text("FILE");

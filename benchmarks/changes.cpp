@@ -12,8 +12,8 @@
 #include "random.hpp"
 #include "report.hpp"
 
-// What it takes to change some triangles of a body, beside what it takes to give all of them anew: until a detection
-// could begin, which has nothing to do without positions.
+// Measures the time to change some triangles of a body, and the time to replace all of them, until a detection could
+// begin. The detection itself has nothing to do without positions.
 
 namespace softcd::benchmarks {
 namespace {
@@ -26,7 +26,7 @@ struct ChangedMesh {
 
 using MakeChange = void (*)(ChangedMesh& mesh, std::size_t count, test::Random& random);
 
-/// One corner of triangles anywhere becomes one of their own.
+/// Gives one corner of random triangles a vertex of its own.
 void tear(ChangedMesh& mesh, std::size_t count, test::Random& random) {
   for (; count > 0; --count) {
     const std::uint32_t t = random.below(static_cast<std::uint32_t>(mesh.triangles.size()));
@@ -37,7 +37,7 @@ void tear(ChangedMesh& mesh, std::size_t count, test::Random& random) {
   }
 }
 
-/// Triangles around a place become three each.
+/// Splits each triangle around a place in three.
 void refine(ChangedMesh& mesh, std::size_t count, test::Random& random) {
   const auto all = static_cast<std::uint32_t>(mesh.triangles.size());
   const auto centre = [&](std::uint32_t t) {
@@ -90,7 +90,7 @@ class MeasuredScene {
   BodyDesc desc_of(const ChangedMesh& mesh) const {
     return {mesh.triangles, static_cast<std::uint32_t>(mesh.x.size()), settings_};
   }
-  /// Then detects, so that copies elsewhere know of it.
+  /// Updates the mesh, then detects, so that copies elsewhere are up to date.
   template <class Update>
   double milliseconds_of(const ChangedMesh& mesh, const Update& update) {
     const auto begin = std::chrono::steady_clock::now();
@@ -195,14 +195,15 @@ void add_changes(CLI::App& app, ChangesOptions& options) {
       "and\n"
       "with the changed ones alone, in turn, until a detection could begin. Median milliseconds, and the median of\n"
       "their ratios");
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
-  command->add_option("--share", options.share, "Of the triangles that a change replaces or adds")
+  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
+                    "The backends to measure, one after the other");
+  command->add_option("--share", options.share, "Share of the triangles that a change replaces or adds")
       ->option_text("SHARE [0.01]")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--repeat", options.repetitions, "Measured changes, after one that prepares the body")
       ->option_text("N [15]")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure; milliseconds")->option_text("FILE");

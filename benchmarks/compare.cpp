@@ -12,7 +12,7 @@
 #include "report.hpp"
 #include "results.hpp"
 
-// Whether the detector has become slower: results of two builds, row by row.
+// Decides whether the detector has become slower, from the results of two builds, row by row.
 
 namespace softcd::benchmarks {
 namespace {
@@ -25,7 +25,7 @@ std::string megabytes(std::uint64_t bytes) {
   return fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6);
 }
 
-/// How far `ms.total` varied, relative.
+/// Returns the relative variation of `ms.total`.
 double variation(const ResultRow& row) {
   return row.ms.total > 0 ? (row.high_ms - row.low_ms) / row.ms.total : 0;
 }
@@ -201,20 +201,18 @@ void add_compare(CLI::App& app, CompareOptions& options) {
       "counts are told");
   command
       ->add_option("arguments", options.arguments,
-                   "Two files of results, old and new; with --builds what to measure, after --: arguments of\n"
-                   "`detector`")
+                   "Two files of results, old and new; with --builds, after --, the arguments of `detector`")
       ->option_text("OLD NEW | -- ARGUMENT...");
   command
       ->add_option(
           "--builds", options.builds,
-          "Two programs softcd-bench, old and new, that are run in turn instead, as machines need that others\n"
-          "use too")
+          "Two builds of softcd-bench, old and new, that are run in turn instead. Use it on machines with other load")
       ->option_text("OLD NEW")
       ->check(CLI::ExistingFile);
   command->add_option("--rounds", options.rounds, "With --builds: runs of each build; more on a busy machine")
       ->option_text("N [7]")
       ->check(CLI::Range(2, 1000));
-  command->add_option("--tolerance", options.tolerance, "How much slower, or more memory, is no loss, in per cent")
+  command->add_option("--tolerance", options.tolerance, "Loss of time or memory, in per cent, that is accepted")
       ->option_text("P [5]")
       ->check(CLI::Range(0.0, 10000.0));
   command->callback([&options] { run(options); });

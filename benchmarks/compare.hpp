@@ -8,11 +8,11 @@
 namespace softcd::benchmarks {
 
 struct CompareOptions {
-  std::vector<std::string> arguments;          ///< two files of results, or those of `detector`
+  std::vector<std::string> arguments;          ///< two files of results, or the arguments of `detector`
   std::pair<std::string, std::string> builds;  ///< programs softcd-bench; empty: files are compared
   int rounds = 7;                              ///< of each build
   double tolerance = 5;                        ///< per cent
-  bool found_loss = false;                     ///< the outcome: slower, more memory, or not measured any more
+  bool found_loss = false;                     ///< the result: slower, more memory, or not measured any more
 };
 
 /// Adds the subcommand `compare`, which fills `options` and then compares.

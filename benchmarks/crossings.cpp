@@ -13,8 +13,8 @@
 #include "report.hpp"
 #include "scenes/penetration.hpp"
 
-// Whether continuous detection keeps its promise: edges through triangles after every step of the demo scenes, counted
-// in exact arithmetic, and what keeping it took.
+// Checks the guarantee of continuous detection: counts edges through triangles after every step of the demo scenes, in
+// exact arithmetic. Also measures what crossing prevention changed.
 
 namespace softcd::benchmarks {
 namespace {
@@ -38,12 +38,12 @@ struct Run {
   std::size_t triangles = 0;
   std::size_t edges_at_start = 0, most_edges = 0;  ///< that intersect triangles
   long steps_with_edges = 0;
-  long answered_steps = 0;  ///< in which something would have met
+  long answered_steps = 0;  ///< in which some features would have crossed
   std::uint64_t rounds = 0, most_rounds = 0, most_held_nodes = 0, unavoidable = 0, excepted = 0;
   double kinetic_energy = 0;   ///< largest
-  double energy_gained = 0;    ///< most by one step's answers
-  double energy_lost = 0;      ///< by all steps' answers
-  double momentum_gained = 0;  ///< most by one step's answers, as a share of sum(m |v|)
+  double energy_gained = 0;    ///< largest gain by the responses of one step
+  double energy_lost = 0;      ///< by the responses of all steps
+  double momentum_gained = 0;  ///< largest gain by the responses of one step, as a share of sum(m |v|)
 };
 
 struct Motion {
@@ -64,7 +64,7 @@ Motion motion_of(const std::vector<btSoftBody*>& bodies) {
   return motion;
 }
 
-/// Not within bodies that do not ask for their own contacts.
+/// Counts crossing edges, except within bodies without self-collision.
 std::size_t count_edges(const std::vector<btSoftBody*>& bodies) {
   const auto is_prevented = [](const btSoftBody& edges, const btSoftBody& triangles) {
     return &edges != &triangles || edges.m_useSelfCollision;
@@ -202,31 +202,32 @@ void run(const CrossingsOptions& options) {
 void add_crossings(CLI::App& app, CrossingsOptions& options) {
   CLI::App* command = app.add_subcommand(
       "crossings",
-      "Whether anything ends a step through anything else, with continuous detection and answers to edges: edges\n"
-      "through triangles after every step of the demo scenes, in exact arithmetic, and what preventing them took");
+      "Checks that no step ends with an intersection, with continuous detection and responses to edges: counts edges\n"
+      "through triangles after every step of the demo scenes, in exact arithmetic, and what prevention changed");
   command->add_option("--scene", options.scenes, "See softcd-demo --list; several by commas")
       ->option_text("SCENE [all]")
       ->delimiter(',')
       ->check([](const std::string& name) {
         return demo::find_scene(name) != nullptr ? std::string() : "there is no scene '" + name + "'";
       });
-  demo::add_choices(*command, "--world", demo::kWorlds, options.worlds, "Of Bullet's, one after the other");
+  demo::add_choices(*command, "--world", demo::kWorlds, options.worlds, "Bullet's worlds, one after the other");
   command->add_option("--rate", options.steps_per_second, "Steps a second; several by commas")
       ->option_text("N [30,60,120,240]")
       ->delimiter(',')
       ->check(CLI::Range(1, 1000000));
-  command->add_option("--seconds", options.seconds, "Simulated, of each scene")
+  command->add_option("--seconds", options.seconds, "Simulated seconds of each scene")
       ->option_text("S [2.5]")
       ->check(CLI::Range(0.001, 10000.0));
   command
       ->add_option("--time-limit", options.time_limit,
-                   "Of this machine's time, for each run: steps that it has not begun by then are left out")
+                   "Seconds of this machine for each run: steps that it has not begun by then are left out")
       ->option_text("S [none]")
       ->check(CLI::PositiveNumber);
-  demo::add_choice(*command, "--size", kSizes, options.size, "Of the scenes; paper: the default where there is none");
-  demo::add_choice(*command, "--contacts", demo::kContacts, options.contacts, "That Bullet's solver is given");
-  demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "Where to compute");
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  demo::add_choice(*command, "--size", kSizes, options.size,
+                   "Size of the scenes; paper: the default for scenes that are not in the paper");
+  demo::add_choice(*command, "--contacts", demo::kContacts, options.contacts, "The contacts that Bullet's solver gets");
+  demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "softcd's backend");
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure of every run")->option_text("FILE");

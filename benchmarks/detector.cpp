@@ -15,7 +15,7 @@
 #include "detector_measurement.hpp"
 #include "report.hpp"
 
-// What the detector costs by itself: positions in the caller's memory in, contacts out.
+// Measures the detector alone: from positions in the caller's memory to contacts.
 
 namespace softcd::benchmarks {
 namespace {
@@ -47,7 +47,7 @@ std::string megabytes(std::uint64_t bytes) {
   return decimals(static_cast<double>(bytes) / 1e6, 1);
 }
 
-/// Without what copying positions and contacts between host and device takes.
+/// Returns the time without copies of positions and contacts between host and device.
 double work_ms(const Measurement& m) {
   return m.statistics.ms.total - m.statistics.ms.transfer;
 }
@@ -234,7 +234,7 @@ class Benchmark {
     return results;
   }
 
-  /// The largest first, so that there is memory for it.
+  /// Measures the largest scene first, so that there is memory for it.
   Measurements all_sizes(Backend backend) const {
     const double triangles_at_scale_1 = static_cast<double>(make_cloth_on_ball(1).triangle_count());
     Measurements results;
@@ -245,7 +245,7 @@ class Benchmark {
     return results;
   }
 
-  /// 1, 2, 4 and so on, and all that there are.
+  /// Measures with 1, 2, 4 and so on threads, and with all.
   Measurements with_more_and_more_threads(const DetectorScene& scene, const MeasuredOptions& options) const {
     const auto all = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
     Measurements results;
@@ -263,7 +263,7 @@ class Benchmark {
     return results;
   }
 
-  /// Of positions that stay, where pairs that are kept serve, and of such that go to and fro.
+  /// Measures with resting positions, where kept pairs are reused, and with positions that move to and fro.
   Measurements with_and_without_reuse(const DetectorScene& scene, MeasuredOptions options) const {
     Measurements results;
     for (const bool rocks : {false, true}) {
@@ -276,7 +276,7 @@ class Benchmark {
     return results;
   }
 
-  /// Whatever the backend and the dials, the contacts are the same bytes; `paper` may lose some.
+  /// Checks that contacts are the same bytes for every backend and setting; `paper` may lose some.
   void compare_contacts(const Measurement& m) {
     if (!m.left_out.empty() || m.options.is_paper) return;
     const std::string what = fmt::format("{} of {} triangles, {}{}", m.scene, m.statistics.triangles, detection_of(m),
@@ -465,13 +465,13 @@ class Benchmark {
 void add_detector(CLI::App& app, DetectorOptions& options) {
   CLI::App* command = app.add_subcommand(
       "detector",
-      "The detector alone: discrete detection in float32 (dcd fast; contacts within a tenth of an edge) and\n"
+      "Measures the detector alone: discrete detection in float32 (dcd fast; contacts within a tenth of an edge) and\n"
       "continuous detection in float64 (ccd precise; collisions), vertex-triangle and edge-edge, on one step each of\n"
       "generated scenes and of meshes from files. Median times in milliseconds");
   demo::add_choices(
       *command, "--scene", kScenes, options.scenes,
       "A cloth in a funnel (18K triangles), a cloth on a ball (92K), 450 balls and 4 cones (144K), 1,000\n"
-      "boxes of 12 triangles. Left out: the first three");
+      "boxes of 12 triangles. Default: the first three");
   CLI::Option* t0 =
       command->add_option("--t0", options.first_frame, "Instead: a mesh at the start of a step, PLY or OBJ")
           ->option_text("FILE");
@@ -479,12 +479,13 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
   t0->needs(t1);
   t1->needs(t0);
   command
-      ->add_option(
-          "--step", options.step_folders,
-          "Also recorded steps: folders with a folder frames of two meshes, as the sample data of Scalable CCD")
+      ->add_option("--step", options.step_folders,
+                   "Also recorded steps: folders that contain a folder frames with two meshes, like the sample data of "
+                   "Scalable CCD")
       ->option_text("DIR...")
       ->check(CLI::ExistingDirectory);
-  demo::add_choices(*command, "--mode", kModes, options.modes, "What to look for, and the narrow phase's arithmetic");
+  demo::add_choices(*command, "--mode", kModes, options.modes,
+                    "The kind of detection, and the narrow phase's arithmetic");
   command->add_option("--scale", options.scale, "Multiplies the generated scenes' triangle counts, roughly")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
@@ -494,7 +495,8 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
                     "about 10K triangles to --most. threads: on 1, 2, 4 ... threads of the CPU. ends: positions and\n"
                     "contacts in the host's memory and in the device's (with --backend cuda). reuse: without and with\n"
                     "pairs that earlier detections have found, of the same step and of one to and fro");
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
+  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
+                    "The backends to measure, one after the other");
   command
       ->add_option("--repeat", options.repetitions,
                    fmt::format("Measured detections, after 3 to warm up; fewer where they take more than {:.0f} s",
@@ -506,11 +508,11 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
       ->check(CLI::Range(kLeastScalingTriangles, 1e8));
   command
       ->add_option("--most-tests", options.most_tests,
-                   "Leave measurements out that would enumerate more pairs of triangles, by an estimate: those of\n"
+                   "Skip measurements that would enumerate more pairs of triangles, by an estimate: those of\n"
                    "--sweep subdivision with a grid for the largest triangle")
       ->option_text("N [2e10]")
       ->check(CLI::PositiveNumber);
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes")

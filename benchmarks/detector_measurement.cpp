@@ -35,7 +35,7 @@ Vec3f middle_of(const SceneBody& body, const Triangle& t) {
   return (1.0F / 6.0F) * sum;
 }
 
-/// Of the sphere around a triangle's whole motion.
+/// Returns the largest radius of a sphere around a triangle's whole motion.
 float largest_radius(const DetectorScene& scene) {
   float squared = 0;
   for (const SceneBody& body : scene.bodies) {
@@ -59,7 +59,7 @@ void set_times(Measurement& measurement, const std::vector<StageTimes>& times) {
   measurement.repetitions = static_cast<int>(times.size());
 }
 
-/// Where the measured detector reads one end of a body's step.
+/// Positions at one end of a body's step, in the memory from which the measured detector reads them.
 class MeasuredPositions {
  public:
   MeasuredPositions(const std::vector<Vec3f>& x, const MeasuredOptions& options) : positions_(x) {

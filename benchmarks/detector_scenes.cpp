@@ -10,7 +10,8 @@
 #include "ground_truth.hpp"
 #include "mesh_io/mesh_io.hpp"
 
-// The scenes are formulas, not simulations: everybody gets the same ones at any size, without files and without Bullet.
+// The scenes are formulas, not simulations: they are the same for every user, at any size, without files and without
+// Bullet.
 
 namespace softcd::benchmarks {
 namespace {
@@ -22,7 +23,7 @@ struct Surface {
   std::vector<Triangle> triangles;
 };
 
-/// A number in [-1, 1) that looks random: splitmix64 of the index.
+/// Returns a pseudo-random number in [-1, 1): splitmix64 of the index.
 double noise(std::uint64_t index) {
   std::uint64_t bits = (index + 1) * 0x9E3779B97F4A7C15U;
   bits = (bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9U;
@@ -52,7 +53,7 @@ void append_quad(std::vector<Triangle>& triangles, std::uint32_t a, std::uint32_
   }
 }
 
-/// A flat square of 2 cells^2 triangles in y = 0, centred on the origin.
+/// Returns a flat square of 2 cells^2 triangles in y = 0, centred on the origin.
 Surface make_square(int cells, double side) {
   Surface square;
   const auto node = [cells](int column, int row) { return static_cast<std::uint32_t>(row * (cells + 1) + column); };
@@ -70,7 +71,7 @@ Surface make_square(int cells, double side) {
   return square;
 }
 
-/// A unit sphere of 20 frequency^2 triangles: the icosahedron's, each divided into frequency^2.
+/// Returns a unit sphere of 20 frequency^2 triangles: each face of the icosahedron is divided into frequency^2.
 Surface make_icosphere(int frequency) {
   constexpr double kPhi = std::numbers::phi;
   constexpr Vec3d kCorners[12] = {{-1, kPhi, 0}, {1, kPhi, 0}, {-1, -kPhi, 0}, {1, -kPhi, 0},
@@ -80,7 +81,7 @@ Surface make_icosphere(int frequency) {
                                  {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
                                  {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   Surface sphere;
-  // A node's corners and their weights, sorted: the same whichever of the faces around it asks.
+  // A node's corners and their weights, sorted, so that all faces around it find the same node.
   std::map<std::array<std::pair<int, int>, 3>, std::uint32_t> nodes;
   const auto node = [&](const int(&face)[3], int i, int j) {
     const int weights[3] = {frequency - i - j, i, j};
@@ -107,15 +108,15 @@ Surface make_icosphere(int frequency) {
   return sphere;
 }
 
-/// A point of the curve that turns about the y axis into the surface on which a cloth lies, and the direction away
-/// from that surface on the cloth's side.
+/// A point of a curve, and the direction from the surface to the cloth. Turned about the y axis, the curve gives the
+/// surface on which the cloth lies.
 struct ProfilePoint {
   double radius, height;
   double normal_radius, normal_height;
 };
 
-/// Where a point of a cloth lies that covers a surface of revolution. The cloth is wider than what it covers; what is
-/// too much of it lies in folds like a Z, three layers each.
+/// Computes the points of a cloth that covers a surface of revolution. The cloth is wider than the surface; the excess
+/// lies in Z-shaped folds of three layers.
 struct Drape {
   double edge;
   int fold_count;
@@ -132,7 +133,7 @@ struct Drape {
     const double layers = edge * thickness * (0.55 + 0.25 * std::sin(3 * angle + distance / (5 * edge)));
     const double gap = edge * (least_gap + more_gap * (0.5 + 0.5 * std::sin(5 * angle + distance / (7 * edge))));
     const double height = gap + layers * height_in_fold * slack / (slack + edge);
-    // Half of the slack goes forth, half back; 0.6 keeps the cloth's length with the sine's speeds.
+    // Half of the slack goes forth and half back. The factor 0.6 preserves the cloth's length for the sine's speeds.
     const double sideways = profile.radius > 0 ? 0.6 * slack * height_in_fold / profile.radius : 0.0;
     const double radius = profile.radius + profile.normal_radius * height;
     const double phi = angle + sideways + turn;
@@ -140,7 +141,8 @@ struct Drape {
   }
 };
 
-/// A fold for about six edges of circumference: up to 18 edges of cloth where it is three times too wide.
+/// Returns the number of folds: one for about six edges of circumference, which are up to 18 edges of cloth where it is
+/// three times too wide.
 int fold_count_for(double circumference, double edge) {
   return std::max(3, static_cast<int>(std::lround(circumference / (6 * edge))));
 }
@@ -190,7 +192,8 @@ constexpr double kTubeLength = 0.4;
 constexpr double kConeLength = 0.75;  // along its side
 constexpr double kConeSlope = 0.85;   // radians from the horizontal
 
-/// `distance` from the tube's lower end along the tube and then along the cone's side. The cloth is inside.
+/// Returns the point at `distance` from the tube's lower end, along the tube and then along the cone's side. The cloth
+/// is inside.
 ProfilePoint funnel_profile(double distance) {
   if (distance < kTubeLength) return {kTubeRadius, distance - kTubeLength, -1, 0};
   const double up = distance - kTubeLength;
@@ -198,7 +201,7 @@ ProfilePoint funnel_profile(double distance) {
           std::cos(kConeSlope)};
 }
 
-/// The cloth's middle hangs out of the tube as half a ball.
+/// Returns a point of the cloth, whose middle hangs out of the tube as half a ball.
 ProfilePoint cloth_in_funnel_profile(double distance) {
   const double angle = distance / kTubeRadius;
   if (angle > pi / 2) return funnel_profile(distance - kTubeRadius * pi / 2);
@@ -227,7 +230,7 @@ Surface make_funnel_surface(int columns, int rows) {
   return funnel;
 }
 
-/// A pyramid that stands for a cone: convex, its tip up.
+/// A pyramid that approximates a cone: convex, its tip up.
 struct Cone {
   static constexpr int kSides = 6;
 
@@ -245,7 +248,7 @@ struct Cone {
     return cone;
   }
 
-  /// The side whose plane is the furthest below `point`: outward normal and signed distance.
+  /// Returns the side whose plane is furthest below `point`: its outward normal and the signed distance.
   std::pair<Vec3d, double> nearest_side(Vec3d point) const {
     std::pair<Vec3d, double> nearest{{}, -INFINITY};
     for (int side = 0; side < kSides; ++side) {
@@ -271,7 +274,8 @@ std::vector<Vec3f> to_floats(const std::vector<Vec3d>& positions) {
   return result;
 }
 
-/// Edges with a vertex that is not finite are left out, as their triangles are by the detector.
+/// Returns the mean length of edges, except those with a vertex that is not finite. The detector leaves out their
+/// triangles, too.
 double mean_edge_length(const Surface& surface) {
   double sum = 0;
   std::size_t count = 0;
@@ -300,7 +304,7 @@ DetectorScene make_funnel(double scale) {
   const double edge = kSide / cells;
   const Surface square = make_square(cells, kSide);
   const int fold_count = fold_count_for(2 * pi * kTubeRadius, edge);
-  // Down by half an edge: the cone is then a third of an edge closer.
+  // Moved down by half an edge, so the cone is a third of an edge closer.
   const Drape before{edge, fold_count, 0.05, 0.5, 1.0, 0.0};
   Drape after = before;
   after.thickness = 0.9;
@@ -327,7 +331,7 @@ DetectorScene make_cloth_on_ball(double scale) {
     const double angle = std::min(distance, pi / 2);
     return {std::sin(angle), std::cos(angle) - std::max(0.0, distance - pi / 2), std::sin(angle), std::cos(angle)};
   };
-  // The ball turns by half an edge and drags the cloth, which sinks towards it, along.
+  // The ball turns by half an edge and drags the cloth along, which sinks towards it.
   const Drape before{edge, fold_count_for(2 * pi, edge), 0.05, 0.25, 1.0, 0.0};
   Drape after = before;
   after.least_gap = -0.05;
@@ -364,7 +368,7 @@ DetectorScene make_n_body(double scale) {
     scene.bodies.push_back({surface.triangles, at_rest, at_rest, kinematic()});
   }
 
-  // Layers of balls, each around the cones; the next ones that touch them lie on them, those inside are left out.
+  // Layers of balls around the cones. Each layer touches the one below it; balls inside of cones are left out.
   const int ball_count = std::max(8, static_cast<int>(std::lround(450 * scale)));
   const double spacing = 2.01;
   const int per_side = static_cast<int>(cones_per_side * cone_spacing / spacing);

@@ -19,41 +19,41 @@ struct SceneBody {
 /// One step of several bodies.
 struct DetectorScene {
   std::string name;
-  double edge_length = 0;  ///< of its finer meshes; motions and distances are chosen in units of it
+  double edge_length = 0;  ///< of its finer meshes; the unit of motions and distances
   std::vector<SceneBody> bodies;
-  bool is_from_files = false;  ///< and may be without contacts, which others are not
+  bool is_from_files = false;  ///< such a scene may have no contacts; the others must have some
 
   std::size_t triangle_count() const;
 };
 
-/// A cloth in a funnel, half of it through, in folds that lie on each other and on the funnel; it moves down by half
-/// an edge. 18K triangles at scale 1.
+/// Returns a cloth in a funnel, half of it through, in folds that lie on each other and on the funnel. It moves down by
+/// half an edge. 18K triangles at scale 1.
 DetectorScene make_funnel(double scale);
 
-/// A cloth over a turning ball, in folds that lie on each other below the equator. 92K triangles at scale 1.
+/// Returns a cloth over a turning ball, in folds that lie on each other below the equator. 92K triangles at scale 1.
 DetectorScene make_cloth_on_ball(double scale);
 
-/// 450 balls of 320 triangles each that move in all directions, around 4 cones of 10 triangles, each a thousand times
-/// as large as a ball's. 144K triangles at scale 1, which multiplies the number of bodies.
+/// Returns 450 balls of 320 triangles each that move in all directions, around 4 cones of 10 triangles. A cone's
+/// triangle is a thousand times as large as a ball's. 144K triangles at scale 1, which multiplies the number of bodies.
 DetectorScene make_n_body(double scale);
 
-/// 1,024 cloths on balls of 1K triangles, all at one place and each a batch. 1M triangles at scale 1, which multiplies
-/// the number of batches.
+/// Returns 1,024 cloths on balls of 1K triangles, all at one place, and each a batch. 1M triangles at scale 1, which
+/// multiplies the number of batches.
 DetectorScene make_batches(double scale);
 
-/// 1,000 boxes of 12 triangles each, strewn so that few meet, which move by a tenth of an edge. 12K triangles at scale
-/// 1, which multiplies the number of bodies.
+/// Returns 1,000 boxes of 12 triangles each, spread so that few meet, which move by a tenth of an edge. 12K triangles
+/// at scale 1, which multiplies the number of bodies.
 DetectorScene make_many_bodies(double scale);
 
-/// Two frames of one mesh, as one body that collides with itself. Throws demo::MeshError.
+/// Reads two frames of one mesh, as one body that collides with itself. Throws demo::MeshError.
 DetectorScene read_scene(const std::filesystem::path& t0, const std::filesystem::path& t1);
 
-/// The same of the two meshes in frames/ of `step`, by whose name it is called. Throws demo::MeshError.
+/// Reads the two meshes in frames/ of `step`; the scene has that folder's name. Throws demo::MeshError.
 DetectorScene read_recorded_step(const std::filesystem::path& step);
 
 using MakeScene = DetectorScene (*)(double scale);
 
-/// The benchmarks of the paper (its section 4.1) that a formula can stand for, and one for the number of bodies.
+/// The paper's benchmarks (section 4.1) for which a formula exists, and one for the number of bodies.
 inline constexpr std::array<demo::Choice<MakeScene>, 5> kScenes = {{{"funnel", make_funnel},
                                                                     {"cloth-on-ball", make_cloth_on_ball},
                                                                     {"n-body", make_n_body},

@@ -23,7 +23,7 @@ struct Corners {
       : x{positions[t.v[0]], positions[t.v[1]], positions[t.v[2]]} {}
 };
 
-/// Along each axis, the interval that the triangle covers.
+/// The intervals of a triangle along each axis.
 struct Box {
   Vec3f lo, hi;
 
@@ -43,8 +43,8 @@ struct Box {
   }
 };
 
-/// Tells `add` every triangle of `mesh` and what it has returned for those before, from `none` on; `join` makes one of
-/// what threads have.
+/// Calls `add` for every triangle of `mesh` with the result for the triangles before, from `none` on. `join` combines
+/// the results of threads.
 template <class T, class Add, class Join>
 T fold_triangles(const MeshView& mesh, T none, const Add& add, const Join& join) {
   return tbb::parallel_reduce(

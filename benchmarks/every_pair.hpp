@@ -12,14 +12,14 @@ struct MeshView {
   const std::vector<Vec3f>& x;
 };
 
-/// Every triangle of `a` with every one of `b`, by softcd's own tests of two triangles, on all threads: what remains of
-/// softcd without anything that finds pairs. The smallest distance of two triangles; those whose boxes are further
-/// apart than others are known to be are passed over.
+/// Compares every triangle of `a` with every triangle of `b`, with softcd's own tests of two triangles, on all threads:
+/// softcd without a broad phase. Returns the smallest distance. Skips triangles whose boxes are further apart than the
+/// smallest distance so far.
 double distance_by_every_pair(const MeshView& a, const MeshView& b);
-/// How many of the pairs intersect.
+/// Returns the number of intersecting pairs.
 std::size_t intersections_by_every_pair(const MeshView& a, const MeshView& b);
-/// How many of the mesh's triangles would intersect an added one, counted for each of these. Added triangles are not
-/// compared with each other: those of the benchmark have an edge in common each two.
+/// Returns the number of the mesh's triangles that intersect an added one, summed over the added triangles. Does not
+/// compare added triangles with each other: in the benchmark each two have an edge in common.
 std::size_t intersections_after_by_every_pair(const MeshView& mesh, const ProbeChange& change);
 
 }  // namespace softcd::benchmarks

@@ -8,8 +8,8 @@
 
 namespace softcd::benchmarks {
 
-/// Bullet's own continuous vertex-face test (bernsteinCCD in btSoftBodyInternals.h), with its structures filled
-/// beforehand. It tells no time.
+/// Bullet's own continuous vertex-face test (bernsteinCCD in btSoftBodyInternals.h), with its structures filled in
+/// advance. It returns no time of impact.
 class NativeQueries {
  public:
   explicit NativeQueries(std::span<const test::Query> queries);

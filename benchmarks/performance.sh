@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures what docs/performance-tables.md shows.
+# Measures the tables of docs/performance-tables.md.
 set -euo pipefail
 
 usage() {

@@ -10,7 +10,8 @@ struct Quartiles {
   double first, third;
 };
 
-/// The values a quarter of the way from either end, in order; of less than five the least and the greatest.
+/// Returns the values at a quarter of the way from either end, in order; of fewer than five values, the least and the
+/// greatest.
 inline Quartiles quartiles_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t quarter = (values.size() - 1) / 4;

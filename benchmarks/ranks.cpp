@@ -18,8 +18,8 @@
 #include "device_memory.hpp"
 #include "report.hpp"
 
-// One scene on several ranks, each a thread with a device, or with its share of the processor: what all of them wait
-// for, positions and contacts where they are made and used.
+// Measures one scene on several ranks, each a thread with a device, or with its share of the processor. Reports the
+// time until all ranks are done; positions and contacts stay where they are computed.
 
 namespace softcd::benchmarks {
 namespace {
@@ -29,24 +29,24 @@ using Clock = std::chrono::steady_clock;
 constexpr int kWarmUps = 5;
 constexpr double kTrianglesOfClothOnBall = 92'000;
 
-/// What one rank has seen.
+/// The measurements of one rank.
 struct RankResult {
   std::vector<double> waits;       ///< ms from setting positions to having contacts
-  std::vector<StageTimes> stages;  ///< of each of them
+  std::vector<StageTimes> stages;  ///< for each of the waits
   Statistics statistics;
   std::uint64_t contacts = 0;
   std::uint64_t checksum = 0;  ///< of all ranks' contacts
 };
 
-/// What all have.
+/// The result of all ranks.
 struct Result {
   std::string scene;
   Mode mode;
   int ranks = 1;
   double wait_ms = 0;        ///< median of the slowest rank's
-  double work_ms = 0;        ///< of the rank with most: its detection without transfers
-  double least_work_ms = 0;  ///< of the rank with least
-  StageTimes stages;         ///< of the rank with most
+  double work_ms = 0;        ///< of the rank with most work: its detection without transfers
+  double least_work_ms = 0;  ///< of the rank with least work
+  StageTimes stages;         ///< of the rank with most work
   std::uint64_t triangles = 0, contacts = 0, peak_bytes = 0, checksum = 0;
 };
 
@@ -54,7 +54,7 @@ double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-/// One end of a body's step, where the backend computes.
+/// One end of a body's step, in the backend's memory.
 class OwnPositions {
  public:
   OwnPositions(Backend backend, const std::vector<Vec3f>& x)
@@ -262,31 +262,33 @@ class Benchmark {
 void add_ranks(CLI::App& app, RankOptions& options) {
   CLI::App* command = app.add_subcommand(
       "scaling",
-      "One scene on several GPUs of this machine, connected by NCCL, or on several ranks on the CPU: a cloth on a "
-      "ball\n"
-      "whose positions are one rank's, in its memory, and whose contacts stay with the ranks that find them. Median\n"
+      "Measures one scene on several GPUs of this machine, connected by NCCL, or on several ranks on the CPU. It is\n"
+      "a cloth on a ball whose positions are in one rank's memory. Contacts stay with the ranks that find them. "
+      "Median\n"
       "times in milliseconds, of the slowest rank, from setting positions to having contacts");
   command
       ->add_option("--gpus,--ranks", options.ranks,
-                   "How many, one after the other; the first is what others are compared with")
+                   "Numbers of GPUs or ranks, one after the other; the others are compared with the first")
       ->option_text("N,N,... [1,2]")
       ->delimiter(',')
       ->check(CLI::Range(1, 1024));
   demo::add_choice(*command, "--backend", demo::kBackends, options.backend,
                    "cuda: a GPU a rank; cpu: its share of the processor");
-  command->add_option("--triangles", options.triangles, "About how many, one scene after the other")
+  command->add_option("--triangles", options.triangles, "Approximate numbers of triangles, one scene after the other")
       ->option_text("N,N,... [1e6,1e7]")
       ->delimiter(',');
-  command->add_flag("--weak", options.is_weak, "So many for each rank, instead of for all together");
+  command->add_flag("--weak", options.is_weak, "The number of triangles is for each rank, instead of for all together");
   command
-      ->add_option("--step", options.step_folders, "Also a folder with a folder frames of two meshes; may be repeated")
+      ->add_option("--step", options.step_folders,
+                   "Also a recorded step: a folder that contains a folder frames with two meshes; may be repeated")
       ->option_text("DIR")
       ->check(CLI::ExistingDirectory);
-  demo::add_choices(*command, "--mode", kModes, options.modes, "What to look for, and the narrow phase's arithmetic");
+  demo::add_choices(*command, "--mode", kModes, options.modes,
+                    "The kind of detection, and the narrow phase's arithmetic");
   command->add_option("--repeat", options.repetitions, "Measured detections, after five to warm up")
       ->option_text("N [20]")
       ->check(CLI::Range(1, 100000));
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure; milliseconds and bytes")->option_text("FILE");

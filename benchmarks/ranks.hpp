@@ -14,7 +14,7 @@ struct RankOptions {
   std::vector<std::string> step_folders;  ///< measured too
   std::vector<Mode> modes = {kDiscreteFast, kContinuousPrecise};
   Backend backend = Backend::cuda;
-  bool is_weak = false;  ///< so many triangles for each rank, instead of for all together
+  bool is_weak = false;  ///< the number of triangles is for each rank instead of for all together
   int repetitions = 20;
   std::string machine;                   ///< empty: the processor
   std::string markdown_file, json_file;  ///< empty: none

@@ -19,7 +19,7 @@ namespace softcd::benchmarks {
 
 namespace {
 
-/// With a.b for b in a.
+/// Returns the row with nested objects flattened: a.b for b in a.
 nlohmann::ordered_json flat(const nlohmann::ordered_json& row) {
   nlohmann::ordered_json result;
   for (const auto& [key, value] : row.items()) {

@@ -13,11 +13,11 @@ inline constexpr const char* kCompiler = __VERSION__;
 inline constexpr const char* kCompiler = "g++ " __VERSION__;
 #endif
 
-/// What results begin with: the benchmark, where, when and with what it ran. An empty `machine` is told by its
-/// processor.
+/// Returns the head of a result: the benchmark, the machine, the time and the build. An empty `machine` means the name
+/// of the processor.
 nlohmann::ordered_json describe_run(const std::string& benchmark, const std::string& machine);
 
-/// A Markdown table whose columns are aligned for terminals too: text to the left, numbers to the right.
+/// A Markdown table whose columns are aligned for terminals, too: text to the left, numbers to the right.
 class Table {
  public:
   /// `text_columns` of `header` come first and hold text.
@@ -31,14 +31,15 @@ class Table {
   std::size_t text_columns_;
 };
 
-/// Objects as comma-separated values under a line of the first one's keys, a.b for b in a; what is null or absent
-/// becomes empty. Text has no quotation marks.
+/// Returns objects as comma-separated values under a line of the first one's keys, a.b for b in a. Null and absent
+/// values become empty. Text must not contain quotation marks.
 std::string csv_of(const nlohmann::ordered_json& rows);
 
-/// Throws std::runtime_error when that fails.
+/// Writes a file. Throws std::runtime_error when that fails.
 void write_file(const std::string& file, const std::string& content);
 
-/// The same. Names of files and machines may hold any bytes: those that are not UTF-8 are replaced.
+/// Writes a JSON file. Throws std::runtime_error when that fails. Replaces bytes that are not UTF-8, which names of
+/// files and machines may contain.
 void write_json(const std::string& file, const nlohmann::ordered_json& json);
 
 }  // namespace softcd::benchmarks

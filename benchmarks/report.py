@@ -28,13 +28,13 @@ COLOURS = {
 }
 SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")
 CONTINUOUS = ("fast", "precise", "conservative")
-# Modes that coincide are told apart: the smaller marker lies on the larger one.
+# Where two modes coincide, the smaller marker lies on the larger one.
 MARKERS = {"precise": ("s", 75), "conservative": ("o", 28), "fast": ("^", 55)}
 LABEL = {"fontsize": 7, "textcoords": "offset points"}
 
 
 def number(text):
-    """A CSV field: a number, None where it is empty, or else the text."""
+    """Returns the value of a CSV field: a number, None where it is empty, or else the text."""
     if text == "":
         return None
     try:
@@ -44,7 +44,7 @@ def number(text):
 
 
 def load(paths):
-    """The results of all files together: lists of rows, and what describes the run."""
+    """Returns the results of all files together: lists of rows, and the description of the run."""
     results = {}
     for path in paths:
         if path.suffix == ".csv":
@@ -69,7 +69,7 @@ def described(results):
 
 
 def grouped(rows, *keys):
-    """Rows by the values of the keys, in the order of their first row."""
+    """Returns rows grouped by the values of the keys. Groups are in the order of their first rows."""
     groups = {}
     for row in rows:
         groups.setdefault(tuple(row[key] for key in keys), []).append(row)
@@ -77,7 +77,7 @@ def grouped(rows, *keys):
 
 
 def cost_scale(axes):
-    """A logarithmic scale with few labels."""
+    """Sets a logarithmic scale with few labels."""
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
@@ -87,7 +87,7 @@ def cost_scale(axes):
 
 
 def percent_scale(axes):
-    """A logarithmic scale with a place for 0."""
+    """Sets a logarithmic scale with a place for 0."""
     axes.set_yscale("symlog", linthresh=1e-3, linscale=0.4)
     axes.set_ylim(-6e-4, 400)
     axes.set_yticks([0, 1e-3, 1e-2, 1e-1, 1, 10, 100])
@@ -95,7 +95,7 @@ def percent_scale(axes):
 
 
 def count_scale(axes, most):
-    """The same for counts."""
+    """Sets a logarithmic scale of counts with a place for 0."""
     axes.set_yscale("symlog", linthresh=1, linscale=0.4)
     axes.set_ylim(-0.4, 3 * max(most, 10))
     ticks = [0] + [10**i for i in range(6) if 10**i <= 3 * max(most, 10)]
@@ -103,7 +103,7 @@ def count_scale(axes, most):
 
 
 def pareto(axes, points):
-    """Points by mode; the substeps of discrete detection are joined."""
+    """Draws points by mode. A line joins the substeps of discrete detection."""
     chain = [points[mode] for mode in SUBSTEPS if mode in points]
     axes.plot(*zip(*chain), color=COLOURS["dcd"], linewidth=1, zorder=2)
     for mode, (x, y) in points.items():
@@ -156,7 +156,7 @@ MODE_LABELS = (
 
 
 def draw_queries(results):
-    """Missed contacts and errors of the time of impact over the time per query."""
+    """Draws missed contacts and errors of the time of impact over the time per query."""
     sets = [
         rows
         for rows in grouped(results["queries"], "set", "kind").values()
@@ -193,7 +193,7 @@ def draw_queries(results):
 
 
 def draw_steps(results):
-    """Missed contacts over the milliseconds of whole detections."""
+    """Draws missed contacts over the milliseconds of whole detections."""
     groups = grouped(results["steps"], "scene", "features", "backend")
     figure, axes = grid_of_axes(len(groups), 4)
     for axis, ((scene, features, backend), rows) in zip(axes, groups.items()):
@@ -219,14 +219,14 @@ DETECTION_LABELS = (
 
 
 def cost_of(results):
-    """The column that simulations are compared by, and what to call it."""
+    """Returns the column that simulations are compared by, and its label."""
     if results["processor_time"]:
         return "processor_ms_per_second", "processor ms per simulated second"
     return "ms_per_second", "ms per simulated second"
 
 
 def draw_simulation(results):
-    """Vertices on the wrong side over the cost of a simulated second, by time step."""
+    """Draws vertices on the wrong side over the cost of a simulated second, by time step."""
     cost, cost_label = cost_of(results)
     groups = grouped(results["simulation"], "scene", "world", "backend")
     figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.4)
@@ -236,7 +236,7 @@ def draw_simulation(results):
         lines = grouped(sweep, "detection", "features")
         for place, ((detection, features), line) in enumerate(lines.items()):
             name = f"{detection}, edges" if "ee" in features else detection
-            # Points on the axis are told apart by their places around "none".
+            # Points on the axis differ by their places around "none".
             none = 0.2 - 0.15 * place
             x = [row[cost] for row in line]
             y = [row["tunnelled"] + row["most_penetrating"] or none for row in line]
@@ -256,12 +256,12 @@ def draw_simulation(results):
 
 
 def is_base(row):
-    """The point from which knobs are turned."""
+    """Returns whether the row is the base point, which the changes of options start from."""
     return (row["detection"], row["features"], row["value"]) == ("ccd", "vt", "1/120")
 
 
 def draw_knobs(results):
-    """What each dial changes, relative to the base point of the same scene."""
+    """Draws the effect of each changed option, relative to the base point of the same scene."""
     cost, cost_label = cost_of(results)
     groups = grouped(results["simulation"], "scene", "world", "backend")
     figure, axes = grid_of_axes(len(groups), 2, width=5, height=3.2)
@@ -302,7 +302,7 @@ STAGES = (
 
 
 def draw_scenes(results):
-    """A detection of each scene beside the paper's (its Table 1), and what it spends its time on (its Fig. 15)."""
+    """Draws the time of a detection of each scene, beside the paper's (its Table 1), and its stages (its Fig. 15)."""
     rows = [row for row in results["simulated_scenes"] if row["detection"] == "ccd"]
     scenes = grouped(rows, "scene")
     paper = {row["scene"]: row["ccd_ms"] for row in results.get("paper", [])}

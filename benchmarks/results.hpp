@@ -12,12 +12,12 @@ namespace softcd::benchmarks {
 
 /// One row of `softcd-bench detector --json`.
 struct ResultRow {
-  /// What was measured: scene, triangles, backend, detection with accuracy, and the dials that do not stand as the
-  /// sweep `stages` has them. Rows with the same are compared.
+  /// The settings: scene, triangles, backend, detection with accuracy, and the dials that differ from those of the
+  /// sweep `stages`. Rows with the same settings are compared.
   std::array<std::string, 5> settings;
-  std::string left_out;  ///< why there are no figures; empty: there are
+  std::string left_out;  ///< the reason why there are no figures; empty: there are figures
   StageTimes ms;         ///< medians
-  /// Between these, `ms.total` varies.
+  /// The range of `ms.total`.
   double low_ms = 0, high_ms = 0;
   std::uint64_t peak_bytes = 0;
   std::string checksum;                                       ///< of the contacts
@@ -29,12 +29,12 @@ struct Results {
   std::vector<ResultRow> rows;
 };
 
-/// What `softcd-bench detector --json` wrote. A row varies between its quartiles, or not at all in files without them.
-/// Throws std::runtime_error, naming the file, when it is something else.
+/// Reads the output of `softcd-bench detector --json`. A row varies between its quartiles, or not at all in files
+/// without them. Throws std::runtime_error, naming the file, when it is something else.
 Results read_results(const std::string& file);
 
-/// Medians over several runs of one build; a row varies between their quartiles. Throws std::runtime_error when they
-/// did not measure or did not find the same.
+/// Returns medians over several runs of one build. A row varies between their quartiles. Throws std::runtime_error when
+/// the runs differ in measurements or contacts.
 Results merge(const std::vector<Results>& runs);
 
 }  // namespace softcd::benchmarks

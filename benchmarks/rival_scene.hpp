@@ -9,7 +9,7 @@
 
 namespace softcd::benchmarks {
 
-/// Somebody else's answers about one mesh.
+/// Another library's results for one mesh.
 class RivalScene {
  public:
   RivalScene() = default;
@@ -18,33 +18,34 @@ class RivalScene {
   virtual ~RivalScene() = default;
 
   virtual const char* name() const = 0;
-  /// Builds what it answers from.
+  /// Builds the structure for the queries.
   virtual void build() = 0;
-  /// How many of the rays meet a triangle, each looked for to the first.
+  /// Returns the number of rays that meet a triangle. Each ray is traced to its first hit.
   virtual std::size_t count_hits(const std::vector<Ray>& rays) const = 0;
-  /// Whether these are those of exact arithmetic, but for a few in a thousand.
+  /// Returns whether these counts are exact, except for a few in a thousand.
   virtual bool counts_exactly() const { return true; }
-  /// The sum of the points' distances from the mesh; negative where it does not tell.
+  /// Returns the sum of the points' distances from the mesh; negative where the library has no such query.
   virtual double sum_distances(const std::vector<ProbePoint>& points) const = 0;
 };
 
 #ifdef SOFTCD_BENCH_HAS_BULLET
-/// btSoftBody::rayTest, ray by ray on one thread, as Bullet's worlds call it. The face tree is softcd's, as Bullet
-/// takes time quadratic in the faces to build its own.
+/// Makes a scene for btSoftBody::rayTest, ray by ray on one thread, as Bullet's worlds call it. The face tree is
+/// softcd's, because Bullet takes time quadratic in the faces to build its own.
 std::unique_ptr<RivalScene> make_bullet_scene(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& x);
 
-/// Rays that a world of three cloths was asked about one at a time, to the first hit.
+/// The time of single rays, traced one at a time to the first hit in a world of three cloths.
 struct SingleRayTime {
   std::string world;
   double margin;             ///< of the cloths
-  double first_us, next_us;  ///< medians of the steps: of the first ray after a step, of each of those behind it
+  double first_us, next_us;  ///< medians over the steps: first ray after a step, and each later one
   std::size_t rays, hits;
 };
-/// With rayTest of Bullet's classic world and of softcd's.
+/// Measures rayTest of Bullet's classic world and of softcd's.
 std::vector<SingleRayTime> time_single_rays(int steps);
 #endif
 #ifdef SOFTCD_BENCH_HAS_EMBREE
-/// Embree's rtcIntersect1 and rtcPointQuery, in float, on all threads; robust, so that rays do not slip through edges.
+/// Makes a scene for Embree's rtcIntersect1 and rtcPointQuery, in float, on all threads. It is in robust mode, so that
+/// rays do not slip through edges.
 std::unique_ptr<RivalScene> make_embree_scene(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& x);
 #endif
 

@@ -15,8 +15,8 @@
 #include "report.hpp"
 #include "soft_body_steps.hpp"
 
-// What the detector costs on the steps of the demo scenes, which are simulated first: the paper's Table 1 and Figs. 13
-// to 15 for our scenes.
+// Measures the detector on steps of the demo scenes, which are simulated first: the paper's Table 1 and Figs. 13 to 15
+// for softcd's scenes.
 
 namespace softcd::benchmarks {
 namespace {
@@ -61,7 +61,7 @@ SceneBody to_scene_body(btSoftBody& body) {
   return result;
 }
 
-/// Of the body with the finest mesh.
+/// Returns the edge length of the body with the finest mesh.
 double edge_length_of(const DetectorScene& scene) {
   double least = INFINITY;
   for (const SceneBody& body : scene.bodies) {
@@ -82,7 +82,7 @@ struct Recording {
   double step_ms = 0;  ///< median, of the simulation with softcd
 };
 
-/// Simulates a scene with softcd and keeps steps at equal distances, the last one among them.
+/// Simulates a scene with softcd and keeps steps at equal intervals, including the last one.
 Recording record(const std::string& name, const SimulatedScenesOptions& options) {
   const demo::SceneInfo& info = *demo::find_scene(name);
   demo::SceneOptions scene_options;
@@ -124,7 +124,7 @@ Recording record(const std::string& name, const SimulatedScenesOptions& options)
 
 /// Means over a recording's steps.
 struct Means {
-  Backend backend = Backend::automatic;  ///< that was used
+  Backend backend = Backend::automatic;  ///< the backend that was used
   double ms = 0;                         ///< without transfers
   StageTimes stages;
   double children = 0, tests = 0, contacts = 0;
@@ -203,8 +203,8 @@ class Benchmark {
     return sum;
   }
 
-  /// What the traditional grid, whose cells fit the largest triangle, would enumerate in the continuous detection of
-  /// the last step; nothing where that would take too long.
+  /// Returns the number of tests of the traditional grid, whose cells fit the largest triangle, for the continuous
+  /// detection of the last step. Returns nothing where counting would take too long.
   std::optional<double> tests_of_uniform_grid(const Recording& recording) const {
     if (estimate_uniform_tests(recording.steps.back()) > options_.most_tests) return std::nullopt;
     MeasuredOptions options;
@@ -285,8 +285,8 @@ class Benchmark {
 void add_simulated_scenes(CLI::App& app, SimulatedScenesOptions& options) {
   CLI::App* command = app.add_subcommand(
       "scenes",
-      "The detector alone on steps of the demo scenes, which Bullet simulates first, with softcd: discrete detection\n"
-      "in float32 (contacts within a tenth of an edge) and continuous detection in float64 (collisions),\n"
+      "Measures the detector alone on steps of the demo scenes, which Bullet simulates first, with softcd: discrete\n"
+      "detection in float32 (contacts within a tenth of an edge) and continuous detection in float64 (collisions),\n"
       "vertex-triangle and edge-edge, beside the paper's figures. Median times in milliseconds");
   command->add_option("--scene", options.scenes, "See softcd-demo --list; several by commas")
       ->option_text("SCENE [all]")
@@ -294,25 +294,27 @@ void add_simulated_scenes(CLI::App& app, SimulatedScenesOptions& options) {
       ->check([](const std::string& name) {
         return demo::find_scene(name) != nullptr ? std::string() : "there is no scene '" + name + "'";
       });
-  demo::add_choice(*command, "--world", demo::kWorlds, options.world, "Of Bullet's, that simulates");
+  demo::add_choice(*command, "--world", demo::kWorlds, options.world, "Bullet's world that simulates");
   demo::add_choice(*command, "--size", kSizes, options.papers_sizes,
-                   "paper: the scenes that the paper measures in its number of triangles, the others as default");
-  command->add_option("--steps", options.steps, "Simulated, of 1/120 second")
+                   "paper: the paper's scenes have its number of triangles, the others their defaults");
+  command->add_option("--steps", options.steps, "Simulated steps of 1/120 second")
       ->option_text("N [600]")
       ->check(CLI::Range(1L, 1000000L));
-  command->add_option("--samples", options.samples, "Steps that are measured, at equal distances; at most --steps")
+  command->add_option("--samples", options.samples, "Number of measured steps, at equal intervals; at most --steps")
       ->option_text("N [8]")
       ->check(CLI::Range(1, 10000));
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
+  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
+                    "The backends to measure, one after the other");
   command->add_option("--repeat", options.repetitions, "Measured detections of a step, after 3 to warm up")
       ->option_text("N [20]")
       ->check(CLI::Range(1, 1000000));
   command
-      ->add_option("--most-tests", options.most_tests,
-                   "Do not count the tests of a grid for the largest triangle where they would be more, by an estimate")
+      ->add_option(
+          "--most-tests", options.most_tests,
+          "Skip counting the tests of a grid for the largest triangle where they would be more, by an estimate")
       ->option_text("N [2e10]")
       ->check(CLI::PositiveNumber);
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure of every step; milliseconds and bytes")

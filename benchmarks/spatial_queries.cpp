@@ -14,8 +14,8 @@
 #include "rival_scene.hpp"
 #include "timing.hpp"
 
-// Rays and nearest points on one mesh, with softcd and beside it others, and what is asked about bodies and shapes.
-// Rays have nothing to do with each other: from around the mesh to anywhere in its box.
+// Measures rays and nearest points on one mesh, with softcd and other libraries, and questions about bodies and shapes.
+// The rays are independent of each other: from around the mesh to anywhere in its box.
 
 namespace softcd::benchmarks {
 namespace {
@@ -27,7 +27,7 @@ struct Answers {
 
 struct Times {
   std::string name;
-  std::size_t rays = 0, points = 0;                 ///< that were asked about; 0: none
+  std::size_t rays = 0, points = 0;                 ///< measured numbers; 0: none
   double build_ms = 0, rays_ms = 0, points_ms = 0;  ///< medians
 };
 
@@ -128,7 +128,7 @@ class Benchmark {
          median_without_first(rays), median_without_first(points)});
   }
 
-  /// Measures rays that come one at a time, which Bullet's worlds are asked about.
+  /// Measures rays one at a time, as callers of Bullet's worlds send them.
   std::string single_rays() {
     std::string text;
 #ifdef SOFTCD_BENCH_HAS_BULLET
@@ -150,7 +150,7 @@ class Benchmark {
     return text;
   }
 
-  /// Measures that too.
+  /// Measures questions about bodies, too.
   std::string ask_about_bodies() {
     BodyQuestions questions({triangles_, x_}, extent_, options_.questions);
     std::vector<BodyQuestionTime> times;
@@ -176,7 +176,7 @@ class Benchmark {
     return fmt::format("{}\n\n{}", questions.description(), table.text());
   }
 
-  /// Of one question, not of another.
+  /// Throws unless two results agree.
   static void expect_near(const char* rival, const char* what, double theirs, double ours) {
     if (std::abs(theirs - ours) <= 1e-3 * ours) return;
     throw std::runtime_error(
@@ -214,32 +214,35 @@ class Benchmark {
 void add_spatial_queries(CLI::App& app, SpatialQueryOptions& options) {
   CLI::App* command = app.add_subcommand(
       "queries",
-      "Rays, to the first hit, and nearest points, of one mesh at the end of a step: with softcd's Probe, and beside "
-      "it\n"
-      "with Bullet's btSoftBody::rayTest and, where it was found when this was configured, Embree 3. Median times in\n"
-      "milliseconds; build is what one question takes after positions have changed.\n\n"
+      "Measures rays, to the first hit, and nearest points, of one mesh at the end of a step: with softcd's Probe, "
+      "with\n"
+      "Bullet's btSoftBody::rayTest and, if this build has it, with Embree 3. Median times in milliseconds; build is\n"
+      "the time of one question after positions have changed.\n\n"
       "Then rays one at a time: rayTest of Bullet's world with three cloths, and of softcd's, in microseconds.\n\n"
-      "Then, in microseconds a question, of the mesh and balls at it: their distances, and their triangles that\n"
-      "intersect, beside a test of every two triangles of a few; and of the mesh alone: which triangles of its own\n"
-      "intersect (no rival), triangles in capsules and convex hulls, beside Bullet's contactPairTest of a triangle\n"
-      "mesh (GJK in float, on one thread), and what changes of it would intersect, beside a test of every triangle.\n"
-      "A test of every two triangles has to answer the same; Bullet may count a few others");
+      "Then, in microseconds for a question about the mesh and balls near it: their distances and their intersecting\n"
+      "triangles, beside a test of all pairs of triangles for a few. And about the mesh alone: its self-intersections\n"
+      "(no rival); triangles in capsules and convex hulls, beside Bullet's contactPairTest of a triangle mesh (GJK in\n"
+      "float, on one thread); and intersections that changes would make, beside a test of every triangle. A test of\n"
+      "all pairs of triangles must give the same results; Bullet may count a few others");
   command
-      ->add_option("--step", options.step_folder,
-                   "A folder with a folder frames of two meshes. Left out: a generated cloth on a ball, 92K triangles")
+      ->add_option(
+          "--step", options.step_folder,
+          "A folder that contains a folder frames with two meshes. Default: a generated cloth on a ball, 92K triangles")
       ->option_text("DIR")
       ->check(CLI::ExistingDirectory);
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where to compute, one after the other");
+  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
+                    "The backends to measure, one after the other");
   command
-      ->add_option("--questions", options.questions,
-                   "Rays, and points; a hundredth of capsules, hulls and changes, a ten-thousandth of balls")
+      ->add_option(
+          "--questions", options.questions,
+          "Number of rays, and of points. Capsules, hulls and changes are a hundredth of it, balls a ten-thousandth")
       ->option_text("N [1e6]")
       ->check(CLI::Range(1, 100000000));
   command->add_option("--repeat", options.repetitions, "Measured times, after one to warm up")
       ->option_text("N [5]")
       ->check(CLI::Range(1, 1000));
   command->add_flag("!--no-rivals", options.measures_rivals, "softcd alone");
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure; milliseconds")->option_text("FILE");

@@ -17,7 +17,7 @@
 #endif
 #include "trade_steps.hpp"
 
-// What accuracy costs: the same contacts looked for in every way, each judged by exact arithmetic.
+// Measures the cost of accuracy: every mode detects the same contacts, and exact arithmetic judges each mode.
 
 namespace softcd::benchmarks {
 namespace {
@@ -36,7 +36,7 @@ std::string scientific(double value) {
   return std::isfinite(value) ? fmt::format("{:.1e}", value) : "";
 }
 
-/// In the order of their names; none where `folder` is empty.
+/// Returns the folders in the order of their names; none where `folder` is empty.
 std::vector<fs::path> folders_in(const std::string& folder) {
   std::vector<fs::path> folders;
   if (folder.empty()) return folders;
@@ -265,9 +265,10 @@ class Trade {
 void add_trade(CLI::App& app, TradeOptions& options) {
   CLI::App* command = app.add_subcommand(
       "trade",
-      "What accuracy costs: continuous detection in every mode and discrete detection in substeps, on single queries\n"
-      "and whole steps, judged by exact arithmetic; and simulations in Bullet over their time step and dials");
-  demo::add_choices(*command, "--part", kParts, options.parts, "What to measure");
+      "Measures the cost of accuracy: continuous detection in every mode and discrete detection in substeps, on "
+      "single\n"
+      "queries and whole steps, judged by exact arithmetic; and simulations in Bullet over their time step and dials");
+  demo::add_choices(*command, "--part", kParts, options.parts, "The parts to measure");
   command
       ->add_option("--queries", options.queries_folder,
                    "Also these queries: folders of vertex-face/*.csv and edge-edge/*.csv, 8 rows a query, each\n"
@@ -286,23 +287,23 @@ void add_trade(CLI::App& app, TradeOptions& options) {
   command->add_option("--scale", options.scale, "Multiplies the generated scenes' triangle counts, roughly")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "Where whole steps are computed");
-  command->add_option("--repeat", options.repetitions, "Measured rounds, of which the median is told")
+  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "The backends for whole steps");
+  command->add_option("--repeat", options.repetitions, "Measured rounds; the median is reported")
       ->option_text("N [9]")
       ->check(CLI::Range(1, 1000000));
-  command->add_option("--seconds", options.simulated_seconds, "Simulated, of each run")
+  command->add_option("--seconds", options.simulated_seconds, "Simulated seconds of each run")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
 #ifdef SOFTCD_BENCH_HAS_BULLET
-  demo::add_choices(*command, "--world", demo::kWorlds, options.worlds, "Of the simulations");
+  demo::add_choices(*command, "--world", demo::kWorlds, options.worlds, "Bullet's worlds for the simulations");
 #endif
-  command->add_option("--runs", options.simulation_runs, "Of each simulation, of which the median time is told")
+  command->add_option("--runs", options.simulation_runs, "Runs of each simulation; the median time is reported")
       ->option_text("N [3]")
       ->check(CLI::Range(1, 1000));
   command->add_option("--nodes", options.nodes_per_side, "Nodes a side of the simulated cloths")
       ->option_text("N [24]")
       ->check(CLI::Range(8, 1000));
-  command->add_option("--machine", options.machine, "What the results call this machine. Left out: its processor")
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure as JSON, for benchmarks/report.py")

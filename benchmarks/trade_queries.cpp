@@ -34,20 +34,20 @@ constexpr double kLeastRoundSeconds = 2e-3;
 
 struct Answer {
   bool is_hit;
-  double time;  ///< NaN: not told
+  double time;  ///< NaN: unknown
 };
 
-/// Decides every query of the set it was made for.
+/// Decides every query of one fixed set.
 using DecideAll = std::function<void(std::vector<Answer>&)>;
 
 struct Mode {
   std::string name;
   double margin;
-  DecideAll decide_all;  ///< what is timed
-  DecideAll answer_all;  ///< what is judged
+  DecideAll decide_all;  ///< the measured function
+  DecideAll answer_all;  ///< the judged function
 };
 
-/// A function that decides all queries of a set from one that decides one of them.
+/// Makes a function that decides all queries of a set, from one that decides a single query.
 template <class Decide>
 DecideAll for_all(const QuerySet& set, Decide decide) {
   return [&set, decide](std::vector<Answer>& answers) {
@@ -61,8 +61,8 @@ Mode make_mode(std::string name, double margin, const QuerySet& set, Decide deci
   return {std::move(name), margin, decide_all, decide_all};
 }
 
-/// Continuous detection, judged by what the public interface answers for positions in double, and timed by the test
-/// that it makes: most of a detection of two features is something else.
+/// Makes a continuous mode. It is judged by the results of the public interface for double positions, and timed by its
+/// narrow-phase test: most of a detection of two features is other work.
 template <class Decide>
 Mode make_continuous_mode(std::string name, Accuracy accuracy, const QuerySet& set, Decide decide) {
   PipelineOptions options;
@@ -90,7 +90,7 @@ bool are_within(const Query& query, double t, float margin) {
              : closest_points_edge_edge(p[0], p[1], p[2], p[3]).are_within(margin);
 }
 
-/// Discrete detection in float at the end of each substep.
+/// Detects at the end of each substep in float.
 Answer nearest_at_substeps(const Query& query, int substeps, float margin) {
   for (int step = 1; step <= substeps; ++step) {
     const double t = static_cast<double>(step) / substeps;
@@ -103,7 +103,7 @@ double length(Vec3d v) {
   return std::sqrt(squared_norm(v));
 }
 
-/// Of the features, at the start of the step; edges without length left out.
+/// Returns the median length of the features' edges at the start of the step, without edges of length 0.
 double median_edge_length(const QuerySet& set) {
   std::vector<double> lengths;
   const auto add = [&](Vec3d from, Vec3d to) {
@@ -151,7 +151,7 @@ std::vector<Mode> modes_for(const QuerySet& set) {
   return modes;
 }
 
-/// This thread's own, in which nothing that others do is counted.
+/// Returns this thread's own processor time, which excludes other threads and programs.
 double processor_seconds() {
   std::timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -164,14 +164,14 @@ double seconds_of(const Mode& mode, std::vector<Answer>& answers, int count) {
   return processor_seconds() - start;
 }
 
-/// A mode's answers and its time per query.
+/// A mode's results and its time for a query.
 struct Measured {
   std::vector<Answer> answers;
   double nanoseconds = 0;
 };
 
-/// The answers that are judged, then the times: one round of each mode in turn, so that what else the machine does
-/// falls on all of them. A round decides small sets several times.
+/// Measures all modes: first the results to judge, then the times, in rounds of each mode in turn, so that other load
+/// on the machine affects all of them. A round decides small sets several times.
 std::vector<Measured> measure(const std::vector<Mode>& modes, std::size_t queries, int repetitions) {
   std::vector<Measured> measured(modes.size());
   std::vector<Answer> timed(queries);

@@ -9,7 +9,7 @@
 #include "ground_truth.hpp"
 #include "queries.hpp"
 
-// Single queries: what each way to decide them finds of what touches during a step, when, and what it costs.
+// Judges single queries: which touching features each mode finds during a step, when, and at what cost.
 
 namespace softcd::benchmarks {
 
@@ -19,13 +19,13 @@ struct QuerySet {
   std::vector<test::Query> queries;
 };
 
-/// Queries of random features, and of features that are hard on purpose.
+/// Generates queries of random features, and of deliberately hard ones.
 std::vector<QuerySet> generate_queries(std::size_t count);
 
-/// A folder's recorded queries, a set for either kind. Throws std::runtime_error.
+/// Reads a folder's recorded queries, as a set for either kind. Throws std::runtime_error.
 std::vector<QuerySet> read_query_sets(const std::filesystem::path& folder);
 
-/// The listed pairs of a recorded step.
+/// Returns the listed pairs of a recorded step.
 std::vector<QuerySet> queries_of_step(const std::string& name, const test::GroundTruth& truth);
 
 /// Differences from the exact time of impact that are beyond its bracket; NaN when there are none.
@@ -45,11 +45,11 @@ struct QueryResult {
   std::size_t touching = 0;  ///< in exact arithmetic
   std::size_t missed = 0;
   std::size_t false_alarms = 0;
-  TimeErrors early, late;  ///< of what touches and was found
+  TimeErrors early, late;  ///< of touching pairs that were found
   double nanoseconds = 0;  ///< of processor time, per query
 };
 
-/// One result for each mode. Times are medians of `repetitions` rounds.
+/// Measures each mode. Times are medians of `repetitions` rounds.
 std::vector<QueryResult> measure_queries(const QuerySet& set, int repetitions);
 
 }  // namespace softcd::benchmarks

@@ -25,7 +25,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Who looks for contacts, and how. The defaults are the base point that each knob is turned from.
+/// A detector and its settings. The defaults are the base point from which each knob is varied.
 struct Setting {
   enum class Detector { bullet, dcd, ccd };
 
@@ -46,8 +46,8 @@ constexpr std::array<demo::Choice<Setting::Detector>, 3> kDetectors = {
 constexpr std::array kStepsPerSecond = {30, 60, 120, 240, 480, 960};
 constexpr int kSamplesPerSecond = 30;
 
-/// The deformable world integrates springs explicitly, and longer steps than these are unstable there; its solver has
-/// no iterations over positions.
+/// The deformable world integrates springs explicitly, and longer steps than these are unstable there. Its solver has
+/// no position iterations.
 constexpr int kFewestDeformableSteps = 120;
 
 std::vector<Setting> settings(demo::World world) {
@@ -107,7 +107,7 @@ demo::SoftWorld make_simulation(const Setting& setting, const SimulationOptions&
   return demo::SoftWorld(options.world, is_ours ? demo::PlugIn::one_line_world : demo::PlugIn::none, ours);
 }
 
-// Each fills an empty world, and tells how large the cells of its cloths are.
+// Each function fills an empty world and returns the size of the cells of its cloths.
 
 btScalar fill_throw(demo::SoftWorld& simulation, int nodes_per_side) {
   constexpr btScalar kSide = 2;
@@ -147,7 +147,7 @@ btScalar fill_cloth_on_ball(demo::SoftWorld& simulation, int nodes_per_side) {
   return kSide / btScalar(nodes_per_side - 1);
 }
 
-/// Three layers of one cloth, joined by half circles, of which the lowest is held.
+/// Fills a world with three layers of one cloth, joined by half circles; the lowest layer is held.
 btScalar fill_folded(demo::SoftWorld& simulation, int nodes_per_side) {
   constexpr btScalar kSide = 2;
   constexpr btScalar kGap = btScalar(0.3);
@@ -180,7 +180,7 @@ constexpr SceneChoice kScenesOfBullet[] = {{"throw", fill_throw, 0.25},
                                            {"cloth-on-ball", fill_cloth_on_ball, 10},
                                            {"folded", fill_folded, 0.5}};
 
-/// Counts vertices that meet a triangle on their straight way through a step, in exact arithmetic.
+/// Counts vertices that pass through a triangle on their straight path through a step, in exact arithmetic.
 class CrossingCounter {
  public:
   explicit CrossingCounter(const std::vector<btSoftBody*>& bodies) : finder_(bodies) {
@@ -227,7 +227,7 @@ std::size_t count_penetrating(const std::vector<btSoftBody*>& bodies) {
   return count;
 }
 
-/// What becomes of a run's bodies. Not part of the measured time.
+/// Observes the bodies of a run. Not part of the measured time.
 class Observer {
  public:
   Observer(demo::SoftWorld& simulation, SimulationResult& result)
@@ -281,7 +281,7 @@ SimulationResult describe(const SceneChoice& scene, const Setting& setting, cons
   return result;
 }
 
-/// Milliseconds of a simulated second.
+/// The time of a simulated second, in milliseconds.
 struct Cost {
   double elapsed = 0;
   double processor = 0;
@@ -291,8 +291,8 @@ double processor_ms() {
   return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-/// Of all steps but the first, in which trees and buffers are made. Every run of a setting takes the same steps; the
-/// first one is observed.
+/// Runs a setting and returns the cost of all steps but the first, which allocates trees and buffers. Every run of a
+/// setting makes the same steps; the first run is observed.
 Cost run(const SceneChoice& scene, const Setting& setting, const SimulationOptions& options, bool is_observed,
          SimulationResult& result) {
   demo::SoftWorld simulation = make_simulation(setting, options);
@@ -331,7 +331,7 @@ void run_simulations(const SimulationOptions& options, const std::function<void(
     std::vector<SimulationResult> results;
     results.reserve(all.size());
     for (const Setting& setting : all) results.push_back(describe(scene, setting, options));
-    // One run of each setting in turn, so that what else the machine does falls on all of them.
+    // One run of each setting in turn, so that other load on the machine affects all of them.
     std::vector<std::vector<double>> elapsed(all.size()), processor(all.size());
     for (int repetition = 0; repetition < options.repetitions; ++repetition) {
       for (std::size_t i = 0; i < all.size(); ++i) {

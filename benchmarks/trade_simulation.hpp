@@ -7,7 +7,7 @@
 
 #include "scenes/soft_world.hpp"
 
-// Simulations in Bullet's soft worlds, over their time step and one dial at a time.
+// Runs simulations in Bullet's soft worlds, and varies their time step and one dial at a time.
 
 namespace softcd::benchmarks {
 
@@ -16,13 +16,13 @@ struct SimulationOptions {
   Backend backend = Backend::cpu;
   int nodes_per_side = 24;  ///< of the cloths
   double seconds = 1;       ///< simulated
-  int repetitions = 3;      ///< runs of each setting, of which the median time is told
+  int repetitions = 3;      ///< runs of each setting; the median time is reported
 };
 
 struct SimulationResult {
   std::string scene;
   demo::World world;
-  std::string knob, value;  ///< what differs from the base point
+  std::string knob, value;  ///< the difference from the base point
   std::string detection;    ///< bullet, dcd or ccd
   std::string features;
   std::string accuracy;
@@ -40,12 +40,12 @@ struct SimulationResult {
   double energy_start = 0;           ///< kinetic and in the field of gravity, joules
   double energy_end = 0;
   double energy_most = 0;
-  double contacts = 0;                 ///< that the solver was given, mean of a step
+  double contacts = 0;                 ///< mean number in a step that the solver received
   double ms_per_second = 0;            ///< of simulation, without the first step
-  double processor_ms_per_second = 0;  ///< of all threads: what others do on a shared machine is not in it
+  double processor_ms_per_second = 0;  ///< of this program's threads, without other programs' time
 };
 
-/// Calls `report` for each run as it ends.
+/// Runs the simulations. Calls `report` for each run as it ends.
 void run_simulations(const SimulationOptions& options, const std::function<void(const SimulationResult&)>& report);
 
 }  // namespace softcd::benchmarks

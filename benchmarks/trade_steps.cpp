@@ -65,7 +65,7 @@ test::Scene to_test_scene(const DetectorScene& scene) {
   return bodies;
 }
 
-/// One mode at work on one scene.
+/// Runs one mode on one scene.
 class Detector {
  public:
   Detector(const DetectorScene& scene, const Mode& mode, bool has_edges, Backend backend)
@@ -85,7 +85,7 @@ class Detector {
   bool is_discrete() const { return mode_.detection == Detection::dcd; }
   CollisionPipeline& pipeline() { return pipeline_; }
 
-  /// Detects at every substep; the sum of their times.
+  /// Detects at every substep. Returns the sum of their times.
   template <class Visit>
   StageTimes run(const Visit& visit) {
     StageTimes sum;
@@ -150,7 +150,7 @@ StepResult describe(const DetectorScene& scene, const Mode& mode, bool has_edges
   return result;
 }
 
-/// A step of each mode in turn, so that what else the machine does falls on all of them.
+/// Measures a step of each mode in turn, so that other load on the machine affects all of them.
 std::vector<Measured> measure(const DetectorScene& scene, bool has_edges, Backend backend, int repetitions) {
   std::vector<Measured> all;
   std::vector<std::unique_ptr<Detector>> detectors;

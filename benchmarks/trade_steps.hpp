@@ -8,13 +8,13 @@
 #include "ground_truth.hpp"
 #include "softcd/softcd.hpp"
 
-// Whole steps through the detector: which contacts each mode reports of those that exact arithmetic confirms.
+// Judges whole steps of the detector: which of the contacts that exact arithmetic confirms each mode reports.
 
 namespace softcd::benchmarks {
 
 struct StepScene {
   DetectorScene scene;
-  /// Pairs that may touch, beside those that a mode reports.
+  /// Pairs that may touch, in addition to those that a mode reports.
   std::vector<test::FeaturePair> listed;
 };
 

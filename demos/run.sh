@@ -6,11 +6,11 @@ usage() {
   cat <<'TEXT'
 usage: demos/run.sh [ARGUMENT...]
 
-Installs what is missing, builds softcd (Release, build/release) and runs `softcd-demo cloth-on-ball`: a cloth drapes
+Installs missing tools, builds softcd (Release, build/release) and runs `softcd-demo cloth-on-ball`: a cloth drapes
 over a ball that turns. Prints a table, one row per second of simulation, and writes pictures into build/demo.
 
-ARGUMENTs go to softcd-demo, e.g. --size 150 --world deformable --collision bullet. A first ARGUMENT that names no option is
-the scene to run instead; `demos/run.sh --list` names them.
+ARGUMENTs go to softcd-demo, e.g. --size 150 --world deformable --collision bullet. A first ARGUMENT that is no option
+is the scene to run instead; `demos/run.sh --list` names them.
 
 Environment: SOFTCD_CUDA=auto|on|off, SOFTCD_SETUP=off; see cmake/build.sh --help.
 TEXT

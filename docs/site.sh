@@ -6,8 +6,8 @@ usage() {
   cat <<'TEXT'
 usage: docs/site.sh [FOLDER]
 
-Makes the documentation's site in FOLDER (build/site), from README.md, docs/*.md and the public headers; begin with
-FOLDER/html/index.html. Fails where a public name has no description, and where a link leads nowhere. Installs Doxygen
+Makes the documentation's site in FOLDER (build/site) from README.md, docs/*.md and the public headers. Begin with
+FOLDER/html/index.html. Fails where a public name has no description, or where a link leads nowhere. Installs Doxygen
 where it is missing.
 TEXT
 }
@@ -22,7 +22,7 @@ cmake/setup.sh --only doxygen python3
 rm -rf "$folder/html"
 mkdir -p "$folder"
 version=$(sed -n 's/#define SOFTCD_VERSION_STRING "\(.*\)"/\1/p' kernels/include/softcd/version.hpp)
-# Of the kernels' headers those that are installed.
+# The kernels' headers that are installed.
 installed=$(sed -n 's/^set(SOFTCD_PUBLIC_KERNEL_HEADERS "\(.*\)" PARENT_SCOPE)$/\1/p' kernels/CMakeLists.txt)
 kernel_headers=$(find kernels/include -name '*.hpp' | grep -E "${installed//\\\\/\\}")
 doxygen - <<TEXT
@@ -32,7 +32,7 @@ OUTPUT_DIRECTORY = $folder
 PROJECT_NUMBER = $version
 TEXT
 
-# What pages link to or show besides each other: files of the repository.
+# Files of the repository that pages link to or show.
 grep -rhoE '(href|src)="files/[^"#]+' "$folder/html" --include='*.html' | sed 's/.*"files\///' | sort -u |
   while read -r file; do
     mkdir -p "$(dirname "$folder/html/files/$file")"

@@ -7,10 +7,10 @@ usage() {
 usage: docs/words.sh [--all] [FILE...]
 
 Reports, over the documents, headers and sources (or FILEs):
-- doc comments that begin with Of, Where, As, Those, And or Who: they say nothing by themselves;
+- doc comments that begin with Of, Where, As, Those, And or Who: they have no subject;
 - sentences of more than 40 words;
-- words of the project's own that docs/glossary.md does not explain, with the number of lines that have them.
-Prints the first five of each kind and their number, or all with --all. It is a report: the exit code is 0.
+- private words of the project that docs/glossary.md does not explain, with the number of lines that have them.
+Prints the first five of each kind and their number, or all with --all. The exit code is always 0.
 TEXT
 }
 
@@ -25,7 +25,7 @@ import re
 import subprocess
 import sys
 
-# Words with a meaning of the project's own, or in place of a usual one, and how to find them.
+# Words that this project uses with a special meaning, or instead of a standard term, and patterns that find them.
 OWN_WORDS = {
     "answer (to contacts)": r"\banswer(s|ed|ing)?\b", "foresee, foresight": r"\bfores(ee\w*|ight)\b",
     "hold back": r"\bh[eo]ld\w* back\b",
@@ -52,7 +52,7 @@ def paragraphs(path, lines):
             part = "" if is_left_out else re.sub(r"^\s*([-*>]|\d+\.) ", "\n", line)
         else:
             found = re.match(r"\s*///? ?(?!<|/)(.*)|.*?///<( .*)", line)
-            part = (found[1] if found else None) or ""
+            part = re.sub(r"^([-*]|\d+\.) ", "\n", (found[1] if found else None) or "")
             if found and found[2]:
                 yield number, found[2]  # behind a member: a comment of its own
             if part.startswith("    "):

@@ -6,10 +6,9 @@ usage() {
   cat <<'TEXT'
 usage: tests/compute_sanitizer.sh [TOOL...]
 
-Builds softcd with CUDA and runs the programs whose tests run on every backend, on the GPU, under compute-sanitizer with
-each TOOL (memcheck, initcheck, racecheck, synccheck; all four where none is named). Takes a hundred times as long as the
-tests alone: GTEST_FILTER selects some. Fetches compute-sanitizer (14 MB) into build/compute-sanitizer where it is
-missing. Fails where there is no GPU.
+Builds softcd with CUDA and runs the test programs for every backend on the GPU, under compute-sanitizer with each TOOL
+(default: memcheck, initcheck, racecheck and synccheck). Takes a hundred times as long as the tests alone; GTEST_FILTER
+selects some. Fetches compute-sanitizer (14 MB) into build/compute-sanitizer where it is missing. Fails without a GPU.
 TEXT
 }
 

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# How much of the products the tests run, line by line.
+# Measures which lines of the products the tests run.
 set -euo pipefail
 
 usage() {
   cat <<'TEXT'
 usage: tests/coverage.sh [PROGRAM...]
 
-Builds softcd for gcov (build/coverage, CPU only), runs the test PROGRAMs (all but those labelled `repetition` where none
-is named), prints the lines of kernels, plugin, bullet_integration and demos that they have run, by file and in all, and
-writes the same with the lines themselves to build/coverage/html. Files that no named program is linked from are left
-out. Installs what is missing.
+Builds softcd for gcov (build/coverage, CPU only) and runs the test PROGRAMs; default: all but those labelled
+`repetition`. Prints the share of the lines of kernels, plugin, bullet_integration and demos that they have run, by file
+and in all. Writes the same with the lines themselves to build/coverage/html. Leaves out files that are not linked into
+any of the programs. Installs missing tools.
 TEXT
 }
 
@@ -20,10 +20,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 cmake/setup.sh gcovr
 targets=("$@")
 [ $# -gt 0 ] || targets=(softcd_tests_once)
-selection=(-LE repetition -E '^softcd_package$')  # whose programs are linked without gcov
+selection=(-LE repetition -E '^softcd_package$')  # its programs are linked without gcov
 [ $# -eq 0 ] || selection=(-R "^($(IFS='|' && echo "$*"))\$")
 
-# At -O1 lines keep their counts, and tests take little longer than ever.
+# At -O1 lines keep their counts, and tests take little longer.
 cmake -S . -B build/coverage -G Ninja -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS=--coverage -fprofile-update=atomic" \
   -DCMAKE_CXX_FLAGS_RELEASE=-O1 -DCMAKE_UNITY_BUILD=ON -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DSOFTCD_CUDA=OFF \
   -DSOFTCD_BENCHMARKS=OFF >/dev/null

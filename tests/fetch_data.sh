@@ -6,9 +6,9 @@ usage() {
   cat <<'TEXT'
 usage: tests/fetch_data.sh [FOLDER]
 
-Downloads, with curl, 9 MB of recorded steps and queries with their exact answers into FOLDER (build/data), where tests
-look for them that are skipped otherwise, and compares their checksums. Files that are there already are kept. With
-another FOLDER configure with -DSOFTCD_DATA_DIR=FOLDER. They are sample data of others, from
+Downloads, with curl, 9 MB of recorded steps and queries with their exact verdicts into FOLDER (build/data), and
+compares their checksums. Tests that need the data are skipped where it is missing. Existing files are kept. With
+another FOLDER configure with -DSOFTCD_DATA_DIR=FOLDER. The files are sample data of other authors, from
 github.com/Continuous-Collision-Detection; their licences come with them.
 TEXT
 }

@@ -6,10 +6,11 @@ usage() {
   cat <<'TEXT'
 usage: tests/golden.sh [VARIANT...]
 
-Builds the test of golden contacts, and it alone, once for each VARIANT (build/golden/VARIANT) and runs it: on the CPU
-with 1 to 16 threads, float and double positions and each kind of registers that this processor has, and on the GPU
-where there are one and an nvcc. A VARIANT is a compiler and its options, with commas: g++,-O2 or clang++,-O3,-march=native.
-Where none is named: g++ and clang++, each with -O0, -O1, -O2, -O3 and -O3,-march=native. All are tried, whatever fails.
+Builds only the test of golden contacts, once for each VARIANT (build/golden/VARIANT), and runs it. On the CPU it uses
+1 to 16 threads, float and double positions, and each kind of registers that this processor has. It also runs on the
+GPU, where a GPU and an nvcc exist. A VARIANT is a compiler and its options, with commas: g++,-O2 or
+clang++,-O3,-march=native. Default: g++ and clang++, each with -O0, -O1, -O2, -O3 and -O3,-march=native. All variants
+are run, even if some fail.
 
 Environment: SOFTCD_CUDA=auto|on|off, SOFTCD_SETUP=off; see cmake/build.sh --help.
 TEXT

@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
-# Lets worlds of soft bodies live long, while everything in them changes.
+# Runs worlds of soft bodies for a long time, while everything in them changes.
 set -euo pipefail
 
 usage() {
   cat <<'TEXT'
 usage: tests/soak.sh [--asan] [STEPS [RUN...]]
 
-Builds the soak test and runs it in each kind of world for STEPS steps, 200000 where none are named, once for each RUN, a
-number that its random choices follow from (1 where none is named); as many at once as there are processors. With --asan
-under the sanitizers of the preset cpu-asan, and 20000 steps where none are named. Prints what has been going on in each,
-and fails where a position is not finite, something is through something else, a detector has failed, memory has grown,
-or hardly anything has touched, as in fewer than 200 steps; the logs are in build/soak. 24 hours on 16 processors: 1000000
-steps and 32 runs.
+Builds the soak test and runs it in each kind of world for STEPS steps (default: 200000), once for each RUN. A RUN is
+the number that determines its random choices (default: 1). As many runs as there are processors run at a time. With
+--asan it runs under the sanitizers of the preset cpu-asan, by default for 20000 steps.
+
+Prints the events of each run. Fails where a position is not finite, bodies intersect, a detector has failed, memory has
+grown, or hardly anything has touched, as in fewer than 200 steps. The logs are in build/soak. 24 hours on 16
+processors: 1000000 steps and 32 runs.
 
 Environment: SOFTCD_TEST_BACKEND=cuda for the GPU, SOFTCD_CUDA=auto|on|off, SOFTCD_SETUP=off; see cmake/build.sh --help.
 TEXT
@@ -28,7 +29,7 @@ if [ -n "$asan" ]; then
   cmake --preset cpu-asan -DSOFTCD_DEMOS=OFF >/dev/null
   cmake --build --preset cpu-asan --parallel "$(nproc)" --target bullet_soak_test >&2
   program=build/cpu-asan/tests/bullet_integration/bullet_soak_test
-  # What is freed is kept for a while to find who still uses it: little, as memory must not grow.
+  # Freed memory is kept for a while to find later uses: only little, because memory must not grow.
   export ASAN_OPTIONS=${ASAN_OPTIONS:-quarantine_size_mb=16}
   steps=${1:-20000}
 else

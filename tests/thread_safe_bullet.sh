@@ -6,9 +6,9 @@ usage() {
   cat <<'TEXT'
 usage: tests/thread_safe_bullet.sh [FILTER]
 
-Builds Bullet with BT_THREADSAFE and installs it into build/thread-safe/bullet, builds softcd and the tests of how
-Bullet's worlds behave against it (build/thread-safe/softcd), and runs those that FILTER names, as --gtest_filter does;
-all where there is none. btCollisionDispatcherMt has threads then.
+Builds Bullet with BT_THREADSAFE and installs it into build/thread-safe/bullet. Builds softcd and the tests of Bullet's
+worlds against it (build/thread-safe/softcd), and runs the tests that FILTER selects, as --gtest_filter does (default:
+all). btCollisionDispatcherMt then uses several threads.
 
   BULLET_SOURCE=DIR   Bullet's sources; default: 3.24, fetched with git
   SOFTCD_SETUP=off    installs nothing
@@ -33,7 +33,7 @@ cmake -S "$source" -B "$folder/bullet-build" -G Ninja -DCMAKE_BUILD_TYPE=Release
   -DCMAKE_INSTALL_PREFIX="$folder/bullet" -DCMAKE_INSTALL_RPATH="$folder/bullet/lib" "${options[@]}" >/dev/null
 cmake --build "$folder/bullet-build" --parallel "$(nproc)" --target install >&2
 
-# Bullet's headers have to be told as its sources were.
+# Bullet's headers need the same definition as its sources.
 cmake -S . -B "$folder/softcd" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DSOFTCD_CUDA=OFF \
   -DSOFTCD_BULLET_FLOAT64=OFF -DBULLET_ROOT="$folder/bullet" -DCMAKE_CXX_FLAGS=-DBT_THREADSAFE=1 >/dev/null
 programs=(bullet_behaviour_test bullet_throwing_test)

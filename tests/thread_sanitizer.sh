@@ -6,11 +6,13 @@ usage() {
   cat <<'TEXT'
 usage: tests/thread_sanitizer.sh [PROGRAM...]
 
-Builds the named test programs with the thread sanitizer (build/thread-sanitizer) and runs them; where none is named,
-those whose tests are about threads: softcd_determinism_tests and softcd_rank_tests. Distributions build oneTBB without
-the sanitizer, which then cannot see that a task happens after whoever spawned it, and reports every loop. So this
-builds the distribution's sources of it with the sanitizer first (build/thread-sanitizer/tbb), and makes sure that a
-loop that is right is not reported, and that one that races is. Vectors of this processor's widest kind alone.
+Builds the named test programs with the thread sanitizer (build/thread-sanitizer) and runs them. Default: the tests of
+threads, softcd_determinism_tests and softcd_rank_tests.
+
+Distributions build oneTBB without the sanitizer. It then cannot see that a task runs after the code that spawned it,
+and reports every loop. So this first builds the distribution's sources of oneTBB with the sanitizer
+(build/thread-sanitizer/tbb). It checks that a correct loop is not reported, and that a loop with a race is. It uses
+vectors of this processor's widest kind only.
 
 Environment: SOFTCD_SETUP=off; see cmake/build.sh --help.
 TEXT
@@ -43,7 +45,7 @@ build_tbb() {
   }
 }
 
-# What is found below would mean nothing without this.
+# Without this check the results below would mean nothing.
 try_sanitizer() {
   c++ -x c++ -std=c++17 -O1 -g1 -fsanitize=thread "-I$tbb/prefix/include" -o "$tbb/loops" - \
     "-L$tbb/prefix/lib" "-Wl,-rpath,$tbb/prefix/lib" -ltbb <<'CPP'

@@ -6,9 +6,11 @@
 #include "softcd/math/sphere.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 
-/// The paper's own assignment (sections 3.1 to 3.3): spheres of radius at most a third of the cell, so that each
-/// overlaps at most eight cells; home cells and control bits by parity types; one representative child per (cell,
-/// root), at home there if any is; fast triangles halve their own step instead of everybody's.
+/// The paper's own assignment of triangles to cells (sections 3.1 to 3.3):
+/// - Spheres have a radius of at most a third of the cell, so that each overlaps at most eight cells.
+/// - Home cells and control bits are given by parity types.
+/// - Each (cell, root) has one representative child, which is at home there if any child is.
+/// - Fast triangles halve their own step instead of the step of all triangles.
 namespace softcd::paper {
 
 /// A triangle that is represented in the grid by children: 4^level in space, times 2^halvings in time.
@@ -20,10 +22,10 @@ struct Split {
   SOFTCD_HD constexpr std::uint32_t child_count() const { return 1U << (2 * level + halvings); }
 };
 
-/// A cell that a child of a split triangle is registered in. Several children may give the same.
+/// A cell in which a child of a split triangle is registered. Several children may give the same cell.
 struct SplitCell {
   std::uint64_t key;    ///< place among the split triangles:32 | cell:27 from high to low
-  std::uint32_t child;  ///< child | 2^31 where its centre lies in another cell, so that less is better
+  std::uint32_t child;  ///< child | 2^31 where its centre lies in another cell, so that the smallest value is the best
 };
 
 constexpr std::uint32_t kPhantomChild = 0x80000000U;
@@ -61,7 +63,7 @@ SOFTCD_HD inline bool sphere_meets_cell(const Sphere& sphere, Cell cell, float s
   return squared_distance <= sphere.radius * sphere.radius;
 }
 
-/// Calls visit(cell) for every cell that the sphere meets.
+/// Calls visit(cell) for every cell that the sphere overlaps.
 template <class Visit>
 SOFTCD_HD void for_each_cell(const Sphere& sphere, const GridParameters& grid, Visit visit) {
   const Vec3f radii = {sphere.radius, sphere.radius, sphere.radius};
@@ -82,9 +84,9 @@ SOFTCD_HD inline std::uint32_t touched_types(const Sphere& sphere, const GridPar
   return types;
 }
 
-/// Calls visit(sibling) for the other three children of the same parent, in the same part of the step. Of the rows that
-/// a parent in row R splits into, 2 R holds one child of an upright parent and three of an inverted one, 2 R + 1 the
-/// reverse.
+/// Calls visit(sibling) for the other three children of the same parent, in the same part of the step. A parent in row
+/// R splits into rows 2 R and 2 R + 1. Row 2 R has one child of an upright parent and three of an inverted one; row 2 R
+/// + 1 the reverse.
 template <class Visit>
 SOFTCD_HD void for_each_sibling(Split root, std::uint32_t child, Visit visit) {
   if (root.level == 0) return;
@@ -103,7 +105,7 @@ SOFTCD_HD void for_each_sibling(Split root, std::uint32_t child, Visit visit) {
   }
 }
 
-/// Sphere around one child in its part of the step.
+/// Returns the sphere around one child in its part of the step.
 SOFTCD_HD inline Sphere child_sphere(const SceneView& scene, Split root, std::uint32_t child, float growth) {
   const TriangleMotion parent = load_triangle(scene, root.root);
   const TriangleMotion motion = child_motion(parent, root.level, child >> root.halvings);
@@ -118,7 +120,8 @@ SOFTCD_HD inline Sphere child_sphere(const SceneView& scene, Split root, std::ui
   return {sphere.centre, outward_up(sphere.radius + growth)};
 }
 
-/// Registers a triangle whose sphere fits, lists the others; one whose margin alone does not fit stays whole.
+/// Registers triangles with a small enough sphere, and lists the others. A triangle whose margin alone is too large
+/// stays whole.
 struct RegisterTriangle {
   SceneView scene;
   const Kdop18* volumes;
@@ -175,7 +178,7 @@ struct RegisterTriangle {
   }
 };
 
-/// The cells of one child, with the child and whether it is at home there.
+/// Registers the cells of one child, with the child and whether it is at home there.
 struct RegisterChild {
   SceneView scene;
   const TriangleShape* shapes;
@@ -194,7 +197,7 @@ struct RegisterChild {
   }
 };
 
-/// One entry per (cell, root), of its representative, with the siblings' home types.
+/// Makes one entry for each (cell, root), for its representative, with the siblings' home types.
 struct RegisterSplitCell {
   SceneView scene;
   const TriangleShape* shapes;

@@ -6,11 +6,11 @@
 
 namespace softcd::paper {
 
-/// The lambda that stands for 0.
+/// The lambda that replaces 0.
 constexpr float kLambda = 1.2F;
 
-/// Cells of 3 lambda mean swept radii (the paper, equation 1), without subdivision of 3 largest ones. Enlarged as
-/// softcd::ChooseGrid does it, with a bound on entries for memory's sake alone.
+/// Chooses cells of 3 lambda mean swept radii (the paper, equation 1), or, without subdivision, of 3 largest radii.
+/// Enlarges them as softcd::ChooseGrid does, with a bound on entries that only limits memory.
 struct ChooseGrid {
   SizeHistograms sizes;
   bool subdivision;

@@ -7,12 +7,16 @@
 namespace softcd::paper {
 
 /// The control bits as printed (Le Grand 2007; the paper, section 3.3), on the parity type of cells, type = x&1 | y&1
-/// << 1 | z&1 << 2: home type of the representing child:3 | types of the cells that it touches:8 | types of its
-/// siblings' home cells:8. Deferring to siblings follows the order of types, as deferring to home cells does: by child
-/// ids, as the text has it, the two orders contradict each other and lose a tenth of the pairs. Loses true pairs and
-/// repeats others all the same, so that every pair is flagged.
+/// << 1 | z&1 << 2. They are, with the number of bits:
+/// - the home type of the representing child: 3;
+/// - the types of the cells that it touches: 8;
+/// - the types of its siblings' home cells: 8.
+///
+/// Deferring to siblings follows the order of types, as deferring to home cells does. The text uses child ids instead,
+/// but then the two orders contradict each other and lose a tenth of the pairs. Even so, the bits lose true pairs and
+/// repeat others, so that every pair is flagged.
 struct Control {
-  /// Cells are numbered z:9 | y:9 | x:9, so that the number says which coordinates are even.
+  /// Cells are numbered z:9 | y:9 | x:9, so the number's bits give the parity of each coordinate.
   static constexpr int kAxisBits = 9;
   static constexpr int kAxisMask = (1 << kAxisBits) - 1;
 
@@ -22,7 +26,7 @@ struct Control {
            static_cast<std::uint32_t>(cell.x & kAxisMask);
   }
 
-  /// The cell with this number that is at most 128 before `near` along each axis, or fewer than 384 after it.
+  /// Returns the cell with this number that is at most 128 before `near` along each axis, or fewer than 384 after it.
   static SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) {
     const auto unwrapped = [index](int axis, int first) {
       const auto coordinate = static_cast<int>(index >> (axis * kAxisBits));
@@ -56,7 +60,7 @@ struct Control {
     return Verdict::execute_and_flag;
   }
 
-  /// Entries of a cell have one rank: each meets all before it.
+  /// Entries of a cell have one rank: each is compared with all before it.
   static SOFTCD_HD constexpr std::uint32_t lowest_partner_k(std::uint32_t /*k*/) { return 0; }
 };
 

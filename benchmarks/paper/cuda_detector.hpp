@@ -4,7 +4,7 @@
 
 namespace softcd::paper {
 
-/// For detectors on the CUDA device that is current when they are made and used, as softcd::cuda_detector_factory.
+/// Returns a factory of detectors on the current CUDA device, as softcd::cuda_detector_factory does.
 DetectorFactory cuda_detector_factory(void* stream);
 
 }  // namespace softcd::paper

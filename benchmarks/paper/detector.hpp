@@ -4,8 +4,8 @@
 
 namespace softcd::paper {
 
-/// As machine_factories, of detectors whose broad phase is the printed one (paper/scheme.hpp). On CUDA they use the
-/// device that is current.
+/// Returns factories of detectors with the printed broad phase (paper/scheme.hpp), otherwise as machine_factories does.
+/// On CUDA they use the current device.
 DetectorFactories detector_factories(const SceneOptions& options);
 
 }  // namespace softcd::paper

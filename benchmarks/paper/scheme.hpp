@@ -4,8 +4,8 @@
 #include "paper/choose_grid.hpp"
 #include "softcd/pipeline/broad_phase.hpp"
 
-/// The broad phase as printed in Wong, Leach, Zambetta 2012, for a DetectorOn: it LOSES some true pairs, and is there
-/// to be compared with. Everything before and after the assignment of cells is the detector's own.
+/// The broad phase as printed in Wong, Leach, Zambetta 2012, for a DetectorOn. It LOSES some true pairs, and exists
+/// only for comparison. Everything before and after the assignment of cells is the detector's own.
 namespace softcd::paper {
 
 template <class Backend>
@@ -24,7 +24,7 @@ struct Scheme {
   using Cells = paper::Cells<Backend>;
 };
 
-/// Triangles in, entries out, as ExactCells.
+/// Turns triangles into entries, as ExactCells does.
 template <class Backend>
 class Cells {
  public:

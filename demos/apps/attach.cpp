@@ -1,5 +1,5 @@
-// Cloths are thrown at a held one in a world that an engine has made: before softcd is attached, while it is, and
-// after.
+// Cloths are thrown at a held cloth in a world that an engine has made: before softcd is attached, while it is
+// attached, and afterwards.
 
 #include <softcd/bullet/attach.hpp>
 
@@ -13,7 +13,7 @@
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
 
-/// Stands for an engine that one cannot change.
+/// Represents an engine that the application cannot change.
 struct Engine {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
@@ -44,7 +44,7 @@ int main() {
         std::printf("(%.*s)\n", static_cast<int>(limitation.text.size()), limitation.text.data());
       }
     } else if (attachment.has_value()) {
-      attachment->detach();  // and all is as it was
+      attachment->detach();  // from here on the world works as without softcd
     }
 
     const std::unique_ptr<btSoftBody> held = engine.add_cloth(0, 1);

@@ -1,4 +1,4 @@
-// A soft ball falls onto a cloth that lies on a box: who touches whom, since when, and how hard.
+// A soft ball falls onto a cloth that lies on a box. Prints which bodies touch, since when, and how hard.
 
 #include <softcd/bullet/soft_worlds.hpp>
 

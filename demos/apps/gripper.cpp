@@ -1,5 +1,5 @@
 // Two fingers close on a coarse cloth, in the middle of a face five times as wide as they are, and lift it. Bullet
-// tests nodes alone against boxes: the cloth slips through. With softcd's contacts of faces and edges it is held.
+// tests only nodes against boxes, so the cloth slips through. softcd's contacts of faces and edges hold it.
 
 #include <softcd/bullet/soft_worlds.hpp>
 
@@ -12,7 +12,7 @@
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
 
-/// How far below the fingers the cloth's top edge is in the end.
+/// Returns how far below the fingers the cloth's top edge is in the end.
 btScalar grip(softcd::bullet::ConvexShapes convex_shapes) {
   softcd::bullet::Settings settings;
   settings.convex_shapes = convex_shapes;

@@ -1,5 +1,5 @@
-// What a mouse does: a ray from the eye picks a face of a soft body, and the node nearest to where it was picked is
-// pulled along. Rays are Bullet's own, in softcd's world they meet soft bodies where these are now.
+// Simulates a mouse: a ray from the eye picks a face of a soft body, and the node nearest to the hit is pulled along.
+// The rays are Bullet's own; in softcd's world they meet soft bodies at their present positions.
 
 #include <softcd/bullet/soft_worlds.hpp>
 
@@ -11,7 +11,7 @@
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
 
-/// The nearest face, as ClosestRayResultCallback, which keeps no face, has the nearest point.
+/// Finds the nearest face. ClosestRayResultCallback keeps the nearest point only.
 struct PickedFace : btCollisionWorld::ClosestRayResultCallback {
   using ClosestRayResultCallback::ClosestRayResultCallback;
   int face = -1;

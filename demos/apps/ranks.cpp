@@ -1,6 +1,6 @@
-// One scene on several processes, which MPI has started: each sets the positions of its own sheet, finds the contacts
-// in its part of the space, and is told those of all. With a GPU a process and NCCL only the communicator is made in
-// another way: softcd::Communicator::of_nccl.
+// One scene on several processes, which MPI has started. Each process sets the positions of its own sheet and finds the
+// contacts in its part of the space, and receives all contacts. With NCCL and one GPU for each process, only the
+// communicator is made differently: softcd::Communicator::of_nccl.
 
 #include <mpi.h>
 #include <softcd/softcd.hpp>
@@ -12,7 +12,7 @@
 
 constexpr std::uint32_t kSide = 60;
 
-/// The sheet's vertices at a time: it lies at height 0.02 times `number`, and waves.
+/// Returns the sheet's vertices at a time: it lies at height 0.02 times `number`, and waves.
 std::vector<softcd::Vec3f> sheet_at(int number, float time) {
   std::vector<softcd::Vec3f> x;
   for (std::uint32_t row = 0; row < kSide; ++row) {

@@ -6,8 +6,9 @@
 
 #include "BulletSoftBody/btSoftBody.h"
 
-/// Where the nodes of a rope of a loose reef knot are, equally far apart: with side = 1 from the left round the other
-/// rope's bight and back, with -1 the same turned by half a turn, from the right.
+/// Returns the positions of the nodes of one rope of a loose reef knot, at equal distances. With side = 1 the rope runs
+/// from the left round the other rope's bight and back. With side = -1 it is turned by half a turn, and comes from the
+/// right.
 inline std::vector<btVector3> reef_knot_rope(btScalar side) {
   constexpr int kNodes = 101;
   const btVector3 half[] = {{-3.8F, 0, 0.35F}, {-2.3F, 0, 0.35F},    {-1.7F, 0.5F, 0.35F},
@@ -28,7 +29,7 @@ inline std::vector<btVector3> reef_knot_rope(btScalar side) {
   return nodes;
 }
 
-/// By what part of its length at rest a rope is longer than that.
+/// Returns the rope's elongation as a share of its rest length.
 inline btScalar stretch(const btSoftBody& rope) {
   btScalar length = 0;
   btScalar rest = 0;
@@ -39,7 +40,7 @@ inline btScalar stretch(const btSoftBody& rope) {
   return length / rest - 1;
 }
 
-/// How far the rope from the left still reaches past that from the right: less than 0 where they have come apart.
+/// Returns how far the rope from the left reaches past the rope from the right; negative after they have come apart.
 inline btScalar overlap(const btSoftBody& from_left, const btSoftBody& from_right) {
   btScalar left = -BT_LARGE_FLOAT;
   btScalar right = BT_LARGE_FLOAT;

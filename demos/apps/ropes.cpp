@@ -1,5 +1,5 @@
-// Two ropes, links without a face, in a reef knot that is pulled tight at its four ends. Bullet has no contacts of
-// links with links: the ropes come apart through each other. With softcd's contacts of edges the knot holds.
+// Two ropes, made of links without faces, in a reef knot that is pulled tight at its four ends. Bullet has no contacts
+// between links, so the ropes pass through each other and come apart. With softcd's contacts of edges the knot holds.
 
 #include <softcd/bullet/soft_worlds.hpp>
 

@@ -8,7 +8,7 @@
 /// Two nodes that a link joins.
 using Ends = std::pair<int, int>;
 
-/// Some of the links that are `stretch` times as long as at rest, or longer, and not short there.
+/// Returns some of the links that are at least `stretch` times as long as at rest, and not short at rest.
 inline std::vector<Ends> overstretched_links(const btSoftBody& cloth, btScalar stretch, btScalar shortest) {
   constexpr int kMost = 8;
   std::vector<Ends> found;
@@ -22,9 +22,9 @@ inline std::vector<Ends> overstretched_links(const btSoftBody& cloth, btScalar s
   return found;
 }
 
-/// Cuts a link, and the faces beside it, in two: new nodes, which weigh as much as its lighter end, links and faces.
-/// The cut gapes by a hundredth of the link, so that its sides do not touch. False where there is no such link any
-/// more.
+/// Cuts a link, and the faces beside it, in two: it adds new nodes, links and faces. A new node weighs as much as the
+/// link's lighter end. The cut gapes by a hundredth of the link, so that its sides do not touch. Returns false where
+/// the link no longer exists.
 inline bool cut(btSoftBody& cloth, const Ends& link) {
   const btScalar inverse_mass = btMax(cloth.m_nodes[link.first].m_im, cloth.m_nodes[link.second].m_im);
   if (inverse_mass <= 0 || !cloth.cutLink(link.first, link.second, btScalar(0.5))) return false;

@@ -1,6 +1,5 @@
-// A ball falls onto a cloth that tears where it is stretched: links are cut, each in two, with new nodes and faces,
-// while the world runs. softcd notices what has changed of the cloth, and nothing passes through it but where it is
-// torn.
+// A ball falls onto a cloth that tears where it is stretched. While the world runs, links are cut in two, with new
+// nodes and faces. softcd notices the changes of the cloth, and nothing passes through it except where it is torn.
 
 #include <softcd/bullet/soft_worlds.hpp>
 

@@ -11,7 +11,7 @@
 
 #include "softcd/fields/options.hpp"
 
-/// What the programs' command lines call the library's choices.
+/// Names of the library's choices in the programs' command lines.
 namespace softcd::demo {
 
 template <class Value>
@@ -20,7 +20,7 @@ struct Choice {
   Value value;
 };
 
-/// An enumeration's values by their names, but "auto" for `automatic`.
+/// Returns an enumeration's values by their names, with "auto" for `automatic`.
 template <class Enum>
 constexpr auto choices_of() {
   std::array<Choice<Enum>, kEnumerators<Enum>.size()> choices{};
@@ -50,7 +50,7 @@ const char* name_of(const Choices& choices, Value value) {
   return found == choices.end() ? "?" : found->name;
 }
 
-/// Throws CLI::ValidationError when no choice has that name.
+/// Returns the choice of that name. Throws CLI::ValidationError when there is none.
 template <class Choices>
 auto value_of(const Choices& choices, const std::string& word, const std::string& option) {
   const auto found = std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.name == word; });
@@ -60,7 +60,8 @@ auto value_of(const Choices& choices, const std::string& word, const std::string
   return found->value;
 }
 
-/// An option that takes one of the choices' names. `target` holds the default; it and `choices` outlive the parsing.
+/// Adds an option that takes one of the choices' names. `target` holds the default. `target` and `choices` must outlive
+/// the parsing.
 template <class Choices, class Value>
 CLI::Option* add_choice(CLI::App& app, const std::string& name, const Choices& choices, Value& target,
                         const std::string& description) {
@@ -69,7 +70,7 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, const Choices& c
       ->option_text(fmt::format("{} [{}]", join_names(choices, "|"), name_of(choices, target)));
 }
 
-/// The same for several names, one after the other or separated by commas.
+/// Adds an option that takes several names, one after the other or separated by commas.
 template <class Choices, class Value>
 CLI::Option* add_choices(CLI::App& app, const std::string& name, const Choices& choices, std::vector<Value>& targets,
                          const std::string& description) {

@@ -8,7 +8,7 @@
 
 #include "softcd/fields/options.hpp"
 
-/// What the programs report of StageTimes.
+/// Reports of StageTimes in the programs' output.
 namespace softcd::demo {
 
 struct StageTime {
@@ -22,14 +22,14 @@ inline constexpr auto kStageTimes = std::apply(
     },
     kFields<StageTimes>);
 
-/// Of an even number of values the mean of the middle two.
+/// Returns the median; for an even number of values, the mean of the middle two.
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t middle = values.size() / 2;
   return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
-/// Each stage's own median.
+/// Returns each stage's own median.
 inline StageTimes median(const std::vector<StageTimes>& runs) {
   StageTimes result;
   for (const StageTime& stage : kStageTimes) {

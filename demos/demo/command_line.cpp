@@ -21,7 +21,7 @@ constexpr std::array<Choice<bool OverlayChoice::*>, 5> kOverlays = {{{"wire", &O
                                                                      {"children", &OverlayChoice::children},
                                                                      {"picked-cell", &OverlayChoice::picked_cell}}};
 constexpr int kLargestSize = 10000;
-constexpr int kFewestPixels = 16;  // of a picture, each way
+constexpr int kFewestPixels = 16;  // smallest width and height of a picture
 constexpr int kMostPixels = 8192;
 constexpr std::array<Choice<Collision>, 3> kCollisions = {
     {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
@@ -59,7 +59,7 @@ int size_from(const std::string& word, const SceneInfo& scene) {
   return size;
 }
 
-/// How many letters have to be inserted, removed or replaced to get from one word to the other (Levenshtein 1966).
+/// Returns the number of letters to insert, remove or replace to get from one word to the other (Levenshtein 1966).
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -73,7 +73,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// Names the scene that is most like the word; empty where none is alike.
+/// Returns the name of the scene that is most like the word; empty where none is similar.
 std::string suggestion_for(const std::string& word) {
   const auto distance = [&](const SceneInfo& scene) { return edit_distance(word, scene.name); };
   const auto nearest = std::min_element(scenes().begin(), scenes().end(), [&](const SceneInfo& a, const SceneInfo& b) {
@@ -152,37 +152,38 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   app.add_option("scene", command.scene, "See --list")->option_text("SCENE [cloth-on-ball]");
   app.add_flag("--list", list, "Describe the scenes");
   add_choice(app, "--world", kWorlds, options.world,
-             "Bullet's classic soft world, or its deformable world, of springs that are integrated\n"
-             "explicitly, in steps of 1/240 second");
+             "Bullet's classic soft world, or its deformable world, which integrates springs explicitly,\n"
+             "in steps of 1/240 second");
   add_choice(app, "--collision", kCollisions, options.collision,
-             "Who finds contacts between soft bodies. bullet knows none within a body");
+             "The detector of contacts between soft bodies. bullet finds none within a body");
   app.add_option_function<std::string>(
          "--preset", [&](const std::string& word) { options.settings = value_of(kPresets, word, "--preset")(); },
-         "softcd's settings, which the options below change; balanced is what the library does by default.\n"
-         "Left out: ccd, and edges respond")
+         "softcd's settings, which the options below change. balanced is the library's default.\n"
+         "Default: ccd, and edges respond")
       ->option_text(join_names(kPresets, "|"));
   add_choice(app, "--backend", kBackends, options.settings.backend,
-             "Where softcd computes; auto takes a GPU when there is one");
+             "softcd's backend; auto takes a GPU where one exists");
   add_choice(app, "--detection", kDetections, options.settings.detection,
-             "softcd's. ccd: along the motion of a step; dcd: distances at its end, Bullet's rule");
+             "softcd's detection. ccd: along the motion of a step; dcd: distances at its end, Bullet's rule");
   add_choice(app, "--edges", kEdgeContacts, options.settings.edge_contacts,
-             "Whether softcd also looks for contacts between edges, and Bullet answers them");
+             "respond: softcd also detects contacts between edges, and Bullet's solver responds to them");
   add_choice(app, "--contacts", kContacts, options.settings.contacts,
-             "Which contacts of nodes with faces softcd gives to Bullet's solver. all: Bullet's rule");
-  app.add_option("--iterations", options.iterations, "Of Bullet's classic solver: Config::piterations of all bodies")
+             "The contacts of nodes with faces that softcd gives to Bullet's solver. all: Bullet's rule");
+  app.add_option("--iterations", options.iterations,
+                 "Iterations of Bullet's classic solver: Config::piterations of all bodies")
       ->option_text("N [the scene's]")
       ->check(CLI::Range(1, 1000));
   app.add_option("--steps", command.steps, "Steps of 1/120 second")
       ->option_text("N [600]")
       ->check(CLI::Range(1L, 1000000L));
   app.add_option("--size", size,
-                 "Size in the unit that --list names, or that at which the scene has about as many triangles\n"
-                 "as in the paper of Wong, Leach and Zambetta")
+                 "Size in the unit that --list names. paper: about as many triangles as in the paper of Wong,\n"
+                 "Leach and Zambetta")
       ->option_text("N|paper");
   app.add_option("--picture", command.picture_file, "PNG file for the final state")
       ->option_text("FILE [softcd-demo.png, where pictures can be drawn]")
       ->take_last();
-  app.add_option("--picture-size", size_of_pictures, "Of --picture and --record, in pixels")
+  app.add_option("--picture-size", size_of_pictures, "Size of --picture and --record, in pixels")
       ->option_text(fmt::format("WIDTHxHEIGHT [{}x{}]", command.pictures.width, command.pictures.height));
   app.add_option("--record", command.record,
                  "Write frames as pictures DIR/frame-0000.png, ..., or as a video (by the program ffmpeg)")
@@ -196,7 +197,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
       ->option_text("N [4]")
       ->check(CLI::Range(1, 120));
   app.add_option("--export-step", command.exported_step,
-                 "Write all bodies where step N, counted from 1, begins and where it ends, as DIR/t0.ply and\n"
+                 "Write all bodies at the beginning and the end of step N, counted from 1, as DIR/t0.ply and\n"
                  "DIR/t1.ply: two frames for softcd-detect")
       ->option_text("N DIR");
   std::vector<bool OverlayChoice::*> overlays;
@@ -204,9 +205,9 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
       app.add_flag("--view", command.view,
                    "Show the scene in a window instead of measuring it; a panel there explains mouse and keys");
   add_choices(app, "--overlays", kOverlays, overlays,
-              "What is drawn over the scene, in pictures and, from the start, in --view's window, which alone has the\n"
-              "last three: the triangles' edges, contacts, grid cells and what the picked triangle is in");
-  app.add_option("--view-frames", command.view_frames, "Close --view's window after so many frames, of two steps each")
+              "Overlays on the scene, in pictures and, from the start, in --view's window: the triangles' edges and\n"
+              "contacts; in the window alone also grid cells, and the picked triangle's children and cell");
+  app.add_option("--view-frames", command.view_frames, "Close --view's window after N frames of two steps each")
       ->option_text("N")
       ->check(CLI::Range(1L, 1000000L))
       ->needs(view);
@@ -217,7 +218,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   app.footer(
       "Columns: simulated seconds; median milliseconds of a step, and of softcd in it; median contacts a step; then,\n"
       "at the end of the second, vertices on the wrong side of a surface or with an edge that intersects a triangle,\n"
-      "and such edges, found in exact arithmetic. The lines at the end say what a step's time goes into.\n"
+      "and such edges, found in exact arithmetic. The last lines say how a step's time is spent.\n"
       "Exit codes: 0 done; 1 the simulation failed or a result could not be written; 2 wrong command line.");
   try {
     app.parse(argc, argv);

@@ -22,7 +22,7 @@ struct DemoCommand {
   std::string record;        ///< pictures or a video, see FrameWriter; empty: none
   std::string mesh_files;    ///< see FrameWriter; empty: none
   int frame_steps = 4;       ///< steps from one frame to the next
-  /// Which step, counted from 1, to write the beginning and the end of, and into which folder; 0: none.
+  /// The step, counted from 1, whose beginning and end are written, and the folder for them; 0: none.
   std::pair<long, std::string> exported_step;
   std::string json_file;        ///< empty: none
   bool view = false;            ///< in a window, instead of measuring

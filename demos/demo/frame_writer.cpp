@@ -8,7 +8,7 @@
 namespace softcd::demo {
 namespace {
 
-/// All bodies in one.
+/// Returns all bodies as one mesh.
 Mesh mesh_of(const Scene& scene) {
   Mesh mesh;
   for (const Surface& surface : scene.all_surfaces()) {

@@ -116,7 +116,8 @@ void view(const DemoCommand& command) {
   run_viewer(command.scene, command.options, options);
 }
 
-// Draws what the command asks for. Where it asks for nothing and no picture can be drawn, null, and `problem` says why.
+// Makes the drawer of the command's pictures. Returns null, with the reason in `problem`, where the command requires no
+// picture and none can be drawn.
 std::unique_ptr<PictureTaker> make_picture_taker(const DemoCommand& command, std::string& problem) {
   try {
     return std::make_unique<PictureTaker>(command.pictures);

@@ -9,12 +9,12 @@
 
 namespace softcd::demo {
 
-/// What happened during one second of simulation, or the rest of the last one. Times are in milliseconds.
+/// The events of one second of simulation, or of the rest of the last one. Times are in milliseconds.
 struct Row {
   double until = 0;          ///< simulated seconds
   double step_ms = 0;        ///< median
-  double detection_ms = 0;   ///< median of what softcd takes; NaN where Bullet detects
-  std::size_t contacts = 0;  ///< median a step
+  double detection_ms = 0;   ///< median of softcd's part; NaN where Bullet detects
+  std::size_t contacts = 0;  ///< median of a step
   Penetration penetration;   ///< at the end
 };
 
@@ -24,7 +24,7 @@ struct Measurement {
   double median_step_ms = 0;
   double total_seconds = 0;      ///< of wall clock, in steps
   StepProfile total_profile;     ///< of all steps
-  Penetration most_penetration;  ///< of any row, each figure for itself
+  Penetration most_penetration;  ///< the maximum over all rows, for each figure by itself
 };
 
 struct Callbacks {

@@ -7,18 +7,18 @@
 
 namespace softcd::demo {
 
-/// A duration for people who wait: "42 s", "3 min 05 s", "2 h 10 min". `seconds` is not negative.
+/// Returns a duration as text: "42 s", "3 min 05 s", "2 h 10 min". `seconds` must not be negative.
 std::string duration_text(double seconds);
 
-/// What is going on, in one line on standard error that is overwritten, for people at a terminal. Nothing elsewhere.
+/// Shows the progress in one line on standard error that is overwritten, if that is a terminal.
 class Progress {
  public:
   void show(const std::string& text) const;
   void clear() const { show(""); }
 
-  /// The first step begins now.
+  /// Starts the clock, when the first step begins.
   void start() { start_ = std::chrono::steady_clock::now(); }
-  /// `step` of `steps` is done; the others are expected to take as long as those so far did on average.
+  /// Shows that `step` of `steps` is done. The estimate assumes that the others take as long as the mean so far.
   void show_step(long step, long steps) const;
 
  private:

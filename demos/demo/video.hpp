@@ -7,7 +7,7 @@
 
 namespace softcd::demo {
 
-/// A video, encoded by the program ffmpeg as frames are added. All frames are of one size.
+/// Encodes a video with the program ffmpeg as frames are added. All frames must have one size.
 class Video {
  public:
   /// Throws std::runtime_error when ffmpeg is not installed.
@@ -17,7 +17,8 @@ class Video {
   Video& operator=(const Video&) = delete;
 
   void add(const Image& frame);
-  /// To be called after the last frame. Throws std::runtime_error when ffmpeg has failed; it has said why by itself.
+  /// Ends the video. Call it after the last frame. Throws std::runtime_error when ffmpeg has failed; ffmpeg has then
+  /// printed the reason.
   void finish();
 
  private:

@@ -27,7 +27,7 @@ std::string refuse_sign(std::string& number) {
   return number.starts_with('-') ? "must not be negative" : "";
 }
 
-/// Not empty: here that would mean none.
+/// Adds an option for a file name, which must not be empty: inside the program empty means none.
 CLI::Option* add_file(CLI::App& app, const std::string& name, std::string& file, const std::string& description) {
   const auto problem = [](const std::string& word) { return std::string(word.empty() ? "is empty" : ""); };
   return app.add_option(name, file, description)->option_text("FILE")->check(problem);
@@ -43,7 +43,7 @@ void add_frames(CLI::App& app, DetectCommand& command) {
 
 void add_detection_options(CLI::App& app, DetectCommand& command) {
   PipelineOptions& options = command.options;
-  add_choice(app, "--backend", kBackends, options.backend, "Where to compute; auto takes a GPU when there is one");
+  add_choice(app, "--backend", kBackends, options.backend, "The backend; auto takes a GPU where one exists");
   add_choice(app, "--detection", kDetections, options.detection,
              "ccd: along straight lines from t0 to t1; dcd: distances at the last frame given");
   app.add_option_function<std::string>(
@@ -51,8 +51,8 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
          "Kinds of contacts: vertex-triangle, edge-edge")
       ->option_text("vt,ee [vt,ee]");
   add_choice(app, "--accuracy", kAccuracies, options.accuracy,
-             "The narrow phase's arithmetic: float32, float64, or float64 that misses nothing within a margin.\n"
-             "auto: the last for meshes in double, and for ccd with a margin; else float64");
+             "The narrow phase's arithmetic: float32, float64, or float64 that finds everything within a\n"
+             "margin. auto: the last for meshes in double, and for ccd with a margin; else float64");
   app.add_option("--margin", command.settings.margin,
                  "The surface's margin, in the positions' unit. Two features are in contact when their\n"
                  "distance is at most the sum of both sides' margins: twice this, in one mesh")
@@ -65,8 +65,8 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
   add_choice(app, "--broad-phase", kBroadPhases, options.broad_phase,
              "How candidate pairs are found: uniform has one grid for the largest triangle, and many more tests");
   app.add_option("--memory-limit", options.memory_limit,
-                 "Most bytes that the detection may use, or with K, M, G (1000) or KiB, MiB, GiB (1024);\n"
-                 "0 for no limit. Less memory takes more time; too little is an error")
+                 "The most bytes that the detection may use, also with K, M, G (1000) or KiB, MiB, GiB\n"
+                 "(1024); 0 for no limit. Less memory takes more time; too little is an error")
       ->option_text("BYTES [0]")
       ->transform(CLI::AsSizeValue(/*kb_is_1000=*/true))
       ->transform(CLI::Validator(refuse_sign, ""));  // before the units, which read -1 as 2^64 - 1
@@ -79,8 +79,8 @@ void add_output_options(CLI::App& app, DetectCommand& command) {
            "0; toi is the fraction of the step, distance in the positions' unit");
   add_file(app, "--json", command.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes");
   app.add_option("--repeat", command.repetitions,
-                 "Detect N times after one warm-up and report median times. Left out: one run, not\n"
-                 "warmed up")
+                 "Detect N times after one warm-up and report median times. Default: one run without\n"
+                 "warm-up")
       ->option_text("N")
       ->check(CLI::Range(1, 1000000));
 }

@@ -17,8 +17,8 @@ struct DetectCommand {
   std::uint32_t repetitions = 0;  ///< 0: one run without warm-up
 };
 
-/// The command to carry out, or the exit code when there is none: --help was asked for or an argument is wrong (the
-/// text has been printed).
+/// The command to carry out, or the exit code when there is none: --help was given or an argument is wrong. The text
+/// has then been printed.
 struct ParsedCommandLine {
   std::optional<DetectCommand> command;
   int exit_code = 0;

@@ -17,7 +17,7 @@
 namespace softcd::demo {
 namespace {
 
-// What is going on, in one line that is overwritten, for people at a terminal.
+// Shows the progress in one line that is overwritten, if the output is a terminal.
 class Progress {
  public:
   Progress() = default;

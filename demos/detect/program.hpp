@@ -2,7 +2,7 @@
 
 namespace softcd::demo {
 
-/// softcd-detect: what main is given and returns. Throws nothing.
+/// Runs softcd-detect with main's arguments and returns main's result. Throws nothing.
 int detect_program(int argc, char** argv);
 
 }  // namespace softcd::demo

@@ -49,7 +49,7 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
                                  {"lambda", command.options.lambda},
                                  {"memory_limit", command.options.memory_limit}};
   add_statistics(json, statistics);
-  // Files' names may hold any bytes.
+  // File names may hold any bytes.
   write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 

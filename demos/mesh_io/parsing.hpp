@@ -12,7 +12,7 @@
 
 namespace softcd::demo {
 
-// `file` is the name to use in messages, `content` everything in it.
+// Parse a file's content. `file` is the name for messages.
 Mesh read_ply(const std::string& file, std::string_view content);
 Mesh read_obj(const std::string& file, std::string_view content);
 
@@ -30,7 +30,7 @@ inline std::string_view take_line(std::string_view& text) {
   return line;
 }
 
-// Cuts the first word off `line` and returns it; empty when there is none left.
+// Cuts the first word off `line` and returns it; empty when no word is left.
 inline std::string_view take_word(std::string_view& line) {
   line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
   const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
@@ -38,7 +38,7 @@ inline std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-// The whole word as a number, or nothing. Numbers that T cannot hold are nothing too.
+// Returns the whole word as a number, or nothing, also where T cannot hold the number.
 template <class T>
 std::optional<T> parse_number(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
@@ -48,7 +48,7 @@ std::optional<T> parse_number(std::string_view word) {
   return value;
 }
 
-// Words from a foreign file, made fit for a message: short and printable.
+// Returns words from a foreign file in a form fit for a message: short and printable.
 inline std::string in_quotes(std::string_view word) {
   constexpr std::size_t kLongest = 40;
   std::string text = "'";
@@ -56,7 +56,7 @@ inline std::string in_quotes(std::string_view word) {
   return text + (word.size() > kLongest ? "...'" : "'");
 }
 
-// Polygon corners as a fan of triangles around the first.
+// Splits a polygon into a fan of triangles around its first corner.
 inline void append_fan(const std::vector<std::uint32_t>& corners, std::vector<Triangle>& triangles) {
   for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({{corners[0], corners[i - 1], corners[i]}});
 }

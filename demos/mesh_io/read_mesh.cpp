@@ -8,22 +8,22 @@
 
 #include "mesh_io/parsing.hpp"
 
-// Files are read by readers of our own, since those that Debian 12 has were not better: tinyobjloader 2.0 rc10 and, for
-// PLY too, assimp 5.2.5. A million triangles on x86-64 take, in seconds of processor time and MB of memory:
+// The readers are softcd's own, because those in Debian 12 were not better: tinyobjloader 2.0 rc10 and, also for PLY,
+// assimp 5.2.5. A million triangles on x86-64 take, in seconds of processor time and MB of memory:
 //
 //          ours           tinyobjloader   assimp
 //     OBJ  0.40 s,  92    0.53 s, 182     2.09 s, 574
 //     PLY  0.04 s,  49                    1.00 s, 371
 //
-// tinyobjloader takes vertices of two coordinates, faces of two vertices and text that is no OBJ without a word, and
-// returned indices beyond the vertices for 405 of 2000 damaged files; assimp takes faces of two vertices, and names no
-// line. Ours refuse all of these, and name line and problem.
+// tinyobjloader silently accepts vertices of two coordinates, faces of two vertices and text that is no OBJ. It
+// returned indices beyond the vertices for 405 of 2000 damaged files. assimp accepts faces of two vertices, and names
+// no line. softcd's readers reject all of these, and name line and problem.
 namespace softcd::demo {
 namespace {
 
 namespace fs = std::filesystem;
 
-// A guard against what has no end, far above the meshes that a detection could hold.
+// A limit for endless input, far above the meshes that a detection could hold.
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 34;
 constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
 
@@ -38,7 +38,7 @@ std::string read_file(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   require(stream.good(), "cannot be opened (does it exist, and may you read it?)");
 
-  // A pipe tells its size by its end.
+  // The size of a pipe is known only at its end.
   bool is_too_large = fs::is_regular_file(status) && fs::file_size(path, ignored) > kMostBytes;
   std::string content;
   while (!is_too_large && stream) {

@@ -81,7 +81,7 @@ class HeaderReader {
  public:
   HeaderReader(const std::string& file, std::string_view& rest) : file_(file), rest_(rest) {}
 
-  // Leaves `rest` at the first byte after the header.
+  // Reads the header. Leaves `rest` at the first byte after it.
   Header read() {
     bool has_format = false;
     while (true) {
@@ -163,7 +163,7 @@ class HeaderReader {
   std::unordered_set<std::string> properties_;  ///< of the last element
 };
 
-// The values after the header, one by one.
+// Reads the values after the header, one by one.
 class ValueReader {
  public:
   ValueReader(const std::string& file, std::string_view content, std::string_view rest, const Header& header)
@@ -177,7 +177,8 @@ class ValueReader {
 
   double next(const ScalarType& type) { return format_ == Format::ascii ? next_word(type) : next_bytes(type); }
 
-  // A header may announce more than memory holds: nothing is allocated before the file is known to be long enough.
+  // A header may announce more than memory can hold, so nothing is allocated before the file is known to be long
+  // enough.
   void require_room_for(const Element& element) const {
     std::uint64_t least = 0;
     for (const Property& property : element.properties) {

@@ -18,7 +18,7 @@ std::array<float, 3> floats_of(const Vec3d& position) {
   return {static_cast<float>(position.x), static_cast<float>(position.y), static_cast<float>(position.z)};
 }
 
-/// Finite numbers alone, in an accessor that has some: glTF knows no others.
+/// Checks that there are numbers and that all are finite, as glTF requires.
 void check(const std::string& name, const Mesh& mesh) {
   const auto refuse = [&name](const std::string& problem) {
     throw MeshError(fmt::format("{}: cannot be glTF: {}", name, problem));
@@ -35,7 +35,7 @@ void check(const std::string& name, const Mesh& mesh) {
     refuse("it would exceed 4 GiB");
 }
 
-/// One mesh at the origin, whose positions and then indices are in the only buffer.
+/// Returns the description of one mesh at the origin. The only buffer holds its positions and then its indices.
 nlohmann::json description_of(const Mesh& mesh) {
   constexpr int kUnsignedInt = 5125, kFloat = 5126, kArrayBuffer = 34962, kElementArrayBuffer = 34963;
   std::array<float, 3> least = floats_of(mesh.positions[0]);

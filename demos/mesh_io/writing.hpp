@@ -12,14 +12,14 @@ inline void append_little_endian(std::string& bytes, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(value >> shift & 0xFFU));
 }
 
-/// Three floats.
+/// Appends three floats.
 inline void append_vector(std::string& bytes, const Vec3d& vector) {
   for (int axis = 0; axis < 3; ++axis) {
     append_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(vector[axis])));
   }
 }
 
-// The whole content of a file. `name` is for errors, which are MeshErrors.
+// Return the whole content of a file. `name` is for error messages, in MeshErrors.
 std::string ply_of(const Mesh& mesh);
 std::string stl_of(const Mesh& mesh);
 std::string glb_of(const std::string& name, const Mesh& mesh);

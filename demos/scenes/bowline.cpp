@@ -13,9 +13,9 @@ constexpr btScalar kPostRadius = btScalar(0.6);
 constexpr btScalar kPostHeight = 3;
 const btVector3 kPostFoot(btScalar(-3.5), 0, 0);
 
-// From the end of the standing part to the free end. The ribbon's bight, whose one leg comes from the post and whose
-// other leg is the free end, is level; the standing part comes up through it, goes round both its legs, and passes
-// under itself before it becomes the other side of the loop round the post. x, height in levels, z.
+// The path from the end of the standing part to the free end, as x, height in levels, z. The ribbon's bight is level;
+// one of its legs comes from the post, the other leg is the free end. The standing part comes up through the bight and
+// goes round both its legs. It then passes under itself and becomes the other side of the loop round the post.
 const double kPath[][3] = {
     {4.2, 0, 0},        {3.4, 0, 0},         {2.7, -0.3, 0},     {2.2, -1.2, 0},   {1.8, -1.1, 0},    {1.35, 0.3, 0},
     {1.0, 1.7, 0.05},   {0.65, 2.2, 0.1},    {0.3, 1.9, 0.3},    {0.0, 1.3, 0.65}, {-0.2, 0, 1.05},   {-0.2, -1.2, 0.8},

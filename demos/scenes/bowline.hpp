@@ -7,7 +7,7 @@
 
 namespace softcd::demo {
 
-/// A ribbon, weightless, whose loop round a post is closed by a loose bowline. A hand pulls at its standing part until
+/// A weightless ribbon whose loop round a post is closed by a loose bowline. A hand pulls at its standing part until
 /// that is taut. The other end is free: without contacts within the ribbon the knot comes undone.
 class Bowline : public Scene {
  public:
@@ -16,10 +16,10 @@ class Bowline : public Scene {
   std::vector<Surface> surfaces() const override;
   View view() const override;
 
-  /// Along the pull, the x axis.
+  /// Returns the position along the pull, the x axis.
   btScalar standing_end() const;
   btScalar free_end() const;
-  /// Of the standing part.
+  /// Returns the stretch of the standing part.
   btScalar stretch() const { return standing_part_->stretch(); }
 
  protected:

@@ -11,7 +11,7 @@ constexpr btScalar kChangingClothMassPerArea = btScalar(0.1);  // kilograms
 constexpr btScalar kChangingClothMarginInCells = btScalar(1) / 8;
 constexpr int kStepsBetweenChanges = 4;
 
-/// With links along faces' edges only, all of which may be changed.
+/// Makes a cloth with links along faces' edges only, all of which may be changed.
 std::unique_ptr<btSoftBody> make_patch(btSoftBodyWorldInfo& world_info, const ClothAndBall& shape, int nodes) {
   const btScalar half = shape.side / 2;
   const auto corner = [&](btScalar x, btScalar z) { return btVector3(x, shape.height, z); };
@@ -58,7 +58,7 @@ void ChangingCloth::change(const Edge& edge) {
   at_rest_.resize(static_cast<std::size_t>(cloth_->m_nodes.size()), middle);
 }
 
-/// In the step after a change Bullet takes the lengths that links have for those at rest.
+/// Restores rest lengths: in the step after a change Bullet takes the links' present lengths for them.
 void ChangingCloth::restore_lengths_at_rest() {
   const auto at_rest = [&](const btSoftBody::Node* node) {
     return at_rest_[static_cast<std::size_t>(node - &cloth_->m_nodes[0])];

@@ -7,7 +7,7 @@
 
 namespace softcd::demo {
 
-/// What such a scene begins with.
+/// The initial state of such a scene.
 struct ClothAndBall {
   btScalar side;            ///< of the cloth
   btScalar height;          ///< of the cloth, whose middle is on the y axis
@@ -28,9 +28,9 @@ class ChangingCloth : public Scene {
   ChangingCloth(const SceneOptions& options, const ClothAndBall& shape);
 
   void animate() override;
-  /// Where the cloth is to be changed now.
+  /// Returns the edges at which the cloth is to be changed now.
   virtual std::vector<Edge> edges_to_change() const = 0;
-  /// Changes the cloth at this edge; new nodes are in its middle. False where it cannot be.
+  /// Changes the cloth at this edge; new nodes are in its middle. Returns false where that is impossible.
   virtual bool change_at(const Edge& edge) = 0;
   void repeat_changes(const Scene& other) override;
   void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const override;
@@ -47,7 +47,7 @@ class ChangingCloth : public Scene {
   btSoftBody* ball_;
   btScalar spacing_;                ///< of the cloth's nodes before it changes
   std::vector<btVector3> at_rest_;  ///< the cloth's nodes
-  std::vector<Edge> changed_;       ///< in this order
+  std::vector<Edge> changed_;       ///< in the order of the changes
   int step_ = 0;
 };
 

@@ -18,18 +18,19 @@ struct ClothShape {
   std::function<bool(int column, int row)> is_fixed;  ///< empty: no node is
 };
 
-/// Links along the edges and across the diagonals, and where it resists bending over two cells each way. Vertex-face
-/// collisions (VF_SS) and rigid ones (SDF_RS) on; kilograms in all.
+/// Makes a cloth with links along the edges and across the diagonals, and, if it resists bending, over two cells in
+/// each direction. Turns on vertex-face collisions (VF_SS) and rigid ones (SDF_RS). `mass` is the total in kilograms.
 std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& world_info, const ClothShape& shape, btScalar mass);
 
-/// A flat cloth in the plane y = height, centred on the y axis, `side` long, with side / spacing cells each way.
+/// Returns a flat cloth in the plane y = height, centred on the y axis. It is `side` long, with side / spacing cells in
+/// each direction.
 ClothShape horizontal_cloth(int nodes_per_side, btScalar side, btScalar height);
 
-/// A closed cloth around the vertical axis through `foot`, with columns nodes around it and rows nodes along it,
-/// upwards. The faces' fronts are outside.
+/// Returns a closed cloth around the vertical axis through `foot`, with `columns` nodes around it and `rows` nodes
+/// along it, upwards. The faces' fronts are outside.
 ClothShape vertical_tube(const btVector3& foot, btScalar radius, btScalar height, int columns, int rows);
 
-/// A sphere of 20 * 4^subdivisions triangles whose nodes are all fixed: it moves as its nodes' velocities say.
+/// Makes a sphere of 20 * 4^subdivisions triangles. All its nodes are fixed, so it moves only by its nodes' velocities.
 std::unique_ptr<btSoftBody> make_ball(btSoftBodyWorldInfo& world_info, const btVector3& center, btScalar radius,
                                       int subdivisions);
 

@@ -32,7 +32,7 @@ ClothOnBall::ClothOnBall(const SceneOptions& options) : Scene(options) {
   cloth->m_cfg.piterations = 8;
   cloth_ = &add(std::move(cloth));
 
-  int subdivisions = 1;  // until the ball's edges are about as long as the cloth's
+  int subdivisions = 1;  // increased until the ball's edges are about as long as the cloth's
   while (kClothOnBallRadius / btScalar(1 << subdivisions) > spacing * btScalar(1.6)) ++subdivisions;
   auto ball = make_ball(simulation().world_info(), kCenter, kClothOnBallRadius, subdivisions);
   ball->getCollisionShape()->setMargin(margin);

@@ -18,7 +18,7 @@ class ClothOnBall : public Scene {
   void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const override;
 
  private:
-  /// Radians turned by the given time.
+  /// Returns the angle in radians at the given time.
   static btScalar angle_at(btScalar time);
 
   btSoftBody* cloth_;

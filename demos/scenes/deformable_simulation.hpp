@@ -13,17 +13,17 @@ class btDeformableMultiBodyConstraintSolver;
 
 namespace softcd::demo {
 
-/// Of a mass-spring body.
+/// The material of a mass-spring body.
 struct DeformableMaterial {
   btScalar elastic = 30;             ///< N/m, of every link
   btScalar damping = btScalar(0.2);  ///< N s/m
   btScalar bending = btScalar(0.5);  ///< N/m, of the links over two edges
 };
 
-/// A deformable world with everything that it needs, and the bodies in it, which are masses, springs and gravity.
+/// A deformable world with all its parts, and its bodies: masses and springs under gravity.
 class DeformableSimulation {
  public:
-  /// Bullet's own world where there are no settings.
+  /// Makes the world; Bullet's own one without settings.
   explicit DeformableSimulation(const std::optional<bullet::Settings>& settings,
                                 const DeformableMaterial& material = {});
   ~DeformableSimulation();
@@ -35,21 +35,21 @@ class DeformableSimulation {
   /// Null when Bullet detects.
   bullet::WorldDetection* detection() const { return detection_; }
 
-  /// A body of make_cloth or make_ball. Gives it the deformable world's flags: contacts of nodes with rigid bodies
+  /// Adds a body of make_cloth or make_ball. Sets the deformable world's flags: contacts of nodes with rigid bodies
   /// (SDF_RDN) and with faces (VF_DD).
   btSoftBody& add(std::unique_ptr<btSoftBody> body, int filter_group = btBroadphaseProxy::DefaultFilter,
                   int filter_mask = btBroadphaseProxy::AllFilter);
   /// Takes the body out of the world; it can be added again.
   std::unique_ptr<btSoftBody> remove(btSoftBody& body);
-  /// Applies to soft bodies that are in the world already, too.
+  /// Sets the gravity, also for soft bodies that are in the world already.
   void set_gravity(const btVector3& gravity);
   btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0);
 
-  /// One step of the given length, without substeps.
+  /// Makes one step of the given length, without substeps.
   void step(btScalar seconds);
 
  private:
-  // In the order in which they need each other.
+  // In the order of their dependence.
   std::unique_ptr<btCollisionConfiguration> configuration_;
   std::unique_ptr<btBroadphaseInterface> broadphase_;
   std::unique_ptr<btCollisionDispatcher> dispatcher_;

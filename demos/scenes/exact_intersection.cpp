@@ -34,7 +34,7 @@ int exact_orientation(Vec2d a, Vec2d b, Vec2d c) {
   return left.compare(right);
 }
 
-/// Positive where a, b, c turn counterclockwise.
+/// Returns a positive number where a, b, c turn counterclockwise.
 int orientation(Vec2d a, Vec2d b, Vec2d c) {
   const double left = (a.x - c.x) * (b.y - c.y);
   const double right = (a.y - c.y) * (b.x - c.x);
@@ -59,7 +59,7 @@ int exact_orientation(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
   return determinant.sign();
 }
 
-/// The sign of the volume of a, b, c, d; 0 exactly where they are in a plane.
+/// Returns the sign of the volume of a, b, c, d; exactly 0 where they are coplanar.
 int orientation(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
   const Vec3d u = a - d;
   const Vec3d v = b - d;
@@ -75,14 +75,15 @@ int orientation(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
                            (std::abs(wu) + std::abs(uw)) * std::abs(v.z) +
                            (std::abs(uv) + std::abs(vu)) * std::abs(w.z);
   if (magnitude > kMayUnderflow && std::abs(determinant) > kBound3d * magnitude) return sign_of(determinant);
-  // A difference is 0 for equal numbers only. What is flat along an axis is common, and this much faster.
+  // Only equal numbers have the difference 0. Configurations that are flat along an axis are common, and this is much
+  // faster.
   for (int axis = 0; axis < 3; ++axis) {
     if (u[axis] == 0 && v[axis] == 0 && w[axis] == 0) return 0;
   }
   return exact_orientation(a, b, c, d);
 }
 
-/// Whether c, which is on the line through a and b or on them both, is between them.
+/// Returns whether c, a point of the line through a and b, or of both if they are equal, is between them.
 bool is_between(Vec2d a, Vec2d b, Vec2d c) {
   return std::min(a.x, b.x) <= c.x && c.x <= std::max(a.x, b.x) && std::min(a.y, b.y) <= c.y &&
          c.y <= std::max(a.y, b.y);
@@ -112,8 +113,8 @@ Vec2d without_axis(Vec3d v, int axis) {
   return {v[(axis + 1) % 3], v[(axis + 2) % 3]};
 }
 
-// At least one of the three projections keeps points of the common plane apart, and tells the truth; no projection
-// pulls apart what meets.
+// In at least one of the three projections, different points of the common plane stay different, and the result is
+// right. Features that meet have projections that meet.
 bool intersects_in_plane(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& t) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::array<Vec2d, 3> projected = {without_axis(t[0], axis), without_axis(t[1], axis),
@@ -132,7 +133,7 @@ bool intersects(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle) {
   if (p_side * q_side > 0) return false;
   const auto [low, high] = std::minmax({orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a)});
   if (p_side != 0 || q_side != 0) return low >= 0 || high <= 0;
-  // In one plane, unless the triangle is degenerate.
+  // All are coplanar, unless the triangle is degenerate.
   return low == 0 && high == 0 && intersects_in_plane(p, q, triangle);
 }
 

@@ -6,8 +6,8 @@
 
 namespace softcd::demo {
 
-/// Whether the segment pq and the triangle have a point in common, borders and touching included, decided exactly for
-/// all finite coordinates: coplanar ones, and triangles and segments that are degenerate, too.
+/// Returns whether the segment pq and the triangle have a point in common, borders and touching included. Exact for all
+/// finite coordinates, also for coplanar features and degenerate triangles and segments.
 bool intersects(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle);
 
 }  // namespace softcd::demo

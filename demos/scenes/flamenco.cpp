@@ -59,7 +59,7 @@ constexpr Swing kSwayZ = {btScalar(0.08), btScalar(2.1)};
 constexpr Swing kLegs = {btScalar(0.14), btScalar(1.5)};
 constexpr btScalar kLegsBelow = btScalar(0.8);
 
-/// From 0, at rest.
+/// Returns the angle or offset at a time; 0 and at rest at first.
 btScalar swing(const Swing& swing, btScalar time) {
   return swing.amplitude * (1 - btCos(SIMD_2_PI * time / swing.period)) / 2;
 }
@@ -113,7 +113,7 @@ void Flamenco::add_layer(int layer, int rows, int columns, btScalar margin) {
   cloth->setSelfCollision(true);
   cloth->m_cfg.kDF = btScalar(0.2);
   cloth->m_cfg.kDP = btScalar(0.02);
-  // With fewer, fine cloths stretch, wind themselves up and are torn.
+  // With fewer iterations, fine cloths stretch, wind themselves up and are torn.
   cloth->m_cfg.piterations = std::max(8, rows / 2);
   layers_.push_back(&add(std::move(cloth)));
   std::vector<btVector3> waist = positions_of(*layers_.back());

@@ -18,14 +18,14 @@ class Flamenco : public Scene {
   void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const override;
 
  private:
-  /// Where a point of the dancer at rest is at the given time.
+  /// Returns the position, at the given time, of a point of the dancer at rest.
   static btVector3 pose(const btVector3& at_rest, btScalar time);
   void add_dancer(btScalar spacing, btScalar margin);
   void add_layer(int layer, int rows, int columns, btScalar margin);
 
   btSoftBody* dancer_;
   std::vector<btVector3> dancer_at_rest_;
-  int columns_ = 0;  ///< of each layer: its first nodes, which are fixed
+  int columns_ = 0;  ///< of each layer; its first nodes are fixed
   std::vector<btSoftBody*> layers_;
   std::vector<std::vector<btVector3>> waists_at_rest_;
 };

@@ -4,8 +4,8 @@
 
 namespace softcd::demo {
 
-/// A long cloth, folded into four loose layers, whose lowest layer is held: the others fall onto it and onto each
-/// other. Without self-collision they fall through.
+/// A long cloth, folded into four loose layers. Its lowest layer is held; the others fall onto it and onto each other.
+/// Without self-collision they fall through.
 class FoldingCloth : public Scene {
  public:
   static constexpr int kLayers = 4;
@@ -16,15 +16,15 @@ class FoldingCloth : public Scene {
   View view() const override;
 
   btSoftBody& cloth() { return *cloth_; }
-  /// Mean height of a layer's flat part above the layer below it; the lowest layer has number 0.
+  /// Returns the mean height of a layer's flat part above the layer below it. The lowest layer has number 0.
   btScalar mean_gap_below(int layer) const;
 
  protected:
   void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const override;
 
  private:
-  /// Node of `layer` that was `cells` cells away from the layer's first column, which is on the same vertical line
-  /// in all layers.
+  /// Returns the node of `layer` that was `cells` cells away from the layer's first column. In all layers that column
+  /// is on the same vertical line.
   int node_in_layer(int layer, int cells, int row) const;
 
   btSoftBody* cloth_;

@@ -21,13 +21,13 @@ constexpr btScalar kStartHeight = kRimHeight + btScalar(0.1);
 
 constexpr btScalar kPullRadius = btScalar(0.14);
 constexpr btScalar kPulledMass = 30;  // times the other nodes'
-// Small, as Bullet's solver applies it in each of its iterations for each contact of a node.
+// Small, because Bullet's solver applies friction in each of its iterations for each contact of a node.
 constexpr btScalar kFunnelFriction = btScalar(0.002);
 constexpr btScalar kPullFrom = btScalar(0.6);  // seconds
 constexpr btScalar kPullSpeed = 1;
 constexpr btScalar kReleaseHeight = btScalar(0.4);
 
-// The cloth's folds fill the spout: layers are no farther apart than fits.
+// The cloth's folds fill the spout, so the margin must let all layers fit.
 constexpr btScalar kLargestMargin = btScalar(0.012);
 
 const std::vector<ProfilePoint> kProfile = {
@@ -68,7 +68,7 @@ Funnel::Funnel(const SceneOptions& options) : Scene(options) {
   funnel_ = &add(std::move(funnel));
 }
 
-// Velocities, not positions: where the cloth is stuck the solver holds the nodes back.
+// Sets velocities, not positions: where the cloth is stuck, the solver keeps the nodes back.
 void Funnel::animate() {
   if (time() < kPullFrom) return;
   for (const int i : pulled_) {

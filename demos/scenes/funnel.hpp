@@ -4,8 +4,7 @@
 
 namespace softcd::demo {
 
-/// A square cloth falls into a funnel, and its middle is pulled down through the spout until all of it has gone through
-/// and lies on the floor.
+/// A square cloth falls into a funnel. Its middle is pulled down through the spout until all of it lies on the floor.
 class Funnel : public Scene {
  public:
   explicit Funnel(const SceneOptions& options);

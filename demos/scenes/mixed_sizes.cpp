@@ -22,7 +22,7 @@ constexpr btScalar kMixedSizesDrop = btScalar(0.3);
 const btVector3 kUpperOffset(1, kMixedSizesDrop, btScalar(0.5));
 constexpr btScalar kMarginInEdges = btScalar(0.25);  // of the shortest
 
-/// Similar triangles, from a fan in the middle outwards.
+/// Makes a cloth of similar triangles, from a fan in the middle outwards.
 std::unique_ptr<btSoftBody> make_graded_cloth(btSoftBodyWorldInfo& world_info, int segments, btScalar outer_radius) {
   const btScalar growth = 1 + SIMD_2_PI / btScalar(segments);
   std::vector<ProfilePoint> profile;
@@ -43,12 +43,12 @@ std::unique_ptr<btSoftBody> make_graded_cloth(btSoftBodyWorldInfo& world_info, i
 constexpr btScalar kMixedSizesBallRadius = btScalar(0.095);
 constexpr int kMixedSizesBallSubdivisions = 3;
 constexpr btScalar kBallMargin = btScalar(0.003);  // a quarter of an edge
-// They rain onto a disc, along the spiral of a sunflower's seeds.
+// The balls fall onto a disc, along the spiral of a sunflower's seeds.
 constexpr btScalar kRainRadius = btScalar(1.9);
 constexpr btScalar kGoldenAngle = btScalar(2.39996);
 constexpr btScalar kHeightBetween = btScalar(0.15);
 
-// Around a pit, half in the floor; neighbours do not touch.
+// The boulders lie around a pit, half in the floor; neighbours do not touch.
 constexpr int kBoulderCount = 5;
 constexpr btScalar kBoulderRadius = btScalar(1.2);
 constexpr btScalar kBoulderHeight = btScalar(0.4);

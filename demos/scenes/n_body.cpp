@@ -23,7 +23,7 @@ constexpr int kConeSegments = 24;
 constexpr btScalar kUsualTop = 4;
 constexpr btScalar kFirstLayer = kConeHeight + 2 * kNBodyBallRadius;
 
-// Around a middle one; they do not touch.
+// Cones around a middle one; they do not touch.
 const std::array<btVector3, 7> kConePlaces = {{{0, 0, 0},
                                                {2, 0, 0},
                                                {1, 0, btScalar(1.73)},
@@ -44,7 +44,7 @@ NBody::NBody(const SceneOptions& options) : Scene(options) {
 }
 
 void NBody::add_cones() {
-  // Off the floor by what keeps its rounding away.
+  // Above the floor by a margin, so that rounding cannot make them touch.
   const btScalar base = kMargin;
   const SurfaceMesh mesh = lathe_mesh({{0, base}, {kConeRadius, base}, {0, base + kConeHeight}}, kConeSegments);
   for (const btVector3& place : kConePlaces) {
@@ -57,7 +57,7 @@ void NBody::add_cones() {
 }
 
 void NBody::add_balls(int count) {
-  // Layers as wide as the cones' ring, each in the gaps of the one below.
+  // Layers as wide as the ring of cones; each layer lies in the gaps of the one below.
   const int per_side = std::clamp(static_cast<int>(std::lround(std::cbrt(3 * count))), 2, 8);
   for (int ball = 0; ball < count; ++ball) {
     const int layer = ball / (per_side * per_side);
@@ -65,7 +65,7 @@ void NBody::add_balls(int count) {
     const btVector3 center(offset + kSpacing * btScalar(ball % per_side), kFirstLayer + kSpacing * btScalar(layer),
                            offset + kSpacing * btScalar(ball / per_side % per_side));
     auto soft = make_soft_ball(simulation(), {center, kNBodyBallRadius, kNBodyBallSubdivisions, 1, kMargin});
-    // Balls whose shape is matched are not crushed.
+    // Matching the shape keeps the balls from being crushed.
     soft->setSelfCollision(true);
     balls_.push_back(&add(std::move(soft)));
     top_ = center.y() + kNBodyBallRadius;

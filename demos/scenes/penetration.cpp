@@ -69,7 +69,7 @@ bool has_vertex(const Corners& triangle, const Corner& vertex) {
                      [&](const Corner& c) { return c.body == vertex.body && c.node == vertex.node; });
 }
 
-/// Each edge of the triangles once.
+/// Returns each edge of the triangles once.
 std::vector<std::array<Corner, 2>> edges_of(const std::vector<Corners>& triangles) {
   std::vector<std::array<Corner, 2>> edges;
   for (const Corners& corners : triangles) {
@@ -100,7 +100,7 @@ class TriangleGrid {
     }
   }
 
-  /// Some triangles more than once.
+  /// Visits the triangles near the box, some of them more than once.
   template <class Visit>
   void for_each_near(const Box& box, Visit visit) const {
     for_each_cell(box, [&](std::uint64_t key) {
@@ -128,7 +128,7 @@ class TriangleGrid {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-// Whether `point` is vertically below one of the cloth's triangles.
+// Returns whether `point` is vertically below one of the cloth's triangles.
 bool is_below(const btSoftBody& cloth, const btVector3& point) {
   for (int f = 0; f < cloth.m_faces.size(); ++f) {
     const btSoftBody::Face& face = cloth.m_faces[f];

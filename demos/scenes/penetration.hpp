@@ -13,14 +13,15 @@ struct Intersections {
   std::size_t edge_count = 0;
 };
 
-/// Edges that have a point in common with a triangle, of the same body or another, to which neither of their vertices
-/// belongs. Exact for the nodes' positions as they are, touching included. Looks at every pair that is near on a
-/// uniform grid. `counts` is asked about the bodies of an edge and of a triangle that intersect; without it all count.
+/// Finds edges that have a point in common with a triangle, of the same body or another, that contains neither of their
+/// vertices. Exact for the nodes' positions, touching included. Compares all pairs that are near each other on a
+/// uniform grid. `counts` receives the bodies of an intersecting edge and triangle, and returns whether the
+/// intersection counts; without it all count.
 using IntersectionFilter = std::function<bool(const btSoftBody& edges, const btSoftBody& triangles)>;
 Intersections find_intersections(const std::vector<const btSoftBody*>& bodies,
                                  const IntersectionFilter& counts = nullptr);
 
-/// Whether the point is inside a closed mesh, by the winding number.
+/// Returns whether the point is inside a closed mesh, by the winding number.
 bool is_inside(const btSoftBody& closed, const btVector3& point);
 
 /// Marks the body's vertices that are inside.

@@ -12,8 +12,8 @@ constexpr btScalar kReefKnotFurthest = btScalar(6.5);
 constexpr btScalar kReefKnotPullingSpeed = btScalar(1.5);
 constexpr btScalar kReefKnotFriction = btScalar(0.02);
 
-// One half of the ribbon whose ends are on the left, from an end to the middle of its bight: over the other's bight,
-// under the other's leg, round it, and over both its legs. x, height in levels, z.
+// One half of the ribbon whose ends are on the left, from an end to the middle of its bight, as x, height in levels, z.
+// It passes over the other's bight, under the other's leg, round it, and over both its legs.
 const btVector3 kHalf[] = {{btScalar(-3.8), 0, btScalar(0.35)},
                            {btScalar(-3.0), 0, btScalar(0.35)},
                            {btScalar(-2.3), 0, btScalar(0.35)},

@@ -7,8 +7,8 @@
 
 namespace softcd::demo {
 
-/// Two ribbons, weightless, loosely joined by a reef knot. Hands at their four ends pull them apart until the ribbons
-/// are taut. Where nothing keeps the ribbons from passing through each other, they come apart.
+/// Two weightless ribbons, loosely joined by a reef knot. Hands at their four ends pull them apart until the ribbons
+/// are taut. If the ribbons can pass through each other, they come apart.
 class ReefKnot : public Scene {
  public:
   explicit ReefKnot(const SceneOptions& options);
@@ -16,9 +16,9 @@ class ReefKnot : public Scene {
   std::vector<Surface> surfaces() const override;
   View view() const override;
 
-  /// How far the ribbons reach past each other, negative when they have come apart.
+  /// Returns how far the ribbons reach past each other; negative after they have come apart.
   btScalar overlap() const;
-  /// Of the four legs, on average.
+  /// Returns the mean stretch of the four legs.
   btScalar stretch() const;
 
  protected:
@@ -26,7 +26,7 @@ class ReefKnot : public Scene {
   void mark_passed_through(const btSoftBody& body, std::vector<bool>& marked) const override;
 
  private:
-  /// At one end of a ribbon, of which a straight leg starts there.
+  /// A hand at one end of a ribbon, where a straight leg starts.
   struct Hand {
     btSoftBody* ribbon;
     int column;

@@ -17,7 +17,7 @@ constexpr btScalar kFold = btScalar(0.35);  // radians between triangles
 constexpr btScalar kRefiningShortestInCells = btScalar(0.45);
 constexpr std::size_t kMostAtOnce = 60;
 
-/// Which triangles are beside which edges, for as long as the cloth does not change.
+/// The triangles beside each edge, valid as long as the cloth does not change.
 class Neighbours {
  public:
   explicit Neighbours(const btSoftBody& cloth) : cloth_(cloth) {
@@ -29,8 +29,9 @@ class Neighbours {
     }
   }
 
-  /// The longest edges of the triangles beside sharp folds, or, so that triangles do not get thin, of those across
-  /// them, and so on, until an edge is the longest of both sides.
+  /// Returns the longest edges of the triangles beside sharp folds. If the triangle on the other side of an edge has a
+  /// longer edge, that one is taken instead, and so on, until an edge is the longest of both its triangles. This keeps
+  /// triangles from getting thin.
   std::set<Edge> to_be_halved(btScalar shortest) const {
     std::set<Edge> edges;
     for (const auto& [edge, faces] : faces_) {
@@ -57,7 +58,7 @@ class Neighbours {
     const auto& n = cloth_.m_faces[face].m_n;
     return btCross(n[1]->m_x - n[0]->m_x, n[2]->m_x - n[0]->m_x).safeNormalize();
   }
-  /// Of equal ones always the same, so that longest_around() ends.
+  /// Returns the longest edge. Of equal ones it always returns the same, so that longest_around() ends.
   Edge longest(int face) const {
     const auto key = [&](const Edge& edge) { return std::tuple(length(edge), edge); };
     return std::max({edge_of(face, 0), edge_of(face, 1), edge_of(face, 2)},
@@ -77,7 +78,8 @@ class Neighbours {
   std::map<Edge, Faces> faces_;
 };
 
-/// At the middle of the edge, moving as it does, and as heavy as its ends.
+/// Adds a node at the middle of the edge, with the mean velocity of its ends and the mass of the lighter one. Returns
+/// its index.
 int add_middle(btSoftBody& cloth, const Edge& edge) {
   const btSoftBody::Node a = cloth.m_nodes[edge.first];
   const btSoftBody::Node b = cloth.m_nodes[edge.second];
@@ -89,7 +91,7 @@ int add_middle(btSoftBody& cloth, const Edge& edge) {
   return cloth.m_nodes.size() - 1;
 }
 
-/// The link a-b is two, and every triangle beside it too, with a link between them.
+/// Splits the link a-b and every triangle beside it in two, with a link between the halves of each triangle.
 void halve(btSoftBody& cloth, const Edge& edge) {
   btSoftBody::Node* const middle = &cloth.m_nodes[add_middle(cloth, edge)];
   const btSoftBody::Node* const a = &cloth.m_nodes[edge.first];

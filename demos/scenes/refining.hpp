@@ -4,7 +4,7 @@
 
 namespace softcd::demo {
 
-/// A coarse sheet falls over a ball; where it folds its triangles are halved at their longest edges, and again, until
+/// A coarse sheet falls over a ball. Where it folds, its triangles are halved at their longest edges, repeatedly, until
 /// they are fine enough.
 class Refining : public ChangingCloth {
  public:

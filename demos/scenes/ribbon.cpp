@@ -9,7 +9,7 @@ namespace {
 constexpr int kSamplesPerSpan = 64;
 constexpr btScalar kMass = 1;
 constexpr btScalar kRibbonMarginInCells = btScalar(0.2);
-/// Of links. With stiffer ones the nodes of a tight knot tremble ten times as fast.
+/// Stiffness of links. With stiffer links the nodes of a tight knot tremble ten times as fast.
 constexpr btScalar kRibbonStiffness = btScalar(0.5);
 /// With twice as many columns the solver needs four times as many iterations to carry a pull along the ribbon.
 constexpr int kColumnsOfAStretch = 75;
@@ -19,7 +19,7 @@ constexpr btScalar kGentleStart = 1;        // seconds
 const btVector3 kUp(0, 1, 0);
 
 std::vector<btVector3> sample_spline(std::vector<btVector3> points) {
-  // One more point beyond each end, with which the curve starts and ends at the given ones.
+  // One more point beyond each end makes the curve start and end at the given points.
   points.insert(points.begin(), 2 * points[0] - points[1]);
   points.push_back(2 * points.back() - points[points.size() - 2]);
   std::vector<btVector3> samples;
@@ -36,7 +36,7 @@ std::vector<btVector3> sample_spline(std::vector<btVector3> points) {
   return samples;
 }
 
-// Points at equal distances along the polyline.
+// Returns points at equal distances along the polyline.
 std::vector<btVector3> resample(const std::vector<btVector3>& line, int count, btScalar& length) {
   std::vector<btScalar> lengths = {0};
   for (std::size_t i = 1; i < line.size(); ++i) lengths.push_back(lengths.back() + line[i].distance(line[i - 1]));

@@ -8,11 +8,11 @@
 
 namespace softcd::demo {
 
-/// Who finds the contacts of a scene's soft bodies.
+/// The detector of contacts between a scene's soft bodies.
 enum class Collision : std::uint32_t {
   softcd,
   bullet,
-  off,  ///< nobody: soft bodies pass through each other
+  off,  ///< none: soft bodies pass through each other
 };
 
 struct SceneOptions {
@@ -26,10 +26,10 @@ struct SceneOptions {
 };
 
 struct Color {
-  float red, green, blue;  ///< 0 to 1, linear
+  float red, green, blue;  ///< each from 0 to 1, linear
 };
 
-/// A body to be drawn. The two sides of a cloth differ, so that folds can be told.
+/// A body to be drawn. The two sides of a cloth have different colours, so that folds are visible.
 struct Surface {
   const btSoftBody* body;
   Color front, back;
@@ -40,49 +40,49 @@ struct Surface {
 struct View {
   btVector3 eye, target;
   btScalar field_of_view = btScalar(0.6);  ///< vertical, radians
-  btScalar floor_height = 0;               ///< where the floor is drawn
+  btScalar floor_height = 0;               ///< the height at which the floor is drawn
 };
 
-/// What is where it should not be at the end of a step. None of the detector's code takes part in counting.
+/// Penetrations at the end of a step. None of the detector's code takes part in counting.
 struct Penetration {
-  /// On the wrong side of a surface: those with an edge that intersects a triangle, and those that have passed through
-  /// altogether, which the scene knows: inside the ball, below the cloth that should hold them up, under the layer on
-  /// which they were folded.
+  /// Vertices on the wrong side of a surface. Counts vertices with an edge that intersects a triangle. Also counts
+  /// vertices that have passed through altogether, as defined by the scene: inside the ball, below the cloth that
+  /// should hold them up, or under the layer on which they were folded.
   std::size_t vertices = 0;
-  std::size_t edges = 0;  ///< that intersect a triangle; exact, see find_intersections()
+  std::size_t edges = 0;  ///< edges that intersect a triangle; exact, see find_intersections()
 };
 
-/// A simulation that shows something, in fixed steps: of kTimeStep unless SceneOptions::time_step says otherwise.
+/// A simulation for demonstration, in fixed steps: of kTimeStep unless SceneOptions::time_step is set.
 class Scene {
  public:
   static constexpr btScalar kTimeStep = btScalar(1) / 120;
 
-  /// Throws std::invalid_argument where the size is not positive: make_scene() knows each scene's default.
+  /// Throws std::invalid_argument where the size is not positive. make_scene() replaces 0 by the scene's default.
   explicit Scene(const SceneOptions& options);
   virtual ~Scene() = default;
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  /// In the deformable world a step of kTimeStep is several of Bullet's.
+  /// Makes a step. In the deformable world a step of kTimeStep is several of Bullet's steps.
   void step();
   btScalar time() const { return btScalar(step_count_) * time_step_; }
   btScalar time_step() const { return time_step_; }
 
-  /// Throws a soft ball into the scene. It collides like the other bodies; penetration is counted without it.
+  /// Throws a soft ball into the scene. It collides like the other bodies, but does not count in penetrations.
   void throw_ball(const btVector3& center, btScalar radius, const btVector3& velocity);
 
-  /// Takes over the time, changes of bodies, thrown balls, and the nodes' positions and velocities, of the same scene
-  /// in another world.
+  /// Takes over the state of the same scene in another world: the time, changes of bodies, thrown balls, and the nodes'
+  /// positions and velocities.
   void go_on_from(const Scene& other);
 
   Penetration count_penetration() const;
   std::size_t count_penetrating_vertices() const { return count_penetration().vertices; }
 
-  /// Contacts that Bullet's solver was given in the last step.
+  /// Returns the number of contacts that Bullet's solver received in the last step.
   std::size_t count_contacts() const;
 
   virtual std::vector<Surface> surfaces() const = 0;
-  /// The scene's own surfaces and the balls that were thrown.
+  /// Returns the scene's own surfaces and the thrown balls.
   std::vector<Surface> all_surfaces() const;
   std::size_t count_triangles() const;
   virtual View view() const = 0;
@@ -91,13 +91,13 @@ class Scene {
   const SoftWorld& simulation() const { return simulation_; }
 
  protected:
-  /// Adds the body. Where nobody shall find its contacts it no longer asks for them.
+  /// Adds the body. Without a detector, turns its soft contacts off.
   btSoftBody& add(std::unique_ptr<btSoftBody> body);
-  /// Moves what moves by itself during the coming step.
+  /// Moves the bodies that the scene itself moves during the coming step.
   virtual void animate() {}
-  /// Changes nodes, links and faces of its bodies as those of the same scene have been changed.
+  /// Repeats the changes of nodes, links and faces of the same scene in another world.
   virtual void repeat_changes(const Scene& /*other*/) {}
-  /// Gives the body's first nodes the velocities with which they are at `goals` after the coming step.
+  /// Gives the body's first nodes the velocities that bring them to `goals` in the coming step.
   void send(btSoftBody& body, const std::vector<btVector3>& goals) const;
   static std::vector<btVector3> positions_of(const btSoftBody& body);
   /// Marks the vertices of `body` that have passed through something altogether.
@@ -113,7 +113,7 @@ class Scene {
   Collision collision_;
   int iterations_;
   btScalar time_step_;
-  long bullets_steps_;  ///< in one step
+  long bullets_steps_;  ///< in one step of the scene
   long step_count_ = 0;
   std::vector<ThrownBall> thrown_balls_;
 };
@@ -123,21 +123,22 @@ struct SceneInfo {
   const char* description;
   const char* size_unit;
   int smallest_size;
-  int default_size;  ///< several steps a second on two cores
-  int paper_size;    ///< about as many triangles as in Wong, Leach and Zambetta 2012; 0: not one of its scenes
+  int default_size;  ///< runs at several steps a second on two cores
+  int paper_size;    ///< about as many triangles as in Wong, Leach and Zambetta 2012; 0: the paper lacks this scene
   bool in_deformable_world;
   std::unique_ptr<Scene> (*make)(const SceneOptions& options);
-  /// Bullet does not come to an end with the tree of faces of a cloth that has come apart.
+  /// False where Bullet's tree of faces makes it loop for ever, because the cloth has come apart.
   bool in_bullets_detection = true;
 };
 
-/// The scenes, the main one first.
+/// Returns the scenes, the main one first.
 const std::vector<SceneInfo>& scenes();
 
-/// Null when there is no scene of that name.
+/// Returns the scene of that name, or null.
 const SceneInfo* find_scene(const std::string& name);
 
-/// Throws std::invalid_argument when there is no scene of that name, or it cannot have that size, world or detection.
+/// Makes a scene. Throws std::invalid_argument when there is no scene of that name, or it cannot have that size, world
+/// or detection.
 std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options);
 
 }  // namespace softcd::demo

@@ -17,7 +17,7 @@ class btSoftRigidDynamicsWorld;
 
 namespace softcd::demo {
 
-/// Who finds the vertex-face contacts of soft bodies, and how softcd is plugged in.
+/// The detector of vertex-face contacts of soft bodies, and the kind of softcd's integration.
 enum class PlugIn : std::uint32_t {
   none,              ///< Bullet's btSoftRigidDynamicsWorld alone
   none_multi_body,   ///< Bullet's btSoftMultiBodyDynamicsWorld alone
@@ -27,7 +27,7 @@ enum class PlugIn : std::uint32_t {
   attached,          ///< softcd::bullet::attach() to Bullet's btSoftRigidDynamicsWorld
 };
 
-/// A classic soft world with everything that it needs, and the bodies in it.
+/// A classic soft world with all its parts, and its bodies.
 class Simulation {
  public:
   explicit Simulation(PlugIn plug_in, const bullet::Settings& settings = {});
@@ -45,20 +45,20 @@ class Simulation {
   std::unique_ptr<btSoftBody> remove(btSoftBody& body);
   btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btVector3& center, btScalar mass = 0);
   void set_gravity(const btVector3& gravity);
-  /// A box that does not move.
+  /// Adds a box that does not move.
   btRigidBody& add_static_box(const btVector3& half_extents, const btVector3& center);
 
-  /// One step of the given length, without substeps.
+  /// Makes one step of the given length, without substeps.
   void step(btScalar seconds);
 
-  /// Null when Bullet detects.
+  /// Returns softcd's detection; null when Bullet detects.
   bullet::WorldDetection* detection() const { return detection_; }
 
  private:
   void make_world(PlugIn plug_in, const bullet::Settings& settings);
   void use(std::unique_ptr<btSoftMultiBodyDynamicsWorld> world);
 
-  // In the order in which they need each other.
+  // In the order of their dependence.
   std::unique_ptr<btCollisionConfiguration> configuration_;
   std::unique_ptr<btBroadphaseInterface> broadphase_;
   std::unique_ptr<btCollisionDispatcher> dispatcher_;

@@ -14,8 +14,8 @@ struct SoftBallShape {
   btScalar margin;
 };
 
-/// A hollow ball that stays about round: its shape is matched in the classic world, its opposite nodes are linked in
-/// the deformable one.
+/// Makes a hollow ball that stays about round. In the classic world its shape is matched; in the deformable one its
+/// opposite nodes are linked.
 std::unique_ptr<btSoftBody> make_soft_ball(SoftWorld& world, const SoftBallShape& shape);
 
 }  // namespace softcd::demo

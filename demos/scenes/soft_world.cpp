@@ -8,8 +8,8 @@ namespace softcd::demo {
 namespace {
 
 constexpr btScalar kClassicStep = btScalar(1) / 120;
-// Bullet integrates springs explicitly there. With DeformableMaterial and these masses the fastest oscillation of
-// a cloth, of angular frequency sqrt(8 k / m), moves by 0.65 radians in a step; 2 would be unstable.
+// Bullet integrates springs explicitly in the deformable world. With DeformableMaterial and these masses, the fastest
+// oscillation of a cloth, of angular frequency sqrt(8 k / m), moves by 0.65 radians in a step; 2 would be unstable.
 constexpr btScalar kDeformableStep = btScalar(1) / 240;
 constexpr btScalar kDeformableNodeMass = btScalar(0.01);
 

@@ -4,8 +4,8 @@
 
 namespace softcd::demo {
 
-/// Cloths that hang in the air one above the other, each turned a little, fall and come to rest on each other, the
-/// lowest one being held along its border.
+/// Cloths, each turned a little, hang in the air one above the other. They fall and come to rest on the lowest one,
+/// which is held along its border.
 class Stack : public Scene {
  public:
   static constexpr int kCloths = 8;
@@ -15,7 +15,7 @@ class Stack : public Scene {
   std::vector<Surface> surfaces() const override;
   View view() const override;
 
-  /// Number 0 is the lowest one.
+  /// Returns a cloth. Number 0 is the lowest one.
   btSoftBody& cloth(int number) { return *cloths_[static_cast<std::size_t>(number)]; }
 
  protected:

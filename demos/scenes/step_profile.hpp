@@ -5,16 +5,16 @@
 
 namespace softcd::demo {
 
-/// What softcd takes of a step, in milliseconds.
+/// softcd's share of a step, in milliseconds.
 struct StepProfile {
   double contacts = 0;   ///< finding contacts and handing them to Bullet
-  double crossings = 0;  ///< with continuous detection: finding and preventing what would still pass through
+  double crossings = 0;  ///< with continuous detection: finding and preventing the remaining crossings
 
   double total() const { return contacts + crossings; }
 };
 
-/// Measures through the zones that Bullet and softcd report to Bullet's profiler. One at a time, on the thread that
-/// steps.
+/// Measures by the zones that Bullet and softcd report to Bullet's profiler. Only one may exist at a time, on the
+/// thread that makes the steps.
 class StepProfiler {
  public:
   StepProfiler();
@@ -22,7 +22,7 @@ class StepProfiler {
   StepProfiler(const StepProfiler&) = delete;
   StepProfiler& operator=(const StepProfiler&) = delete;
 
-  /// Of the steps since the last call.
+  /// Returns the profile of the steps since the last call.
   StepProfile take();
 
  private:

@@ -97,7 +97,7 @@ std::unique_ptr<btSoftBody> make_body(btSoftBodyWorldInfo& world_info, const Sur
   const std::vector<btScalar> masses(mesh.positions.size(), node_mass);
   auto body = std::make_unique<btSoftBody>(&world_info, static_cast<int>(mesh.positions.size()), mesh.positions.data(),
                                            masses.data());
-  // Bullet's tree builder does not end on nodes that links do not join.
+  // Bullet's tree builder never ends on nodes that no link joins.
   std::set<std::pair<int, int>> edges;
   for (const auto& [a, b, c] : mesh.triangles) {
     body->appendFace(a, b, c);

@@ -7,7 +7,7 @@
 
 namespace softcd::demo {
 
-/// For each node the sum of the normals of its faces, each as long as the face is large.
+/// Returns for each node the sum of its faces' normals, weighted by the faces' areas.
 std::vector<Vec3d> smooth_normals(const btSoftBody& body);
 
 }  // namespace softcd::demo

@@ -9,7 +9,8 @@ namespace {
 constexpr btScalar kTubeRadius = btScalar(0.7);
 constexpr btScalar kTubeHeight = 4;
 constexpr btScalar kFootHeight = btScalar(0.1);
-constexpr btScalar kBow = btScalar(0.1);            // of the middle: where it gives way is not left to rounding
+// Offset of the middle, so that rounding does not decide where the tube buckles.
+constexpr btScalar kBow = btScalar(0.1);
 constexpr btScalar kTubeStiffness = btScalar(0.1);  // Bullet's, 0 to 1
 constexpr btScalar kTubeMarginInCells = btScalar(1) / 4;
 

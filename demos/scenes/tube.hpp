@@ -4,8 +4,7 @@
 
 namespace softcd::demo {
 
-/// A soft tube, held at its foot, cannot bear its own weight: its wall gives way from below and lies in folds on
-/// itself.
+/// A soft tube, held at its foot, that cannot bear its own weight: its wall buckles from below and folds onto itself.
 class Tube : public Scene {
  public:
   explicit Tube(const SceneOptions& options);

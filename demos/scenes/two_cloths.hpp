@@ -11,7 +11,7 @@ struct LowerAndUpperCloth {
 /// The bodies of TwoCloths, for any world.
 LowerAndUpperCloth make_two_cloths(btSoftBodyWorldInfo& world_info, int nodes_per_side);
 
-/// A cloth, turned by some degrees, falls onto another one of the same size that is held along its border.
+/// A cloth, slightly turned, falls onto another one of the same size that is held along its border.
 class TwoCloths : public Scene {
  public:
   explicit TwoCloths(const SceneOptions& options);

@@ -11,18 +11,18 @@ inline Vec3d to_vec3d(const btVector3& v) {
   return {double(v.x()), double(v.y()), double(v.z())};
 }
 
-/// Of length 1; upwards where `v` has no direction.
+/// Returns a vector of length 1 along `v`; upwards where `v` has no direction.
 inline Vec3d unit(Vec3d v) {
   const double norm = std::sqrt(squared_norm(v));
   return norm > 0 ? (1 / norm) * v : Vec3d{0, 1, 0};
 }
 
-/// What somebody sees who looks in some direction: right, up and towards the viewer, orthonormal.
+/// The orthonormal frame of a viewer: right, up and towards the viewer.
 struct ViewFrame {
   Vec3d right, up, back;
 };
 
-/// With `right` level. `direction` is not vertical.
+/// Returns the frame of a viewer who looks along `direction`, with `right` level. `direction` must not be vertical.
 inline ViewFrame looking_along(Vec3d direction) {
   ViewFrame frame{};
   frame.back = -unit(direction);

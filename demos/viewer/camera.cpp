@@ -12,7 +12,7 @@ constexpr double kFurthest = 200;
 constexpr double kNear = 0.05;  // clipping planes
 constexpr double kFar = 300;
 
-/// Rows of x, y, z and w as functions of a point.
+/// Returns a matrix whose rows give x, y, z and w as functions of a point.
 Matrix4 by_rows(const std::array<Vec3d, 4>& rows, const std::array<double, 4>& offsets) {
   Matrix4 matrix{};
   for (std::size_t row = 0; row < 4; ++row) {

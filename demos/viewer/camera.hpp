@@ -7,7 +7,7 @@
 
 namespace softcd::demo {
 
-/// Column by column, as OpenGL reads them.
+/// A matrix column by column, as OpenGL reads it.
 using Matrix4 = std::array<float, 16>;
 
 struct Ray {
@@ -15,19 +15,19 @@ struct Ray {
   Vec3d direction;  ///< of length 1
 };
 
-/// The box [low, high] of a frame's coordinates, seen without perspective, onto [-1, 1] on each axis; what is nearest
-/// to the viewer becomes -1.
+/// Returns the parallel projection of the box [low, high] of a frame's coordinates to [-1, 1] on each axis. The point
+/// nearest to the viewer gets -1.
 Matrix4 orthographic(const ViewFrame& frame, Vec3d low, Vec3d high);
 
-/// A perspective view of a point that it turns around. Points of the screen are -1 to 1, from left to right and from
+/// A perspective view that turns around a point. Points of the screen are from -1 to 1, from left to right and from
 /// bottom to top; `aspect` is its width over its height.
 class OrbitCamera {
  public:
   explicit OrbitCamera(const View& view);
 
-  /// Angles in radians. Stops short of looking straight down or up.
+  /// Turns the camera, by angles in radians. Stops just before a vertical view.
   void orbit(double to_the_left, double upwards);
-  /// The target goes along, so that the point that was in the middle is at this point of the screen.
+  /// Moves the target so that the point in the middle moves to this point of the screen.
   void pan(double x, double y, double aspect);
   /// Multiplies the distance to the target.
   void zoom(double factor);

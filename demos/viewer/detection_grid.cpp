@@ -12,7 +12,7 @@ namespace {
 
 static_assert(GridEntry::kMaskBits == kMaskBits);
 
-/// What the stages leave to those after them.
+/// The intermediate results of the stages.
 struct GridRecord {
   std::vector<SplitRoot> splits;
   std::vector<std::uint32_t> keys;
@@ -26,10 +26,10 @@ std::vector<T> copy_of(const T* values, std::uint64_t count) {
   return std::vector<T>(values, values + count);
 }
 
-/// The CPU backend, which in passing writes down what it sees.
+/// The CPU backend, which also records the intermediate results.
 class RecordingBackend : public CpuBackend {
  public:
-  /// It is the grid that is looked at.
+  /// The viewer shows the grid, so no scene is swept instead.
   static constexpr bool kSweepsFewTriangles = false;
 
   RecordingBackend(MemoryAccount& account, GridRecord* record) : CpuBackend(account), record_(*record) {}

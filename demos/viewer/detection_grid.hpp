@@ -9,7 +9,7 @@
 
 namespace softcd::demo {
 
-/// A body as a pipeline would be given it. Positions must be finite.
+/// A body as for a pipeline. Positions must be finite.
 struct GridBody {
   BodyDesc desc;
   Positions x_t0, x_t1;
@@ -19,9 +19,9 @@ struct GridBody {
 struct GridEntry {
   static constexpr std::uint32_t kMaskBits = 13;
 
-  std::uint32_t triangle;  ///< numbered through, body after body
-  std::uint32_t mask;      ///< which of the cell's lower neighbours hold the triangle, too
-  std::uint32_t missing;   ///< K: axes along which the lower neighbour does not
+  std::uint32_t triangle;  ///< counted over all bodies
+  std::uint32_t mask;      ///< the cell's lower neighbours that hold the triangle, too
+  std::uint32_t missing;   ///< K: axes along which the lower neighbour does not hold it
 };
 
 /// A cell that holds at least one triangle.
@@ -29,11 +29,11 @@ struct OccupiedCell {
   std::uint32_t index;  ///< see cell_index
   Vec3d low;            ///< its lowest corner; where cells share an index, that of its first entry
   std::size_t first_entry, entry_count;
-  std::uint64_t tests;  ///< pairs of triangles that are tried here
+  std::uint64_t tests;  ///< pairs of triangles that are tested here
 };
 
-/// The grid in which the detector searches for contacts between these bodies: its own stages, run on the CPU, with what
-/// they leave to those after them read out. For `exact` and `uniform`.
+/// The grid in which the detector searches for contacts between these bodies. It runs the detector's own stages on the
+/// CPU and reads their intermediate results. For `exact` and `uniform`.
 class DetectionGrid {
  public:
   DetectionGrid(const std::vector<GridBody>& bodies, const QueryOptions& options);
@@ -41,9 +41,9 @@ class DetectionGrid {
   double cell_size() const { return counts_.cell_size; }
   const Statistics& counts() const { return counts_; }
 
-  /// In ascending order of index.
+  /// Returns the cells in ascending order of index.
   const std::vector<OccupiedCell>& cells() const { return cells_; }
-  /// The cell around a triangle's centroid at t1; null when no triangle is in it.
+  /// Returns the cell around a triangle's centroid at t1; null when no triangle is in it.
   const OccupiedCell* cell_around(std::uint32_t triangle) const;
   Span<const GridEntry> entries(const OccupiedCell& cell) const {
     return {entries_.data() + cell.first_entry, cell.entry_count};
@@ -51,11 +51,11 @@ class DetectionGrid {
 
   std::uint32_t first_triangle(std::size_t body) const { return first_triangles_[body]; }
   std::size_t body_of(std::uint32_t triangle) const;
-  /// Cells that the triangle is registered in.
+  /// Returns the cells in which the triangle is registered.
   std::vector<const OccupiedCell*> cells_of(std::uint32_t triangle) const;
 
   using Corners = std::array<Vec3d, 3>;
-  /// The virtual children that stand for the triangle, at t1; empty when it is not split.
+  /// Returns the virtual children that represent the triangle, at t1; empty when it is not split.
   std::vector<Corners> children_of(std::uint32_t triangle) const;
 
  private:

@@ -21,7 +21,7 @@ class GlProgram {
   GlProgram& operator=(const GlProgram&) = delete;
 
   void use() const { glUseProgram(id_); }
-  // While in use:
+  // After use() only:
   void set(const char* name, const Matrix4& value) const;
   void set(const char* name, Vec3d value) const;
   void set(const char* name, double value) const;
@@ -31,7 +31,7 @@ class GlProgram {
   GLuint id_;
 };
 
-/// Vertices that are uploaded anew whenever they change.
+/// Vertices that are uploaded again whenever they change.
 class GlMesh {
  public:
   struct Attribute {
@@ -59,19 +59,19 @@ class GlMesh {
   GLsizei count_ = 0;
 };
 
-/// What has been drawn into the framebuffer that is bound for reading.
+/// Returns the content of the framebuffer that is bound for reading.
 Image read_pixels(int width, int height);
 
-/// A framebuffer to draw into, in place of a window, with 4 samples a pixel.
+/// A framebuffer to draw into instead of a window, with 4 samples a pixel.
 class GlCanvas {
  public:
-  /// Throws std::runtime_error where OpenGL cannot draw pictures that large.
+  /// Throws std::runtime_error where OpenGL cannot draw pictures of that size.
   GlCanvas(int width, int height);
   ~GlCanvas();
   GlCanvas(const GlCanvas&) = delete;
   GlCanvas& operator=(const GlCanvas&) = delete;
 
-  /// Draws go into the canvas from here on.
+  /// Directs later draws into the canvas.
   void bind() const { glBindFramebuffer(GL_FRAMEBUFFER, samples_); }
   Image read() const;
 
@@ -89,10 +89,10 @@ class GlDepthMap {
   GlDepthMap(const GlDepthMap&) = delete;
   GlDepthMap& operator=(const GlDepthMap&) = delete;
 
-  /// Draws go into the map from here on, cleared, until end_drawing(), which wants to be given what this returns.
+  /// Clears the map and directs later draws into it, until end_drawing(), which takes the returned value.
   GLuint begin_drawing() const;
   void end_drawing(GLuint framebuffer_before) const;
-  /// To texture unit 0 for comparisons, to unit 1 for depths.
+  /// Binds the map to texture unit 0 for comparisons, and to unit 1 for depths.
   void bind() const;
 
  private:

@@ -5,7 +5,7 @@
 
 namespace softcd::demo {
 
-/// 8-bit RGB, rows from top to bottom.
+/// An image in 8-bit RGB, rows from top to bottom.
 struct Image {
   int width = 0;
   int height = 0;

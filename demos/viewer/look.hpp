@@ -5,16 +5,16 @@
 /// Light and colours (linear, 0 to 1) of pictures and of the window.
 namespace softcd::demo {
 
-constexpr Vec3d kTowardsSun = {0.45, 1.0, 0.35};  ///< of any length
+constexpr Vec3d kTowardsSun = {0.45, 1.0, 0.35};  ///< need not have the length 1
 constexpr double kAmbient = 0.34;
 constexpr double kSun = 0.85;
 constexpr double kGloss = 0.12;
 constexpr double kGlossExponent = 24;
-constexpr double kShadowBias = 0.02;           ///< of the scene's unit, as the next two
-constexpr double kSharpestShadowEdge = 0.012;  ///< half of what a shadow's edge takes at least
-constexpr double kWidestShadowEdge = 0.14;     ///< and at most
+constexpr double kShadowBias = 0.02;           ///< in the scene's unit, as are the next two
+constexpr double kSharpestShadowEdge = 0.012;  ///< half the width of a shadow's edge, at least
+constexpr double kWidestShadowEdge = 0.14;     ///< half the width of a shadow's edge, at most
 constexpr double kSunRadius = 0.07;            ///< at distance 1
-constexpr double kSteepestSlope = 2;           ///< that is told from one that casts a shadow on itself
+constexpr double kSteepestSlope = 2;           ///< limit of the slope that the bias grows with
 constexpr int kBlockerLooks = 12;
 constexpr int kShadowLooks = 28;
 constexpr double kEdgeWidth = 1;  ///< of triangles, in pixels

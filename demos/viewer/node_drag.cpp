@@ -7,7 +7,7 @@
 namespace softcd::demo {
 namespace {
 
-constexpr btScalar kRate = 60;     // part of the way to the goal that is covered, per second
+constexpr btScalar kRate = 60;     // speed per distance to the goal, 1/s
 constexpr btScalar kFastest = 20;  // units per second
 
 }  // namespace

@@ -7,26 +7,26 @@
 
 namespace softcd::demo {
 
-/// Pulls one node of a scene's bodies along with the cursor, in the plane through where the node was taken that is
-/// parallel to the screen.
+/// Pulls one node of a scene's bodies along with the cursor, in the plane that is parallel to the screen and passes
+/// through the node's first position.
 class NodeDrag {
  public:
-  /// The node keeps the distance that the cursor has from it now.
+  /// Starts to drag. The node keeps its present distance from the cursor.
   void take(const std::vector<btSoftBody*>& bodies, std::size_t body, int node, const OrbitCamera& camera,
             const Ray& cursor);
   void release() { held_.reset(); }
   bool is_active() const { return held_.has_value(); }
 
-  /// Where the cursor is now.
+  /// Tells the cursor's present position.
   void follow(const Ray& cursor);
-  /// Before each step: gives the node a velocity towards its goal. What Bullet's solver makes of it, links and
-  /// contacts included, is what happens.
+  /// Gives the node a velocity towards its goal, before each step. Bullet's solver then decides the motion, with links
+  /// and contacts.
   void pull(const std::vector<btSoftBody*>& bodies) const;
 
   struct Line {
     Vec3d node, goal;
   };
-  /// While active.
+  /// Returns the line from the node to the goal, while a node is dragged.
   Line line(const std::vector<btSoftBody*>& bodies) const;
 
  private:

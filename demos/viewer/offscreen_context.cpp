@@ -17,7 +17,7 @@ namespace {
                            "; libgl1-mesa-dri and libegl-mesa0 draw without a GPU");
 }
 
-// libepoxy, which calls OpenGL for us, ends the program where there is none.
+// libepoxy, which calls OpenGL, ends the program where there is no OpenGL.
 bool has_opengl() {
   return dlopen("libOpenGL.so.0", RTLD_LAZY) != nullptr || dlopen("libGL.so.1", RTLD_LAZY) != nullptr;
 }
@@ -61,8 +61,8 @@ bool OffscreenContext::make_current(EGLDeviceEXT device) {
   return false;
 }
 
-// The display stays as it is: there is one for a device, whoever asks, and Mesa's drivers leave memory behind when they
-// are unloaded.
+// The display is not closed. There is one display for a device, whoever requests it, and Mesa's drivers leak memory
+// when they are unloaded.
 OffscreenContext::~OffscreenContext() {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display_, context_);

@@ -2,8 +2,8 @@
 
 namespace softcd::demo {
 
-/// An OpenGL 3.3 context without a window, which is current while it lives. EGL's devices are tried in turn: GPUs, and
-/// Mesa's renderer on the CPU, so that neither a display nor a GPU is needed. One at a time.
+/// An OpenGL 3.3 context without a window, current for the lifetime of this object. It tries EGL's devices in turn:
+/// GPUs, and Mesa's renderer on the CPU. So it needs neither a display nor a GPU. Only one may exist at a time.
 class OffscreenContext {
  public:
   /// Throws std::runtime_error where no device has such a context.

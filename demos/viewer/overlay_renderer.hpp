@@ -5,7 +5,7 @@
 
 namespace softcd::demo {
 
-/// Draws an OverlayGeometry over what has been drawn, whose depths hide what lies behind.
+/// Draws an OverlayGeometry over the scene. The scene's depths hide what lies behind them.
 class OverlayRenderer {
  public:
   OverlayRenderer();

@@ -17,7 +17,7 @@ Rgba faded(Rgba color, float opacity) {
   return {color[0], color[1], color[2], static_cast<std::uint8_t>(255 * opacity)};
 }
 
-/// From blue at 0 to red at 1.
+/// Returns a colour from blue at 0 to red at 1.
 Rgba color_of_share(float share) {
   constexpr std::array<Vec3f, 5> kStops = {
       {{40, 70, 200}, {30, 170, 210}, {70, 200, 90}, {245, 205, 60}, {220, 50, 40}}};
@@ -28,7 +28,7 @@ Rgba color_of_share(float share) {
           255};
 }
 
-/// From 0, no tests, to 1. The root tells cells with few tests apart.
+/// Returns a number from 0, for no tests, to 1. The square root separates cells with few tests.
 float heat(std::uint64_t tests, std::uint64_t most) {
   return most == 0 ? 0.0F : std::sqrt(static_cast<float>(tests) / static_cast<float>(most));
 }
@@ -38,7 +38,7 @@ void append_line(Vec3d a, Vec3d b, Rgba color, std::vector<OverlayVertex>& out) 
   out.push_back({vec3_cast<float>(b), color});
 }
 
-/// Bit a of a corner's number says that it is at the high end of axis a.
+/// Returns a corner of the box. Bit a of its number selects the high end of axis a.
 Vec3d corner_of_box(Vec3d low, double size, unsigned corner) {
   return {low.x + ((corner & 1U) != 0 ? size : 0), low.y + ((corner & 2U) != 0 ? size : 0),
           low.z + ((corner & 4U) != 0 ? size : 0)};

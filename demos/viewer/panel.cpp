@@ -75,7 +75,7 @@ struct Preset {
 constexpr std::array<Preset, 3> kPresets = {
     {{"fast", bullet::Settings::fast}, {"balanced", bullet::Settings::balanced}, {"safe", bullet::Settings::safe}}};
 
-/// What a preset decides.
+/// Returns the settings that a preset decides.
 auto dials_of(const bullet::Settings& settings) {
   return std::tuple(settings.detection, settings.accuracy, settings.edge_contacts, settings.contacts,
                     settings.contacts_per_node, settings.convex_shapes);
@@ -126,7 +126,7 @@ void draw_iterations(const Session& session, PanelState& state) {
   state.go_on_with->iterations = iterations;
 }
 
-/// Two a row.
+/// The detectors, two a row.
 constexpr std::array<Detecting, 4> kDetecting = {{{"off", Collision::off, Backend::automatic},
                                                   {"Bullet", Collision::bullet, Backend::automatic},
                                                   {"softcd, CPU", Collision::softcd, Backend::cpu},
@@ -223,7 +223,8 @@ void draw_overlay_choice(const Session& session, const DetectionGrid* grid, Pane
   if (state.overlays.cells && grid != nullptr) draw_legend(*grid);
 }
 
-/// From the lowest bit on: nine lower neighbours a layer below, three in the row before, one to the left.
+/// Returns the bits as text, from the lowest on: nine lower neighbours in the layer below, three in the row before, one
+/// to the left.
 std::string mask_text(std::uint32_t bits) {
   std::string text;
   for (std::uint32_t bit = 0; bit < GridEntry::kMaskBits; ++bit) {

@@ -14,7 +14,7 @@ struct SelectedFace {
   int face;
 };
 
-/// What the panel shows besides the session, and what it lets the user change.
+/// The panel's content besides the session, and the settings that the user can change.
 struct PanelState {
   bool is_visible = true;
   bool is_paused = false;
@@ -24,14 +24,14 @@ struct PanelState {
   std::string problem;        ///< why the last change of the scene or the detection failed; empty when it did not
   std::string saved_picture;  ///< the file of the last picture; empty before
 
-  /// On demand, at that simulated time.
+  /// Penetrations, counted on demand at that simulated time.
   struct Penetrating {
     std::size_t vertices;
     double time;
   };
   std::optional<Penetrating> penetrating;
 
-  // Asked for in this frame:
+  // Requests of this frame:
   bool step_once = false;
   bool restart = false;
   bool reset_view = false;
@@ -43,7 +43,7 @@ struct PanelState {
 
 constexpr int kPanelWidth = 340;  ///< pixels, at the left of the window
 
-/// Within a frame of Dear ImGui's. `grid` may be null.
+/// Draws the panel, within a frame of Dear ImGui. `grid` may be null.
 void draw_panel(const Session& session, const DetectionGrid* grid, PanelState& state);
 
 }  // namespace softcd::demo

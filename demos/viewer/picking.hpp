@@ -7,7 +7,7 @@
 
 namespace softcd::demo {
 
-/// A face that a ray meets, by its place among a scene's bodies.
+/// A face that a ray meets, by its index among a scene's bodies.
 struct PickedFace {
   std::size_t body;
   int face;
@@ -15,16 +15,17 @@ struct PickedFace {
   Vec3d position;
 };
 
-/// Along the ray, from either side; none when the ray misses the triangle or it lies behind.
+/// Returns the distance along the ray, from either side; none when the ray misses the triangle or the triangle lies
+/// behind.
 std::optional<double> distance_to_triangle(const Ray& ray, Vec3d a, Vec3d b, Vec3d c);
 
-/// None when the ray is parallel to the plane or it lies behind.
+/// Returns the point of the plane; none when the ray is parallel to the plane or the plane lies behind.
 std::optional<Vec3d> meet_plane(const Ray& ray, Vec3d point, Vec3d normal);
 
-/// The first face on the ray.
+/// Returns the first face on the ray.
 std::optional<PickedFace> pick_face(const std::vector<btSoftBody*>& bodies, const Ray& ray);
 
-/// The node of the face that is nearest to the picked position among those that can be moved; -1 when none can.
+/// Returns the face's node that is nearest to the picked position and can be moved; -1 when none can.
 int nearest_free_node(const btSoftBody& body, const PickedFace& picked);
 
 }  // namespace softcd::demo

@@ -9,7 +9,7 @@ namespace softcd::demo {
 struct PictureTaker::Renderer {
   explicit Renderer(const PictureOptions& options) : canvas(options.width, options.height) {}
 
-  OffscreenContext context;  // before, and gone after, what lives in it
+  OffscreenContext context;  // declared before its users, to be destroyed after them
   GlCanvas canvas;
   SurfaceRenderer surfaces;
   OverlayRenderer overlays;

@@ -11,12 +11,12 @@ namespace softcd::demo {
 struct PictureOptions {
   int width = 1280;
   int height = 720;
-  /// What is drawn over the scene: wire and contacts. The others are the window's.
+  /// Overlays on the scene. Pictures have wire and contacts; the others are for the window only.
   OverlayChoice overlays;
 };
 
-/// Draws scenes as the window shows them, without a window, and without a display or a GPU. The same scene gives the
-/// same bytes on one machine; others, with another OpenGL, round in other ways.
+/// Draws scenes as the window shows them, without a window, a display or a GPU. The same scene gives the same bytes on
+/// one machine. Another machine with another OpenGL may round differently.
 class PictureTaker {
  public:
   /// Throws std::runtime_error when there is no OpenGL 3.3, or this build cannot draw.
@@ -25,7 +25,7 @@ class PictureTaker {
   PictureTaker(const PictureTaker&) = delete;
   PictureTaker& operator=(const PictureTaker&) = delete;
 
-  /// The scene as it is now, from its own point of view.
+  /// Draws the scene in its present state, from its own point of view.
   Image take(const Scene& scene);
 
  private:

@@ -7,7 +7,7 @@
 namespace softcd::demo {
 namespace {
 
-/// A share of the mean length of the body's links.
+/// Relative to the mean length of the body's links.
 constexpr double kRadius = 0.25;
 
 double mean_link_length(const btSoftBody& body) {

@@ -9,7 +9,7 @@
 
 namespace softcd::demo {
 
-/// The last values of something that is measured in every step, the newest at the end.
+/// The last values of a quantity that is measured in every step, the newest at the end.
 class History {
  public:
   static constexpr std::size_t kLength = 240;
@@ -22,10 +22,10 @@ class History {
   std::vector<float> values_;
 };
 
-/// A scene that runs, can begin again, and can go on under other options.
+/// A running scene, which can be restarted, or continued with other options.
 class Session {
  public:
-  /// Throws as make_scene.
+  /// Throws the exceptions of make_scene.
   Session(std::string scene_name, const SceneOptions& options);
 
   const std::string& scene_name() const { return scene_name_; }
@@ -35,23 +35,25 @@ class Session {
 
   void step();
   void restart();
-  /// Another scene, at its default size, with the same options else. Throws as make_scene; nothing has changed then.
+  /// Opens another scene at its default size, with otherwise the same options. Throws the exceptions of make_scene;
+  /// nothing is then changed.
   void open(const std::string& scene_name);
   void throw_ball(const btVector3& center, btScalar radius, const btVector3& velocity);
-  /// The same positions and velocities in a new world. Throws as make_scene; nothing has changed then.
+  /// Continues with the same positions and velocities in a new world. Throws the exceptions of make_scene; nothing is
+  /// then changed.
   void go_on_with(const SceneOptions& options);
 
   const History& step_ms() const { return step_ms_; }
-  /// From the next step on, whether body_contacts() is read.
+  /// Sets whether body_contacts() is filled from the next step on.
   void set_reads_contacts(bool reads_contacts) { reads_contacts_ = reads_contacts; }
-  /// The contacts of the last step. Empty where Bullet detects, and unless they are read.
+  /// Returns the contacts of the last step. Empty where Bullet detects, or unless they are read.
   const std::vector<bullet::BodyPairContacts>& body_contacts() const { return body_contacts_; }
 
-  /// Of softcd's detector; stands still where Bullet detects.
+  /// Returns the times of softcd's detector. They stay unchanged while Bullet detects.
   const History& detection_ms() const { return detection_ms_; }
 
-  /// The grid around the last step's motion as it came out, contacts solved: the detector saw the motion before that.
-  /// Of softcd only: null where Bullet detects.
+  /// Returns the grid around the last step's final motion, after the contacts were solved. The detector saw the motion
+  /// before that. Null where Bullet detects.
   std::unique_ptr<DetectionGrid> make_grid() const;
 
  private:

@@ -54,10 +54,10 @@ void main() {
 }
 )";
 
-// Sky light that is stronger from above, the sun where nothing is in its way, and its gloss. The sun is a disk: how
-// wide the edge of a shadow is depends on how far away that is which casts it (percentage-closer soft shadows, Fernando
-// 2005). Places are looked at on a spiral that covers a disk evenly (Vogel 1979). The same spiral everywhere: one
-// turned from pixel to pixel would hide its steps in noise, which no picture format packs well.
+// Lighting: sky light that is stronger from above, the sun where nothing blocks it, and its gloss. The sun is a disk,
+// so the width of a shadow's edge depends on the distance of the object that casts it (percentage-closer soft shadows,
+// Fernando 2005). The samples lie on a spiral that covers a disk evenly (Vogel 1979). All pixels use the same spiral:
+// turning it from pixel to pixel would hide its steps in noise, which picture formats compress badly.
 constexpr const char* kShading = R"(
 uniform vec3 eye;
 uniform mat4 light;
@@ -115,7 +115,7 @@ in float edges;
 uniform float wire;
 out vec4 color;
 
-// How much of an edge there is here, each half a line wide on either side of it.
+// Returns the share of an edge at this point; an edge is half a line wide on either side.
 float at_edge() {
   vec3 pixels = weights / fwidth(weights);
   return 1 - smoothstep(0.4 * kEdgeWidth, 0.6 * kEdgeWidth + 0.5, min(min(pixels.x, pixels.y), pixels.z));
@@ -130,8 +130,8 @@ void main() {
 }
 )";
 
-// Both floor and sky. The mean of the checks over a pixel is that of two square waves of period 2, one each way, whose
-// integral is a triangle wave.
+// Draws both floor and sky. The mean of the checks over a pixel is a product of two square waves of period 2, one in
+// each direction, whose integral is a triangle wave.
 constexpr const char* kBackgroundFragmentShader = R"(
 in vec2 on_screen;
 uniform mat4 view_projection;
@@ -249,7 +249,7 @@ void SurfaceRenderer::update(const Scene& scene) {
   mesh_.upload(vertices_);
   floor_height_ = double(scene.view().floor_height);
 
-  // The light's box holds all, and reaches down to where the last shadow falls on the floor.
+  // The light's box contains the scene, and reaches down to the last shadow on the floor.
   const ViewFrame frame = looking_along(-kTowardsSun);
   constexpr double kFar = std::numeric_limits<double>::max();
   Vec3d low = {kFar, kFar, kFar};

@@ -5,19 +5,19 @@
 
 namespace softcd::demo {
 
-/// Draws a scene's surfaces on a checked floor under a sky, lit by one sun that casts soft shadows. Triangles with
-/// vertices that are not finite are left out. Pins stand at the nodes that hold a cloth.
+/// Draws a scene's surfaces on a checked floor under a sky, lit by one sun that casts soft shadows. Leaves out
+/// triangles with vertices that are not finite. Draws pins at the nodes that hold a cloth.
 class SurfaceRenderer {
  public:
   SurfaceRenderer();
 
   /// Reads the nodes' positions.
   void update(const Scene& scene);
-  /// `wire` draws the edges of all triangles, not only of those surfaces that want it.
+  /// Draws the scene. `wire` draws the edges of all triangles, else only of the surfaces that want it.
   void draw(const OrbitCamera& camera, const Viewport& viewport, bool wire) const;
 
  private:
-  /// Of one of the two sides each, so that front and back have colours of their own.
+  /// A vertex of one of the two sides; front and back have colours of their own.
   struct Vertex {
     Vec3f position, normal, front, back;
     float has_edges_drawn;  ///< 0 or 1

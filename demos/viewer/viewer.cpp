@@ -67,7 +67,7 @@ class Viewer {
     }
   }
 
-  /// What the panel leaves of the window.
+  /// Returns the part of the window that the panel leaves free.
   Viewport viewport() const {
     const int left = panel_.is_visible && window_.width() > 2 * kPanelWidth ? kPanelWidth : 0;
     return {left, window_.width() - left, window_.height()};
@@ -99,7 +99,7 @@ class Viewer {
     if (node >= 0) drag_.take(session_.bodies(), face->body, node, camera_, cursor_ray());
   }
 
-  // Where the mouse was pressed and released in one place.
+  // Picks a face where the mouse was pressed and released in one place.
   void pick() {
     const ImVec2 way = ImGui::GetMouseDragDelta(ImGuiMouseButton_Left);
     if (way.x != 0 || way.y != 0) return;
@@ -122,7 +122,7 @@ class Viewer {
     if (io.MouseWheel != 0) camera_.zoom(std::pow(kZoomPerNotch, static_cast<double>(io.MouseWheel)));
   }
 
-  /// Does what panel and keys asked for, and the frame's steps.
+  /// Carries out the requests of panel and keys, and the frame's steps.
   void advance() {
     if (std::exchange(panel_.reset_view, false)) camera_ = OrbitCamera(session_.scene().view());
     if (std::exchange(panel_.restart, false)) restart();
@@ -153,7 +153,7 @@ class Viewer {
     }
   }
 
-  /// The bodies are others than before.
+  /// Forgets references to bodies, because the bodies have changed.
   void forget_bodies() {
     drag_.release();
     panel_.selected.reset();
@@ -161,7 +161,7 @@ class Viewer {
     has_changed_ = true;
   }
 
-  /// From near the eye towards what it looks at.
+  /// Throws a ball from near the eye in the direction of the view.
   void throw_ball() {
     const View view = session_.scene().view();
     const btScalar distance = view.eye.distance(view.target);
@@ -243,7 +243,7 @@ class Viewer {
   OverlayRenderer overlay_renderer_;
   NodeDrag drag_;
   PanelState panel_;
-  std::unique_ptr<DetectionGrid> grid_;  ///< where somebody looks at it
+  std::unique_ptr<DetectionGrid> grid_;  ///< while it is shown
   bool has_changed_ = true;              ///< since the last drawing
 };
 

@@ -8,8 +8,8 @@ struct GLFWwindow;
 
 namespace softcd::demo {
 
-/// A window with an OpenGL 3.3 context, which is current while it lives, and a frame of Dear ImGui's at a time. One at
-/// a time, on the main thread.
+/// A window with an OpenGL 3.3 context, current for the lifetime of this object, and a frame of Dear ImGui at a time.
+/// Only one may exist at a time, on the main thread.
 class Window {
  public:
   /// Throws std::runtime_error when there is no display or no such OpenGL.
@@ -20,14 +20,14 @@ class Window {
 
   bool is_closing() const;
   void close();
-  /// In pixels.
+  /// Return the size in pixels.
   int width() const { return width_; }
   int height() const { return height_; }
 
   void begin_frame();
-  /// GLFW's codes of the keys that were pressed since the frame before.
+  /// Returns GLFW's codes of the keys that were pressed since the frame before.
   const std::vector<int>& pressed_keys() const { return pressed_keys_; }
-  /// Draws Dear ImGui's windows over what has been drawn.
+  /// Draws Dear ImGui's windows over the content so far.
   void draw_panels();
   void end_frame();
 

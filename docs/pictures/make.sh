@@ -21,7 +21,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 demo=build/release/demos/demo/softcd-demo
 videos=build/videos
 
-# Steps of 1/120 s: until there is most to see.
+# Steps of 1/120 s until the scene shows most.
 steps_of() {
   case $1 in
     flamenco) echo 360 ;;
@@ -38,12 +38,12 @@ simulate() {
   "$demo" "$scene" --steps "$(steps_of "$scene")" ${SOFTCD_DEMO_ARGS:-} "$@"
 }
 
-# Bullet's own detection does not come to an end of tearing.
+# Bullet's own detection never ends in the scene tearing.
 list_scenes() { "$demo" --list | grep -v '^ ' | if [ "$kind" = comparison ]; then grep -vx tearing; else cat; fi; }
 
 run_ffmpeg() { ffmpeg -y -loglevel error "$@"; }
 
-# A palette of 128 colours, which smooth shading survives without dots, makes a file of a sixth.
+# With a palette of 128 colours the file is a sixth, and smooth shading still has no visible dots.
 shrink() {
   run_ffmpeg -i "$videos/$1.png" -update 1 -frames:v 1 \
     -vf "scale=960:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=128[p];[b][p]paletteuse=dither=none" \
@@ -64,7 +64,7 @@ make_window() {
 
 make_video() { simulate "$1" --picture "$videos/$1.png" --record "$videos/$1.mp4"; }
 
-# Frames of half the width, side by side, with words that a phone shows legibly.
+# Frames of half the width, side by side, with words that are legible on a phone.
 make_comparison() {
   local collision
   for collision in bullet softcd; do

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What Doxygen reads in place of one of softcd's files: filter.py FILE, from the repository's root.
+"""Prints one of softcd's files for Doxygen: filter.py FILE, in the repository's root.
 
-Of a header, the same without the inline namespaces that tell versions and precisions apart, so that names are those
-that a program writes, and without moves, of which there is nothing to say. Of a page, the same with links that hold in
-the site: to pages and their sections by names, to all other files of the repository below files/, where docs/site.sh
-puts them.
+- Headers: without the inline namespaces of versions and precisions, as programs do not write their names. Also without
+  move constructors and move assignments, which need no description.
+- Pages: with links that work in the site. Pages and their sections are linked by names. docs/site.sh copies all other
+  files of the repository below files/.
 """
 
 import os
@@ -16,14 +16,14 @@ PAGES = {"README.md": "index", "CHANGELOG.md": "changes", "CONTRIBUTING.md": "co
 
 
 def page_name(path):
-    """The name of a page, None for any other file."""
+    """Returns the name of a page, or None for any other file."""
     if path.endswith(".md") and path.startswith("docs/"):
         return "page_" + os.path.basename(path)[:-3].replace("-", "_")
     return PAGES.get(path)
 
 
 def section_name(page, heading):
-    """By the words of a heading, as hosts of repositories make their anchors."""
+    """Returns the name of a section, from the words of its heading as in the anchors of GitHub."""
     words = re.sub(r"[^\w\- ]", "", heading.replace("`", "").lower())
     return f"{page}_{words}".replace(" ", "-").replace("-", "_")
 
@@ -83,7 +83,8 @@ def main():
     with open(path, encoding="utf-8") as file:
         text = file.read()
     text = page(path, text) if path.endswith(".md") else without_inline_namespaces(text)
-    if os.path.basename(path) in ("softcd.h", "softcd.hpp", "softcd_probe.h"):  # Their first comments are about all.
+    # The first comment of these headers describes the whole file.
+    if os.path.basename(path) in ("softcd.h", "softcd.hpp", "softcd_probe.h"):
         text = text.replace("\n\n/**\n", "\n\n/** @file\n", 1).replace("\n\n///", "\n/// @file\n///", 1)
     sys.stdout.write(text)
 

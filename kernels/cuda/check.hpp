@@ -4,7 +4,8 @@
 
 namespace softcd {
 
-/// Throws DeviceError, or std::bad_alloc when device memory ran out, naming what was being done. Clears the error.
+/// Throws DeviceError, or std::bad_alloc when device memory ran out. The text names the failed operation, `what`.
+/// Clears the error.
 void check_cuda(cudaError_t status, const char* what);
 
 }  // namespace softcd

@@ -28,8 +28,8 @@
 
 namespace softcd {
 
-/// The stages' primitives on one CUDA stream. Counts stay on the device: the host enqueues a whole detection and
-/// synchronises once, in finish; before that only where it reads counts to decide what to enqueue.
+/// The stages' primitives on one CUDA stream. Counts stay on the device. The host enqueues a whole detection and
+/// synchronises once, in finish(). It synchronises earlier only where it needs counts to decide what to enqueue.
 class CudaBackend {
  public:
   static constexpr bool kKnowsCounts = false;
@@ -47,39 +47,40 @@ class CudaBackend {
   CudaBackend& operator=(const CudaBackend&) = delete;
   ~CudaBackend() { cudaStreamSynchronize(stream_); }
 
-  /// What it keeps of one query: its graphs, and contacts that are on the host.
+  /// The backend's data for one query: its graphs, and contacts on the host.
   struct Session {
     struct Key {
       Signature signature;
       std::uint64_t allocations;
-      std::size_t first_part;  ///< of the clock's
+      std::size_t first_part;  ///< index in the clock
 
       friend bool operator==(const Key&, const Key&) = default;
     };
-    /// Of one part of detections.
+    /// The last launch of one part of detections, and its graph.
     struct Launched {
-      std::optional<Key> last_key;   ///< of the last that was not replayed
-      std::optional<Key> graph_key;  ///< of the captured one
+      std::optional<Key> last_key;   ///< key of the last launch without a graph
+      std::optional<Key> graph_key;  ///< key of the captured launch
       ExecutableGraph graph;
       std::size_t graph_parts = 0;
     };
 
     std::array<Launched, kLaunchPartCount> launched;
     PinnedBuffer<Contact> contacts;
-    const Contact* found = nullptr;  ///< there, or on the device
-    std::optional<Event> end;        ///< of what was enqueued last
+    const Contact* found = nullptr;  ///< in `contacts`, or on the device
+    std::optional<Event> end;        ///< happens after the work that was enqueued last
   };
 
   template <class T>
   class Buffer {
    public:
-    /// Keeps the first `kept` values. Where there are none, what was held is given back first.
+    /// Grows the buffer and keeps the first `kept` values. If none are kept, frees the old memory first.
     void reserve(CudaBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       if (capacity <= capacity_) return;
       if (kept == 0) release(backend);
       const std::uint64_t bytes = capacity * sizeof(T);
       Memory grown(backend.account_, bytes, [&] { return DeviceMemory<T>(capacity); });
-      // Sorts move what lies behind the last value, 16-byte copies what lies between: nothing of it is ever undefined.
+      // Sorts move values behind the last one, and 16-byte copies read the gaps between. Zeros keep these bytes
+      // defined.
       check_cuda(cudaMemsetAsync(grown.get(), 0, bytes, backend.stream_), "growing a buffer");
       if (kept > 0) {
         check_cuda(cudaMemcpyAsync(grown.get(), memory_.get(), std::min(kept, capacity_) * sizeof(T),
@@ -109,13 +110,13 @@ class CudaBackend {
     std::uint64_t capacity_ = 0;
   };
 
-  /// A copy of an array of the host.
+  /// A device copy of a host array.
   template <class T>
   class Mirror {
    public:
     void follow(CudaBackend& backend, Span<const T> values, Span<const Range> changes) {
       const std::uint64_t size = values.size();
-      // A quarter more than there is the second time, so that slowly growing arrays seldom move.
+      // From its second growth on, reserves a quarter more, so that slowly growing arrays seldom move.
       if (size > copy_.capacity()) copy_.reserve(backend, copy_.capacity() == 0 ? size : size + size / 4, size);
       for (const Range& range : changes) {
         if (range.begin == range.end) continue;
@@ -124,7 +125,8 @@ class CudaBackend {
                    "copying the scene");
       }
     }
-    /// What is in the device's memory already, from the host's list of it. No work that reads the one before is left.
+    /// Places positions that are already in device memory. Must not be called while earlier work still reads the
+    /// previous list.
     void place(CudaBackend& backend, const std::vector<DevicePositions>& positions, Vec3d origin) {
       if (positions.empty()) return;
       runs_.clear();
@@ -141,7 +143,7 @@ class CudaBackend {
     const T* data() const { return copy_.data(); }
 
    private:
-    static constexpr std::uint64_t kRunSize = 2048;  ///< that one block places
+    static constexpr std::uint64_t kRunSize = 2048;  ///< number of vertices that one block places
 
     static DevicePositions part_of(const DevicePositions& x, std::uint64_t begin) {
       GivenPositions given = x.positions;
@@ -154,7 +156,7 @@ class CudaBackend {
     PinnedBuffer<DevicePositions> shared_runs_;
   };
 
-  /// What the host reads of a buffer, in page-locked memory.
+  /// A page-locked host copy of a buffer.
   template <class T>
   class Readback {
    public:
@@ -184,11 +186,11 @@ class CudaBackend {
     }
     T* data() const { return current_.data(); }
     cub::DoubleBuffer<T> both() { return {current_.data(), scratch_.data()}; }
-    /// After a sort that left its result in `buffers`.
+    /// Selects the buffer that holds the result of a sort.
     void take(const cub::DoubleBuffer<T>& buffers) {
       if (buffers.selector != 0) swap();
     }
-    /// Back to the buffer of the last detection's beginning, so that every detection runs on the same addresses.
+    /// Selects the buffer of the detection's start again, so that every detection runs on the same addresses.
     void rewind() {
       if (is_swapped_) swap();
     }
@@ -267,7 +269,7 @@ class CudaBackend {
     enqueue(label, [&] { cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...); });
   }
 
-  /// What g enqueues, which must not reserve memory, sort or scan, need not wait for what f does.
+  /// Runs the work of f and g at the same time. g must not reserve memory, sort or scan.
   template <class F, class G>
   void concurrently(const F& f, const G& g) {
     SideStream::Fork fork(side_, stream_);
@@ -344,9 +346,9 @@ class CudaBackend {
         "upload");
   }
 
-  /// Enqueues a part of a detection. The second of equal ones in a row is captured as a graph, and all further ones
-  /// replay it: host time and gaps between kernels shrink to those of one launch. Memory is allocated in the first
-  /// only. The legacy default stream cannot be captured.
+  /// Enqueues a part of a detection. The second of equal launches in a row is captured as a graph, and all further ones
+  /// replay it. Host time and gaps between kernels then shrink to those of one launch. Only the first launch allocates
+  /// memory. The legacy default stream cannot be captured.
   template <class F>
   void launch(const Signature& signature, const F& f) {
     const bool is_first = signature.part == LaunchPart::whole || signature.part == LaunchPart::comparison;
@@ -368,7 +370,7 @@ class CudaBackend {
     check_cuda(cudaGraphLaunch(launched.graph.get(), stream_), "launching a graph");
   }
 
-  /// What has been counted so far; waits for all that was enqueued.
+  /// Waits for all enqueued work and returns the counters.
   Counters read(const Buffer<Counters>& counters) {
     enqueue_reading(counters);
     const TimelineRange range("reading counters");
@@ -376,7 +378,7 @@ class CudaBackend {
     return *host_counters_.data();
   }
 
-  /// Contacts stay where they are unless they go `to_host`.
+  /// Enqueues the reading of counters, and of contacts if `to_host`; else contacts stay on the device.
   void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count count, bool to_host) {
     if (to_host) session_->contacts.reserve(count.capacity);
     session_->found = to_host ? session_->contacts.data() : contacts.data();
@@ -388,12 +390,12 @@ class CudaBackend {
     });
   }
 
-  /// What is enqueued from now on comes after a cudaEvent_t.
+  /// Lets work that is enqueued from now on wait for a cudaEvent_t.
   void wait_for(void* event) {
     check_cuda(cudaStreamWaitEvent(stream_, static_cast<cudaEvent_t>(event), 0), "waiting for positions");
   }
 
-  /// An event after all that was enqueued.
+  /// Returns an event after all enqueued work.
   void* mark_end() {
     if (!session_->end) session_->end.emplace(cudaEventDisableTiming);
     check_cuda(cudaEventRecord(session_->end->get(), stream_), "marking the end of a detection");
@@ -422,7 +424,7 @@ class CudaBackend {
   }
 
   void count_rerun() { ++reruns_; }
-  /// Once nothing runs that uses it, or what the caller is about to give back.
+  /// Frees the scratch memory, once no enqueued work uses it, or memory that the caller is about to free.
   void give_scratch_back() {
     check_cuda(cudaStreamSynchronize(stream_), "giving memory back");
     scratch_.release(*this);
@@ -431,7 +433,7 @@ class CudaBackend {
   const StageTimes& times() const { return times_; }
 
  private:
-  /// Enqueues on another stream as long as it lives.
+  /// Enqueues work on another stream for the lifetime of this object.
   class OnStream {
    public:
     OnStream(cudaStream_t& current, cudaStream_t other) : current_(current), before_(std::exchange(current, other)) {}
@@ -444,7 +446,7 @@ class CudaBackend {
     cudaStream_t before_;
   };
 
-  /// Calls f, which launches a kernel.
+  /// Calls f, which launches a kernel, and checks for errors.
   template <class F>
   void enqueue(const char* label, const F& f) {
     const TimelineRange range(label);
@@ -468,8 +470,8 @@ class CudaBackend {
     enqueue(label, [&] { cuda::fill_tail<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, keys); });
   }
 
-  /// Runs a CUB call that says first how much scratch it needs. Calls follow each other on the stream, so they share
-  /// it.
+  /// Runs a CUB call, which first reports the scratch memory that it needs. Calls follow each other on the stream, so
+  /// they share the scratch memory.
   template <class F>
   void with_scratch(const char* label, const F& f) {
     const TimelineRange range(label);
@@ -480,7 +482,8 @@ class CudaBackend {
     check_cuda(f(scratch_.data(), bytes), label);
   }
 
-  /// When part `part` begins. There are as many events as any detection had parts.
+  /// Records the time at which part `part` begins. The number of events is the largest number of parts of any
+  /// detection.
   void record(std::size_t part) {
     while (events_.size() <= part) {
       parts_.resize(events_.size() + 1);
@@ -497,8 +500,8 @@ class CudaBackend {
     record(part_count_);
   }
 
-  /// The graph that was there before is destroyed once a detection is finished: destroying it earlier may wait for what
-  /// the stream waits for.
+  /// Captures the work of f as a graph. The replaced graph is destroyed only when a detection has finished: earlier
+  /// destruction may block on work that the stream waits for.
   template <class F>
   void capture(ExecutableGraph& graph, const F& f) {
     if (graph) replaced_graphs_.push_back(std::exchange(graph, {}));
@@ -538,9 +541,9 @@ class CudaBackend {
   std::uint64_t reruns_ = 0;
 
   std::uint64_t allocations_ = 0;  ///< changes when any buffer moves
-  Session* session_ = nullptr;     ///< of the detection that was begun last
+  Session* session_ = nullptr;     ///< session of the detection that began last
   bool is_capturing_ = false;
-  std::vector<ExecutableGraph> replaced_graphs_;  ///< which may still run
+  std::vector<ExecutableGraph> replaced_graphs_;  ///< may still run
 };
 
 }  // namespace softcd

@@ -18,7 +18,7 @@ std::string find_problem() {
   return {};
 }
 
-/// A query's memory on one device, whichever is the calling thread's current one.
+/// A query's memory on one device. Works on any thread, whatever its current device.
 class QueryOnDevice final : public QueryMemory {
  public:
   QueryOnDevice(int device, std::unique_ptr<QueryMemory> query) : device_(device), query_(std::move(query)) {}
@@ -39,7 +39,7 @@ class QueryOnDevice final : public QueryMemory {
   std::unique_ptr<QueryMemory> query_;
 };
 
-/// A detector on one device, whichever is the calling thread's current one.
+/// A detector on one device. Works on any thread, whatever its current device.
 class DetectorOnDevice final : public Detector {
  public:
   DetectorOnDevice(int device, cudaStream_t stream) : device_(device) {

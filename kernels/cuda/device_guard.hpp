@@ -25,8 +25,9 @@ inline int existing_device(int device) {
                     " CUDA devices, counted from 0");
 }
 
-/// Makes a device the calling thread's current one for as long as it lives. An error that nobody has looked at, the
-/// app's or one of a call whose failure does not matter, is cleared: it would be taken for that of our next launch.
+/// Makes a device the calling thread's current one for the lifetime of this object. Clears an error that is pending
+/// from the application or from a call whose failure does not matter. Otherwise it would be attributed to softcd's next
+/// launch.
 class DeviceGuard {
  public:
   explicit DeviceGuard(int device) : before_(current_device()) {
@@ -41,8 +42,7 @@ class DeviceGuard {
   int before_;
 };
 
-/// Runs f on the device. What it does is to free: where the device cannot be made current any more there is nothing
-/// left to be freed on it.
+/// Runs f, which frees memory, on the device. When the device can no longer be made current, nothing is left to free.
 template <class F>
 void free_on(int device, const F& f) noexcept {
   try {

@@ -23,7 +23,7 @@ class DeviceMemory {
     std::swap(data_, other.data_);
     return *this;
   }
-  /// Nothing is freed while a graph is captured, where even freeing a null pointer would be an error.
+  /// Frees nothing while a graph is captured, because even freeing a null pointer would then be an error.
   ~DeviceMemory() {
     if (data_ != nullptr) cudaFree(data_);
   }
@@ -50,7 +50,7 @@ class PinnedBuffer {
     if (data_ != nullptr) cudaFreeHost(data_);
   }
 
-  /// Contents are lost when it grows.
+  /// Grows the buffer to `capacity` values. Growing loses the contents.
   void reserve(std::uint64_t capacity) {
     if (capacity <= capacity_) return;
     if (data_ != nullptr) cudaFreeHost(std::exchange(data_, nullptr));

@@ -9,12 +9,12 @@
 #include "softcd/core/count.hpp"
 #include "softcd/pipeline/output.hpp"
 
-/// One kernel per primitive: the stage is the functor.
+/// One kernel for each primitive; the stage is its functor.
 namespace softcd::cuda {
 
 constexpr int kBlockSize = 256;
 
-/// Appends to a list from many threads: the active threads of a warp take room together.
+/// Appends to a list from many threads. The active threads of a warp reserve places together.
 template <class Target>
 class Output {
  public:
@@ -33,7 +33,7 @@ class Output {
 #endif
   }
 
-  /// Room for `count` values of this thread, put one after the other; the warp's active threads take room together.
+  /// Reserved places for `count` values of this thread, written one after the other.
   class Room {
    public:
     SOFTCD_HD Room(const Appender<Target>& list, std::uint64_t at) : list_(list), at_(at) {}
@@ -78,7 +78,8 @@ __global__ void for_each(Count count, F f) {
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads()) f(static_cast<std::uint32_t>(i));
 }
 
-/// How many blocks of a functor's kernel a processor has to hold: bounds the registers of those that need many.
+/// Minimum number of resident blocks of a functor's kernel per multiprocessor. It bounds the registers of kernels that
+/// need many.
 template <class F>
 constexpr int kResidentBlocks = 1;
 
@@ -95,18 +96,19 @@ __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
 constexpr unsigned kWarpSize = 32;
 constexpr unsigned kWholeWarp = 0xFFFFFFFFU;
 
-/// So many threads of a warp wait for others before they begin new searches together.
+/// The number of idle threads of a warp that triggers the start of new searches.
 constexpr int kIdleThreads = 4;
 
-/// Searches take different numbers of steps: a thread that is done begins another one while its warp's others go on.
+/// Runs searches, which take different numbers of steps. A thread that finishes begins another search while its warp's
+/// other threads continue.
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
     for_each_search(Count count, F f, Appender<Targets>... lists) {
   const std::uint64_t n = count.get();
   const unsigned lane = threadIdx.x % kWarpSize;
-  // A warp's items: 32 in a row, one such row of each warp's after the other.
+  // A warp's items: rows of 32 consecutive items; the warps take rows in turn.
   std::uint64_t row = global_thread() - lane;
-  unsigned begun = 0;  // of the row
+  unsigned begun = 0;  // number of the row's items that threads have taken
   bool is_searching = false;
   typename F::Search search;
   [&](Output<Targets>... outputs) {
@@ -133,7 +135,7 @@ __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
   }(Output<Targets>(lists)...);
 }
 
-/// Last item whose offset is at most `at`, by all threads of a warp together; there must be one.
+/// Returns the last item whose offset is at most `at`, found by all threads of a warp together. It must exist.
 __device__ inline std::uint32_t item_of(const std::uint64_t* offsets, std::uint32_t item_count, std::uint64_t at) {
   const std::uint32_t lane = threadIdx.x % kWarpSize;
   std::uint32_t begin = 0;
@@ -148,18 +150,19 @@ __device__ inline std::uint32_t item_of(const std::uint64_t* offsets, std::uint3
   return begin;
 }
 
-/// A run of units that a warp distributes at a time.
+/// The number of units that a warp distributes at a time.
 constexpr std::uint32_t kTileSize = 256;
 
-/// Per unit of a warp's tile: where an item begins, its place after the tile's first item; else 0.
+/// For each unit of a warp's tile where an item begins: the item's place after the tile's first item; else 0.
 struct TileStorage {
   std::uint32_t places[kBlockSize / kWarpSize][kTileSize];
 };
 
 /// The paper's workload distribution (section 3.4, Fig. 10): one unit of work per thread. Each warp takes a run of
-/// units, tile by tile; the item of its first unit is found by search in the prefix sums. From there on no search is
-/// needed: every item marks the unit that it begins with in shared memory, and each unit finds the last mark up to it
-/// among its warp's votes. Calls body(is_inside, item, part) for all threads of the warp together.
+/// units, tile by tile. It finds the item of its first unit by search in the prefix sums.
+///
+/// No further search is needed. Every item marks its first unit in shared memory. Each unit finds the last mark up to
+/// itself among its warp's votes. Calls body(is_inside, item, part) for all threads of the warp together.
 template <class Body>
 __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint64_t* offsets,
                               const std::uint64_t* total, Share share, const Body& body) {
@@ -223,8 +226,8 @@ __global__ void __launch_bounds__(kBlockSize)
   });
 }
 
-/// A warp's candidates that passed the filter, gathered until there is one for each thread: the expensive test then
-/// runs without idle lanes. How many are queued is each thread's own knowledge.
+/// A warp's candidates that passed the filter, gathered until there is one for each thread. The expensive test then
+/// runs without idle lanes. Each thread knows the number of queued candidates.
 template <class Candidate>
 class WarpQueue {
  public:
@@ -269,7 +272,7 @@ __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
   queues[threadIdx.x / kWarpSize].finish(queued, test);
 }
 
-/// How many items a block takes at a time whose parts it distributes: few where some items have very many.
+/// The number of items whose parts a block distributes at a time. It is low where some items have very many parts.
 template <class F>
 constexpr std::uint32_t kItemsAtOnce = kBlockSize;
 
@@ -284,9 +287,9 @@ struct PartStorage {
   typename cub::BlockScan<std::uint32_t, kBlockSize>::TempStorage scan;
 };
 
-/// Distributes the parts of items over a block: each thread notes for each of its item's parts that they are its own,
-/// and the parts of all items of the block are shared out evenly, some thousand at a time. Calls body(is_inside, item,
-/// part) for all threads of the block together.
+/// Distributes the parts of items over a block. Each thread marks its item's parts as its own. The block then shares
+/// out the parts of all its items evenly, some thousand at a time. Calls body(is_inside, item, part) for all threads of
+/// the block together.
 template <class F, class Body>
 __device__ void for_each_part_of_items(PartStorage<F>& storage, Count count, const F& f, const Body& body) {
   constexpr std::uint32_t kPartsAtOnce = PartStorage<F>::kPartsAtOnce;
@@ -356,7 +359,7 @@ struct BinCounter {
   }
 };
 
-/// Bins in shared memory, added to the global ones at the end; `bins` must be 0 before.
+/// Counts in shared-memory bins, and adds them to the global bins at the end. `bins` must be 0 before.
 template <class F>
 __global__ void histogram(Count count, std::uint32_t* bins, int histograms, int bins_per_histogram, F f) {
   extern __shared__ std::uint32_t local_bins[];
@@ -372,8 +375,8 @@ __global__ void histogram(Count count, std::uint32_t* bins, int histograms, int 
   }
 }
 
-/// Lowers *least to the least f(i). Bits of floats that are not negative are in order as integers, those of others in
-/// the opposite order as unsigned ones, above all that are not.
+/// Lowers *least to the least f(i). As integers, the bits of non-negative floats keep their order. As unsigned
+/// integers, the bits of negative floats have the opposite order, and are above those of all others.
 template <class F>
 __global__ void minimum(Count count, F f, float* least) {
   const std::uint64_t n = count.get();
@@ -389,14 +392,14 @@ __global__ void minimum(Count count, F f, float* least) {
   }
 }
 
-/// Sets the items behind the last one to the highest key, so that a sort of the whole capacity leaves them behind.
+/// Sets the keys behind the last item to the highest key, so that a sort of the whole capacity leaves them at the end.
 template <class Key>
 __global__ void fill_tail(Count count, Key* keys) {
   for (std::uint64_t i = count.get() + global_thread(); i < count.capacity; i += grid_threads())
     keys[i] = static_cast<Key>(~Key{0});
 }
 
-/// Copies the items that exist to page-locked host memory, in 4-byte words, so that nobody has to know their number
+/// Copies the existing items to page-locked host memory, in 4-byte words. The host thus need not know their number
 /// first.
 template <class T>
 __global__ void copy_out(Count count, const T* from, T* to) {
@@ -407,14 +410,14 @@ __global__ void copy_out(Count count, const T* from, T* to) {
   for (std::uint64_t i = global_thread(); i < words; i += grid_threads()) target[i] = source[i];
 }
 
-/// Sums see zeros behind the last item.
+/// Returns the values, and zeros behind the last item, for sums.
 struct ValueOrZero {
   Count count;
   const std::uint32_t* values;
   SOFTCD_HD std::uint64_t operator()(std::uint64_t i) const { return i < count.get() ? values[i] : 0; }
 };
 
-/// total = sum of all values, given their exclusive sums.
+/// Writes to *total the sum of all values, given their exclusive sums.
 static __global__ void last_sum(Count count, const std::uint32_t* values, const std::uint64_t* sums,
                                 std::uint64_t* total) {
   const std::uint64_t n = count.get();

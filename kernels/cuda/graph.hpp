@@ -12,7 +12,7 @@ namespace softcd {
 class ExecutableGraph {
  public:
   ExecutableGraph() = default;
-  /// Takes the graph over.
+  /// Takes ownership of the graph.
   explicit ExecutableGraph(cudaGraph_t graph) {
     const cudaError_t status = cudaGraphInstantiate(&executable_, graph, 0);
     cudaGraphDestroy(graph);
@@ -34,7 +34,7 @@ class ExecutableGraph {
   cudaGraphExec_t executable_ = nullptr;
 };
 
-/// Ends a capture that has begun, whatever becomes of it: the caller's stream must not be left capturing.
+/// Ends a capture that has begun, also after an exception: the caller's stream must not be left capturing.
 class StreamCapture {
  public:
   explicit StreamCapture(cudaStream_t stream) : stream_(stream) {

@@ -15,7 +15,7 @@
 namespace softcd {
 namespace {
 
-/// The functions of the NCCL that is found when the program runs: the one that it has loaded, or libnccl.so.2.
+/// The functions of the NCCL library that the program has loaded, or else of libnccl.so.2, found at run time.
 class Nccl {
  public:
   static const Nccl& instance() {
@@ -75,8 +75,8 @@ void check_nccl(ncclResult_t result, const char* what) {
 
 class NcclLink final : public RankLink {
  public:
-  /// Of ranks that are threads of this process, which meet at `place`: the communicator and its stream are its own
-  /// then.
+  /// Makes a rank. With `place`, the ranks are threads of this process that meet there, and the rank owns its
+  /// communicator and stream.
   NcclLink(ncclComm_t comm, cudaStream_t stream, std::chrono::milliseconds patience,
            std::shared_ptr<MeetingPoint> place = nullptr)
       : comm_(comm), stream_(stream), is_own_(place != nullptr), patience_(patience), place_(std::move(place)) {
@@ -148,8 +148,8 @@ class NcclLink final : public RankLink {
     for (const DeviceBroadcast& one : all) {
       if (one.root == rank_ && one.count > 0) take(one);
     }
-    // A kernel that waits for another GPU's keeps that one's thread from taking or freeing memory, which may have to
-    // come before.
+    // A kernel that waits for another GPU's kernel keeps that GPU's thread from allocating or freeing memory. That
+    // thread may have to do so first, so all threads meet here.
     if (place_ != nullptr) place_->meet();
     talk([&](const Nccl& nccl) {
       ncclResult_t result = nccl.group_start();
@@ -180,7 +180,7 @@ class NcclLink final : public RankLink {
     if (result != ncclSuccess && result != ncclInProgress) fail(Nccl::instance().error_string(result));
   }
 
-  /// Until all that was enqueued is done.
+  /// Waits until all enqueued work is done.
   void wait() {
     using Clock = std::chrono::steady_clock;
     check_cuda(cudaEventRecord(done_, stream_), "waiting for ranks");
@@ -219,7 +219,7 @@ class NcclLink final : public RankLink {
   cudaEvent_t done_ = nullptr;
   PinnedBuffer<std::byte> host_;
   DeviceMemory<std::byte> staged_, gathered_;
-  std::uint64_t bytes_ = 0;  ///< of each rank, that there is room for
+  std::uint64_t bytes_ = 0;  ///< capacity for each rank
 };
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include "softcd/stages/feature_pairs.hpp"
 #include "softcd/stages/pair_tests.hpp"
 
-/// What single stages' kernels need to be told, by measurement on an H200.
+/// Tuning parameters of single stages' kernels, measured on an H200.
 namespace softcd::cuda {
 
-/// They wait for memory and would take more registers than is good for them.
+/// These kernels wait for memory, and would otherwise use too many registers.
 template <class Control>
 constexpr int kResidentBlocks<TestPair<Control, false>> = 4;
 template <class Control>

@@ -11,7 +11,7 @@ __device__ void place_run(const DevicePositions& run, const Vec3d& origin, Out* 
   for (std::uint64_t i = threadIdx.x; i < run.count; i += kBlockSize) place(i);
 }
 
-/// A block for each run of vertices, of which the host has the list.
+/// Places positions, one block for each run of vertices. The host lists the runs.
 template <class Out>
 __global__ void __launch_bounds__(kBlockSize) place_positions(const DevicePositions* runs, Vec3d origin, Out* out) {
   const DevicePositions run = runs[blockIdx.x];

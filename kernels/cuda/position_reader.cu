@@ -28,14 +28,14 @@ __device__ void survey_as(const SurveyedVertices& vertices, const Vec3d& origin,
   }
 }
 
-/// What the device keeps of a run's survey, to be judged: reading the host's memory takes long.
+/// The device's copy of a run's summary, kept to be compared with the prediction: reading host memory takes long.
 struct JudgedRun {
   StepSurvey survey;
   bool is_within;
 };
 
-/// A block for each run of vertices. Arrays are the host's, but `judged`; that and `foreseen` are null where nothing
-/// is.
+/// Summarises each run of vertices, one block for each. All arrays but `judged` are in host memory. `judged` and
+/// `foreseen` are null where nothing is to be compared.
 __global__ void __launch_bounds__(kBlockSize)
     survey_vertices(const SurveyedVertices* runs, Vec3d origin, bool needs_t0, StepSurvey* surveys,
                     const StepSurvey* foreseen, JudgedRun* judged) {
@@ -55,7 +55,8 @@ __global__ void __launch_bounds__(kBlockSize)
   if (judged != nullptr) judged[blockIdx.x] = {survey, is_within(survey, foreseen[blockIdx.x])};
 }
 
-/// One block, after survey_vertices: whether all is as foreseen, for the device and for the host.
+/// Decides whether all positions are as predicted, for the device and for the host. Runs as one block, after
+/// survey_vertices.
 __global__ void __launch_bounds__(kBlockSize) judge_surveys(const JudgedRun* judged, std::uint32_t runs, Foreseen scene,
                                                             std::uint32_t* on_device, std::uint32_t* on_host) {
   using Reduce = cub::BlockReduce<StepSurvey, kBlockSize>;
@@ -73,7 +74,7 @@ __global__ void __launch_bounds__(kBlockSize) judge_surveys(const JudgedRun* jud
   *on_host = *on_device;
 }
 
-/// On one device, whichever is the calling thread's current one.
+/// Reads positions on one device. Works on any thread, whatever its current device.
 class CudaPositionReader final : public DevicePositionReader {
  public:
   explicit CudaPositionReader(int device) : device_(device) {
@@ -149,7 +150,7 @@ class CudaPositionReader final : public DevicePositionReader {
 
  private:
   struct OnDevice {
-    /// Waits for what the legacy default stream was given, as whoever made the positions may expect.
+    /// Waits for earlier work on the legacy default stream, as the caller that made the positions may expect.
     Stream stream{cudaStreamDefault};
     PinnedBuffer<SurveyedVertices> vertices;
     PinnedBuffer<StepSurvey> surveys;

@@ -7,7 +7,7 @@
 
 namespace softcd {
 
-/// A second stream, for work that need not wait for what the first one is given meanwhile.
+/// A second stream, for work that can run beside the work of the first one.
 class SideStream {
  public:
   SideStream() = default;
@@ -15,8 +15,9 @@ class SideStream {
   SideStream& operator=(const SideStream&) = delete;
   ~SideStream() { cudaStreamSynchronize(stream_.get()); }
 
-  /// From its making on the side stream runs what follows, after what `main` was given so far, and at its end `main`
-  /// waits for that. Whatever happens between: work must not be left behind on a stream that nobody waits for.
+  /// Starts work on the side stream after everything that was enqueued on `main` so far. At its end, `main` waits for
+  /// the side stream. This also holds after an exception: no work must be left on a stream that no other stream waits
+  /// for.
   class Fork {
    public:
     Fork(SideStream& side, cudaStream_t main) : side_(side), main_(main) {

@@ -4,7 +4,7 @@
 
 namespace softcd {
 
-/// Shows what the host does while it lives in the timelines of NVIDIA's tools (NVTX).
+/// Marks the host's work in the timelines of NVIDIA's tools (NVTX) for the lifetime of this object.
 class TimelineRange {
  public:
   explicit TimelineRange(const char* label) { nvtxRangePushA(label); }

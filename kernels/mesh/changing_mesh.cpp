@@ -5,7 +5,7 @@
 namespace softcd {
 namespace {
 
-/// Whether the triangle's corner is its first at its vertex.
+/// Returns whether this is the triangle's first corner at its vertex.
 bool is_first(const Triangle& triangle, std::uint32_t corner) {
   const auto* const at = triangle.v + corner;
   return std::find(triangle.v, at, *at) == at;
@@ -36,7 +36,7 @@ void ChangingMesh::change(Span<const Triangle> triangles, std::uint32_t vertex_c
   touched_.reserve(most);
   for (const std::uint32_t t : changed) touched_.insert(t);
   for (std::uint32_t t = std::min(before, now); t < most; ++t) touched_.insert(t);
-  // Caches have what lies beside each other; and new edges do not depend on the order of `changed`.
+  // Sorted, they are better cached, and new edges do not depend on the order of `changed`.
   touched_.sort();
   reserve(most, std::max(vertex_count, mesh_.vertex_count), touched_.indices().size());
 
@@ -50,7 +50,7 @@ void ChangingMesh::change(Span<const Triangle> triangles, std::uint32_t vertex_c
   mesh_.ownership.resize(now);
   links_.resize(std::size_t{3} * now);
   mesh_.vertex_count = vertex_count;
-  // Vertices that are gone are looked at once more, and have no triangles.
+  // Removed vertices are visited once more, and have no triangles.
   first_corner_.resize(std::max<std::size_t>(vertex_count, first_corner_.size()), kNoIndex);
   triangle_count_.resize(first_corner_.size(), 0);
   for (const std::uint32_t t : touched_.indices()) {
@@ -75,7 +75,7 @@ void ChangingMesh::forget_relisted() noexcept {
   for (IndexSet* const set : {&relisted_, &stale_, &stale_vertices_, &stale_edges_}) set->clear();
 }
 
-/// All that the change may need.
+/// Reserves all memory that the change may need.
 void ChangingMesh::reserve(std::size_t triangle_count, std::size_t vertex_count, std::size_t touched_count) {
   const std::size_t edges = mesh_.edges.size() + 3 * touched_count;
   reserve_roomy(mesh_.triangles, triangle_count);
@@ -107,7 +107,7 @@ void ChangingMesh::take_out(std::uint32_t triangle) noexcept {
   }
 }
 
-/// The edges that triangles were taken from may stay, although no triangle has them at the moment.
+/// Collects the edges that removed triangles had. Such an edge may stay, although no triangle has it at the moment.
 void ChangingMesh::find_lost_edges() noexcept {
   lost_by_key_.clear();
   for (const std::uint32_t e : edges_.indices()) {
@@ -118,7 +118,7 @@ void ChangingMesh::find_lost_edges() noexcept {
 }
 
 void ChangingMesh::put_in(std::uint32_t triangle, const Triangle& vertices) noexcept {
-  // Where it is new there is nothing that was listed of it.
+  // A new triangle has no listed features.
   changed_triangles_.insert(triangle);
   if (finds_relisted_) relisted_.insert(triangle);
   TriangleEdges& edges = mesh_.triangle_edges[triangle];
@@ -127,7 +127,7 @@ void ChangingMesh::put_in(std::uint32_t triangle, const Triangle& vertices) noex
     const std::uint32_t a = vertices.v[side];
     const std::uint32_t b = vertices.v[(side + 1) % 3];
     if (a == b) continue;
-    // Where two corners are one vertex, so are two sides one edge.
+    // A triangle with two equal corners has two equal sides.
     const auto* const same = std::find_if(edges.e, edges.e + side, [&](const std::uint32_t& e) {
       return e != kNoIndex && edge_key(mesh_.edges[e].v[0], mesh_.edges[e].v[1]) == edge_key(a, b);
     });
@@ -142,7 +142,7 @@ void ChangingMesh::put_in(std::uint32_t triangle, const Triangle& vertices) noex
   }
 }
 
-/// That of a triangle which is in, or was taken out, or else a new one.
+/// Returns the edge of a present or removed triangle, or else makes a new edge.
 std::uint32_t ChangingMesh::edge_between(std::uint32_t a, std::uint32_t b) noexcept {
   const std::uint64_t key = edge_key(a, b);
   const auto lost = std::lower_bound(lost_by_key_.begin(), lost_by_key_.end(), key,
@@ -185,7 +185,7 @@ void ChangingMesh::unlink(std::uint32_t corner) noexcept {
   corners_around_ -= 2 * std::uint64_t{--triangle_count_[v]} + 1;
 }
 
-/// While the triangle still is what it was.
+/// Marks a triangle that is about to change. Call it while the triangle is still unchanged.
 void ChangingMesh::mark_changing(std::uint32_t triangle) noexcept {
   changed_triangles_.insert(triangle);
   if (!finds_relisted_ || relisted_.contains(triangle)) return;
@@ -193,7 +193,8 @@ void ChangingMesh::mark_changing(std::uint32_t triangle) noexcept {
   mark_stale(triangle);
 }
 
-/// What has a part in features that were listed. Neighbours that were taken out already are marked themselves.
+/// Marks all triangles and features that took part in listed pairs with this triangle. Removed neighbours were marked
+/// on their removal.
 void ChangingMesh::mark_stale(std::uint32_t triangle) noexcept {
   const Ownership ownership = mesh_.ownership[triangle];
   stale_.insert(triangle);
@@ -205,8 +206,8 @@ void ChangingMesh::mark_stale(std::uint32_t triangle) noexcept {
   }
 }
 
-/// Passes to the first of the vertex's triangles what ownership_in(t) is the bit of, 0 where t does not have it.
-/// Returns that triangle, kNoIndex where there is none.
+/// Gives a feature at the vertex to the first of the vertex's triangles that has it. ownership_in(t) is the feature's
+/// bit in triangle t, or 0 where t does not have it. Returns that triangle, or kNoIndex where there is none.
 template <class OwnershipIn>
 std::uint32_t ChangingMesh::give(std::uint32_t vertex, const OwnershipIn& ownership_in) noexcept {
   std::uint32_t first = kNoIndex;
@@ -230,7 +231,7 @@ void ChangingMesh::give_vertex(std::uint32_t vertex) noexcept {
   give(vertex, [&](std::uint32_t t) { return static_cast<Ownership>(1U << place_of(mesh_.triangles[t].v, vertex)); });
 }
 
-/// It is free where no triangle has it any more.
+/// Gives the edge to its first triangle. Frees it where no triangle has it any more.
 void ChangingMesh::give_edge(std::uint32_t edge) noexcept {
   const auto [a, b] = mesh_.edges[edge].v;
   const std::uint32_t owner = give(triangle_count_[a] <= triangle_count_[b] ? a : b, [&](std::uint32_t t) {

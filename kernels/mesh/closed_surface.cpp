@@ -5,15 +5,15 @@
 namespace softcd {
 namespace {
 
-/// A triangle's side: three times the triangle, plus the corner that it begins at.
+/// A triangle's side: three times the triangle, plus the corner at which it begins.
 using Side = std::uint32_t;
 
-/// Side after side of each edge: at most one in either direction.
+/// The sides of each edge: at most one in either direction.
 class SidesOfEdges {
  public:
   explicit SidesOfEdges(const MeshView& mesh) : mesh_(mesh), sides_(2 * mesh.edges.size(), kNoIndex) {}
 
-  /// False where there is one already, or where the side has no length.
+  /// Adds a side. Returns false where one exists already in that direction, or where the side has no length.
   bool add(std::uint32_t triangle, std::uint32_t corner) {
     if (mesh_.triangle_edges[triangle].e[corner] == kNoIndex) return false;
     Side& side = sides_[place(triangle, corner)];
@@ -22,7 +22,7 @@ class SidesOfEdges {
     return true;
   }
 
-  /// The side that passes through the same edge in the other direction; kNoIndex where there is none.
+  /// Returns the side that passes through the same edge in the other direction, or kNoIndex.
   Side opposite(std::uint32_t triangle, std::uint32_t corner) const { return sides_[place(triangle, corner) ^ 1U]; }
 
  private:
@@ -36,7 +36,7 @@ class SidesOfEdges {
   std::vector<Side> sides_;
 };
 
-/// The triangles around a side's first vertex, one after another, all sides having an opposite.
+/// Returns the number of triangles around a side's first vertex. All sides must have an opposite.
 std::uint32_t count_around(const SidesOfEdges& sides, Side first) {
   std::uint32_t count = 0;
   Side side = first;

@@ -36,7 +36,7 @@ class VertexTriangles {
     }
   }
 
-  /// Places of triangles in the mesh.
+  /// Returns the places of a vertex's triangles in the mesh.
   Span<const std::uint32_t> of(std::uint32_t v) const {
     const std::uint32_t* const first = first_.data() + (v - first_vertex_);
     return {triangles_.data() + first[0], static_cast<std::size_t>(first[1] - first[0])};
@@ -57,14 +57,15 @@ FeatureEnds ends_of(const NeighbourFeatures& features) {
           static_cast<std::uint32_t>(features.edge_edge.size())};
 }
 
-/// An edge that is no triangle's, by the first of the segments that have it.
+/// An edge of segments that no triangle has, with the first of its segments.
 struct SegmentEdge {
   std::uint64_t key;
   std::uint32_t segment;
   std::uint32_t edge = kNoIndex;
 };
 
-/// Ascending keys, each once. `keys` are those of the triangles' edges, ascending.
+/// Returns the edges that only segments have, with ascending, distinct keys. `keys` are the keys of the triangles'
+/// edges, ascending.
 std::vector<SegmentEdge> edges_of_segments(Span<const Segment> segments, const std::vector<std::uint64_t>& keys) {
   std::vector<SegmentEdge> edges;
   for (std::uint32_t s = 0; s < segments.size(); ++s) {
@@ -80,7 +81,7 @@ std::vector<SegmentEdge> edges_of_segments(Span<const Segment> segments, const s
   return edges;
 }
 
-/// `keys` are those of the edges that `topology` has, ascending.
+/// Adds the edges of segments to the topology. `keys` are the keys of its edges, ascending.
 void add_segments(Span<const Segment> segments, const std::vector<std::uint64_t>& keys, Topology& topology) {
   std::vector<SegmentEdge> added = edges_of_segments(segments, keys);
   for (std::uint32_t s = 0; s < segments.size(); ++s) {

@@ -12,12 +12,12 @@ namespace {
 
 constexpr std::uint32_t kVerticesAtOnce = 4096;
 
-/// No triangle has it any more; see ChangingMesh.
+/// Returns whether no triangle has the edge any more; see ChangingMesh.
 bool is_free(const Edge& edge) {
   return edge.v[0] == edge.v[1];
 }
 
-/// The ends of each vertex's edges, counted from the mesh's first vertex.
+/// The neighbours of each vertex along its edges, counted from the mesh's first vertex.
 class Adjacency {
  public:
   explicit Adjacency(const MeshView& mesh) : first_(mesh.vertex_count + std::size_t{1}, 0) {
@@ -46,13 +46,13 @@ class Adjacency {
   std::vector<std::uint32_t> vertices_;
 };
 
-/// What a run of vertices has around it.
+/// The rings around a run of vertices.
 struct Part {
   std::vector<std::uint64_t> counts;
   std::vector<std::uint32_t> vertices;
 };
 
-/// Breadth-first from one vertex after the other.
+/// Finds the rings of one vertex after the other by breadth-first search.
 class RingFinder {
  public:
   RingFinder(const Adjacency& adjacency, std::uint32_t edge_count) : adjacency_(adjacency), edge_count_(edge_count) {}
@@ -67,7 +67,7 @@ class RingFinder {
   }
 
  private:
-  /// Both lists stay in order.
+  /// Adds the next ring. Keeps both lists sorted.
   void advance() {
     around_.clear();
     for (const std::uint32_t v : outermost_) {

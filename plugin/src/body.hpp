@@ -14,87 +14,88 @@
 
 namespace softcd {
 
-/// Where a body's vertices, triangles or edges are in the scene's arrays, and where they will be.
+/// The present and the planned place of a body's vertices, triangles or edges in the scene's arrays.
 struct Place {
   std::uint32_t first = 0, count = 0;
-  std::uint32_t capacity = 0;  ///< behind the first `count` there is nothing
+  std::uint32_t capacity = 0;  ///< elements behind the first `count` are unused
   std::uint32_t next_first = 0, next_capacity = 0;
 
   bool is_outgrown() const { return next_capacity > capacity; }
   Range range() const { return {first, std::uint64_t{first} + capacity}; }
 };
 
-/// What of a body's part of the scene's arrays a detector elsewhere does not know.
+/// The parts of a body's arrays that a detector with a copy does not have yet.
 struct Unsent {
   bool mesh = false;
   bool ownership = false;
   bool x_t0 = false;
   bool x_t1 = false;
-  UnsentRanges triangles, edges;  ///< of the mesh, counted from the body's first
+  UnsentRanges triangles, edges;  ///< of the mesh, counted from the body's first element
 };
 
-/// What is kept of a body whose triangles are changed a few at a time.
+/// Extra data of a body whose triangles are changed a few at a time.
 struct ChangingBody {
   explicit ChangingBody(const Topology& topology) : mesh(topology) {}
 
-  ChangingMesh mesh;    ///< as it will be once the scene's arrays are up to date
-  bool is_new = false;  ///< to be put into the scene's arrays as a whole
+  ChangingMesh mesh;    ///< the mesh that the scene's arrays will have once they are up to date
+  bool is_new = false;  ///< must be written to the scene's arrays as a whole
 };
 
-/// A body's part of the scene's list of one kind of features. Its features' numbers are those in the mesh, and
-/// `numbering` more.
+/// A body's part of the scene's list of one kind of features. Adding `numbering` to a feature's number in the mesh
+/// gives its number here.
 struct ListedFeatures {
   Range range{0, 0};
   std::uint64_t numbering = 0;
 };
 
-/// What is known of the features of a body's triangles that share a vertex; for one mesh and one ownership.
+/// The features of a body's triangles that share a vertex, for one mesh and one ownership.
 struct BodyNeighbours {
   struct Slots {
     FeatureSlots vertex_triangle, edge_edge;
   };
 
-  bool are_known = false;   ///< listed, or too many to be listed
+  bool are_known = false;   ///< they are listed, or are too many to be listed
   bool are_listed = false;  ///< by NeighbourLists
   ListedFeatures vertex_triangle, edge_edge;
-  std::unique_ptr<Slots> slots;  ///< of the listed features, where triangles are changed; else null
+  std::unique_ptr<Slots> slots;  ///< of the listed features, for bodies whose triangles are changed; else null
 };
 
-/// A body as the scene keeps it; its mesh and positions are in the scene's arrays.
+/// The scene's record of a body. Its mesh and positions are in the scene's arrays.
 struct Body {
   BodyId id;
-  bool is_removed = false;  ///< only its place is left
-  bool is_placed = false;   ///< in the scene's arrays; bodies that are not come after all that are
+  bool is_removed = false;  ///< only its place remains
+  bool is_placed = false;   ///< has a place in the scene's arrays; bodies without one come last
   BodySettings settings;
   std::int32_t rank = -1;                  ///< see BodyDesc
-  std::optional<Topology> new_mesh;        ///< to be put into the scene's arrays; nothing is changing then
-  std::unique_ptr<ChangingBody> changing;  ///< null where no triangles were changed since there was a new mesh
+  std::optional<Topology> new_mesh;        ///< to be written to the scene's arrays; excludes `changing`
+  std::unique_ptr<ChangingBody> changing;  ///< null unless triangles were changed since the last new mesh
   Place vertices, triangles, edges;
-  std::uint32_t segment_count = 0;  ///< of the triangles that are placed, the last ones
+  std::uint32_t segment_count = 0;  ///< number of segments; they are the last of the placed triangles
   BodyPositions positions;
 
-  /// Not finite where the detection that was prepared last looks, ascending; their triangles are left out.
+  /// Vertices that are not finite at the times that the next detection uses, ascending. Their triangles are left out.
   std::vector<std::uint32_t> stray_vertices;
-  std::vector<std::uint32_t> named_strays;  ///< of these since there were none, ascending: in warnings
+  /// Stray vertices that warnings have reported since the body last had none, ascending.
+  std::vector<std::uint32_t> named_strays;
   std::uint64_t left_out_triangles = 0;
 
   BodyNeighbours neighbours;
 
   std::vector<VertexFilter> vertex_filters;  ///< none, or one for each vertex
-  std::vector<Vec3f> x_rest;                 ///< the same; see FeatureFilters
+  std::vector<Vec3f> x_rest;                 ///< none, or one for each vertex; see FeatureFilters
 
-  std::optional<bool> is_closed;  ///< of the mesh with its left out triangles, where somebody has asked
+  std::optional<bool> is_closed;  ///< for the mesh without left out triangles; computed on demand
 
   Unsent unsent;
-  std::uint64_t last_change = 0;  ///< of the scene's changes, in which somebody changed the body
+  std::uint64_t last_change = 0;  ///< number of the scene's last change that changed the body
 
   bool is_new() const { return new_mesh || (changing && changing->is_new); }
-  /// Null where the mesh is in the scene's arrays alone.
+  /// Returns the mesh; null where it is only in the scene's arrays.
   const Topology* mesh() const { return new_mesh ? &*new_mesh : changing ? &changing->mesh.topology() : nullptr; }
   std::uint32_t vertex_count() const { return mesh() != nullptr ? mesh()->vertex_count : vertices.count; }
   std::uint64_t triangle_count() const { return mesh() != nullptr ? mesh()->triangles.size() : triangles.count; }
   bool has_segments() const { return (mesh() != nullptr ? mesh()->segment_count : segment_count) > 0; }
-  /// That triangles have, or are segments.
+  /// Returns the number of edges of triangles and segments.
   std::uint64_t edge_count() const {
     if (changing) return changing->mesh.edge_count();
     return new_mesh ? new_mesh->edges.size() : edges.count;

@@ -8,7 +8,7 @@
 
 namespace softcd {
 
-/// Pairs of bodies that somebody has listed.
+/// A list of pairs of bodies that the caller has set.
 class BodyPairList {
  public:
   BodyPairList() = default;
@@ -20,9 +20,9 @@ class BodyPairList {
   }
 
   bool empty() const { return keys_.empty(); }
-  /// In either order.
+  /// Returns whether the list has the pair, in either order.
   bool has(BodyId a, BodyId b) const { return std::binary_search(keys_.begin(), keys_.end(), key(a, b)); }
-  /// Each once.
+  /// Returns each pair once.
   std::vector<BodyPair> pairs() const {
     std::vector<BodyPair> pairs;
     pairs.reserve(keys_.size());
@@ -33,7 +33,7 @@ class BodyPairList {
   }
 
  private:
-  /// The lower id:32 | the higher:32 from high to low.
+  /// Returns lower id:32 | higher id:32, from high to low bits.
   static std::uint64_t key(BodyId a, BodyId b) {
     return (std::uint64_t{std::min(a, b).value} << 32) | std::max(a, b).value;
   }

@@ -5,7 +5,7 @@
 namespace softcd {
 namespace {
 
-/// One end, of which the origin was another one.
+/// Moves the positions at one end from one origin to another.
 void move_end(Vec3d from, Vec3d to, const std::vector<Vec3d>& full, std::size_t count, Vec3f* x, EndSurvey& survey) {
   survey.is_rounded = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -107,12 +107,12 @@ void BodyPositions::move_origin(Vec3d from, Vec3d to, std::size_t count, Positio
   }
 }
 
-/// As it was given.
+/// Returns the position at t0 as it was given.
 Vec3d BodyPositions::unplaced_t0(std::size_t vertex, PositionArrays arrays) const {
   return full_t0_.empty() ? vec3_cast<double>(arrays.x_t0[vertex]) : full_t0_[vertex];
 }
 
-/// `origin` is what x_t1 is relative to.
+/// Surveys t0. `origin` is the origin of x_t1.
 void BodyPositions::survey_t0(Vec3d origin, std::size_t count, PositionArrays arrays) {
   if (!have_two_ends_) return;
   survey_.t0 = {};

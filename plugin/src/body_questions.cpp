@@ -54,7 +54,7 @@ void BodyQuestions::prepare(Span<const ProbeBodies> asked, Span<const ProbedBody
     question.b = number_of(pair.b, bodies);
     if (question.b != kNoIndex) {
       question.partners = class_of(question.b);
-      // Triangles of other bodies ask for it, whatever their class.
+      // Triangles of other bodies request it, whatever their class.
       question.repeated_partners = question.a == question.b ? BodyClasses{0} : question.partners;
     }
     const Triangles triangles = triangles_of(question.a, bodies);

@@ -8,13 +8,13 @@
 
 namespace softcd::detail {
 
-/// The number of a body in the scene, whose bodies are in ascending order of ids; kNoIndex of BodyId().
+/// Returns the number of a body in the scene, whose bodies are in ascending order of ids; kNoIndex for BodyId().
 std::uint32_t number_of(BodyId id, Span<const ProbedBody> bodies);
 
-/// Questions about pairs of bodies as detectors answer them.
+/// Questions about pairs of bodies, in the form that detectors take.
 class BodyQuestions {
  public:
-  /// The ids are bodies', or BodyId(). Throws InvalidInput where they have 2^31 triangles or more to be looked at.
+  /// Prepares questions about pairs of bodies or BodyId(). Throws InvalidInput where they have 2^31 triangles or more.
   void prepare(Span<const ProbeBodies> asked, Span<const ProbedBody> bodies);
 
   Span<const BodiesQuestion> questions() const { return questions_; }

@@ -10,7 +10,7 @@
 namespace softcd {
 namespace {
 
-/// Fewer are done before other threads are awake.
+/// Fewer boxes take less time than waking other threads.
 constexpr std::size_t kManyBoxes = 8192;
 constexpr std::size_t kLeavesOfPart = 512;
 
@@ -31,7 +31,7 @@ Span<const IndexPair> BoxPairs::find(Span<const Box> boxes, Span<const std::uint
   return pairs_;
 }
 
-/// Whether the tree has all boxes that are not empty, and no others.
+/// Returns whether the tree has exactly the boxes that are not empty.
 bool BoxPairs::place(Span<const Box> boxes) {
   const auto count = static_cast<std::size_t>(
       std::count_if(boxes.begin(), boxes.end(), [](const Box& box) { return !is_empty(box); }));
@@ -47,7 +47,7 @@ bool BoxPairs::place(Span<const Box> boxes) {
   return is_complete;
 }
 
-/// Each group's boxes are divided in halves by where they begin, until few are left.
+/// Divides each group's boxes in halves, by their lower coordinates, until few are left.
 void BoxPairs::arrange(Span<const Box> boxes, Span<const std::uint32_t> groups) {
   is_arranged_ = false;
   groups_.assign(groups.begin(), groups.end());
@@ -97,7 +97,7 @@ void BoxPairs::divide(Span<const Box> boxes, std::uint32_t begin, std::uint32_t 
   }
 }
 
-/// As divide() has divided them.
+/// Appends the nodes of boxes that divide() has divided.
 void BoxPairs::append_nodes(std::uint32_t begin, std::uint32_t end) {
   const auto index = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({Box{}, begin, end, 0});
@@ -124,7 +124,7 @@ void BoxPairs::bound_nodes() {
   }
 }
 
-/// Returns how many nodes were visited.
+/// Finds the pairs of all leaves. Returns the number of visited nodes.
 std::uint64_t BoxPairs::find_in_leaves() {
   const std::size_t part_count = (leaves_.size() + kLeavesOfPart - 1) / kLeavesOfPart;
   parts_.resize(part_count);
@@ -144,7 +144,7 @@ std::uint64_t BoxPairs::find_in_leaves() {
                          [](std::uint64_t sum, const Found& found) { return sum + found.visits; });
 }
 
-/// Pairs within the leaf, and with leaves after it.
+/// Finds pairs within the leaf, and with leaves behind it.
 void BoxPairs::find_from(const Leaf& leaf, Found& found) const {
   const Node& from = nodes_[leaf.node];
   const auto append_if = [&](std::uint32_t k, std::uint32_t m) {
@@ -166,7 +166,7 @@ void BoxPairs::find_from(const Leaf& leaf, Found& found) const {
   }
 }
 
-/// Counted by their first box, laid out by it, and sorted among those that share it, which are few.
+/// Sorts the pairs: a counting sort by the first box, then a sort of the few pairs of each first box.
 void BoxPairs::put_in_order(std::size_t box_count) {
   row_ends_.assign(box_count + 1, 0);
   for (const Found& found : parts_) {

@@ -13,32 +13,33 @@ namespace softcd {
 /// Two indices, the lower one first.
 using IndexPair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// A box whose lo.x is above its hi.x overlaps nothing.
+/// Returns whether the box is empty: lo.x is above hi.x. An empty box overlaps nothing.
 constexpr bool is_empty(const Box& box) {
   return !(box.lo.x <= box.hi.x);
 }
 
-/// Pairs of boxes that overlap, call after call. Boxes stand in the leaves of a tree, whose order serves the next call
-/// as well, until boxes have moved so far that it has become slow, or are others.
+/// Finds pairs of overlapping boxes, call after call. Boxes are the leaves of a tree. Its order serves later calls,
+/// until boxes have moved so far that it has become slow, or other boxes are given.
 class BoxPairs {
  public:
-  /// All pairs of one group's boxes that overlap, ascending; valid until the next call. Empty boxes overlap nothing.
-  /// `groups` are empty where there is one.
+  /// Returns all pairs of overlapping boxes within a group, ascending. Valid until the next call. Empty boxes overlap
+  /// nothing. `groups` is empty where there is only one group.
   Span<const IndexPair> find(Span<const Box> boxes, Span<const std::uint32_t> groups = {});
 
  private:
-  /// Boxes [begin, end) in the tree's order. Its halves follow it; the first node that is no part of it is `next`.
+  /// A node: boxes [begin, end) in the tree's order. Its two halves follow it. `next` is the first node behind its
+  /// subtree.
   struct Node {
     Box bounds;
     std::uint32_t begin, end, next;
 
     bool is_leaf() const { return end - begin <= kLeafSize; }
   };
-  /// A leaf, and the first node that is no part of its group's tree.
+  /// A leaf, and the first node behind its group's tree.
   struct Leaf {
     std::uint32_t node, tree_end;
   };
-  /// What some of the leaves have found.
+  /// The pairs found from some of the leaves.
   struct Found {
     std::vector<IndexPair> pairs;
     std::uint64_t visits = 0;  ///< of nodes
@@ -57,12 +58,12 @@ class BoxPairs {
 
   // The tree:
   bool is_arranged_ = false;
-  std::vector<std::uint32_t> groups_;  ///< that it was made of
-  std::vector<std::uint32_t> order_;   ///< boxes that are not empty, one group after the other
+  std::vector<std::uint32_t> groups_;  ///< the groups for which the tree was made
+  std::vector<std::uint32_t> order_;   ///< boxes that are not empty, group by group
   std::vector<Node> nodes_;
   std::vector<Leaf> leaves_;
-  std::uint64_t least_visits_ = 0;  ///< by one call, since it was made
-  // Of the last call:
+  std::uint64_t least_visits_ = 0;  ///< fewest visits of a call since the tree was made
+  // Data of the last call:
   std::vector<Box> placed_;  ///< boxes in the tree's order
   std::vector<Found> parts_;
   std::vector<std::uint64_t> row_ends_;

@@ -10,10 +10,10 @@
 namespace softcd::c_interface {
 namespace {
 
-/// It cannot fail to be written to. Ends with 0.
+/// The text of the last error, ending with 0. A fixed array, so that writing to it cannot fail.
 thread_local char last_error[1024] = "";
 
-/// Whole characters of UTF-8 only.
+/// Stores the text, cut off after whole UTF-8 characters, and returns the status.
 softcd_status report(softcd_status status, const char* text) noexcept {
   std::size_t length = std::min(std::strlen(text), sizeof last_error - 1);
   const auto is_inside_character = [&](std::size_t i) {
@@ -50,10 +50,10 @@ void refuse_null(const char* argument) {
 }
 
 void refuse_size(const char* argument, std::uint64_t size, std::size_t expected) {
-  throw InvalidInput(fmt::format(
-      "{}: its size is said to be {} bytes, but softcd {} knows it with {}; use sizeof, and headers of this "
-      "version.",
-      argument, size, SOFTCD_VERSION_STRING, expected));
+  throw InvalidInput(
+      fmt::format("{}: its struct_size is {} bytes, but softcd {} expects {}; use sizeof, and headers of this "
+                  "version.",
+                  argument, size, SOFTCD_VERSION_STRING, expected));
 }
 
 void refuse_choice(const char* argument, std::uint32_t value, std::uint32_t last) {

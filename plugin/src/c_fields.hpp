@@ -3,7 +3,7 @@
 #include "c_interface.hpp"
 #include "softcd/fields/options.hpp"
 
-/// The structs of softcd.h that stand for structs of softcd.hpp. Members of one name have one meaning.
+/// The structs of softcd.h and the structs of softcd.hpp that they correspond to. Members of one name have one meaning.
 namespace softcd {
 
 template <>
@@ -45,7 +45,7 @@ constexpr bool have_equal_names(const A& /*a*/, const B& /*b*/) {
   return std::string_view(A::kName) == B::kName;
 }
 
-/// The number of members of A whose names B does not have.
+/// Returns the number of members of A that B lacks, by name.
 template <class A, class B>
 constexpr int missing_members() {
   int missing = 0;
@@ -64,7 +64,7 @@ static_assert(kMissing<softcd_body_settings, BodySettings> == std::array{1, 0});
 static_assert(kMissing<softcd_query_options, QueryOptions> == std::array{1, 0});
 static_assert(kMissing<softcd_statistics, Statistics> == std::array{2, 11});
 
-/// Copies the members of equal names.
+/// Copies members to those of the same name.
 template <class From, class To>
 void copy_members(const From& from, To& to) {
   for_each_field<From>([&](auto source) {
@@ -84,7 +84,7 @@ C to_c(const Struct& from) {
   return to;
 }
 
-/// The defaults where nothing is given.
+/// Returns the given struct in C++'s form, or the defaults for null.
 template <class Struct, class C>
 Struct from_c(const C* given, const char* argument) {
   Struct to;

@@ -5,7 +5,7 @@
 #include "softcd/softcd.h"
 #include "softcd/softcd.hpp"
 
-// What the functions of softcd.h share: handles, and the way from exceptions to error codes.
+// Shared by the functions of softcd.h: handles, and the conversion of exceptions to error codes.
 
 // NOLINTBEGIN(readability-identifier-naming): softcd.h has their names.
 struct softcd_scene {
@@ -22,10 +22,10 @@ struct softcd_probe {
 
 namespace softcd::c_interface {
 
-/// The error code of the exception that is being handled, whose text becomes softcd_last_error().
+/// Returns the error code of the exception that is being handled. Its text becomes softcd_last_error().
 softcd_status report_exception() noexcept;
 
-/// Calls f. No exception leaves it.
+/// Calls f. Lets no exception escape.
 template <class F>
 softcd_status guarded_call(const F& f) noexcept {
   try {
@@ -46,13 +46,13 @@ T& required(T* pointer, const char* argument) {
   return *pointer;
 }
 
-/// Where a result goes, 0 until there is one.
+/// Returns the place for a result, which it sets to 0 first.
 template <class T>
 T& result(T* pointer, const char* argument) {
   return required(pointer, argument) = T{};
 }
 
-/// A struct of the caller's that says how large it is.
+/// Returns the caller's struct, whose struct_size it checks.
 template <class Struct>
 Struct& sized(Struct* pointer, const char* argument) {
   Struct& found = required(pointer, argument);
@@ -60,7 +60,7 @@ Struct& sized(Struct* pointer, const char* argument) {
   return found;
 }
 
-/// A struct of the caller's that results go to, 0 until there are some.
+/// Returns the caller's struct for results, which it sets to 0 first.
 template <class Struct>
 Struct& sized_result(Struct* pointer, const char* argument) {
   Struct& found = sized(pointer, argument);
@@ -69,7 +69,7 @@ Struct& sized_result(Struct* pointer, const char* argument) {
   return found;
 }
 
-/// For ..._init(): `defaults` for a caller whose struct has `size` bytes.
+/// Implements ..._init(): writes `defaults` for a caller whose struct has `size` bytes.
 template <class Struct>
 softcd_status initialize(Struct* pointer, std::uint64_t size, const char* argument, const Struct& defaults) noexcept {
   return guarded_call([&] {
@@ -79,7 +79,7 @@ softcd_status initialize(Struct* pointer, std::uint64_t size, const char* argume
   });
 }
 
-/// `count` questions, or elements of another array of the caller's.
+/// Returns the caller's array of `count` elements.
 template <class Mine, class Theirs>
 Span<const Mine> elements(const Theirs* first, std::uint64_t count, const char* argument) {
   static_assert(sizeof(Mine) == sizeof(Theirs) && alignof(Mine) <= alignof(Theirs));
@@ -87,7 +87,7 @@ Span<const Mine> elements(const Theirs* first, std::uint64_t count, const char* 
   return {reinterpret_cast<const Mine*>(first), static_cast<std::size_t>(count)};
 }
 
-/// `count` elements of several scalars each.
+/// Returns the caller's array of `count` elements that consist of several scalars each.
 template <class Row, class Scalar>
 Span<const Row> rows(const Scalar* first, std::uint64_t count, const char* argument) {
   static_assert(sizeof(Row) % sizeof(Scalar) == 0 && alignof(Row) == alignof(Scalar));

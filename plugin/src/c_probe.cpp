@@ -54,7 +54,7 @@ static_assert(sizeof(softcd_change_intersection) == sizeof(ChangeIntersection) &
               offsetof(softcd_change_intersection, body) == offsetof(ChangeIntersection, body) &&
               offsetof(softcd_change_intersection, triangle) == offsetof(ChangeIntersection, triangle));
 
-/// The caller's arrays stay where they are.
+/// Converts a hull, without copying the caller's points.
 ProbeHull query_hull(const softcd_hull& given) {
   return {rows<Vec3d>(given.points, given.point_count, "points"), given.radius};
 }
@@ -65,7 +65,7 @@ ProbeChange query_change(const softcd_change& given) {
           rows<Vec3d>(given.new_vertices, given.new_vertex_count, "new_vertices")};
 }
 
-/// Asks one answer for each question, or lists of them, by `ask(probe)`.
+/// Writes the results of `ask(probe)`: one for each question, or lists of them.
 template <class Answer, class Ask>
 softcd_status ask_each(softcd_probe* probe, const Answer** answers, const Ask& ask) noexcept {
   return guarded_call([&] {

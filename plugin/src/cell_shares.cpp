@@ -26,7 +26,7 @@ void CellShares::balance(const std::vector<TestSamples>& of_ranks) {
   }
   const std::uint64_t count = ends_.size();
   if (10 * most * count <= 11 * all) return;
-  // Samples ascend, from rank to rank as well. Before each of a rank's lie as many of its tests.
+  // Samples ascend, also from rank to rank. The samples of one rank divide its tests evenly.
   std::uint64_t before = 0;
   std::size_t next = 0;
   for (const TestSamples& samples : of_ranks) {

@@ -6,19 +6,19 @@
 
 namespace softcd {
 
-/// Which cells each of several ranks has. Every rank computes the same from what all ranks have told each other.
+/// Divides the grid's cells among several ranks. Every rank computes the same division from the same data of all ranks.
 class CellShares {
  public:
-  /// As many cells for each.
+  /// Gives each rank the same number of cells.
   explicit CellShares(int rank_count);
 
   Partition of(int rank) const;
-  /// After a detection, what all ranks have tested: where some rank has had more than a tenth more tests than the mean,
-  /// cells change hands so that in another such detection all have about as many.
+  /// Updates the division after a detection. If a rank had more than a tenth more tests than the mean, cells are moved
+  /// so that a similar detection would have about as many tests on each rank.
   void balance(const std::vector<TestSamples>& of_ranks);
 
  private:
-  std::vector<std::uint32_t> ends_;  ///< of each rank's cells
+  std::vector<std::uint32_t> ends_;  ///< end of each rank's cells
 };
 
 }  // namespace softcd

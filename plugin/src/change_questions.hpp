@@ -8,10 +8,11 @@
 
 namespace softcd::detail {
 
-/// Changes that might be made, as detectors judge them.
+/// Possible changes of meshes, in the form that detectors take.
 class ChangesInQuestion {
  public:
-  /// The bodies are in the scene. Throws InvalidInput naming the change, and what of it is out of range.
+  /// Prepares changes of bodies in the scene. Throws InvalidInput, naming the change and the value that is out of
+  /// range.
   void prepare(Span<const ProbeChange> changes, Span<const ProbedBody> bodies);
 
   ChangeQuestions questions() const { return {changes_, removed_, added_, new_vertices_}; }

@@ -53,7 +53,7 @@ void require_nccl() {
   if (!problem.empty()) throw BackendError(fmt::format("NCCL cannot be used: {}.", problem));
 }
 
-/// Calls f, which makes links.
+/// Calls f, which makes links, and converts its errors.
 template <class F>
 auto made(const F& f) {
   try {

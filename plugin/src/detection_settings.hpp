@@ -7,7 +7,7 @@
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/query.hpp"
 
-/// What a query's options mean for one detection.
+/// Derives the settings of one detection from a query's options.
 namespace softcd {
 
 /// The accuracy of a query's next detection, and why.
@@ -16,7 +16,7 @@ struct ChosenAccuracy {
   const char* reason;
 };
 
-/// See Accuracy::automatic.
+/// Chooses the accuracy; see Accuracy::automatic.
 inline ChosenAccuracy chosen_accuracy(const QueryOptions& options, const std::vector<Body>& bodies) {
   if (options.accuracy != Accuracy::automatic) return {options.accuracy, "asked for"};
   const auto some = [&](const auto& is_so) {
@@ -28,17 +28,17 @@ inline ChosenAccuracy chosen_accuracy(const QueryOptions& options, const std::ve
   }
   const bool looks_within_margins = options.detection == Detection::ccd && options.margins;
   if (looks_within_margins && some([](const Body& body) { return body.settings.margin > 0.0F; })) {
-    return {Accuracy::conservative, "margins count on the way"};
+    return {Accuracy::conservative, "margins apply along the path"};
   }
-  return {Accuracy::precise, "positions are floats, and no margins count on the way"};
+  return {Accuracy::precise, "positions are floats, and no margins apply along the path"};
 }
 
-/// Whether positions at t0 count only for how far they move a vertex's margin.
+/// Returns whether positions at t0 only serve to measure how far a vertex moves, for its margin.
 inline bool measures_moves(const QueryOptions& options) {
   return options.detection == Detection::dcd && options.motion_margin > 0.0F;
 }
 
-/// Whether it looks for contacts at t0, or on the way from there.
+/// Returns whether contacts are detected at t0, or on the path from there.
 inline bool looks_at_t0(const QueryOptions& options) {
   return options.detection == Detection::ccd || options.step_end == StepEnd::t0;
 }
@@ -47,7 +47,7 @@ inline bool looks_at_t1(const QueryOptions& options) {
   return options.detection == Detection::ccd || options.step_end == StepEnd::t1;
 }
 
-/// Whether some vertex moves in a continuous detection.
+/// Returns whether some vertex moves in a continuous detection.
 inline bool something_moves(const QueryOptions& options, const std::vector<Body>& bodies) {
   return options.detection == Detection::ccd && std::any_of(bodies.begin(), bodies.end(), [](const Body& body) {
            return body.positions.are_set() && body.positions.survey().moves;

@@ -8,7 +8,7 @@ namespace {
 StageReport explain_grid(const QueryOptions& options, const Statistics& statistics) {
   if (statistics.reused_pairs) {
     return {"broad phase", false,
-            fmt::format("no triangle has left where an earlier detection looked; its {} pairs were tested",
+            fmt::format("no triangle has left its volume of an earlier detection, whose {} pairs were tested",
                         statistics.tests)};
   }
   if (options.broad_phase == BroadPhase::uniform) {
@@ -42,7 +42,7 @@ StageReport explain_subdivision(const QueryOptions& options, const Statistics& s
 }
 
 StageReport explain_big(const Statistics& statistics) {
-  if (statistics.big_triangles == 0) return {"tests against all", false, "every triangle is worth its cells"};
+  if (statistics.big_triangles == 0) return {"tests against all", false, "no triangle needs too many cells"};
   return {"tests against all", true,
           fmt::format("{} triangles would take more cells than they are worth", statistics.big_triangles)};
 }
@@ -51,7 +51,7 @@ StageReport explain_ranks(const Decisions& decisions, const Statistics& statisti
   const std::uint64_t fewest = decisions.fewest_triangles_of_ranks;
   if (statistics.triangles < fewest) {
     return {"ranks", false,
-            fmt::format("rank 0 is done with {} triangles, fewer than {}, before several could be",
+            fmt::format("rank 0 alone detects {} triangles, fewer than {}, faster than several ranks",
                         statistics.triangles, fewest)};
   }
   return {"ranks", true,

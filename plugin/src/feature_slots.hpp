@@ -8,24 +8,24 @@
 
 namespace softcd {
 
-/// A body's part of a list of neighbours' features. Places in it are counted from its first.
+/// A body's part of a list of neighbours' features. Places in it are counted from its first one.
 struct FeaturePart {
   Span<std::uint64_t> features;
-  std::uint64_t begin;   ///< in the list
+  std::uint64_t begin;   ///< index in the list
   UnsentRanges& unsent;  ///< of the list
 };
 
-/// Where features of a body's part of a list are. Those of two triangles, of which either one will be asked, are with
-/// one of the two: each triangle's are a chain of slots, and so are those that are free, which hold kNoFeatures. So
-/// room runs out where there are more features than slots, and not before.
+/// Locates features within a body's part of a list. Each triangle's features are a chain of slots; a pair of two
+/// triangles is in the chain of one of them. Callers that search for a pair must search both chains. Free slots, which
+/// hold kNoFeatures, are a chain, too. So capacity runs out only when there are more features than slots.
 class FeatureSlots {
  public:
-  /// Of so many slots the first hold each triangle's up to its `end`, and the others are free.
+  /// Assigns the first of `slot_count` slots to the triangles, each up to its `end`. The others are free.
   void assign(const std::vector<FeatureEnds>& ends, std::uint32_t FeatureEnds::*end, std::size_t slot_count);
-  /// Frees the slots of a triangle's features of which is_stale(feature).
+  /// Frees the slots of those features of a triangle for which is_stale(feature) is true.
   template <class IsStale>
   void drop(const FeaturePart& part, std::uint32_t triangle, const IsStale& is_stale);
-  /// False where there is no slot.
+  /// Adds a feature. Returns false where no slot is free.
   bool add(const FeaturePart& part, std::uint32_t triangle, std::uint64_t feature);
 
  private:
@@ -34,9 +34,9 @@ class FeatureSlots {
     part.unsent.add(part.begin + slot, part.begin + slot + 1);
   }
 
-  std::vector<std::uint32_t> first_;  ///< each triangle's slot
-  std::vector<std::uint32_t> next_;   ///< slot of the same triangle; of free ones the next that is taken
-  std::uint32_t free_ = kNoIndex;     ///< the last one that became free
+  std::vector<std::uint32_t> first_;  ///< first slot of each triangle
+  std::vector<std::uint32_t> next_;   ///< next slot of the same triangle; for a free slot, the next one to be used
+  std::uint32_t free_ = kNoIndex;     ///< the slot that was freed last
 };
 
 template <class IsStale>

@@ -11,7 +11,7 @@ Vec3d position(const Positions& x, std::uint64_t vertex) {
   return x.is_double() ? position_at<double>(given(x), vertex) : position_at<float>(given(x), vertex);
 }
 
-/// Each body's values where its vertices are; empty where no body has any.
+/// Returns each body's values at its vertices' places; empty where no body has any.
 template <class T>
 std::vector<T> by_scene_vertex(const SceneLayout& layout, std::vector<T> Body::*values) {
   std::vector<T> all;

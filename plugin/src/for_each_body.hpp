@@ -7,8 +7,8 @@
 
 namespace softcd {
 
-/// Calls f(i) for every i < count, each a body's little work: on several threads where there are so many that waking
-/// them pays.
+/// Calls f(i) for every i < count, where f does a little work for one body. Uses several threads where count is large
+/// enough to justify waking them.
 template <class F>
 void for_each_body(std::size_t count, const F& f) {
   constexpr std::size_t kManyBodies = 4096;

@@ -11,7 +11,7 @@ double largest(const Vec3d& v) {
   return std::max({v.x, v.y, v.z});
 }
 
-/// How far one of its sides has moved outward.
+/// Returns the largest outward motion of a side of the box.
 double growth(const Extent& from, const Extent& to) {
   if (from.is_empty() || to.is_empty()) return 0.0;
   return std::max({0.0, largest(from.lo - to.lo), largest(to.hi - from.hi)});
@@ -46,7 +46,7 @@ void Foresight::learn(const std::vector<Body>& bodies) {
   if (!is_known_ || !has_room(moves)) foresee(moves);
 }
 
-/// Whether what is foreseen should stand in the next look.
+/// Returns whether the prediction will probably hold for the next detection.
 bool Foresight::has_room(const std::vector<double>& moves) const {
   for (std::size_t b = 0; b < moves.size(); ++b) {
     const double next = 2.0 * moves[b];
@@ -66,7 +66,8 @@ void Foresight::foresee(const std::vector<double>& moves) {
     body.t0.extent = grown(body.t0.extent, slack);
     body.t1.extent = grown(body.t1.extent, slack);
     body.squared_move *= 4.0;
-    // Of doubles that were there before; where it counts, what is foreseen are floats, which are not rounded.
+    // The flags belong to the doubles read before. Predictions are only used for floats where rounding matters, and
+    // floats are not rounded.
     body.t0.is_rounded = body.t1.is_rounded = false;
   }
   is_known_ = true;

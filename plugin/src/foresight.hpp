@@ -7,36 +7,38 @@
 
 namespace softcd {
 
-/// Where bodies whose positions are on a device will be: where they were seen last, and as far around that as they have
-/// moved before in some looks. A detection that takes this for granted need not wait until somebody has looked. It
-/// stands until a body leaves it, or something else changes than positions; where it seldom stands for long nothing is
-/// foreseen for some time.
+/// Predicts the extents of bodies whose positions are on a device. The prediction is the extent that was read last,
+/// enlarged by the body's motion over several detections. A detection that uses a prediction need not wait until the
+/// device's positions have been read.
+///
+/// A prediction holds until a body leaves it, or something other than positions changes. Where predictions seldom hold
+/// for long, none are made for some time.
 class Foresight {
  public:
-  /// Whether something is foreseen.
+  /// Returns whether a prediction exists.
   bool is_known() const { return is_known_; }
-  /// Of a body, by its place among all.
+  /// Returns the prediction for a body, by its index among all bodies.
   const StepSurvey& of(std::size_t body) const { return foreseen_[body]; }
-  /// Another one for whatever is foreseen anew; never 0.
+  /// Returns the prediction's number, which changes with each new prediction. Never 0.
   std::uint64_t number() const { return number_; }
 
-  /// All bodies have been seen. Foresees where they will be, where that is not known or will soon not be so, unless
-  /// they are too fast.
+  /// Takes the extents of all bodies, which have just been read. Makes a new prediction where there is none, or where
+  /// the present one will soon fail, unless bodies are too fast.
   void learn(const std::vector<Body>& bodies);
-  /// What was foreseen was so.
+  /// Records that the prediction was right.
   void confirm() { ++looks_; }
-  /// It was not.
+  /// Records that the prediction was wrong.
   void fail();
-  /// Other bodies are to be seen, or the same ones otherwise.
+  /// Drops the prediction: bodies, or the required ends of the step, have changed.
   void forget();
 
  private:
-  /// That what is foreseen should stand.
+  /// The number of detections for which a prediction should hold.
   static constexpr int kLooks = 8;
   static constexpr int kFewestLooks = 3;
-  /// In which nothing is foreseen where fewer are between two in vain.
+  /// The number of detections without predictions, after one that held for fewer than kFewestLooks.
   static constexpr int kRest = 32;
-  /// More around a body, in diagonals of it, has too many others near it.
+  /// The largest enlargement, in diagonals of the body. With more, too many other bodies would be near it.
   static constexpr double kMostSlack = 0.1;
 
   bool has_room(const std::vector<double>& moves) const;
@@ -44,9 +46,9 @@ class Foresight {
 
   bool is_known_ = false;
   std::uint64_t number_ = 1;
-  int looks_ = 0;                 ///< for which it has stood
-  int looks_to_rest_ = 0;         ///< before something is foreseen again
-  std::vector<StepSurvey> seen_;  ///< of all bodies, by the last look; empty where that is not known
+  int looks_ = 0;                 ///< detections for which the prediction has held
+  int looks_to_rest_ = 0;         ///< detections until the next prediction
+  std::vector<StepSurvey> seen_;  ///< extents of all bodies, as read last; empty where unknown
   std::vector<StepSurvey> foreseen_;
 };
 

@@ -11,12 +11,12 @@
 
 namespace softcd {
 
-/// Carries what a function of the caller's has thrown through guarded().
+/// Carries an exception from the caller's function through guarded().
 struct CallbackException {
   std::exception_ptr thrown;
 };
 
-/// Calls a function of the caller's.
+/// Calls the caller's function.
 template <class Function, class... Arguments>
 decltype(auto) call_back(const Function& function, const Arguments&... arguments) {
   try {
@@ -28,11 +28,11 @@ decltype(auto) call_back(const Function& function, const Arguments&... arguments
 
 namespace detail {
 
-/// Thrown where no memory is left for a text. Made before there is none: a copy shares its text.
+/// Thrown where memory for the text of an error runs out. It is made in advance; a copy shares its text.
 // NOLINTNEXTLINE(cert-err58-cpp): without memory for this a program cannot start
-inline const OutOfMemory kNoMemoryForText{"memory ran out, even for saying what it was needed for; free memory."};
+inline const OutOfMemory kNoMemoryForText{"memory ran out, even for the text of this error; free memory."};
 
-/// Throws the exception that is handled as an Error.
+/// Throws the exception that is being handled as an Error.
 template <class MemoryProblem>
 [[noreturn]] void rethrow_as_error(const MemoryProblem& memory_problem) {
   try {
@@ -45,7 +45,7 @@ template <class MemoryProblem>
     } catch (const Error&) {
       throw;
     } catch (const std::exception& error) {
-      // oneTBB's, where it cannot start its threads.
+      // oneTBB throws this where it cannot start its threads.
       throw Error(fmt::format(
           "oneTBB failed: {}. Where threads cannot be started, raise the limit on them (ulimit -u).", error.what()));
     }
@@ -56,8 +56,8 @@ template <class MemoryProblem>
 
 }  // namespace detail
 
-/// Calls f. What leaves it is an Error, or an exception of the caller's own. `memory_problem()` is the text where
-/// memory ran out.
+/// Calls f. Exceptions that leave it are Errors, or come from the caller's functions. `memory_problem()` returns the
+/// text for exhausted memory.
 template <class MemoryProblem, class F>
 decltype(auto) guarded(const MemoryProblem& memory_problem, const F& f) {
   try {

@@ -12,11 +12,11 @@
 
 namespace softcd {
 
-/// Who reads an array's memory: the host, or CUDA devices, too, again and again.
+/// The readers of an array's memory: only the host, or also CUDA devices, repeatedly.
 enum class ArrayUse : bool { host, shared };
 
-/// Elements that detections read where they are. Room for more is taken ahead and apart from them, so that what runs
-/// keeps its array, and what is done once nothing runs cannot fail.
+/// An array that detections read in place. More capacity is reserved in separate memory. A running detection thus keeps
+/// its array, and the change that follows it cannot fail.
 template <class T>
 class HostArray {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -27,10 +27,11 @@ class HostArray {
   const T* data() const { return memory_.get(); }
   Span<const T> view() const { return {memory_.get(), size_}; }
 
-  /// Memory that is taken from now on is a CUDA device's, too.
+  /// Makes memory that is reserved from now on accessible to CUDA devices, too.
   void share() { use_ = ArrayUse::shared; }
 
-  /// Takes room for `count` elements, and for a quarter more than there was, so that growing slowly is seldom done.
+  /// Reserves capacity for `count` elements, and at least a quarter more than before, so that slow growth seldom
+  /// reallocates.
   void reserve(std::size_t count) {
     if (count <= std::max(capacity_, room_capacity_)) return;
     const std::size_t before = std::max(capacity_, room_capacity_);
@@ -39,7 +40,7 @@ class HostArray {
     room_capacity_ = capacity;
   }
 
-  /// Now has `count` elements, of which room is taken; those beyond the ones that there were are undefined.
+  /// Changes the size to `count`, for which capacity is reserved. New elements are undefined.
   void resize(std::size_t count) noexcept {
     if (room_ != nullptr) {
       if (size_ > 0) std::memcpy(room_.get(), memory_.get(), size_ * sizeof(T));

@@ -6,10 +6,10 @@
 
 namespace softcd::detail {
 
-/// Hulls as detectors answer them.
+/// Convex hulls, in the form that detectors take.
 class HullsInQuestion {
  public:
-  /// Throws InvalidInput where they have 2^31 points or more.
+  /// Prepares hulls. Throws InvalidInput where they have 2^31 points or more in all.
   void prepare(Span<const ProbeHull> hulls);
 
   HullQuestions questions() const { return {hulls_, points_}; }

@@ -5,7 +5,7 @@
 #include "softcd/core/types.hpp"
 #include "softcd/mesh/triangle_edges.hpp"
 
-// A mesh's vertices and edges are numbered from 0 on its own, from its first ones on in a scene's arrays.
+// Converts indices: a mesh alone numbers its vertices and edges from 0, a scene's arrays from the mesh's first ones.
 namespace softcd {
 
 inline Triangle renumbered(const Triangle& triangle, std::uint32_t by) {

@@ -10,7 +10,7 @@
 namespace softcd {
 namespace {
 
-/// Numbers of features in a scene begin at these: a vertex or edge << 32, and a triangle or edge.
+/// The scene's first numbers for a mesh's features: a vertex or edge << 32, and a triangle or edge.
 struct Numbering {
   explicit Numbering(const Body& body)
       : vertex_triangle((std::uint64_t{body.vertices.first} << 32) + body.triangles.first),
@@ -29,9 +29,9 @@ class ChangedNeighbours {
         vertex_triangle_(vertex_triangle),
         edge_edge_(edge_edge) {}
 
-  /// Drops stale features and lists new ones. Returns false if there are too few slots. In order of triangles, as what
-  /// lies beside each other is in the cache. Slots that become free in this order are taken in the opposite one:
-  /// triangles' features stay near those of triangles nearby.
+  /// Drops stale features and lists new ones. Returns false if there are too few slots. Works in the order of
+  /// triangles, for the cache. Slots are reused in the opposite order to their release, so features of nearby triangles
+  /// stay close to each other.
   bool list() {
     for (const std::uint32_t t : sorted(changing_.stale_triangles())) drop(t);
     const std::vector<std::uint32_t> relisted = sorted(changing_.relisted_triangles());
@@ -60,7 +60,8 @@ class ChangedNeighbours {
     });
   }
 
-  /// Lists all features of a triangle with its neighbours; with a neighbour that is relisted, too, half of them.
+  /// Lists all features of a triangle with its neighbours. With a neighbour that is listed again itself, lists only
+  /// half of them.
   bool relist(std::uint32_t triangle) {
     features_.vertex_triangle.clear();
     features_.edge_edge.clear();
@@ -117,7 +118,7 @@ void NeighbourLists::List::renumber(Body& body, std::uint64_t numbering) {
   unsent.add_from(0);
 }
 
-/// Moves the bodies' parts together if anything lies between them that no body has.
+/// Moves the bodies' parts together if there is an unused gap between them.
 void NeighbourLists::List::close_gaps(std::vector<Body>& bodies) {
   std::uint64_t listed_size = 0;
   for (const Body& body : bodies) {
@@ -143,7 +144,7 @@ void NeighbourLists::List::close_gaps(std::vector<Body>& bodies) {
   unsent.add_from(end);
 }
 
-/// Allocates nothing where capacity was reserved.
+/// Appends a body's features. Allocates nothing where capacity was reserved.
 void NeighbourLists::List::append(BodyNeighbours& body, const std::vector<std::uint64_t>& added,
                                   std::uint64_t numbering) {
   const std::uint64_t begin = features.size();
@@ -185,7 +186,7 @@ void NeighbourLists::list_missing(SceneLayout& layout) {
     if (!body.is_removed && touches_itself && !body.neighbours.are_known) unlisted.push_back(&body);
   }
   if (unlisted.empty()) return;
-  // When one body's list fails, oneTBB cuts short the loops of the others without a word.
+  // When listing fails for one body, oneTBB silently stops the loops of the others.
   std::vector<NeighbourFeatures> listed(unlisted.size());
   tbb::parallel_for(std::size_t{0}, unlisted.size(),
                     [&](std::size_t i) { listed[i] = features_of(*unlisted[i], layout); });

@@ -8,8 +8,8 @@ namespace softcd {
 
 class SceneLayout;
 
-/// The features of neighbouring triangles, which share a vertex: one list of all bodies' for each kind. See
-/// BodyNeighbours for each body's part, which all functions keep.
+/// The features of neighbouring triangles, which share a vertex: for each kind, one list of all bodies. All functions
+/// keep BodyNeighbours, which describes each body's part, up to date.
 class NeighbourLists {
  public:
   /// Follows bodies that were moved in the scene's arrays. Lists the features anew that belong to the changed triangles

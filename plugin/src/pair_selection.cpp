@@ -14,7 +14,7 @@ namespace {
 constexpr float kLargest = std::numeric_limits<float>::max();
 constexpr Box kNowhere = {{kLargest, kLargest, kLargest}, {-kLargest, -kLargest, -kLargest}};
 
-/// Whether rounding has moved some of the positions that are computed with, and that counts.
+/// Returns whether the arithmetic uses positions that were rounded, and the rounding must be compensated.
 bool is_rounded(const Body& body, const Selecting& selecting) {
   const StepSurvey& survey = body.positions.survey();
   return (selecting.covers_rounding_t0 && survey.t0.is_rounded) ||
@@ -29,7 +29,7 @@ Extent extent_of(const Body& body, const Selecting& selecting) {
   return extent;
 }
 
-/// The box of everything that the body's features may touch, rounded as its positions are, then outward.
+/// Returns the box of everything that the body's features may touch, rounded as its positions are, then outward.
 Box grown_box(const Body& body, Vec3d origin, float margin, const Selecting& selecting) {
   const Extent extent = extent_of(body, selecting);
   if (extent.is_empty()) return kNowhere;
@@ -47,26 +47,26 @@ bool groups_allow(const BodySettings& a, const BodySettings& b) {
   return (a.filter_group & b.filter_mask) != 0 && (b.filter_group & a.filter_mask) != 0;
 }
 
-/// The kinds of contacts that both want, who may be one and the same.
+/// Returns the kinds of contacts that both bodies, which may be the same, take part in.
 Features wanted_features(const BodySettings& a, const BodySettings& b, const Features& features) {
   if (a.kinematic && b.kinematic) return {false, false};
   return {a.features.vertex_triangle && b.features.vertex_triangle && features.vertex_triangle,
           a.features.edge_edge && b.features.edge_edge && features.edge_edge};
 }
 
-/// Spreads batches over all cells of the grid; batch 0 stays where it is.
+/// Spreads batches over all cells of the grid; batch 0 is not moved.
 std::uint32_t cell_offset_of(std::uint32_t batch) {
   return (batch * 0x9E3779B1U) >> (32 - kCellBits);
 }
 
-/// Takes pairs that may touch, in ascending order.
+/// Collects pairs that may touch, in ascending order.
 class Selection {
  public:
   Selection(const std::vector<Body>& bodies, Span<const Box> boxes, const Selecting& selecting,
             const PairFilter& filter, PairSelection& out, std::vector<IndexPair>& pairs)
       : bodies_(bodies), boxes_(boxes), selecting_(selecting), filter_(filter), out_(out), pairs_(pairs) {}
 
-  /// Two bodies, a <= b, whose boxes overlap. Returns whether they may touch.
+  /// Takes two bodies, a <= b, whose boxes overlap. Returns whether they may touch.
   bool offer(std::uint32_t a, std::uint32_t b) {
     const Body& body_a = bodies_[a];
     const Body& body_b = bodies_[b];
@@ -120,7 +120,7 @@ const PairSelection& PairSelector::select(const std::vector<Body>& bodies, Vec3d
   return selection_;
 }
 
-/// What is known of each body by itself.
+/// Computes the data that depends on one body only.
 void PairSelector::survey_bodies(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting) {
   selection_.bodies.resize(bodies.size());
   boxes_.resize(bodies.size());
@@ -151,7 +151,7 @@ void PairSelector::survey_bodies(const std::vector<Body>& bodies, Vec3d origin, 
   for (const Body& body : bodies) batches_.push_back(body.settings.batch);
 }
 
-/// Enters every pair in both rows, which become ascending as pairs are.
+/// Enters every pair in both bodies' rows. The rows are ascending because the pairs are.
 void PairSelector::write_rows() {
   std::vector<std::uint64_t>& begin = selection_.partner_begin;
   begin.assign(selection_.bodies.size() + 1, 0);

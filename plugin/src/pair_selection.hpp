@@ -9,32 +9,32 @@
 
 namespace softcd {
 
-/// Which bodies may touch in this detection, and where.
+/// The bodies that may touch in a detection, and the pairs of them.
 struct PairSelection {
   std::vector<SceneBody> bodies;
-  std::vector<std::uint64_t> partner_begin;  ///< these two: see SceneView
+  std::vector<std::uint64_t> partner_begin;  ///< see SceneView, also for the next member
   std::vector<std::uint32_t> partners;
-  std::uint64_t pair_count = 0;  ///< of different bodies
+  std::uint64_t pair_count = 0;  ///< pairs of different bodies
   std::uint64_t self_count = 0;
-  bool vertex_triangle = false;  ///< some pair wants these features
+  bool vertex_triangle = false;  ///< some pair is tested for these features
   bool edge_edge = false;
-  bool is_rounded = false;   ///< some body, where that is to be covered
-  std::uint64_t number = 0;  ///< of the selector's
+  bool is_rounded = false;   ///< the detection compensates rounding, and some body was rounded
+  std::uint64_t number = 0;  ///< the selector's number for this selection
 
   SceneBodies view() const { return {bodies, partner_begin, partners, number}; }
 };
 
-/// What a detection takes of bodies.
+/// The data of bodies that a detection uses.
 struct Selecting {
-  bool t0 = false, t1 = false;  ///< these ends' extents
-  /// The ends of which positions are computed with, where what rounding has moved them by is to be covered.
+  bool t0 = false, t1 = false;  ///< whether the extents at these ends count
+  /// The ends whose positions are used for arithmetic, where their rounding must be compensated.
   bool covers_rounding_t0 = false, covers_rounding_t1 = false;
   bool margins = true;
   bool neighbour_filters = true;
-  float motion_margin = 0.0F;    ///< times the furthest move is added to the margin
-  float distance_factor = 1.0F;  ///< times all of that
+  float motion_margin = 0.0F;    ///< margins grow by this factor times the longest path of a vertex
+  float distance_factor = 1.0F;  ///< then distances grow by this factor
   Features features;
-  std::uint64_t changed_since = 0;  ///< a body of each pair, see Body::last_change
+  std::uint64_t changed_since = 0;  ///< selects only pairs with a body that changed later, see Body::last_change
 };
 
 template <>
@@ -47,12 +47,14 @@ inline bool operator==(const Selecting& a, const Selecting& b) {
   return has_equal_fields(a, b);
 }
 
-/// Chooses pairs for one detection after another. Memory, and what is known of where bodies are, serves the next.
+/// Selects pairs for one detection after another. Reuses memory and boxes of the previous call.
 class PairSelector {
  public:
-  /// Pairs whose groups, masks, features and grown extents allow a contact and that `filter` lets through. Extents are
-  /// relative to `origin`, as positions are. Valid until the next call. Without a filter those of the last call are
-  /// selected again where all is the same but for what bodies have the same `bodies_number`, which is not 0.
+  /// Returns pairs whose groups, masks, features and enlarged extents allow a contact, and that `filter` admits.
+  /// Extents are relative to `origin`, as positions are. Valid until the next call.
+  ///
+  /// Without a filter, returns the last selection again if everything is the same. Bodies count as the same if they
+  /// have the same `bodies_number`, unless that is 0.
   const PairSelection& select(const std::vector<Body>& bodies, Vec3d origin, const Selecting& selecting,
                               const PairFilter& filter, std::uint64_t bodies_number = 0);
 
@@ -62,11 +64,11 @@ class PairSelector {
 
   PairSelection selection_;
   Selecting selected_by_;
-  std::uint64_t selected_of_ = 0;       ///< the number of bodies, where they had one, and there was no filter
-  std::vector<Box> boxes_;              ///< of all bodies, empty where they are nowhere
-  std::vector<std::uint32_t> batches_;  ///< empty where there is one
+  std::uint64_t selected_of_ = 0;       ///< bodies_number of the selection, if it had one and no filter
+  std::vector<Box> boxes_;              ///< of all bodies; empty where a body has no extent
+  std::vector<std::uint32_t> batches_;  ///< empty where there is only one batch
   BoxPairs box_pairs_;
-  std::vector<IndexPair> pairs_;  ///< that were chosen, ascending
+  std::vector<IndexPair> pairs_;  ///< selected pairs, ascending
   std::vector<std::uint64_t> row_ends_;
 };
 

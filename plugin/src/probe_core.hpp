@@ -12,7 +12,7 @@
 
 namespace softcd::detail {
 
-/// What is behind a Probe.
+/// The implementation of a Probe.
 class ProbeCore final : public SceneUser {
  public:
   ProbeCore(std::shared_ptr<SceneCore> scene, const ProbeOptions& options);
@@ -21,7 +21,7 @@ class ProbeCore final : public SceneUser {
   Span<const RayHit> first_hits(Span<const Ray> rays);
   AnswerLists<RayHit> all_hits(Span<const Ray> rays);
   Span<const ClosestPoint> closest_points(Span<const ProbePoint> points);
-  /// Of spheres, capsules or boxes.
+  /// Finds the overlaps of spheres, capsules or boxes.
   template <class Shape>
   AnswerLists<TriangleOverlap> overlaps(Span<const Shape> shapes) {
     return answers(shapes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(shapes); });
@@ -41,7 +41,7 @@ class ProbeCore final : public SceneUser {
   void drop_memories() noexcept override { memories_ = {}; }
 
  private:
-  /// Returns what ask(queries) answers to so many questions, unless there are none.
+  /// Returns the results of ask(queries) for `questions` questions; nothing if there are none.
   template <class Ask>
   auto answers(std::size_t questions, bool wants_sides, const Ask& ask) {
     require_answerable(questions);
@@ -51,19 +51,19 @@ class ProbeCore final : public SceneUser {
     scene_->answer(request, [&](SpatialQueries& queries) { answers = ask(queries); });
     return answers;
   }
-  /// Returns what ask(queries, questions, number of items) answers to questions about these pairs.
+  /// Returns the results of ask(queries, questions, number of items) for these pairs.
   template <class Ask>
   auto answers_about(Span<const ProbeBodies> pairs, const Ask& ask);
   /// Throws Error when the scene is gone.
   void require_scene() const;
-  /// Throws InvalidInput, too, for too many questions.
+  /// Also throws InvalidInput for too many questions.
   void require_answerable(std::size_t questions) const;
 
   std::shared_ptr<SceneCore> scene_;
   ProbeOptions options_;
   BodyFilter filter_;
   QueryMemories memories_;
-  std::vector<ProbedBody> bodies_;  ///< of the scene, for those that are asked last
+  std::vector<ProbedBody> bodies_;  ///< bodies of the scene, for the last questions
   BodyQuestions body_questions_;
   ChangesInQuestion changes_;
   HullsInQuestion hulls_;

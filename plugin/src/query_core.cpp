@@ -27,7 +27,7 @@ void QueryCore::close() noexcept {
   scene_->leave(*this);
 }
 
-/// Nobody is interested in the query's detection, or its failure, any more.
+/// Ends the query's detection. Its contacts and its failure are no longer of interest.
 void QueryCore::end() noexcept {
   if (scene_->is_running(*this)) scene_->finish_running();
   scene_->finish_foreseen();
@@ -56,7 +56,7 @@ DetectionRequest QueryCore::request(Pairs pairs) {
   return {*this, options_, pairs, last_change_, filter_, only_pairs_, pairs_, statistics_};
 }
 
-/// Where the detection has to be repeated it is one of all pairs.
+/// Finishes the detection. If it must be repeated, all pairs are compared.
 void QueryCore::finish_detection() noexcept {
   detection_ = scene_->finish(request(Pairs::all), std::move(*detection_));
 }
@@ -94,7 +94,7 @@ void QueryCore::require_contacts_on_device() const {
   throw Error("a Ticket's contacts are on the host; use wait(), or a Query with contacts_on_device.");
 }
 
-/// Throws where nothing is known, or any more, of the detection.
+/// Throws Error where the detection is unknown, or its contacts are gone.
 void QueryCore::require_unread(std::uint64_t number) const {
   if (is_closed_) throw Error("a Ticket was waited for, but its Query is gone.");
   if (number != last_number_) {
@@ -106,7 +106,7 @@ void QueryCore::require_unread(std::uint64_t number) const {
   }
 }
 
-/// The detection, once.
+/// Finishes the detection and returns it. It can be called once.
 PendingDetection QueryCore::finished(std::uint64_t number) {
   require_unread(number);
   if (scene_->is_running(*this)) scene_->finish_running();

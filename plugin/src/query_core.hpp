@@ -8,13 +8,14 @@
 
 namespace softcd::detail {
 
-/// The implementation of a Query. It has at most one detection, which runs, is finished, or was waited for.
+/// The implementation of a Query. It has at most one detection: a running one, a finished one, or one that the caller
+/// has waited for.
 class QueryCore final : public SceneUser {
  public:
   QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options);
   ~QueryCore();
 
-  /// Returns the number of the detection.
+  /// Starts a detection and returns its number.
   std::uint64_t start(Pairs pairs);
   Span<const Contact> wait(std::uint64_t number);
   DeviceContacts wait_on_device(std::uint64_t number);
@@ -32,7 +33,7 @@ class QueryCore final : public SceneUser {
   std::vector<StageReport> explain() const;
 
   LookedAt looked_at() const override;
-  /// Keeps the memories that somebody holds, and one that nobody does.
+  /// Keeps memories that the caller holds, and one free memory.
   QueryMemories& free_memories() override;
   void drop_memories() noexcept override;
   void finish_detection() noexcept override;
@@ -50,16 +51,16 @@ class QueryCore final : public SceneUser {
   std::shared_ptr<SceneCore> scene_;
   QueryOptions options_;
   PairFilter filter_;
-  BodyPairList only_pairs_;  ///< none: all
-  PairSelector pairs_;       ///< what it has selected is the last detection's
-  /// The last detection's at the end, before them those that somebody holds.
+  BodyPairList only_pairs_;  ///< empty: all pairs
+  PairSelector pairs_;       ///< its selection belongs to the last detection
+  /// The last one belongs to the last detection; the others are held by the caller.
   std::vector<std::shared_ptr<QueryMemories>> memories_;
-  bool has_contacts_ = false;  ///< that were waited for, and are valid
+  bool has_contacts_ = false;  ///< the caller has waited for contacts, and they are valid
   Span<const Contact> contacts_;
   std::uint64_t last_number_ = 0;
-  std::uint64_t last_change_ = 0;  ///< of the scene, when the last detection was started
+  std::uint64_t last_change_ = 0;  ///< number of the scene's last change when the last detection was started
   std::optional<PendingDetection> detection_;
-  Statistics statistics_;  ///< of the last detection that was waited for
+  Statistics statistics_;  ///< of the last detection that the caller has waited for
   Decisions decisions_;
   bool is_closed_ = false;
 };

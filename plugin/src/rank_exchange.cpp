@@ -15,18 +15,18 @@
 namespace softcd {
 namespace {
 
-/// One GPU is done with fewer before two have told each other what they have to: a cloth on a ball of 100K triangles
-/// takes two H200 0.96 to 1.02 of the time of one, of 200K 0.89 to 0.93.
+/// Below this number, one GPU detects faster than two GPUs communicate. A cloth on a ball of 100K triangles takes two
+/// H200 0.96 to 1.02 of the time of one, of 200K 0.89 to 0.93.
 constexpr std::uint64_t kFewestTrianglesOnDevices = 150'000;
 
-/// FNV-1a of values that have no padding.
+/// FNV-1a hash of values without padding.
 class Digest {
  public:
   template <class... Values>
   void add(const Values&... values) {
     (add_bytes(&values, sizeof(values)), ...);
   }
-  /// The values that ranks have to agree on.
+  /// Adds the values that must be equal on all ranks.
   template <class Struct>
   void add_fields(const Struct& object) {
     for_each_field<Struct>([&](auto field) {
@@ -45,7 +45,7 @@ class Digest {
   std::uint64_t value_ = 0xCBF29CE484222325ULL;
 };
 
-/// How a detection has ended on one rank.
+/// The result of a detection on one rank.
 enum class Outcome : std::uint32_t { success, invalid_input, backend_error, out_of_memory, other_error };
 
 struct Report {
@@ -102,7 +102,7 @@ void copy_positions(const Positions& from, std::byte* to) {
   for (std::size_t i = 0; i < from.count(); ++i) std::memcpy(to + i * size, data + i * from.stride(), size);
 }
 
-/// Tightly packed.
+/// Returns a view of tightly packed positions.
 Positions packed(const void* data, std::size_t count, bool is_double) {
   if (is_double) return {static_cast<const double*>(data), count, sizeof(Vec3d)};
   return {static_cast<const float*>(data), count, sizeof(Vec3f)};
@@ -171,7 +171,7 @@ void RankExchange::compare(const std::vector<Body>& bodies, const QueryOptions& 
   }
 }
 
-/// What was set for each body, on the rank that it is of.
+/// Returns what was set for each body on its rank.
 std::vector<std::uint8_t> RankExchange::gathered_flags(const std::vector<Body>& bodies, const GivenByRank& given) {
   std::vector<std::uint8_t> mine(bodies.size(), 0);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -206,7 +206,7 @@ std::uint64_t RankExchange::bytes_of(const Body& body, std::uint8_t flags) {
   return ((flags & has_two_ends) != 0 ? 2U : 1U) * element_size(flags, is_double) * body.vertex_count();
 }
 
-/// Room for so many bytes of each rank, or throws on all.
+/// Reserves so many bytes for each rank, or throws on all ranks.
 void RankExchange::reserve_on_host(std::uint64_t bytes) {
   if (bytes <= mine_.size()) return;
   std::exception_ptr problem;
@@ -224,7 +224,7 @@ void RankExchange::reserve_on_host(std::uint64_t bytes) {
   all_ = std::move(all);
 }
 
-/// Each rank's positions in one block, as long as the longest.
+/// Exchanges each rank's positions as one block; all blocks are as long as the longest.
 void RankExchange::exchange_on_host(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags,
                                     const GivenByRank& given, const SetPositions& set) {
   const auto ranks = static_cast<std::size_t>(link_->size());
@@ -234,11 +234,11 @@ void RankExchange::exchange_on_host(const std::vector<Body>& bodies, const std::
   }
   const std::uint64_t bytes = *std::max_element(block_bytes.begin(), block_bytes.end());
   if (bytes == 0) return;
-  // Doubles lie at multiples of their size.
+  // Blocks begin at multiples of a double's size.
   const std::uint64_t stride = (bytes + sizeof(double) - 1) / sizeof(double) * sizeof(double);
   reserve_on_host(stride);
   const auto for_each_given = [&](const auto& f) {
-    // Doubles first, so that they stay aligned.
+    // Doubles come first, so that they stay aligned.
     std::vector<std::uint64_t> begin(ranks, 0);
     for (const bool doubles : {true, false}) {
       for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -266,8 +266,8 @@ void RankExchange::exchange_on_host(const std::vector<Body>& bodies, const std::
   });
 }
 
-/// Has a block for all bodies that were given positions, or throws on all ranks. Where there is none yet, or too small
-/// a one: on all ranks, which have had the same before.
+/// Reserves a block for each body with new positions, or throws on all ranks. All ranks have had the same blocks
+/// before, so they all grow the same ones.
 void RankExchange::reserve_on_device(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags) {
   std::map<std::uint32_t, DeviceBlock> grown;
   std::exception_ptr problem;
@@ -294,7 +294,7 @@ void RankExchange::reserve_on_device(const std::vector<Body>& bodies, const std:
   }
 }
 
-/// Each body's positions from its rank to all others, in memory that the scene looks at until they are set again.
+/// Sends each body's positions from its rank to all others, into memory that the scene reads until they are set again.
 void RankExchange::exchange_on_device(const std::vector<Body>& bodies, const std::vector<std::uint8_t>& flags,
                                       const GivenByRank& given, const SetPositions& set) {
   reserve_on_device(bodies, flags);
@@ -346,7 +346,7 @@ Partition RankExchange::partition(std::uint64_t triangles) const {
   return triangles >= fewest_triangles() ? shares_.of(link_->rank()) : Partition{};
 }
 
-/// Throws on all ranks where something has gone wrong on one; else what tests all have made.
+/// Throws on all ranks where an error occurred on one; else returns all ranks' tests.
 std::vector<TestSamples> RankExchange::agree(const std::exception_ptr& problem, const TestSamples& tests) {
   Report mine = report_of(problem);
   mine.tests = tests;

@@ -13,50 +13,50 @@
 
 namespace softcd {
 
-/// What the ranks of one scene tell each other, see Communicator. All ranks call the same functions of it in the same
-/// order. What goes wrong on one of them becomes the same Error on all.
+/// Exchanges data between the ranks of one scene, see Communicator. All ranks must call the same functions in the same
+/// order. An error on one rank becomes the same Error on all.
 class RankExchange {
  public:
   using SetPositions = std::function<void(BodyId body, const Positions& x_t0, const Positions& x_t1)>;
 
   explicit RankExchange(std::shared_ptr<RankLink> link);
 
-  /// Whether another rank sets the body's positions.
+  /// Returns whether another rank sets the body's positions.
   bool is_given_elsewhere(const Body& body) const { return body.rank >= 0 && body.rank != link_->rank(); }
-  /// Whether they are exchanged at the next detection.
+  /// Returns whether the body's positions are exchanged at the next detection.
   bool is_exchanged(const Body& body) const { return body.rank >= 0; }
-  /// Positions of a body that this rank has, which are read by exchange_positions().
+  /// Takes positions of a body that this rank sets. exchange_positions() reads them.
   void set_positions(const Body& body, const Positions& x_t0, const Positions& x_t1);
-  /// A body that was removed, or has another mesh.
+  /// Forgets the positions of a body that was removed, or has another mesh.
   void forget(BodyId id);
 
-  /// Before a detection. Throws unless all ranks are about to make the same in the same scene; calls set() for all
-  /// bodies whose positions were set on their rank, with what is valid until the next call. Whatever is thrown, the
-  /// caller's memory is not needed afterwards.
+  /// Prepares a detection. Throws unless all ranks are about to make the same detection in the same scene. Calls set()
+  /// for all bodies whose positions were set on their rank; its arguments are valid until the next call. Even when it
+  /// throws, it no longer needs the caller's memory.
   void meet(const std::vector<Body>& bodies, const QueryOptions& options, Pairs pairs, const SetPositions& set);
 
-  /// Whether this rank has a part in a detection of so many triangles.
+  /// Returns whether this rank takes part in a detection of so many triangles.
   bool has_part(std::uint64_t triangles) const;
   Partition partition(std::uint64_t triangles) const;
-  /// Fewer triangles than this are one rank's.
+  /// Returns the number of triangles below which one rank detects the scene alone.
   std::uint64_t fewest_triangles() const;
-  /// Once the detection is done, or has failed with `problem`: throws what has gone wrong on any rank.
+  /// Ends a detection that is done, or has failed with `problem`. Throws the errors of all ranks.
   void conclude(const std::exception_ptr& problem, const TestSamples& tests);
-  /// This rank's part of all tests of the last detection.
+  /// Returns this rank's share of all tests of the last detection.
   double share_of_tests() const { return share_of_tests_; }
 
-  /// All ranks' contacts, in order.
+  /// Returns all ranks' contacts, in order.
   std::vector<Contact> gather(Span<const Contact> mine);
 
  private:
   struct Given {
     Positions t0, t1;
   };
-  using GivenByRank = std::map<std::uint32_t, Given>;  ///< by ids
-  /// What was set for a body, as the ranks tell each other.
+  using GivenByRank = std::map<std::uint32_t, Given>;  ///< by body id
+  /// Flags that ranks exchange about a body's positions.
   enum Flag : std::uint8_t { is_new = 1, is_double = 2, has_two_ends = 4 };
 
-  /// Calls f, which talks to the others.
+  /// Calls f, which communicates with the other ranks.
   template <class F>
   void talk(const F& f);
   template <class T>
@@ -80,9 +80,9 @@ class RankExchange {
   std::shared_ptr<RankLink> link_;
   CellShares shares_;
   GivenByRank given_;                  ///< since the last exchange
-  std::vector<std::byte> mine_, all_;  ///< the host's memory that was exchanged last
+  std::vector<std::byte> mine_, all_;  ///< host memory of the last exchange
   std::map<std::uint32_t, DeviceBlock> blocks_;
-  std::vector<DeviceBlock> retired_;  ///< which bodies are in as long as they have not been set to their new ones
+  std::vector<DeviceBlock> retired_;  ///< memory that bodies use until their new positions are set
   double share_of_tests_ = 1.0;
 };
 

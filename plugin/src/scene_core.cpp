@@ -21,7 +21,7 @@ double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-/// oneTBB reserves a place for each thread that an arena is made for, and crashes where it cannot.
+/// oneTBB reserves a place for each thread of an arena, and crashes where it cannot.
 int concurrency(const SceneOptions& options) {
   if (options.max_threads == 0) return tbb::task_arena::automatic;
   const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
@@ -30,8 +30,7 @@ int concurrency(const SceneOptions& options) {
 
 std::string topology_problem(BodyId id, const BodyDesc& desc) {
   return fmt::format(
-      "body {}: memory ran out for the edges of its {} triangles, or for where all bodies' lie together. Free memory, "
-      "or "
+      "body {}: memory ran out for the edges of its {} triangles, or for the arrays of all bodies. Free memory, or "
       "give fewer triangles.",
       id.value, desc.triangles.size());
 }
@@ -42,7 +41,7 @@ std::string positions_problem(BodyId id, const Positions& positions) {
 }
 
 std::string filters_problem(BodyId id) {
-  return fmt::format("body {}: memory ran out for what its vertices may touch. Free memory.", id.value);
+  return fmt::format("body {}: memory ran out for its vertex filters or rest positions. Free memory.", id.value);
 }
 
 }  // namespace
@@ -152,7 +151,8 @@ void SceneCore::set_options(const SceneOptions& options) {
     guarded([] { return kNoMemoryAtAll; }, [&] { detector = detector_for(options, machine_factories(options)); });
   }
   drop_detections();
-  // Contacts and answers count towards the limit: else those of one query would keep all others from their memory.
+  // Contacts and results count towards the limit. Otherwise one query's results could keep all others from their
+  // memory.
   const bool is_less_memory =
       options.memory_limit > 0 && (before.memory_limit == 0 || options.memory_limit < before.memory_limit);
   if (is_elsewhere || is_less_memory) {
@@ -190,7 +190,7 @@ Body& SceneCore::find(BodyId id) {
   throw InvalidInput(fmt::format("body {} is not in the scene; it was removed, or never added.", id.value));
 }
 
-/// guarded(), with statistics of how much memory there was where it ran out.
+/// Calls guarded(), and fills the memory counters where memory runs out.
 template <class MemoryProblem, class F>
 void SceneCore::guarded_in_memory(Statistics& statistics, const MemoryProblem& memory_problem, const F& f) {
   guarded(
@@ -213,7 +213,7 @@ PendingDetection SceneCore::start(const DetectionRequest& request) {
   } catch (...) {
     store_->positions().doubt_foreseen();
     if (ranks_ == nullptr) throw;
-    // The others have started theirs: all are told when they wait.
+    // The other ranks have started their detection. All report the error when they wait.
     detection.has_work = false;
     detection.problem = std::current_exception();
   }
@@ -223,7 +223,7 @@ PendingDetection SceneCore::start(const DetectionRequest& request) {
   return detection;
 }
 
-/// Before a detection: all ranks make the same one, and have all positions that were set.
+/// Makes sure, before a detection, that all ranks make the same one and have all positions.
 void SceneCore::meet_ranks(const QueryOptions& options, Pairs pairs) {
   const auto set = [&](BodyId id, const Positions& x_t0, const Positions& x_t1) {
     store_->set_positions(find(id), x_t0, x_t1);
@@ -236,7 +236,7 @@ void SceneCore::start_detector(const DetectionRequest& request, PendingDetection
       request.statistics, [&] { return preparation_problem(); },
       [&] {
         prepare(request, detection, may_foresee(request));
-        // Without work nobody will ask whether that there is none was foreseen rightly.
+        // A detection without work is never finished, so the prediction behind that is judged here.
         if (detection.has_work || !store_->positions().has_foreseen() || judge_foreseen()) return;
         prepare(request, detection, /*may_foresee=*/false);
       });
@@ -249,7 +249,7 @@ void SceneCore::start_detector(const DetectionRequest& request, PendingDetection
       });
 }
 
-/// Waits for the detection that was started. Where it is on foreseen positions, and these are not so, it is repeated.
+/// Waits for the started detection. Repeats it where its predicted positions were wrong.
 void SceneCore::finish_detector(const DetectionRequest& request, PendingDetection& detection, Statistics& found) {
   detection.contacts = detector_->finish(found);
   if (store_->positions().has_foreseen() && !judge_foreseen()) {
@@ -280,8 +280,8 @@ std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
                  });
 }
 
-/// Whether a detection may be repeated with no one noticing, and finds the same whatever is foreseen: margins that
-/// cover what rounding did to doubles would not.
+/// Returns whether predicted positions may be used. The caller must not notice a repetition, and the result must not
+/// depend on the prediction. Margins that compensate the rounding of doubles would depend on it.
 bool SceneCore::may_foresee(const DetectionRequest& request) const {
   const bool covers_rounding = store_->positions().has_new_doubles_on_device() &&
                                chosen_accuracy(request.options, store_->bodies()).accuracy == Accuracy::conservative;
@@ -289,7 +289,7 @@ bool SceneCore::may_foresee(const DetectionRequest& request) const {
          !covers_rounding;
 }
 
-/// Everything that a detection needs, but for the detector's start.
+/// Prepares everything for a detection, apart from the detector's start.
 void SceneCore::prepare(const DetectionRequest& request, PendingDetection& detection, bool may_foresee) {
   QueryOptions options = request.options;
   apply_changes(request.user.looked_at(), may_foresee, /*lists_neighbours=*/true);
@@ -325,7 +325,7 @@ void SceneCore::prepare(const DetectionRequest& request, PendingDetection& detec
   detector_->set_memory_limit(options_.memory_limit);
 }
 
-/// None where it would let everything through.
+/// Returns the filter; empty where it would admit all pairs.
 PairFilter SceneCore::pair_filter(const DetectionRequest& request) const {
   const BodyPairList& only = request.only_pairs;
   const BodyPairList& ignored = store_->ignored_pairs();
@@ -336,7 +336,7 @@ PairFilter SceneCore::pair_filter(const DetectionRequest& request) const {
   };
 }
 
-/// Positions that a caller has forgotten to set would look like no contacts. Once a scene.
+/// Warns of missing positions, once a scene: they would look like missing contacts.
 void SceneCore::warn_of_missing_positions(const QueryOptions& options) {
   const auto waits = [](const Body& body) {
     return !body.is_removed && body.vertex_count() > 0 && !body.positions.are_set();
@@ -362,12 +362,12 @@ void SceneCore::require_rest_positions() const {
   for (const Body& body : store_->bodies()) {
     if (body.is_removed || !body.excludes_at_rest() || !body.x_rest.empty() || body.vertex_count() == 0) continue;
     throw InvalidInput(
-        fmt::format("body {}: its rest_distance is {}, but where it is at rest is not known; use set_rest_positions().",
+        fmt::format("body {}: its rest_distance is {}, but it has no rest positions; use set_rest_positions().",
                     body.id.value, body.settings.rest_distance));
   }
 }
 
-/// Throws BackendError where f, which reads positions on the device, throws DeviceError.
+/// Calls f, which reads positions on the device. Throws BackendError where f throws DeviceError.
 template <class F>
 auto SceneCore::reading(const F& f) {
   try {
@@ -419,7 +419,7 @@ ProbedScene SceneCore::probed_scene(const ProbeRequest& request) {
   return {request.bodies, origin, bounds, request.at_t0, store_->revision()};
 }
 
-/// By any of the scene's queries and probes.
+/// Returns the positions that any of the scene's queries and probes needs.
 LookedAt SceneCore::looked_at() const {
   LookedAt result;
   for (const SceneUser* const user : users_) {
@@ -524,7 +524,7 @@ std::string SceneCore::answer_problem() const {
       store_->layout().size().triangles, where(), or_raise());
 }
 
-/// Whose memory it is.
+/// Returns where the memory is, for messages.
 std::string SceneCore::where() const {
   const char* const backend = detector_->backend() == Backend::cuda ? "on the GPU" : "on the CPU";
   if (options_.memory_limit == 0) return backend;

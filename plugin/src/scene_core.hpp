@@ -23,15 +23,15 @@ namespace softcd::detail {
 constexpr const char* kNoMemoryAtAll = "memory ran out where hardly any is needed; free memory.";
 constexpr const char* kNoMemoryForPairs = "memory ran out for a list of pairs of bodies. Free memory, or give fewer.";
 
-/// A detection that nobody has waited for.
+/// A detection that the caller has not waited for yet.
 struct PendingDetection {
   DetectionInput input;
   Statistics statistics;
   Decisions decisions;
-  bool has_work = false;  ///< of the detector's
+  bool has_work = false;  ///< whether the detector has work to do
   Span<const Contact> contacts;
-  StayingContacts staying;  ///< where they do
-  TestSamples tests;        ///< where it was one rank's
+  StayingContacts staying;  ///< contacts that stay on the device, if they do
+  TestSamples tests;        ///< of this rank, if there are several
   std::exception_ptr problem;
 };
 
@@ -43,7 +43,7 @@ class SceneUser {
   SceneUser& operator=(const SceneUser&) = delete;
 
   virtual LookedAt looked_at() const = 0;
-  /// Returns memory for the next detection or answers, which nobody else holds.
+  /// Returns memory for the next detection or results, which the caller does not hold.
   virtual QueryMemories& free_memories() = 0;
   virtual void drop_memories() noexcept = 0;
   /// Passes the running detection to SceneCore::finish().
@@ -59,11 +59,11 @@ struct DetectionRequest {
   SceneUser& user;
   const QueryOptions& options;
   Pairs pairs;
-  std::uint64_t last_change;  ///< of the scene, when the query's last detection was started
+  std::uint64_t last_change;  ///< number of the scene's last change when the query's last detection was started
   const PairFilter& filter;
-  const BodyPairList& only_pairs;  ///< none: all
-  PairSelector& selector;          ///< what it has selected is the last detection's
-  Statistics& statistics;          ///< receives how much memory there was if it runs out
+  const BodyPairList& only_pairs;  ///< empty: all pairs
+  PairSelector& selector;          ///< its selection belongs to the last detection
+  Statistics& statistics;          ///< receives the memory counters when memory runs out
 };
 
 /// A probe's request to its scene. The references are the probe's.
@@ -72,10 +72,10 @@ struct ProbeRequest {
   bool at_t0;
   bool wants_sides;
   const BodyFilter& filter;
-  std::vector<ProbedBody>& bodies;  ///< receives those of the scene
+  std::vector<ProbedBody>& bodies;  ///< receives the scene's bodies
 };
 
-/// What is behind a Scene.
+/// The implementation of a Scene.
 class SceneCore {
  public:
   SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories);
@@ -94,32 +94,34 @@ class SceneCore {
   void set_log(LogCallback log) { log_ = std::move(log); }
   const SceneOptions& options() const { return options_; }
   Backend backend() const { return detector_->backend(); }
-  /// Why there.
+  /// Returns the reason for the choice of backend.
   std::string backend_reason() const { return is_closed_ ? "the scene is gone" : detector_->reason(); }
-  /// That detections on CUDA run on.
+  /// Returns the device for detections on CUDA.
   int cuda_device() { return detector_->position_reader().device(); }
   const SceneStore& store() const { return *store_; }
 
-  /// Starts a detection, once none runs. If it has work it runs until finish(); else it is finished.
+  /// Starts a detection, after the running one has ended. If it has work to do, it runs until finish(); else it is
+  /// finished.
   PendingDetection start(const DetectionRequest& request);
-  /// Waits for the detection that runs, which start() returned for the same user. The problem is in it if there is one.
+  /// Waits for the running detection, which start() returned for the same user. Returns it with its problem, if any.
   PendingDetection finish(const DetectionRequest& request, PendingDetection detection) noexcept;
   bool is_running(const SceneUser& user) const { return running_ == &user; }
-  /// Has the user of the detection that runs, if any, finish it.
+  /// Makes the running detection's user, if any, finish it.
   void finish_running() noexcept;
-  /// Does so before a change of the scene, or of a query, if the detection may have to be repeated as everything was.
+  /// Finishes a running detection before the scene or a query changes, if the detection may have to be repeated with
+  /// the unchanged state.
   void finish_foreseen() noexcept;
-  /// Drops detections that were not waited for.
+  /// Drops detections that the caller has not waited for.
   void drop_detections() noexcept;
-  /// Ends what runs; there are no further detections.
+  /// Ends the running detection and refuses further ones.
   void close() noexcept;
   bool is_closed() const { return is_closed_; }
-  /// Throws what has gone wrong in a detection that is not running any more, on any rank.
+  /// Throws the errors, from any rank, of a detection that has ended.
   void conclude(PendingDetection& detection);
-  /// All ranks' contacts, in order.
+  /// Returns all ranks' contacts, in order.
   std::vector<Contact> gather(Span<const Contact> contacts);
 
-  /// Asks about the scene, once no detection runs.
+  /// Answers a probe's questions, after the running detection has ended.
   void answer(const ProbeRequest& request, const Questions& ask);
   void enter(SceneUser& user) { users_.push_back(&user); }
   void leave(const SceneUser& user) { std::erase(users_, &user); }
@@ -156,14 +158,14 @@ class SceneCore {
 
   SceneOptions options_;
   LogCallback log_;
-  tbb::task_arena arena_;  ///< of our own, so that whoever waits works on nothing but this scene
-  std::optional<SceneStore> store_{std::in_place};  ///< another one once the scene is closed
-  std::unique_ptr<RankExchange> ranks_;             ///< null where there is one
+  tbb::task_arena arena_;  ///< a separate arena, so that waiting threads work on nothing but this scene
+  std::optional<SceneStore> store_{std::in_place};  ///< replaced when the scene is closed
+  std::unique_ptr<RankExchange> ranks_;             ///< null where there is only one rank
   std::unique_ptr<SelectedDetector> detector_;
   std::vector<SceneUser*> users_;
-  SceneUser* running_ = nullptr;  ///< has the detection that runs
+  SceneUser* running_ = nullptr;  ///< user of the running detection
   bool is_closed_ = false;
-  bool was_given_step_end_ = false;  ///< some body had both ends of a step
+  bool was_given_step_end_ = false;  ///< some body had positions at both ends of a step
   bool has_warned_of_no_positions_ = false;
   bool has_warned_of_no_end_ = false;
 };

@@ -125,7 +125,7 @@ void SceneLayout::for_each_array(const F& f) {
   f(edges_, kEdges);
 }
 
-/// Places are 32 bits wide.
+/// Reserves the arrays. Places are 32 bits wide.
 void SceneLayout::reserve(const Sizes& sizes) {
   if (*std::max_element(sizes.begin(), sizes.end()) >= kMostElements) {
     throw InvalidInput(
@@ -197,8 +197,8 @@ void SceneLayout::choose_places(bool moves) {
   }
 }
 
-/// Moves the bodies whose mesh stays. Those that move down go first, in their order, then those that move up, in the
-/// opposite order: so nobody is moved onto a body that has yet to move.
+/// Moves the bodies whose mesh stays. Bodies that move down go first, in their order; then those that move up, in the
+/// opposite order. So no body overwrites one that has yet to move.
 template <class T>
 void SceneLayout::move_elements(HostArray<T>& elements, std::size_t kind) {
   const auto move = [&](const Place& place) {
@@ -216,7 +216,7 @@ void SceneLayout::move_elements(HostArray<T>& elements, std::size_t kind) {
   }
 }
 
-/// Gives a body that was moved its place, and its mesh the indices there.
+/// Sets the place of a body that was moved, and renumbers its mesh accordingly.
 void SceneLayout::renumber(std::uint32_t index) {
   Body& body = bodies_[index];
   const std::uint32_t by_vertex = body.vertices.next_first - body.vertices.first;
@@ -235,7 +235,7 @@ void SceneLayout::renumber(std::uint32_t index) {
   fill_rest(index);
 }
 
-/// Fills what lies behind the body's triangles and edges, and which body all of its place belongs to.
+/// Fills the unused elements behind the body's triangles and edges, and the body numbers of its whole place.
 void SceneLayout::fill_rest(std::uint32_t index) {
   Body& body = bodies_[index];
   const std::uint32_t triangles = body.triangles.first + body.triangles.count;
@@ -301,7 +301,7 @@ MeshView SceneLayout::mesh_of(const Body& body) const {
           body.segment_count};
 }
 
-/// Writes what a ChangingMesh has changed. After std::bad_alloc the next call does all of it again.
+/// Writes the changes of a ChangingMesh. After std::bad_alloc the next call writes all of them again.
 void SceneLayout::write_changes(Body& body) {
   ++revision_;
   ChangingMesh& changing = body.changing->mesh;
@@ -325,7 +325,7 @@ void SceneLayout::write_changes(Body& body) {
   body.edges.count = static_cast<std::uint32_t>(mesh.edges.size());
   body.named_strays.clear();
   body.is_closed.reset();
-  // Features that were listed before the first change have no slots, and can only be listed anew.
+  // Features that were listed before the first change have no slots, and must be listed again.
   const bool are_listed = body.neighbours.are_listed;
   if (are_listed != changing.lists_neighbours() || (are_listed && !body.neighbours.slots)) body.neighbours = {};
   changing.forget_changes();

@@ -31,7 +31,7 @@ bool has_strays(const StepSurvey& survey) {
   return survey.t0.stray_count + survey.t1.stray_count > 0;
 }
 
-/// Appends one end of a body's positions where a detector finds them.
+/// Appends one end of a body's positions at its place on the host or on the device.
 void append_end(const Body& body, const Positions& end, std::vector<Range>& ranges,
                 std::vector<DevicePositions>& on_device) {
   if (body.positions.are_on_device()) {
@@ -82,8 +82,8 @@ void ScenePositions::read(const LookedAt& needs, DevicePositionReader* reader, b
   read_and_survey(reader);
 }
 
-/// Reads what was set, and everything again if that moves the scene's origin. Reading on the host cannot fail, and is
-/// done even if surveying on a device fails.
+/// Reads new positions, and all positions if they move the scene's origin. Reading on the host cannot fail, and is done
+/// even if surveying on a device fails.
 void ScenePositions::read_and_survey(DevicePositionReader* reader) {
   std::vector<Body>& bodies = layout_.bodies();
   const bool learns = std::any_of(bodies.begin(), bodies.end(), is_new_on_device);
@@ -107,7 +107,7 @@ void ScenePositions::read_and_survey(DevicePositionReader* reader) {
   if (problem) std::rethrow_exception(problem);
   if (reader == nullptr) return;
   for (Body& body : bodies) {
-    // Which of them they are is found on the host.
+    // The host finds the indices of these vertices.
     if (body.positions.are_on_device() && has_strays(body.positions.survey())) take_to_host(body, *reader);
   }
   if (learns) foresight_.learn(bodies);
@@ -131,7 +131,7 @@ void ScenePositions::read_on_host(Vec3d origin) {
                       [&](std::size_t i) { surveys[i] = read_block(blocks[i], origin); });
     merge_surveys(blocks, surveys);
   } catch (...) {
-    // Without memory, or threads.
+    // Runs without parallelism, where memory or threads are lacking.
     for (Body& body : layout_.bodies()) {
       if (is_new_on_host(body)) body.positions.set_survey(read_block({&body, 0, body.vertices.count}, origin));
     }
@@ -143,7 +143,7 @@ StepSurvey ScenePositions::read_block(const Block& block, Vec3d origin) {
                                     layout_.positions_of(*block.body));
 }
 
-/// Surveys the bodies on the device for which is_concerned(body). Returns what the reader throws.
+/// Surveys the bodies on the device for which is_concerned(body). Returns the reader's exception, if any.
 template <class IsConcerned>
 std::exception_ptr ScenePositions::survey_on_device(DevicePositionReader* reader, Vec3d origin,
                                                     const IsConcerned& is_concerned) {
@@ -161,7 +161,7 @@ std::exception_ptr ScenePositions::survey_on_device(DevicePositionReader* reader
   return nullptr;
 }
 
-/// Whether the body's positions at t0 are needed, and were not before.
+/// Returns whether the body's positions at t0 are needed, and were not before.
 bool ScenePositions::lacks_t0(const Body& body) const {
   return needs_.needs_t0() && body.positions.are_set() && !body.positions.is_t0_placed();
 }
@@ -223,8 +223,8 @@ std::vector<SurveyedVertices> ScenePositions::surveyed(const std::vector<Block>&
   return vertices;
 }
 
-/// Only positions on a device may have changed since they were surveyed. The origin, which doubles are rounded from, is
-/// foreseen, too.
+/// Returns whether a prediction can be used. Only positions on a device may have changed since they were surveyed. The
+/// origin, relative to which doubles are rounded, is predicted, too.
 bool ScenePositions::can_foresee(const LookedAt& needs) const {
   bool has_new = false;
   for (const Body& body : layout_.bodies()) {
@@ -234,7 +234,7 @@ bool ScenePositions::can_foresee(const LookedAt& needs) const {
   return has_new && foresight_.is_known() && needs == needs_;
 }
 
-/// Does as read_and_survey(), but takes positions on the device to be where they are foreseen.
+/// Works as read_and_survey(), but uses predictions for positions on the device.
 void ScenePositions::foresee(DevicePositionReader& reader) {
   std::vector<Body>& bodies = layout_.bodies();
   std::vector<Block> blocks;
@@ -358,7 +358,7 @@ std::uint64_t ScenePositions::fill_full() {
     const std::vector<Block> blocks = blocks_of(is_read_on_host);
     tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) { copy_full(blocks[i]); });
   } catch (...) {
-    // Without memory, or threads.
+    // Runs without parallelism, where memory or threads are lacking.
     for (Body& body : layout_.bodies()) {
       if (is_read_on_host(body)) copy_full({&body, 0, body.vertices.count});
     }

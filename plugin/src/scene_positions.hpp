@@ -11,11 +11,11 @@ namespace softcd {
 
 class SceneLayout;
 
-/// Which positions the queries and probes of a scene need.
+/// The positions that the queries and probes of a scene need.
 struct LookedAt {
-  bool t0 = false;     ///< contacts there, or on the way from there
-  bool t1 = false;     ///< contacts there, or on the way to there
-  bool moves = false;  ///< how far vertices move from one to the other
+  bool t0 = false;     ///< contacts there, or on the path from there
+  bool t1 = false;     ///< contacts there, or on the path to there
+  bool moves = false;  ///< the distance that vertices move from one to the other
 
   bool needs_t0() const { return t0 || moves; }
   bool needs_t1() const { return t1 || moves; }
@@ -23,52 +23,52 @@ struct LookedAt {
   friend bool operator==(const LookedAt&, const LookedAt&) = default;
 };
 
-/// The positions of a scene's bodies. Reads those on the host into the layout's arrays, once, relative to the scene's
-/// origin, and finds the extents of all. Positions on a device stay there: the host waits until a reader has surveyed
-/// them, or takes them to be where they are foreseen.
+/// The positions of a scene's bodies. Reads positions on the host into the layout's arrays, once, relative to the
+/// scene's origin, and computes the extents of all. Positions on a device stay there: the host waits until a reader has
+/// surveyed them, or uses a prediction.
 class ScenePositions {
  public:
   explicit ScenePositions(SceneLayout& layout) : layout_(layout) {}
 
-  /// Memory for positions is a CUDA device's, too, from now on.
+  /// Makes memory for positions accessible to CUDA devices from now on.
   void share();
-  /// Forgets what is foreseen, as something else than positions has changed.
+  /// Drops predictions, because something other than positions has changed.
   void forget_foresight() { foresight_.forget(); }
-  /// Reads what was set, for these needs. Afterwards the caller's memory on the host is not needed, even if this
-  /// throws what `reader` throws; then the next call surveys the device again. `reader` may be null if no positions
-  /// are on a device. If it `may_foresee`, judge_foreseen() has to follow before anything else is changed.
+  /// Reads the new positions that `needs` names. Afterwards the caller's memory on the host is no longer needed, even
+  /// if this throws an exception of `reader`; the next call then surveys the device again. `reader` may be null if no
+  /// positions are on a device. If it `may_foresee`, judge_foreseen() must follow before anything else changes.
   void read(const LookedAt& needs, DevicePositionReader* reader, bool may_foresee);
-  /// Whether the last read() has foreseen something, on which there is no judgement.
+  /// Returns whether the last read() used predictions that have not been judged.
   bool has_foreseen() const { return !foreseen_blocks_.empty(); }
-  /// Returns whether all positions are as foreseen, once a detector that was told of them has finished. If not, or if
-  /// `reader` throws, the next read() surveys them.
+  /// Returns whether all predictions were right. Call it after a detector that used them has finished. If not, or if
+  /// `reader` throws, the next read() surveys the positions.
   bool judge_foreseen(DevicePositionReader& reader);
-  /// Has the next read() survey what was foreseen.
+  /// Makes the next read() survey the positions that were predicted.
   void doubt_foreseen() noexcept;
   /// Copies positions on a device into the arrays, as if they had been given on the host.
   void take_to_host(DevicePositionReader& reader);
   /// Returns the body's vertices that are not finite where `needs` looks, ascending. Notes the body if some of them are
-  /// new: queries that look at other ends take turns, and what one has reported is not reported again.
+  /// new. Queries may need different ends in turn; a vertex that one query has reported is not reported again.
   std::vector<std::uint32_t> find_strays(Body& body, const LookedAt& needs);
   /// The bodies that were noted since the last read().
   const std::vector<const Body*>& bodies_with_new_strays() const { return bodies_with_new_strays_; }
 
   bool are_on_device() const;
-  /// Whether some positions on a device are doubles that were not surveyed.
+  /// Returns whether some positions on a device are doubles that were not surveyed.
   bool has_new_doubles_on_device() const;
   Vec3d origin() const { return origin_; }
   /// The extent of all positions at one end.
   Extent extent_at(bool t0) const;
   /// Changes with the positions; 0 at first.
   std::uint64_t revision() const { return revision_; }
-  /// Changes where pairs of bodies may be others than they were; 0 if that is not known.
+  /// Returns a number that changes where pairs of bodies may change; 0 if that is unknown.
   std::uint64_t selection_number() const { return selection_number_; }
 
   /// Fills full_t0() and full_t1(), except for positions on a device. Returns a number that changes with them; never 0.
   std::uint64_t fill_full();
   Span<const Vec3d> full_t0() const { return full_t0_.view(); }
   Span<const Vec3d> full_t1() const { return full_t1_.view(); }
-  /// Appends all full positions, for a detector that does not know them.
+  /// Appends all full positions, for a detector without a copy of them.
   void append_full(SceneChanges& changes) const;
   /// Appends positions that changed since forget_changes(), those at t0 if `with_t0`; if `all`, every body's.
   void append_changes(SceneChanges& changes, bool all, bool with_t0) const;
@@ -110,9 +110,9 @@ class ScenePositions {
   std::uint64_t full_revision_ = 0;  ///< of the scene, when they were filled; 0: they are not
   std::vector<const Body*> bodies_with_new_strays_;
   Foresight foresight_;
-  std::vector<Block> foreseen_blocks_;  ///< whose surveys are foreseen; bodies stay where they are meanwhile
-  ForeseenVerdict verdict_;             ///< on them
-  std::uint64_t foreseen_number_ = 0;   ///< what the last read() has foreseen, and for which bodies
+  std::vector<Block> foreseen_blocks_;  ///< blocks with predicted summaries; bodies keep their places meanwhile
+  ForeseenVerdict verdict_;             ///< the verdict on the predictions
+  std::uint64_t foreseen_number_ = 0;   ///< identifies the prediction, and its bodies, that the last read() used
   std::vector<std::size_t> foreseen_bodies_;
   std::uint64_t selection_number_ = 0, last_selection_number_ = 0;
 };

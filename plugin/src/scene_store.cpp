@@ -30,7 +30,7 @@ void SceneStore::replace(Body& body, const BodyDesc& desc) {
   note_change(body);
 }
 
-/// Notes another change than one of positions.
+/// Records a change of anything but positions.
 void SceneStore::note_change(Body& body) {
   body.last_change = ++last_change_;
   positions_.forget_foresight();

@@ -8,16 +8,16 @@
 
 namespace softcd {
 
-/// The bodies of a scene, and all that detectors read of them. Functions that change a body record the change and
-/// reserve its memory; apply_changes() brings the layout, the positions, the lists of neighbours and the filters up to
-/// date, in this order.
+/// The bodies of a scene, and all data of them that detectors read. Functions that change a body record the change and
+/// reserve its memory. apply_changes() then updates the layout, the positions, the lists of neighbours and the filters,
+/// in this order.
 class SceneStore {
  public:
   SceneStore() = default;
   SceneStore(const SceneStore&) = delete;
   SceneStore& operator=(const SceneStore&) = delete;
 
-  /// See Scene's functions of these names, for valid arguments. They change nothing when they throw.
+  /// Implement Scene's functions of these names, for valid arguments. They change nothing when they throw.
   BodyId add_body(const BodyDesc& desc);
   void update_body(Body& body, const BodyDesc& desc);
   void update_body(Body& body, const BodyDesc& desc, Span<const std::uint32_t> changed);
@@ -26,7 +26,7 @@ class SceneStore {
   void set_vertex_filters(Body& body, Span<const VertexFilter> filters);
   void set_rest_positions(Body& body, const Positions& x);
   void set_positions(Body& body, const Positions& x_t0, const Positions& x_t1);
-  /// Pairs that stop being ignored count as changed. All bodies are there.
+  /// Sets the ignored pairs. Pairs that are no longer ignored count as changed. All bodies must exist.
   void set_ignored_pairs(BodyPairList pairs);
   const BodyPairList& ignored_pairs() const { return ignored_pairs_; }
 

@@ -52,7 +52,7 @@ void SelectedDetector::use_device() {
   reason_ = wanted_ == Backend::cuda ? "CUDA was asked for" : "a CUDA device is usable";
 }
 
-/// Where there is a device; else the choice was made for good.
+/// Chooses the backend where there is a device; without one the choice is final.
 void SelectedDetector::choose(std::uint64_t triangles) {
   if (!may_use_device()) return;
   if (wanted_ == Backend::automatic && triangles < kSmallScene && !scene_->positions().are_on_device()) {
@@ -82,7 +82,8 @@ Span<const Contact> SelectedDetector::finish(Statistics& statistics) {
   return contacts;
 }
 
-/// Whether the device is in use and f succeeds. When it fails the CPU is in use, unless the device was asked for.
+/// Returns whether the device is in use and f succeeds. When f fails, switches to the CPU, unless the device was
+/// requested.
 template <class F>
 bool SelectedDetector::succeeds_on_device(const F& f) {
   if (backend_ == Backend::cpu) return false;
@@ -130,7 +131,7 @@ void SelectedDetector::start_in(Slot& slot) {
   there.detector.start(there.memory, input_.bodies, input_.settings);
 }
 
-/// Makes its detector where there is none yet.
+/// Prepares a slot; makes its detector where there is none yet.
 SelectedDetector::Ready SelectedDetector::ready(Slot& slot, MakeMemory make_memory) {
   if (slot.detector == nullptr) {
     slot = {&slot == &cpu_ ? factories_.make_cpu() : factories_.make_device(), ++last_number_};
@@ -173,7 +174,7 @@ void SelectedDetector::take_positions_to_host() {
   }
 }
 
-/// The CPU's detector reads the scene where it is; only a device has to be told what has changed.
+/// Passes the scene's changes to a device. The CPU's detector reads the scene in place.
 void SelectedDetector::tell_scene(Slot& slot) {
   if (&slot == &cpu_) {
     if (scene_->positions().are_on_device()) take_positions_to_host();

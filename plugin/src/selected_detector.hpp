@@ -9,11 +9,11 @@
 
 namespace softcd {
 
-/// With `Backend::automatic` scenes of fewer triangles go to the CPU, which is done with them before a GPU has started:
-/// crumpled sheets on an H200 and 4 to 16 cores of its host break even between 100 and 240 triangles.
+/// With `Backend::automatic` the CPU detects scenes of fewer triangles, because it finishes before a GPU has started.
+/// Crumpled sheets on an H200 and 4 to 16 cores of its host break even between 100 and 240 triangles.
 constexpr std::size_t kSmallScene = 150;
 
-/// Who makes detectors, and, where there is no device, why.
+/// Functions that make detectors, or, where there is no device, the reason.
 struct DetectorFactories {
   DetectorFactory make_cpu;
   DetectorFactory make_device;  ///< makes a detector, or throws; empty where there is no device
@@ -21,60 +21,62 @@ struct DetectorFactories {
   DevicePositionReaderFactory make_reader = {};  ///< of positions on the device; empty where there is none
 };
 
-/// This machine's.
+/// Returns the factories for this machine.
 DetectorFactories machine_factories(const SceneOptions& options);
 
-/// A query's memory, made for a detector, which is known by a number.
+/// A query's memory for the detector with this number.
 struct NumberedMemory {
   std::unique_ptr<QueryMemory> memory;
   std::uint64_t detector = 0;
 };
 
-/// A query's memory on both backends. What it found stays until the next detection is started.
+/// A query's memory on both backends. It keeps the results until the next detection is started.
 struct QueryMemories {
   NumberedMemory cpu, device;
 };
 
-/// One detection as detectors are told.
+/// The input of one detection.
 struct DetectionInput {
   SceneBodies bodies;
   DetectionSettings settings;
   bool reads_t0 = false;
-  std::uint64_t triangle_count = 0;  ///< of the scene
+  std::uint64_t triangle_count = 0;  ///< in the scene
 };
 
-/// The detectors behind a scene: on the GPU where there is one and it pays, else on the CPU. With `automatic`, when
-/// the device runs out of memory in a detection the CPU repeats it in the same call; when the device fails, all further
-/// ones too. Either is warned about once. With `cuda` a device that fails is a BackendError, and std::bad_alloc remains
-/// one; the next detection tries again.
+/// The detectors of a scene: on the GPU where one exists and it pays, else on the CPU.
+/// - With `automatic`, the CPU repeats a detection in the same call when the device runs out of memory. When the device
+///   fails, the CPU takes over all later detections, too. Each is warned about once.
+/// - With `cuda`, a device that fails is a BackendError, and std::bad_alloc is passed on. The next detection tries the
+///   device again.
 class SelectedDetector {
  public:
-  /// Throws BackendError when `wanted` cannot be had.
+  /// Throws BackendError when `wanted` is not available.
   SelectedDetector(Backend wanted, LogCallback log, DetectorFactories factories);
 
-  /// Most bytes of either backend's memory.
+  /// Limits the bytes of either backend's memory.
   void set_memory_limit(std::uint64_t bytes) { memory_limit_ = bytes; }
-  /// `scene` is up to date, and stays so until finish().
+  /// Starts a detection. `scene` must be up to date, and stay so until finish().
   void start(SceneStore& scene, QueryMemories& query, const DetectionInput& input);
-  /// Of the detection that was started last.
+  /// Returns the contacts on the device of the detection that was started last.
   StayingContacts staying() const { return detector_in_use()->staying(); }
-  /// Contacts stay valid until the next detection of the query, however long the detector lives.
+  /// Waits for the detection. Contacts stay valid until the query's next detection, even if the detector is destroyed.
   Span<const Contact> finish(Statistics& statistics);
-  /// Asks about the scene, which is up to date, which `triangle_count` decides where. No detection runs.
+  /// Answers questions about the scene, which must be up to date. `triangle_count` decides the backend. No detection
+  /// may run.
   void answer(SceneStore& scene, QueryMemories& probe, std::uint64_t triangle_count, const ProbedScene& probed,
               const Questions& ask);
   void report_memory(Statistics& statistics) const;
-  /// Of the start or finish that has thrown std::bad_alloc.
+  /// Returns the memory that was needed by the start or finish that threw std::bad_alloc.
   MemoryNeed memory_need() const;
-  /// Of the last detection that was finished.
+  /// Returns the test samples of the last finished detection.
   TestSamples test_samples() const;
 
-  /// Where the last detection ran, or the next one is expected to.
+  /// Returns the backend of the last detection, or the expected one of the next.
   Backend backend() const { return backend_; }
-  /// Why there, for explain().
+  /// Returns the reason for that backend, for explain().
   const std::string& reason() const { return reason_; }
   bool may_use_device() const { return static_cast<bool>(factories_.make_device); }
-  /// Of positions on the device. Throws BackendError where it cannot be had.
+  /// Returns the reader of positions on the device. Throws BackendError where there is none.
   DevicePositionReader& position_reader();
 
  private:
@@ -93,7 +95,7 @@ class SelectedDetector {
   void take_over(const std::string& problem);
   using MakeMemory = std::unique_ptr<QueryMemory> (Detector::*)();
 
-  /// What is behind a slot, which knows the scene and its limit on memory then.
+  /// A slot's detector and memory, prepared: it knows the scene and the memory limit.
   struct Ready {
     Detector& detector;
     QueryMemory& memory;
@@ -115,7 +117,7 @@ class SelectedDetector {
   std::string reason_;
   bool has_warned_ = false;
   std::uint64_t memory_limit_ = 0;
-  // Of the detection that runs:
+  // Data of the running detection:
   SceneStore* scene_ = nullptr;
   QueryMemories* query_ = nullptr;
   DetectionInput input_;

@@ -14,7 +14,7 @@
 namespace softcd {
 namespace {
 
-/// Threads that do nothing but live until all of them end.
+/// Threads that only wait until all of them end.
 class IdleThreads {
  public:
   IdleThreads() = default;
@@ -29,7 +29,7 @@ class IdleThreads {
     for (std::thread& thread : threads_) thread.join();
   }
 
-  /// At most `wanted`; returns how many there are.
+  /// Starts at most `wanted` threads. Returns how many are running.
   std::size_t start(std::size_t wanted) {
     threads_.reserve(wanted);
     try {
@@ -40,7 +40,7 @@ class IdleThreads {
         });
       }
     } catch (const std::system_error&) {
-      // One that could not be started: those before it are what there can be.
+      // A thread could not be started: the threads before it are the limit.
     }
     return threads_.size();
   }
@@ -52,7 +52,7 @@ class IdleThreads {
   std::vector<std::thread> threads_;
 };
 
-/// What keeps oneTBB to fewer threads, where it has to be kept, and what to say about that.
+/// The limit on oneTBB's threads, where one is needed, and the warning about it.
 struct Limit {
   std::unique_ptr<tbb::global_control> control;
   std::string warning;
@@ -63,7 +63,7 @@ Limit limit_threads() {
   const std::size_t wanted = tbb::global_control::active_value(kThreads) - 1;
   const std::size_t startable = count_startable_threads(wanted);
   if (startable == wanted) return {};
-  // Half of them, as others may want to start some until oneTBB does.
+  // Leave half of them to others, which may start threads before oneTBB does.
   const std::size_t taken = startable / 2;
   return {std::make_unique<tbb::global_control>(kThreads, 1 + taken),
           fmt::format("only {} of {} threads can be started; oneTBB goes on with {} beside the calling one. Raise the "
@@ -78,7 +78,7 @@ std::size_t count_startable_threads(std::size_t wanted) {
 }
 
 std::string keep_to_startable_threads() {
-  // Never destroyed: oneTBB may be used by what is destroyed later.
+  // Never destroyed: objects that are destroyed later may still use oneTBB.
   static Limit* const limit = new Limit(limit_threads());
   static std::once_flag is_told;
   std::string warning;

@@ -5,12 +5,12 @@
 
 namespace softcd {
 
-/// So many of `wanted` threads can live at once beside those that there are. None of them lives on.
+/// Returns how many of `wanted` threads can live at once beside the existing ones. Ends all that it starts.
 std::size_t count_startable_threads(std::size_t wanted);
 
-/// Has oneTBB take no more threads than can be started, in the whole process and for good. It waits for ever once it
-/// has failed to start one (2021.8), or ends the process. To be called before it is used, any number of times. What is
-/// to be warned of is returned by the call that has found it out, and is empty else.
+/// Limits oneTBB to the number of threads that can be started, for the whole process and permanently. When oneTBB fails
+/// to start a thread (2021.8), it waits for ever or ends the process. Call this before oneTBB is used; further calls do
+/// nothing. Returns a warning from the call that set a limit, else an empty text.
 std::string keep_to_startable_threads();
 
 }  // namespace softcd

@@ -8,7 +8,7 @@
 
 namespace softcd {
 
-/// Appends a range, in one with the last where it begins at that one's end.
+/// Appends a range, or extends the last one where the two meet.
 inline void append(std::vector<Range>& ranges, Range range) {
   if (range.begin == range.end) return;
   if (!ranges.empty() && ranges.back().end == range.begin) {
@@ -18,8 +18,8 @@ inline void append(std::vector<Range>& ranges, Range range) {
   }
 }
 
-/// Which elements of an array a detector elsewhere does not know, in few ranges: what lies between two that are near
-/// each other is sent with them, as one copy more takes as long as some thousand elements.
+/// The elements of an array that a detector elsewhere does not have yet, in few ranges. Gaps between near ranges are
+/// sent, too, because one more copy takes as long as some thousand elements.
 class UnsentRanges {
  public:
   void add(std::uint64_t begin, std::uint64_t end) {
@@ -34,9 +34,9 @@ class UnsentRanges {
     merge(ranges_);
     merged_count_ = ranges_.size();
   }
-  /// All from there on, however many there will be.
+  /// Adds all elements from `begin` on, whatever the array's later size.
   void add_from(std::uint64_t begin) { from_ = std::min(from_, begin); }
-  /// Of an array of so many elements.
+  /// Returns the ranges for an array of so many elements.
   std::vector<Range> within(std::uint64_t size) const {
     std::vector<Range> ranges = ranges_;
     ranges.push_back({from_, size});
@@ -44,7 +44,7 @@ class UnsentRanges {
     merge(ranges);
     return ranges;
   }
-  /// An array of so many elements is known.
+  /// Records that an array of so many elements has been sent.
   void clear(std::uint64_t size) noexcept {
     ranges_.clear();
     merged_count_ = 0;

@@ -143,13 +143,13 @@ void validate_rest_positions(BodyId id, std::uint32_t vertex_count, const Positi
   validate_end(id, vertex_count, x, "rest");
   if (x.is_on_device()) {
     throw InvalidInput(
-        fmt::format("body {}: its positions for rest are in a device's memory; give them in the host's.", id.value));
+        fmt::format("body {}: its rest positions are in a device's memory; give them in the host's.", id.value));
   }
   for (std::size_t v = 0; v < x.count(); ++v) {
     const Vec3d position = x.is_double() ? position_at<double>(given(x), v) : position_at<float>(given(x), v);
     if (is_usable(position)) continue;
     throw InvalidInput(
-        fmt::format("body {}: vertex {} of its positions for rest is not finite, or beyond 1e37.", id.value, v));
+        fmt::format("body {}: vertex {} of its rest positions is not finite, or beyond 1e37.", id.value, v));
   }
 }
 

@@ -1,4 +1,4 @@
-"""Collision detection between deformable triangle meshes, on the GPU when there is one and on the CPU when not."""
+"""Collision detection between deformable triangle meshes, on a GPU where one exists, else on the CPU."""
 
 from ._core import (
     NO_BODY,

@@ -8,7 +8,7 @@ from . import _core
 
 
 def main() -> int:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a detection does not look for Python's
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a running detection does not check for Python's signals
     return _core.detect_program([os.fsencode(word) for word in ["softcd-detect", *sys.argv[1:]]])
 
 

@@ -1,4 +1,4 @@
-"""What softcd raises; the module's C++ finds the classes here."""
+"""The exceptions of softcd. The module's C++ finds the classes here."""
 
 
 class Error(RuntimeError):
@@ -10,11 +10,11 @@ class InvalidInput(Error, ValueError):
 
 
 class BackendError(Error):
-    """Backend.cuda was asked for and cannot be had: not built in, no device, or the device failed."""
+    """Backend.cuda was requested but cannot be used: it was not built, no device exists, or the device failed."""
 
 
 class OutOfMemory(Error, MemoryError):
-    """A mesh, its positions or a detection would need more memory than there is."""
+    """A mesh, its positions or a detection needs more memory than there is."""
 
 
 class MeshError(Error, ValueError):

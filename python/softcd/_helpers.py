@@ -1,4 +1,4 @@
-"""One-call functions for those who keep no scene."""
+"""Functions for a single call, without a scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = Any
 
 
 def _scene(function: Callable[..., Any], options: dict[str, Any]) -> Scene:
-    """A Scene of the keywords that a function passes on, with an error that knows its own ones, too."""
+    """Makes a Scene of the keywords that a function passes on. Its error also knows the function's own keywords."""
     known = [name for name in dir(SceneOptions) if not name.startswith("_") and name != "replace"] + ["log"]
     for name in options:
         if name not in known:
@@ -76,13 +76,13 @@ def detect(
     contact_rule: ContactRule | str = ContactRule.distance,
     **scene_options: Any,
 ) -> np.ndarray:
-    """The contacts of a mesh with itself, or of several meshes, as an array of `softcd.contact_dtype`.
+    """Finds the contacts of a mesh with itself, or of several meshes, as an array of `softcd.contact_dtype`.
 
     Positions have the shape (n, 3) and are float32 or float64, triangles the shape (m, 3) and are integers. With
     sequences of arrays each is a mesh, and `body_a` and `body_b` of a contact count them from 0. Two features are in
     contact when their distance is at most twice `margin`: the sum of both sides'.
 
-    With `vertices_t1` detection is continuous: what touches on straight lines from t0 to t1. Else it is discrete.
+    With `vertices_t1` detection is continuous, along straight lines from t0 to t1; else it is discrete.
     Further keywords are those of `Scene`.
     """
     if detection is None:
@@ -112,12 +112,12 @@ def collision_free_step(
     self_collision: bool = True,
     **scene_options: Any,
 ) -> float:
-    """How much of the step from t0 to t1 can be made before anything touches: a number in [0, 1].
+    """Returns the part of the step from t0 to t1 that is free of collisions: a number in [0, 1].
 
     Along `vertices_t0 + s * (vertices_t1 - vertices_t0)` nothing touches for s below the result, or comes nearer than
-    twice `margin`. Never too large: float64 positions count as they are. At the result itself something may
-    touch: a solver that goes on from there takes a little less, or a margin. 0 where something touches at t0. Arguments
-    are as for `detect`, further keywords those of `Scene`.
+    twice `margin`. The result is never too large, also for float64 positions. At the result itself features may touch:
+    a solver that continues there takes a little less, or a margin. The result is 0 where features touch at t0.
+    Arguments are as for `detect`, further keywords those of `Scene`.
     """
     scene = _scene_of(
         vertices_t0,
@@ -136,18 +136,18 @@ _TRIANGLES_AT_ONCE = 1 << 16
 
 
 def self_intersections(vertices: Array, triangles: Array, **scene_options: Any) -> np.ndarray:
-    """The pairs of a mesh's triangles that intersect, as uint32 of shape (k, 2): sorted, each once, the smaller first.
+    """Finds a mesh's pairs of intersecting triangles, as uint32 of shape (k, 2): sorted, each once, smaller first.
 
-    Two triangles intersect when an edge of one has a point in common with the other, to which none of its vertices
-    belongs: neighbours count where they meet elsewhere than in what they share, and never where that is an edge.
-    Touching counts. Decided exactly for the positions as they are. Further keywords are those of `Scene`.
+    Two triangles intersect when an edge of one has a point in common with the other, and no vertex of the other. So
+    neighbours count where they meet outside of their shared features, and never if they share an edge. Touching
+    counts. The decision is exact for the given positions. Further keywords are those of `Scene`.
     """
     scene = _scene(self_intersections, scene_options)
     scene.set_positions(scene.add_body(triangles, _row_count("vertices", vertices)), vertices)
     positions = np.ascontiguousarray(vertices, np.float64)
     faces = np.ascontiguousarray(triangles, np.uint32).reshape(-1, 3)
     probe = Probe(scene)
-    # Far more than the scene rounds positions by, from which it finds candidates.
+    # Far more than the rounding of the scene's positions, by which it finds candidates.
     slack = 2.0**-20 * np.ptp(positions, axis=0).max(initial=0.0)
     found = [np.empty((0, 2), np.uint32)]
     for first in range(0, len(faces), _TRIANGLES_AT_ONCE):

@@ -1,4 +1,4 @@
-"""Questions about what of a scene's bodies is where."""
+"""Spatial questions about a scene's bodies."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _array(name: str, values: Numbers) -> np.ndarray:
 
 
 def _numbers(name: str, values: Numbers, shape: tuple[int, ...]) -> np.ndarray:
-    """Of float64, of that shape or of several such in a row."""
+    """Converts to float64, of that shape or of several such in a row."""
     array = _array(name, values)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected numbers, got {array.dtype}")
@@ -40,7 +40,7 @@ def _numbers(name: str, values: Numbers, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _batch(**columns: tuple[Numbers, tuple[int, ...]]) -> np.ndarray:
-    """A row for each question: the columns side by side, those of one value repeated."""
+    """Makes a row for each question: the columns side by side, with single values repeated."""
     arrays = {name: _numbers(name, values, shape) for name, (values, shape) in columns.items()}
     counts = {name: len(arrays[name]) for name, (_, shape) in columns.items() if arrays[name].ndim > len(shape)}
     first, count = next(iter(counts.items()), (None, 1))
@@ -52,13 +52,13 @@ def _batch(**columns: tuple[Numbers, tuple[int, ...]]) -> np.ndarray:
 
 
 class AnswerLists(Sequence[np.ndarray]):
-    """A list of answers for each question of a batch, in the questions' order: an array each, part of `all`."""
+    """A list of results for each question of a batch, in the questions' order: an array each, part of `all`."""
 
     def __init__(self, begins: np.ndarray, answers: np.ndarray) -> None:
         self.begins = begins
-        """Where each question's answers begin in `all`, and where the last one's end: int64."""
+        """Where each question's results begin in `all`, and at last where the last ones end: int64."""
         self.all = answers
-        """All answers, those of one question behind those of the one before."""
+        """All results, question by question."""
 
     def __len__(self) -> int:
         return len(self.begins) - 1
@@ -77,11 +77,11 @@ class AnswerLists(Sequence[np.ndarray]):
 
 
 class Probe:
-    """Asks what of a scene's bodies is at a place, in batches: as many answers as questions, in their order.
+    """Answers spatial questions about a scene's bodies, in batches: one result or one list for each question.
 
-    Kinematic bodies answer too; groups, masks and margins do not count. Bodies whose positions were never set are left
-    out, and so are triangles with a vertex that is not finite. Every call reads positions that were set and waits for a
-    detection that runs. Places are of shape (n, 3), or (3,) for one, or one for all; what else a question has is of
+    Kinematic bodies count too; groups, masks and margins do not. Bodies whose positions were never set are left
+    out, and so are triangles with a vertex that is not finite. Every call reads positions that were set, and waits for
+    a running detection. Points and directions are of shape (n, 3), or (3,) for one, or one for all; numbers are of
     shape (n,), or one number for all.
 
     Answers are structured arrays of their own. Where there is none `body` is softcd.NO_BODY.
@@ -93,14 +93,14 @@ class Probe:
     def first_hits(
         self, origins: Numbers, directions: Numbers, t_min: Numbers = 0.0, t_max: Numbers = np.inf
     ) -> np.ndarray:
-        """What each ray meets first of origin + t * direction, t_min <= t <= t_max: `body`, `triangle`, `t`, `weights`
-        of the triangle's vertices, and its unit `normal`."""
+        """Finds the first triangle that each ray origin + t * direction, t_min <= t <= t_max, meets: `body`,
+        `triangle`, `t`, `weights` of the triangle's vertices, and its unit `normal`."""
         return self._core.first_hits(self._rays(origins, directions, t_min, t_max))
 
     def all_hits(
         self, origins: Numbers, directions: Numbers, t_min: Numbers = 0.0, t_max: Numbers = np.inf
     ) -> AnswerLists:
-        """All that each ray meets, in the order of t, then of bodies and triangles."""
+        """Finds all triangles that each ray meets, in the order of t, then of bodies and triangles."""
         return AnswerLists(*self._core.all_hits(self._rays(origins, directions, t_min, t_max)))
 
     @staticmethod
@@ -108,66 +108,66 @@ class Probe:
         return _batch(origins=(origins, (3,)), directions=(directions, (3,)), t_min=(t_min, ()), t_max=(t_max, ()))
 
     def closest_points(self, points: Numbers, max_distance: Numbers = np.inf) -> np.ndarray:
-        """The nearest of all triangles' points that is at most max_distance away: `body`, `triangle`, `position`,
-        `distance`, `weights` of the triangle's vertices, and `side`: where the body's surface is closed 1 on the side
-        that normals point to, -1 on the other, else 0."""
+        """Finds the nearest point of all triangles within max_distance: `body`, `triangle`, `position`, `distance`,
+        `weights` of the triangle's vertices, and `side`. On a closed surface, `side` is 1 where normals point to and -1
+        opposite; else it is 0."""
         return self._core.closest_points(_batch(points=(points, (3,)), max_distance=(max_distance, ())))
 
     def sphere_overlaps(self, centres: Numbers, radii: Numbers) -> AnswerLists:
-        """All triangles that have a point in common with each sphere: `body` and `triangle`, in their order."""
+        """Finds all triangles that have a point in common with each sphere: `body` and `triangle`, in their order."""
         return AnswerLists(*self._core.sphere_overlaps(_batch(centres=(centres, (3,)), radii=(radii, ()))))
 
     def capsule_overlaps(self, starts: Numbers, ends: Numbers, radii: Numbers) -> AnswerLists:
-        """The same for all points at most a radius from the segments between starts and ends."""
+        """Finds the same for all points at most a radius from the segments between starts and ends."""
         batch = _batch(starts=(starts, (3,)), ends=(ends, (3,)), radii=(radii, ()))
         return AnswerLists(*self._core.capsule_overlaps(batch))
 
     def box_overlaps(self, lows: Numbers, highs: Numbers) -> AnswerLists:
-        """The same for boxes between their lowest and highest coordinates."""
+        """Finds the same for boxes between their lowest and highest coordinates."""
         return AnswerLists(*self._core.box_overlaps(_batch(lows=(lows, (3,)), highs=(highs, (3,)))))
 
     def oriented_box_overlaps(self, centres: Numbers, halves: Numbers, axes: Numbers) -> AnswerLists:
-        """The same for boxes that are turned: half their extent along each of three axes, which are the rows of axes,
-        of shape (n, 3, 3), unit vectors at right angles to each other."""
+        """Finds the same for oriented boxes: half their extent along each of three axes. The axes are the rows of axes,
+        of shape (n, 3, 3): unit vectors at right angles to each other."""
         batch = _batch(centres=(centres, (3,)), halves=(halves, (3,)), axes=(axes, (3, 3)))
         return AnswerLists(*self._core.oriented_box_overlaps(batch))
 
     def hull_overlaps(self, points: Numbers, begins: Numbers | None = None, radii: Numbers = 0.0) -> AnswerLists:
-        """The same for all points at most a radius from convex hulls: hull i is that of points begins[i] up to, but
-        without, begins[i + 1], in any order, and nothing where there are none. begins, integers of shape (n + 1,), lead
-        from 0 to the number of points, as AnswerLists.begins do; without them all points are one hull's."""
+        """Finds the same for all points at most a radius from convex hulls. Hull i has the points begins[i] up to, but
+        without, begins[i + 1], in any order; without points it is empty. begins, integers of shape (n + 1,), lead
+        from 0 to the number of points, as AnswerLists.begins do. Without begins all points are one hull."""
         corners = _numbers("points", points, (3,)).reshape(-1, 3)
         places = np.array([0, len(corners)]) if begins is None else _array("begins", begins)
         return AnswerLists(*self._core.hull_overlaps(corners, places, _numbers("radii", radii, ())))
 
     def distances(self, pairs: BodyPairs) -> np.ndarray:
-        """The nearest points of a triangle of a and a triangle of b for each pair (a, b) of different bodies, None
-        being all: `body_a`, `triangle_a`, `position_a`, `weights_a`, the same of b, and `distance`, exactly 0 where
-        they intersect. Takes time for each triangle of a: the smaller body goes first."""
+        """Finds the nearest points of a triangle of a and a triangle of b for each pair (a, b) of different bodies:
+        `body_a`, `triangle_a`, `position_a`, `weights_a`, the same of b, and `distance`, exactly 0 where they
+        intersect. None stands for all bodies. Takes time for each triangle of a, so the smaller body should be a."""
         return self._core.distances(pairs)
 
     def distance(self, a: int | None, b: int | None) -> np.void:
-        """The same for one pair."""
+        """Finds the nearest points of one pair."""
         return self.distances([(a, b)])[0]
 
     def intersections(self, pairs: BodyPairs = ((None, None),)) -> AnswerLists:
-        """All triangles of a and b that intersect for each pair (a, b), decided exactly for the positions as the scene
-        has them: `body_a`, `triangle_a`, `body_b`, `triangle_b`. Within a body where a is b, of all bodies with each
-        other and with themselves where both are None, as where no pairs are given. Each two once, in the order of the
-        first, then of the second."""
+        """Finds all intersecting triangles of a and b for each pair (a, b): `body_a`, `triangle_a`, `body_b`,
+        `triangle_b`. The decision is exact for the scene's positions. Where a is b, it finds intersections within the
+        body. Where both are None, the default, it compares all bodies with each other and with themselves. Each
+        intersection is reported once, in the order of the first, then of the second triangle."""
         return AnswerLists(*self._core.intersections(pairs))
 
     def has_intersections(self, a: int | None = None, b: int | None = None) -> bool:
-        """Whether there is one; stops at the first that is found."""
+        """Returns whether an intersection exists. Stops at the first one."""
         return self._core.has_intersections(a, b)
 
     def intersections_after(self, changes: Sequence[MeshChange]) -> AnswerLists:
-        """What each change's new triangles would intersect: `added`, which of them, `body` and `triangle`, of all
-        triangles that would stay, or, with softcd.NO_BODY, a later one of those that would be added. Changes are judged
-        one by one, with the scene as it is."""
+        """Finds the triangles that each change's new triangles would intersect. `added` is the new triangle's index.
+        `body` and `triangle` are one of the remaining triangles or, with softcd.NO_BODY, a later one of the new ones.
+        Each change is judged alone, with the scene as it is."""
         return AnswerLists(*self._core.intersections_after(changes))
 
     def set_body_filter(self, filter: Callable[[int], bool] | None) -> None:
-        """filter(body) is asked by every call from the next one on whether a body that has positions answers; None
-        leaves nobody out. It must not call the scene, its queries or probes."""
+        """Sets the function filter(body) that every later call asks whether a body with positions counts; None excludes
+        no body. It must not call the scene, its queries or probes."""
         self._core.set_body_filter(filter)

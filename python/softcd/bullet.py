@@ -24,15 +24,15 @@ PLUGIN = pathlib.Path(__file__).parent / "softcd_pybullet.so"
 def attach(client: int = 0, **settings: str | float | bool) -> Attachment:
     """Gives the world of a PyBullet client softcd's detection, and returns an Attachment.
 
-    The world is one with soft bodies (the default) or deformable ones (RESET_USE_DEFORMABLE_WORLD), new or in mid-run.
+    The world has soft bodies (the default) or deformable ones (RESET_USE_DEFORMABLE_WORLD). It may be new or in use.
     settings are those of softcd::bullet::Settings: backend ("automatic", "cpu", "cuda"), detection ("dcd", "ccd"),
     accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), lambda_, reuse_pairs,
     self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond"), contacts ("all",
     "closest_feature", "automatic"), contacts_per_node, rigid_meshes, convex_shapes ("nodes", "faces_and_edges"),
-    filter_deformables. Not over a client: callbacks, the read-out that they get, and on_error.
+    filter_deformables. Not available: callbacks, the read-out that they receive, and on_error.
 
-    Raises softcd.Error where softcd was built without the plugin, or for another version of PyBullet, where a setting
-    is none, and where softcd is attached already.
+    Raises softcd.Error where softcd was built without the plugin or for another version of PyBullet, where a setting
+    is invalid, and where softcd is attached already.
     """
     plugin = _load(client)
     words = [f"{name.removesuffix('_')}={value}" for name, value in settings.items()]
@@ -42,8 +42,8 @@ def attach(client: int = 0, **settings: str | float | bool) -> Attachment:
 
 
 class Attachment:
-    """softcd in a world of PyBullet's, also when nobody keeps this object. detach(), resetSimulation, disconnect and
-    the end of a `with` statement end it."""
+    """softcd in a world of PyBullet's. It does not end with this object, but by detach(), resetSimulation, disconnect
+    or the end of a `with` statement."""
 
     def __init__(self, client: int, plugin: int) -> None:
         self._client = client
@@ -65,21 +65,21 @@ class Attachment:
 
     @property
     def limitations(self) -> list[str]:
-        """What softcd does not do here that it does in worlds of its own: one sentence each."""
+        """The differences from softcd's own worlds: one sentence each."""
         return self._execute("limitations").splitlines()
 
     def finish_step(self) -> None:
-        """In worlds with soft bodies, not deformable ones, with detection="ccd": to be called after stepSimulation, before
-        positions are read. The next step, and detach(), begin with it where nobody has called it."""
+        """Ends a step in worlds with soft bodies, not deformable ones, with detection="ccd". Call it after
+        stepSimulation, before positions are read. Otherwise the next step, or detach(), does it first."""
         self._execute("finish_step")
 
     def report(self) -> dict[str, dict[str, Any]]:
-        """What was found in the last step: a dict of dicts, `contacts`, `crossings`, `crossing_answers` and
+        """Returns the results of the last step: a dict of dicts, `contacts`, `crossings`, `crossing_answers` and
         `rigid_meshes`, as softcd::bullet::WorldDetection names them."""
         return json.loads(self._execute("report"))
 
     def detach(self) -> None:
-        """Takes everything of softcd's out of the world, in which Bullet then detects as ever."""
+        """Removes everything of softcd's from the world. Bullet then detects as before."""
         self._execute("detach")
 
     def __enter__(self) -> Attachment:

@@ -13,13 +13,13 @@
 namespace softcd::python {
 namespace {
 
-constexpr double kLargestCoordinate = 1e37;  // as Positions says
+constexpr double kLargestCoordinate = 1e37;  // the limit of Positions
 
 std::string name_of_type(nb::handle object) {
   return nb::cast<std::string>(nb::str(nb::handle(object.type()).attr("__name__")));
 }
 
-/// Why an object with __dlpack__ does not hand out its memory.
+/// Returns why an object with __dlpack__ does not give access to its memory.
 std::string dlpack_problem(nb::handle object) {
   if (!nb::hasattr(object, "__dlpack__")) return "";
   try {
@@ -36,7 +36,7 @@ nb::builtin_exception wrong_type(const char* name, nb::handle object, const char
                             .c_str());
 }
 
-/// What numba and others have instead of DLPack, version 3: a dictionary.
+/// Reads the interface that numba and others have instead of DLPack, version 3: a dictionary.
 bool read_cuda_interface(nb::handle object, Array& array) {
   if (!nb::hasattr(object, "__cuda_array_interface__")) return false;
   const nb::object interface = object.attr("__cuda_array_interface__");
@@ -91,8 +91,9 @@ bool try_read(nb::handle object, bool may_be_on_gpu, Array& array) {
          (nb::try_cast(object, array, /*convert=*/false) || (may_be_on_gpu && read_cuda_interface(object, array)));
 }
 
-/// Reads a contiguous copy of what numpy takes for an array of real numbers of at most 64 bits: of float32 where it
-/// has floats of at most 32 bits, else of float64 or, with `integers`, of int64. Returns whether there is one.
+/// Reads a contiguous copy of an object that numpy reads as real numbers of at most 64 bits. The copy is float32 if
+/// numpy has floats of at most 32 bits, else float64 or, with `integers`, int64. Returns whether the object could be
+/// read.
 bool try_read_copy(nb::handle object, bool integers, Array& array) {
   try {
     const nb::module_ numpy = nb::module_::import_("numpy");
@@ -120,7 +121,8 @@ Array on_expected_device(const char* name, Array array, const char* expected, bo
   return array;
 }
 
-/// Throws InvalidInput unless there are rows of `width`, or one dimension where that is 0: `shape` in words.
+/// Throws InvalidInput unless there are rows of `width`, or one dimension if `width` is 0. `shape` describes this in
+/// words.
 void require_shape(const char* name, const Array& array, const char* shape, std::size_t width) {
   const bool fits = width == 0 ? array.ndim() == 1 : array.ndim() == 2 && array.shape(1) == width;
   if (!fits) throw InvalidInput(fmt::format("{}: expected shape {}, got {}", name, shape, shape_of(array)));
@@ -148,7 +150,7 @@ bool is_of_floats(const Array& array) {
   return array.dtype() == nb::dtype<float>() || array.dtype() == nb::dtype<double>();
 }
 
-/// Whether positions can be read where they lie: one aligned row behind the other.
+/// Returns whether positions can be read in place: one aligned row behind the other.
 bool lies_in_rows(const Array& array) {
   if (!is_of_floats(array)) return false;
   const std::size_t item_size = array.dtype().bits / 8;
@@ -181,7 +183,7 @@ void require_finite_scalars(const char* name, const Positions& positions) {
 template <class Row>
 inline constexpr std::size_t kWidth = sizeof(Row) / sizeof(std::uint32_t);
 
-/// Rows of kWidth<Row> indices each.
+/// Reads rows of kWidth<Row> indices each.
 template <class Row, class Integer>
 std::vector<Row> rows_in(const char* name, const Array& array) {
   const auto* const first = static_cast<const char*>(static_cast<const void*>(array.data()));
@@ -208,7 +210,7 @@ std::vector<Row> rows_in(const char* name, const Array& array) {
   return rows;
 }
 
-/// Of as many dimensions and columns as `shape` says in words.
+/// Reads rows with as many dimensions and columns as `shape` says in words.
 template <class Row>
 std::vector<Row> read_rows(const char* name, nb::handle object, const char* shape) {
   const std::string expected = fmt::format("an array of integers of shape {} in the CPU's memory", shape);
@@ -228,7 +230,7 @@ std::vector<Row> read_rows(const char* name, nb::handle object, const char* shap
   throw nb::type_error(fmt::format("{}: expected {}, got {}", name, expected, dtype_name(array)).c_str());
 }
 
-/// `expected` says where.
+/// Reads rows of floats. `expected` describes the allowed memory.
 PositionsArray read_rows_of_floats(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu) {
   Array array;
   const bool is_read = try_read(object, may_be_on_gpu, array);

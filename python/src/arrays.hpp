@@ -22,23 +22,23 @@ struct PositionsArray {
   Positions positions;
 };
 
-/// Positions of shape (n, 3), in the CPU's memory or a GPU's: anything with the buffer protocol, `__dlpack__` or
-/// `__cuda_array_interface__`. Float32 and float64 are read where they are if each row's three lie side by side and the
-/// rows follow each other. Anything else that numpy reads as real numbers, lists among it, is copied. Throws
-/// nb::type_error or InvalidInput, which begin with `name`.
+/// Reads positions of shape (n, 3), in the CPU's memory or a GPU's, from anything with the buffer protocol,
+/// `__dlpack__` or `__cuda_array_interface__`. Float32 and float64 are read in place if each row's three coordinates
+/// are contiguous and rows follow each other. Other objects that numpy reads as real numbers, such as lists, are
+/// copied. Throws nb::type_error or InvalidInput; the text begins with `name`.
 PositionsArray read_positions(const char* name, nb::handle object);
 
-/// Throws InvalidInput where a coordinate in the CPU's memory is one that the library leaves out.
+/// Throws InvalidInput where the library would leave out a coordinate in the CPU's memory.
 void require_finite(const char* name, const Positions& positions);
 
-/// Float32 or float64 of shape (n, 3) in the CPU's memory, as read_positions() reads them, copied.
+/// Copies float32 or float64 of shape (n, 3) in the CPU's memory, as read_positions() reads them.
 std::vector<Vec3d> read_points(const char* name, nb::handle object);
 
-/// Integers of shape (n, 3), any strides, in the CPU's memory; lists, too.
+/// Reads integers of shape (n, 3), any strides, in the CPU's memory; lists, too.
 std::vector<Triangle> read_triangles(const char* name, nb::handle object);
-/// The same of shape (n, 2).
+/// Reads integers of shape (n, 2), as read_triangles() does.
 std::vector<Segment> read_segments(const char* name, nb::handle object);
-/// The same of shape (n,).
+/// Reads integers of shape (n,), as read_triangles() does.
 std::vector<std::uint32_t> read_indices(const char* name, nb::handle object);
 
 }  // namespace softcd::python

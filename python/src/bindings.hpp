@@ -2,7 +2,7 @@
 
 #include <nanobind/nanobind.h>
 
-/// What module.cpp puts together: each function defines its file's part.
+/// The parts of the module, which module.cpp calls: each function defines the names of its file.
 namespace softcd::python {
 
 void register_exceptions();

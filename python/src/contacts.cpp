@@ -31,7 +31,8 @@ nb::object make_dtype() {
 }  // namespace
 
 nb::handle contact_dtype() {
-  static const nb::object* const dtype = new nb::object(make_dtype());  // never destroyed: numpy may be gone before
+  // Never destroyed, as numpy may be unloaded earlier.
+  static const nb::object* const dtype = new nb::object(make_dtype());
   return *dtype;
 }
 

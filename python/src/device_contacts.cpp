@@ -18,11 +18,12 @@
 namespace softcd::python {
 namespace {
 
-constexpr std::intptr_t kLegacyDefaultStream = 1;  // as CUDA and DLPack count
-constexpr std::intptr_t kNoStream = -1;            // DLPack's for who waits without being told to
+constexpr std::intptr_t kLegacyDefaultStream = 1;  // numbered as in CUDA and DLPack
+constexpr std::intptr_t kNoStream = -1;            // DLPack's value for a consumer that synchronizes by itself
 
-/// Has what is enqueued on a stream from now on wait for the event. By the driver, whose events and streams are those
-/// of CUDA's runtime: a module that is built without CUDA has nothing else, and where there are events it is loaded.
+/// Lets work that is enqueued on a stream from now on wait for the event. It uses the driver, whose events and streams
+/// are those of CUDA's runtime. A module that is built without CUDA has nothing else, and the driver is loaded where
+/// there are events.
 void wait_on_stream(std::intptr_t stream, void* event) {
   using StreamWaitEvent = int (*)(void* stream, void* event, unsigned int flags);
   static void* const driver = dlopen("libcuda.so.1", RTLD_NOW);
@@ -44,7 +45,7 @@ nb::object keep(HeldContacts held) {
   return keeper;
 }
 
-/// A member of each of `count` contacts.
+/// Returns one member of each of `count` contacts.
 DeviceArray column_of(const Contact* contacts, std::size_t count, const std::string& name,
                       const DeviceArray::Origin& origin) {
   const nb::object fields = contact_dtype().attr("fields");
@@ -69,7 +70,7 @@ DeviceArray column_of(const Contact* contacts, std::size_t count, const std::str
   return {{first, shape, strides, dtype, nb::cast<std::string>(base.attr("str")), item_size}, origin};
 }
 
-/// `count` integers, none where there is no memory.
+/// Returns `count` integers, or none where there is no memory.
 template <class Integer>
 DeviceArray integers(const void* first, std::size_t count, const DeviceArray::Origin& origin) {
   constexpr const char* kType = sizeof(Integer) == sizeof(std::int64_t) ? "<i8" : "<i4";
@@ -103,7 +104,7 @@ nb::tuple DeviceArray::dlpack_device() const {
   return nb::make_tuple(int{nb::device::cuda::value}, origin_.device);
 }
 
-/// Version 3: whoever reads it waits for the stream that it names.
+/// Version 3: the reader waits for the stream that the dictionary names.
 nb::dict DeviceArray::cuda_array_interface() const {
   nb::list strides;
   for (const std::int64_t stride : layout_.strides)
@@ -174,9 +175,9 @@ int PendingContactsArray::traverse(visitproc visit, void* arg) const {
 namespace {
 
 constexpr const char* kBodyBegin =
-    "Where each body's contacts are, on the GPU: int64 of shape (2 * n + 1,), n being more than all bodies' ids. Those "
-    "of kind k whose body_a is b are [body_begin[k * n + b], body_begin[k * n + b + 1]). Of shape (0,) where no bodies "
-    "were compared.";
+    "The range of each body's contacts, on the GPU: int64 of shape (2 * n + 1,), where n exceeds all bodies' ids. "
+    "Contacts of kind k whose body_a is b are [body_begin[k * n + b], body_begin[k * n + b + 1]). Of shape (0,) where "
+    "no bodies were compared.";
 
 PyType_Slot array_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<DeviceArray>)}, {0, nullptr}};
 PyType_Slot pending_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<PendingContactsArray>)},
@@ -188,19 +189,18 @@ void bind_device_contacts(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<DeviceArray>(
       module, "DeviceArray", nb::type_slots(array_slots),
-      "An array in a GPU's memory for torch.from_dlpack, cupy.from_dlpack, numba and the like, which "
-      "read it where it is. With __dlpack__ unsigned integers are int32 and truth values uint8.")
+      "An array in a GPU's memory. torch.from_dlpack, cupy.from_dlpack, numba and similar functions read it in place. "
+      "With __dlpack__ unsigned integers are int32 and truth values uint8.")
       .def("__dlpack__", &DeviceArray::dlpack, "kwargs"_a,
-           "Has the stream that it is taken for wait until it is there, DLPack's legacy default stream where none is "
-           "named.")
+           "Makes the given stream, or DLPack's legacy default stream, wait until the array is complete.")
       .def("__dlpack_device__", &DeviceArray::dlpack_device)
       .def_prop_ro("__cuda_array_interface__", &DeviceArray::cuda_array_interface)
       .def_prop_ro("shape", &DeviceArray::shape)
       .def("__repr__", &DeviceArray::describe);
-  nb::class_<DeviceContactsArray>(module, "DeviceContacts",
-                                  "Contacts in a GPU's memory, whose columns are shown without a copy. They stay as "
-                                  "they are, whatever becomes of the query; detections use other memory as long as "
-                                  "they, or a column that was taken, live.")
+  nb::class_<DeviceContactsArray>(
+      module, "DeviceContacts",
+      "Contacts in a GPU's memory, with columns that are not copied. They do not change, whatever happens to the "
+      "query: other detections use other memory as long as they, or a column of them, live.")
       .def("__len__", &DeviceContactsArray::size)
       .def("__getitem__", &DeviceContactsArray::column, "name"_a, "A column of softcd.contact_dtype.")
       .def_prop_ro("body_begin", &DeviceContactsArray::body_begin, kBodyBegin)
@@ -209,21 +209,22 @@ void bind_device_contacts(nb::module_& module) {
       });
   nb::class_<PendingContactsArray>(
       module, "PendingContacts", nb::type_slots(pending_slots),
-      "Where the contacts of a detection that may still run will be in a GPU's memory, which nobody has waited for. "
-      "Whoever takes an array has its stream wait for them, not the host. How many there are, and whether that is all, "
-      "the GPU knows: what is behind count[0] is of no use, and nothing is where is_complete[0] is 0, when "
-      "Ticket.wait() "
-      "repeats the detection; its arrays must not be read after that.")
-      .def_prop_ro("capacity", &PendingContactsArray::capacity, "How many contacts there is room for.")
+      "Contacts in a GPU's memory, of a detection that may still run. A stream that takes an array waits for them; the "
+      "host does not. Their number, and whether they are complete, are known on the GPU: contacts behind count[0] are "
+      "useless, and all are where is_complete[0] is 0. Ticket.wait() then repeats the detection, after which these "
+      "arrays must not be read.")
+      .def_prop_ro("capacity", &PendingContactsArray::capacity, "The number of contacts that fit.")
       .def("__getitem__", &PendingContactsArray::column, "name"_a, "A column of softcd.contact_dtype, `capacity` long.")
-      .def_prop_ro("count", &PendingContactsArray::count,
-                   "On the GPU: how many were found, int64 of shape (1,), or (0,) where no bodies are compared.")
-      .def_prop_ro("is_complete", &PendingContactsArray::is_complete,
-                   "On the GPU: 1 where all are there, int32 of shape (1,), or (0,) where no bodies are compared.")
+      .def_prop_ro(
+          "count", &PendingContactsArray::count,
+          "On the GPU: the number of contacts found, int64 of shape (1,), or (0,) where no bodies are compared.")
+      .def_prop_ro(
+          "is_complete", &PendingContactsArray::is_complete,
+          "On the GPU: 1 where all contacts are stored, int32 of shape (1,), or (0,) where no bodies are compared.")
       .def_prop_ro("body_begin", &PendingContactsArray::body_begin, kBodyBegin)
       .def_prop_ro("ready", &PendingContactsArray::ready,
-                   "A cudaEvent_t after which all of it is there, for cupy.cuda.runtime.streamWaitEvent and the like, "
-                   "until the query's next detection is started.")
+                   "A cudaEvent_t after which all results are there, for cupy.cuda.runtime.streamWaitEvent and similar "
+                   "functions, until the query's next detection is started.")
       .def("__repr__", [](const PendingContactsArray& self) {
         return fmt::format("<softcd.PendingContacts, room for {} on CUDA device {}>", self.capacity(), self.device());
       });

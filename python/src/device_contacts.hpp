@@ -12,8 +12,8 @@
 
 namespace softcd::python {
 
-/// An array in a GPU's memory, which Python's libraries read where it is: with `__dlpack__` and
-/// `__cuda_array_interface__`. Whoever takes it before it is there is made to wait, on the GPU.
+/// An array in a GPU's memory, which Python's libraries read in place, by `__dlpack__` and `__cuda_array_interface__`.
+/// A reader that takes it before it is complete waits, on the GPU.
 class DeviceArray {
  public:
   struct Layout {
@@ -24,7 +24,7 @@ class DeviceArray {
     std::string numpy_type;             ///< of the elements as they are
     std::size_t item_size;              ///< in bytes
   };
-  /// What both kinds of contacts on a GPU have.
+  /// Data of both kinds of contacts on a GPU.
   struct Origin {
     nb::object memory;      ///< keeps it
     nb::object query;       ///< keeps `ready`, where there is one
@@ -45,7 +45,7 @@ class DeviceArray {
   Origin origin_;
 };
 
-/// Contacts on a GPU, as columns, that are there.
+/// Contacts on a GPU, as columns, of a finished detection.
 class DeviceContactsArray {
  public:
   DeviceContactsArray(const DeviceContacts& contacts, HeldContacts held);
@@ -60,10 +60,10 @@ class DeviceContactsArray {
   DeviceArray::Origin origin_;
 };
 
-/// The same of a detection that may still run.
+/// Contacts on a GPU, as columns, of a detection that may still run.
 class PendingContactsArray {
  public:
-  /// `query` keeps the event that tells when they are there.
+  /// `query` keeps the event that marks the contacts as complete.
   PendingContactsArray(const PendingContacts& contacts, HeldContacts held, nb::object query);
 
   std::size_t capacity() const { return contacts_.counts != nullptr ? contacts_.capacity : 0; }

@@ -7,7 +7,7 @@ namespace nb = nanobind;
 
 namespace {
 
-/// `descriptions` are those of the values, in their order; null where the name says it all.
+/// Defines an enumeration. `descriptions` are those of its values, in their order; null where the names suffice.
 template <class Enum>
 void bind(nb::module_& module, const char* name, const char* description,
           const std::array<const char*, kEnumerators<Enum>.size()>& descriptions) {
@@ -21,25 +21,26 @@ void bind(nb::module_& module, const char* name, const char* description,
 }  // namespace
 
 void bind_enumerations(nb::module_& module) {
-  bind<Backend>(module, "Backend", "Where detections run.",
-                {"A GPU where there is a usable one, else the CPU.", nullptr,
-                 "An NVIDIA GPU; an error where there is none, or when it fails."});
-  bind<Detection>(module, "Detection", "What is compared.",
+  bind<Backend>(module, "Backend", "The processor that computes detections.",
+                {"A GPU where a usable one exists, else the CPU.", nullptr,
+                 "An NVIDIA GPU; an error where none exists, or when it fails."});
+  bind<Detection>(module, "Detection", "The compared motion.",
                   {"Distances at one end of the step.", "Straight-line motion from t0 to t1."});
   bind<Accuracy>(
-      module, "Accuracy", "The narrow phase's arithmetic, and what it promises.",
+      module, "Accuracy", "The narrow phase's arithmetic, and what it guarantees.",
       {"float32.", "float64.",
-       "float64 that misses nothing within a margin along the way either, nor of float64 positions.",
+       "float64 that finds everything that comes within a margin, also along the path, and for float64 positions as "
+       "given.",
        "conservative where positions are float64, and in a continuous detection with margins; else precise."});
-  bind<ContactRule>(module, "ContactRule", "What a vertex's margin is measured from.",
+  bind<ContactRule>(module, "ContactRule", "The surface from which a vertex's margin is measured.",
                     {"The triangle.", "Its plane, as in Bullet's deformable world."});
   bind<BroadPhase>(
-      module, "BroadPhase", "How candidate pairs are found, none of which is ever lost.",
+      module, "BroadPhase", "How candidate pairs are found. No choice ever loses one.",
       {"Virtual subdivision with exact control bits.", "One grid for the largest triangle: many more tests."});
-  bind<StepEnd>(module, "StepEnd", "Which end of the step a discrete detection looks at.", {});
-  bind<Pairs>(module, "Pairs", "Which pairs of bodies a detection compares.",
+  bind<StepEnd>(module, "StepEnd", "The end of the step that a discrete detection uses.", {});
+  bind<Pairs>(module, "Pairs", "The pairs of bodies that a detection compares.",
               {nullptr,
-               "Those of which a body was added or updated, or given positions or settings, since the query's last "
+               "Pairs with a body that was added or updated, or given positions or settings, since the query's last "
                "detection."});
   bind<LogLevel>(module, "LogLevel", nullptr, {});
   nb::enum_<ContactKind>(module, "ContactKind", nb::is_arithmetic(), "The values of the contacts' field `kind`.")

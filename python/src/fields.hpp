@@ -17,22 +17,22 @@ namespace softcd::python {
 
 namespace nb = nanobind;
 
-/// The keyword for a member: one that is a word of Python's gets an underscore.
+/// Returns the keyword for a member; a reserved word of Python gets an underscore.
 constexpr const char* keyword_of(const char* member) {
   return member == std::string_view("lambda") ? "lambda_" : member;
 }
 
-/// Whether Python sees members of this type. It has no CUDA streams and no communicators.
+/// Whether Python has members of this type. It has no CUDA streams and no communicators.
 template <class Value>
 inline constexpr bool kIsSeen = !std::is_pointer_v<Value> && !std::is_same_v<Value, Communicator>;
 
-/// All members of a struct that Python sees.
+/// All members of a struct that Python has.
 template <class Struct>
 class Fields {
  public:
-  /// Defines a function of `Leading...` and the fields as keyword arguments, which calls `function(leading...,
-  /// struct)`. `parameters` are the leading ones as Python writes them, with `*` where keywords begin; `extra` are
-  /// their names, and the documentation.
+  /// Defines a function of `Leading...` and the fields as keyword arguments, which calls
+  /// `function(leading..., struct)`. `parameters` are the leading ones in Python's syntax, with `*` where keywords
+  /// begin. `extra` are their names, and the documentation.
   template <class... Leading, class Scope, class Function, class... Extra>
   void define(Scope& scope, const char* name, const char* parameters, const char* result, Function function,
               const Extra&... extra) const {
@@ -99,13 +99,13 @@ class Fields {
     });
   }
 
-  /// ", margin: float = 0.0" and so on.
+  /// Returns ", margin: float = 0.0" and so on.
   std::string parameters_of_fields() const {
     Struct defaults{};
     std::string text;
     for_each([&](auto field, const char* name) {
       using Value = typename decltype(field)::Value;
-      // What generates stubs takes an enumerator's class for a module.
+      // The generator of stubs takes an enumerator's class for a module.
       std::string value = "...";
       if constexpr (!std::is_enum_v<Value>) {
         value = nb::cast<std::string>(nb::repr(nb::cast(Value(field.of(defaults)))));
@@ -132,7 +132,7 @@ class Fields {
     for_each([&](auto /*field*/, const char* name) { names.emplace_back(name); });
     for (const auto& [keyword, value] : values) {
       if (std::find(names.begin(), names.end(), nb::cast<std::string>(keyword)) != names.end()) continue;
-      // Of the leading parameters those behind the star: "*, log: Type = None".
+      // The leading parameters behind the star: "*, log: Type = None".
       const std::string_view keywords = std::string_view(parameters).substr(std::string_view(parameters).find('*'));
       for (std::size_t end = 0; (end = keywords.find(':', end + 1)) != std::string_view::npos;) {
         const std::size_t begin = keywords.rfind(' ', end) + 1;

@@ -47,7 +47,7 @@ void bind_interruptible_work(nb::module_& module) {
     std::unique_lock lock(abandoned().mutex);
     abandoned().changed.wait(lock, [] { return abandoned().count == 0; });
   });
-  // The interpreter ends after it, and with it what the work uses.
+  // The interpreter, and everything that the work uses, ends after it.
   nb::module_::import_("atexit").attr("register")(module.attr("_wait_for_abandoned_work"));
 }
 

@@ -13,19 +13,20 @@
 #include <type_traits>
 #include <utility>
 
-/// Long work of Python's main thread, which handles signals: the work has a thread of its own, while that one looks for
-/// them. Where a handler raises, KeyboardInterrupt for one, the caller goes on and the work ends by itself.
+/// Long work for Python's main thread, which handles signals. The work has a thread of its own, while the main thread
+/// checks for signals. When a handler raises, for example KeyboardInterrupt, the caller continues and the work ends by
+/// itself.
 namespace softcd::python {
 
 namespace nb = nanobind;
 
-/// Whether this thread handles signals.
+/// Returns whether this thread handles signals.
 bool handles_signals();
 
 /// Acquires the interpreter's lock and throws nb::python_error where a signal's handler raises.
 void check_signals();
 
-/// How many pieces of work go on though their caller does not wait for them.
+/// The number of pieces of work that run although their caller no longer waits for them.
 class AbandonedWork {
  public:
   static void begin();
@@ -39,11 +40,11 @@ class InterruptibleWork {
  public:
   using Result = std::invoke_result_t<F&>;
 
-  /// `alone` is locked while f runs and where its result goes unused; `owner` is kept as long as it runs.
+  /// `alone` is locked while f runs, and while an unused result is destroyed. `owner` is kept as long as f runs.
   InterruptibleWork(nb::object owner, std::timed_mutex& alone, F f)
       : owner_(std::move(owner)), alone_(alone), f_(std::move(f)) {}
 
-  /// Called and left with the interpreter's lock.
+  /// Runs the work. Called and left with the interpreter's lock.
   static Result run(std::shared_ptr<InterruptibleWork> work) {
     {
       const nb::gil_scoped_release no_interpreter;
@@ -77,7 +78,7 @@ class InterruptibleWork {
     }
   }
 
-  /// Whether somebody waits for the result.
+  /// Does the work. Returns whether the caller waits for the result.
   bool do_all() {
     const std::lock_guard alone(alone_);
     try {
@@ -118,7 +119,7 @@ class InterruptibleWork {
   std::optional<Result> result_;
   std::exception_ptr problem_;
 
-  std::mutex mutex_;  ///< of what follows
+  std::mutex mutex_;  ///< guards the members below
   std::condition_variable changed_;
   bool is_done_ = false;
   bool is_abandoned_ = false;

@@ -7,13 +7,13 @@
 #include <type_traits>
 #include <vector>
 
-/// Values of keyword arguments, read one by one, so that an error can name the argument.
+/// Reads the values of keyword arguments one by one, so that an error can name the argument.
 namespace softcd::python {
 
 namespace nb = nanobind;
 
-/// The member of an enumeration, a class of Python's, that `value` is or names. Throws nb::type_error or InvalidInput,
-/// which begin with `name`.
+/// Returns the member of an enumeration, a Python class, that `value` is or names. Throws nb::type_error or
+/// InvalidInput; the text begins with `name`.
 nb::object read_enumerator(const char* name, nb::handle enumeration, nb::handle value);
 
 template <class Enum>
@@ -21,13 +21,13 @@ Enum read_enumerator(const char* name, nb::handle value) {
   return nb::cast<Enum>(read_enumerator(name, nb::type<Enum>(), value));
 }
 
-/// Throws nb::type_error: `function` has no keyword `keyword`, and which of `known` is most like it.
+/// Throws nb::type_error: `function` has no keyword `keyword`. The text names the most similar one of `known`.
 [[noreturn]] void refuse_keyword(const std::string& function, nb::handle keyword,
                                  const std::vector<std::string>& known);
 
 [[noreturn]] void refuse_type(const char* name, const std::string& expected, nb::handle value);
 
-/// What annotations call the type of a value.
+/// Returns the name of a value's type in annotations.
 template <class Value>
 std::string type_name() {
   if constexpr (std::is_enum_v<Value>) {
@@ -39,7 +39,7 @@ std::string type_name() {
   }
 }
 
-/// The same for an error.
+/// Returns the name of a value's type in errors.
 template <class Value>
 std::string expected_type() {
   std::string name = type_name<Value>();
@@ -50,7 +50,7 @@ std::string expected_type() {
   return name;
 }
 
-/// Throws as read_enumerator().
+/// Reads a value. Throws the exceptions of read_enumerator().
 template <class Value>
 Value read_value(const char* name, nb::handle object) {
   if constexpr (std::is_enum_v<Value>) {

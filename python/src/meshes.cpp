@@ -50,7 +50,8 @@ struct Face {
   bool has(std::uint32_t vertex) const { return v[0] == vertex || v[1] == vertex || v[2] == vertex; }
 };
 
-/// Whether a plane across the line between their middles parts pq from the triangle, rounding allowed for.
+/// Returns whether a plane across the line between their middles separates pq from the triangle, with an allowance for
+/// rounding.
 bool are_certainly_apart(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle) {
   const Vec3d from[5] = {
       p - triangle[0], q - triangle[0], {0, 0, 0}, triangle[1] - triangle[0], triangle[2] - triangle[0]};
@@ -64,7 +65,7 @@ bool are_certainly_apart(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle)
   return std::min(height[0], height[1]) > std::max({height[2], height[3], height[4]}) + error;
 }
 
-/// Whether one of a's edges that has no vertex of b's meets b.
+/// Returns whether one of a's edges that has no vertex of b meets b.
 bool side_meets(const Face& a, const Face& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -74,7 +75,7 @@ bool side_meets(const Face& a, const Face& b) {
   return false;
 }
 
-/// Triangle first + i is compared with the candidates from begins[i] up to begins[i + 1] that come after it.
+/// Compares triangle first + i with the candidates from begins[i] up to begins[i + 1] that come after it.
 nb::object intersecting_pairs(const Doubles& vertices, const TriangleIndices& triangles, std::size_t first,
                               const Begins& begins, const Indices& candidates) {
   const std::size_t count = std::max<std::size_t>(begins.shape(0), 1) - 1;
@@ -121,10 +122,10 @@ void bind_meshes(nb::module_& module) {
       "become triangle fans. Raises MeshError, naming the file and the place in it.");
   module.def("intersecting_pairs", &intersecting_pairs, "vertices"_a, "triangles"_a, "first"_a, "begins"_a,
              "candidates"_a,
-             "Which of the triangles from the first on intersect which candidates of theirs, decided exactly.");
+             "Returns which of the triangles from the first on intersect which of their candidates, decided exactly.");
   module.def("refuse_keyword", &refuse_keyword, "function"_a, "keyword"_a, "known"_a,
-             "Raises TypeError, which names what is most like it.");
-  module.def("detect_program", &detect_program, "arguments"_a, "softcd-detect: its exit code.");
+             "Raises TypeError, which names the most similar keyword.");
+  module.def("detect_program", &detect_program, "arguments"_a, "Runs softcd-detect and returns its exit code.");
 }
 
 }  // namespace softcd::python

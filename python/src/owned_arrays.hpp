@@ -13,7 +13,7 @@ namespace softcd::python {
 
 namespace nb = nanobind;
 
-/// A numpy array of rows of kWidth scalars over what it owns.
+/// Returns a numpy array of rows of kWidth scalars that owns the rows.
 template <class Scalar, std::size_t kWidth, class Row>
 nb::object own(std::vector<Row> rows) {
   static_assert(sizeof(Row) == kWidth * sizeof(Scalar));
@@ -25,18 +25,18 @@ nb::object own(std::vector<Row> rows) {
   return nb::cast(nb::ndarray<nb::numpy, Scalar, nb::shape<-1, kWidth>>(data, {count, kWidth}, keeper));
 }
 
-/// A structured numpy array over what it owns.
+/// Returns a structured numpy array that owns the structs.
 template <class Struct>
 nb::object own_structs(std::vector<Struct> structs, nb::handle dtype) {
   return own<std::uint8_t, sizeof(Struct)>(std::move(structs)).attr("view")(dtype).attr("reshape")(-1);
 }
 
-/// A struct's members, as numpy describes them.
+/// The layout of a struct in numpy's terms.
 class StructLayout {
  public:
-  /// `format` is numpy's, of one value.
+  /// Adds a member of one value. `format` is numpy's.
   void add(const char* name, const char* format, std::size_t offset) { add(name, nb::object(nb::str(format)), offset); }
-  /// Of `count` values.
+  /// Adds a member of `count` values.
   void add(const char* name, const char* format, int count, std::size_t offset) {
     add(name, nb::object(nb::make_tuple(format, nb::make_tuple(count))), offset);
   }

@@ -93,7 +93,7 @@ template <class Question>
 using Batch =
     nb::ndarray<const double, nb::shape<-1, sizeof(Question) / sizeof(double)>, nb::c_contig, nb::device::cpu>;
 
-/// One number for each question, or, of no dimension, one for all.
+/// One number for each question, or, without dimensions, one for all.
 using Radii = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
 template <class Question>
@@ -101,7 +101,8 @@ Span<const Question> questions_in(const Batch<Question>& batch) {
   return {reinterpret_cast<const Question*>(batch.data()), batch.shape(0)};
 }
 
-/// Hull i is of the points from begins[i] up to, but without, begins[i + 1]; one radius is for all.
+/// Returns the hulls. Hull i has the points from begins[i] up to, but without, begins[i + 1]; a single radius is for
+/// all.
 std::vector<ProbeHull> hulls_in(const Batch<Vec3d>& points, const std::vector<std::uint32_t>& begins,
                                 const Radii& radii) {
   if (begins.empty()) throw InvalidInput("begins: expected shape (n + 1,) for n hulls, got (0,)");
@@ -125,7 +126,7 @@ std::vector<ProbeHull> hulls_in(const Batch<Vec3d>& points, const std::vector<st
   return hulls;
 }
 
-/// Pairs of bodies, or of all where there is none.
+/// Pairs of bodies; a missing body stands for all.
 using AskedPairs = std::vector<std::pair<std::optional<std::uint32_t>, std::optional<std::uint32_t>>>;
 
 ProbeBodies asked_pair(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
@@ -139,7 +140,7 @@ std::vector<ProbeBodies> asked_pairs(const AskedPairs& numbers) {
   return pairs;
 }
 
-/// ProbeChange with what it refers to.
+/// A ProbeChange with its data.
 struct MeshChange {
   std::uint32_t body;
   std::vector<std::uint32_t> removed;
@@ -164,7 +165,7 @@ template <class Answer>
 std::vector<Answer> copy(Span<const Answer> answers) {
   return {answers.begin(), answers.end()};
 }
-/// Where each question's answers begin, and all of them.
+/// Copies the begins of all lists, and all results.
 template <class Answer>
 auto copy(const softcd::AnswerLists<Answer>& lists) {
   std::vector<std::uint64_t> begins(lists.begins().begin(), lists.begins().end());
@@ -172,7 +173,7 @@ auto copy(const softcd::AnswerLists<Answer>& lists) {
   return std::pair(std::move(begins), copy(lists.all()));
 }
 
-/// softcd::Probe for Python, which keeps its scene alive. Answers are copied before anybody asks again.
+/// softcd::Probe for Python, which keeps its scene alive. Results are copied before the next call.
 class BoundProbe {
  public:
   BoundProbe(nb::object scene, StepEnd step_end) : object_(std::move(scene)), scene_(nb::cast<BoundScene&>(object_)) {
@@ -241,15 +242,15 @@ class BoundProbe {
     Py_VISIT(filter_.ptr());
     return 0;
   }
-  /// Cycles lead through the filter.
+  /// Breaks cycles, which lead through the filter.
   void clear() { filter_.reset(); }
 
  private:
-  /// As questions, of which a pair of bodies has one for each triangle.
+  /// Returns an upper bound of the number of pairs of triangles: a pair of bodies has one for each triangle.
   std::size_t pairs_of_triangles(const AskedPairs& pairs) const {
     return pairs.size() * std::max<std::size_t>(scene_.triangles_given(), 1);
   }
-  /// What `ask` returns. Without questions a probe reads no positions.
+  /// Returns the result of `ask`. Without questions a probe reads no positions.
   template <class Ask>
   auto answer(std::size_t questions, Ask ask) {
     auto asked = [ask = std::move(ask)](Scene&) { return ask(); };
@@ -288,8 +289,7 @@ void bind_probe(nb::module_& module) {
   using namespace nb::literals;
   module.attr("NO_BODY") = kNoIndex;
   nb::class_<MeshChange>(module, "MeshChange",
-                         "A change of one body's mesh that might be made: an edge split, collapsed or flipped, a hole "
-                         "filled.")
+                         "A possible change of one body's mesh: an edge split, collapsed or flipped, a hole filled.")
       .def(
           "__init__",
           [](MeshChange* self, std::uint32_t body, nb::handle removed, nb::handle added, nb::handle new_vertices) {

@@ -40,7 +40,7 @@ class BoundQuery {
   Ticket start(Pairs pairs) {
     return scene_.call_and_read(nb::find(this), [this, pairs](Scene&) { return query_->start(pairs); });
   }
-  /// `owner` is the ticket as Python knows it.
+  /// Waits for the detection. `owner` is the ticket's Python object.
   nb::object wait(nb::handle owner, Ticket& ticket) {
     return to_array(scene_.call_at_length(owner, [this, &ticket](Scene&) { return wait_and_hold(ticket); }));
   }
@@ -52,7 +52,7 @@ class BoundQuery {
     }));
   }
 
-  /// `query` is this object as Python knows it.
+  /// Returns the pending contacts. `query` is this object's Python object.
   PendingContactsArray on_device(Ticket& ticket, nb::object query) {
     PendingContacts found;
     std::shared_ptr<const void> memory;
@@ -93,7 +93,7 @@ class BoundQuery {
     Py_VISIT(filter_.ptr());
     return 0;
   }
-  /// Cycles lead through the filter.
+  /// Breaks cycles, which lead through the filter.
   void clear() { filter_.reset(); }
 
  private:
@@ -151,26 +151,25 @@ PyType_Slot ticket_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_
 
 constexpr const char* kDetect =
     "Reads the positions that were set, finds all contacts and returns them as a read-only structured array "
-    "(softcd.contact_dtype) over the library's memory, sorted by (kind, body_a, feature_a, body_b, feature_b), each "
-    "once. It stays as it is, whatever becomes of the query; detections use other memory as long as it lives. With "
-    "contacts_on_device they are "
-    "DeviceContacts instead.";
+    "(softcd.contact_dtype) over the library's memory, each once, sorted by (kind, body_a, feature_a, body_b, "
+    "feature_b). It does not change, whatever happens to the query: other detections use other memory as long as it "
+    "lives. With contacts_on_device the result is DeviceContacts instead.";
 
 }  // namespace
 
 void bind_query(nb::module_& module) {
   using namespace nb::literals;
-  auto options = nb::class_<QueryOptions>(module, "QueryOptions", "What is looked for.");
+  auto options = nb::class_<QueryOptions>(module, "QueryOptions", "The options of a query.");
   Fields<QueryOptions>().define_value(options);
 
   nb::class_<BoundTicket>(module, "Ticket", nb::type_slots(ticket_slots), "A detection that was started.")
       .def("wait", &BoundTicket::wait, nb::sig("def wait(self) -> numpy.typing.NDArray[numpy.void] | DeviceContacts"),
-           "What Query.detect returns. Raises Error when it was called before, when the query has started another "
-           "detection, or when options were set; else what has gone wrong in the detection.")
-      .def(
-          "on_device", &BoundTicket::on_device,
-          "For a query with contacts_on_device: PendingContacts, which say where the contacts will be, without waiting "
-          "for them. Raises what wait() does.");
+           "Waits for the detection and returns what Query.detect returns. Raises the error of a detection that "
+           "failed. Raises Error when it was called before, when the query has started another detection, or when "
+           "options were set.")
+      .def("on_device", &BoundTicket::on_device,
+           "Returns the PendingContacts of a query with contacts_on_device, without waiting for them. Raises the "
+           "errors of wait().");
 
   auto query = nb::class_<BoundQuery>(module, "Query", nb::type_slots(query_slots),
                                       "Finds contacts between the bodies of a scene. The same input gives the same "
@@ -191,17 +190,17 @@ void bind_query(nb::module_& module) {
             return new BoundTicket(std::move(self), read_enumerator<Pairs>("pairs", pairs));
           },
           "pairs"_a = Pairs::all, nb::sig("def start(self, pairs: Pairs | str = ...) -> Ticket"),
-          "Reads the positions that were set and starts a detection; the next step's may be set while it runs.")
-      .def(
-          "set_pair_filter", &BoundQuery::set_pair_filter, "filter"_a.none(),
-          "filter(a, b) is asked by every detection from the next one on whether bodies a <= b are compared; None lets "
-          "all pairs through. It must not call the scene or its queries.")
+          "Reads the positions that were set, and starts a detection. The next step's positions may be set while it "
+          "runs.")
+      .def("set_pair_filter", &BoundQuery::set_pair_filter, "filter"_a.none(),
+           "Sets the function filter(a, b) that every later detection asks whether bodies a <= b are compared; None "
+           "admits all pairs. It must not call the scene or its queries.")
       .def("set_only_pairs", &BoundQuery::set_only_pairs, "pairs"_a,
-           "From the next detection on no other pairs of bodies are compared than these; an empty list excludes none.")
+           "Restricts later detections to these pairs of bodies; an empty list restricts nothing.")
       .def_prop_rw("options", &BoundQuery::options, &BoundQuery::set_options,
-                   "Setting them ends a detection of the query that runs.")
-      .def_prop_ro("statistics", &BoundQuery::statistics, "Of the last detection that was waited for.")
-      .def("explain", &BoundQuery::explain, "Which stages that detection ran or left out, and why.")
+                   "The options. Setting them ends a running detection of the query.")
+      .def_prop_ro("statistics", &BoundQuery::statistics, "The statistics of the last detection that was waited for.")
+      .def("explain", &BoundQuery::explain, "Returns which stages that detection ran or skipped, and why.")
       .def("__repr__", [](BoundQuery& self) {
         return "<softcd.Query " + nb::cast<std::string>(nb::repr(nb::cast(self.options()))) + ">";
       });

@@ -12,7 +12,7 @@
 namespace softcd::python {
 namespace {
 
-/// A body as Python describes it.
+/// A body in Python's form.
 struct Mesh {
   std::vector<Triangle> triangles;
   std::vector<Segment> segments;
@@ -25,7 +25,7 @@ struct Mesh {
   }
 };
 
-/// `segments` may be None.
+/// Reads a mesh. `segments` may be None.
 Mesh read_mesh(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments) {
   Mesh mesh{read_triangles("triangles", triangles), {}, vertex_count};
   if (!segments.is_none()) mesh.segments = read_segments("segments", segments);
@@ -37,18 +37,14 @@ PyType_Slot scene_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_o
                              {0, nullptr}};
 
 constexpr const char* kSetPositions =
-    "Where the body's vertices are at both ends of the step; without vertices_t1 it does not move. Arrays of float32 "
-    "or "
-    "float64 of shape (vertices, 3), both of one type and in one place: numpy's, or anything with __dlpack__ or "
-    "__cuda_array_interface__. They are not copied. On the CPU they are read when the next detection is started, and "
-    "kept "
-    "alive until then; what is written into them before counts. Lists, other types of numbers, and rows that do not "
-    "follow each other, as in Fortran's order, are copied at once. On a GPU they stay where they are, and must stay as "
-    "they "
-    "are until others are set; they are read after what the device's default stream was given before the detection. "
-    "With "
-    "check_finite a coordinate on the CPU that is not finite, or beyond 1e37, is refused; without, and on a GPU, the "
-    "triangles there are left out, with a warning.";
+    "Sets the positions of the body's vertices at both ends of the step; without vertices_t1 it does not move. They "
+    "are arrays of float32 or float64 of shape (vertices, 3), both of one type and in one place: numpy's, or anything "
+    "with __dlpack__ or __cuda_array_interface__. They are not copied. On the CPU they are read when the next "
+    "detection is started, and kept alive until then; changes before that count. Lists, other types of numbers, and "
+    "rows that do not follow each other, as in Fortran's order, are copied at once. On a GPU they stay in place, and "
+    "must not change until others are set. They are read after the work that the device's default stream received "
+    "before the detection. With check_finite a coordinate on the CPU that is not finite, or beyond 1e37, is refused. "
+    "Without it, and on a GPU, its triangles are left out, with a warning.";
 
 }  // namespace
 
@@ -163,7 +159,7 @@ std::unique_lock<std::timed_mutex> BoundScene::lock_between_signals() {
   return lock;
 }
 
-/// Where another call runs, it or the next one does this.
+/// Releases arrays that have been read. If another call runs, that call or the next one does it.
 void BoundScene::release_spent() {
   KeptPositions spent;
   std::vector<Array> on_device;
@@ -173,7 +169,8 @@ void BoundScene::release_spent() {
   on_device.swap(spent_on_device_);
 }
 
-/// A detection may still read what the body had. There is room for two more of replaced_.
+/// Replaces a body's arrays on the device. A running detection may still read the old ones, so they are kept. replaced_
+/// must have capacity for two more.
 void BoundScene::replace_on_device(std::uint32_t body) {
   const auto found = on_device_.find(body);
   if (found == on_device_.end()) return;
@@ -200,29 +197,30 @@ void BoundScene::clear() {
 
 void bind_scene(nb::module_& module) {
   using namespace nb::literals;
-  auto options = nb::class_<SceneOptions>(module, "SceneOptions", "Where a scene's detections run.");
+  auto options =
+      nb::class_<SceneOptions>(module, "SceneOptions", "The processor and the memory for a scene's detections.");
   Fields<SceneOptions>().define_value(options);
 
   auto scene = nb::class_<BoundScene>(
       module, "Scene", nb::type_slots(scene_slots),
-      "Bodies, of which queries find the contacts. Threads may share one: their calls wait for each other. Everything "
-      "may be called while a detection runs, and concerns the next one that is started.");
+      "Holds bodies, whose contacts queries find. Threads may share one: their calls wait for each other. Every "
+      "function may be called while a detection runs; it then concerns the next detection.");
   Fields<SceneOptions>().define<BoundScene*, nb::object>(
       scene, "__init__", "*, log: collections.abc.Callable[[LogLevel, str], object] | None = None", "None",
       [](BoundScene* self, nb::object log, const SceneOptions& values) {
         new (self) BoundScene(values, std::move(log));
       },
       nb::kw_only(), "log"_a.none() = nb::none(),
-      "log(level, text) is told warnings and what else may be of interest; without one, warnings are Python's, of the "
-      "category RuntimeWarning.");
+      "log(level, text) receives warnings and other messages. Without it, warnings are Python's, of the category "
+      "RuntimeWarning.");
   Fields<BodySettings>().define<BoundScene&, nb::handle, std::uint32_t, nb::handle>(
       scene, "add_body", "triangles: object, vertex_count: int, *, segments: object | None = None", "int",
       [](BoundScene& self, nb::handle triangles, std::uint32_t vertex_count, nb::handle segments,
          const BodySettings& settings) { return self.add_body(triangles, vertex_count, segments, settings); },
       "triangles"_a, "vertex_count"_a, nb::kw_only(), "segments"_a.none() = nb::none(),
       "Adds a mesh, integers of shape (n, 3) over vertices 0 to vertex_count - 1, and returns its number. Segments, of "
-      "shape (n, 2), are ropes and hair: what collides without being a triangle's side, of each other with edge_edge. "
-      "Where triangles are counted they follow the triangles.");
+      "shape (n, 2), are ropes and hair: edges without a triangle. They touch each other with edge_edge. Where "
+      "triangles are counted they follow the triangles.");
   Fields<BodySettings>().define<BoundScene&, std::uint32_t, nb::handle, std::uint32_t, nb::handle, nb::handle>(
       scene, "update_body",
       "body: int, triangles: object, vertex_count: int, *, segments: object | None = None, "
@@ -234,36 +232,32 @@ void bind_scene(nb::module_& module) {
       },
       "body"_a, "triangles"_a, "vertex_count"_a, nb::kw_only(), "segments"_a.none() = nb::none(),
       "changed"_a.none() = nb::none(),
-      "New triangles, segments, vertex count and settings for a body, whose positions have to be set again. With "
-      "`changed`, integers of shape (n,), at the cost of what has changed, beside a copy of the array: only triangles "
-      "of "
-      "these indices, and those behind the last that the body had, are other ones than before. Edges that stay keep "
-      "their numbers. Of a body with segments everything is taken anew.");
+      "Replaces a body's triangles, segments, vertex count and settings. Its positions must be set again. With "
+      "`changed`, integers of shape (n,), the cost depends on the size of the change, apart from a copy of the array: "
+      "only triangles of these indices, and those behind the last that the body had, may differ from before. Remaining "
+      "edges keep their numbers. For a body with segments the whole mesh is read again.");
   Fields<BodySettings>().define<BoundScene&, std::uint32_t>(
       scene, "set_settings", "body: int, *", "None",
       [](BoundScene& self, std::uint32_t body, const BodySettings& settings) { self.set_settings(body, settings); },
-      "body"_a, "All settings of a body: those that are left out are the defaults.");
+      "body"_a, "Sets all settings of a body: those that are left out get the defaults.");
   scene.def("remove_body", &BoundScene::remove_body, "body"_a)
-      .def("has_body", &BoundScene::has_body, "body"_a, "Whether the body was added and not removed.")
+      .def("has_body", &BoundScene::has_body, "body"_a, "Returns whether the body was added and not removed.")
       .def("set_positions", &BoundScene::set_positions, "body"_a, "vertices_t0"_a, "vertices_t1"_a.none() = nb::none(),
            nb::kw_only(), "check_finite"_a = true, kSetPositions)
       .def("set_ignored_pairs", &BoundScene::set_ignored_pairs, "pairs"_a,
-           "Pairs of bodies, or of a body and itself, that no query compares from the next detection on, instead of "
-           "those that were given before.")
-      .def(
-          "set_vertex_filters", &BoundScene::set_vertex_filters, "body"_a, "groups"_a.none() = nb::none(),
-          "masks"_a.none() = nb::none(),
-          "What the body's vertices may touch: one uint32 for each vertex, copied. Features may touch where some "
-          "vertex "
-          "v of the one and some vertex w of the other have groups[v] & masks[w] and groups[w] & masks[v]. Groups that "
-          "are left out are 1, masks all bits; without either the body has no filters.")
-      .def(
-          "set_rest_positions", &BoundScene::set_rest_positions, "body"_a, "vertices"_a.none(),
-          "Where the body's vertices are at rest, for its rest_distance: as for set_positions, on the CPU, and copied. "
-          "None forgets them.")
+           "Sets the pairs of bodies, or of a body and itself, that no query compares from the next detection on. "
+           "Replaces the pairs that were set before.")
+      .def("set_vertex_filters", &BoundScene::set_vertex_filters, "body"_a, "groups"_a.none() = nb::none(),
+           "masks"_a.none() = nb::none(),
+           "Sets filters of the body's vertices: one uint32 for each vertex, copied. Features may touch where some "
+           "vertex v of the one and some vertex w of the other have groups[v] & masks[w] and groups[w] & masks[v]. "
+           "Missing groups are 1, missing masks all bits; without both the body has no filters.")
+      .def("set_rest_positions", &BoundScene::set_rest_positions, "body"_a, "vertices"_a.none(),
+           "Sets the body's rest positions, for its rest_distance: as for set_positions, on the CPU, and copied. None "
+           "removes them.")
       .def_prop_ro("options", &BoundScene::options)
       .def_prop_ro("backend", &BoundScene::backend,
-                   "The backend of the last detection, before the first one the expected: never automatic.")
+                   "The backend of the last detection, or the expected one before the first. Never automatic.")
       .def("__len__", &BoundScene::body_count)
       .def("__repr__", [](BoundScene& self) {
         const std::string bodies = std::to_string(self.body_count());

@@ -26,7 +26,7 @@ namespace softcd::python {
 /// One value for each vertex.
 using VertexBits = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-/// Pairs of bodies' numbers, as Python has them.
+/// Pairs of bodies' numbers, in Python's form.
 using NumberPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
 inline std::vector<BodyPair> body_pairs(const NumberPairs& numbers) {
@@ -36,11 +36,11 @@ inline std::vector<BodyPair> body_pairs(const NumberPairs& numbers) {
   return pairs;
 }
 
-/// Nothing, or one object, with what it takes to be discarded: letting go of it allocates nothing.
+/// An empty list, or one object, with the memory needed to discard it: releasing it allocates nothing.
 using Discardable = std::list<std::shared_ptr<const void>>;
 
-/// What Python has let go of, in whatever thread, and what is given back in a scene's next call, as one thread at a
-/// time may use it. What is still there when the last owner goes is given back then.
+/// Objects that Python has released, on any thread. Only one thread at a time may use a scene, so the scene's next call
+/// destroys them. The last owner destroys the remaining ones.
 class Discarded {
  public:
   void add(Discardable& object) noexcept {
@@ -76,8 +76,9 @@ class HeldContacts {
   std::shared_ptr<Discarded> discarded_;
 };
 
-/// softcd::Scene for Python: calls from several threads wait for each other, without the interpreter's lock, and arrays
-/// that were set stay alive until they have been read; those on a GPU until a detection has read others in their place.
+/// softcd::Scene for Python. Calls from several threads wait for each other, without the interpreter's lock. Arrays
+/// that were set stay alive until they have been read. Arrays on a GPU stay alive until a detection has read others in
+/// their place.
 class BoundScene {
  public:
   BoundScene(const SceneOptions& options, nb::object log);
@@ -100,11 +101,11 @@ class BoundScene {
   SceneOptions options();
   Backend backend();
   std::uint32_t body_count() const { return body_count_; }
-  /// At least as many as there are.
+  /// Returns an upper bound of the number of triangles.
   std::uint64_t triangles_given() const { return triangles_given_; }
 
-  /// f(scene), alone, without the interpreter's lock. Throws Error in a callback that a call of the scene makes, and
-  /// what a signal's handler raises while the call waits for another.
+  /// Calls f(scene) alone, without the interpreter's lock. Throws Error inside a callback of a call of this scene.
+  /// Throws the exception of a signal's handler that raises while the call waits for another.
   template <class F>
   auto call(F f) {
     refuse_callbacks();
@@ -113,9 +114,9 @@ class BoundScene {
     const std::unique_lock alone = lock_between_signals();
     return use(f);
   }
-  /// The same for what may take long: a signal's handler may raise meanwhile. The work then goes on by itself, and the
-  /// next call waits for it. `owner` is an object of Python's that keeps the scene; f has, or owner keeps, all else.
-  /// Each triangle may have to be compared with `others`, a detection's with all.
+  /// Makes a call that may take long: a signal's handler may raise during it. The work then continues by itself, and
+  /// the next call waits for it. `owner` is a Python object that keeps the scene; f, or `owner`, keeps everything else.
+  /// Each triangle may have to be compared with `others`; a detection's with all.
   template <class F>
   auto call_at_length(nb::handle owner, F f, std::optional<std::size_t> others = {}) {
     const std::uint64_t triangles = triangles_given_;
@@ -126,7 +127,7 @@ class BoundScene {
     using Work = InterruptibleWork<decltype(alone)>;
     return Work::run(std::make_shared<Work>(nb::borrow(owner), mutex_, std::move(alone)));
   }
-  /// The same where f reads what was set. When it throws, it may not have.
+  /// Makes a long call in which f reads the arrays that were set. When it throws, it may not have read them.
   template <class F>
   auto call_and_read(nb::handle owner, F f, std::optional<std::size_t> others = {}) {
     auto result = call_at_length(
@@ -148,7 +149,7 @@ class BoundScene {
   void clear();
 
  private:
-  /// So many pairs are compared within kSignalInterval, and a thread of their own, 20 us, would be felt.
+  /// So many pairs are compared within kSignalInterval. For less work, a thread of its own, 20 us, would be noticeable.
   static constexpr std::uint64_t kQuickWork = 1'000'000;
 
   using KeptArrays = std::map<std::uint32_t, std::array<Array, 2>>;
@@ -167,7 +168,7 @@ class BoundScene {
     return f(scene_);
   }
 
-  /// Says which thread uses the scene.
+  /// Records which thread uses the scene.
   class InUse {
    public:
     explicit InUse(std::atomic<std::thread::id>& user) : user_(user) { user_ = std::this_thread::get_id(); }
@@ -185,14 +186,14 @@ class BoundScene {
   std::timed_mutex mutex_;
   std::atomic<std::thread::id> user_;
   nb::object log_;
-  KeptArrays kept_;              ///< read by the next detection
-  KeptArrays on_device_;         ///< read by any
-  std::vector<Array> replaced_;  ///< that were on_device_, until the next detection
-  KeptPositions spent_;          ///< read; let go of with the interpreter's lock
+  KeptArrays kept_;              ///< arrays that the next detection reads
+  KeptArrays on_device_;         ///< arrays that any detection may read
+  std::vector<Array> replaced_;  ///< former members of on_device_, kept until the next detection
+  KeptPositions spent_;          ///< already read; released while the interpreter's lock is held
   std::vector<Array> spent_on_device_;
   std::shared_ptr<Discarded> discarded_ = std::make_shared<Discarded>();
   std::atomic<std::uint32_t> body_count_ = 0;
-  std::atomic<std::uint64_t> triangles_given_ = 0;  ///< at least as many as there are
+  std::atomic<std::uint64_t> triangles_given_ = 0;  ///< upper bound of the number of triangles
   Scene scene_;
 };
 

@@ -1,4 +1,7 @@
-"""Has each call fail at each allocation, and says how many did: run by test_faults.py with a library preloaded."""
+"""Lets each allocation of each call fail, and prints the number of failures.
+
+test_faults.py runs it with a preloaded library.
+"""
 
 import ctypes
 import gc
@@ -28,7 +31,7 @@ class World:
         self.probe = softcd.Probe(self.scene)
 
     def bytes(self):
-        """What it answers, which a call that fails does not change."""
+        """Returns the results of the query and of the probe. A failed call must not change them."""
         return self.query.detect().tobytes() + self.probe.first_hits(*RAY).tobytes()
 
 
@@ -45,8 +48,8 @@ def add_and_remove(world):
     world.scene.remove_body(world.scene.add_body(PIERCING_TRIANGLES, 6, segments=np.array([[0, 5]])))
 
 
-# Those that change the world do so as a whole, or not at all: what comes after them is one of two. Not here: what goes
-# through nanobind's conversions of strings and lists, which end the process where there is no memory for them.
+# Calls that change the world change all or nothing: afterwards the world is one of two. Calls that convert strings and
+# lists by nanobind are left out: they end the process where memory runs out.
 CALLS = {
     "Scene": lambda world: softcd.Scene(backend=softcd.Backend.cpu) is None,
     "Query": lambda world: softcd.Query(world.scene) is None,
@@ -79,7 +82,8 @@ CALLS = {
 
 
 def attempt(call, n, for_good):
-    """What the call answered, or "failed"; whether an allocation failed; and what the world answers then."""
+    """Lets the n-th allocation of a call fail. Returns the call's result or "failed", its result when repeated after a
+    failure, whether an allocation failed, and the results of the world afterwards."""
     world = World()
     world.bytes()
     allocations.fail_allocation(n, for_good)
@@ -102,9 +106,9 @@ def attempt(call, n, for_good):
 
 
 def try_every_allocation(name, call, for_good):
-    """How many failed."""
+    """Lets each allocation of a call fail in turn. Returns the number of failures."""
     before = attempt(lambda world: None, 0, False)[3]
-    for _ in range(3):  # what stays from a first call does
+    for _ in range(3):  # memory that a first call keeps is not a leak
         expected, _, _, after = attempt(call, 0, False)
     gc.collect()
     living = allocations.living_allocations()

@@ -1,4 +1,4 @@
-// A library to be preloaded, in which operator new fails when it is told to, and counts what is there.
+// A library to be preloaded. Its operator new fails on request, and counts the allocations that are alive.
 
 #include <atomic>
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace {
 
-std::atomic<std::int64_t> calls_left{0};  ///< until one fails; 0: none will
+std::atomic<std::int64_t> calls_left{0};  ///< calls until one fails; 0: none will
 std::atomic<bool> has_failed{false};
-std::atomic<bool> goes_on{false};  ///< failing, after the first one
+std::atomic<bool> goes_on{false};  ///< whether further calls fail after the first one
 std::atomic<std::int64_t> living{0};
 
 bool fails() {
@@ -27,7 +27,7 @@ void* allocate(std::size_t size) noexcept {
 
 }  // namespace
 
-/// The `n`-th call from now on fails, and, with `for_good`, all after it; 0: none does.
+/// Lets the `n`-th call from now on fail, and, with `for_good`, all calls after it. With 0 none fails.
 extern "C" void fail_allocation(std::int64_t n, int for_good) {
   goes_on = false;
   has_failed = false;
@@ -37,7 +37,7 @@ extern "C" void fail_allocation(std::int64_t n, int for_good) {
 extern "C" int allocation_has_failed() {
   return has_failed ? 1 : 0;
 }
-/// What was allocated and not given back.
+/// Returns the number of allocations that have not been freed.
 extern "C" std::int64_t living_allocations() {
   return living;
 }

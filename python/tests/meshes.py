@@ -1,17 +1,17 @@
-"""Meshes that the tests look at."""
+"""Meshes for the tests."""
 
 import numpy as np
 
 
 def soup(seed, triangle_count=24, size=0.5):
-    """Triangles that share no vertex, in the unit cube: positions and indices."""
+    """Returns positions and indices of triangles in the unit cube that share no vertex."""
     random = np.random.default_rng(seed)
     corners = random.random((triangle_count, 1, 3)) + size * (random.random((triangle_count, 3, 3)) - 0.5)
     return corners.reshape(-1, 3), np.arange(3 * triangle_count, dtype=np.uint32).reshape(-1, 3)
 
 
 def sheet(side):
-    """A flat square of side * side vertices in the plane z = 0."""
+    """Returns a flat square of side * side vertices in the plane z = 0."""
     x, y = np.meshgrid(np.arange(side, dtype=float), np.arange(side, dtype=float), indexing="ij")
     vertices = np.stack([x.ravel(), y.ravel(), np.zeros(side * side)], axis=1)
     corner = np.arange(side * side).reshape(side, side)

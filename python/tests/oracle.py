@@ -1,4 +1,4 @@
-"""Every pair of features, one by one, in float64: shares no code with the library."""
+"""Tests all pairs of features one by one, in float64. Shares no code with the library."""
 
 import itertools
 
@@ -12,7 +12,7 @@ def edges_of(triangles):
 
 
 def candidates(triangles):
-    """(kind, four vertices) of all feature pairs of a mesh that share no vertex."""
+    """Yields (kind, four vertices) of each pair of a mesh's features that share no vertex."""
     faces = triangles.tolist()
     for vertex, face in itertools.product(sorted({v for t in faces for v in t}), faces):
         if vertex not in face:
@@ -23,7 +23,7 @@ def candidates(triangles):
 
 
 def segment_distance(p, q, r, s):
-    """Of two segments: at an end of one, or between the lines."""
+    """Returns the distance of two segments: that of an end of one, or that of the lines."""
     ends = [point_segment_distance(p, r, s), point_segment_distance(q, r, s)]
     ends += [point_segment_distance(r, p, q), point_segment_distance(s, p, q)]
     u, v, w = q - p, s - r, r - p
@@ -52,7 +52,7 @@ def distance(kind, x):
 
 
 def first_touch(kind, x_t0, x_t1):
-    """When the features meet on their way, None where they do not."""
+    """Returns the time at which the moving features meet first, or None."""
 
     def at(t):
         return x_t0 + t * (x_t1 - x_t0)
@@ -61,7 +61,7 @@ def first_touch(kind, x_t0, x_t1):
         a, b, c, d = at(t)
         return np.linalg.det([b - a, c - a, d - a])
 
-    # The volume is a cubic in t, which four of its values determine.
+    # The volume is a cubic in t. Four values determine it.
     nodes = np.array([0, 1 / 3, 2 / 3, 1])
     roots = np.roots(np.polyfit(nodes, [volume(t) for t in nodes], 3))
     times = sorted(t.real for t in roots if abs(t.imag) < 1e-9 and 0 <= t.real <= 1)

@@ -52,7 +52,7 @@ if [ -n "${SOFTCD_WHEELS:-}" ]; then
   exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"
 fi
 
-# Debian 12's pip does not know -C, which is short for it.
+# Debian 12's pip does not know the short form, -C.
 defines=(--config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}")
 if [ -n "${SOFTCD_PYBULLET_SOURCE:-}" ]; then
   pybullet=$(sed -n "s/^ *version *= *'\([0-9.]*\)'.*/\1/p" "$SOFTCD_PYBULLET_SOURCE/setup.py")

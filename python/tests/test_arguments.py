@@ -1,4 +1,4 @@
-"""Wrong arguments: a Python exception that says which, and never a crash."""
+"""Tests that wrong arguments raise an exception that names them, and never crash."""
 
 import copy
 import itertools
@@ -251,7 +251,7 @@ def test_questions_that_cannot_be_read_are_named(error, text, ask):
 
 
 def some_arguments(choose):
-    """Arguments of every kind, more wrong ones than right ones; none that asks for gigabytes."""
+    """Returns arguments of every kind, more wrong than right ones. None requires gigabytes."""
     arrays = [wrong for _, wrong in WRONG_POSITIONS.values()]
     arrays += [GOOD, PIERCING_T1, PIERCING_TRIANGLES, PIERCING_TRIANGLES.astype("i2"), GOOD.astype("f4"), GOOD[:0]]
     arrays += [np.array([[0, 1], [4, 5]]), np.array([1, 0]), np.arange(3, dtype="u2"), np.zeros(0, int)]

@@ -10,7 +10,7 @@ from meshes import PIERCING_T0, PIERCING_T1, PIERCING_TRIANGLES, soup
 
 
 class OnlyDlpack:
-    """What another library's array shows of itself."""
+    """An array of another library, which offers only DLPack's methods."""
 
     def __init__(self, array, device=(1, 0)):
         self.array = array
@@ -24,7 +24,7 @@ class OnlyDlpack:
 
 
 class OnGpu:
-    """A tensor that says it lies on a CUDA device, behind DLPack's structures."""
+    """A tensor in DLPack's structures that claims to be on a CUDA device."""
 
     class Tensor(ctypes.Structure):
         _fields_ = [
@@ -58,7 +58,7 @@ class OnGpu:
 
 
 class OnlyCudaInterface:
-    """What numba's arrays show of themselves."""
+    """An array that offers only CUDA's array interface, as numba's arrays do."""
 
     def __init__(self, typestr, shape, strides=None):
         self.__cuda_array_interface__ = {
@@ -102,7 +102,7 @@ LAYOUTS = {
     "read-only": lambda x: np.frombuffer(x.tobytes(), x.dtype).reshape(-1, 3),
     "a memoryview": memoryview,
     "DLPack": OnlyDlpack,
-    # These are copied.
+    # These arrays are copied.
     "lists": lambda x: x.astype(np.float64).tolist(),
     "other endianness": lambda x: x.astype(x.dtype.newbyteorder()),
     "Fortran's order": np.asfortranarray,
@@ -157,7 +157,7 @@ def test_positions_are_read_when_a_detection_starts():
     vertices_t1[:] = PIERCING_T1
     query = softcd.Query(scene, detection=softcd.Detection.ccd)
     ticket = query.start()
-    vertices_t1[:] = PIERCING_T0  # too late
+    vertices_t1[:] = PIERCING_T0  # too late to have an effect
     assert len(ticket.wait()) == 1
     assert len(query.detect()) == 1
 

@@ -1,4 +1,4 @@
-"""softcd in PyBullet's world, by its plugin. Skipped where the wheel has none, or PyBullet is not installed."""
+"""Tests softcd's plugin for PyBullet. Skipped where the wheel has no plugin, or PyBullet is not installed."""
 
 import pathlib
 import re
@@ -20,7 +20,7 @@ WORLDS = {"soft": 0, "deformable": pybullet.RESET_USE_DEFORMABLE_WORLD}
 
 
 class World:
-    """A cloth whose border is held, and one above it, both of 1 m."""
+    """A cloth with a held border, and a cloth above it. Both have sides of 1 m."""
 
     def __init__(self, folder, kind):
         self.client = pybullet.connect(pybullet.DIRECT)
@@ -64,14 +64,14 @@ class World:
             attachment.finish_step()
 
     def intersections(self):
-        """Pairs of the two cloths' triangles that intersect, exactly."""
+        """Returns the exact number of pairs of triangles, one of each cloth, that intersect."""
         triangles = sheet(SIDE)[1]
         positions = np.concatenate([self.positions(self.lower), self.positions(self.upper)])
         pairs = softcd.self_intersections(positions, np.concatenate([triangles, triangles + SIDE * SIDE]))
         return int(np.sum((pairs < len(triangles)).sum(axis=1) == 1))
 
     def nodes_below(self):
-        """Nodes of the upper cloth that are clearly below the lower one's lowest."""
+        """Returns the number of the upper cloth's nodes that are clearly below the lower cloth's lowest node."""
         lower, upper = self.positions(self.lower), self.positions(self.upper)
         return int(np.sum(upper[:, 2] < lower[:, 2].min() - 0.05))
 

@@ -7,7 +7,7 @@ from meshes import PIERCING_T0, PIERCING_T1, PIERCING_TRIANGLES, soup
 
 
 def key(kind, vertices):
-    """Of a contact, whichever edge comes first."""
+    """Returns a key of a contact that does not depend on the order of its edges."""
     if kind == oracle.EDGE_EDGE:
         vertices = sorted([sorted(vertices[:2]), sorted(vertices[2:])])
         return kind, *map(tuple, vertices)

@@ -1,4 +1,4 @@
-"""Arrays on a GPU: positions from there, contacts that stay there."""
+"""Tests arrays on a GPU: positions that are read from it, contacts that stay on it."""
 
 import gc
 import pathlib
@@ -83,7 +83,7 @@ def test_arrays_stay_alive_until_they_are_replaced():
     expected = query.detect().tobytes()
     gc.collect()
     filler = [torch.full((len(t0), 3), float("nan"), device="cuda") for _ in range(8)]
-    second = softcd.Query(scene, detection=softcd.Detection.dcd)  # looks where the first one has not
+    second = softcd.Query(scene, detection=softcd.Detection.dcd)  # reads positions that the first one has not read
     second.detect()
     assert query.detect().tobytes() == expected
     before = torch.cuda.memory_allocated()
@@ -116,7 +116,7 @@ def test_contacts_stay_on_the_gpu():
     assert torch.from_dlpack(contacts["distance"]).data_ptr() == columns["distance"].data_ptr()
     cupy = pytest.importorskip("cupy")
     assert cupy.from_dlpack(contacts["distance"]).data.ptr == columns["distance"].data_ptr()
-    # Detections use other memory as long as a column lives.
+    # Detections use other memory while a column is alive.
     del contacts
     gc.collect()
     distances = columns["distance"].clone()
@@ -127,7 +127,7 @@ def test_contacts_stay_on_the_gpu():
 
 
 def test_contacts_of_each_body_are_a_range():
-    """As many simulations in one want them: each body in a batch of its own, answered without the host."""
+    """For many simulations in one scene: each body is in a separate batch, and contacts stay on the device."""
     scene = softcd.Scene(backend=softcd.Backend.cuda)
     bodies = []
     for batch in range(5):
@@ -150,14 +150,14 @@ def test_contacts_of_each_body_are_a_range():
 
 
 def test_contacts_are_told_of_before_anybody_waits():
-    """A stream of torch's reads them as soon as they are there; the host waits afterwards, to compare."""
+    """A stream of torch's reads contacts as soon as they are there. The host waits later, to compare."""
     t0, t1, triangles = step_of(6, np.float32)
     scene, body, query = query_of(triangles, len(t0), contacts_on_device=True)
     scene.set_positions(body, torch_array(t0), torch_array(t1))
-    query.detect()  # lists have grown
+    query.detect()  # the lists have grown
     stream = torch.cuda.Stream()
     for step in range(4):
-        moved = t1 + np.float32(1e-4 * step) * (t1.mean(axis=0) - t1)  # inwards: stays where it is foreseen to be
+        moved = t1 + np.float32(1e-4 * step) * (t1.mean(axis=0) - t1)  # inwards: stays within the predicted box
         scene.set_positions(body, torch_array(t0), torch_array(moved))
         ticket = query.start()
         pending = ticket.on_device()
@@ -260,7 +260,7 @@ def test_the_documented_example_runs(tmp_path, monkeypatch):
 
 
 def test_a_simulation_on_the_gpu():
-    """Waits for torch's work on the default stream, without being told."""
+    """Detections wait for torch's work on the default stream without a request."""
     vertices, triangles = sheet(64)
     scene, body, query = query_of(
         triangles, len(vertices), contacts_on_device=True, accuracy=softcd.Accuracy.conservative

@@ -1,4 +1,4 @@
-"""Every example of the documents runs."""
+"""Runs all examples of the pages."""
 
 import pathlib
 import re
@@ -21,7 +21,7 @@ def examples():
 
 
 def folding_sheet():
-    """A sheet whose border turns over and comes down through it."""
+    """Returns two positions of a sheet: its border folds over and then moves down through it."""
     vertices, triangles = sheet(8)
     vertices_t0 = vertices.copy()
     vertices_t0[vertices[:, 0] == 7] += [-5.5, 0.3, 2]

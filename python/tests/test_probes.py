@@ -1,4 +1,4 @@
-"""Questions, against answers that are found one by one, in float64 and with code of their own."""
+"""Compares probes with results that separate code finds one by one, in float64."""
 
 import gc
 import itertools
@@ -23,21 +23,21 @@ def scene_of(*meshes):
 
 
 def soups(count=2, triangle_count=20):
-    """Of positions that float32 has."""
+    """Yields soups of triangles whose positions are exact in float32."""
     for seed in range(count):
         vertices, triangles = soup(seed, triangle_count, size=1)
         yield vertices.astype(np.float32).astype(float), triangles
 
 
 def corners_of(meshes):
-    """(body, triangle, its three corners) of all."""
+    """Yields (body, triangle, its three corners) of all triangles."""
     for body, (vertices, triangles) in enumerate(meshes):
         for triangle, corners in enumerate(vertices[triangles]):
             yield body, triangle, corners
 
 
 def ray_meets(origin, direction, corners):
-    """At which t, None where it does not."""
+    """Returns the t at which the ray meets the triangle, or None."""
     a, b, c = corners
     matrix = np.stack([b - a, c - a, -direction], axis=1)
     if abs(np.linalg.det(matrix)) < 1e-12:
@@ -59,7 +59,7 @@ def segment_triangle_distance(p, q, corners):
 
 
 def reaches_into(corners, sides):
-    """What is left of the triangle when it is cut along the sides: normals that point out, and how far along them."""
+    """Returns whether some of the triangle is within all sides: (outward normal, distance along it)."""
     polygon = list(corners)
     for normal, limit in sides:
         inside = [limit - normal @ p for p in polygon]
@@ -310,7 +310,7 @@ def test_answers_stay_and_scenes_live_as_long_as_their_probes():
 
 
 def test_arrays_that_no_question_has_read_are_kept():
-    """Positions are read by the next question or detection, and only let go of then."""
+    """The next query or detection reads positions. Arrays are released only then."""
     scene = softcd.Scene()
     body = scene.add_body(SQUARE_TRIANGLES, 4)
     probe = softcd.Probe(scene)

@@ -1,4 +1,4 @@
-"""python -m softcd."""
+"""Tests python -m softcd."""
 
 import csv
 import json

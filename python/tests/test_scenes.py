@@ -66,14 +66,14 @@ def test_ropes_are_segments():
 
 
 def told(contacts):
-    """All but the numbers of edges, and which of two is the first: others where a mesh has changed."""
+    """Returns the contacts without edges' numbers and order, which differ after a change of the mesh."""
     is_edges = contacts["kind"] == softcd.ContactKind.edge_edge
     features = [sorted([v[:2], v[2:]]) if e else [v] for e, v in zip(is_edges, contacts["vertices"].tolist())]
     return sorted(zip(is_edges, features, contacts["distance"]))
 
 
 def torn(triangles, first_new_vertex, which):
-    """The mesh, in which some triangles have got corners of their own."""
+    """Returns the mesh, with new vertices as the corners of some triangles."""
     triangles = triangles.copy()
     triangles[which] = first_new_vertex + np.arange(3 * len(which)).reshape(-1, 3)
     return triangles
@@ -95,7 +95,7 @@ def test_changed_triangles_are_all_that_is_read():
         only_changed[which] = triangles[which]
         scene.update_body(body, only_changed, len(vertices), changed=which, **settings)
         scene.set_positions(body, vertices)
-        # As floats: distances of edges that touch are not all rounding, and the same whichever edge comes first.
+        # Float positions: distances of touching edges are not all rounding, and do not depend on the edges' order.
         contacts = softcd.Query(scene, accuracy=softcd.Accuracy.precise).detect()
         fresh = softcd.detect(vertices, triangles, margin=0.1, accuracy=softcd.Accuracy.precise)
         assert len(contacts) == len(fresh) != before

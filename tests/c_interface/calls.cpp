@@ -239,7 +239,7 @@ TEST_F(CCalls, options_are_changed_later) {
   EXPECT_EQ(detect(), 1U);
 }
 
-/// What is in the GPU's memory.
+/// Copies data from the GPU's memory.
 template <class T>
 std::vector<T> on_host(const T* data, std::size_t count = 1) {
   const std::vector<std::byte> bytes = read_device(Backend::cuda, data, count * sizeof(T));

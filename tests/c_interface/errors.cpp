@@ -9,7 +9,7 @@
 
 #include "handles.hpp"
 
-// Whatever is given, an error code comes back, its text names the argument, and the scene is as it was.
+// Whatever the arguments, a function returns an error code, its text names the argument, and the scene is unchanged.
 namespace softcd::test {
 namespace {
 
@@ -178,10 +178,10 @@ TEST_F(CErrors, structs_of_other_sizes) {
   softcd_body body = 0;
   softcd_scene* other_scene = nullptr;
   softcd_query* other_query = nullptr;
-  const std::string of_size_0 = "said to be 0 bytes";
+  const std::string of_size_0 = "struct_size is 0 bytes";
   expect_refused(softcd_scene_options_init(&scene_options, sizeof scene_options + 8), "options");
   expect_refused(softcd_body_settings_init(&settings, 0), of_size_0);
-  expect_refused(softcd_query_options_init(&query_options, 4), "said to be 4 bytes");
+  expect_refused(softcd_query_options_init(&query_options, 4), "struct_size is 4 bytes");
   expect_refused(softcd_query_options_init(nullptr, sizeof query_options), "options is NULL");
   EXPECT_EQ(query_options.struct_size, 0U);
   expect_refused(softcd_scene_create(&scene_options, &other_scene), of_size_0);
@@ -323,7 +323,7 @@ TEST_F(CErrors, a_scene_that_is_gone) {
   EXPECT_EQ(has_intersections, 0U);
 }
 
-// Nobody should, but what a callback throws does not leave C either.
+// Callbacks must not throw, but even if one does, no exception leaves C.
 TEST_F(CErrors, a_callback_that_throws) {
   const softcd_pair_filter filter = [](void*, softcd_body, softcd_body) -> std::uint32_t { throw 3; };
   ASSERT_EQ(softcd_query_set_pair_filter(query(), filter, nullptr), SOFTCD_OK);

@@ -5,13 +5,14 @@
 #include "failing_allocations.hpp"
 #include "handles.hpp"
 
-// Whichever allocation fails in a call, its error code says so, no exception leaves it, and all is as it was.
+// Whichever allocation of a call fails, its error code reports it, no exception leaves it, and everything is unchanged.
 namespace softcd::test {
 namespace {
 
 class FailedCCalls : public TwoTriangles {
  protected:
-  /// Without any allocation of the test's. The status of the first function that fails, or SOFTCD_OK.
+  /// Makes all calls, without allocations of the test's own. Returns the status of the first function that fails, or
+  /// SOFTCD_OK.
   softcd_status call_everything() {
     softcd_query* made_query = nullptr;
     softcd_probe* made_probe = nullptr;
@@ -106,7 +107,7 @@ TEST_F(FailedCCalls, scenes_that_cannot_be_made) {
   EXPECT_GT(failures, 1U);
 }
 
-// The text of a refusal cannot be made: the code may then be that of memory.
+// The text of an error cannot be allocated: the code may then be the one for memory.
 TEST_F(FailedCCalls, refusals_stay_error_codes) {
   for_every_allocation([&](std::uint64_t n) {
     softcd_status status = SOFTCD_OK;

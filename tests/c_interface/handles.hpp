@@ -22,7 +22,7 @@ using ScenePointer = std::unique_ptr<softcd_scene, Destroys<softcd_scene_destroy
 using QueryPointer = std::unique_ptr<softcd_query, Destroys<softcd_query_destroy>>;
 using ProbePointer = std::unique_ptr<softcd_probe, Destroys<softcd_probe_destroy>>;
 
-/// A triangle, and one with a corner 0.1 above it, 0.2 above at t0. Their margins are 0.1.
+/// A triangle, and another one with a corner 0.1 above it, 0.2 above at t0. Their margins are 0.1.
 class TwoTriangles : public testing::Test {
  protected:
   TwoTriangles() {
@@ -56,7 +56,7 @@ class TwoTriangles : public testing::Test {
   softcd_scene* scene() const { return scene_.get(); }
   softcd_query* query() const { return query_.get(); }
 
-  /// How many contacts a detection finds.
+  /// Returns the number of contacts of a detection.
   std::uint64_t detect(softcd_pairs pairs = SOFTCD_PAIRS_ALL) const {
     const softcd_contact* contacts = nullptr;
     std::uint64_t count = 0;

@@ -11,7 +11,7 @@
 #include "mesh_generators.hpp"
 #include "scene.hpp"
 
-// What goes through C comes out as it does of the C++ interface, to the last byte.
+// Results through C are those of the C++ interface, to the last byte.
 namespace softcd::test {
 namespace {
 
@@ -154,7 +154,7 @@ TEST(CRoundTrip, each_option_arrives) {
   }
 }
 
-/// Both interfaces' probes of the same bodies.
+/// The probes of both interfaces on the same bodies.
 struct BothProbes {
   explicit BothProbes(const Scene& scene)
       : ends(scene), bodies(SceneOptions{test_options(Detection::dcd).backend}), in_cpp(bodies) {

@@ -19,7 +19,7 @@ using Triangle3 = std::array<Vec3d, 3>;
 constexpr Triangle3 kTriangle = {{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}};
 constexpr double kTiny = std::numeric_limits<double>::denorm_min();
 
-// In every order of the triangle's corners and both of the segment's.
+// Returns the result for every order of the triangle's corners and both orders of the segment's ends, which must agree.
 bool intersects_always(Vec3d p, Vec3d q, Triangle3 t) {
   const bool first = intersects(p, q, t);
   for (int i = 0; i < 3; ++i) {
@@ -83,8 +83,8 @@ TEST(ExactIntersection, degenerate_segments_are_points) {
   EXPECT_FALSE(intersects_always({3, 3, 0}, {3, 3, 0}, kTriangle));
 }
 
-// A segment's end that moves from p to q meets the triangle where the segment does: the exact test of motions, in
-// another arithmetic, must agree. Coordinates on a coarse grid, so that many touch, are coplanar or degenerate.
+// A segment's end that moves from p to q meets the triangle where the segment does. The exact test of motions, with
+// other arithmetic, must agree. Coordinates are on a coarse grid, so that many are touching, coplanar or degenerate.
 TEST(ExactIntersection, agrees_with_the_exact_test_of_motions) {
   std::mt19937 random(1);
   int hits = 0;

@@ -31,10 +31,10 @@ constexpr btScalar kFastest = 20;  // gravity gives 5 in that time
 const std::map<std::string, int> kSmallSizes = {
     {"n-body", 8}, {"mixed-sizes-balls", 2}, {"mixed-sizes-cloth", 16}, {"flamenco", 12}, {"folding-cloth", 12}};
 
-/// Loose at the start; its own test sees it tight.
+/// Knots that are loose at the start; their own tests check them when they are tight.
 const std::set<std::string> kTouchLater = {"reef-knot"};
 
-/// Pictures are of the knot; the ends of its ropes are pulled out of them.
+/// Pictures show the knot; the ends of its ropes are pulled out of the picture.
 const std::set<std::string> kPulledOut = {"reef-knot", "bowline"};
 
 SceneOptions small(const SceneInfo& info, World world) {
@@ -119,7 +119,7 @@ TEST_P(Scenes, stays_in_one_piece_and_apart) {
   std::cout << info().name << ": fastest " << fastest << ", " << contacts << " contacts\n";
 }
 
-/// The farthest that a node is from the middle of a picture of 16 : 9; 1 is the border.
+/// Returns the largest distance of a node from the middle of a picture of 16 : 9; 1 is the border.
 double farthest_from_the_middle(const Scene& scene) {
   constexpr double kAspect = 16.0 / 9.0;
   const demo::View view = scene.view();
@@ -139,7 +139,7 @@ double farthest_from_the_middle(const Scene& scene) {
   return farthest;
 }
 
-// For the steps that softcd-demo makes unless told otherwise; those of `refining` take longer and longer.
+// For the default number of steps of softcd-demo; those of `refining` take longer and longer.
 TEST(Scenes, stay_in_the_picture) {
   for (const SceneInfo& info : demo::scenes()) {
     if (kPulledOut.count(info.name) != 0) continue;

@@ -9,7 +9,7 @@
 
 namespace softcd::test {
 
-/// What the fuzzer has made up, read from the front; zeros when it has come to its end.
+/// The fuzzer's bytes, read from the front; zeros after their end.
 class Bytes {
  public:
   Bytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
@@ -33,7 +33,7 @@ class Bytes {
   std::size_t left_;
 };
 
-/// Ends the program, so that the fuzzer keeps the input, where something is not as promised.
+/// Ends the program where a guarantee does not hold, so that the fuzzer keeps the input.
 inline void require(bool holds, const std::string& promise) {
   if (holds) return;
   std::fprintf(stderr, "broken: %s\n", promise.c_str());

@@ -4,8 +4,8 @@
 #include "bytes.hpp"
 #include "softcd/softcd.h"
 
-// Whatever a function of softcd.h is given but pointers to nothing, it returns one of its codes with a text, and
-// results of 0 where it fails.
+// Whatever a function of softcd.h is given, except invalid pointers, it returns one of its codes with a text. Where it
+// fails its results are 0.
 namespace softcd::test {
 namespace {
 
@@ -68,14 +68,14 @@ class Handles {
     }
   }
 
-  /// One of its codes.
+  /// Returns whether the status is SOFTCD_OK; it must be one of the codes.
   bool is_ok(softcd_status status) {
     require(status >= SOFTCD_OK && status <= SOFTCD_OUT_OF_MEMORY, "a status is one of its codes");
     if (status != SOFTCD_OK) require(softcd_last_error()[0] != '\0', "errors have a text");
     return status == SOFTCD_OK;
   }
 
-  /// A list, and nothing where the call failed.
+  /// Checks a list, which must be empty where the call failed.
   template <class T>
   void check_list(bool ok, const T* list, std::uint64_t count) {
     if (!ok) require(list == nullptr && count == 0, "calls that fail have no results");
@@ -88,7 +88,7 @@ class Handles {
     return bytes_.one_in(32) ? nullptr : handles[bytes_.below(N)];
   }
 
-  /// Defaults, some members any bytes, now and then a size of another version.
+  /// Returns defaults with random bytes in some members, and now and then a size of another version.
   template <class Struct>
   Struct fuzzed(softcd_status (*initialize)(Struct*, std::uint64_t)) {
     Struct value{};
@@ -105,7 +105,7 @@ class Handles {
   softcd_scene_options fuzzed_scene_options() {
     softcd_scene_options options = fuzzed(softcd_scene_options_init);
     if (options.backend == SOFTCD_BACKEND_AUTOMATIC) options.backend = SOFTCD_BACKEND_CPU;
-    options.cuda_stream = nullptr;  // a handle that is none may crash a driver
+    options.cuda_stream = nullptr;  // an invalid handle may crash a driver
     return options;
   }
 
@@ -138,14 +138,14 @@ class Handles {
     require(ok == (probe != nullptr), "there is a probe where there is no error");
   }
 
-  /// Elements of `width` indices.
+  /// Returns random elements of `width` indices.
   std::vector<std::uint32_t> fuzzed_indices(std::uint32_t width) {
     std::vector<std::uint32_t> indices;
     for (std::uint32_t i = width * bytes_.below(12); i > 0; --i) indices.push_back(bytes_.below(11));
     return indices;
   }
   std::vector<std::uint32_t> fuzzed_triangles() { return fuzzed_indices(3); }
-  /// The body's, as a rule.
+  /// Returns a count, usually the body's.
   std::uint32_t fuzzed_count() { return bytes_.one_in(32) ? bytes_.take<std::uint32_t>() % 100000 : 12; }
   softcd_body some_body() { return bytes_.one_in(16) ? bytes_.take<std::uint32_t>() : bytes_.below(4); }
 
@@ -280,7 +280,7 @@ class Handles {
 
   double fuzzed_number() { return bytes_.one_in(16) ? bytes_.take<double>() : bytes_.take<std::int8_t>() / 16.0; }
 
-  /// Any shape of `Question`s, all members of which are doubles.
+  /// Returns questions of any kind whose members are all doubles.
   template <class Question>
   std::vector<Question> fuzzed_questions() {
     std::vector<Question> questions(bytes_.below(4));

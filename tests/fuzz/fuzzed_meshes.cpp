@@ -8,12 +8,12 @@ namespace {
 
 constexpr int kLargestExponent = 20;
 
-/// A power of two, over 12 orders of magnitude.
+/// Returns a power of two, over 12 orders of magnitude.
 double fuzzed_scale(Bytes& bytes) {
   return std::ldexp(1.0, static_cast<int>(bytes.below(2 * kLargestExponent + 1)) - kLargestExponent);
 }
 
-/// One that a float holds.
+/// Returns a coordinate that fits a float.
 double fuzzed_coordinate(Bytes& bytes, double scale) {
   const auto value = bytes.take<std::int16_t>();
   switch (value) {
@@ -36,7 +36,7 @@ float fuzzed_length(Bytes& bytes) {
   return static_cast<float>(fuzzed_scale(bytes) * bytes.take<std::uint8_t>() / 64.0);
 }
 
-/// Mostly an enumerator.
+/// Returns an enumerator, or seldom an invalid value.
 template <class Enum>
 Enum fuzzed_choice(Bytes& bytes, std::uint32_t count) {
   const std::uint32_t value = bytes.take<std::uint8_t>();
@@ -73,7 +73,7 @@ std::vector<Triangle> fuzzed_triangles(Bytes& bytes, std::uint32_t* vertex_count
         break;
     }
   }
-  if (bytes.one_in(50)) *vertex_count = bytes.below(8);  // which the triangles' indices may be beyond
+  if (bytes.one_in(50)) *vertex_count = bytes.below(8);  // triangles may have indices beyond it
   return triangles;
 }
 

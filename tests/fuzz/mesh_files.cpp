@@ -3,8 +3,7 @@
 #include "bytes.hpp"
 #include "mesh_io/parsing.hpp"
 
-// Whatever is in a file, there is a mesh whose indices are those of vertices, or an error of one line that names the
-// file.
+// Any file gives a mesh with valid indices, or an error of one line that names the file.
 
 namespace {
 

@@ -6,10 +6,10 @@ usage() {
   cat <<'TEXT'
 usage: tests/fuzz/run.sh [SECONDS [TARGET...]]
 
-Builds libFuzzer's programs with clang++ (build/fuzz) and runs each for SECONDS, 60 where none are named; 3600 for an
-hour. TARGETs: scenes, c_interface, meshes; all where none is named. What has been found to be interesting is kept in
-build/fuzz/corpus and the next run begins there. An input that breaks a promise ends the run and is written to
-build/fuzz/found: `build/fuzz/tests/fuzz/softcd_fuzz_TARGET FILE` repeats it.
+Builds libFuzzer's programs with clang++ (build/fuzz) and runs each for SECONDS (default: 60; 3600 for an hour).
+TARGETs: scenes, c_interface, meshes (default: all). Interesting inputs are kept in build/fuzz/corpus, where the next
+run begins. An input that breaks a guarantee ends the run and is written to build/fuzz/found:
+`build/fuzz/tests/fuzz/softcd_fuzz_TARGET FILE` repeats it.
 
 Environment: SOFTCD_SETUP=off installs nothing.
 TEXT

@@ -9,13 +9,13 @@
 namespace softcd::test {
 namespace {
 
-/// Exact arithmetic takes its time.
+/// Limits, because exact arithmetic is slow.
 constexpr std::size_t kMostTriangles = 60;
 constexpr std::size_t kMostMovingTriangles = 20;
 
 constexpr double kLargestCoordinate = 1e37;
 
-/// Beyond what a detector takes for finite there are no positions.
+/// Returns positions without coordinates that a detector treats as not finite.
 Positions3 finite_positions(Positions3 x) {
   for (Vec3d& p : x) {
     for (int axis = 0; axis < 3; ++axis) {

@@ -6,8 +6,8 @@
 
 namespace softcd::test {
 
-/// What a scene was told, to compare its answers with those of a scene that is told the same for the first time, and
-/// with brute force.
+/// Records the calls of a scene. Its results are compared with those of a new scene with the same state, and with brute
+/// force.
 class SceneModel {
  public:
   struct Body {
@@ -22,7 +22,8 @@ class SceneModel {
   std::vector<RayHit> fresh_hits(Span<const Ray> rays, StepEnd end) const;
   std::vector<ClosestPoint> fresh_closest_points(Span<const ProbePoint> points, StepEnd end) const;
 
-  /// Where that is quick and exact: nothing is missed, and of discrete contacts none is made up.
+  /// Compares contacts with brute force, where that is quick and exact: none is missing, and no discrete contact is
+  /// false.
   void require_what_brute_force_finds(const QueryOptions& options, Span<const Contact> contacts) const;
 
  private:

@@ -9,15 +9,15 @@
 #include "scene_model.hpp"
 #include "softcd/fields/options.hpp"
 
-// Whatever is called in whatever order, a scene answers as one does that is told the same for the first time, and as
-// brute force does; what is refused is refused with an Error, and changes nothing.
+// Whatever is called in whatever order, a scene gives the results of a new scene with the same state, and of brute
+// force. A refused call throws an Error and changes nothing.
 namespace softcd::test {
 namespace {
 
 constexpr int kMostCalls = 24;
 constexpr std::size_t kMostBodies = 4;
 
-/// Whether an Error is thrown; anything else that is ends the program.
+/// Returns whether an Error is thrown. Any other exception ends the program.
 template <class Expected = Error, class Call>
 bool is_refused(const Call& call) {
   try {
@@ -49,7 +49,7 @@ bool takes_third(BodyId a, BodyId b) {
   return (a.value + b.value) % 3 != 1;
 }
 
-/// A scene with a query and a probe, and what they were told.
+/// A scene with a query and a probe, and the record of their calls.
 class Session {
  public:
   explicit Session(Bytes& bytes) : bytes_(bytes) { renew(); }
@@ -191,7 +191,7 @@ class Session {
     if (!refused) known->mesh.settings = settings;
   }
 
-  /// In memory of the caller's that goes when the next detection has been started.
+  /// Copies positions to memory of the caller that is freed when the next detection has been started.
   template <class Scalar>
   Positions lend(const Positions3& x, std::size_t stride) {
     Memory memory(x.empty() ? 0 : (x.size() - 1) * stride + 3 * sizeof(Scalar));

@@ -13,10 +13,10 @@
 
 namespace softcd::test {
 
-/// Stands in for a backend's list: everything fits.
+/// Replaces a backend's list, with unlimited capacity.
 template <class T>
 struct Collector {
-  /// Room for as many items as were announced.
+  /// Places for as many items as were announced.
   class Room {
    public:
     Room(Collector& collector, std::uint32_t count) : collector_(collector), left_(count) {}
@@ -50,8 +50,8 @@ struct HostBody {
   bool edge_edge = true;
 };
 
-/// What the detector prepares for the stages, made plainly: bodies concatenated, coordinates converted to float as they
-/// are (the tests' are on a grid), every body within everybody's reach.
+/// The detector's input for the stages, made in a simple way: bodies are concatenated, coordinates are converted to
+/// float (the tests' are on a grid), and every body may touch every other.
 class HostScene {
  public:
   HostScene(std::vector<HostBody> bodies, bool continuous) : bodies_(std::move(bodies)), continuous_(continuous) {
@@ -140,7 +140,7 @@ class HostScene {
   std::vector<softcd::SceneBody> scene_bodies_;
 };
 
-/// The grid of a scene of so many triangles that large ones are split.
+/// Returns the grid of a scene with so many triangles that large ones are split.
 inline GridParameters grid_of(float cell_size) {
   GridParameters grid{};
   grid.active_triangles = 1U << 30;
@@ -149,7 +149,7 @@ inline GridParameters grid_of(float cell_size) {
   return grid;
 }
 
-/// The first stage, run over a scene.
+/// The volumes of a scene, by the first stage.
 struct HostVolumes {
   std::vector<Kdop18> volumes;
   std::vector<EndVolumes> end_volumes;

@@ -10,7 +10,7 @@ namespace {
 
 struct NoBackend {};
 
-/// Takes no memory.
+/// A column that takes no memory.
 struct Column {
   std::uint64_t length = 0;
 

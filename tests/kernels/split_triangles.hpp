@@ -8,7 +8,7 @@
 
 namespace softcd::test {
 
-/// What the detector does to split triangles, one after the other.
+/// Runs the detector's stages for split triangles, one after the other.
 inline void register_split_triangles(const SceneView& scene, const Kdop18* volumes, const TriangleShape* shapes,
                                      const std::vector<SplitRoot>& splits, const GridParameters& grid,
                                      Collector<KeyedEntry>& entries) {

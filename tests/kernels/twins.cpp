@@ -13,15 +13,16 @@
 #include "softcd/math/kdop.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 
-// What the host computes with SSE2 is what everybody else's code in namespace generic computes, for any input.
+// Functions with SSE2 return the same as their twins in namespace generic, which other processors use, for any input.
 namespace softcd::test {
 namespace {
 
 constexpr int kRounds = 400000;
-/// How many of kRounds have to come out either way for the comparison to mean something.
+/// The number of kRounds that must have either result for the comparison to mean something.
 constexpr int kFew = 4000;
 
-/// Zeros of both signs, what is too small to be normal, what is next to it and to 1, the largest, infinities and NaN.
+/// Returns zeros of both signs, subnormal numbers, neighbours of these and of 1, the largest number, infinities and
+/// NaN.
 float awkward_value(Random& random) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr std::array<float, 14> kValues = {0.0F,           -0.0F,
@@ -34,7 +35,7 @@ float awkward_value(Random& random) {
   return kValues[random.below(kValues.size())];
 }
 
-/// A small integer, so that bounds touch, or, now and then, something awkward_value.
+/// Returns a small integer, so that bounds touch, or now and then an awkward_value.
 float value(Random& random, int lowest, int highest) {
   if (random.chance(0.04)) return awkward_value(random);
   return static_cast<float>(lowest + static_cast<int>(random.below(static_cast<std::uint32_t>(highest - lowest + 1))));
@@ -44,7 +45,7 @@ Vec3f point(Random& random, int lowest, int highest) {
   return {value(random, lowest, highest), value(random, lowest, highest), value(random, lowest, highest)};
 }
 
-/// Counts how often both said yes, and both no.
+/// Counts how often both returned true, and both false.
 class Outcomes {
  public:
   void add(bool first, bool second, int round) {
@@ -70,7 +71,7 @@ Kdop18 random_volume(Random& random) {
   return dop;
 }
 
-/// Two predicates of two things that `make` makes.
+/// Expects two predicates to agree about pairs that `make` makes.
 template <class Make, class First, class Second>
 void expect_the_same(std::uint64_t seed, Make make, First first, Second second) {
   Random random(seed);
@@ -131,7 +132,7 @@ TEST(Twins, end_volumes_are_apart_on_one_axis) {
   }
 }
 
-/// Whether the numbers are the same, zeros of either sign told apart; NaN is NaN.
+/// Expects equal bounds; zeros of different signs differ, and NaN equals NaN.
 void expect_same_bounds(const Kdop18& a, const Kdop18& b, int round) {
   const auto is_same = [](float x, float y) {
     return (std::isnan(x) && std::isnan(y)) || (x == y && std::signbit(x) == std::signbit(y));

@@ -1,4 +1,4 @@
-"""Binds a shared library of softcd's by ctypes, as any language can that calls C: bind.py LIBRARY."""
+"""Calls softcd's shared library by ctypes, as an example of a language that can call C: bind.py LIBRARY."""
 
 import ctypes
 import sys
@@ -49,7 +49,7 @@ for coordinates in ([0, 0, 0, 1, 0, 0, 0, 1, 0], [0.25, 0.25, 0, 0.25, 0.5, 5, 0
     call("scene_set_positions", scene, body, None, Positions(sizeof(Positions), 1, 0, ctypes.addressof(x), 3, 24, None))
     bodies.append(body.value)
 asked = []
-pair_filter = PAIR_FILTER(lambda data, a, b: asked.append((a, b)) or 1)  # lives as long as it is asked
+pair_filter = PAIR_FILTER(lambda data, a, b: asked.append((a, b)) or 1)  # must live as long as it is called
 call("query_set_pair_filter", query, pair_filter, None)
 call("query_detect", query, 0, byref(contacts), byref(count))
 assert sizeof(Contact) == 72 and tuple(bodies) in asked

@@ -3,7 +3,7 @@
 
 static_assert(SOFTCD_VERSION == 10000 * SOFTCD_VERSION_MAJOR + 100 * SOFTCD_VERSION_MINOR + SOFTCD_VERSION_PATCH);
 
-// Exceptions are caught by their base, on this side of a shared library.
+// Returns whether an exception is caught by its base, on this side of a shared library.
 bool refuses_missing_vertices() {
   try {
     softcd::CollisionPipeline().scene.add_body({std::vector<softcd::Triangle>{{{0, 1, 2}}}, 2, {}});
@@ -13,7 +13,7 @@ bool refuses_missing_vertices() {
   return false;
 }
 
-// One vertex of the second triangle lies 0.1 above the first triangle.
+// Returns whether a contact is found: one vertex of the second triangle lies 0.1 above the first triangle.
 bool finds_contact() {
   const std::vector<softcd::Triangle> triangles = {{{0, 1, 2}}};
   const std::vector<softcd::Vec3f> lower = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -30,7 +30,7 @@ bool finds_contact() {
   return contacts.size() == 1 && contacts[0].body_a == b && contacts[0].feature_a == 0;
 }
 
-/// Its argument is the version that the package says it has.
+/// Its argument is the expected version.
 int main(int count, char** arguments) {
   const bool has_version = count == 2 && std::strcmp(arguments[1], SOFTCD_VERSION_STRING) == 0;
   return has_version && refuses_missing_vertices() && finds_contact() ? 0 : 1;

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-/// A horizontal patch within the default margins' reach of its neighbours, in a world that it leaves again.
+/// A horizontal patch within the default margins' reach of its neighbours, in a world that it leaves on destruction.
 template <class World>
 class Patch {
  public:
@@ -26,7 +26,7 @@ class Patch {
   std::unique_ptr<btSoftBody> body_;
 };
 
-/// Two patches close to each other have contacts after one step. What main() returns.
+/// Returns main()'s result: 0 if two patches close to each other have contacts after one step.
 template <class World>
 int check_contacts(World& world, int collisions) {
   const Patch<World> lower(world, 0, collisions);

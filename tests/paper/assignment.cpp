@@ -19,7 +19,7 @@ using test::HostScene;
 using test::Mesh;
 using test::Random;
 
-/// Corners as (row, along), which are multiples of 2^-level.
+/// Returns corners as (row, along), which are multiples of 2^-level.
 std::set<std::array<float, 2>> corners_of(int level, std::uint32_t child) {
   const ChildWeights weights = child_weights(level, child);
   std::set<std::array<float, 2>> corners;
@@ -27,7 +27,7 @@ std::set<std::array<float, 2>> corners_of(int level, std::uint32_t child) {
   return corners;
 }
 
-/// The child of the level above whose area holds the centre of this one.
+/// Returns the child of the level above whose area contains the centre of this one.
 std::uint32_t parent_of(int level, std::uint32_t child) {
   float row = 0.0F;
   float along = 0.0F;
@@ -125,7 +125,7 @@ TEST(Control, a_pair_at_home_in_one_cell_is_tested_there) {
   }
 }
 
-// Two whole triangles whose homes differ, and who both touch both homes, are tested in one of the two.
+// Two whole triangles with different homes, which both touch both homes, are tested in one of the two.
 TEST(Control, two_homes_make_one_test) {
   for (std::uint32_t home_a = 0; home_a < 8; ++home_a) {
     for (std::uint32_t home_b = 0; home_b < 8; ++home_b) {

@@ -17,7 +17,7 @@ struct Sizes {
   std::vector<std::uint32_t> radius = std::vector<std::uint32_t>(kSizeBins, 0);
   std::vector<std::uint32_t> swept = std::vector<std::uint32_t>(kSizeBins, 0);
 
-  /// A triangle of radius r, whose way has radius s.
+  /// Adds a triangle of radius r, with a path of radius s.
   void add(double r, double s) {
     ++radius[size_bin(static_cast<float>(r))];
     ++swept[size_bin(static_cast<float>(s))];

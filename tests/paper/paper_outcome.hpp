@@ -10,7 +10,7 @@
 
 namespace softcd::paper {
 
-/// What the first detection by the printed scheme leaves.
+/// Returns the result of the first detection with the printed scheme.
 inline test::Outcome outcome_by_paper(const test::Scene& bodies, const PipelineOptions& options) {
   const auto scene = std::make_shared<detail::SceneCore>(options, LogCallback(), detector_factories(options));
   detail::QueryCore query(scene, options);

@@ -11,7 +11,7 @@
 #include "queries.hpp"
 #include "query_detector.hpp"
 
-// What docs/accuracy.md promises, through the public interface and against exact arithmetic.
+// Checks the guarantees of docs/accuracy.md, through the public interface and against exact arithmetic.
 namespace softcd::test {
 namespace {
 
@@ -88,7 +88,7 @@ double residual_of(float a, float b) {
   return (static_cast<double>(a) + static_cast<double>(b)) - static_cast<double>(sum);
 }
 
-/// A point above a triangle that lies below the plane z = 0, so that their distance is no float.
+/// Returns a point above a triangle that lies below the plane z = 0, so that their distance is not a float.
 Scene point_above(double height, double depth, float margin_a, float margin_b) {
   const Mesh floor{{{{0, 1, 2}}}, {{-8, -8, -depth}, {16, -8, -depth}, {-8, 16, -depth}}};
   const Mesh point{{{{0, 0, 0}}}, {{0.25, 0.5, height}}};
@@ -122,7 +122,7 @@ TEST(MarginsOfAPair, are_not_summed_to_less_than_they_are) {
   EXPECT_EQ(built, 300);
 }
 
-// The margin grows by the length of a motion that is no float either.
+// The margin grows by the length of a motion, which is not a float either.
 TEST(MarginsOfAPair, do_not_lose_what_a_motion_adds) {
   Random random(6);
   for (int i = 0; i < 300; ++i) {
@@ -148,8 +148,8 @@ TEST(MarginsOfAPair, do_not_lose_what_a_motion_adds) {
   }
 }
 
-/// A vertex's margin against another body's triangles grows with its motion, which rounding may have shortened; the
-/// margins of edges do not.
+/// A vertex's margin against another body's triangles grows with its motion, which rounding may have shortened. Margins
+/// of edges do not grow.
 TEST(MarginsOfAPair, grow_by_the_roundings_of_a_motion_for_vertices_of_other_bodies_alone) {
   Mesh cloth = grid_cloth(2, 2, 1.0);
   for (Vec3d& x : cloth.positions) x = x + Vec3d{1.0 / 3.0, 1.0 / 7.0, 1.0 / 9.0};
@@ -164,7 +164,7 @@ TEST(MarginsOfAPair, grow_by_the_roundings_of_a_motion_for_vertices_of_other_bod
   }
 }
 
-/// Two soups whose coordinates are no floats, moved away from the origin.
+/// Returns two soups whose coordinates are not floats, moved away from the origin.
 Scene soups_in_double(std::uint64_t seed) {
   Scene scene;
   Random random(seed);
@@ -181,7 +181,7 @@ Scene soups_in_double(std::uint64_t seed) {
   return scene;
 }
 
-/// Every pair of a vertex and a triangle of other bodies, with an exact margin that they just keep.
+/// Makes pairs of a vertex and a triangle of different bodies, with a margin just above their exact distance.
 TEST(Conservative, finds_what_is_within_the_margin_for_positions_in_double) {
   Random random(11);
   int found_by_precise = 0;
@@ -191,7 +191,7 @@ TEST(Conservative, finds_what_is_within_the_margin_for_positions_in_double) {
     Query query = make_query(random, kind, Family::random, /*is_single=*/false);
     std::copy_n(query.rows.begin(), 4, query.rows.begin() + 4);
     const double distance = std::sqrt(squared_distance(kind, std::span<const Vec3d, 4>(query.rows.data(), 4)));
-    // Half of it is a float, so that both sides' sum is exact.
+    // Half of it is a float, so the sum of both sides is exact.
     const float margin = std::nextafter(static_cast<float>(distance), 10.0F);
     ASSERT_GE(static_cast<double>(margin), distance);
     for (const Detection detection : {Detection::dcd, Detection::ccd}) {
@@ -230,7 +230,7 @@ TEST(Conservative, gives_floats_in_double_the_contacts_of_floats) {
   }
 }
 
-// The detector has kept rounded positions by then.
+// The detector keeps rounded positions from its earlier detections.
 TEST(Conservative, answers_the_same_when_asked_again_or_after_another_accuracy) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
     const PipelineOptions options = options_for(detection, Accuracy::conservative);

@@ -11,7 +11,7 @@
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
 
-// The CPU backend's buffers, and nothing else that a detection uses, are arrays.
+// Only the CPU backend's buffers are allocated as arrays in a detection.
 namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
@@ -44,14 +44,14 @@ void operator delete[](void* memory, std::size_t /*size*/) noexcept {
 namespace softcd::test {
 namespace {
 
-/// What malloc adds to each of a backend's some fifty buffers.
+/// The bytes that malloc adds to each of a backend's some fifty buffers.
 constexpr std::size_t kRounding = 50 * 32;
 
 class Allocations : public testing::TestWithParam<Detection> {
  protected:
   ~Allocations() override { allowed_array_bytes = kNone; }
 
-  /// Pairs need more memory than all else; a large triangle is near all others.
+  /// Returns a scene whose pairs need more memory than everything else; a large triangle is near all others.
   static Scene scene() {
     SoupOptions options;
     options.triangle_count = 700;
@@ -66,7 +66,7 @@ class Allocations : public testing::TestWithParam<Detection> {
     return {moving(mesh, scattered(mesh, 0.002, 9), everything(0.0001F))};
   }
 
-  /// Only few of many triangles have somebody near.
+  /// Returns a scene in which only few of many triangles have a near partner.
   static Scene mostly_apart() {
     SoupOptions options;
     options.triangle_count = 20000;
@@ -103,7 +103,7 @@ TEST_P(Allocations, are_what_the_limit_bounds_and_the_peak_counts) {
   }
 }
 
-// Room for what a first detection guesses is no condition: what suffices with a limit suffices without.
+// The capacity that a first detection guesses is no requirement: memory that suffices with a limit suffices without.
 TEST_P(Allocations, need_not_suffice_for_the_first_guesses) {
   for (const Scene& tried : {scene(), mostly_apart()}) {
     const Outcome plenty = outcome_of(tried, cpu(1ULL << 40));

@@ -9,7 +9,7 @@
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
 
-// What the caller may do between Query::start() and Ticket::wait().
+// Calls that the caller may make between Query::start() and Ticket::wait().
 namespace softcd::test {
 namespace {
 
@@ -24,7 +24,7 @@ Scene two_sheets(std::uint32_t side = 6) {
           moving(moved(sheet, {0.1, 0.1, 0.08}), translated(sheet.positions, {0.1, 0.1, 0.04}), settings)};
 }
 
-/// Where the upper sheet ends in step `step`.
+/// Returns the upper sheet's positions at the end of step `step`.
 Positions3 end_of_step(const Scene& scene, int step) {
   return translated(scene[1].x_t1, {0.0, 0.001 * (step % 97), 0.06 * std::sin(0.1 * step)});
 }
@@ -121,7 +121,7 @@ TEST_P(AsynchronousUse, new_options_end_what_runs) {
   EXPECT_TRUE(identical(fresh(two_sheets()), loaded.pipeline.detect()));
 }
 
-// Large enough to be under way when the pipeline goes.
+// Large enough that the detection still runs when the pipeline is destroyed.
 TEST_P(AsynchronousUse, a_pipeline_may_go_while_a_detection_runs) {
   for (int run = 0; run < 3; ++run) {
     LoadedScene loaded = load(two_sheets(120), test_options(GetParam()));

@@ -7,7 +7,7 @@
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
 
-// What a scene does not require is not done, says explain(), and the contacts are the same as when it is done.
+// explain() says that unnecessary work is skipped, and the contacts are the same as with that work.
 namespace softcd::test {
 namespace {
 
@@ -54,7 +54,7 @@ std::vector<Contact> between_bodies(const std::vector<Contact>& contacts) {
   return kept;
 }
 
-/// Of a scene in double, or of the same in float.
+/// Returns the contacts of a scene in double, or of the same scene in float.
 std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& options, bool in_double) {
   LoadedScene loaded = load(scene, options);
   std::vector<std::vector<Vec3f>> floats;

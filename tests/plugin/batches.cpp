@@ -37,7 +37,7 @@ Scene batches_of_soups(std::uint32_t count) {
   return scene;
 }
 
-/// The same bodies in one batch, and a filter that keeps apart what batches keep apart.
+/// Moves the bodies into one batch, and returns a filter that separates what batches separated.
 PairFilter as_filter(Scene& scene) {
   std::vector<std::uint32_t> batches;
   for (SceneBody& body : scene) batches.push_back(std::exchange(body.settings.batch, 0U));

@@ -243,7 +243,7 @@ TEST(Bodies, many_small_ones) {
   EXPECT_GT(expect_discrete_contacts(scene, test_options(Detection::dcd)), 100U);
 }
 
-/// A square of `side`^2 single triangles, each of which touches those before and behind it.
+/// Returns a square of `side`^2 single triangles, each of which touches the ones before and behind it.
 Scene triangles_in_rows(std::uint32_t side) {
   Scene scene;
   const Mesh triangle{{{{0, 1, 2}}}, {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}};

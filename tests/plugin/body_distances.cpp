@@ -9,7 +9,7 @@
 #include "reference_distance.hpp"
 #include "softcd/math/closest_triangles.hpp"
 
-// Nearest points of bodies against each two triangles tried by themselves.
+// Compares nearest points of bodies with all pairs of triangles.
 namespace softcd::test {
 namespace {
 
@@ -25,7 +25,7 @@ struct Nearest {
   const PlacedTriangle* b = nullptr;
 };
 
-/// Squared distances of each two triangles of different bodies, in both orders.
+/// Squared distances of all pairs of triangles of different bodies, in both orders.
 class DistanceTable {
  public:
   explicit DistanceTable(std::vector<PlacedTriangle> triangles) : triangles_(std::move(triangles)) {
@@ -40,7 +40,7 @@ class DistanceTable {
     }
   }
 
-  /// The first two of those that are asked about.
+  /// Returns the nearest two triangles of the question's bodies; of equally near ones, the first.
   Nearest nearest(ProbeBodies pair) const {
     Nearest best;
     for (std::size_t i = 0; i < squared_.size(); ++i) {
@@ -58,7 +58,7 @@ class DistanceTable {
   std::vector<double> squared_;
 };
 
-/// By all pairs of features, in long double; exactly 0 for what intersects.
+/// Returns the distance by all pairs of features, in long double; exactly 0 for intersecting triangles.
 long double reference_distance(const PlacedTriangle& a, const PlacedTriangle& b) {
   if (intersect_exactly(corners_of(a), {}, corners_of(b), {}, false)) return 0;
   long double least = std::numeric_limits<long double>::infinity();

@@ -8,12 +8,12 @@
 #include "probing.hpp"
 #include "scenes/exact_intersection.hpp"
 
-/// Which triangles intersect, by a rational segment-triangle test that shares no code with the detector.
+/// Finds intersecting triangles by a rational segment-triangle test that shares no code with the detector.
 namespace softcd::test {
 
 using TriangleCorners = std::array<Vec3d, 3>;
 
-/// Whether some side of a that has no vertex of b's meets b.
+/// Returns whether some side of a that has no vertex of b meets b.
 inline bool has_side_through(const TriangleCorners& a, const Triangle& vertices_a, const TriangleCorners& b,
                              const Triangle& vertices_b, bool are_of_one_mesh) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -56,7 +56,7 @@ inline std::vector<Intersection> as_tuples(Span<const TriangleIntersection> foun
   return tuples;
 }
 
-/// All of the scene, bodies by their places in it, each two once.
+/// Returns all intersections of the scene, each once; bodies are numbered by their places in it.
 inline std::vector<Intersection> all_intersections(const ProbedBodies& probed) {
   const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
   const auto vertices = [&](const PlacedTriangle& t) { return probed.bodies[t.body.value].triangles[t.index]; };

@@ -91,7 +91,7 @@ void move(std::vector<Box>& boxes, double furthest, Random& random) {
   }
 }
 
-// The tree of the call before is wrong about all of it.
+// The previous call's tree is wrong for all of these boxes.
 TEST(BoxPairs, are_found_again_wherever_boxes_have_gone) {
   for (const std::uint32_t count : {3U, 40U, 900U}) {
     Random random(count);
@@ -140,7 +140,7 @@ TEST(BoxPairs, of_different_groups_are_none) {
   }
 }
 
-// As many as are divided, and looked through, by several threads.
+// So many boxes are divided, and searched, by several threads.
 TEST(BoxPairs, of_many_boxes_are_those_of_a_sweep) {
   BoxPairs finder;
   std::vector<Box> boxes = scattered_boxes(30000, {10, 10, 10}, 0.3);

@@ -16,11 +16,11 @@
 #include "random.hpp"
 #include "scene_parts.hpp"
 
-// Bodies of which some triangles are changed have the contacts of a scene that was made anew.
+// Bodies with some changed triangles have the contacts of a scene that is made anew.
 namespace softcd::test {
 namespace {
 
-/// A contact whatever the indices of edges: the edge of the lower vertices comes first within a body.
+/// A contact without the indices of edges: within a body, the edge of the lower vertices comes first.
 using Touching = std::tuple<ContactKind, std::uint32_t, std::uint32_t, std::array<std::uint32_t, 4>, std::uint32_t>;
 
 Touching touching(const Contact& contact, const std::map<std::uint32_t, std::uint32_t>& places) {
@@ -44,7 +44,7 @@ std::uint32_t vertex_count(const SceneBody& body) {
   return static_cast<std::uint32_t>(body.x_t1.size());
 }
 
-/// What an app does to a mesh, and which of its triangles are others afterwards.
+/// Changes a mesh as an app does, and lists the changed triangles.
 class Surgeon {
  public:
   explicit Surgeon(Random& random) : random_(random) {}
@@ -52,7 +52,7 @@ class Surgeon {
   std::vector<std::uint32_t> operate(SceneBody& body, int operations) {
     changed_.clear();
     for (; operations > 0; --operations) operate(body);
-    // What was changed may be gone.
+    // Changed triangles may have been removed.
     std::erase_if(changed_, [&](std::uint32_t t) { return t >= body.triangles.size(); });
     return changed_;
   }
@@ -121,7 +121,7 @@ class Surgeon {
     body.triangles[t] = triangle;
     changed_.push_back(t);
   }
-  /// Where one was removed before, its place is not behind the last that the body had.
+  /// Appends a triangle. After a removal its place may be one that the body had before.
   void append(SceneBody& body, const Triangle& triangle) {
     changed_.push_back(static_cast<std::uint32_t>(body.triangles.size()));
     body.triangles.push_back(triangle);
@@ -131,7 +131,7 @@ class Surgeon {
   std::vector<std::uint32_t> changed_;
 };
 
-/// A scene whose meshes are operated on, and what it should be.
+/// A scene whose meshes are changed, and the expected scene.
 class Hospital {
  public:
   Hospital(std::uint64_t seed, Scene bodies) : random_(seed), bodies_(std::move(bodies)), scene_(scene_options()) {
@@ -157,7 +157,7 @@ class Hospital {
     move(body);
   }
 
-  /// Returns how many there are.
+  /// Returns the number of contacts.
   std::size_t expect_contacts_as_anew() {
     for (std::size_t b = 0; b < bodies_.size(); ++b) scene_.set_positions(ids_[b], bodies_[b].x_t0, bodies_[b].x_t1);
     std::map<std::uint32_t, std::uint32_t> places;
@@ -235,7 +235,7 @@ TEST(ChangedMeshes, have_the_contacts_of_a_fresh_scene) {
   EXPECT_GT(contacts, 50'000U);
 }
 
-// A hub of so many triangles that its neighbours are not listed loses them one by one, and gets them back.
+// A hub has so many triangles that its neighbours are not listed. It loses them one by one, and gets them back.
 TEST(ChangedMeshes, around_a_vertex_of_many_triangles) {
   for (const NamedFan& fan : fans(120)) {
     SCOPED_TRACE(fan.name);
@@ -269,7 +269,7 @@ TEST(ChangedMeshes, keep_rings_of_neighbours_from_touching) {
   EXPECT_GT(contacts, 1000U);
 }
 
-// Where there are segments, or were, all triangles are read.
+// Where there are or were segments, all triangles are read.
 TEST(ChangedMeshes, with_segments_are_taken_anew) {
   const std::vector<Segment> ropes = {{{0, 20}}, {{33, 5}}, {{33, 60}}};
   SceneBody body = rough_cloth();
@@ -293,8 +293,8 @@ TEST(ChangedMeshes, with_segments_are_taken_anew) {
   }
 }
 
-// The vertex that a split makes is, at the step's start, where the split was made: what passes through the new
-// triangles on the way is found.
+// A split makes a new vertex, which is at the split's place when the step starts. Features that pass through the new
+// triangles on their path are found.
 TEST(ChangedMeshes, are_continuous_across_a_change) {
   SceneBody sheet = still(grid_cloth(3, 3, 1.0), everything());
   SceneBody bullet = moving(moved(icosphere(0, 0.05), {0.7, 0.9, 0.5}),
@@ -330,7 +330,7 @@ TEST(ChangedMeshes, are_continuous_across_a_change) {
   }));
 }
 
-// Indices of vertex-triangle contacts are the mesh's, and an edge that stays keeps its own.
+// Indices of vertex-triangle contacts are the mesh's, and a remaining edge keeps its index.
 TEST(ChangedMeshes, keep_the_indices_of_what_stays) {
   SceneBody body = rough_cloth();
   softcd::Scene scene(scene_options());
@@ -347,7 +347,7 @@ TEST(ChangedMeshes, keep_the_indices_of_what_stays) {
     return edges;
   };
   const auto before = edges_in(query.detect());
-  // The first edge of all is gone, so that in order all others would be others.
+  // The first edge of all is removed, so that all others would move up in a sorted order.
   body.triangles[0] = body.triangles.back();
   body.triangles.pop_back();
   const std::vector<std::uint32_t> changed{0};

@@ -8,7 +8,7 @@
 #include "probing.hpp"
 #include "softcd/math/closest_point.hpp"
 
-// Nearest points of a scene against every triangle tried by itself.
+// Compares nearest points of a scene with every single triangle.
 namespace softcd::test {
 namespace {
 
@@ -105,7 +105,7 @@ TEST(ClosestPoints, of_what_is_no_point_are_none) {
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(found[i].has_point(), expected[i]) << "point " << i;
 }
 
-/// How often the surface winds around the point, by solid angles (van Oosterom and Strackee 1983).
+/// Returns the winding number of the surface around the point, by solid angles (van Oosterom and Strackee 1983).
 double winding_number(const std::vector<PlacedTriangle>& triangles, Vec3d p) {
   double sum = 0;
   for (const PlacedTriangle& triangle : triangles) {
@@ -119,7 +119,7 @@ double winding_number(const std::vector<PlacedTriangle>& triangles, Vec3d p) {
   return sum / (4 * std::numbers::pi);
 }
 
-/// A star of needles: at the tips, normals of single triangles are on the wrong side.
+/// Returns a star of needles: at the tips, normals of single triangles point to the wrong side.
 Mesh spiky_ball() {
   Mesh mesh = outward_ball(1, 0.25);
   Random random(6);
@@ -183,14 +183,14 @@ TEST(ClosestPoints, know_no_side_of_what_is_not_closed) {
   Mesh with_needle = ball;
   with_needle.triangles.push_back({{0, 0, 1}});
   EXPECT_EQ(side_of(with_needle), 0);
-  // Two balls that hang together at one vertex.
+  // Two balls that share one vertex.
   Mesh pinched = joined(ball, moved(ball, {5, 0, 0}));
   for (Triangle& t : pinched.triangles) {
     for (std::uint32_t& v : t.v) v = v == ball.positions.size() ? 0 : v;
   }
   EXPECT_EQ(side_of(pinched), 0);
   EXPECT_EQ(side_of(grid_cloth(3, 3, 1.0)), 0);
-  // And again once a vertex is finite again.
+  // The surface is closed again once the vertex is finite again.
   ProbedBodies probed({still(ball, {})});
   Positions3 broken = ball.positions;
   broken[3].y = kNaN;

@@ -23,7 +23,7 @@ void add_triangle(Mesh& mesh, const Corners& corners, Vec3d offset) {
   mesh.triangles.push_back({{first, first + 1, first + 2}});
 }
 
-/// Half the diagonal of the box: the radius that the cell size is a mean of.
+/// Returns half the diagonal of the box, whose mean determines the cell size.
 double radius_of(const Corners& c) {
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -34,10 +34,12 @@ double radius_of(const Corners& c) {
   return 0.5 * std::sqrt(sum);
 }
 
-// Pairs of intersecting triangles that control bits lose when they are made as published, for cells of size 1 at the
-// origin: without the factor sqrt(2) on radii the only shared cell is home to neither; home types that repeat every
-// second cell are mistaken for each other; a test is left to a sibling's cell that the other triangle never touches;
-// one representative per cell and root need not overlap the other's.
+// Pairs of intersecting triangles that the published control bits lose, for cells of size 1 at the origin. The four
+// reasons are:
+// - Without the factor sqrt(2) on radii, the only shared cell is home to neither triangle.
+// - Home types that repeat every second cell are mistaken for each other.
+// - A test is left to a sibling's cell, which the other triangle never touches.
+// - One representative for each cell and root need not overlap the other triangle's.
 struct CounterExample {
   const char* name;
   Corners a;
@@ -66,8 +68,9 @@ std::ostream& operator<<(std::ostream& out, const CounterExample& example) {
   return out << example.name;
 }
 
-/// Copies of the pair on a lattice whose period is a whole number of cells, half of them moved off it at random, and
-/// lone triangles that bring the mean radius to 1 / 1.8. The scene is symmetric about the origin, so cells start there.
+/// Returns copies of the pair on a lattice whose period is a whole number of cells, half of them moved off it at
+/// random. Lone triangles bring the mean radius to 1 / 1.8. The scene is symmetric about the origin, so cells start
+/// there.
 Scene scattered_copies(const CounterExample& example, float margin) {
   constexpr int kSide = 8;
   constexpr double kPeriod = 8.0;
@@ -131,7 +134,7 @@ TEST_P(ControlBits, counter_example_is_found) {
 INSTANTIATE_TEST_SUITE_P(Published, ControlBits, testing::ValuesIn(kCounterExamples),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// Corners, and the cells' walls, at multiples of 1/2: what slack adds to a volume crosses into the next cell there.
+// Corners and cells' walls are at multiples of 1/2, where slack moves a volume into the next cell.
 TEST(CellWalls, corners_on_them) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     SoupOptions soup;
@@ -158,8 +161,8 @@ TEST(CellWalls, corners_on_them) {
   }
 }
 
-/// Many pairs of triangles, the two of a pair in bodies 0 and 1 under the same index, that penetrate each other near
-/// one known pair of features at t1 and were apart at t0.
+/// Many pairs of triangles. The two of a pair are in bodies 0 and 1 under the same index. They penetrate each other
+/// near one known pair of features at t1, and were apart at t0.
 class PairBatch {
  public:
   static constexpr double kDepth = 1e-3;
@@ -181,7 +184,8 @@ class PairBatch {
   const std::vector<FeaturePair>& expected() const { return expected_; }
 
  private:
-  /// Small triangles keep away from large ones, or every large pair would meet hundreds of small ones.
+  /// Returns a place for a triangle. Small triangles are separated from large ones, or every large pair would meet
+  /// hundreds of small ones.
   Vec3d lattice_point(std::uint32_t i, std::uint32_t side) {
     const double kind = random_.unit();
     small_a_ = kind < 0.93;
@@ -196,7 +200,7 @@ class PairBatch {
 
   double radius(bool is_small) { return is_small ? random_.uniform(0.3, 1.0) : random_.uniform(3.0, 20.0); }
 
-  /// No sliver: the known features must cross well inside.
+  /// Returns a triangle that is no sliver: the known features must cross well inside.
   Corners random_triangle(double size) {
     while (true) {
       const Corners c{size * random_.direction(), size * random_.direction(), size * random_.direction()};
@@ -218,7 +222,7 @@ class PairBatch {
     }
   }
 
-  /// Vertex 0 of b ends kDepth below an inner point of a, the rest of b above it.
+  /// Adds a pair: vertex 0 of b ends kDepth below an inner point of a, the rest of b above it.
   void add_vertex_in_triangle(const Corners& a, Corners b, Vec3d centre) {
     const Vec3d normal = unit(cross(a[1] - a[0], a[2] - a[0]));
     const double u = random_.uniform(0.2, 0.4);
@@ -234,7 +238,7 @@ class PairBatch {
     expected_.push_back({ContactKind::vertex_triangle, 1, 3 * index, 0, index});
   }
 
-  /// The edges 0-1 of both cross at inner points, b's kDepth below a's.
+  /// Adds a pair: the edges 0-1 of both cross at inner points, b's kDepth below a's.
   void add_crossing_edges(const Corners& a, Corners b, Vec3d centre) {
     Vec3d normal = cross(a[1] - a[0], b[1] - b[0]);
     while (squared_norm(normal) < 0.05 * squared_norm(a[1] - a[0]) * squared_norm(b[1] - b[0])) {
@@ -250,8 +254,8 @@ class PairBatch {
     expected_.push_back({ContactKind::edge_edge, 0, 3 * index, 1, 3 * index});
   }
 
-  /// b comes from the side that `normal` points to. The vertices of triangle i are 3 i to 3 i + 2; its edge of the
-  /// first two is the body's edge 3 i.
+  /// Appends a pair. b comes from the side that `normal` points to. The vertices of triangle i are 3 i to 3 i + 2. The
+  /// edge between its first two vertices is the body's edge 3 i.
   std::uint32_t append(const Corners& a, const Corners& b, Vec3d normal, Vec3d centre) {
     const auto index = static_cast<std::uint32_t>(scene_[0].triangles.size());
     const double distance = random_.uniform(0.1, 2.0);

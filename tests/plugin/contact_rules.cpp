@@ -25,8 +25,8 @@ long double dot(Vec3l a, Vec3l b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/// How far inside (above 0) or outside (below 0) of ContactRule::slab a vertex is, relative to the margin; written as
-/// the rule is in Bullet, with quotients of the triangle's Gram matrix.
+/// Returns how far inside (above 0) or outside (below 0) of ContactRule::slab a vertex is, relative to the margin. The
+/// formula is Bullet's, with quotients of the triangle's Gram matrix.
 long double depth_in_slab(Vec3d v, Vec3d f0, Vec3d f1, Vec3d f2, long double margin) {
   const Vec3l side0 = between(f2, f0);
   const Vec3l side1 = between(f2, f1);
@@ -58,7 +58,7 @@ std::set<std::uint32_t> used_vertices(const SceneBody& body) {
   return used;
 }
 
-/// Certain and undecided vertex-triangle pairs of the rule, over all pairs.
+/// Returns certain and undecided vertex-triangle pairs of the rule, over all pairs.
 Verdicts slab_verdicts(const Scene& scene, long double band) {
   Verdicts verdicts;
   for (std::uint32_t a = 0; a < scene.size(); ++a) {

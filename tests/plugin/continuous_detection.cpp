@@ -78,7 +78,7 @@ TEST_P(ContinuousSoup, conservative) {
   EXPECT_GT(expect_continuous_contacts(soup_scene(GetParam(), 2), options), 0U);
 }
 
-// Discrete detections on the way find nothing that `conservative` misses, or reports later. `precise` does miss some.
+// Discrete detections on the path find nothing that `conservative` misses or reports later. `precise` does miss some.
 TEST_P(ContinuousSoup, conservative_finds_whatever_comes_within_the_margin) {
   Scene scene = soup_scene(GetParam(), 2);
   for (SceneBody& body : scene) body.settings.margin = 0.02F;
@@ -169,8 +169,8 @@ TEST(ContinuousDetection, edge_through_edge) {
   EXPECT_FLOAT_EQ(contact.weights[3], 0.25F);
 }
 
-// With a margin: whatever touches, or is within the margin at either end, is reported, and whatever is reported is
-// within the margin at its time.
+// With a margin, features that touch, or are within the margin at either end, are reported. Reported features are
+// within the margin at their time.
 TEST(ContinuousDetection, margins) {
   Scene scene = soup_scene({500, 20.0, Motion::jitter, 11}, 2);
   const std::vector<FeaturePair> touching = continuous_verdicts(scene).certain;

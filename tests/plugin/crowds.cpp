@@ -1,5 +1,5 @@
-// Scenes in which more pairs meet than 32 bits count: memory stays within its limit, and there is an answer or a
-// refusal. Half a minute of one core each.
+// Scenes with more pairs than 32 bits can count. Memory stays within its limit, and the result is contacts or an error.
+// They take half a minute of one core each.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace softcd::test {
 namespace {
 
-/// Each with each are more than 2^32 pairs.
+/// All pairs of these are more than 2^32.
 constexpr std::uint32_t kCrowd = 93'000;
 
 /// Parallel triangles one above the other, `gap` apart and none with a vertex of another.

@@ -12,7 +12,7 @@
 namespace softcd::test {
 namespace {
 
-/// Splits, large triangles, several bodies and self collision.
+/// Returns a scene with split and large triangles, several bodies and self-collision.
 Scene uneven_scene() {
   Scene scene;
   for (std::uint64_t i = 0; i < 3; ++i) {
@@ -68,7 +68,7 @@ TEST_P(Determinism, pipelines_in_threads_of_their_own) {
   for (const std::vector<Contact>& contacts : found) EXPECT_TRUE(identical(expected, contacts));
 }
 
-// What an earlier, larger detection left in the workspace must not show.
+// Remains of an earlier, larger detection in the workspace must not change the result.
 TEST_P(Determinism, after_other_scenes) {
   const Scene scene = uneven_scene();
   const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
@@ -82,7 +82,7 @@ TEST_P(Determinism, after_other_scenes) {
   EXPECT_TRUE(identical(expected, loaded.pipeline.detect()));
 }
 
-// The legacy default stream and the calling thread's: values of their own in CUDA. The CPU takes no notice.
+// CUDA has special values for the legacy default stream and the calling thread's stream. The CPU ignores them.
 TEST_P(Determinism, callers_streams) {
   const Scene scene = uneven_scene();
   PipelineOptions options = test_options(GetParam());
@@ -95,7 +95,7 @@ TEST_P(Determinism, callers_streams) {
   }
 }
 
-// On the CPU under test, a comparison with the GPU where there is one.
+// Runs with the CPU under test, and compares it with the GPU where there is one.
 TEST_P(Determinism, cpu_and_cuda_return_the_same_bytes) {
   const std::string reason = why_missing(Backend::cuda);
   if (!reason.empty()) GTEST_SKIP() << reason;

@@ -33,7 +33,7 @@ struct Fault {
   }
 };
 
-/// Computes on the CPU, in memory of its own that is gone with it, and fails when told to.
+/// Computes on the CPU, in memory of its own, and fails on request.
 class FaultyDevice final : public Detector {
  public:
   explicit FaultyDevice(Fault& fault) : fault_(fault), detector_(make_cpu_detector()) {
@@ -108,7 +108,7 @@ class FailingScene {
 
   std::vector<Contact> gather() { return query_.gather_contacts(); }
 
-  /// Of a ray straight through.
+  /// Returns the number of hits of a ray straight through the scene.
   std::size_t hits() {
     const Ray ray{{0.1, 0.2, 100}, {0, 0, -1}};
     return probe_.all_hits({&ray, 1})[0].size();
@@ -277,7 +277,7 @@ TEST_F(DeviceFailures, no_device_is_an_error_only_when_one_was_asked_for) {
   EXPECT_THAT(automatic.reason(), testing::HasSubstr("it is a toaster"));
 }
 
-/// Two ranks, of which the second's device fails: what each has found, or thrown.
+/// The contacts or the error of each of two ranks, where the second one's device fails.
 struct RankOutcome {
   std::vector<Contact> all;
   std::string problem;
@@ -296,7 +296,7 @@ std::vector<RankOutcome> detect_on_ranks(Backend wanted, std::array<Fault, 2>& f
       } catch (const BackendError& error) {
         outcomes[rank].problem = error.what();
         faults[rank].where = Failing::nothing;
-        failing.detect();  // the device is tried again, on all ranks
+        failing.detect();  // on all ranks, the device is tried again
       }
       outcomes[rank].all = failing.gather();
       outcomes[rank].backend = failing.backend();

@@ -35,8 +35,8 @@ TEST_F(DevicePositionsTest, give_the_contacts_of_the_host_s) {
   EXPECT_TRUE(warnings_.empty());
 }
 
-/// Bodies that come, go and are given positions here and there, in any form, queries that look elsewhere, scenes far
-/// away, vertices that are not finite.
+/// Bodies come, go and get positions in any form. Queries need different ends, scenes are far away, and vertices are
+/// not finite.
 TEST_F(DevicePositionsTest, give_the_contacts_of_the_host_s_whatever_happens) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::size_t contact_count = 0;
@@ -101,7 +101,7 @@ TEST_F(DevicePositionsTest, are_looked_at_where_they_are_until_they_are_set_agai
     device.set(i, body, {}, true, true);
   }
   EXPECT_TRUE(identical(host.detect(looking_for(Detection::dcd)), device.detect(looking_for(Detection::dcd))));
-  // The others' places and the scene's origin move, and t0 is looked at for the first time.
+  // The others' places and the scene's origin move, and t0 is needed for the first time.
   for (LoadedCore* const core : {&host, &device}) {
     SceneBody far_away = soup(7, 1000);
     core->scene().remove_body(core->ids()[0]);

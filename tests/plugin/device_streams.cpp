@@ -16,20 +16,20 @@
 #include "failing_cuda_calls.hpp"
 #include "mesh_generators.hpp"
 
-// A simulation on a stream of its own: what detections read comes from there, what they find goes there, and the host
-// need not wait for either.
+// A simulation on a stream of its own. Detections read their input from there and write their results there, and the
+// host need not wait for either.
 namespace softcd::test {
 namespace {
 
 constexpr int kSteps = 24;
-/// Until then lists have grown, graphs are captured, and it is known how far bodies move.
+/// Until this step lists have grown, graphs are captured, and the motion of bodies is known.
 constexpr int kSteady = 12;
 
 void check(cudaError_t status) {
   ASSERT_EQ(status, cudaSuccess) << cudaGetErrorString(status);
 }
 
-/// What work on a stream waits for on the host's side. It opens by itself after 20 seconds.
+/// Blocks work on a stream until the host opens it. It opens by itself after 20 seconds.
 class Gate {
  public:
   bool was_opened_in_time() {
@@ -62,13 +62,13 @@ class Gate {
   bool was_opened_in_time_ = true;
 };
 
-/// What the simulation has copied of one detection, on its stream.
+/// The simulation's copies of the results of one detection, made on its stream.
 struct Seen {
   ContactCounts counts{};
   std::vector<std::byte> contacts;
 };
 
-/// Of positions that are floats or, where the parameter says so, doubles.
+/// Runs with positions in float or, where the parameter says so, double.
 class DeviceStreams : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
@@ -107,7 +107,7 @@ class DeviceStreams : public testing::TestWithParam<bool> {
   static QueryOptions query_options(bool on_device) {
     QueryOptions options;
     options.detection = Detection::ccd;
-    // Margins that cover the rounding of doubles are known only once these are there.
+    // Margins that compensate the rounding of doubles need the positions to be there.
     options.accuracy = Accuracy::precise;
     options.contacts_on_device = on_device;
     options.reuse_pairs = false;
@@ -117,10 +117,10 @@ class DeviceStreams : public testing::TestWithParam<bool> {
   std::size_t count() const { return body_.x_t0.size(); }
   static bool are_doubles() { return GetParam(); }
   static std::size_t stride() { return are_doubles() ? sizeof(Vec3d) : sizeof(Vec3f); }
-  /// Of a body's positions, in bytes.
+  /// Returns the size of a body's positions in bytes.
   std::size_t size() const { return count() * stride(); }
 
-  /// Slowly along, but in the last step.
+  /// Moves slowly, except in the last step.
   template <class Position>
   static std::vector<Position> end_of_step(const Positions3& x, int step) {
     const Vec3d by = step == kSteps - 1 ? Vec3d{0, 0, 2} : static_cast<double>(step) * Vec3d{0.004, 0.002, -0.003};
@@ -136,7 +136,7 @@ class DeviceStreams : public testing::TestWithParam<bool> {
       }
     }
   }
-  /// What the CPU finds in a step.
+  /// Returns the contacts that the CPU finds in a step.
   std::vector<Contact> expected(int step) const {
     return are_doubles() ? expected_of<Vec3d>(step) : expected_of<Vec3f>(step);
   }
@@ -157,7 +157,7 @@ class DeviceStreams : public testing::TestWithParam<bool> {
   void copy(DeviceMemory& from, DeviceMemory& to) {
     check(cudaMemcpyAsync(to.data(), from.data(), size(), cudaMemcpyDeviceToDevice, stream_));
   }
-  /// Enqueues what makes a step's positions, some time after the gate is open.
+  /// Enqueues work that makes a step's positions some time after the gate is open.
   void make_positions(int step) {
     check(cudaLaunchHostFunc(stream_, Gate::wait, &gate_));
     check(cudaLaunchHostFunc(
@@ -176,14 +176,14 @@ class DeviceStreams : public testing::TestWithParam<bool> {
     };
     scene_->set_positions(id_, at(*t0_), at(*t1_));
   }
-  /// Enqueues copies of what is found, once it is.
+  /// Enqueues copies of the results, once they are there.
   void read(const PendingContacts& found, Seen& seen) {
     check(cudaStreamWaitEvent(stream_, static_cast<cudaEvent_t>(found.ready), 0));
     seen.contacts.resize(found.capacity * sizeof(Contact));
     check(cudaMemcpyAsync(&seen.counts, found.counts, sizeof(ContactCounts), cudaMemcpyDeviceToHost, stream_));
     check(cudaMemcpyAsync(seen.contacts.data(), found.data, seen.contacts.size(), cudaMemcpyDeviceToHost, stream_));
   }
-  /// Enqueues what makes positions useless.
+  /// Enqueues work that overwrites the positions with useless values.
   void destroy_positions() {
     for (DeviceMemory* const x : {&*t0_, &*t1_}) {
       check(cudaMemsetAsync(x->data(), 0xFF, size(), stream_));
@@ -197,7 +197,7 @@ class DeviceStreams : public testing::TestWithParam<bool> {
   BodyId id_;
   cudaStream_t stream_ = nullptr;
   cudaEvent_t ready_ = nullptr;
-  std::optional<DeviceMemory> t0_, t1_;  ///< what the scene is given
+  std::optional<DeviceMemory> t0_, t1_;  ///< memory that the scene reads
   std::vector<DeviceMemory> ends_;       ///< of all steps
 };
 
@@ -215,7 +215,7 @@ TEST_P(DeviceStreams, detections_see_what_comes_before_them_and_nothing_after) {
   }
 }
 
-/// While the gate is closed there are no positions yet: who waits for anything of theirs waits for ever.
+/// While the gate is closed there are no positions yet: a caller that waits for them waits for ever.
 TEST_P(DeviceStreams, detections_that_nobody_reads_on_the_host_are_started_without_waiting) {
   for (int step = 0; step < kSteps; ++step) {
     const bool is_steady = step >= kSteady;

@@ -134,8 +134,8 @@ TEST(DiscreteDetection, motion_widens_the_margin_of_vertices_against_other_bodie
   EXPECT_EQ(features_of(detect_once(scene, wide_options)), features_of(detect_once(scene, options)));
 }
 
-// float32 arithmetic on coordinates of a few units: the square of a distance carries some 2^-24 of the squared lengths,
-// so a distance of about the margin is known to this much.
+// In float32 arithmetic on coordinates of a few units, the square of a distance has an error of some 2^-24 of the
+// squared lengths. A distance of about the margin is known to this much.
 TEST(DiscreteDetection, fast_agrees_outside_float_rounding) {
   const Scene scene{still(soup({800, 30.0, 10}), everything(0.02F))};
   PipelineOptions options = test_options(Detection::dcd);

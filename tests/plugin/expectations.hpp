@@ -15,7 +15,7 @@
 
 namespace softcd::test {
 
-/// What `call` throws.
+/// Returns the text of the error that `call` throws.
 template <class Call>
 std::string error_of(const Call& call) {
   try {
@@ -26,7 +26,7 @@ std::string error_of(const Call& call) {
   return "no exception";
 }
 
-/// Half the longest side of the box around both ends of every finite vertex.
+/// Returns half the longest side of the box around both ends of every finite vertex.
 inline double half_extent_of(const Scene& scene) {
   double low = INFINITY;
   double high = -INFINITY;
@@ -46,7 +46,7 @@ inline double half_extent_of(const Scene& scene) {
   return half;
 }
 
-/// Strictly ascending in the order that detect() documents, hence each contact once.
+/// Expects contacts to ascend strictly in the order that detect() documents, hence each contact once.
 inline void expect_sorted(const std::vector<Contact>& contacts) {
   for (std::size_t i = 1; i < contacts.size(); ++i) {
     ASSERT_LT(features_of(contacts[i - 1]), features_of(contacts[i])) << "at contact " << i;
@@ -62,12 +62,12 @@ inline void expect_flawless(const Scene& scene, const std::vector<Contact>& cont
   }
 }
 
-/// What a float32 distance between points of the scene with float32 weights is worth.
+/// Returns the error of a float32 distance between points of the scene with float32 weights.
 inline double point_tolerance(const Scene& scene) {
   return 1e-6 * half_extent_of(scene);
 }
 
-/// The detector's contacts at t1 are those of brute force. Returns how many.
+/// Expects the detector's contacts at t1 to be those of brute force. Returns their number.
 inline std::size_t expect_discrete_contacts(const Scene& scene, const PipelineOptions& options,
                                             const DiscreteRules& rules = {}) {
   const std::vector<Contact> contacts = detect_once(scene, options, rules.pair_filter);
@@ -78,8 +78,8 @@ inline std::size_t expect_discrete_contacts(const Scene& scene, const PipelineOp
   return contacts.size();
 }
 
-/// Every pair that touches during the step is reported; what else is reported passes within `touching` or, by
-/// default, 1e-9 of the scene's half extent. Returns how many are reported.
+/// Expects every pair that touches during the step to be reported. Other reported pairs must pass within `touching` or,
+/// by default, 1e-9 of the scene's half extent. Returns the number of reported pairs.
 inline std::size_t expect_continuous_contacts(const Scene& scene, const PipelineOptions& options,
                                               const PairFilter& pair_filter = {}, double touching = 0.0) {
   const std::vector<Contact> contacts = detect_once(scene, options, pair_filter);
@@ -97,8 +97,9 @@ inline std::size_t expect_continuous_contacts(const Scene& scene, const Pipeline
   return contacts.size();
 }
 
-/// Discrete detections at nine times of the step find nothing that `contacts`, of a continuous detection with margins,
-/// lack or report later. Returns how many of what they find is not in `other`, sorted.
+/// Compares `contacts` of a continuous detection with margins with discrete detections at nine times of the step. These
+/// must find nothing that `contacts` lack or report later. Returns how many of their pairs are not in `other`, which is
+/// sorted.
 inline std::size_t expect_nothing_missed_on_the_way(const Scene& scene, const std::vector<Contact>& contacts,
                                                     const std::vector<FeaturePair>& other = {}) {
   std::map<FeaturePair, float> times;
@@ -111,7 +112,7 @@ inline std::size_t expect_nothing_missed_on_the_way(const Scene& scene, const st
     Scene now = scene;
     for (SceneBody& body : now) {
       for (std::size_t v = 0; v < body.x_t0.size(); ++v) body.x_t1[v] = lerp(body.x_t0[v], body.x_t1[v], t);
-      // Positions on the way are rounded.
+      // Positions on the path are rounded.
       body.settings.margin = std::max(0.0F, body.settings.margin - static_cast<float>(rounding));
     }
     for (const FeaturePair& pair : features_of(detect_once(now, test_options(Detection::dcd)))) {

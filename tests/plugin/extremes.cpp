@@ -11,12 +11,11 @@
 #include "mesh_generators.hpp"
 #include "random.hpp"
 
-// Scenes at the limits of what a simulation may hand over, each judged by exact arithmetic. docs/accuracy.md lists
-// them.
+// Scenes at the limits of what a simulation may pass, each judged by exact arithmetic. docs/accuracy.md lists them.
 namespace softcd::test {
 namespace {
 
-/// Memory grows with what is found, not with how a scene came to be extreme.
+/// Memory must grow with the number of results only, whatever makes a scene extreme.
 void expect_memory_in_proportion(const Statistics& s) {
   const std::uint64_t lists =
       s.entries + s.children + s.triangle_pairs + s.flagged_pairs + s.vt_candidates + s.ee_candidates;
@@ -38,7 +37,7 @@ SoupOptions soup_of(std::uint32_t triangle_count, std::uint64_t seed) {
   return options;
 }
 
-/// Two bodies of the same make with their own seeds, moved by up to `motion`.
+/// Returns two bodies made with the same options and different seeds, moved by up to `motion`.
 Scene two_of(SoupOptions options, double motion) {
   Scene scene;
   for (int i = 0; i < 2; ++i) {
@@ -108,7 +107,7 @@ Scene motion_of_1000_cells() {
   options.grid_bits = 11;
   options.half_extent = 100.0;
   Scene scene = two_of(options, 700.0);
-  // A quarter flies off, the rest is slow, so that cells stay small.
+  // A quarter of the vertices moves far; the rest is slow, so that cells stay small.
   for (SceneBody& body : scene) {
     for (std::size_t v = 0; v < body.x_t0.size(); ++v) {
       if (v % 12 >= 3) body.x_t1[v] = body.x_t0[v] + Vec3d{0.25, 0, 0};
@@ -239,7 +238,7 @@ TEST(ExtremeMargins, do_not_fill_the_cells_of_a_lambda_that_was_asked_for) {
   EXPECT_LE(outcome.statistics.entries, 500 * outcome.statistics.triangles);
 }
 
-/// Coarse enough that a move of the origin and powers of two as scales leave positions exact.
+/// Coarse enough that moving the origin and scaling by powers of two keep positions exact.
 Scene coarse(float margin) {
   SoupOptions options = soup_of(250, 70);
   options.size_ratio = 20.0;

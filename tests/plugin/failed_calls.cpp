@@ -12,7 +12,7 @@
 #include "mesh_generators.hpp"
 #include "scene_parts.hpp"
 
-// Whichever allocation fails in a call, the pipeline is as it was before.
+// Whichever allocation of a call fails, the pipeline stays as it was before.
 namespace softcd::test {
 namespace {
 
@@ -44,8 +44,8 @@ class FailedCalls : public testing::TestWithParam<Case> {
     return copy_of(loaded.pipeline.detect());
   }
 
-  /// `change` fails at each of its allocations: nothing has changed then, and the next attempt succeeds. `complete`
-  /// follows a change that has succeeded.
+  /// Lets `change` fail at each of its allocations. Nothing may have changed then, and the next attempt must succeed.
+  /// `complete` follows a change that has succeeded.
   template <class Change, class Complete>
   static void expect_all_or_nothing(const Change& change, const Complete& complete) {
     const std::vector<Contact> before = expected();
@@ -68,12 +68,12 @@ class FailedCalls : public testing::TestWithParam<Case> {
     });
   }
 
-  /// What has come of a call of which an allocation was to fail.
+  /// The result of a call in which an allocation was to fail.
   struct Outcome {
     bool threw_out_of_memory = false;
     bool has_failed = false;  ///< the allocation
   };
-  /// Nothing else is done meanwhile: checks allocate, too, and may not be able to fail.
+  /// Runs the call and nothing else: checks allocate, too, and may not be able to fail.
   template <class Call>
   static Outcome with_failing(std::uint64_t n, const Call& call) {
     Outcome outcome;
@@ -87,7 +87,7 @@ class FailedCalls : public testing::TestWithParam<Case> {
     return outcome;
   }
 
-  /// Whether the call has fewer than n allocations. When it has not, it throws OutOfMemory.
+  /// Returns whether the call has fewer than n allocations. Otherwise it must throw OutOfMemory.
   template <class Call>
   static bool succeeds_although(std::uint64_t n, const Call& call) {
     const Outcome outcome = with_failing(n, call);
@@ -95,7 +95,7 @@ class FailedCalls : public testing::TestWithParam<Case> {
     return !outcome.threw_out_of_memory;
   }
 
-  /// Whether a detection has fewer than n allocations. When it has not, it throws OutOfMemory or does without.
+  /// Returns whether a detection has fewer than n allocations. Otherwise it must throw OutOfMemory or manage without.
   static bool detects_although(std::uint64_t n, CollisionPipeline& pipeline, const std::vector<Contact>& wanted) {
     Span<const Contact> found;
     const Outcome outcome = with_failing(n, [&] { found = pipeline.detect(); });
@@ -121,7 +121,7 @@ TEST_P(FailedCalls, update_body) {
 }
 
 TEST_P(FailedCalls, update_body_where_some_triangles_change) {
-  // Within the body's place, and beyond.
+  // Within the body's place, and beyond it.
   for (const std::size_t added : {0U, 40U}) {
     SceneBody other = scene()[0];
     std::swap(other.triangles[3], other.triangles[20]);
@@ -223,7 +223,7 @@ TEST_P(FailedCalls, set_rest_positions) {
                         });
 }
 
-// Two ends in double after one in float: more to keep.
+// Two ends in double after one in float need more memory.
 TEST_P(FailedCalls, set_positions) {
   const Scene bodies = scene();
   std::vector<Vec3f> floats;
@@ -251,7 +251,7 @@ TEST_P(FailedCalls, set_positions) {
   EXPECT_GE(failures, 2U);
 }
 
-// The positions are those of a frame that is gone when the detection has failed.
+// The positions belong to a frame that is gone when the detection has failed.
 TEST_P(FailedCalls, detect) {
   const std::vector<Contact> wanted = expected();
   for (const bool is_first : {true, false}) {

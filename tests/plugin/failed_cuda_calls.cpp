@@ -13,8 +13,8 @@
 #include "failing_cuda_calls.hpp"
 #include "mesh_generators.hpp"
 
-// Whichever call of the CUDA runtime fails, and whether it is the only one: the same bytes, or an error that says so
-// and a scene that can still be used.
+// Lets each call of the CUDA runtime fail, once or for good. The result must be the same bytes, or an error and a scene
+// that can still be used.
 namespace softcd::test {
 namespace {
 
@@ -63,10 +63,10 @@ struct GivenEnds {
   GivenEnd<float> float_t0, float_t1;
 };
 
-/// What calls have returned, one after another.
+/// The results of a life's calls, one after another.
 struct Lived {
   std::vector<std::vector<Contact>> contacts;
-  std::vector<std::vector<std::uint32_t>> answers;  ///< to questions: triangles
+  std::vector<std::vector<std::uint32_t>> answers;  ///< triangles in the results of probes
 };
 
 void expect_same(const Lived& expected, const Lived& found) {
@@ -77,14 +77,14 @@ void expect_same(const Lived& expected, const Lived& found) {
   EXPECT_EQ(expected.answers, found.answers);
 }
 
-/// What there is in a life beside the making of a scene of two bodies. One after another, as calls are made to fail
-/// in turn, so that a life of all of them would take the square of the time.
+/// The parts of a life, apart from making a scene of two bodies. They are tested one by one: each call of a life fails
+/// in turn, so a life of all parts would take quadratic time.
 enum class Part { detections, foreseen, questions };
 
-/// What a user does with a scene, from its making to its end.
+/// A user's calls of a scene, from its making to its end.
 class Life {
  public:
-  /// A call that throws may do so because `failing` has failed, and is called again when that has ended.
+  /// Repeats a call that throws because of `failing`, after `failing` has ended.
   Life(Backend backend, std::vector<SceneBody>& bodies, std::vector<GivenEnds>& on_device, FailingCudaCall* failing)
       : backend_(backend), bodies_(bodies), on_device_(on_device), failing_(failing) {}
 
@@ -121,7 +121,7 @@ class Life {
     return {bodies_[body].triangles, static_cast<std::uint32_t>(bodies_[body].x_t0.size()), bodies_[body].settings};
   }
 
-  /// `needs_device`: the CPU cannot take over.
+  /// Calls f. With `needs_device` the CPU cannot take over.
   template <class F>
   void attempt(const F& f, bool needs_device = false) {
     std::string problem;
@@ -154,7 +154,7 @@ class Life {
     if (backend_ == Backend::cuda) detect_on_device();
   }
 
-  /// On the device, but where a scene has found none when it was made.
+  /// Sets positions on the device, unless the scene found none when it was made.
   void set_other_positions() {
     for (std::size_t b = 0; b < 2; ++b) {
       const SceneBody& body = bodies_[b == 0 ? 2 : 1];
@@ -171,7 +171,7 @@ class Life {
     }
   }
 
-  /// The same positions, as floats.
+  /// Sets the same positions as floats.
   void set_floats() {
     for (std::size_t b = 0; b < 2; ++b) {
       GivenEnds& x = on_device_[b];
@@ -187,7 +187,7 @@ class Life {
     }
   }
 
-  /// `are_there`: positions are on the device.
+  /// Detects. `are_there` says whether positions are on the device.
   void detect(bool are_there) {
     attempt(
         [&] {
@@ -208,7 +208,7 @@ class Life {
     EXPECT_TRUE(identical(lived_.contacts.back(), {contacts, found.count}));
   }
 
-  /// Asks a question, and notes the triangles of its answers.
+  /// Asks a probe, and records the triangles of its results.
   template <class Ask>
   void ask(const Ask& question) {
     attempt(
@@ -266,7 +266,7 @@ class FailedCudaCalls : public testing::TestWithParam<std::tuple<Backend, Part>>
     if (!reason.empty()) GTEST_SKIP() << reason;
   }
 
-  /// Of the body that takes the first one's place, and of the second one.
+  /// Returns the positions of the body that replaces the first one, and of the second one.
   std::vector<GivenEnds> given() {
     std::vector<GivenEnds> ends;
     for (const std::size_t b : {2U, 1U}) ends.emplace_back(bodies_[b]);
@@ -277,7 +277,7 @@ class FailedCudaCalls : public testing::TestWithParam<std::tuple<Backend, Part>>
     return Life(backend, bodies_, on_device, nullptr).live(part_);
   }
 
-  /// Of every call in turn, until a life makes fewer.
+  /// Lets each call in turn fail, until a life makes fewer calls.
   void fail_each(Fails fails) {
     const Lived expected = live(Backend::cpu);
     ASSERT_TRUE(part_ == Part::questions || expected.contacts.at(0).size() > 100);

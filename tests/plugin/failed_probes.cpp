@@ -5,7 +5,7 @@
 #include "failing_allocations.hpp"
 #include "probing.hpp"
 
-// Whichever allocation fails while a probe answers, it answers the next time.
+// Whichever allocation of a probe's call fails, the next call succeeds.
 namespace softcd::test {
 namespace {
 
@@ -15,7 +15,7 @@ struct Answers {
   friend bool operator==(const Answers&, const Answers&) = default;
 };
 
-/// Questions that a probe is asked, and room for what it answers.
+/// Questions for a probe, and memory for its results.
 class Interview {
  public:
   Interview() {
@@ -26,7 +26,7 @@ class Interview {
     }
   }
 
-  /// One call of each kind, without any allocation of the test's. How many answers there are.
+  /// Makes one call of each kind, without allocations of the test's own. Returns the number of results.
   std::size_t count(Probe& probe) const {
     const std::size_t hits = probe.first_hits(rays_).size();
     const std::size_t all = probe.all_hits(rays_).all().size();

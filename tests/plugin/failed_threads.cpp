@@ -12,16 +12,16 @@
 #include "mesh_generators.hpp"
 #include "startable_threads.hpp"
 
-// Threads that cannot be started, in processes of their own: oneTBB's live on.
+// Threads that cannot be started. Each test runs in a process of its own, because oneTBB's threads stay alive.
 namespace softcd::test {
 namespace {
 
-/// What oneTBB would take where it can.
+/// The number of threads that oneTBB would start.
 constexpr std::size_t kThreads = 8;
 
 using Bytes = std::vector<std::byte>;
 
-/// Enough that there is work for each thread in every stage.
+/// Returns a scene with enough work for each thread in every stage.
 Scene soups() {
   Scene scene;
   for (const std::uint64_t seed : {1U, 2U}) {
@@ -44,9 +44,11 @@ void append(Span<const T> values, Bytes& bytes) {
   bytes.insert(bytes.end(), first, first + values.size() * sizeof(T));
 }
 
-/// Contacts and answers of a scene that lives for some detections, and of one after it. `warnings` are its.
+/// Returns contacts and probe results of a scene that lives for some detections, and of one after it, with its
+/// `warnings`.
 Bytes live(std::vector<std::string>& warnings) {
-  // Until the process ends: oneTBB may start further threads at once when a limit goes, for work that is already done.
+  // Kept until the process ends: oneTBB may start more threads as soon as a limit is removed, for work that is already
+  // done.
   static auto* const threads = new tbb::global_control(tbb::global_control::max_allowed_parallelism, kThreads);
   static_cast<void>(threads);
   Bytes bytes;
@@ -75,7 +77,7 @@ Bytes live(std::vector<std::string>& warnings) {
   return bytes;
 }
 
-/// oneTBB is not refused a thread, whatever it would make of that.
+/// Checks that no start of oneTBB's threads was refused, however oneTBB would have handled that.
 Bytes live_unrefused(std::size_t refused_at_first) {
   std::vector<std::string> warnings;
   Bytes bytes = live(warnings);
@@ -95,7 +97,7 @@ TEST(FailedThreads, are_done_without) {
   }
 }
 
-/// The threads that are let live, and the warnings.
+/// Returns the warnings when at most `most` threads can live.
 std::string warned_with(std::size_t most) {
   const std::optional<Bytes> found = with_few_threads(most, [] {
     std::vector<std::string> warnings;

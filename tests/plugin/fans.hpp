@@ -9,7 +9,7 @@
 
 namespace softcd::test {
 
-/// Triangles around vertex 0, too many to be listed, with a rim of x(t), 0 <= t <= 1.
+/// Returns triangles around vertex 0, too many to be listed, with a rim of x(t), 0 <= t <= 1.
 template <class Rim>
 Mesh fan(std::uint32_t count, Vec3d hub, const Rim& x) {
   Mesh mesh{{}, {hub, x(0.0)}};
@@ -30,10 +30,11 @@ struct NamedFan {
   Mesh mesh;
 };
 
-/// The star's triangles cross each other, as a rule; the others' do not.
+/// Returns several fans. The star's triangles usually cross each other; the others' do not.
 inline std::vector<NamedFan> fans(std::uint32_t count) {
   Random random(count);
-  const double turn = 0.9 / count;  // of a polygon whose first corner is the hub
+  // Part of the circle between the hub, which is a corner of the polygon, and the next corner.
+  const double turn = 0.9 / count;
   return {{"disc", fan(count, {0, 0, 0}, [](double t) { return on_circle(t, 0); })},
           {"polygon", fan(count, on_circle(0, 0), [&](double t) { return on_circle(turn + t * (1 - 2 * turn), 0); })},
           {"cone", fan(count, {0, 0, 2}, [](double t) { return on_circle(t, 0); })},

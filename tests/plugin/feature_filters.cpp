@@ -1,4 +1,4 @@
-// What is kept from touching by lists of pairs of bodies, by vertices' groups and masks, on the mesh and at rest.
+// Contacts that are excluded by lists of pairs of bodies, by vertices' groups and masks, on the mesh and at rest.
 
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@
 namespace softcd::test {
 namespace {
 
-/// What is set beside a scene's bodies; the numbers of bodies are their places.
+/// The filters of a scene; bodies are numbered by their places.
 struct Filters {
   std::vector<std::vector<VertexFilter>> vertices;
   std::vector<Positions3> x_rest;
   std::vector<BodyPair> ignored;
 };
 
-/// By how many edges each vertex of a mesh is away from each other one.
+/// The number of edges between each two vertices of a mesh.
 class MeshDistances {
  public:
   explicit MeshDistances(const SceneBody& body) : steps_(body.x_t1.size()) {
@@ -53,7 +53,7 @@ class MeshDistances {
   std::vector<std::vector<std::uint32_t>> steps_;
 };
 
-/// Which contacts the filters are to keep out; shares no code with the detector.
+/// Decides which contacts the filters must exclude. Shares no code with the detector.
 class Oracle {
  public:
   Oracle(const Scene& scene, const Filters& filters) : scene_(scene), filters_(filters) {
@@ -118,7 +118,7 @@ class Oracle {
   std::vector<std::optional<MeshDistances>> distances_;
 };
 
-/// The scene with bodies that have no filters.
+/// Returns the scene without its bodies' filters.
 Scene without_filters(Scene scene) {
   for (SceneBody& body : scene) {
     body.settings.neighbour_rings = 1;
@@ -134,8 +134,8 @@ void set_filters(CollisionPipeline& pipeline, const Filters& filters) {
   pipeline.scene.set_ignored_pairs(filters.ignored);
 }
 
-/// What is found is what is found without filters, of that what the oracle lets through, in the same bytes. Returns how
-/// many the filters have kept out.
+/// Expects the contacts to be those without filters that the oracle admits, in the same bytes. Returns the number of
+/// excluded contacts.
 std::size_t expect_filtered(LoadedScene& loaded, const Filters& filters) {
   const std::vector<Contact> all = detect_once(without_filters(loaded.scene), loaded.pipeline.options());
   const Oracle oracle(loaded.scene, filters);
@@ -178,7 +178,7 @@ Mesh soup(std::uint64_t seed) {
   return triangle_soup(options);
 }
 
-/// Cloths and soups in each other.
+/// Returns cloths and soups that penetrate each other.
 Scene tangle() {
   Scene scene{in_motion(rough_cloth(7), 9), in_motion(moved(rough_cloth(17), {0.3, 0.2, 0.3}), 19)};
   scene.push_back(in_motion(moved(soup(3), {1.5, 1.0, 0.3}), 29));
@@ -202,7 +202,7 @@ Filters stripes_of(const Scene& scene) {
   return filters;
 }
 
-/// The sheets flat, the soups where they are.
+/// Returns rest positions: the sheets flat, the soups unchanged.
 std::vector<Positions3> at_rest(const Scene& scene) {
   std::vector<Positions3> x_rest;
   for (const SceneBody& body : scene) x_rest.push_back(body.x_t0);
@@ -246,7 +246,7 @@ TEST_P(FeatureFilter, a_triangle_is_kept_from_what_all_its_vertices_are) {
   for (VertexFilter& filter : filters.vertices[1]) filter.group = 2;
   set_filters(loaded.pipeline, filters);
   EXPECT_EQ(expect_filtered(loaded, filters), 0U);
-  // One vertex of the one triangle, and none of the other's, may touch.
+  // Only one vertex of the first triangle, and none of the other's, may touch.
   filters.vertices[0] = {{0, 0}, {2, 2}, {0, 0}, {0, 0}};
   filters.vertices[1] = {{2, 2}, {2, 2}, {2, 2}, {2, 2}};
   set_filters(loaded.pipeline, filters);
@@ -286,7 +286,7 @@ TEST_P(FeatureFilter, ignored_pairs) {
   EXPECT_GT(expect_filtered(scene, {{}, {}, {{BodyId{3}, BodyId{2}}, {BodyId{0}, BodyId{0}}}}, GetParam()), 200U);
 }
 
-/// Everything together.
+/// Returns a scene with all filters together.
 Scene with_everything(Filters& filters) {
   Scene scene = tangle();
   filters = stripes_of(scene);
@@ -491,7 +491,7 @@ TEST(Filtering, errors) {
   Positions3 x_rest = mesh.positions;
   x_rest[5].z = NAN;
   EXPECT_EQ(error_of([&] { pipeline.scene.set_rest_positions(body, x_rest); }),
-            "body 0: vertex 5 of its positions for rest is not finite, or beyond 1e37.");
+            "body 0: vertex 5 of its rest positions is not finite, or beyond 1e37.");
   x_rest.pop_back();
   EXPECT_EQ(error_of([&] { pipeline.scene.set_rest_positions(body, x_rest); }),
             "body 0: 8 positions were given for rest, but the body has 9 vertices.");
@@ -506,7 +506,7 @@ TEST(Filtering, errors) {
   settings.rest_distance = 0.5F;
   pipeline.scene.set_settings(body, settings);
   EXPECT_EQ(error_of([&] { pipeline.detect(); }),
-            "body 0: its rest_distance is 0.5, but where it is at rest is not known; use set_rest_positions().");
+            "body 0: its rest_distance is 0.5, but it has no rest positions; use set_rest_positions().");
   pipeline.scene.set_rest_positions(body, mesh.positions);
   EXPECT_TRUE(pipeline.detect().empty());
 }

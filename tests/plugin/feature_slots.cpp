@@ -14,7 +14,7 @@ namespace {
 
 using Features = std::multiset<std::uint64_t>;
 
-/// A list in which a part is that of triangles with up to 3 features each.
+/// A list in which one part belongs to triangles with up to 3 features each.
 class List {
  public:
   explicit List(std::size_t triangle_count) : of_triangle_(triangle_count) {
@@ -65,7 +65,7 @@ class List {
   }
 
  private:
-  static constexpr std::ptrdiff_t kBegin = 5;  ///< another body's are before
+  static constexpr std::ptrdiff_t kBegin = 5;  ///< behind the part of another body
 
   FeaturePart part() { return {{list_.data() + kBegin, list_.size() - kBegin}, kBegin, unsent_}; }
 
@@ -96,7 +96,7 @@ TEST(FeatureSlots, hold_what_was_added_and_not_dropped) {
   }
 }
 
-// However features are passed on from triangle to triangle.
+// Features may be passed on from triangle to triangle in any way.
 TEST(FeatureSlots, have_room_as_long_as_a_slot_is_free) {
   Random random(2);
   List list(60);

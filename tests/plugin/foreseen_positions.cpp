@@ -11,7 +11,7 @@
 #include "pretended_device.hpp"
 #include "random.hpp"
 
-// Detections that take for granted where bodies will be find what those find that have looked first.
+// Detections with predicted positions find the same contacts as those that read positions first.
 namespace softcd::test {
 namespace {
 
@@ -33,7 +33,7 @@ class ForeseenPositionsTest : public DevicePositionsTest {
   void move(std::size_t i, const Vec3d& by) {
     bodies_[i].x_t0 = std::exchange(bodies_[i].x_t1, translated(bodies_[i].x_t1, by));
   }
-  /// A step of both, and a detection.
+  /// Moves both scenes by a step, and detects.
   void step(const Vec3d& by) {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       move(i, i == 0 ? by : -1.0 * by);
@@ -90,7 +90,7 @@ TEST_F(ForeseenPositionsTest, may_be_doubles_where_margins_do_not_cover_their_ro
   EXPECT_GT(contact_count_, 1000U);
 }
 
-/// Far from 0, in the second half, they are rounded relative to an origin that moves along.
+/// In the second half they are far from 0, where they are rounded relative to an origin that moves along.
 TEST_F(ForeseenPositionsTest, may_be_doubles_between_which_conservative_queries_look) {
   Random random(3);
   form_.is_double = true;
@@ -162,10 +162,10 @@ TEST_F(ForeseenPositionsTest, do_not_outlive_what_else_changes) {
 
 TEST_F(ForeseenPositionsTest, may_be_set_for_the_next_step_while_a_detection_runs) {
   for (int times = 0; times < 2; ++times) {
-    for (int i = 0; i < 40; ++i) step(kSlowly);  // whatever was in vain before
+    for (int i = 0; i < 40; ++i) step(kSlowly);  // whatever failed before
     const int before = looks_.in_vain;
     for (std::size_t b = 0; b < 2; ++b) {
-      move(b, {0.6, 0, 0});  // not as foreseen
+      move(b, {0.6, 0, 0});  // against the prediction
       set(b);
     }
     const std::vector<Contact> expected = host_.detect(options_);
@@ -182,8 +182,8 @@ TEST_F(ForeseenPositionsTest, may_be_set_for_the_next_step_while_a_detection_run
   }
 }
 
-/// Two flat sheets, the second above the first, which come so near each other that they touch within what was foreseen
-/// of the second alone.
+/// The second of two flat sheets comes so near the first that they touch within the prediction for the second one
+/// alone.
 TEST_F(DevicePositionsTest, foreseen_of_some_bodies_are_not_taken_for_those_of_others) {
   LoadedCore host = on_host();
   LoadedCore device = on_device();
@@ -221,7 +221,7 @@ TEST_F(DevicePositionsTest, foreseen_of_some_bodies_are_not_taken_for_those_of_o
   EXPECT_EQ(looks_.in_vain, 0);
 }
 
-/// Two bodies far apart, one of which is suddenly where the other one is.
+/// Two bodies are far apart, and one is suddenly at the other one's place.
 TEST_F(DevicePositionsTest, that_come_together_from_far_away_are_not_missed) {
   LoadedCore host = on_host();
   LoadedCore device = on_device();
@@ -245,7 +245,7 @@ TEST_F(DevicePositionsTest, that_come_together_from_far_away_are_not_missed) {
   }
 }
 
-/// The scene's origin follows its extent, though no body leaves where it was foreseen.
+/// The scene's origin follows its extent, though no body leaves its prediction.
 TEST_F(ForeseenPositionsTest, are_looked_at_again_where_the_origin_moves) {
   options_.accuracy = Accuracy::fast;
   double low = 1e9;
@@ -288,7 +288,7 @@ TEST_F(ForeseenPositionsTest, say_on_the_device_whether_they_were_not_as_foresee
   expect_looks(10, 2);
 }
 
-/// Else margins of conservative detections would cover what was rounded when positions still were doubles.
+/// Otherwise margins of conservative detections would compensate rounding of the earlier doubles.
 TEST(Foresight, has_nothing_rounded) {
   const Vec3d x{1, 2, 3};
   std::vector<Body> bodies(1);

@@ -6,7 +6,7 @@
 
 namespace softcd::test {
 
-/// Has the CPU's do what it is asked for, for detectors that differ from that in some of it.
+/// Forwards all calls to the CPU's detector. Base of detectors that differ in a few calls.
 class ForwardingDetector : public Detector {
  public:
   bool set_memory_limit(std::uint64_t bytes, QueryMemory& query) override {

@@ -12,8 +12,7 @@
 #include "query_detector.hpp"
 #include "recorded_queries.hpp"
 
-// Accuracy::conservative judges positions in double as they were given, however far the detector's floats are from
-// them.
+// Accuracy::conservative judges positions in double as given, however far they are from the detector's floats.
 namespace softcd::test {
 namespace {
 
@@ -29,7 +28,7 @@ std::optional<TimeBracket> first_contact_of(const SceneGeometry& geometry, const
                                                    : first_contact_edge_edge(rows);
 }
 
-/// When anything first touches, as far as `contacts` know: none of them may be late.
+/// Returns the time of the first touch among `contacts`, none of which may be late.
 double first_touch(const Scene& scene, std::vector<Contact> contacts) {
   std::sort(contacts.begin(), contacts.end(),
             [](const Contact& a, const Contact& b) { return a.time_of_impact < b.time_of_impact; });
@@ -190,7 +189,7 @@ TEST(WideScenes, are_not_full_of_contacts_for_one_triangle_far_away) {
   }
 }
 
-/// A margin that grows with a motion does not grow with what rounding did to it.
+/// A margin that grows with a motion does not grow with the motion's rounding.
 TEST(MotionMargins, are_those_of_the_motion_as_given) {
   for (const double height : {1.5, 3.0}) {
     const Mesh floor{{{{0, 1, 2}}}, {{-8e3, -8e3, 0}, {16e3, -8e3, 0}, {-8e3, 16e3, 0}}};
@@ -203,7 +202,7 @@ TEST(MotionMargins, are_those_of_the_motion_as_given) {
   }
 }
 
-/// Planes of small triangles turn by any angle when these are rounded.
+/// Rounding may turn the planes of small triangles by any angle.
 TEST(SlabRule, judges_positions_in_double_as_they_were_given) {
   const Vec3d place = {1000.1, -700.3, 300.7};
   for (const double height : {0.9e-5, 1.1e-5}) {

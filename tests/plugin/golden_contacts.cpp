@@ -12,9 +12,9 @@
 #include "each_target.hpp"
 #include "golden_scenes.hpp"
 
-// Contacts are the same bytes from version to version, until somebody means to change them: a hash that differs is a
-// defect, or is replaced together with a reason. Nor do compilers, their options, processors, threads or backends make
-// a difference, as far as tests/golden.sh tries them.
+// Contacts are the same bytes from version to version. A different hash is a defect, unless the change is intended and
+// explained; then it is replaced. Compilers, their options, processors, threads and backends make no difference, as far
+// as tests/golden.sh tries them.
 namespace softcd::test {
 namespace {
 
@@ -162,7 +162,7 @@ TEST_P(GoldenContacts, from_floats) {
   expect_golden(GetParam(), 0, Given::as_floats);
 }
 
-// Most of the scenes have so few triangles that they are swept, unless cells are asked for.
+// Most scenes have so few triangles that they are swept, unless the options ask for cells.
 TEST_P(GoldenContacts, in_the_grid) {
   expect_golden(GetParam(), 0, Given::as_doubles, 1.8F);
 }

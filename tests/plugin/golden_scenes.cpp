@@ -43,7 +43,7 @@ Scene scaled_scene(Scene scene, double factor) {
   return with_positions(std::move(scene), [&](const Positions3& x) { return contracted(x, factor); });
 }
 
-/// As floats, so that a scene may be given as such.
+/// Rounds positions to floats, so that a scene can be given in either type.
 Scene of_floats(const Scene& scene) {
   return with_positions(scene, [](Positions3 x) {
     for (Vec3d& p : x) p = {double(float(p.x)), double(float(p.y)), double(float(p.z))};

@@ -4,16 +4,16 @@
 
 namespace softcd::test {
 
-/// A small scene that is the same on every machine, as it is made with + - * / and square roots only.
+/// A small scene that is the same on every machine, because it is made with + - * / and square roots only.
 struct GoldenScene {
   const char* name;
   Scene (*make)();
 };
 
 Scene soups();
-/// Positions that are no floats.
+/// Positions are not floats.
 Scene roughened_soups();
-/// So far from the origin that it is shifted.
+/// So far from the origin that the scene's origin is shifted.
 Scene distant_soups();
 /// Some vertices are not finite, at one end of the step or the other.
 Scene strays();
@@ -24,7 +24,7 @@ Scene degenerate_triangles();
 /// Triangles that are split, among many that are not.
 Scene uneven_soups();
 Scene ball_through_sheets();
-/// A ball that passes through itself on the way.
+/// A ball that passes through itself on its path.
 Scene everted_ball();
 /// Three times the same ball in the same place, which does not move.
 Scene coincident_balls();

@@ -10,8 +10,8 @@
 #include "reference_distance.hpp"
 #include "softcd/math/scalar.hpp"
 
-// Triangles that convex hulls overlap: against the tetrahedra and triangles that a hull is made of, tried one by one in
-// long double, against half-spaces, and where the distance is known by construction.
+// Checks triangles that convex hulls overlap in three ways: against all tetrahedra and triangles of the hull's points
+// in long double, against half-spaces, and with distances known by construction.
 namespace softcd::test {
 namespace {
 
@@ -35,7 +35,7 @@ bool are_same(const TriangleOverlap& a, const TriangleOverlap& b) {
   return a.body == b.body && a.triangle == b.triangle;
 }
 
-/// What a hull has with a triangle.
+/// The relation of a hull and a triangle.
 struct Meeting {
   long double distance = std::numeric_limits<long double>::infinity();
   bool is_certain = false;  ///< they intersect by more than rounding
@@ -43,7 +43,7 @@ struct Meeting {
   void add(long double another) { distance = std::min(distance, another); }
 };
 
-/// Of a segment that passes through a triangle: where a point of it is in the triangle's plane.
+/// Records that a segment passes through a triangle: it has a point in the triangle's plane there.
 void add_passing(const Vec3d& p, const Vec3d& q, const Corners& t, Meeting& meeting) {
   const LongVec3 a = vec3_cast<long double>(t[0]);
   const LongVec3 normal = cross(vec3_cast<long double>(t[1]) - a, vec3_cast<long double>(t[2]) - a);
@@ -88,7 +88,8 @@ void add_inside(Vec3d p, const std::array<Vec3d, 4>& corners, Meeting& meeting) 
   meeting.is_certain |= least > 1e-9L;
 }
 
-/// A hull is all of its points' tetrahedra, its surface some of their triangles.
+/// Compares the triangle with all tetrahedra and triangles of the hull's points, which make up the hull and its
+/// surface.
 Meeting meeting_of(const Hull& hull, const PlacedTriangle& triangle) {
   const Corners t = {triangle.x[0], triangle.x[1], triangle.x[2]};
   const auto& x = hull.points;
@@ -105,7 +106,7 @@ Meeting meeting_of(const Hull& hull, const PlacedTriangle& triangle) {
   return meeting;
 }
 
-/// Up to six points: anywhere, in a plane, on a line, the same again, or corners of the scene's triangles.
+/// Returns up to six points: anywhere, in a plane, on a line, repeated, or corners of the scene's triangles.
 Hull random_hull(Random& random, double extent, const std::vector<PlacedTriangle>& triangles) {
   const auto of_scene = [&] { return triangles[random.below(std::uint32_t(triangles.size()))].x[random.below(3)]; };
   Hull hull;
@@ -159,13 +160,13 @@ TEST(Hulls, of_few_points_overlap_what_their_tetrahedra_do) {
   EXPECT_GT(apart, 1500U);
 }
 
-/// A triangle on one side of a plane and a hull on the other one, both of which have a point at the same place of it.
+/// A triangle and a hull on two sides of a plane. Both have a point at the same place of the plane.
 struct Facing {
   Mesh triangle;
   Hull hull;
 };
 
-/// `corners` of the triangle are in the plane, and `points` of the hull are `gap` from it.
+/// Makes such a pair: `corners` of the triangle are in the plane, and `points` of the hull are `gap` from it.
 Facing facing(Random& random, Vec3d centre, int corners, int points, double gap) {
   Facing made;
   Positions3& x = made.triangle.positions;
@@ -198,13 +199,13 @@ Facing facing(Random& random, Vec3d centre, int corners, int points, double gap)
     const double reach = points == 1 ? 0.0 : random.uniform(0.5, 1) * width;
     made.hull.points.push_back(at + gap * normal + (reach * std::cos(angle)) * right + (reach * std::sin(angle)) * up);
   }
-  // The rest of the hull, some of it nearly in the plane, too, or just there.
+  // The rest of the hull; some points are nearly or exactly in the plane, too.
   for (std::uint32_t i = 1 + random.below(8); i > 0; --i) {
     const double height = random.chance(0.5) ? width * random.unit() : std::exp2(random.uniform(-40, 0)) * width;
     made.hull.points.push_back(at + (gap + height) * normal + (width * random.uniform(-1, 1)) * right +
                                (width * random.uniform(-1, 1)) * up);
   }
-  // So that what is beyond the plane is inside by as much.
+  // So that points beyond the plane are inside by as much.
   for (int i = 0; i < 3; ++i) {
     made.hull.points.push_back(at + (gap + 2 * width) * normal + (width * std::cos(2.0 * i)) * right +
                                (width * std::sin(2.0 * i)) * up);
@@ -212,7 +213,7 @@ Facing facing(Random& random, Vec3d centre, int corners, int points, double gap)
   return made;
 }
 
-/// How many of 200 pairs of every kind of features are said to overlap.
+/// Returns how many of 200 pairs of every kind of features are reported as overlapping.
 int count_overlaps(double gap, double radius) {
   Random random(31);
   Scene bodies;
@@ -246,7 +247,7 @@ TEST(Hulls, that_are_apart_by_little_more_than_rounding_are_told_from_those_that
   }
 }
 
-/// A prism with so many sides around an axis, and what is inside of it.
+/// A prism around an axis, and the half-spaces of its inside.
 struct Prism {
   Hull hull;
   std::vector<HalfSpace> sides;

@@ -34,7 +34,7 @@ std::string message_of(const Call& call) {
   return {};
 }
 
-/// Two bodies in contact. Whatever a test did wrong, they must be in the same contact afterwards.
+/// Two bodies in contact. Whatever error a test causes, they must have the same contact afterwards.
 class InputErrors : public testing::Test {
  protected:
   InputErrors()
@@ -208,15 +208,14 @@ TEST_F(InputErrors, every_error_is_an_error) {
   EXPECT_THROW(pipeline().scene.remove_body({}), std::runtime_error);
 }
 
-// A filter that throws ends the detection; the positions of that detection count all the same, though their memory may
-// be gone.
+// A filter that throws ends the detection. The positions of that detection are kept, though their memory may be gone.
 TEST_F(InputErrors, exception_in_the_pair_filter) {
   auto frame = std::make_unique<Positions3>(loaded_.scene[1].x_t1);
   pipeline().scene.set_positions(body(1), *frame);
   pipeline().query.set_pair_filter([](BodyId, BodyId) -> bool { throw std::domain_error("from the filter"); });
   EXPECT_EQ(message_of<std::domain_error>([&] { pipeline().detect(); }), "from the filter");
   frame.reset();
-  // What softcd itself might throw is the caller's all the same.
+  // Exceptions of types that softcd also throws still belong to the caller.
   pipeline().query.set_pair_filter([](BodyId, BodyId) -> bool { throw std::bad_alloc(); });
   EXPECT_THROW(static_cast<void>(pipeline().query.start()), std::bad_alloc);
   pipeline().query.set_pair_filter({});

@@ -6,7 +6,7 @@
 
 #include "body_pairs.hpp"
 
-// Triangles of bodies that intersect, against each two tried by themselves in rational arithmetic.
+// Compares intersecting triangles of bodies with rational arithmetic on all pairs.
 namespace softcd::test {
 namespace {
 
@@ -14,14 +14,14 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// Turned, so that it is in one plane, but along no axis.
+/// Returns a sheet that is turned so that it lies in one plane, but along no axis.
 Mesh slanted_sheet(double offset) {
   Mesh mesh = grid_cloth(6, 6, 0.25);
   for (Vec3d& x : mesh.positions) x = {x.x + offset, x.y, 0.5 * x.x - 0.25 * x.y};
   return mesh;
 }
 
-/// In one plane exactly, with coordinates so long that determinants of them are not doubles.
+/// Returns a sheet exactly in one plane, with coordinates so long that their determinants are not doubles.
 Mesh sheet_of_long_numbers(int offset) {
   Mesh mesh = grid_cloth(6, 6, 1.0);
   int i = 0;
@@ -55,7 +55,7 @@ std::vector<NamedScene> entangled_scenes() {
   return scenes;
 }
 
-/// What of all pairs a question asks for, in its order.
+/// Returns the intersections that a question is about, in its order.
 std::vector<Intersection> asked_of(const std::vector<Intersection>& all, ProbeBodies pair) {
   std::vector<Intersection> asked;
   const auto is = [](BodyId id, std::uint32_t body) { return id == BodyId() || id.value == body; };
@@ -110,7 +110,7 @@ TEST(Intersections, of_bodies_of_one_class_are_found) {
     const double place = i == 16 ? 0 : i;
     bodies.push_back(still(moved(one_triangle(), {8 * place, 0, i == 16 ? 0.125 : 0}), {}));
   }
-  // The other way across the first one.
+  // Opposite to the first one.
   for (Positions3* const x : {&bodies[16].x_t0, &bodies[16].x_t1}) (*x)[2] = {0.25, 0.25, -4};
   ProbedBodies probed(std::move(bodies));
   EXPECT_THAT(as_tuples(probed.probe.intersections({probed.ids[0], BodyId()})), ElementsAre(Intersection{0, 0, 16, 0}));
@@ -127,8 +127,8 @@ TEST(Intersections, of_bodies_of_one_class_are_found) {
 }
 
 TEST(Intersections, of_a_mesh_are_beyond_what_is_shared) {
-  // A strip of two triangles, the second one folded onto the first one; a third one at a corner, through the first one
-  // or beside it.
+  // A strip of two triangles, the second one folded onto the first one. A third triangle at a corner passes through the
+  // first one or beside it.
   const std::vector<Triangle> triangles = {{{0, 1, 2}}, {{1, 0, 3}}, {{2, 4, 5}}};
   Positions3 x = {{0, 0, 0}, {4, 0, 0}, {2, 4, 0}, {2, 2, 0}, {2, 1, 1}, {2, 1, -1}};
   ProbedBodies probed({still({{triangles[0], triangles[1]}, {x.begin(), x.begin() + 4}}, {})});

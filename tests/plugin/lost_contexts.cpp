@@ -9,8 +9,8 @@
 #include "mesh_generators.hpp"
 #include "scene_parts.hpp"
 
-// A device's context that is lost in mid-run, as when a kernel of the app's goes wrong: no call of CUDA succeeds in the
-// process any more, hence each test's part with it runs in a process of its own.
+// The device's context is lost while a program runs, for example by a faulty kernel of the app. No CUDA call succeeds
+// in that process any more, so each test runs this part in a process of its own.
 namespace softcd::test {
 namespace {
 
@@ -25,7 +25,7 @@ class OutlivingScene {
 
   Backend backend() const { return scene_.backend(); }
   std::vector<Contact> detect() { return copy_of(query_.detect()); }
-  /// Whether a detection says that the device has failed.
+  /// Returns whether a detection reports that the device has failed.
   bool is_told() {
     try {
       query_.detect();
@@ -51,7 +51,7 @@ class OutlivingScene {
   Query query_;
 };
 
-/// Ends the process, when everything of f's is gone: successfully where f() holds.
+/// Ends the process after everything of f's is destroyed; successfully where f() is true.
 template <class F>
 [[noreturn]] void exit_with(const F& f) {
   const bool holds = f();

@@ -11,8 +11,8 @@
 namespace softcd::test {
 namespace {
 
-/// Nearly every triangle overlaps a sixth of all others: pairs need more memory than all else. With a large size ratio
-/// some are split and some pairs come more than once.
+/// Nearly every triangle overlaps a sixth of all others, so pairs need more memory than everything else. With a large
+/// size ratio some triangles are split, and some pairs are found more than once.
 Scene crowd(double size_ratio = 4.0) {
   SoupOptions options;
   options.triangle_count = 1500;
@@ -59,8 +59,8 @@ TEST_P(MemoryLimit, changes_the_parts_but_not_the_contacts) {
 INSTANTIATE_TEST_SUITE_P(Kinds, MemoryLimit, testing::Values(Detection::dcd, Detection::ccd),
                          [](const auto& test) { return test.param == Detection::dcd ? "dcd" : "ccd"; });
 
-/// With a limit contacts are sorted. Without one they are ordered in runs, unless those are too long: one edge of the
-/// blade here meets hundreds of the cloth's.
+/// With a limit contacts are sorted. Without one they are ordered in runs, unless those are too long: here one edge of
+/// the blade meets hundreds of the cloth's.
 TEST(ContactOrder, is_the_same_however_it_is_made) {
   const Mesh cloth = grid_cloth(24, 24, 0.04);
   const Mesh blade{{{{0, 1, 2}}}, {{-2.0, 0.03, 0.02}, {2.0, 0.03, 0.01}, {0.0, 3.0, 0.04}}};
@@ -150,7 +150,7 @@ Scene heap_of_copies(std::uint32_t count) {
   return {still(mesh, everything(0.01F))};
 }
 
-// What one query has found before is not in the way of others.
+// The contacts of one query must not take the memory of others.
 TEST(MemoryLimitErrors, a_lowered_limit_leaves_every_query_and_probe_its_memory) {
   softcd::Scene bodies(SceneOptions{backend_under_test()});
   const auto add = [&](const SceneBody& body) {
@@ -175,7 +175,7 @@ TEST(MemoryLimitErrors, a_lowered_limit_leaves_every_query_and_probe_its_memory)
   EXPECT_TRUE(probe.first_hit({{0.1, 0.1, 1}, {0, 0, -1}}).has_hit());
 }
 
-// Contacts cannot be found in parts. What they need is known long before all pairs are tested.
+// Contacts cannot be found in parts. Their memory is known long before all pairs are tested.
 TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
   PipelineOptions options = test_options(Detection::dcd);
   options.memory_limit = 8'000'000;
@@ -191,7 +191,7 @@ TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
   EXPECT_GT(statistics.peak_bytes, options.memory_limit / 4);
   EXPECT_LE(statistics.peak_bytes, options.memory_limit);
   EXPECT_GT(statistics.chunks, 1U) << "parts were tried";
-  // On CUDA what the first lists lead to is known later: 36.
+  // On CUDA the lengths that follow from the first lists are known later: 36.
   EXPECT_LT(statistics.chunks, backend_under_test() == Backend::cpu ? 32U : 64U);
   EXPECT_LT(statistics.reruns, 10U);
 }
@@ -211,7 +211,7 @@ TEST(MemoryLimitErrors, a_pipeline_goes_on_when_its_limit_changes) {
   EXPECT_EQ(loaded.pipeline.query.statistics().chunks, 1U);
 }
 
-// What a first detection guesses is not given back. Hardly a triangle takes part.
+// The memory that a first detection guesses is not given back. Hardly a triangle takes part.
 TEST(Memory, of_a_large_scene_is_little_more_than_it_needs) {
   const Mesh large = grid_cloth(520, 520, 1.0);
   BodySettings settings = everything(0.01F);

@@ -10,8 +10,8 @@
 
 #include "body_pairs.hpp"
 
-// What a change of a mesh would intersect, before it is made: against rational arithmetic, and against the scene once
-// it is made.
+// Intersections that a change of a mesh would make are compared with rational arithmetic, and with the scene after the
+// change.
 namespace softcd::test {
 namespace {
 
@@ -19,7 +19,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A change that owns what it is made of.
+/// A change that owns its data.
 struct Change {
   BodyId body;
   std::vector<std::uint32_t> removed;
@@ -213,8 +213,8 @@ SceneBody changed(const SceneBody& body, const Change& change) {
   return result;
 }
 
-/// A remesher that tests before it commits: the mesh stays free of intersections, and what is refused would have made
-/// some.
+/// A remesher that tests before it commits: the mesh stays free of intersections, and each refused change would have
+/// made some.
 TEST(MeshChanges, that_are_made_are_what_was_said) {
   Mesh sheets = joined(grid_cloth(7, 7, 0.25), moved(grid_cloth(7, 7, 0.25), {0.03125, 0.0625, 0.125}));
   ProbedBodies probed({still(sheets, {})});

@@ -7,11 +7,11 @@
 #include "fans.hpp"
 #include "mesh_generators.hpp"
 
-// Triangles of one body that share a vertex: their features are listed once, not found anew.
+// Triangles of one body that share a vertex: their features are listed once, not found again.
 namespace softcd::test {
 namespace {
 
-/// Rough enough for what shares a vertex to touch in many places.
+/// Returns a mesh so rough that triangles that share a vertex touch in many places.
 Mesh rough_mesh() {
   Mesh mesh = crumpled_cloth(16, 12, 0.25, 0.5, 7);
   mesh.positions = jittered(mesh.positions, 0.2, 8);
@@ -53,7 +53,8 @@ TEST(Neighbours, around_a_vertex_of_many_triangles) {
   std::size_t count = 0;
   for (const NamedFan& fan : fans(120)) {
     SCOPED_TRACE(fan.name);
-    // None, and such that features are in contact at distances below, about and above the edges of the rim.
+    // Margins of 0, and margins for which features are in contact at distances below, about and above the edges of the
+    // rim.
     for (const float margin : {0.0F, 0.01F, 0.05F, 0.2F}) {
       count += expect_discrete_contacts({still(fan.mesh, everything(margin))}, test_options(Detection::dcd));
     }

@@ -87,7 +87,7 @@ TEST(Options, are_refused_by_name_value_and_range) {
   EXPECT_EQ(problem_of(scene_options), "cuda_device is -2, but must be at least -1");
 }
 
-/// What two ranks say of a detection for which one of them was given other settings and options than the other.
+/// Returns the errors of two ranks in a detection for which one of them has other settings and options.
 std::string problem_of_ranks(const std::function<void(Scene&, PipelineOptions&)>& change_one) {
   const std::vector<std::string> problems = in_ranks(Communicator::of_threads(2), [&](const Communicator& rank) {
     const Mesh triangle = {{{{0, 1, 2}}}, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};

@@ -15,7 +15,7 @@
 #include "reference_distance.hpp"
 #include "scene_geometry.hpp"
 
-// What the other tests of this folder judge by is itself judged here.
+// Tests the oracles that the other tests of this folder trust.
 namespace softcd::test {
 namespace {
 

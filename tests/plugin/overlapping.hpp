@@ -32,7 +32,7 @@ struct HalfSpace {
   double offset;
 };
 
-/// Whether something of the triangle is left when all of it outside of the solid, grown by so much, is cut off.
+/// Returns whether a part of the triangle remains after cutting off everything outside of the solid, grown by `growth`.
 inline bool has_part_in(const PlacedTriangle& triangle, const std::vector<HalfSpace>& solid, double growth) {
   std::vector<LongVec3> polygon;
   for (const Vec3d& x : triangle.x) polygon.push_back(vec3_cast<long double>(x));
@@ -52,28 +52,28 @@ inline bool has_part_in(const PlacedTriangle& triangle, const std::vector<HalfSp
   return !polygon.empty();
 }
 
-/// What is known of a shape and a triangle up to rounding.
+/// The relation of a shape and a triangle, up to rounding.
 enum class Verdict { overlapping, apart, unsure };
 
-/// Of a triangle and a solid that is known to `slack`.
+/// Returns the verdict on a triangle and a solid that is known to `slack`.
 inline Verdict verdict_on(const PlacedTriangle& triangle, const std::vector<HalfSpace>& solid, double slack) {
   if (has_part_in(triangle, solid, -slack)) return Verdict::overlapping;
   return has_part_in(triangle, solid, slack) ? Verdict::unsure : Verdict::apart;
 }
-/// Of what is that far apart, or, where it is less than 0, that deep in each other.
+/// Returns the verdict on shapes at the distance `gap`, or, where it is negative, at that depth.
 inline Verdict verdict_on(double gap, double slack) {
   if (gap < -slack) return Verdict::overlapping;
   return gap > slack ? Verdict::apart : Verdict::unsure;
 }
 
-/// Shapes as they are asked about.
+/// Returns the queries of shapes.
 template <class Shape>
 const std::vector<Shape>& queries_of(const std::vector<Shape>& shapes) {
   return shapes;
 }
 
-/// Asks in every odd scene about the shapes that `make(random, extent, triangles)` makes, and expects of each of them
-/// and each triangle what `judge(shape, triangle, extent)` says. Returns how many certainly overlap.
+/// Asks a probe in every odd scene about shapes that `make(random, extent, triangles)` makes. Expects for each shape
+/// and each triangle the result of `judge(shape, triangle, extent)`. Returns how many certainly overlap.
 template <class Make, class Judge>
 std::size_t compare_overlaps(std::uint64_t seed, const Make& make, const Judge& judge) {
   std::size_t certain = 0;

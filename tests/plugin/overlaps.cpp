@@ -9,7 +9,7 @@
 #include "reference_distance.hpp"
 #include "softcd/math/closest_point.hpp"
 
-// Triangles that spheres and boxes overlap, against every triangle tried by itself.
+// Compares the triangles that spheres and boxes overlap with every single triangle.
 namespace softcd::test {
 namespace {
 
@@ -30,8 +30,8 @@ TEST(Overlaps, of_spheres_are_triangles_within_their_radius) {
   EXPECT_GT(compare_overlaps(3, make, judge), 2500U);
 }
 
-/// By the triangle's and the segment's features in long double, but for a segment that passes through the triangle,
-/// which is seen by its two parts on both sides of the plane.
+/// Returns the distance by the triangle's and the segment's features in long double. A segment that passes through the
+/// triangle is replaced by its two parts on both sides of the plane.
 long double distance_of(const ProbeCapsule& capsule, const PlacedTriangle& t) {
   const Vec3d normal = cross(t.x[1] - t.x[0], t.x[2] - t.x[0]);
   const double from = dot(normal, capsule.from - t.x[0]);
@@ -111,7 +111,7 @@ std::array<Vec3d, 3> random_axes(Random& random) {
   return {a, b, cross(a, b)};
 }
 
-/// As the box sees it.
+/// Returns the triangle in the box's coordinates.
 PlacedTriangle seen_from(const ProbeOrientedBox& box, PlacedTriangle triangle) {
   for (Vec3d& x : triangle.x) {
     const Vec3d offset = x - box.centre;

@@ -15,7 +15,7 @@
 namespace softcd::test {
 namespace {
 
-/// Everything that a selection says, by its bodies' numbers.
+/// The content of a selection, by its bodies' numbers.
 struct Chosen {
   std::set<IndexPair> pairs;
   std::map<std::uint32_t, std::vector<float>> partner_boxes;  ///< of those with partners
@@ -128,7 +128,7 @@ Chosen by_brute_force(const std::vector<Body>& bodies, const Selecting& selectin
   return chosen;
 }
 
-/// What a selection says, which has to say it in order, in both bodies' rows, and once.
+/// Returns the content of a selection, and checks that each pair is in both bodies' rows, in order and once.
 Chosen in_rows(const PairSelection& selection) {
   Chosen chosen;
   std::uint64_t pair_count = 0;
@@ -155,7 +155,7 @@ Chosen in_rows(const PairSelection& selection) {
   return chosen;
 }
 
-/// Boxes are rounded outward.
+/// Expects equal selections, with boxes rounded outward.
 void expect_same(const Chosen& found, const Chosen& expected) {
   EXPECT_EQ(found.pairs, expected.pairs);
   EXPECT_EQ(found.vertex_triangle, expected.vertex_triangle);
@@ -172,7 +172,7 @@ void expect_same(const Chosen& found, const Chosen& expected) {
 
 class PairSelectionOfMany : public testing::TestWithParam<std::uint32_t> {};
 
-// One selector for all of it: what it has learnt must not matter.
+// One selector is used for all of it: earlier calls must not matter.
 TEST_P(PairSelectionOfMany, is_that_of_brute_force) {
   const std::uint32_t batch_count = GetParam();
   Random random(batch_count);
@@ -222,7 +222,7 @@ TEST(PairSelection, asks_the_filter_about_every_pair_once_in_order) {
   EXPECT_TRUE(std::is_sorted(asked.begin(), asked.end()));
 }
 
-// As many as are surveyed by several threads.
+// So many bodies are surveyed by several threads.
 TEST(PairSelection, of_many_bodies_is_that_of_each_batch) {
   constexpr std::uint32_t kBatches = 3000;
   Random random(5);

@@ -13,7 +13,7 @@
 namespace softcd::test {
 namespace {
 
-/// On a coarse grid, so that positions survive large offsets unchanged in double.
+/// Returns a scene on a coarse grid, so that positions in double survive large offsets unchanged.
 Scene coarse_scene(Detection detection, std::uint32_t triangle_count = 300) {
   Scene scene;
   for (std::uint64_t i = 0; i < 2; ++i) {
@@ -45,7 +45,7 @@ template <class X>
 constexpr bool kMayBeSet = std::is_invocable_v<void (softcd::Scene::*)(BodyId, Positions), softcd::Scene&, BodyId, X>&&
     std::is_constructible_v<Positions, X>;
 
-// What is read later must outlive the call.
+// Memory that is read later must outlive the call.
 static_assert(kMayBeSet<std::vector<Vec3f>&> && kMayBeSet<const std::vector<Vec3d>&>);
 static_assert(!kMayBeSet<std::vector<Vec3f>> && !kMayBeSet<std::vector<Vec3d>> && !kMayBeSet<const std::vector<Vec3d>>);
 static_assert(kMayBeSet<Span<const Vec3f>> && kMayBeSet<Span<const Vec3d>> && kMayBeSet<Span<const Vec3d>&>);
@@ -123,7 +123,7 @@ TEST_P(PositionKinds, are_read_when_the_detection_starts) {
   EXPECT_TRUE(identical(detect_once(scene, test_options(GetParam())), ticket.wait()));
 }
 
-// The memory may be gone once the detection after set_positions has started; a second detection has to do without it.
+// The memory may be gone once the detection after set_positions has started. A second detection must not need it.
 TEST_P(PositionKinds, are_not_read_again) {
   const Scene scene = coarse_scene(GetParam());
   LoadedScene loaded = load(scene, test_options(GetParam()));
@@ -154,8 +154,8 @@ TEST_P(PositionKinds, one_address_with_two_strides_is_two_ends) {
   EXPECT_TRUE(identical(contacts, loaded.pipeline.detect()));
 }
 
-// Far from the origin doubles are rounded relative to the scene's; so they are when they are detected again, whichever
-// bodies were set in between.
+// Far from the origin doubles are rounded relative to the scene's origin. A second detection must round them alike,
+// whichever bodies were set in between.
 TEST_P(PositionKinds, a_second_detection_of_the_same_positions_has_the_same_bytes) {
   PipelineOptions options = test_options(GetParam());
   options.accuracy = Accuracy::conservative;
@@ -210,7 +210,7 @@ TEST_P(PositionKinds, in_any_unit) {
   }
 }
 
-// Positions are rounded, which decides about what all but touches.
+// Positions are rounded, which decides about features that nearly touch.
 TEST_P(PositionKinds, decimal_scales_and_offsets) {
   const Scene scene = coarse_scene(GetParam(), 120);
   for (const double scale : {1e-6, 1e-3, 1e3, 1e6}) {

@@ -20,10 +20,10 @@
 #include "query_core.hpp"
 #include "scene_parts.hpp"
 
-// Scenes whose positions are on a device: the GPU where that is under test, else one that is pretended.
+// Scenes whose positions are on a device: the GPU where it is under test, else a pretended one.
 namespace softcd::test {
 
-/// Computes on the CPU, with positions that it has been told of only by changes, as a device has them.
+/// Computes on the CPU, with positions that it knows only from changes, as a device does.
 class CopyingDevice final : public ForwardingDetector {
  public:
   void set_scene(const SceneArrays& scene, const SceneChanges& changes) override {
@@ -67,12 +67,12 @@ class CopyingDevice final : public ForwardingDetector {
   std::vector<Vec3d> full_t0_, full_t1_;
 };
 
-/// At positions that were foreseen.
+/// The number of surveys at predicted positions.
 struct Looks {
   int all = 0, in_vain = 0;
 };
 
-/// Reads the host's memory as if it were a device's, and fails when told to.
+/// Reads the host's memory as if it were a device's, and fails on request.
 class HostReader final : public DevicePositionReader {
  public:
   HostReader(const bool& fails, Looks& looks) : fails_(fails), looks_(looks) {}
@@ -129,7 +129,7 @@ class HostReader final : public DevicePositionReader {
   std::uint32_t is_so_ = 0;
 };
 
-/// Positions in one of the forms that they may be given in.
+/// A form in which positions may be given.
 struct Form {
   bool is_double = false;
   std::size_t padding = 0;  ///< bytes between two
@@ -177,7 +177,7 @@ class LoadedCore {
     ids_.pop_back();
     memories_.pop_back();
   }
-  /// What was given before is overwritten once it is not needed any more.
+  /// Sets positions, and overwrites the previous ones once they are no longer needed.
   void set(std::size_t i, const SceneBody& body, const Form& form, bool moves, bool on_device) {
     Memories next;
     const auto place = [&](const Positions3& x, std::optional<DeviceMemory>& device, std::vector<std::byte>& host) {
@@ -216,7 +216,7 @@ class DevicePositionsTest : public testing::Test {
     };
   }
   LoadedCore on_host() { return {scene_options(Backend::cpu), {}, {make_cpu_detector, {}, ""}}; }
-  /// The GPU where that is under test, else the pretended device.
+  /// Returns a scene on the GPU where it is under test, else on the pretended device.
   LoadedCore on_device(Backend wanted = Backend::cuda) {
     if (backend_under_test() == Backend::cuda)
       return {scene_options(wanted), log(), machine_factories(scene_options(wanted))};

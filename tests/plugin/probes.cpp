@@ -8,14 +8,14 @@
 
 #include "probing.hpp"
 
-// What a probe answers about a scene that changes, and what it does where it cannot.
+// Results of a probe in a scene that changes, and its errors.
 namespace softcd::test {
 namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// The bodies that a line along z through the origin meets, from above.
+/// Returns the bodies that a line along z through the origin meets, from above.
 std::vector<std::uint32_t> bodies_below(Probe& probe) {
   const Ray ray{{0.3, 0.4, 100}, {0, 0, -1}};
   const AnswerLists<RayHit> hits = probe.all_hits({&ray, 1});

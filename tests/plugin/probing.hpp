@@ -21,7 +21,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 using LongVec3 = Vec3<long double>;
 
-/// Bodies in a softcd::Scene and who asks about them.
+/// Bodies in a softcd::Scene and a probe on them.
 struct ProbedBodies {
   explicit ProbedBodies(Scene its_bodies, StepEnd step_end = StepEnd::t1) : bodies(std::move(its_bodies)) {
     ProbeOptions options;
@@ -39,7 +39,7 @@ struct ProbedBodies {
   std::vector<BodyId> ids;
 };
 
-/// A triangle of some body.
+/// A triangle of a body, with its positions.
 struct PlacedTriangle {
   BodyId body;
   std::uint32_t index;
@@ -60,8 +60,7 @@ inline std::vector<PlacedTriangle> placed_triangles(const ProbedBodies& probed, 
   return triangles;
 }
 
-/// Names of what is odd about triangles, and one such scene after the other. On a grid: positions are the scene's to
-/// the last bit.
+/// Scenes with unusual triangles, by name. They are on a grid: positions are the scene's to the last bit.
 struct NamedScene {
   std::string name;
   Scene bodies;

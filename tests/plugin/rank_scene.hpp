@@ -14,7 +14,7 @@
 
 namespace softcd::test {
 
-/// Calls f(communicator) in a thread for each rank. What each has thrown, empty where nothing was.
+/// Calls f(communicator) in a thread for each rank. Returns each rank's error; empty where nothing was thrown.
 inline std::vector<std::string> in_ranks(const std::vector<Communicator>& communicators,
                                          const std::function<void(const Communicator&)>& f) {
   std::vector<std::string> problems(communicators.size());
@@ -36,7 +36,7 @@ inline void expect_no_problem(const std::vector<std::string>& problems) {
   for (const std::string& problem : problems) EXPECT_EQ(problem, "");
 }
 
-/// One rank's scene and query. Bodies' positions are the ranks' in turn.
+/// One rank's scene and query. The ranks take turns in setting bodies' positions.
 class RankScene {
  public:
   RankScene(const Scene& scene, const Communicator& communicator, const PipelineOptions& options)

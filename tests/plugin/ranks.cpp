@@ -16,7 +16,7 @@
 #include "scene.hpp"
 #include "softcd/pipeline/rank_link.hpp"
 
-// Several ranks in one scene, each a thread: together they are one detector.
+// Several ranks, each a thread, detect in one scene: together they work as one detector.
 namespace softcd::test {
 namespace {
 
@@ -36,7 +36,8 @@ SceneBody soup_body(std::uint32_t triangles, double largest, std::uint64_t seed,
   return moving(mesh, scattered(mesh, 0.3, seed + 100), everything(margin));
 }
 
-/// Triangles of all sizes: whole, split, and on the list of those tested against all; with segments, short and long.
+/// Returns triangles of all sizes: whole, split, and on the list of those tested against all. Also short and long
+/// segments.
 Scene mixed_sizes() {
   Scene scene{soup_body(900, 0.15, 1), soup_body(900, 0.15, 2), soup_body(12, 6.0, 3)};
   const auto vertex_count = static_cast<std::uint32_t>(scene[0].x_t1.size());
@@ -46,7 +47,7 @@ Scene mixed_sizes() {
   return scene;
 }
 
-/// What touches itself, neighbours included.
+/// Returns a body that touches itself, including neighbours.
 Scene crumpled() {
   const Mesh cloth = crumpled_cloth(40, 20, 0.1, 0.05, 7);
   return {moving(cloth, jittered(cloth.positions, 0.06, 9), everything(0.02F)),
@@ -54,7 +55,7 @@ Scene crumpled() {
                  everything(0.01F))};
 }
 
-/// Far from the origin, in doubles, with vertices that are not finite.
+/// Returns a scene far from the origin, in doubles, with vertices that are not finite.
 Scene far_away() {
   Scene scene = mixed_sizes();
   for (SceneBody& body : scene) {
@@ -78,7 +79,7 @@ constexpr std::pair<Detection, Accuracy> kWays[] = {{Detection::dcd, Accuracy::f
                                                     {Detection::ccd, Accuracy::precise},
                                                     {Detection::ccd, Accuracy::conservative}};
 
-/// Three steps of a scene, and what one rank finds.
+/// Three steps of a scene, and the contacts of one rank.
 struct Steps {
   Scene scenes[3];
   std::vector<Contact> contacts[3];
@@ -93,7 +94,7 @@ struct Steps {
   }
 };
 
-/// So many ranks together find the same, each contact on one rank.
+/// Expects so many ranks together to find the same contacts, each on one rank.
 void expect_same_contacts(const Steps& steps, const PipelineOptions& options, int rank_count) {
   std::atomic<std::size_t> found{0};
   expect_no_problem(in_ranks(Communicator::of_threads(rank_count), [&](const Communicator& rank) {
@@ -144,7 +145,7 @@ TEST(Ranks, share_split_triangles_and_those_tested_against_all_out) {
 
 TEST(Ranks, have_about_as_many_tests_each_once_they_know_where_these_are) {
   constexpr int kRanks = 4;
-  // All of it on one side of the origin, where cells are the first rank's at first.
+  // The scene is on one side of the origin, where all cells first belong to the first rank.
   Scene scene{soup_body(3000, 0.2, 1), soup_body(3000, 0.2, 2)};
   for (SceneBody& body : scene) {
     body.x_t0 = translated(body.x_t0, {3.0, 3.0, 3.0});
@@ -190,7 +191,7 @@ TEST(Ranks, in_parts_where_one_has_little_memory) {
   in_ranks(Communicator::of_threads(2), [&](const Communicator& rank) {
     RankScene part(scene, rank, options);
     part.set_positions(scene);
-    // Less and less, until all are told that it is too little.
+    // The limit falls until all ranks report that it is too low.
     for (std::uint64_t eighths = 8; eighths > 0; --eighths) {
       SceneOptions limited = part.scene().options();
       if (rank.rank() == 1) limited.memory_limit = alone.statistics.peak_bytes * eighths / 8;
@@ -207,7 +208,7 @@ TEST(Ranks, have_room_for_what_does_not_fit_one) {
   const Scene scene = mixed_sizes();
   const PipelineOptions options = test_options(Detection::ccd);
   const std::vector<Contact> expected = detect_once(scene, options);
-  // The least that one can do with, to a twentieth.
+  // Finds the least limit that one rank needs, to a twentieth.
   PipelineOptions limited = options;
   for (std::uint64_t limit = outcome_of(scene, options).statistics.peak_bytes;; limit -= limit / 20) {
     limited.memory_limit = limit;
@@ -292,7 +293,8 @@ TEST(Ranks, must_have_the_same_scene_and_queries) {
                                    "all of them."}));
 }
 
-/// What ranks wait for each other that will not come: ten times what they take now, on a machine that may be busy.
+/// Returns how long ranks wait for one that will not come: ten times the present time of a detection, as the machine
+/// may be busy.
 std::chrono::milliseconds patience_for(const Scene& scene, const PipelineOptions& options, int rank_count) {
   const auto begin = std::chrono::steady_clock::now();
   in_ranks(Communicator::of_threads(rank_count), [&](const Communicator& rank) {
@@ -305,7 +307,7 @@ std::chrono::milliseconds patience_for(const Scene& scene, const PipelineOptions
   return std::max<std::chrono::milliseconds>(100ms, 10 * taken);
 }
 
-/// Ranks that talk by a function which fails at its n-th call on one of them.
+/// Connects ranks by a function that fails at its n-th call on one of them.
 TEST(Ranks, end_with_an_error_whichever_exchange_fails) {
   const Scene scene = crumpled();
   const PipelineOptions options = test_options(Detection::dcd);
@@ -345,7 +347,7 @@ TEST(Ranks, end_with_an_error_whichever_exchange_fails) {
   }
 }
 
-/// Two GPUs, or a reason to skip.
+/// Returns communicators on two GPUs, or a reason to skip.
 std::vector<Communicator> on_two_gpus(std::string& problem) {
   if (backend_under_test() != Backend::cuda) {
     problem = "not on the GPU";

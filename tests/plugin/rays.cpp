@@ -11,7 +11,7 @@
 #include "probing.hpp"
 #include "softcd/math/ray_triangle.hpp"
 
-// Rays through a scene against every triangle tried by itself.
+// Compares rays through a scene with every single triangle.
 namespace softcd::test {
 namespace {
 
@@ -29,7 +29,7 @@ std::vector<HitKey> keys_of(Span<const RayHit> hits) {
   return keys;
 }
 
-/// By the test that softcd uses: nothing that it finds may be passed over.
+/// Returns the crossings by softcd's own test: none of them may be missed.
 std::vector<HitKey> all_crossings(const std::vector<PlacedTriangle>& triangles, const Ray& ray) {
   std::vector<HitKey> keys;
   ShearedRay sheared;
@@ -45,7 +45,7 @@ std::vector<HitKey> all_crossings(const std::vector<PlacedTriangle>& triangles, 
   return keys;
 }
 
-/// Through and past a scene, along axes, through vertices, and of many lengths.
+/// Returns rays through and past a scene, along axes, through vertices, and of many lengths.
 std::vector<Ray> many_rays(const std::vector<PlacedTriangle>& triangles, double extent, std::uint64_t seed) {
   Random random(seed);
   std::vector<Ray> rays;
@@ -98,7 +98,7 @@ TEST(Rays, meet_what_they_meet_of_all_triangles) {
   }
 }
 
-/// The usual test, in long double; how deep inside of the triangle, in weights.
+/// The usual test in long double, with the depth inside the triangle, in weights.
 struct PlainCrossing {
   long double t, depth;
 };
@@ -171,8 +171,8 @@ TEST(Rays, tell_where_they_meet) {
   EXPECT_GT(hits, 50U);
 }
 
-/// Rays exactly at vertices, at the middles of edges and at other points of them, from inside and outside; `core` is a
-/// place inside from which the point can be seen.
+/// Expects hits by rays exactly at vertices, at the middles of edges and at other points of them, from inside and
+/// outside. `core` is a place inside from which the point can be seen.
 template <class Core>
 void expect_no_holes(const Mesh& mesh, const Core& core) {
   ProbedBodies probed({still(mesh, {})});
@@ -245,7 +245,7 @@ TEST(Rays, end_where_they_are_told) {
   EXPECT_TRUE(hits({above, {0, 0, 1}, -3, 5}));
   EXPECT_TRUE(hits({above, {0, 0, -1e-300}}));
   EXPECT_TRUE(hits({above, {0, 0, -1e300}}));
-  // In its plane.
+  // The ray lies in the triangle's plane.
   EXPECT_FALSE(hits({{-1, 0.4, 0}, {1, 0, 0}}));
 }
 
@@ -280,7 +280,8 @@ Integers integers(Vec3d x) {
   return {std::int64_t(x.x), std::int64_t(x.y), std::int64_t(x.z)};
 }
 
-/// Of small integers, borders included; a triangle in a plane with the ray is not met.
+/// Returns whether the ray meets the triangle, borders included, for small integer coordinates. A triangle in a plane
+/// with the ray is not met.
 bool is_met(const Ray& ray, const Vec3d (&x)[3]) {
   const Integers d = integers(ray.direction);
   bool has_negative = false, has_positive = false;
@@ -327,7 +328,7 @@ TEST(Rays, of_integers_meet_what_exact_arithmetic_says) {
   }
 }
 
-// Doubles are kept in full on the side of the ray.
+// The ray's doubles keep their full precision.
 TEST(Rays, meet_a_scene_that_is_far_away) {
   const Vec3d far{3e6, -5e6, 1e6};
   ProbedBodies probed({still(moved(outward_ball(2, 1.0), far), {})});

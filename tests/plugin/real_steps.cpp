@@ -33,8 +33,8 @@ TEST_P(RealSteps, data_is_as_described) {
   EXPECT_EQ(truth_.colliding().size(), is_cloth ? 19032U + 94822U : 4650U + 19308U);
 }
 
-// The verdicts of the data hold for the coordinates as stored. The detector's are float32, so those of a double frame
-// are rounded first and the listed pairs judged anew; on float frames this changes nothing.
+// The verdicts of the data hold for the coordinates as stored. The detector's are float32. Therefore coordinates of a
+// double frame are rounded first and the listed pairs judged again; this changes nothing for float frames.
 TEST_P(RealSteps, continuous_detection_misses_nothing) {
   const bool is_stored_in_float = std::string(GetParam()) == "cloth-ball";
   std::vector<FeaturePair> expected = truth_.colliding();
@@ -79,7 +79,7 @@ TEST_P(RealSteps, several_ranks_find_what_one_finds) {
   }
 }
 
-// For the coordinates as stored, in double or float: nothing is missed and no time is late.
+// For the coordinates as stored, in double or float, nothing is missed and no time is late.
 TEST_P(RealSteps, conservative_misses_nothing_of_the_frames_as_stored) {
   PipelineOptions options = test_options(Detection::ccd);
   options.accuracy = Accuracy::conservative;
@@ -89,7 +89,7 @@ TEST_P(RealSteps, conservative_misses_nothing_of_the_frames_as_stored) {
   EXPECT_LE(difference.extra.size(), contacts.size() / 20);
   const SceneGeometry geometry(truth_.scene);
   std::size_t late = 0;
-  // Exact times take long: a few thousand of them.
+  // Exact times take long, so only a few thousand are checked.
   for (std::size_t i = 0; i < contacts.size(); i += 1 + contacts.size() / 4096) {
     const Contact& contact = contacts[i];
     const std::array<Vec3d, 8> rows = geometry.motion(features_of(contact));

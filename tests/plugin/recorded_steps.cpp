@@ -15,7 +15,7 @@ namespace {
 /// A step of tests/recorded_steps.
 struct RecordedStep {
   const char* name;
-  std::size_t crossings;  ///< at least so many features meet on the way
+  std::size_t crossings;  ///< least number of pairs of features that meet during the step
 
   friend std::ostream& operator<<(std::ostream& out, const RecordedStep& step) { return out << step.name; }
 };
@@ -36,7 +36,7 @@ TEST_P(RecordedSteps, conservative_detection_finds_what_brute_force_finds) {
 }
 
 TEST_P(RecordedSteps, discrete_detection_finds_what_brute_force_finds) {
-  // Half a mean edge apart, with both sides' margins.
+  // The margins of both sides add up to half a mean edge.
   const double edge = mean_edge_length({scene_[0].triangles, scene_[0].x_t1});
   scene_[0].settings.margin = static_cast<float>(0.25 * edge);
   DiscreteRules rules;

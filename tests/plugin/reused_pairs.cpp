@@ -12,11 +12,12 @@
 #include "random.hpp"
 #include "scene_parts.hpp"
 
-// Pairs of triangles that one detection has found serve later ones, which find what they would have found alone.
+// Pairs of triangles that one detection finds serve later ones, which find the same contacts as detections of their
+// own.
 namespace softcd::test {
 namespace {
 
-/// What a scene's first detection finds.
+/// Returns the contacts of a scene's first detection.
 std::vector<Contact> detect_anew(const Scene& bodies, const QueryOptions& options, const PairFilter& filter) {
   softcd::Scene scene(scene_options());
   for (const SceneBody& body : bodies) scene.set_positions(scene.add_body(desc_of(body)), body.x_t0, body.x_t1);
@@ -27,7 +28,7 @@ std::vector<Contact> detect_anew(const Scene& bodies, const QueryOptions& option
   return contacts;
 }
 
-/// A scene, and queries that keep what they find.
+/// A scene, and queries that keep their pairs.
 class Watched {
  public:
   explicit Watched(Scene bodies) : bodies_(std::move(bodies)) {
@@ -44,7 +45,7 @@ class Watched {
   BodyId id(std::size_t i) const { return ids_[i]; }
   std::size_t size() const { return bodies_.size(); }
 
-  /// The body has other positions.
+  /// Sets the body's present positions.
   void move(std::size_t i) { scene_->set_positions(ids_[i], bodies_[i].x_t0, bodies_[i].x_t1); }
   void move_all() {
     for (std::size_t i = 0; i < bodies_.size(); ++i) move(i);
@@ -61,7 +62,7 @@ class Watched {
     add(body);
   }
 
-  /// Contacts of a query, which are those of a detection of its own. Returns how many.
+  /// Expects a query's contacts to be those of a new scene. Returns their number.
   std::size_t expect_contacts(Query& query, const PairFilter& filter = {}) {
     query.set_pair_filter(filter);
     const Span<const Contact> found = query.detect();
@@ -102,8 +103,9 @@ class Watched {
   std::vector<std::unique_ptr<Query>> queries_;
 };
 
-/// The first of equal looks that pairs serve. The first leaves nothing, the second volumes, in which the third finds
-/// its own: it keeps its pairs, where counts are known at once, else the next.
+/// Returns the first of equal detections that kept pairs serve. The first one keeps nothing, the second keeps volumes,
+/// and the third finds that they still hold. It keeps its pairs, where counts are known at once; else the next one
+/// does.
 int first_served() {
   return backend_under_test() == Backend::cpu ? 3 : 4;
 }
@@ -145,7 +147,7 @@ TEST(ReusedPairs, of_looks_with_margins_serve_those_without_in_a_step) {
     }
     EXPECT_GT(watched.expect_contacts(contacts), 100U);
     EXPECT_FALSE(contacts.statistics().reused_pairs);
-    // As if contacts had been answered.
+    // As if a response to contacts had moved the bodies.
     for (std::size_t i = 0; i < 2; ++i) {
       watched.body(i).x_t1 = jittered(watched.body(i).x_t1, 0.02, 100 * step + i);
       watched.move(i);
@@ -192,13 +194,13 @@ TEST(ReusedPairs, cost_no_memory_before_they_pay) {
   EXPECT_EQ(keeping.statistics().peak_bytes, other.statistics().peak_bytes);
 }
 
-/// After looks that leave all pairs behind.
+/// Makes detections until all pairs are kept.
 void rest(Watched& watched, Query& query) {
   for (int look = 0; look < 5; ++look) watched.expect_contacts(query);
   ASSERT_TRUE(query.statistics().reused_pairs);
 }
 
-/// Two sheets beside each other, out of each other's reach but for what a test changes.
+/// Returns two sheets beside each other, out of each other's reach until a test changes that.
 Scene apart() {
   Mesh left = grid_cloth(6, 6, 1.0);
   Mesh right = left;
@@ -225,7 +227,7 @@ TEST(ReusedPairs, do_not_serve_what_has_left_its_volume_on_any_axis) {
   EXPECT_GT(count, 0U);
 }
 
-/// Where a corner of the triangle of a and b may be so that its 18-DOP is within that of a, b and c.
+/// Returns a place for a corner such that the 18-DOP of the triangle with a and b stays within that of a, b and c.
 Vec3d within_volume(Random& random, Vec3d a, Vec3d b, Vec3d c) {
   const auto projections = [](Vec3d p) {
     return std::vector<double>{p.x, p.y, p.z, p.x + p.y, p.x + p.z, p.y + p.z, p.x - p.y, p.x - p.z, p.y - p.z};
@@ -356,7 +358,7 @@ TEST(ReusedPairs, are_given_up_where_memory_is_limited) {
   rest(watched, query);
 }
 
-/// The bodies' next step, in which vertices go no further than `size`.
+/// Moves the bodies by a step in which vertices go no further than `size`.
 void creep(Watched& watched, std::uint64_t step, double size) {
   for (std::size_t i = 0; i < watched.size(); ++i) {
     SceneBody& body = watched.body(i);
@@ -429,7 +431,7 @@ TEST(ReusedPairs, serve_what_rests_after_it_has_moved_far_for_long) {
   EXPECT_LT(looks, 40);
 }
 
-/// Bodies that come within each other's reach little by little, so that more and more of their triangles take part.
+/// Bodies come within each other's reach gradually, so that more and more of their triangles take part.
 TEST(ReusedPairs, serve_triangles_that_come_within_reach) {
   Mesh lower = grid_cloth(12, 12, 0.5);
   Mesh upper = icosphere(3, 2.0);
@@ -473,7 +475,7 @@ TEST(ReusedPairs, serve_looks_that_move_bodies_a_little_or_far) {
   EXPECT_GT(reused, 30);
 }
 
-/// One change of a scene of soups, of any kind.
+/// Makes one random change in a scene of soups.
 void change(Watched& watched, Random& random, std::uint64_t seed) {
   const std::size_t i = random.below(static_cast<std::uint32_t>(watched.size()));
   SceneBody& body = watched.body(i);

@@ -12,7 +12,7 @@
 #include "queries.hpp"
 #include "query_detector.hpp"
 
-// Powers of two as units: the same contacts, to scales where float32 would need subnormal numbers or overflow.
+// Scaling by powers of two keeps the contacts, also at scales where float32 would need subnormal numbers or overflow.
 namespace softcd::test {
 namespace {
 
@@ -36,7 +36,7 @@ constexpr std::array kRules{Rules{"dcd", Detection::dcd, ContactRule::distance, 
                             Rules{"ccd", Detection::ccd, ContactRule::distance, 0.0F, 0.0F},
                             Rules{"ccd_with_margin", Detection::ccd, ContactRule::distance, 0.03125F, 0.0F}};
 
-/// Every coordinate, the margins too, times 2^exponent.
+/// Returns the scene with every coordinate and margin times 2^exponent.
 Scene scene_at(const Rules& rules, int exponent) {
   Scene scene;
   for (std::uint64_t i = 0; i < 2; ++i) {
@@ -92,7 +92,7 @@ TEST_P(Scales, from_1e_minus_30_to_1e30_have_the_same_contacts) {
   }
 }
 
-/// A point straight above a triangle, or an edge above an edge, of about that size, that moves away.
+/// Returns a point straight above a triangle, or an edge above an edge, of about that size, moving away.
 Query small_features_apart(Random& random, ContactKind kind, double size, double distance) {
   Query query{kind, {}};
   Rows& rows = query.rows;

@@ -7,7 +7,7 @@
 #include "scene.hpp"
 #include "softcd/softcd.hpp"
 
-// What tests fill a softcd::Scene with and ask it.
+// Makes the content of a softcd::Scene for tests, and reads it.
 namespace softcd::test {
 
 inline SceneOptions scene_options(Backend backend = backend_under_test()) {
@@ -28,7 +28,7 @@ inline QueryOptions looking_for(Detection detection, bool margins = true) {
   return options;
 }
 
-/// Answers last until the next question.
+/// Copies results, which are valid only until the next question.
 template <class T>
 std::vector<T> copy_of(Span<const T> answers) {
   return {answers.begin(), answers.end()};

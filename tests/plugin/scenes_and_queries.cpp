@@ -15,7 +15,7 @@
 #include "random.hpp"
 #include "scene_parts.hpp"
 
-// One scene, several queries: each finds what a pipeline of its own would.
+// Several queries on one scene find the same contacts as a pipeline of their own.
 namespace softcd::test {
 namespace {
 
@@ -92,7 +92,7 @@ TEST(Queries, look_at_the_start_of_a_step) {
   ASSERT_FALSE(identical(expected, detect_once(filled.bodies, alone({}))));
   EXPECT_TRUE(identical(expected, at_t0.detect()));
   EXPECT_TRUE(identical(detect_once(filled.bodies, alone({})), at_t1.detect()));
-  // A body that does not move is at t0 where it is at t1.
+  // The positions of a body that does not move are those of t1 at t0, too.
   filled.scene.set_positions(filled.ids[0], filled.bodies[0].x_t1);
   start[0].x_t0 = start[0].x_t1 = filled.bodies[0].x_t1;
   EXPECT_TRUE(identical(detect_once(start, alone({})), at_t0.detect()));
@@ -286,7 +286,7 @@ TEST(Tickets, of_detections_that_new_options_ended_say_so) {
   EXPECT_TRUE(identical(detect_once(filled.bodies, alone(looking_for(Detection::ccd))), query.detect()));
 }
 
-// Whether there was nothing to do for them, or another query's detection has had to wait for them.
+// Also if the detection had no work, or another query's detection had to wait for it.
 TEST(Tickets, of_detections_that_do_not_run_any_more_end_as_others_do) {
   auto empty = std::make_unique<softcd::Scene>(scene_options());
   auto filled = std::make_unique<FilledScene>(three_soups());
@@ -327,7 +327,7 @@ TEST(Scenes, know_their_bodies) {
   }
 }
 
-// Of which there are never more than the process may have.
+// The process never gets more threads than it may have.
 TEST(Scenes, take_any_number_of_threads) {
   const std::vector<Contact> expected = detect_once(three_soups(), test_options(Detection::dcd));
   PipelineOptions options = test_options(Detection::dcd);
@@ -369,7 +369,7 @@ TEST(Scenes, refuse_options_out_of_range) {
   EXPECT_THROW(query.detect(static_cast<Pairs>(2)), InvalidInput);
 }
 
-/// Bodies come, go, grow, shrink and move; what is found is what a scene that has always been so finds.
+/// Bodies come, go, grow, shrink and move. The contacts are those of a scene that is made in the final state.
 class Changes {
  public:
   explicit Changes(std::uint64_t seed) : random_(seed), scene_(scene_options()) {
@@ -484,7 +484,7 @@ TEST(Scenes, may_be_changed_in_any_order) {
 TEST(Scenes, that_are_far_away_keep_floats_as_they_are) {
   Scene near = three_soups();
   Scene far = near;
-  // What loses nothing as floats so far away.
+  // Positions that are exact as floats so far away.
   for (SceneBody& body : far) {
     snap_to_grid(body.x_t0, 12);
     snap_to_grid(body.x_t1, 12);
@@ -497,7 +497,7 @@ TEST(Scenes, that_are_far_away_keep_floats_as_they_are) {
   FilledScene filled(near);
   Query query(filled.scene, looking_for(Detection::ccd));
   const std::vector<Contact> expected = copy_of(query.detect());
-  // One body after the other goes there, and with the last one the scene's origin does.
+  // The bodies move there one by one, and the last one moves the scene's origin.
   for (std::size_t b = 0; b < far.size(); ++b) {
     filled.scene.set_positions(filled.ids[b], far[b].x_t0, far[b].x_t1);
     query.detect();

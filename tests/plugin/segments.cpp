@@ -13,7 +13,7 @@
 #include "random.hpp"
 #include "softcd/math/scalar.hpp"
 
-// Links without faces, beside triangles and by themselves, against brute force and by example.
+// Links without faces, beside triangles and alone, against brute force and by example.
 namespace softcd::test {
 namespace {
 
@@ -37,7 +37,7 @@ SceneBody rope(const Positions3& x, float margin) {
   return rope(x, x, margin);
 }
 
-/// A walk of steps of about that length within a box, on a grid.
+/// Returns a random walk in a box, with steps of about that length, on a grid.
 Positions3 tangle(std::uint32_t count, double length, double half_extent, std::uint64_t seed) {
   Random random(seed);
   Positions3 x{random.in_box(half_extent)};
@@ -49,8 +49,8 @@ Positions3 tangle(std::uint32_t count, double length, double half_extent, std::u
   return x;
 }
 
-/// Triangles of all kinds with segments between any of their vertices, most of them short: new edges, sides of
-/// triangles, the same ones again, turned around, and single vertices.
+/// Returns triangles of all kinds with segments between any of their vertices, most of them short. Segments are new
+/// edges, sides of triangles, repeated or reversed ones, and single vertices.
 SceneBody mixed_soup(std::uint32_t triangles, std::uint32_t segments, std::uint64_t seed, float margin) {
   SoupOptions options;
   options.triangle_count = triangles;
@@ -111,7 +111,7 @@ TEST(Segments, come_within_their_margins_on_the_way) {
   expect_nothing_missed_on_the_way(scene, contacts);
 }
 
-/// Segments a hundred times as long as most triangles, which are split.
+/// Returns segments a hundred times as long as most triangles, which are split.
 Scene long_ones() {
   Random random(6);
   SceneBody hairs{{}, {}, {}, everything(0.01F)};
@@ -139,7 +139,7 @@ TEST(Segments, are_split_where_they_are_long) {
   EXPECT_TRUE(identical(outcome.contacts, detect_once(scene, whole)));
 }
 
-// Slabs are for faces, which segments have none of.
+// Slabs are for faces, and segments have none.
 TEST(Segments, touch_by_distance_whatever_the_rule) {
   const Scene scene = mixed_scene(0.02F, 800);
   PipelineOptions options = test_options(Detection::dcd);
@@ -217,7 +217,7 @@ TEST(Segments, do_not_touch_neighbours) {
   EXPECT_EQ(features_of(contacts), expected);
 }
 
-// Too many around one vertex to be listed, and few, with triangles among them.
+// Too many segments around one vertex to be listed, and few, with triangles among them.
 TEST(Segments, of_a_hub_agree_with_brute_force) {
   for (const std::uint32_t count : {16U, 400U}) {
     Random random(count);
@@ -260,14 +260,14 @@ TEST(Segments, without_length_are_points) {
                                              {ContactKind::vertex_triangle, 1, 1, 0, 0},
                                              {ContactKind::vertex_triangle, 1, 2, 0, 0}};
   EXPECT_EQ(features_of(contacts), expected);
-  // As an edge, one without length is near others.
+  // As an edge without length it is near other edges.
   const Positions3 beside = {{0, 1, 0.1}, {2, 1, 0.1}};
   const std::vector<Contact> edges = detect_once({points, rope(beside, 0.05F)}, test_options(Detection::dcd));
   ASSERT_EQ(edges.size(), 1U);
   EXPECT_EQ(features_of(edges[0]), (FeaturePair{ContactKind::edge_edge, 0, 0, 1, 0}));
 }
 
-// What a triangle that is left out owned passes to segments, and from these to others.
+// Features of a left out triangle pass to segments, and from these to others.
 TEST(Segments, with_vertices_that_are_not_finite_are_left_out) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
     Scene scene = mixed_scene(detection == Detection::dcd ? 0.02F : 0.0F, 900);
@@ -291,7 +291,7 @@ TEST(Segments, come_and_go_with_updates) {
   LoadedScene loaded = load(bodies, test_options(Detection::dcd));
   Scene now = bodies;
   for (const std::size_t step : {1U, 2U, 0U, 1U}) {
-    // Body 0 turns into another one, with more or fewer triangles and segments, or without.
+    // Body 0 becomes another one, with more or fewer triangles and segments, or without.
     now[0] = bodies[step];
     if (step == 2) now[0].triangles = {{{0, 1, 2}}};
     const auto count = static_cast<std::uint32_t>(now[0].x_t1.size());

@@ -14,11 +14,11 @@
 #include "scene_parts.hpp"
 #include "selected_detector.hpp"
 
-// A device is told which parts of a scene have changed: all that have, and little more.
+// A device receives the changed parts of a scene: all of them, and little more.
 namespace softcd::test {
 namespace {
 
-/// A copy of an array that is told ranges.
+/// A copy of an array that receives ranges.
 template <class T>
 class Copy {
  public:
@@ -34,7 +34,7 @@ class Copy {
     }
     EXPECT_TRUE(copy_.empty() || std::memcmp(copy_.data(), values.data(), copy_.size() * sizeof(T)) == 0);
   }
-  /// Elements, since it was asked last.
+  /// Returns the number of elements received since the last call.
   std::uint64_t sent() { return std::exchange(sent_, 0); }
 
  private:
@@ -132,7 +132,7 @@ TEST_F(SentChanges, are_little_more) {
   };
   detect();
   const std::uint64_t all = sent_.vertex_triangle_neighbours.sent();
-  swap_corners();  // with room for more
+  swap_corners();  // with spare capacity
   sent_.triangles.sent();
   sent_.edges.sent();
   sent_.vertex_triangle_neighbours.sent();

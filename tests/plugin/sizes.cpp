@@ -1,4 +1,4 @@
-// Arrays that are longer than what 32 bits number. They are named, not made: none is read.
+// Arrays that are longer than 32 bits can number. They do not exist in memory: none is read.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -125,7 +125,7 @@ TEST_P(StatisticsOf, subdivision_off_splits_nothing) {
   EXPECT_EQ(s.children, 0U);
 }
 
-// Mean radius, 4 clipped rounds: one huge triangle must not make one cell of everything.
+// The mean radius, with 4 rounds of clipping: one huge triangle must not make all cells large.
 TEST_P(StatisticsOf, one_huge_triangle_leaves_the_cells_small) {
   const Mesh sphere = icosphere(4, 1.0);
   const Statistics plain = statistics_of({still(sphere, everything(0.001F))}, test_options(GetParam()));
@@ -168,7 +168,7 @@ TEST_P(StatisticsOf, workspace_stops_growing) {
   EXPECT_EQ(loaded.pipeline.query.statistics().reruns, 0U);
 }
 
-/// The report's only line about a stage.
+/// Returns the report's only line about a stage.
 StageReport line_about(const std::string& stage, const std::vector<StageReport>& report) {
   const auto is_about = [&](const StageReport& line) { return line.stage == stage; };
   EXPECT_EQ(std::count_if(report.begin(), report.end(), is_about), 1) << stage;

@@ -5,11 +5,11 @@
 #include "mesh_generators.hpp"
 #include "scene.hpp"
 
-// Scenes of few triangles are swept along an axis on the CPU, and have the contacts that the grid finds.
+// On the CPU scenes of few triangles are swept along an axis, and have the same contacts as in the grid.
 namespace softcd::test {
 namespace {
 
-/// Who asks for the grid's cells gets the grid.
+/// Returns options that ask for cells and therefore use the grid.
 PipelineOptions in_the_grid(PipelineOptions options) {
   options.lambda = 1.8F;
   return options;
@@ -75,7 +75,7 @@ TEST_P(SweptScenes, are_those_of_few_triangles) {
   EXPECT_FALSE(is_swept(outcome_of(crumpled(60, 60), test_options(GetParam())).statistics));
 }
 
-// Strips side by side reach along all of the sweep, whichever axis it takes.
+// Strips side by side cover the whole sweep, whichever axis it takes.
 TEST_P(SweptScenes, are_not_those_where_everything_begins_before_anything_ends) {
   Mesh strips;
   for (std::uint32_t i = 0; i < 1000; ++i) {

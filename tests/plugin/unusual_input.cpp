@@ -44,8 +44,8 @@ std::uint64_t triangles_with(const SceneBody& body, const std::vector<std::uint3
 
 class NonFinite : public testing::TestWithParam<double> {};
 
-// Vertices that several triangles share: the features of the triangles that stay must all be found, though some were
-// owned by triangles that are left out.
+// Several triangles share vertices. The features of the remaining triangles must all be found, though left out
+// triangles owned some of them.
 TEST_P(NonFinite, only_its_triangles_are_left_out) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
     Scene scene{still(soup(1), everything(0.02F)), still(crumpled_cloth(20, 20, 0.125, 0.05, 2), everything(0.01F))};
@@ -263,7 +263,7 @@ TEST(LargeInput, points_in_one_place) {
   }
 }
 
-// A vertex thrown far away makes one triangle huge; what else touches must still be found.
+// A vertex thrown far away makes one triangle huge. All other contacts must still be found.
 TEST(LargeInput, one_vertex_far_away) {
   const Mesh mesh = soup(10, 400);
   const std::vector<FeaturePair> before =

@@ -22,7 +22,7 @@ class BenchBullet : public testing::Test {
  protected:
   using Variants = std::map<std::string, nlohmann::json>;
 
-  /// Expects what holds for every scene, and that nothing fell through what lies at the height `support`.
+  /// Expects what holds for every scene, and that nothing fell through the support at the height `support`.
   Variants measure(const std::string& arguments, double support) {
     const Result result =
         run_program(SOFTCD_BENCH, "bullet --steps 4 " + arguments + " --json " + folder_.file("json"), folder_);
@@ -46,7 +46,7 @@ class BenchBullet : public testing::Test {
     return variants;
   }
 
-  static constexpr double kSunkAtMost = 0.05;  ///< into what is static
+  static constexpr double kSunkAtMost = 0.05;  ///< into static bodies
 
   TemporaryFolder folder_;
 };
@@ -84,7 +84,7 @@ TEST_F(BenchBullet, cloths_that_touch_themselves_lie_on_each_other) {
   }
 }
 
-// What falls has to be braked before it is within both margins, or it bounces.
+// A falling body must be braked before it is within both margins, or it bounces.
 TEST_F(BenchBullet, stacked_cloths_do_not_hop_after_a_second) {
   const Variants classic = measure("--scene stacked --size 12 --warm-up 60", 0);
   const double bullets = classic.at(kNative)["highest_node"].get<double>();

@@ -22,7 +22,7 @@ using testing::Not;
 
 constexpr int kNoLoss = 0, kFailure = 1, kRefused = 2, kLoss = 3;
 
-/// Of a file of results: `ms` in all, of which the tests took half.
+/// Returns a row of a file of results: `ms` in all, half of it for the tests.
 json row(const std::string& scene, double ms) {
   json result = {{"sweep", "stages"},
                  {"scene", scene},
@@ -73,7 +73,7 @@ class BenchCompare : public testing::Test {
     return folder_.write(name, results(rows).dump());
   }
 
-  /// A program softcd-bench whose n-th run measures the n-th of `all_rows`, and logs that it ran.
+  /// Writes a program softcd-bench whose n-th run returns the n-th of `all_rows`, and logs that it ran.
   std::string write_build(const std::string& name, const std::vector<Rows>& all_rows) const {
     for (std::size_t i = 0; i < all_rows.size(); ++i) write(all_rows[i], name + std::to_string(i + 1));
     std::string file =

@@ -15,10 +15,10 @@ using testing::HasSubstr;
 
 struct Asked {
   int questions = 0;
-  std::map<std::string, std::size_t> answers;  ///< by who answers
+  std::map<std::string, std::size_t> answers;  ///< by the answering library
 };
 
-/// What was asked about bodies, shapes and changes, by question.
+/// Returns the questions about bodies, shapes and changes, by kind.
 std::map<std::string, Asked> asked_about_bodies(const nlohmann::json& rows) {
   std::map<std::string, Asked> asked;
   for (const auto& row : rows) {
@@ -38,7 +38,7 @@ class BenchQueries : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// Others answer the same questions: the program fails where they answer something else.
+// Other libraries answer the same questions: the program fails where their results differ.
 TEST_F(BenchQueries, all_questions_are_measured) {
   const Result result =
       run("--questions 1000 --repeat 1 --json " + folder_.file("json") + " --markdown " + folder_.file("table.md"));

@@ -19,7 +19,7 @@ class BenchScaling : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// The program fails where several ranks find other contacts than one.
+// The program fails where several ranks find other contacts than one rank.
 TEST_F(BenchScaling, ranks_find_what_one_finds) {
   const Result result = run("--gpus 1,3 --triangles 6000 --json " + folder_.file("json"));
   ASSERT_EQ(result.exit_code, 0) << result.errors;

@@ -34,7 +34,7 @@ class BenchTrade : public testing::Test {
     return nlohmann::json::parse(folder_.read("json"));
   }
 
-  /// As many lines as rows and one.
+  /// Expects one line more than rows.
   void expect_csv(const std::string& name, const std::string& header, std::size_t rows) const {
     const std::string csv = folder_.read(name);
     EXPECT_THAT(csv, StartsWith(header + "\n"));

@@ -1,5 +1,5 @@
-// Any command line: options that there are with values that there may be, with others, and with bytes.
-// SOFTCD_COMMAND_LINES of them for each program, from SOFTCD_COMMAND_LINES_RUN.
+// Runs the programs with random command lines: existing options with allowed values, with others, and with bytes.
+// SOFTCD_COMMAND_LINES is their number for each program, SOFTCD_COMMAND_LINES_RUN the first of them.
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -38,7 +38,7 @@ std::uint64_t number(const char* name, std::uint64_t otherwise) {
   return text != nullptr ? std::stoull(text) : otherwise;
 }
 
-/// In the folder, without a display, with half a minute.
+/// Becomes the program, in the folder, without a display, for at most half a minute.
 [[noreturn]] void become(const std::string& program, const Words& words, const TemporaryFolder& folder) {
   const auto open_as = [](const std::string& file, int flags, int descriptor) {
     dup2(open(file.c_str(), flags, 0600), descriptor);
@@ -67,7 +67,7 @@ Ending run(const std::string& program, const Words& words, const TemporaryFolder
           folder.read("output")};
 }
 
-/// Words of a help text that may mean something: options, and values without numbers, of which large ones take long.
+/// Useful words of a help text: options, and values without numbers, because large numbers take long.
 struct Vocabulary {
   Words options, values;
 
@@ -82,7 +82,7 @@ struct Vocabulary {
       }
       const bool is_number =
           std::any_of(word.begin(), word.end(), [](unsigned char d) { return std::isdigit(d) != 0; });
-      if (word.rfind("--", 0) == 0 && word.size() > 2 && word != "--list") {  // which makes all scenes to count them
+      if (word.rfind("--", 0) == 0 && word.size() > 2 && word != "--list") {  // --list makes all scenes to count them
         options_found.insert(word);
       } else if (!word.empty() && !is_number && word != "paper") {
         values_found.insert(word);
@@ -161,7 +161,7 @@ class CommandLines : public testing::Test {
     return words;
   }
 
-  /// Exit code 0, or 1 or 2 with a sentence.
+  /// Expects exit code 0, or 1 or 2 with a sentence.
   void expect_answer(const std::string& program, const Words& words) {
     const Ending ending = run(program, words, folder_);
     const auto lines = std::count(ending.errors.begin(), ending.errors.end(), '\n');
@@ -174,7 +174,7 @@ class CommandLines : public testing::Test {
         << testing::PrintToString(words) << "\nends with " << ending.exit_code << ": " << ending.errors;
   }
 
-  /// `first` are the words that every line begins with.
+  /// Runs many command lines. Each begins with the words `first`.
   void expect_answers(const std::string& program, const Words& subcommand, const Words& first) {
     const Vocabulary vocabulary(help_of(program, subcommand));
     ASSERT_GT(vocabulary.options.size(), 1U);
@@ -205,7 +205,7 @@ TEST_F(CommandLines, of_softcd_demo_are_answered) {
 #endif
 
 #ifdef SOFTCD_BENCH
-/// Those that the help text lists, each on a line of its own.
+/// Returns the subcommands that the help text lists, each on a line of its own.
 Words subcommands_of(const std::string& help) {
   Words found = {""};
   std::istringstream lines(help.substr(std::min(help.size(), help.find("Subcommands:"))));
@@ -216,7 +216,7 @@ Words subcommands_of(const std::string& help) {
   return found;
 }
 
-// No line is right: nothing is measured.
+// No line is valid, so nothing is measured.
 TEST_F(CommandLines, of_softcd_bench_are_answered) {
   const Words subcommands = subcommands_of(help_of(SOFTCD_BENCH, {}));
   ASSERT_GT(subcommands.size(), 4U);

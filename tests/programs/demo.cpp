@@ -19,7 +19,7 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::StartsWith;
 
-/// PATH, until the object goes.
+/// Sets PATH for the lifetime of this object.
 class SearchPath {
  public:
   explicit SearchPath(const std::string& path) : original_(std::getenv("PATH")) { setenv("PATH", path.c_str(), 1); }
@@ -36,7 +36,7 @@ class Demo : public testing::Test {
   /// Whether this build of the demo can draw pictures.
   static constexpr bool kDraws = SOFTCD_DEMO_DRAWS;
 
-  /// Small, quick and on the CPU.
+  /// Runs a small and quick simulation on the CPU.
   Result run(const std::string& arguments) const {
     const std::string picture = kDraws ? " --picture " + folder_.file("picture.png") : "";
     return run_program(SOFTCD_DEMO, arguments + " --backend cpu --steps 8 --picture-size 64x40" + picture, folder_);
@@ -134,7 +134,7 @@ TEST_F(Demo, numbers_frames_as_the_pattern_says) {
   EXPECT_EQ(has("pictures/frame-0000.png"), kDraws);
 }
 
-// In place of ffmpeg, a script that keeps what it is given.
+// Replaces ffmpeg by a script that keeps its input.
 TEST_F(Demo, hands_frames_to_ffmpeg) {
   if (!kDraws) GTEST_SKIP() << "the demo was built without OpenGL";
   folder_.write("ffmpeg", "#!/bin/sh\necho \"$@\" >\"" + folder_.file("arguments") + "\"\ncat >\"" +
@@ -161,7 +161,7 @@ TEST_F(Demo, says_that_ffmpeg_is_missing) {
   EXPECT_THAT(result.output, IsEmpty());
 }
 
-// EGL is told of no driver.
+// EGL gets a list without drivers.
 TEST_F(Demo, simulates_where_no_picture_can_be_drawn) {
   const std::string without = "cd '" + folder_.file("") +
                               "' && __EGL_VENDOR_LIBRARY_FILENAMES=/dev/null '" SOFTCD_DEMO

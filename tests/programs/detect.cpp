@@ -43,14 +43,14 @@ Row parse_row(const std::string& text) {
   return {text.substr(0, time), std::stof(text.substr(time + 1)), std::stof(text.substr(distance + 1))};
 }
 
-// The meshes' numbers are small integers: what is computed from them is exact to a few roundings.
+// The meshes' coordinates are small integers, so results are exact up to a few roundings.
 MATCHER_P3(is_contact, features, time_of_impact, distance, "") {
   return arg.features == features && std::abs(arg.time_of_impact - time_of_impact) < 1e-6F &&
          std::abs(arg.distance - distance) < 1e-6F;
 }
 
-// Two triangles side by side, one above the other: vertex 3 passes through triangle 0 at half of the step and stops as
-// far below as it was above; the other two of its triangle stay behind.
+// Two triangles side by side, one above the other. Vertex 3 passes through triangle 0 at half of the step and stops as
+// far below as it was above; the other two vertices of its triangle stay behind.
 constexpr const char* kAbove = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n";
 constexpr const char* kBelow = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 -1\nv 1 1.5 8\nv 1.5 1 8\nf 1 2 3\nf 4 5 6\n";
 
@@ -62,7 +62,7 @@ class Detect : public testing::Test {
  protected:
   Result run(const std::string& arguments) const { return run_program(SOFTCD_DETECT, arguments, folder_); }
 
-  // What `arguments` find.
+  // Returns the contacts that `arguments` find.
   std::vector<Row> contacts(const std::string& arguments) const {
     const Result result = run(arguments + " --contacts " + folder_.file("contacts.csv"));
     EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -300,7 +300,7 @@ std::string columns_of(const FeaturePair& pair, const std::vector<Triangle>& tri
   return fmt::format("ee,{},{},{},{},", e[0], e[1], g[0], g[1]);
 }
 
-// Which of the pairs are not among the contacts of the frames.
+// Returns the pairs that are not among the contacts of the frames.
 std::vector<std::string> missed(const std::vector<Row>& contacts, const std::vector<FeaturePair>& pairs,
                                 const std::vector<Triangle>& triangles) {
   std::set<std::string> found;

@@ -18,7 +18,7 @@ class MeshReading : public testing::Test {
     return demo::read_mesh(folder_.write(name, content));
   }
 
-  /// The message of the error that reading must end in; it starts with the file's name.
+  /// Returns the message of the expected error; it must start with the file's name.
   std::string error_of(const std::string& name, const std::string& content) const {
     const std::string file = folder_.write(name, content);
     try {

@@ -14,10 +14,10 @@ namespace {
 struct Step {
   int ranks = 0;
   std::size_t found = 0;   ///< by all ranks together
-  std::size_t of_all = 0;  ///< as each is told
+  std::size_t of_all = 0;  ///< as each rank received them
 };
 
-/// What the ranks print.
+/// Parses the ranks' output.
 std::map<int, Step> steps_of(const std::string& output) {
   std::map<int, Step> steps;
   std::istringstream lines(output);
@@ -44,7 +44,7 @@ std::map<int, Step> steps_of(const std::string& output) {
 TEST(MpiRanks, find_each_contact_once) {
   const TemporaryFolder folder;
   for (const int processes : {2, 3}) {
-    // Open MPI's, which refuses to start as root and more processes than cores otherwise.
+    // Settings of Open MPI, which otherwise refuses to start as root and to start more processes than cores.
     const Result result = run_shell(
         "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
         "'" SOFTCD_MPI_START "' " SOFTCD_MPI_PROCESSES " " +

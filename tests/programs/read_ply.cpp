@@ -29,7 +29,7 @@ class Ply : public MeshReading {
         format, vertex_count, scalar, scalar, scalar, face_count, index);
   }
 
-  // A number's bytes in the file's order.
+  // Returns a number's bytes in the file's order.
   template <class T>
   static std::string bytes(T value, bool big_endian) {
     auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
@@ -37,7 +37,7 @@ class Ply : public MeshReading {
     return {raw.begin(), raw.end()};
   }
 
-  // Two triangles and a quadrilateral over `positions`, with properties that a reader must step over.
+  // Returns two triangles and a quadrilateral over `positions`, with properties that a reader must skip.
   template <class Scalar, class Index>
   static std::string binary(const std::string& format, const std::string& scalar, const std::string& index,
                             const std::vector<Vec3<Scalar>>& positions) {

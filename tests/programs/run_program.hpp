@@ -16,14 +16,14 @@ struct Result {
   std::string errors;
 };
 
-/// What the command prints goes through two files in `folder`.
+/// Runs a command; its output goes through two files in `folder`.
 inline Result run_shell(const std::string& command, const TemporaryFolder& folder) {
   const std::string redirected = command + " >'" + folder.file("output") + "' 2>'" + folder.file("errors") + "'";
   const int status = std::system(redirected.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("output"), folder.read("errors")};
 }
 
-/// `arguments` as a shell reads them.
+/// Runs a program. `arguments` are as a shell reads them.
 inline Result run_program(const std::string& program, const std::string& arguments, const TemporaryFolder& folder) {
   return run_shell("'" + program + "' " + arguments, folder);
 }

@@ -9,7 +9,7 @@
 
 namespace softcd::test {
 
-/// A folder that goes away with its object.
+/// A folder that is removed with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

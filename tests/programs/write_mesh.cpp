@@ -13,13 +13,13 @@
 #include "mesh_io/mesh_io.hpp"
 #include "temporary_folder.hpp"
 
-// What is written is read back by assimp, which knows nothing of the writers.
+// Written files are read back by assimp, which is independent of the writers.
 namespace softcd::test {
 namespace {
 
 using testing::HasSubstr;
 
-/// Two triangles of a folded square, a sliver without area, and a vertex that none has.
+/// Returns two triangles of a folded square, a sliver without area, and a vertex without triangles.
 demo::Mesh some_mesh() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 2, 0.1}, {-1e-3, 2, 3}, {1e6, -7, 0.3}, {9, 9, 9}},
           {{{0, 1, 2}}, {{2, 1, 3}}, {{4, 4, 0}}}};
@@ -47,7 +47,7 @@ class MeshWriting : public testing::Test {
     return "";
   }
 
-  /// As assimp reads it; it lives as long as the test.
+  /// Returns the mesh that assimp reads; it lives as long as the test.
   const aiMesh& read(const std::string& file) {
     const aiScene* scene = importer_.ReadFile(file, 0);
     if (scene == nullptr || scene->mNumMeshes != 1) throw std::runtime_error(importer_.GetErrorString());
@@ -105,7 +105,7 @@ TEST_F(MeshWriting, gives_stl_corners_and_normals) {
   EXPECT_EQ(folder_.read("mesh.stl").size(), 84 + 3 * 50u);
 }
 
-// What the standard asks for beyond what readers check, lengths, alignment and bounds, and what they may number anew.
+// Requirements of the standard that readers do not check: lengths, alignment and bounds. Readers may renumber elements.
 TEST_F(MeshWriting, makes_gltf_of_two_chunks_with_bounds) {
   write("mesh.glb", some_mesh());
   const std::string bytes = folder_.read("mesh.glb");

@@ -6,10 +6,10 @@
 
 namespace softcd::test {
 
-/// The CPU, or, where the environment has SOFTCD_TEST_BACKEND=cuda, the GPU: tests ON_EVERY_BACKEND run on both.
+/// Returns the CPU or, if the environment has SOFTCD_TEST_BACKEND=cuda, the GPU. Tests ON_EVERY_BACKEND run on both.
 Backend backend_under_test();
 
-/// Why there is no such backend here; empty where there is.
+/// Returns why there is no such backend here; empty where there is.
 std::string why_missing(Backend backend);
 
 }  // namespace softcd::test

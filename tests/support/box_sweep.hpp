@@ -39,8 +39,8 @@ inline std::vector<std::uint32_t> sorted_by_low_x(std::span<const SweepBox> boxe
   return order;
 }
 
-/// visit(i, j) for every overlapping pair of boxes a[i], b[j], each once: a sweep along x, which shares nothing with
-/// the detector's grid.
+/// Calls visit(i, j) for every overlapping pair of boxes a[i], b[j], each once. It is a sweep along x, which shares
+/// nothing with the detector's grid.
 template <class Visit>
 void for_each_overlap(std::span<const SweepBox> a, std::span<const SweepBox> b, const Visit& visit) {
   const std::vector<std::uint32_t> order_a = sorted_by_low_x(a);

@@ -54,7 +54,7 @@ FeatureLists features_of_body(const SceneBody& body) {
     ids.emplace(std::pair(edge.v[0], edge.v[1]), static_cast<std::uint32_t>(ids.size()));
   lists.edges = edges_of(active);
   const auto id_of = [&](const Edge& edge) { return ids.at({edge.v[0], edge.v[1]}); };
-  // In the order of their numbers, which is another one where a triangle that is left out has a segment's edge.
+  // In the order of their numbers, which differs where a triangle that is left out has a segment's edge.
   std::sort(lists.edges.begin(), lists.edges.end(), [&](const Edge& a, const Edge& b) { return id_of(a) < id_of(b); });
   for (const Edge& edge : lists.edges) lists.edge_ids.push_back(id_of(edge));
   return lists;
@@ -78,7 +78,7 @@ bool share_vertex(const Edge& e, const Edge& g) {
   return e.v[0] == g.v[0] || e.v[0] == g.v[1] || e.v[1] == g.v[0] || e.v[1] == g.v[1];
 }
 
-/// Boxes over both ends of the step, or over t1 alone.
+/// Makes boxes over both ends of the step, or over t1 alone.
 struct BoxBuilder {
   bool swept;
 
@@ -96,8 +96,8 @@ struct BoxBuilder {
   }
 };
 
-/// Visits every pair of features whose boxes overlap and that counts: bodies meet, both want the kind, nothing shared.
-/// `reach(kind, a, b, vertex)` is the distance up to which a pair matters.
+/// Visits every relevant pair of features with overlapping boxes: the bodies may touch, both want the kind, and no
+/// vertex is shared. `reach(kind, a, b, vertex)` is the distance up to which a pair is relevant.
 template <class Reach, class Visit>
 class FeaturePairVisitor {
  public:

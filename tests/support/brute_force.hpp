@@ -9,9 +9,9 @@
 
 namespace softcd::test {
 
-/// What a detection of a scene must and may return: every `certain` pair, any of the `undecided`, nothing else. Both
-/// are sorted. Computed serially from boxes of features and exact or long double arithmetic; no code of the detector
-/// is used but its vector type.
+/// The allowed results of a detection: every `certain` pair, any of the `undecided`, nothing else. Both lists are
+/// sorted. They are computed serially from boxes of features and exact or long double arithmetic. Of the detector's
+/// code they use only its vector type.
 struct Verdicts {
   std::vector<FeaturePair> certain;
   std::vector<FeaturePair> undecided;
@@ -20,16 +20,16 @@ struct Verdicts {
 struct DiscreteRules {
   PairFilter pair_filter;      ///< ids are places in the scene
   double motion_margin = 0.0;  ///< as PipelineOptions::motion_margin
-  /// A distance that differs from the threshold by less than this share of the threshold decides nothing ...
+  /// A distance is undecided if it differs from the threshold by less than this share of the threshold ...
   double relative_band = 1e-6;
-  /// ... nor one that differs by less than this much: what rounding the coordinates may do to a distance.
+  /// ... or by less than this distance: the possible effect of rounding the coordinates.
   double absolute_band = 1e-12;
 };
 
-/// Pairs no further apart at t1 than the sum of their bodies' margins.
+/// Returns pairs that are no further apart at t1 than the sum of their bodies' margins.
 Verdicts discrete_verdicts(const Scene& scene, const DiscreteRules& rules = {});
 
-/// Pairs that touch during the straight-line motion from t0 to t1, with margins 0: exact, nothing is undecided.
+/// Returns pairs that touch during the straight-line motion from t0 to t1, with margins 0. Exact: nothing is undecided.
 Verdicts continuous_verdicts(const Scene& scene, const PairFilter& pair_filter = {});
 
 struct Difference {
@@ -39,9 +39,9 @@ struct Difference {
 };
 Difference compare(const Verdicts& verdicts, const std::vector<FeaturePair>& reported);
 
-/// Nothing missed, nothing extra, nothing twice.
+/// Returns whether nothing is missed, added or repeated.
 bool agrees(const Difference& difference);
-/// Counts, and the first few of each.
+/// Returns the counts, and the first few of each kind.
 std::string describe(const Difference& difference);
 
 }  // namespace softcd::test

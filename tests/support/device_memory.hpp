@@ -7,10 +7,10 @@
 
 namespace softcd::test {
 
-/// From now on the calling thread's memory on the GPU is this device's.
+/// Makes this device the calling thread's GPU from now on.
 void use_device(int device);
 
-/// Bytes in a backend's memory: on the CPU the host's.
+/// Owns bytes in a backend's memory; on the CPU in the host's.
 class DeviceMemory {
  public:
   DeviceMemory(Backend backend, std::size_t bytes);

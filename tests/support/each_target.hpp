@@ -7,7 +7,7 @@
 
 namespace softcd::test {
 
-/// check() for each kind of registers that this processor has.
+/// Calls check() for each kind of registers that this processor has.
 template <class Check>
 void for_each_target(Check check) {
   const std::int64_t supported = hwy::SupportedTargets();

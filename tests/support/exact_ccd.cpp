@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-// Coordinates become integers (a common power of two or denominator is taken out, which changes no verdict). Every
-// condition is then the sign of an integer polynomial in t, of degree at most 4, at a root of another one.
+// Coordinates become integers: removing a common power of two or denominator changes no verdict. Every condition is
+// then the sign of an integer polynomial in t, of degree at most 4, at a root of another polynomial.
 namespace softcd::test {
 namespace {
 
@@ -57,7 +57,7 @@ void divide_by_content(Polynomial& p) {
   }
 }
 
-/// Remainder of p by q times some integer that is not 0.
+/// Returns the remainder of p divided by q, times some integer that is not 0.
 Polynomial pseudo_remainder(Polynomial p, const Polynomial& q) {
   while (p.size() >= q.size()) {
     const Integer leading = p.back();
@@ -70,7 +70,7 @@ Polynomial pseudo_remainder(Polynomial p, const Polynomial& q) {
   return p;
 }
 
-/// Up to a factor.
+/// Returns the greatest common divisor, up to a factor.
 Polynomial greatest_common_divisor(Polynomial p, Polynomial q) {
   while (!q.empty()) {
     Polynomial remainder = pseudo_remainder(std::move(p), q);
@@ -81,7 +81,7 @@ Polynomial greatest_common_divisor(Polynomial p, Polynomial q) {
   return p;
 }
 
-/// p / q up to a factor, where q divides p.
+/// Returns p / q up to a factor; q must divide p.
 Polynomial exact_quotient(Polynomial p, const Polynomial& q) {
   Polynomial quotient(p.size() - q.size() + 1);
   while (p.size() >= q.size()) {
@@ -111,7 +111,7 @@ struct Dyadic {
   Dyadic left_half() const { return {2 * m, k + 1}; }
   Dyadic right_half() const { return {2 * m + 1, k + 1}; }
 
-  /// Its ends, or the left one twice, rounded outward.
+  /// Returns its ends, or the left one twice, rounded outward.
   TimeBracket bracket(bool is_left_end) const {
     constexpr unsigned kDoubleBits = 53;
     const unsigned excess = k > kDoubleBits ? k - kDoubleBits : 0;
@@ -123,7 +123,7 @@ struct Dyadic {
   }
 };
 
-/// Sign at the interval's left end.
+/// Returns the sign at the interval's left end.
 int sign_at_left_end(const Polynomial& p, const Dyadic& interval) {
   Integer value = 0;
   Integer weight = 1;
@@ -139,8 +139,8 @@ struct Signs {
   int first = 0;  ///< of the first coefficient that is not 0
 };
 
-/// Signs of the Bernstein coefficients over the interval. By Descartes' rule there are as many roots in the open
-/// interval as variations, with multiplicity, or fewer by an even number.
+/// Returns the signs of the Bernstein coefficients over the interval. By Descartes' rule the number of roots in the
+/// open interval, with multiplicity, is the number of variations, or less by an even number.
 Signs signs_over(const Polynomial& p, const Dyadic& interval) {
   const std::size_t size = p.size();
   Polynomial q(size);  // q(x) = p((m + x) / 2^k) up to a positive factor
@@ -167,7 +167,7 @@ Signs signs_over(const Polynomial& p, const Dyadic& interval) {
   return signs;
 }
 
-/// A root in [0, 1]: the only one of `polynomial` inside the open interval, and simple, or the interval's left end.
+/// A root in [0, 1]: either the only, simple root of `polynomial` in the open interval, or the interval's left end.
 struct Root {
   Polynomial polynomial;
   Dyadic interval;
@@ -226,7 +226,7 @@ void isolate_inside(const Polynomial& p, const Dyadic& interval, std::vector<Roo
   isolate_inside(p, right, roots);
 }
 
-/// All roots in [0, 1] of a polynomial that is not 0, in ascending order.
+/// Returns all roots in [0, 1] of a polynomial that is not 0, in ascending order.
 std::vector<Root> roots_of(const Polynomial& p) {
   std::vector<Root> roots;
   for (const int end : {0, 1}) {
@@ -272,7 +272,8 @@ bool is_zero_at(const Moving& p, Root& time) {
 struct PointSegment {
   Moving p, d;
 
-  /// Collinear points with d = 0 or not are incident exactly when p . (p - d) <= 0.
+  /// Returns a polynomial that is at most 0 exactly when the point is on the segment, if the points are collinear: p .
+  /// (p - d). d may be 0.
   Polynomial excess() const { return dot(p, p - d); }
 
   bool touches_at(Root& time) const { return is_zero_at(cross(p, d), time) && time.sign_of(excess()) <= 0; }
@@ -295,7 +296,7 @@ struct MovingPair {
   std::vector<PointSegment> boundary;  ///< the point-segment pairs that decide when the features are collinear
   bool is_edge_edge;
 
-  /// Given that the four points are coplanar then.
+  /// Returns whether the features touch at a time at which the four points are coplanar.
   bool touches_at(Root& time) const {
     const Moving normal = cross(b, c);
     if (is_zero_at(normal, time)) {
@@ -310,8 +311,8 @@ struct MovingPair {
                         : time.sign_of(x) >= 0 && time.sign_of(whole - x - y) >= 0;
   }
 
-  /// The earliest of these times is the first contact. Coplanar all along, features that do not touch at t = 0 meet
-  /// first where a point meets a segment.
+  /// Returns times of which the earliest is the first contact. Features that are coplanar all along and do not touch at
+  /// t = 0 meet first where a point meets a segment.
   std::vector<Root> first_contacts() const {
     std::vector<Root> times;
     const auto add = [&](const std::optional<Root>& time) {
@@ -406,7 +407,7 @@ std::optional<TimeBracket> earliest(std::vector<Root> times) {
   return first;
 }
 
-/// The boxes of the sides' ways, of which side a's are the first `side_a` rows of each four, have a gap.
+/// Returns whether the boxes of the sides' paths have a gap. Side a is the first `side_a` rows of each four.
 bool boxes_are_disjoint(std::span<const Vec3d, 8> rows, std::size_t side_a) {
   for (int axis = 0; axis < 3; ++axis) {
     double low[2] = {INFINITY, INFINITY};
@@ -426,9 +427,10 @@ static_assert(std::numeric_limits<long double>::max_exponent >= 16384,
               "products of three coordinates neither overflow"
               " nor underflow");
 
-/// Never coplanar: the Bernstein coefficients of the volume's cubic have one sign. Each is a mean of up to 18 products
-/// of three differences, none of them above A B C, and off by at most 3 roundings of the differences, 2 of the products
-/// and 19 of sums and mean, each of relative size epsilon / 2 of 6 A B C: 72 epsilon A B C.
+/// Returns whether the points are never coplanar: the Bernstein coefficients of the volume's cubic have one sign. Each
+/// coefficient is a mean of up to 18 products of three differences, none of them above A B C. Its error is at most 3
+/// roundings of the differences, 2 of the products and 19 of sums and mean. Each has the relative size epsilon / 2 of 6
+/// A B C: 72 epsilon A B C in all.
 bool is_never_coplanar(std::span<const Vec3d, 8> rows, std::size_t side_a) {
   const auto vector = [&](std::size_t from, std::size_t to) {
     return vec3_cast<long double>(rows[to]) - vec3_cast<long double>(rows[from]);
@@ -451,7 +453,8 @@ bool is_never_coplanar(std::span<const Vec3d, 8> rows, std::size_t side_a) {
   return *lowest > error || *highest < -error;
 }
 
-/// What floating point can tell; most pairs that do not touch.
+/// Returns whether the features are apart, as far as floating point can decide. It decides most pairs that do not
+/// touch.
 bool surely_apart(std::span<const Vec3d, 8> rows, std::size_t side_a) {
   return boxes_are_disjoint(rows, side_a) || is_never_coplanar(rows, side_a);
 }
@@ -470,7 +473,7 @@ Rational squared_point_segment(const Exact& p, const Exact& d) {
   return softcd::dot(p, p) - along * along / whole;
 }
 
-/// Squared distance of the planes or lines, when their nearest points are inside the features.
+/// Returns the squared distance of the planes or lines, if their nearest points are inside the features.
 std::optional<Rational> squared_inside(const Exact& a, const Exact& b, const Exact& c, bool is_edge_edge) {
   const Exact normal = softcd::cross(b, c);
   const Rational whole = softcd::dot(normal, normal);

@@ -10,13 +10,13 @@
 namespace softcd::test {
 namespace {
 
-/// Calls until one fails; 0 and below: none will.
+/// Number of calls until one fails; 0 and below: none will.
 std::atomic<std::int64_t> calls_left{0};
-/// Those behind that one fail, too.
+/// Whether all later calls fail, too.
 std::atomic<bool> fails_for_good{false};
 
-/// Whether oneTBB's library is the caller. It allocates in threads that it starts, whenever that is, and ends the
-/// process where that fails.
+/// Returns whether oneTBB's library is the caller. It allocates on threads that it starts at any time, and ends the
+/// process when that fails.
 bool is_one_tbb(const void* caller) {
   Dl_info info;
   return ::dladdr(caller, &info) != 0 && info.dli_fname != nullptr && std::strstr(info.dli_fname, "libtbb") != nullptr;
@@ -54,7 +54,7 @@ void* operator new(std::size_t size) {
 void* operator new[](std::size_t size) {
   return softcd::test::allocate(size, __builtin_return_address(0));
 }
-// What asks in this way goes on without; it is replaced so that all that `delete` is given comes from one place.
+// Callers of this form continue without the memory. It is replaced so that all memory given to `delete` has one source.
 void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
   return std::malloc(size > 0 ? size : 1);
 }

@@ -8,13 +8,13 @@
 namespace softcd::test {
 namespace {
 
-/// Calls until one fails; 0 and below: it has, or none will.
+/// Number of calls until one fails; 0 and below: it has failed, or none will.
 std::atomic<std::int64_t> calls_left{0};
 std::atomic<bool> goes_on{false};
 std::atomic<bool> has_one_failed{false};
 std::atomic<std::int64_t> living{0};
 std::atomic<std::uint64_t> waits{0};
-/// What cudaGetLastError will say.
+/// The error that cudaGetLastError will return.
 thread_local cudaError_t last_error = cudaSuccess;
 
 bool fails() {
@@ -56,11 +56,11 @@ std::int64_t living_cuda_objects() {
 
 }  // namespace softcd::test
 
-// The linker takes calls of `name` for calls of `__wrap_name`, and `__real_name` for what they were. Not every version
-// of the runtime has all of them, hence weak.
+// The linker replaces calls of `name` by calls of `__wrap_name`, and resolves `__real_name` to the original. The
+// declarations are weak, because not every version of the runtime has all functions.
 #define SOFTCD_REAL(name, parameters) __attribute__((weak)) cudaError_t __real_##name parameters;
 
-// A call that may fail.
+// Defines a call that may fail.
 #define SOFTCD_MAY_FAIL(name, parameters, arguments)                                 \
   SOFTCD_REAL(name, parameters)                                                      \
   cudaError_t __wrap_##name parameters {                                             \
@@ -68,7 +68,7 @@ std::int64_t living_cuda_objects() {
     return __real_##name arguments;                                                  \
   }
 
-// A call that may fail, and waits for the device.
+// Defines a call that may fail, and waits for the device.
 #define SOFTCD_WAITS(name, parameters, arguments)                                    \
   SOFTCD_REAL(name, parameters)                                                      \
   cudaError_t __wrap_##name parameters {                                             \
@@ -77,7 +77,7 @@ std::int64_t living_cuda_objects() {
     return __real_##name arguments;                                                  \
   }
 
-// A call that may fail, and makes something that is to be given back.
+// Defines a call that may fail, and makes an object that must be given back.
 #define SOFTCD_MAKES(name, parameters, arguments, error)            \
   SOFTCD_REAL(name, parameters)                                     \
   cudaError_t __wrap_##name parameters {                            \
@@ -87,7 +87,7 @@ std::int64_t living_cuda_objects() {
     return status;                                                  \
   }
 
-// A call that gives back.
+// Defines a call that gives an object back.
 #define SOFTCD_GIVES_BACK(name, parameters, argument)                           \
   SOFTCD_REAL(name, parameters)                                                 \
   cudaError_t __wrap_##name parameters {                                        \
@@ -149,7 +149,7 @@ SOFTCD_MAY_FAIL(__cudaLaunchKernel,
 SOFTCD_MAY_FAIL(cudaLaunchKernelExC, (const cudaLaunchConfig_t* config, const void* function, void** arguments),
                 (config, function, arguments))
 
-// What was captured is given up, as CUDA does with it.
+// Drops the captured work, as CUDA does.
 SOFTCD_REAL(cudaStreamEndCapture, (cudaStream_t stream, cudaGraph_t* graph))
 cudaError_t __wrap_cudaStreamEndCapture(cudaStream_t stream, cudaGraph_t* graph) {
   const cudaError_t status = __real_cudaStreamEndCapture(stream, graph);

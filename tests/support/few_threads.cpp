@@ -22,13 +22,13 @@ std::atomic<std::size_t> most_threads{std::numeric_limits<std::size_t>::max()};
 std::atomic<std::size_t> living{0};
 std::atomic<std::size_t> refused{0};
 
-/// What a thread was to run.
+/// The function and argument of a new thread.
 struct Routine {
   void* (*run)(void*);
   void* argument;
 };
 
-/// Also where the thread ends by pthread_exit.
+/// Counts the end of a thread, also by pthread_exit.
 struct Leaving {
   ~Leaving() { --living; }
 };
@@ -39,7 +39,7 @@ void* run(void* argument) {
   return routine->run(routine->argument);
 }
 
-/// In the child.
+/// Runs f in the child process and writes its result.
 [[noreturn]] void write_and_exit(int pipe, const std::function<std::vector<std::byte>()>& f) {
   alarm(kPatience);
   int status = EXIT_FAILURE;
@@ -95,7 +95,7 @@ std::optional<std::vector<std::byte>> with_few_threads(std::size_t most,
 
 }  // namespace softcd::test
 
-// For the libraries that call it, too.
+// Visible, so that libraries call it, too.
 extern "C" __attribute__((visibility("default"))) int pthread_create(pthread_t* thread,
                                                                      const pthread_attr_t* attributes,
                                                                      void* (*routine)(void*), void* argument) {

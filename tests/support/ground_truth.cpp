@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// N of boxes/Nvf.json.
+/// Returns the N of boxes/Nvf.json.
 std::string number_of(const fs::path& folder) {
   const std::string ending = "vf.json";
   for (const fs::directory_entry& entry : fs::directory_iterator(folder / "boxes")) {
@@ -29,7 +29,8 @@ nlohmann::json read_json(const fs::path& path) {
   return nlohmann::json::parse(file);
 }
 
-/// The data numbers edges by (higher, lower) vertex, contacts by (lower, higher): the second number of each edge.
+/// Returns the data's number of each edge. The data numbers edges by (higher, lower) vertex, contacts by (lower,
+/// higher).
 std::vector<std::uint32_t> edge_numbers(const std::vector<Edge>& edges) {
   std::vector<std::uint32_t> theirs(edges.size());
   for (std::uint32_t i = 0; i < edges.size(); ++i) theirs[i] = i;
@@ -107,7 +108,7 @@ GroundTruth read_ground_truth(const fs::path& ccd_steps, const std::string& step
 }
 
 void round_to_float(Scene& scene) {
-  // Through memory: g++ 12 removes double -> float -> double conversions that it has vectorised.
+  // Through memory, because g++ 12 removes double -> float -> double conversions that it has vectorised.
   const auto rounded = [](double x) {
     volatile float narrow = static_cast<float>(x);
     return static_cast<double>(narrow);

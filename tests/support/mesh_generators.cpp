@@ -253,7 +253,8 @@ Positions3 jittered(const Positions3& x, double amplitude, std::uint64_t seed) {
   Random random(seed);
   Positions3 result = x;
   for (Vec3d& p : result) {
-    const Vec3d direction = random.direction();  // before the length, whatever the compiler's order of operands
+    // Before the length, so that the compiler's order of operands does not matter.
+    const Vec3d direction = random.direction();
     p = p + (amplitude * random.unit()) * direction;
   }
   return result;

@@ -15,9 +15,9 @@ struct Mesh {
 
 using Positions3 = std::vector<Vec3d>;
 
-/// Rounds every coordinate to a multiple of 2^-bits. With |coordinate| < 2^(22 - bits) positions survive a move of the
-/// origin to the middle of their bounding box and the rounding to float32 unchanged, so that exact verdicts on them
-/// are exact verdicts on what the detector sees.
+/// Rounds every coordinate to a multiple of 2^-bits. With |coordinate| < 2^(22 - bits), positions do not change when
+/// the origin moves to the middle of their bounding box and they are rounded to float32. Exact verdicts on them are
+/// then exact verdicts on the detector's positions.
 void snap_to_grid(Positions3& positions, int bits);
 
 struct SoupOptions {
@@ -33,32 +33,32 @@ struct SoupOptions {
 };
 Mesh triangle_soup(const SoupOptions& options);
 
-/// columns x rows vertices in the plane z = 0, `spacing` apart.
+/// Returns a cloth of columns x rows vertices in the plane z = 0, `spacing` apart.
 Mesh grid_cloth(std::uint32_t columns, std::uint32_t rows, double spacing);
-/// The same sheet folded to and fro like an accordion, the layers `gap` apart, and roughened.
+/// Returns that cloth folded to and fro like an accordion, the layers `gap` apart, and roughened.
 Mesh crumpled_cloth(std::uint32_t columns, std::uint32_t rows, double spacing, double gap, std::uint64_t seed);
-/// 20 * 4^level triangles.
+/// Returns a sphere of 20 * 4^level triangles.
 Mesh icosphere(int level, double radius);
 Mesh torus(double major_radius, double minor_radius, std::uint32_t major_count, std::uint32_t minor_count);
-/// Open at both ends, along z.
+/// Returns a tube along z, open at both ends.
 Mesh tube(double radius, double length, std::uint32_t around, std::uint32_t along);
 
 Mesh moved(Mesh mesh, Vec3d offset);
 Mesh scaled(Mesh mesh, double factor);
-/// One mesh with the vertices and triangles of both.
+/// Returns one mesh with the vertices and triangles of both.
 Mesh joined(const Mesh& a, const Mesh& b);
 double mean_edge_length(const Mesh& mesh);
 
-/// Positions at the end of a step.
+/// Returns moved positions, for the end of a step.
 Positions3 translated(const Positions3& x, Vec3d offset);
-/// Turned about the axis through `centre` along z.
+/// Returns positions turned about the axis through `centre` along z.
 Positions3 rotated(const Positions3& x, Vec3d centre, double angle);
-/// Every vertex by its own random vector of at most `amplitude`.
+/// Returns positions in which every vertex is moved by its own random vector of at most `amplitude`.
 Positions3 jittered(const Positions3& x, double amplitude, std::uint64_t seed);
-/// Every triangle by a vector of its own, most of them slow, one in eight up to `amplitude`; shared vertices take the
-/// last triangle's.
+/// Returns positions in which every triangle is moved by a vector of its own, most of them slowly, one in eight by up
+/// to `amplitude`. Shared vertices take the last triangle's vector.
 Positions3 scattered(const Mesh& mesh, double amplitude, std::uint64_t seed);
-/// Pulled towards the origin: everything meets in the middle.
+/// Returns positions pulled towards the origin, where everything meets.
 Positions3 contracted(const Positions3& x, double factor);
 
 }  // namespace softcd::test

@@ -17,7 +17,7 @@ Vec3d at(const Rows& rows, std::size_t point, double t) {
   return (1.0 - t) * rows[point] + t * rows[point + 4];
 }
 
-/// Weights of a point of the features, in a third of the cases on an edge or a corner of them.
+/// Returns weights of a point of the features; in a third of the cases it is on an edge or a corner.
 std::array<double, 4> random_weights(Random& random, ContactKind kind) {
   double x = random.unit();
   double y = random.unit();
@@ -49,8 +49,9 @@ void make_touch(Random& random, ContactKind kind, Rows& rows) {
   }
 }
 
-/// Side b, which holds the x axis at time t, turns about that axis while side a passes through it along y, in the plane
-/// z = 0: the height of one over the other is rate (time - t) y with y = slide (time - t), a double root at t.
+/// Makes a query whose cubic has a double root at t. Side b contains the x axis at the time t, and turns about it. Side
+/// a passes through it along y, in the plane z = 0. The height of one over the other is rate (time - t) y with y =
+/// slide (time - t).
 void make_tangential(Random& random, ContactKind kind, Rows& rows) {
   const double t = random.uniform(0.25, 0.75);
   const Vec3d axis = random.direction();

@@ -22,7 +22,7 @@ struct Query {
   Rows rows;
 };
 
-/// Families of queries, each hard in its own way.
+/// Families of queries, each difficult in its own way.
 enum class Family : std::uint32_t {
   random,        ///< points anywhere in a cube
   touching,      ///< through one point at one time by construction, up to rounding
@@ -38,14 +38,14 @@ enum class Family : std::uint32_t {
 constexpr std::uint32_t kFamilies = 9;
 const char* name_of(Family family);
 
-/// Coordinates around 1; rounded to float when `is_single`.
+/// Makes a query with coordinates around 1; rounded to float when `is_single`.
 Query make_query(Random& random, ContactKind kind, Family family, bool is_single);
 
-/// Every coordinate times `factor`, a power of two so that the verdict stays.
+/// Returns the rows times `factor`, a power of two, so that the verdict stays.
 Rows scaled(const Rows& rows, double factor);
 
 bool collides(const Query& query);
-/// When the features first touch, exactly, as a bracket; none when they do not.
+/// Returns a bracket of the exact time at which the features first touch; none when they do not.
 std::optional<TimeBracket> first_contact(const Query& query);
 
 /// The corners at both ends, rounded to T.
@@ -75,16 +75,16 @@ inline Impact<double> approach_of(const Query& query, double margin) {
                                                     : first_approach<ContactKind::edge_edge>(t0, t1, margin);
 }
 
-/// The four points at t, rounded.
+/// Returns the four points at t, rounded.
 std::array<Vec3d, 4> rows_at(const Rows& rows, double t);
 
-/// Exact squared distance of the features there.
+/// Returns the exact squared distance of the features.
 double squared_distance(ContactKind kind, std::span<const Vec3d, 4> rows);
 
-/// 32 epsilon (A + B + C), the documented tolerance.
+/// Returns 32 epsilon (A + B + C), the documented tolerance.
 double documented_tolerance(const Query& query, double epsilon);
 
-/// All coordinates with all figures, for messages.
+/// Returns all coordinates with all figures, for messages.
 std::string to_string(const Query& query);
 
 }  // namespace softcd::test

@@ -21,7 +21,7 @@ class Random {
     return z ^ (z >> 31);
   }
 
-  /// In [0, 1).
+  /// Returns a number in [0, 1).
   double unit() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
   double uniform(double low, double high) { return low + (high - low) * unit(); }
   std::uint32_t below(std::uint32_t count) { return static_cast<std::uint32_t>(bits() % count); }
@@ -33,7 +33,7 @@ class Random {
     return {x, y, z};
   }
 
-  /// Uniform on the unit sphere.
+  /// Returns a direction, uniform on the unit sphere.
   Vec3d direction() {
     while (true) {
       const Vec3d p = in_box(1.0);

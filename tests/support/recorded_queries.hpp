@@ -9,18 +9,18 @@
 
 namespace softcd::test {
 
-/// A query as it was recorded, with somebody else's exact verdict.
+/// A recorded query, with the exact verdict of its authors.
 struct RecordedQuery {
   ContactKind kind;
   std::array<Fraction, 24> coordinates;
   bool collides;
 };
 
-/// All queries of the CSV files under a folder, in which those in folders named edge-edge are of edges; in the order
-/// of the files' names. Throws std::runtime_error when a file is not as expected.
+/// Returns all queries of the CSV files under a folder, in the order of the files' names. Those in folders named
+/// edge-edge are of edges. Throws std::runtime_error when a file is not as expected.
 std::vector<RecordedQuery> read_recorded_queries(const std::filesystem::path& folder);
 
-/// Every coordinate rounded to double.
+/// Returns the query with every coordinate rounded to double.
 Query to_double(const RecordedQuery& recorded);
 
 }  // namespace softcd::test

@@ -20,7 +20,7 @@ long double point_segment(Vec3l p, Vec3l a, Vec3l b) {
   return norm(p - (a + t * along));
 }
 
-/// Where the two lines are closest, when that is inside both edges; infinity otherwise.
+/// Returns the distance of the two lines if their closest points are inside both edges; infinity otherwise.
 long double interior_edge_edge(Vec3l e0, Vec3l e1, Vec3l g0, Vec3l g1) {
   const Vec3l e = e1 - e0;
   const Vec3l g = g1 - g0;
@@ -34,7 +34,7 @@ long double interior_edge_edge(Vec3l e0, Vec3l e1, Vec3l g0, Vec3l g1) {
   return norm((e0 + s * e) - (g0 + t * g));
 }
 
-/// The distance to the plane when the foot of the perpendicular is inside the triangle; infinity otherwise.
+/// Returns the distance to the plane if the foot of the perpendicular is inside the triangle; infinity otherwise.
 long double interior_vertex_triangle(Vec3l v, Vec3l f0, Vec3l f1, Vec3l f2) {
   const Vec3l normal = cross(f1 - f0, f2 - f0);
   const long double area = squared_norm(normal);

@@ -21,13 +21,13 @@ struct SceneBody {
 
 using Scene = std::vector<SceneBody>;
 
-/// Both kinds of features, self collision on: what most tests want.
+/// Returns settings with both kinds of features and self-collision, for most tests.
 BodySettings everything(float margin = 0.0F);
 
 SceneBody still(const Mesh& mesh, BodySettings settings);
 SceneBody moving(const Mesh& mesh, Positions3 x_t1, BodySettings settings);
 
-/// Two features, bodies by their place in the scene, ordered as the detector's contacts are.
+/// Two features, with bodies numbered by their places in the scene, in the order of the detector's contacts.
 struct FeaturePair {
   ContactKind kind = ContactKind::vertex_triangle;
   std::uint32_t body_a = 0;
@@ -40,13 +40,13 @@ struct FeaturePair {
 };
 std::ostream& operator<<(std::ostream& out, const FeaturePair& pair);
 
-/// A body's edges in the order that Contact documents: sorted by lower, then higher vertex.
+/// Returns a body's edges in the order that Contact documents: sorted by lower, then higher vertex.
 std::vector<Edge> edges_of(const std::vector<Triangle>& triangles);
-/// Those of the triangles, then those of segments that are not among them yet, in their order.
+/// Returns the edges of the triangles, then those of segments that are not among them yet, in their order.
 std::vector<Edge> edges_of(const SceneBody& body);
 
-/// A pipeline that holds a scene's bodies, ids in the scene's order, and the scene, since positions are read by
-/// detect() only.
+/// A pipeline with a scene's bodies, whose ids are in the scene's order. It also keeps the scene, because only detect()
+/// reads positions.
 struct LoadedScene {
   Scene scene;
   CollisionPipeline pipeline;
@@ -54,10 +54,10 @@ struct LoadedScene {
 };
 LoadedScene load(Scene scene, const PipelineOptions& options, LogCallback log = {});
 
-/// The options of one detection on the backend under test: `precise`, whatever positions are given as.
+/// Returns the options of one detection on the backend under test: `precise`, whatever the type of positions.
 PipelineOptions test_options(Detection detection, BroadPhase broad_phase = BroadPhase::exact);
 
-/// What a fresh pipeline's first detection leaves. Throws where another backend than the one asked for has answered.
+/// The results of a new pipeline's first detection. Throws where another backend than the requested one has run.
 struct Outcome {
   std::vector<Contact> contacts;
   Statistics statistics;
@@ -65,14 +65,14 @@ struct Outcome {
 };
 Outcome outcome_of(const Scene& scene, const PipelineOptions& options, const PairFilter& pair_filter = {});
 
-/// Its contacts.
+/// Returns its contacts.
 std::vector<Contact> detect_once(const Scene& scene, const PipelineOptions& options,
                                  const PairFilter& pair_filter = {});
 
 FeaturePair features_of(const Contact& contact);
 std::vector<FeaturePair> features_of(Span<const Contact> contacts);
 
-/// The same bytes, padding included: contacts have none.
+/// Returns whether all bytes are the same; contacts have no padding.
 bool identical(Span<const Contact> a, Span<const Contact> b);
 
 }  // namespace softcd::test

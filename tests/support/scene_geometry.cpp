@@ -13,7 +13,7 @@ std::size_t side_a_count(ContactKind kind) {
   return kind == ContactKind::vertex_triangle ? 1 : 2;
 }
 
-/// The point on side a minus the point on side b.
+/// Returns the point on side a minus the point on side b.
 Vec3d offset_of(const Contact& contact, const std::array<Vec3d, 4>& p) {
   Vec3d offset{0.0, 0.0, 0.0};
   for (std::size_t i = 0; i < 4; ++i) {

@@ -9,23 +9,24 @@
 
 namespace softcd::test {
 
-/// Where a scene's features are. Keeps a reference to the scene.
+/// Computes positions and distances of a scene's features. Keeps a reference to the scene.
 class SceneGeometry {
  public:
   explicit SceneGeometry(const Scene& scene);
 
-  /// A pair's four vertices: the vertex and the triangle's, or the two edges'.
+  /// Returns a pair's four vertices: the vertex and the triangle's, or the two edges'.
   std::array<std::uint32_t, 4> vertices(const FeaturePair& pair) const;
-  /// Their positions at t0, then at t1.
+  /// Returns their positions at t0, then at t1.
   std::array<Vec3d, 8> motion(const FeaturePair& pair) const;
   std::array<Vec3d, 4> positions(const FeaturePair& pair, double time) const;
-  /// In long double, rounded once.
+  /// Returns the distance in long double, rounded once.
   double distance(const FeaturePair& pair, double time) const;
-  /// The smallest distance found near a time: what a time of impact that was rounded to float can be held to.
+  /// Returns the smallest distance found near a time, against which a time of impact that was rounded to float can be
+  /// checked.
   double distance_near(const FeaturePair& pair, double time) const;
 
-  /// What is wrong with a contact in itself: its vertices, weights, normal, distance or time. Empty when nothing is.
-  /// `tolerance` is absolute, for what its points' coordinates and its distance went through.
+  /// Returns the error in a contact itself: in its vertices, weights, normal, distance or time. Empty when there is
+  /// none. `tolerance` is absolute, for the roundings of its points' coordinates and its distance.
   std::string flaw_of(const Contact& contact, Detection detection, double tolerance) const;
 
  private:

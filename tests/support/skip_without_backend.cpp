@@ -8,13 +8,13 @@
 namespace softcd::test {
 namespace {
 
-/// Where the backend under test cannot be had, no test runs and a sentence says why.
+/// Skips all tests, and prints the reason, where the backend under test is not available.
 class BackendUnderTest : public testing::Environment {
  public:
   void SetUp() override {
     const std::string reason = why_missing(backend_under_test());
     if (reason.empty()) return;
-    std::printf("[  SKIPPED ] %s\n", reason.c_str());  // as ctest knows it
+    std::printf("[  SKIPPED ] %s\n", reason.c_str());  // the words that ctest knows
     GTEST_SKIP() << reason;
   }
 };

@@ -22,7 +22,7 @@ void expect_near(Vec3d a, Vec3d b, double tolerance) {
   EXPECT_NEAR(a.z, b.z, tolerance);
 }
 
-// Where OpenGL draws a point: x, y and depth in [-1, 1], and the distance in front of the camera.
+// Returns where OpenGL draws a point: x, y and depth in [-1, 1], and the distance in front of the camera.
 std::array<double, 4> project(const Matrix4& matrix, Vec3d p) {
   std::array<double, 4> clip{};
   for (std::size_t row = 0; row < 4; ++row) {

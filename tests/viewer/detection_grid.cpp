@@ -99,7 +99,7 @@ bool is_in(const OccupiedCell& cell, double size, Vec3d point) {
   return fits(from_low.x) && fits(from_low.y) && fits(from_low.z);
 }
 
-// A triangle is registered wherever it is, and its centroid is somewhere.
+// A triangle is registered in every cell that it is in, also in the cell of its centroid.
 TEST_P(DetectionGridOf, triangles_lie_in_their_cells) {
   const Scene scene = GetParam().scene();
   const DetectionGrid grid(grid_bodies(scene), GetParam().options);
@@ -115,7 +115,7 @@ TEST_P(DetectionGridOf, triangles_lie_in_their_cells) {
       const OccupiedCell* around = grid.cell_around(triangle);
       ASSERT_NE(around, nullptr);
       EXPECT_NE(std::find(cells.begin(), cells.end(), around), cells.end());
-      // Where the grid wraps around, a cell is drawn where its first entry is.
+      // Where the grid wraps around, a cell is drawn at its first entry.
       if (is_in(*around, grid.cell_size(), centroid)) ++found;
     }
   }

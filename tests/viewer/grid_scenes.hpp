@@ -14,7 +14,7 @@ inline PipelineOptions on_cpu(Detection detection) {
   return options;
 }
 
-/// Refers to the scene.
+/// Returns the scene's bodies, which refer to the scene.
 inline std::vector<GridBody> grid_bodies(const test::Scene& scene) {
   std::vector<GridBody> bodies;
   for (const test::SceneBody& body : scene) {
@@ -24,7 +24,7 @@ inline std::vector<GridBody> grid_bodies(const test::Scene& scene) {
   return bodies;
 }
 
-/// Most triangles are small, a few a hundred times larger: those are split.
+/// Returns a scene of mostly small triangles; a few are a hundred times larger and are split.
 inline test::Scene uneven_soup() {
   test::SoupOptions soup;
   soup.triangle_count = 2000;

@@ -47,7 +47,7 @@ class Picking : public testing::Test {
   Session session_;
 };
 
-// The second body is the one that falls, onto the first, whose border is held.
+// The second body falls onto the first, whose border is held.
 TEST_F(Picking, takes_the_first_face_on_the_ray) {
   const Ray down = {{0.1, 10, 0.2}, {0, -1, 0}};
   const auto upper = pick_face(session_.bodies(), down);
@@ -68,7 +68,7 @@ TEST_F(Picking, takes_the_nearest_node_that_is_free) {
   ASSERT_TRUE(inside);
   EXPECT_EQ(nearest_free_node(held, *inside), 3 * 8 + 3);
 
-  // A face at the corner has held nodes only, or one that is free.
+  // A face at the corner has only held nodes, or one free node.
   const btVector3 corner = held.m_nodes[0].m_x + btVector3(btScalar(0.02), -5, btScalar(0.01));
   const auto border = pick_face(session_.bodies(), {to_vec3d(corner), {0, 1, 0}});
   ASSERT_TRUE(border);

@@ -50,7 +50,7 @@ int count(const Image& image, Predicate predicate) {
   return found;
 }
 
-// The sides of the two cloths that are seen, however bright they are, and the greys of the floor.
+// The visible sides of the two cloths, at any brightness, and the greys of the floor.
 bool is_orange(const std::array<int, 3>& c) {
   return c[0] > c[1] + c[1] / 4 && c[1] > c[2] + c[2] / 4;
 }
@@ -96,7 +96,7 @@ TEST(PictureTaker, follows_the_scene) {
   EXPECT_NE(taker.take(*scene).rgb, first.rgb);
 }
 
-// On the floor, whose checks are two greys, a soft edge has many in between, and what is in the shadow is half as dark.
+// The floor's checks have two greys. A soft edge of a shadow has many greys in between, and the shadow is half as dark.
 TEST(PictureTaker, casts_shadows_with_soft_edges) {
   const Image image = picture_of(*two_cloths(60));
   std::set<int> greys;
@@ -135,7 +135,7 @@ TEST(PictureTaker, draws_contacts) {
   EXPECT_GT(count(picture_of(*scene, contacts), is_green), 20);
 }
 
-// A simulation that has blown up is shown as far as it can be.
+// A simulation that has diverged is shown as far as possible.
 TEST(PictureTaker, leaves_out_triangles_that_are_not_finite) {
   const std::unique_ptr<Scene> scene = two_cloths(60);
   const Image image = picture_of(*scene);

@@ -25,12 +25,12 @@ struct PipelineOptions : SceneOptions, QueryOptions {
 ///     for (const Contact& contact : pipeline.detect()) ...
 class CollisionPipeline {
  public:
-  /// Throws as the constructors of Scene and Query.
+  /// Throws the exceptions of Scene's and Query's constructors.
   explicit CollisionPipeline(const PipelineOptions& options = {}, LogCallback log = {})
       : scene(options, std::move(log)), query(scene, options) {}
 
-  /// Sets the options of both. A detection that was not waited for is ended. Throws as Scene::set_options() and
-  /// Query::set_options(); all options are as before then.
+  /// Sets the options of both. Ends a detection that the caller has not waited for. Throws the exceptions of
+  /// Scene::set_options() and Query::set_options(); all options then stay as they were.
   void set_options(const PipelineOptions& options) {
     const QueryOptions before = query.options();
     query.set_options(options);
@@ -42,14 +42,14 @@ class CollisionPipeline {
     }
   }
 
-  /// What was set last.
+  /// Returns the options that were set last.
   PipelineOptions options() const { return {scene.options(), query.options()}; }
 
   /// Finds all contacts, see Query::detect().
   Span<const Contact> detect() { return query.detect(); }
 
-  Scene scene;  ///< the bodies, and where detections run
-  Query query;  ///< of this scene: pair filters, detections under way, statistics
+  Scene scene;  ///< the bodies, and the choice of the backend
+  Query query;  ///< the scene's only query: pair filters, running detections, statistics
 };
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Marks what softcd's shared libraries show. All else in them is hidden.
+/// Marks the names that softcd's shared libraries export. All other names are hidden.
 #if defined(__GNUC__)
 #define SOFTCD_EXPORT __attribute__((visibility("default")))
 #else

@@ -17,105 +17,116 @@ class ProbeCore;
 
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// What a probe is asked about.
+/// The options of a probe.
 struct ProbeOptions {
-  /// Which end of the step is asked about.
+  /// The end of the step whose positions the probe uses.
   StepEnd step_end = StepEnd::t1;
 };
 
-/// Whether all members are equal.
+/// Returns whether all members are equal.
 SOFTCD_EXPORT bool operator==(const ProbeOptions& a, const ProbeOptions& b);
 inline bool operator!=(const ProbeOptions& a, const ProbeOptions& b) {
   return !(a == b);
 }  ///< see ==
 
-/// False leaves the body out of the questions that are asked. Called on the thread that asks, in ascending order of
-/// ids, for every body that has positions.
+/// Decides which bodies a probe sees; false excludes the body. Called on the thread that calls the probe, in ascending
+/// order of ids, for every body that has positions.
 using BodyFilter = std::function<bool(BodyId body)>;
 
-/// Asks what of a scene's bodies is at a place, in batches: questions in, as many answers out, in their order.
-/// Kinematic bodies answer too; groups, masks and margins do not count. Bodies whose positions were never set are left
-/// out, and so is a triangle with a vertex that is not finite, with a warning as by Query.
+/// Answers spatial questions about a scene's bodies, in batches: one result or one list for each question, in the same
+/// order.
 ///
-/// Every call reads positions that were set, waits for a detection that runs, and throws Error when the scene is gone,
-/// OutOfMemory when memory runs out for the hierarchy of triangles that answers are found in, or for the answers. The
-/// hierarchy is built when something is asked for the first time after positions, topology or bodies have changed.
-/// Answers stay valid until the probe's next call, and until it is destroyed or the scene's options are set.
+/// **Bodies.** Kinematic bodies count too; groups, masks and margins do not. Bodies whose positions were never set are
+/// left out. So are triangles with a vertex that is not finite. Each is reported by a warning, as by Query.
 ///
-/// Answers are computed in double from the positions as the scene has them (see Positions), rays and points in full.
-/// The same input gives the same bytes, whatever the number of threads or backend.
+/// **Calls.** Every call reads positions that were set, and waits for a running detection. It throws Error when the
+/// scene is gone, and OutOfMemory when memory runs out for the results or for the hierarchy of triangles. That
+/// hierarchy is built by the first call after positions, topology or bodies have changed. Results stay valid until the
+/// probe's next call, until it is destroyed, or until the scene's options are set.
+///
+/// **Precision.** Results are computed in double from the scene's positions (see Positions); rays and points keep full
+/// precision. The same input gives the same bytes, whatever the number of threads or the backend.
 class SOFTCD_EXPORT Probe {
  public:
-  /// Throws InvalidInput when an option is out of range.
+  /// Makes a probe of the scene. Throws InvalidInput when an option is out of range.
   explicit Probe(Scene& scene, const ProbeOptions& options = {});
   ~Probe();
   Probe(Probe&&) noexcept;
   Probe& operator=(Probe&&) noexcept;
 
-  /// For each ray what it meets first, of several triangles at the same t that of the lowest body and index. No ray
-  /// passes between triangles that share an edge or a vertex (Woop, Benthin and Wald 2013); through these it may be
-  /// said to meet any of their triangles. A triangle that the ray lies in the plane of is not met. Which triangles a
-  /// ray meets is decided exactly, for the positions as the scene has them and the ray's origin relative to the
-  /// scene's.
+  /// Finds the first triangle that each ray meets. Of several triangles at the same t, it reports the one with the
+  /// lowest body and index.
+  ///
+  /// The decision is exact, for the scene's positions and the ray's origin relative to the scene's. No ray passes
+  /// between triangles that share an edge or a vertex (Woop, Benthin and Wald 2013). Through a shared edge or vertex it
+  /// may report any of those triangles. A ray in the plane of a triangle does not meet it.
   Span<const RayHit> first_hits(Span<const Ray> rays);
-  /// The same for one ray.
+  /// Finds the first hit of one ray.
   RayHit first_hit(const Ray& ray);
-  /// For each ray all triangles that it meets, in the order of t, then of bodies and indices.
+  /// Finds all triangles that each ray meets, in the order of t, then of bodies and indices.
   AnswerLists<RayHit> all_hits(Span<const Ray> rays);
 
-  /// For each point the nearest of all triangles' points. Of triangles that are equally near, as computed, that of the
-  /// lowest body and index.
+  /// Finds the nearest point of all triangles for each point. Of triangles that are equally near, as computed, it
+  /// reports the one with the lowest body and index.
   Span<const ClosestPoint> closest_points(Span<const ProbePoint> points);
-  /// The same for one point.
+  /// Finds the nearest point for one point.
   ClosestPoint closest_point(const ProbePoint& point);
 
-  /// For each sphere all triangles that have a point in common with it, borders included, in the order of
-  /// bodies and indices; what only touches by as much as doubles are rounded may be there or not.
+  /// Finds all triangles that have a point in common with each sphere, borders included, in the order of bodies and
+  /// indices. A triangle that touches within double rounding may be reported or not.
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeSphere> spheres);
-  /// The same for capsules.
+  /// Finds all triangles that overlap each capsule, as for spheres.
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeCapsule> capsules);
-  /// The same for boxes.
+  /// Finds all triangles that overlap each box, as for spheres.
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeBox> boxes);
-  /// The same for boxes that are turned.
+  /// Finds all triangles that overlap each oriented box, as for spheres.
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeOrientedBox> boxes);
-  /// The same for convex hulls, told unless a plane parts them; for slivers, triangles or hulls, one that is told may
-  /// be apart by somewhat more than rounding. Throws InvalidInput where all together have 2^31 points or more.
+  /// Finds all triangles that overlap each convex hull, as for spheres: those that no plane separates from it. For
+  /// sliver triangles or hulls, a reported triangle may be apart by somewhat more than rounding. Throws InvalidInput
+  /// where all hulls together have 2^31 points or more.
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeHull> hulls);
 
-  /// For each pair of bodies the nearest points of a triangle of a and a triangle of b, which are different bodies:
-  /// none where a is b. Of triangles that are equally near, as computed, those of the lowest body and index of a, then
-  /// of b. This and the next two throw InvalidInput naming pair and body where one is not in the scene. They take time
-  /// for each triangle of a: the smaller body goes first.
+  /// Finds the nearest points of a triangle of a and a triangle of b for each pair of bodies; none where a is b. Of
+  /// triangles that are equally near, as computed, it reports those with the lowest body and index of a, then of b.
+  ///
+  /// Takes time for each triangle of a, so the smaller body should be a. This and the next two functions throw
+  /// InvalidInput, naming pair and body, where a body is not in the scene.
   Span<const BodyDistance> distances(Span<const ProbeBodies> pairs);
-  /// The same for one pair.
+  /// Finds the nearest points of one pair.
   BodyDistance distance(const ProbeBodies& pair);
 
-  /// For each pair of bodies all triangles of a and b that intersect: within a body where a is b, and of bodies with
-  /// each other and with themselves where both are BodyId(). Each two once, the lower one first where a is b; in the
-  /// order of bodies and indices of the first, then of the second.
+  /// Finds all intersecting triangles of each pair of bodies. Where a is b, it finds intersections within the body.
+  /// If both are BodyId(), it compares all bodies with each other and with themselves.
+  ///
+  /// Each intersection is reported once; where a is b, with the lower triangle first. The order is that of bodies and
+  /// indices of the first triangle, then of the second.
   AnswerLists<TriangleIntersection> intersections(Span<const ProbeBodies> pairs);
-  /// The same for one pair, or the whole scene.
+  /// Finds the intersections of one pair, or of the whole scene.
   Span<const TriangleIntersection> intersections(const ProbeBodies& pair = {});
-  /// Whether there is one, of the whole scene unless told otherwise. Stops at the first that is found.
+  /// Returns whether an intersection exists, by default in the whole scene. Stops at the first one.
   bool has_intersections(const ProbeBodies& pair = {});
 
-  /// For each change of a mesh that might be made what its new triangles would intersect, as intersections() decides:
-  /// all triangles that would stay, of all bodies, and each other; none where the mesh would be as free of
-  /// intersections as it is. Changes are judged one by one, with the scene as it is. In the order of the added
-  /// triangles, then of the others' bodies and indices, those of the same change last. New vertices are where the scene
-  /// would have them, see Positions; a triangle with a vertex of the body that is not finite is left out. Throws
-  /// InvalidInput naming the change, and what of it is out of range, or not finite; when the body has no positions.
-  /// Each two triangles that a change would add are compared: thousands are better asked about by another scene.
+  /// Finds, for each possible change of a mesh, the triangles that its new triangles would intersect, as defined by
+  /// intersections(). New triangles are compared with all remaining triangles of all bodies, and with each other. An
+  /// empty list means that the change adds no intersection. Each change is judged alone, with the scene as it is.
+  ///
+  /// Results are in the order of the added triangles, then of the other triangles' bodies and indices; triangles of the
+  /// same change come last. New vertices are rounded as the scene rounds positions, see Positions. Triangles with a
+  /// vertex of the body that is not finite are left out.
+  ///
+  /// Each pair of triangles that a change adds is compared: for thousands of them, use another scene. Throws
+  /// InvalidInput, naming the change, when an index is out of range, a coordinate is not finite, or the body has no
+  /// positions.
   AnswerLists<ChangeIntersection> intersections_after(Span<const ProbeChange> changes);
-  /// The same for one change.
+  /// Finds the intersections that one change would add.
   Span<const ChangeIntersection> intersections_after(const ProbeChange& change);
 
-  /// Throws as the constructor does, and Error when the scene is gone.
+  /// Sets the options. Throws the exceptions of the constructor, and Error when the scene is gone.
   void set_options(const ProbeOptions& options);
-  /// What was set last.
+  /// Returns the options that were set last.
   const ProbeOptions& options() const;
-  /// Asked by every call from the next one on; none leaves nobody out. It must not call the scene or its queries and
-  /// probes.
+  /// Sets the filter that every later call asks; an empty filter excludes no body. It must not call the scene or its
+  /// queries and probes.
   void set_body_filter(BodyFilter filter);
 
  private:

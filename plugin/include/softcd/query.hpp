@@ -22,86 +22,90 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// One line of explain().
 struct StageReport {
-  std::string stage;   ///< a stage, or another part of a detection, in words
-  bool ran = false;    ///< in the last detection
+  std::string stage;   ///< the stage, or another part of a detection, in words
+  bool ran = false;    ///< whether the last detection ran it
   std::string reason;  ///< why it ran or did not
 };
 
-/// Which end of the step a discrete detection looks at.
+/// The end of the step that a discrete detection uses.
 enum class StepEnd : std::uint32_t { t1, t0 };
 
-/// What is looked for.
+/// The options of a query.
 struct QueryOptions {
-  Detection detection = Detection::dcd;        ///< positions at an end of the step, or the way between both
-  Accuracy accuracy = Accuracy::automatic;     ///< what is promised of the contacts
+  Detection detection = Detection::dcd;        ///< positions at one end of the step, or the path between both
+  Accuracy accuracy = Accuracy::automatic;     ///< the guarantees for the contacts
   BroadPhase broad_phase = BroadPhase::exact;  ///< changes the number of tests, not the contacts
-  /// Off: no triangle is split, large ones are registered in every cell of their own volume. Changes the number of
-  /// tests only, not the contacts.
+  /// If false, no triangle is split; large ones are registered in every cell of their own volume. Changes only the
+  /// number of tests, not the contacts.
   bool subdivision = true;
-  /// Cell size of `exact` in units of the triangles' clipped mean bounding radius: useful 1.2 to 2.4, allowed 0.1 to
-  /// 100. 0 chooses 1.8, and more where triangles move many cells or have large margins; on the CPU it also leaves out
-  /// the grid where that has up to 4096 triangles of much the same size.
+  /// Cell size of `exact` in units of the triangles' clipped mean bounding radius. Useful from 1.2 to 2.4, allowed from
+  /// 0.1 to 100. 0 chooses 1.8, or more where triangles move many cells or have large margins. On the CPU, 0 also
+  /// replaces the grid by a sweep where it would have up to 4096 triangles of similar size.
   float lambda = 0.0F;
-  /// Discrete detection only: a vertex's margin against triangles of other bodies grows by this many times the distance
-  /// that it moves from t0 to t1 (Bullet's classic soft bodies use 2). At least 0; 0 with StepEnd::t0.
+  /// Discrete detection only: enlarges a vertex's margin against triangles of other bodies by this many times its
+  /// distance from t0 to t1 (Bullet's classic soft bodies use 2). At least 0; must be 0 with StepEnd::t0.
   float motion_margin = 0.0F;
-  ContactRule contact_rule = ContactRule::distance;  ///< of vertices with triangles
-  /// Discrete detection only.
+  ContactRule contact_rule = ContactRule::distance;  ///< for vertices with triangles
+  /// Discrete detection only: the end of the step whose positions are compared.
   StepEnd step_end = StepEnd::t1;
-  /// Off: every body's margin counts as 0.
+  /// If false, every body's margin counts as 0.
   bool margins = true;
-  /// Off: BodySettings::neighbour_rings counts as 1 and rest_distance as 0, for who asks what is through each other.
+  /// If false, ignores BodySettings::neighbour_rings and rest_distance, so that the query reports every
+  /// self-intersection.
   bool neighbour_filters = true;
-  /// A kind of feature pairs is tested between two bodies that both want it, where the query does too.
+  /// The kinds of feature pairs to test. Two bodies are tested for a kind when both bodies and the query want it.
   Features features = {true, true};
-  /// Without memory_limit: pairs of triangles near each other are found once for several detections of the scene's
-  /// queries, as long as all triangles stay where those were looked for. Takes memory for these pairs, once that has
-  /// turned out to pay, and on CUDA has the host wait once more then. Changes no contacts.
+  /// If true, and without memory_limit, near pairs of triangles are found once and serve several detections of the
+  /// scene's queries, until a triangle leaves its enlarged volume. Changes no contacts. Needs memory for these pairs
+  /// once reuse has proved worthwhile. On CUDA, the host then waits once more.
   bool reuse_pairs = true;
-  /// Contacts stay in the memory of the scene's CUDA device, where Ticket::wait_on_device() tells of them; for scenes
+  /// If true, contacts stay in the memory of the scene's CUDA device; see Ticket::wait_on_device(). Only for scenes
   /// with Backend::cuda.
   bool contacts_on_device = false;
 };
 
-/// Whether all members are equal.
+/// Returns whether all members are equal.
 SOFTCD_EXPORT bool operator==(const QueryOptions& a, const QueryOptions& b);
 inline bool operator!=(const QueryOptions& a, const QueryOptions& b) {
   return !(a == b);
 }  ///< see ==
 
-/// Which pairs of bodies a detection compares, of those that groups, masks, boxes, lists of pairs and the filter leave.
+/// The pairs of bodies that a detection compares, of those that groups, masks, boxes, lists of pairs and the filter
+/// admit.
 enum class Pairs : std::uint32_t {
   all,
-  /// Those of which a body was added or updated, or given positions or settings, since the query's last detection.
+  /// Pairs with a body that was added or updated, or given positions or settings, since the query's last detection.
   changed,
 };
 
-/// Called for pairs of bodies that pass groups, masks, bounding boxes and lists of pairs, and, with a == b, for bodies
-/// that collide with themselves; false leaves the pair out of this detection. Called on the thread that starts the
-/// detection, a <= b.
+/// Decides which pairs of bodies a detection compares; false excludes the pair. Called on the thread that starts the
+/// detection, with a <= b, for pairs that pass groups, masks, bounding boxes and lists of pairs. Called with a == b for
+/// bodies that collide with themselves.
 using PairFilter = std::function<bool(BodyId a, BodyId b)>;
 
 /// Contacts in a CUDA device's memory, as Ticket::wait() would return them.
 struct DeviceContacts {
-  const Contact* data = nullptr;  ///< on that device; valid as long as those of Ticket::wait()
-  std::uint64_t count = 0;        ///< how many there are
+  const Contact* data = nullptr;  ///< on that device; valid as long as the result of Ticket::wait()
+  std::uint64_t count = 0;        ///< the number of contacts
   std::int32_t device = 0;        ///< as cudaGetDeviceCount counts them
-  /// On that device, 2 * body_ids + 1 values: contacts [body_begin[k * body_ids + id], body_begin[k * body_ids + id +
-  /// 1]) are those of kind k, 0 for vertex-triangle and 1 for edge-edge, whose body_a has this id. Null where no bodies
+  /// On that device, 2 * body_ids + 1 values. Contacts [body_begin[k * body_ids + id], body_begin[k * body_ids + id +
+  /// 1]) are those of kind k whose body_a has this id; kind 0 is vertex-triangle, 1 is edge-edge. Null where no bodies
   /// were compared. Valid as long as `data`.
   const std::uint64_t* body_begin = nullptr;
-  std::uint32_t body_ids = 0;  ///< all bodies' ids are less
+  std::uint32_t body_ids = 0;  ///< all bodies' ids are below this
 };
 
-/// Contacts in a CUDA device's memory of a detection that may still run, for work that is enqueued on that device.
+/// Contacts in a CUDA device's memory, of a detection that may still run. For work that the caller enqueues on that
+/// device.
 struct PendingContacts {
   const Contact* data = nullptr;  ///< on the device, as DeviceContacts has them, once `ready` has happened
-  std::uint64_t capacity = 0;     ///< how many there is room for
-  /// On the device: how many there are, and whether that is all. Null where no bodies are compared: there are none.
+  std::uint64_t capacity = 0;     ///< the number of contacts that fit
+  /// On the device: the number of contacts, and whether all are stored. Null where no bodies are compared: there are no
+  /// contacts.
   const ContactCounts* counts = nullptr;
   const std::uint64_t* body_begin = nullptr;  ///< see DeviceContacts
   std::uint32_t body_ids = 0;                 ///< see DeviceContacts
-  void* ready = nullptr;                      ///< a cudaEvent_t after which all of it is there
+  void* ready = nullptr;                      ///< a cudaEvent_t after which all results are there
   std::int32_t device = 0;                    ///< as cudaGetDeviceCount counts them
 };
 
@@ -112,17 +116,24 @@ class SOFTCD_EXPORT Ticket {
   Ticket& operator=(Ticket&&) noexcept;
   ~Ticket();
 
-  /// All contacts, sorted by (kind, body_a, feature_a, body_b, feature_b), each once, once. Valid until the query's
-  /// next detection is started, or its options are set, or it is destroyed. Throws Error when it was called before,
-  /// when the query has started another detection or is gone, or when the scene's options were set, or when contacts
-  /// are on the device; else what has gone wrong in the detection.
+  /// Waits for the detection and returns all contacts, each once, sorted by (kind, body_a, feature_a, body_b,
+  /// feature_b). They stay valid until the query starts its next detection, its options are set, or it is destroyed.
+  /// Callable once.
+  ///
+  /// Throws the error of a detection that failed. Throws Error in these cases:
+  /// - it was called before;
+  /// - the query is gone, or has started another detection;
+  /// - the scene's options were set;
+  /// - the contacts are on the device.
   Span<const Contact> wait();
-  /// The same for a query with contacts_on_device. They are there, completely, when the call returns.
+  /// Waits for the detection of a query with contacts_on_device. All contacts are on the device when it returns.
   DeviceContacts wait_on_device();
-  /// For a query with contacts_on_device: where they will be, without waiting for them. A stream that waits for `ready`
-  /// may read them; nothing else tells whether they are complete than their counts, there or after wait_on_device(),
-  /// which repeats a detection where they are not: positions on the device have to stay as they are for that. Valid as
-  /// long as what wait_on_device() returns. Throws as that does.
+  /// Returns where the contacts of a query with contacts_on_device will be, without waiting for them. A stream that
+  /// waits for `ready` may read them.
+  ///
+  /// Only `counts` says whether the contacts are complete, either on the device or after wait_on_device(). Where they
+  /// are not, wait_on_device() repeats the detection; positions on the device must not change until then. Valid as long
+  /// as the result of wait_on_device(). Throws its exceptions.
   PendingContacts on_device();
 
  private:
@@ -133,54 +144,58 @@ class SOFTCD_EXPORT Ticket {
   std::uint64_t number_;
 };
 
-/// Finds contacts between the bodies of a scene. The same input gives the same bytes, whatever the number of threads or
-/// backend, and however often it is detected. The detections of one scene run one after another. A query that was moved
-/// from throws Error from every function until another one is assigned to it.
+/// Finds contacts between the bodies of a scene. The same input gives the same bytes, whatever the number of threads,
+/// the backend or the number of repetitions. The detections of one scene run one after another. A query that was moved
+/// from throws Error from every function until another query is assigned to it.
 class SOFTCD_EXPORT Query {
  public:
-  /// Throws InvalidInput when an option is out of range.
+  /// Makes a query on the scene. Throws InvalidInput when an option is out of range.
   explicit Query(Scene& scene, const QueryOptions& options = {});
-  /// A detection that still runs is ended.
+  /// Ends a detection that still runs.
   ~Query();
   Query(Query&&) noexcept;
   Query& operator=(Query&&) noexcept;
 
-  /// Reads positions that were set and starts a detection. A body without positions is left out, and so is a triangle
-  /// with a vertex that is not finite, which statistics() counts; warnings name both, and a continuous detection for
-  /// which no body was given both ends of a step. Contacts of the query's detection before are gone. Throws Error when
-  /// the scene is gone.
+  /// Reads positions that were set, and starts a detection. The contacts of the query's previous detection are dropped.
+  /// Throws Error when the scene is gone.
+  ///
+  /// Bodies without positions are left out. So are triangles with a vertex that is not finite; statistics() counts
+  /// them. Warnings name both. A warning is also logged when a continuous detection has no body with positions at both
+  /// ends of the step.
   [[nodiscard]] Ticket start(Pairs pairs = Pairs::all);
-  /// start() and Ticket::wait() in one.
+  /// Calls start() and Ticket::wait().
   Span<const Contact> detect(Pairs pairs = Pairs::all);
-  /// start() and Ticket::wait_on_device() in one.
+  /// Calls start() and Ticket::wait_on_device().
   DeviceContacts detect_on_device(Pairs pairs = Pairs::all);
 
-  /// A detection of the query that runs is ended, and its contacts are lost. Throws as the constructor does, and Error
-  /// when the scene is gone.
+  /// Sets the options. Ends a running detection of the query and drops its contacts. Throws the exceptions of the
+  /// constructor, and Error when the scene is gone.
   void set_options(const QueryOptions& options);
-  /// What was set last.
+  /// Returns the options that were set last.
   const QueryOptions& options() const;
-  /// Asked by every detection from the next one on; none lets all pairs through. It must not call the scene or its
-  /// queries.
+  /// Sets the filter that every later detection asks; an empty filter admits all pairs. It must not call the scene or
+  /// its queries.
   void set_pair_filter(PairFilter filter);
-  /// From the next detection on no other pairs are compared than these; an empty list, as at first, excludes none.
-  /// Pairs of bodies that are not in the scene are nothing to compare.
+  /// Restricts later detections to these pairs; an empty list, the default, restricts nothing. Pairs of bodies that are
+  /// not in the scene are ignored.
   void set_only_pairs(Span<const BodyPair> pairs);
 
-  /// What holds the contacts that were returned last, or told of by Ticket::on_device() last, unless the detection is
-  /// repeated: they stay valid until what is returned and its copies are gone, whatever becomes of the query and its
-  /// scene. Detections use other memory meanwhile. Throws Error when those contacts are not valid any more. Giving it
-  /// back counts as using the scene: one thread at a time.
+  /// Returns an object that keeps contacts valid, whatever happens to the query and its scene, until it and all its
+  /// copies are destroyed. It keeps the contacts that were returned last, or announced last by Ticket::on_device()
+  /// unless that detection is repeated. Later detections use other memory.
+  ///
+  /// Throws Error when those contacts are no longer valid. Destroying the object counts as a use of the scene: one
+  /// thread at a time.
   std::shared_ptr<const void> hold_contacts();
 
-  /// Where the scene has a communicator: the contacts that all ranks' last detections found, in order, which all of
-  /// them ask for together; else those that were returned last. Throws Error when those are not valid any more, or on
-  /// the device.
+  /// Returns the contacts of all ranks' last detections, in order, where the scene has a communicator; all ranks must
+  /// call it together. Otherwise returns the contacts that were returned last. Throws Error when those are no longer
+  /// valid, or are on the device.
   std::vector<Contact> gather_contacts();
 
-  /// Of the last detection that was waited for, and of this rank's part of it.
+  /// Returns the statistics of the last detection that was waited for, and of this rank's part of it.
   const Statistics& statistics() const;
-  /// Which stages that detection ran or left out, and why.
+  /// Returns which stages that detection ran or skipped, and why.
   std::vector<StageReport> explain() const;
 
  private:

@@ -13,7 +13,8 @@ struct MovingBox {
   EndVolumes::Axis bounds[3];
 };
 
-/// A box that holds, at one end of the step at least, a point of the cell from 0 to `size` shifted by `corner`.
+/// Returns a box that contains, at one end of the step at least, a point of the cell from 0 to `size` shifted by
+/// `corner`.
 MovingBox random_box(Random& random, double corner, double size) {
   MovingBox box{};
   for (EndVolumes::Axis& axis : box.bounds) {
@@ -29,7 +30,7 @@ MovingBox random_box(Random& random, double corner, double size) {
   return box;
 }
 
-/// Whether one is more than `gap` beyond the other at both ends along x, y or z.
+/// Returns whether one is more than `gap` beyond the other along x, y or z at both ends.
 bool are_apart(const MovingBox& a, const MovingBox& b, float gap) {
   for (int i = 0; i < 3; ++i) {
     const EndVolumes::Axis on_a = a.bounds[i];
@@ -86,7 +87,7 @@ TEST(BoxedEntries, are_never_apart_where_their_boxes_are_not_however_far_and_lar
   EXPECT_GT(apart, 5000);
 }
 
-/// The volume of a triangle of which some corner is in the cell at `corner`, some far away.
+/// Returns the volume of a triangle with some corners in the cell at `corner` and some far away.
 Kdop18 random_volume(Random& random, double corner) {
   const double extent = random.chance(0.1) ? 100.0 : 1.5;
   const Vec3d first = Vec3d{corner, corner, corner} + Vec3d{random.unit(), random.unit(), random.unit()};
@@ -103,7 +104,7 @@ BoxedEntry at_rest(const Kdop18& volume, std::uint32_t index) {
   return boxed<false>(bounds, index, 1.0F, kEntry);
 }
 
-/// Whether one is more than `gap` beyond the other along one of `axes`.
+/// Returns whether one is more than `gap` beyond the other along one of `axes`.
 bool are_apart(const Kdop18& a, const Kdop18& b, int axes, float gap) {
   bool is_apart = false;
   for (int i = 0; i < axes; ++i) is_apart |= a.hi[i] + gap < b.lo[i] || b.hi[i] + gap < a.lo[i];

@@ -15,7 +15,7 @@
 namespace softcd::test {
 namespace {
 
-/// By (z, y, x), the order that "lower" means.
+/// A cell by (z, y, x), the order in which neighbours are "lower".
 using CellKey = std::tuple<int, int, int>;
 CellKey key_of(Cell c) {
   return {c.z, c.y, c.x};
@@ -96,8 +96,8 @@ TEST(ControlBits, mask_from_rows_is_the_mask_by_search) {
   }
 }
 
-/// Shared cells in which a pair of integer DOPs is tested, with the masks that RegisterTriangle computes; no
-/// containers, so that a million pairs take seconds.
+/// Returns the shared cells in which a pair of integer DOPs is tested, with the masks that RegisterTriangle computes.
+/// It uses no containers, so that a million pairs take seconds.
 Meetings meet(const IntegerDop& a, const IntegerDop& b) {
   Meetings meetings;
   for_each_cell(a, [&](Cell c) {
@@ -126,7 +126,7 @@ TEST(ControlBits, a_million_pairs_of_whole_triangles_are_tested_once) {
   }
 }
 
-/// Cells along a random walk: a set that is far from convex.
+/// Returns the cells along a random walk: a set that is far from convex.
 MaskedCells random_walk(Random& random, int steps) {
   MaskedCells cells;
   Cell c{static_cast<int>(random.below(3)), static_cast<int>(random.below(3)), static_cast<int>(random.below(3))};
@@ -143,9 +143,9 @@ MaskedCells random_walk(Random& random, int steps) {
   return cells;
 }
 
-// The sets of split triangles are unions of integer DOPs and need not be convex. No pair is skipped in all its cells,
-// and it is tested once where one of the two sets fits into 2 x 2 x 2 cells; else it may be tested again, hence the
-// flags.
+// The sets of split triangles are unions of integer DOPs and need not be convex. A pair is never skipped in all its
+// cells. It is tested once where one of the two sets fits into 2 x 2 x 2 cells. Otherwise it may be tested again, which
+// is why such pairs are flagged.
 TEST(ControlBits, pairs_of_any_sets_are_never_skipped) {
   Random random(3);
   int repeated = 0;

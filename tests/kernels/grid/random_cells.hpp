@@ -21,7 +21,8 @@ inline bool is_member(const IntegerDop& dop, Cell c) {
   return true;
 }
 
-/// Holds at least its seed cell, extends at most `extent` from the origin, and its intervals need not be tight.
+/// Returns an integer DOP that contains at least its seed cell and extends at most `extent` from the origin. Its
+/// intervals need not be tight.
 inline IntegerDop random_integer_dop(Random& random, int extent) {
   const auto coordinate = [&] {
     return static_cast<int>(random.below(2U * static_cast<unsigned>(extent) + 1U)) - extent;

@@ -56,7 +56,7 @@ TEST(IntegerDop, span_is_the_longest_side) {
   EXPECT_EQ(dop.span(), 5);
 }
 
-/// The cell of a real point, by the monotone rule that the detector uses on coordinates.
+/// Returns the cell of a real point, by the monotone rule that the detector uses for coordinates.
 Cell cell_of_real(const long double (&p)[3], float inverse_size) {
   int cell[3];
   for (int axis = 0; axis < 3; ++axis) {

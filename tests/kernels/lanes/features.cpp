@@ -16,7 +16,7 @@
 namespace softcd::test {
 namespace {
 
-/// Where the vertices of a test lie.
+/// The positions of a test's vertices.
 enum class Input {
   grid,       ///< on few small integers: features that touch, share vertices, are degenerate
   near,       ///< anywhere near each other
@@ -26,8 +26,8 @@ enum class Input {
   awkward,    ///< on the grid, and now and then at the ends of the range
 };
 
-/// What a scene may have: triangles with vertices that are not finite, or beyond 1e37, are left out before. With NaN
-/// the generic functions are not the same either, when g++ 13 makes vectors of them.
+/// Returns a coordinate that a scene may have. Triangles with vertices that are not finite, or beyond 1e37, are left
+/// out earlier. With NaN, even the generic functions differ when g++ 13 vectorises them.
 float awkward(Random& random) {
   constexpr float kValues[] = {0.0F,    -0.0F,   FLT_TRUE_MIN, -FLT_TRUE_MIN, FLT_MIN, 1.0F + FLT_EPSILON,
                                1.0e37F, -1.0e37F};
@@ -73,7 +73,7 @@ float distance(Random& random, Input input) {
 }
 
 constexpr std::uint32_t kVertices = 60;
-/// 0 to as many candidates as are tested at once.
+/// From 0 to the number of candidates that are tested at once.
 constexpr std::uint32_t kCounts = cpu::kMostCandidates + 1;
 
 std::vector<Vec3f> random_positions(Random& random, Input input) {
@@ -102,7 +102,7 @@ template <ContactKind kKind, bool kSwept>
 void expect_the_generic_answer(Input input, const SceneView& settings, Tally& tally) {
   Random random(static_cast<std::uint64_t>(input));
   for (std::uint32_t round = 0; round < 4 * kCounts; ++round) {
-    // Nothing beyond the last vertex or the last candidate is there to be read.
+    // No memory beyond the last vertex or the last candidate may be read.
     const std::vector<Vec3f> x_t1 = random_positions(random, input);
     std::vector<Vec3f> x_t0 = x_t1;
     for (Vec3f& x : x_t0) {

@@ -15,7 +15,7 @@ namespace {
 using cpu::kMostPartners;
 constexpr std::uint32_t kMask = (1U << kMaskBits) - 1U;
 
-/// Bounds of few values, so that they touch, and now and then any of 15 bits; masks of few bits.
+/// Returns an entry with few different bounds, so that they touch, and now and then any 15 bits; masks have few bits.
 BoxedEntry random_entry(Random& random) {
   const std::uint32_t few_bits = static_cast<std::uint32_t>(random.bits() & random.bits() & random.bits()) & kMask;
   BoxedEntry entry{{},
@@ -41,7 +41,7 @@ void expect_the_generic_answer() {
   for (int round = 0; round < 60; ++round) {
     const BoxedEntry entry = random_entry(random);
     for (std::uint32_t count = 0; count <= kMostPartners; ++count) {
-      // Exactly as many as there are: that nothing beyond is read is for the sanitizers to see.
+      // Exactly as long as needed, so that sanitizers see any read beyond the end.
       std::vector<BoxedEntry> partners(count);
       for (BoxedEntry& partner : partners) partner = random_entry(random);
       const std::uint64_t bits = cpu::partners_to_test<kSwept>(entry, partners.data(), count);
@@ -61,13 +61,13 @@ TEST(PartnersInLanes, answer_as_one_by_one) {
   });
 }
 
-/// Entries that meet, but for what `part` it is given.
+/// Returns an entry that meets others, except in the tested part.
 BoxedEntry meeting_entry() {
   const std::uint32_t middle = 100U | (100U << 16);
   return {{middle, middle, middle}, 7, {middle | kTopBits, middle | kTopBits, middle | kTopBits}, 0};
 }
 
-// Each half of each bound, in either direction, and each bit of the mask, at every place of a register.
+// Tests each half of each bound, in either direction, and each bit of the mask, at every place of a register.
 TEST(PartnersInLanes, every_bound_and_every_bit_counts) {
   for_each_target([] {
     constexpr std::uint32_t kCount = 33;

@@ -8,12 +8,12 @@ namespace {
 using detail::first_touch;
 using detail::Motion;
 
-/// The point with these coordinates, in an order that begins with `axis`.
+/// Returns the point with these coordinates, in an order that begins with `axis`.
 Vec3d turned(int axis, double x, double y, double z) {
   return axis == 0 ? Vec3d{x, y, z} : axis == 1 ? Vec3d{z, x, y} : Vec3d{y, z, x};
 }
 
-/// One feature comes straight down by 1 onto the other's middle, from `height`, along `axis`.
+/// Returns a motion in which one feature comes straight down by 1 from `height` onto the other's middle, along `axis`.
 template <ContactKind kKind>
 Motion<double> falling_by_one(int axis, double height, double margin) {
   const double u = kKind == ContactKind::edge_edge ? -0.5 : 0.25;
@@ -23,7 +23,7 @@ Motion<double> falling_by_one(int axis, double height, double margin) {
   return {{turned(axis, height, u, v), b, c}, {turned(axis, height - 1, u, v), b, c}, margin, 0};
 }
 
-// The bound on the approach of features has nothing to spare here: they come nearer by exactly that.
+// The bound on the approach of features is tight here: they come nearer by exactly that distance.
 template <ContactKind kKind>
 void expect_that_hits_need_the_whole_step() {
   constexpr double kMargin = 0.01;

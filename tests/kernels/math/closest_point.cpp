@@ -23,7 +23,7 @@ ClosestPoints<T> closest_points(ContactKind kind, const Points& points) {
                                               : closest_points_edge_edge(p[0], p[1], p[2], p[3]);
 }
 
-/// How far a distance is from the exact one, in epsilons of the points' extent.
+/// Returns the error of a distance, in epsilons of the points' extent.
 template <class T>
 double error_of(ContactKind kind, const Points& points) {
   const double distance = static_cast<double>(closest_points<T>(kind, points).distance());
@@ -101,7 +101,7 @@ TEST(ClosestPoints, weights_and_offset_describe_the_same_points) {
   }
 }
 
-/// A vertex inside a flat triangle: its third corner is `height` away from the long edge, or from a corner.
+/// Returns a vertex inside a flat triangle whose third corner is `height` away from the long edge, or from a corner.
 Points flat_triangle(Random& random, double height) {
   const Vec3d f0 = random.in_box(1.0);
   const Vec3d f1 = random.in_box(1.0);
@@ -111,7 +111,7 @@ Points flat_triangle(Random& random, double height) {
   return {(1.0 - x - y) * f0 + x * f1 + y * f2, f0, f1, f2};
 }
 
-/// Two edges that cross inside, with directions that differ by `angle`.
+/// Returns two edges that cross inside, with directions that differ by `angle`.
 Points almost_parallel_edges(Random& random, double angle) {
   const Vec3d g0 = random.in_box(1.0);
   const Vec3d g1 = random.in_box(1.0);

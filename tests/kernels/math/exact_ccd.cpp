@@ -11,7 +11,7 @@
 namespace softcd::test {
 namespace {
 
-/// A vertex that falls from height 1 to -1 at (x, y), over the triangle (0, 0), (1, 0), (0, 1) at rest.
+/// Returns a vertex that falls from height 1 to -1 at (x, y), over the triangle (0, 0), (1, 0), (0, 1) at rest.
 Rows falling_at(double x, double y) {
   const Vec3d f0{0.0, 0.0, 0.0};
   const Vec3d f1{1.0, 0.0, 0.0};
@@ -57,7 +57,7 @@ TEST(ExactCcd, motion_in_one_plane) {
 }
 
 TEST(ExactCcd, collinear_motion) {
-  // All on the x axis: a point that runs after a segment.
+  // All on the x axis: a point that follows a segment.
   const auto on_axis = [](double v0, double a0, double b0, double v1, double a1, double b1) {
     return Rows{Vec3d{v0, 0, 0}, Vec3d{a0, 0, 0}, Vec3d{b0, 0, 0}, Vec3d{a0, 0, 0},
                 Vec3d{v1, 0, 0}, Vec3d{a1, 0, 0}, Vec3d{b1, 0, 0}, Vec3d{a1, 0, 0}};
@@ -118,7 +118,7 @@ TEST(ExactCcd, the_verdict_does_not_depend_on_the_order_of_the_corners) {
   }
 }
 
-/// Narrow, and around `time`.
+/// Expects a narrow bracket around `time`.
 void expect_at(const std::optional<TimeBracket>& bracket, double time) {
   ASSERT_TRUE(bracket);
   EXPECT_LE(bracket->lo, time);
@@ -165,7 +165,7 @@ TEST(ExactCcd, brackets_agree_with_verdicts_and_distances) {
   }
 }
 
-/// Verdicts for fractions do without the filter in floating point that those for doubles start with.
+/// Verdicts for fractions do not use the floating-point filter with which those for doubles start.
 TEST(ExactCcd, the_filter_agrees_with_rationals) {
   constexpr double kUnit = 0x1p-20;
   for (std::uint32_t family = 0; family < kFamilies; ++family) {
@@ -190,8 +190,8 @@ TEST(ExactCcd, the_filter_agrees_with_rationals) {
   }
 }
 
-/// A plain second opinion: sampled exact distances. It can only confirm that there is a contact, or that there is
-/// none anywhere near.
+/// A simple second opinion: sampled exact distances. It can only confirm a contact, or that there is none anywhere
+/// near.
 TEST(ExactCcd, agrees_with_sampled_distances) {
   Random random(17);
   for (const ContactKind kind : {ContactKind::vertex_triangle, ContactKind::edge_edge}) {

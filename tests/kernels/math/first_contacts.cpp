@@ -10,7 +10,7 @@
 #include "queries.hpp"
 #include "softcd/math/impact/impact.hpp"
 
-// Times of impact against brackets of the exact ones, on 100,000 queries.
+// Compares times of impact with brackets of the exact ones, on 100,000 queries.
 namespace softcd::test {
 namespace {
 
@@ -24,7 +24,7 @@ struct Tally {
   double latest = 0.0;
   double earliest = 0.0;
 
-  /// Prints the first query of each sort that is wrong in a way that counts.
+  /// Prints the first query of each kind of relevant error.
   template <class T>
   void add(const Query& query, const std::optional<TimeBracket>& truth, const Impact<T>& impact) {
     if (impact.state == ImpactState::separated) {

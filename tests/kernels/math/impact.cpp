@@ -60,7 +60,7 @@ class Impacts : public ::testing::TestWithParam<std::uint32_t> {
   Family family() const { return static_cast<Family>(GetParam()); }
 };
 
-/// Float coordinates in double: the case that `precise` is for.
+/// Float coordinates in double are the case for which `precise` is made.
 TEST_P(Impacts, precise_misses_nothing_on_float_coordinates) {
   for (const ContactKind kind : kKinds) {
     const Tally tally = compare_with_exact<double>(kind, family(), true, kCount);
@@ -90,7 +90,7 @@ TEST_P(Impacts, fast_misses_nothing_on_float_coordinates) {
   }
 }
 
-/// Powers of two, so that verdicts stay: 1e-6, 1e6, and beyond the range of float's products.
+/// Powers of two keep the verdicts: 1e-6, 1e6, and beyond the range of float's products.
 TEST_P(Impacts, nothing_is_missed_at_other_scales) {
   for (const ContactKind kind : kKinds) {
     for (const double factor : {0x1p-20, 0x1p+20}) {
@@ -102,7 +102,7 @@ TEST_P(Impacts, nothing_is_missed_at_other_scales) {
   }
 }
 
-/// The figures that a hit carries agree with exact distances of the positions at its time.
+/// The figures of a hit agree with exact distances of the positions at its time.
 TEST_P(Impacts, a_hit_describes_its_contact) {
   for (const ContactKind kind : kKinds) {
     Random random(GetParam() + 1);
@@ -138,7 +138,7 @@ TEST_P(Impacts, time_is_the_first_contact) {
       const Query query = make_query(random, kind, family(), true);
       const Impact<double> impact = impact_of<double>(query, 0.0);
       if (impact.state == ImpactState::separated || impact.time == 0.0) continue;
-      // A step shortened to end before the impact, up to the rounding of its end points.
+      // A step that ends just before the impact, up to the rounding of its end points.
       Query shortened = query;
       const std::array<Vec3d, 4> before = rows_at(query.rows, impact.time * (1.0 - 1e-9));
       std::copy(before.begin(), before.end(), shortened.rows.begin() + 4);
@@ -151,7 +151,7 @@ TEST_P(Impacts, time_is_the_first_contact) {
   std::printf("%d impacts checked\n", checked);
 }
 
-/// Whatever touches in exact arithmetic is hit, and what is hit comes within the margin.
+/// All features that touch in exact arithmetic are hits, and all hits come within the margin.
 TEST_P(Impacts, an_approach_misses_nothing) {
   for (const ContactKind kind : kKinds) {
     Random random(GetParam() * 101 + 13);
@@ -188,7 +188,7 @@ long double distance_at(const Query& query, double t) {
                                                     : distance_edge_edge(p[0], p[1], p[2], p[3]);
 }
 
-/// Sampled: no earlier time is within the margin.
+/// No earlier sampled time is within the margin.
 TEST_P(Impacts, an_approach_is_never_late) {
   constexpr int kSamples = 24;
   int before = 0;
@@ -210,7 +210,8 @@ TEST_P(Impacts, an_approach_is_never_late) {
   EXPECT_GT(before, kCount);
 }
 
-/// At the margin, past the corner of a triangle that it is coplanar with only when it is closest.
+/// A vertex comes within the margin as it passes the corner of a triangle, and is coplanar with the triangle only when
+/// it is closest.
 TEST(Approach, finds_what_passes_by_within_the_margin) {
   const Query past_corner = {ContactKind::vertex_triangle,
                              {Vec3d{0.0, 1.0, 0.05},
@@ -289,7 +290,7 @@ void expect_rejections_are_certain(Family family) {
   }
 }
 
-/// What is rejected in float before the narrow phase is apart in exact arithmetic.
+/// Features that are rejected in float before the narrow phase are apart in exact arithmetic.
 TEST_P(Impacts, cheap_rejections_are_certain) {
   expect_rejections_are_certain<ContactKind::vertex_triangle>(family());
   expect_rejections_are_certain<ContactKind::edge_edge>(family());
@@ -298,7 +299,7 @@ TEST_P(Impacts, cheap_rejections_are_certain) {
 INSTANTIATE_TEST_SUITE_P(Families, Impacts, ::testing::Range(0u, kFamilies),
                          [](const auto& suite) { return name_of(static_cast<Family>(suite.param)); });
 
-/// A vertex that falls from height 1 to -1 at (x, y), over the triangle (0, 0), (1, 0), (0, 1) at rest.
+/// Returns a vertex that falls from height 1 to -1 at (x, y), over the triangle (0, 0), (1, 0), (0, 1) at rest.
 Query falling_at(double x, double y) {
   const Vec3d f0{0.0, 0.0, 0.0};
   const Vec3d f1{1.0, 0.0, 0.0};
@@ -378,7 +379,7 @@ TEST(Impact, a_turning_edge_that_touches_and_leaves) {
   EXPECT_EQ(impact_of<float>(turning(1e-3), 0.0F).state, ImpactState::separated);
 }
 
-/// Nothing that is finite gives NaN, a weight outside [0, 1] or a normal that is not one.
+/// Finite input never gives NaN, a weight outside [0, 1] or a normal that is not one.
 template <class T>
 void expect_sane(double lowest_exponent, double highest_exponent) {
   Random random(5);

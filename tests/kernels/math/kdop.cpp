@@ -15,7 +15,7 @@ namespace {
 constexpr long double kNormals[kKdopAxes][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1},  {1, 1, 0}, {1, 0, 1},
                                                 {0, 1, 1}, {1, -1, 0}, {1, 0, -1}, {0, 1, -1}};
 
-/// Exact for float coordinates whose exponents differ by less than 40.
+/// Returns the projection, exact for float coordinates whose exponents differ by less than 40.
 long double projection(Vec3f p, int axis) {
   return kNormals[axis][0] * static_cast<long double>(p.x) + kNormals[axis][1] * static_cast<long double>(p.y) +
          kNormals[axis][2] * static_cast<long double>(p.z);
@@ -41,7 +41,7 @@ Kdop18 volume_of(const std::vector<Vec3f>& points) {
   return dop;
 }
 
-/// The smallest gap is negative where the intervals overlap.
+/// Returns the largest gap along an axis; negative where all intervals overlap.
 long double largest_gap(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b, long double radius) {
   long double gap = -INFINITY;
   for (int axis = 0; axis < kKdopAxes; ++axis) {
@@ -60,7 +60,7 @@ std::vector<Vec3f> random_triangle(Random& random, double offset, double size) {
   return corners;
 }
 
-/// b moved until its interval on a random axis begins where a's ends, give or take a few roundings.
+/// Moves b so that its interval on a random axis begins where a's ends, up to a few roundings.
 void bring_into_touch(const std::vector<Vec3f>& a, std::vector<Vec3f>& b, Random& random) {
   const int axis = static_cast<int>(random.below(kKdopAxes));
   const long double move = exact_interval(a, axis).high - exact_interval(b, axis).low;

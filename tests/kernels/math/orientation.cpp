@@ -8,7 +8,7 @@
 
 #include "random.hpp"
 
-// Signs of determinants against rational numbers.
+// Compares signs of determinants with rational numbers.
 namespace softcd::test {
 namespace {
 
@@ -29,7 +29,7 @@ Vec3f in_float(Vec3d p) {
   return vec3_cast<float>(p);
 }
 
-/// Four points of one kind after the other: anywhere, almost in a plane, on a grid, of very different sizes.
+/// Makes four points of each kind in turn: anywhere, almost in a plane, on a grid, of very different sizes.
 void make_points(Random& random, std::uint32_t kind, Vec3f (&x)[4]) {
   for (Vec3f& p : x) p = in_float(random.in_box(1.0));
   if (kind == 1) {

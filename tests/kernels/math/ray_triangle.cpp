@@ -10,7 +10,7 @@
 
 #include "random.hpp"
 
-// Rays and triangles against rational numbers.
+// Compares rays and triangles with rational numbers.
 namespace softcd::test {
 namespace {
 
@@ -37,7 +37,7 @@ struct ExactCrossing {
   Rational t;
 };
 
-/// Where the ray's line passes through the triangle; nowhere where it lies in a plane with it.
+/// Returns the point at which the ray's line passes through the triangle; none where the line is coplanar with it.
 ExactCrossing exact_crossing(const Ray& ray, const Corners& x) {
   const Vector origin = exact(ray.origin);
   const Vector direction = exact(ray.direction);
@@ -63,7 +63,7 @@ ExactCrossing exact_crossing(const Ray& ray, const Corners& x) {
   return crossing;
 }
 
-/// Compares, and returns whether the ray passes through. `size` is that of all coordinates.
+/// Compares, and returns whether the ray passes through. `size` is the size of all coordinates.
 bool compare(const Ray& ray, const Corners& x, double size) {
   ShearedRay sheared{};
   EXPECT_TRUE(shear(ray, {0, 0, 0}, sheared));

@@ -12,7 +12,7 @@
 #include "recorded_queries.hpp"
 #include "scene_geometry.hpp"
 
-// Queries that simulations met, with exact verdicts by others. Skipped where the data is not.
+// Queries of simulations with exact verdicts by other authors. Skipped where the data is missing.
 namespace softcd::test {
 namespace {
 
@@ -26,7 +26,7 @@ struct Tally {
   double nanoseconds = 0.0;
 };
 
-/// Verdicts against `collides`, and the time per query.
+/// Compares verdicts with `collides`, and measures the time of a query.
 template <class Decide>
 Tally judge_by(const Decide& decide, const std::vector<Query>& queries, const std::vector<bool>& collides) {
   Tally tally;

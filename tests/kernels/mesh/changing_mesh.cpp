@@ -31,7 +31,7 @@ bool same(const Triangle& a, const Triangle& b) {
   return std::equal(a.v, a.v + 3, b.v);
 }
 
-/// The indices of the edges that triangles have.
+/// Returns the indices of the edges that triangles have.
 std::map<Ends, std::uint32_t> edges_of(const Topology& mesh) {
   std::map<Ends, std::uint32_t> edges;
   for (std::uint32_t e = 0; e < mesh.edges.size(); ++e) {
@@ -41,7 +41,7 @@ std::map<Ends, std::uint32_t> edges_of(const Topology& mesh) {
   return edges;
 }
 
-/// But for the edges' order.
+/// Expects the wanted topology, except for the edges' order.
 void expect_topology_of(const Changed& wanted, const ChangingMesh& changing) {
   const Topology& mesh = changing.topology();
   const Topology expected = build_topology(wanted.triangles, wanted.vertex_count);
@@ -75,7 +75,7 @@ void expect_topology_of(const Changed& wanted, const ChangingMesh& changing) {
   EXPECT_EQ(changing.lists_neighbours(), corners_around <= 64 * wanted.triangles.size());
 }
 
-/// Vertices with triangles, and pairs of edges, each sorted.
+/// Pairs of a vertex and a triangle, and pairs of edges, each sorted.
 struct Listed {
   std::vector<std::uint64_t> vertex_triangle, edge_edge;
 
@@ -85,7 +85,7 @@ struct Listed {
   }
 };
 
-/// What each triangle has with its neighbours.
+/// Returns each triangle's features with its neighbours.
 std::vector<NeighbourFeatures> neighbours_of(const ChangingMesh& changing) {
   const Topology& topology = changing.topology();
   const MeshView mesh = view_of(topology);
@@ -105,7 +105,7 @@ Ends high_and_low(std::uint64_t features) {
   return {static_cast<std::uint32_t>(features >> 32), static_cast<std::uint32_t>(features)};
 }
 
-/// What is not stale of what a triangle had; nothing is stale where the triangle is not.
+/// Keeps those features of a triangle that are not stale; all of them if the triangle is not stale.
 void keep(const NeighbourFeatures& features, bool is_stale_triangle, const ChangingMesh& changing, Listed& kept) {
   for (const std::uint64_t pair : features.vertex_triangle) {
     const bool is_stale = changing.is_stale_pair(high_and_low(pair).first, high_and_low(pair).second);
@@ -119,7 +119,8 @@ void keep(const NeighbourFeatures& features, bool is_stale_triangle, const Chang
   }
 }
 
-/// What was listed before, without what is stale and with what relisted triangles have, is what there is now.
+/// Expects that the earlier features, without the stale ones and with those of relisted triangles, are the present
+/// ones.
 void expect_relisted(const std::vector<NeighbourFeatures>& before, const ChangingMesh& changing) {
   Listed found;
   for (std::uint32_t t = 0; t < before.size(); ++t) {
@@ -147,7 +148,7 @@ void expect_relisted(const std::vector<NeighbourFeatures>& before, const Changin
   EXPECT_EQ(found.edge_edge, expected.edge_edge);
 }
 
-/// Whatever is not named as changed is as it was.
+/// Expects everything that is not reported as changed to be unchanged.
 void expect_named(const Topology& before, const ChangingMesh& changing) {
   const Topology& now = changing.topology();
   const std::size_t most = std::max(before.triangles.size(), now.triangles.size());
@@ -165,7 +166,7 @@ void expect_named(const Topology& before, const ChangingMesh& changing) {
   }
 }
 
-/// From one change to the next.
+/// Expects remaining edges to keep their indices.
 void expect_edges_kept(const Topology& before, const Topology& now) {
   const std::map<Ends, std::uint32_t> edges_now = edges_of(now);
   for (const auto& [ends, e] : edges_of(before)) {
@@ -174,7 +175,7 @@ void expect_edges_kept(const Topology& before, const Topology& now) {
   }
 }
 
-/// Makes a mesh another one; returns which triangles are others.
+/// Changes a mesh, and returns the changed triangles.
 class Changer {
  public:
   explicit Changer(std::uint64_t seed) : random_(seed) {}
@@ -260,7 +261,7 @@ TEST(ChangingMesh, is_what_it_would_be_anew_but_for_the_order_of_edges) {
   }
 }
 
-// Triangles that are not said to have changed are not read.
+// Triangles that are not reported as changed are not read.
 TEST(ChangingMesh, reads_what_has_changed) {
   Changed now = changed_of(grid_cloth(5, 5, 1.0));
   ChangingMesh changing(build_topology(now.triangles, now.vertex_count));
@@ -271,7 +272,7 @@ TEST(ChangingMesh, reads_what_has_changed) {
   expect_topology_of(now, changing);
 }
 
-// What lies far from a change is not touched.
+// Elements far from a change are not accessed.
 TEST(ChangingMesh, costs_what_has_changed) {
   Changed now = changed_of(grid_cloth(100, 100, 1.0));
   ChangingMesh changing(build_topology(now.triangles, now.vertex_count));

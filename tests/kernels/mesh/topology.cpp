@@ -43,7 +43,7 @@ std::vector<Mesh> meshes() {
           tangled_soup(2)};
 }
 
-/// Every side of every triangle in `wanted`, by the plainest means.
+/// Returns every side of every triangle in `wanted`, in the simplest way.
 std::map<Ends, std::uint32_t> sides_of(const std::vector<Triangle>& triangles,
                                        const std::vector<std::uint8_t>& left_out) {
   std::map<Ends, std::uint32_t> sides;
@@ -165,7 +165,7 @@ bool share_vertex(const Topology& topology, std::uint32_t a, std::uint32_t b) {
                      [&](std::uint32_t vertex) { return std::find(v, v + 3, vertex) != v + 3; });
 }
 
-/// Owners of the vertices, then of the edges; kNoIndex where nobody owns one.
+/// Returns the owners of the vertices, or of the edges; kNoIndex where a feature has none.
 std::vector<std::uint32_t> owners(const Topology& topology, const std::vector<Ownership>& ownership, bool of_edges) {
   std::vector<std::uint32_t> owner(of_edges ? topology.edges.size() : topology.vertex_count, kNoIndex);
   for (std::uint32_t t = 0; t < ownership.size(); ++t) {
@@ -177,7 +177,7 @@ std::vector<std::uint32_t> owners(const Topology& topology, const std::vector<Ow
   return owner;
 }
 
-/// By trying every vertex with every triangle, and every edge with every other one.
+/// Finds them by comparing every vertex with every triangle, and every edge with every other one.
 NeighbourFeatures neighbours_by_trial(const Topology& topology, const std::vector<Ownership>& ownership) {
   NeighbourFeatures out;
   const std::vector<std::uint32_t> vertex_owner = owners(topology, ownership, false);
@@ -214,7 +214,7 @@ TEST(Neighbours, everything_at_triangles_that_share_a_vertex_is_listed_once) {
         if (left_out[t] != 0) ownership[t] = static_cast<Ownership>(kLeftOut);
       }
       NeighbourFeatures features = neighbour_features(view_of(topology), ownership);
-      if (!features.are_listed) continue;  // of the tangles, whose triangles meet in few vertices
+      if (!features.are_listed) continue;  // no lists of tangles, as their triangles meet in few vertices
       std::sort(features.vertex_triangle.begin(), features.vertex_triangle.end());
       std::sort(features.edge_edge.begin(), features.edge_edge.end());
       const NeighbourFeatures expected = neighbours_by_trial(topology, ownership);

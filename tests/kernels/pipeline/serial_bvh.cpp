@@ -12,7 +12,7 @@
 namespace softcd::test {
 namespace {
 
-/// Triangles of their own vertices, which can be moved.
+/// Triangles with vertices of their own, which can be moved.
 struct Pieces {
   std::vector<Vec3f> x;
   std::vector<Triangle> triangles;
@@ -23,7 +23,7 @@ struct Pieces {
     for (std::uint32_t t = 0; t < count; ++t) triangles.push_back({{3 * t, 3 * t + 1, 3 * t + 2}});
   }
 
-  /// Small triangles anywhere in a box.
+  /// Makes small triangles anywhere in a box.
   void scatter(std::uint64_t seed, double size) {
     Random random(seed);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -38,7 +38,7 @@ struct Pieces {
     return {x.data(), triangles.data(), ownership.data(), bodies.data(), std::uint32_t(triangles.size()), bounds};
   }
 
-  /// Whether the hierarchy finds the same first hits as a test of all triangles.
+  /// Expects the hierarchy to find the same first hits as a test of all triangles.
   void expect_hits(const SerialBvh& bvh, double size) const {
     ProbedBody body{};
     body.is_asked = true;

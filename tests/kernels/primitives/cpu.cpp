@@ -26,11 +26,11 @@ struct Cpu {
   }
 };
 
-/// Lacks one primitive.
+/// A backend that lacks one primitive.
 struct WithoutScan : CpuBackend {
   void exclusive_scan() = delete;
 };
-/// Counts that are not what a detection reads.
+/// A backend with counts of another type than a detection reads.
 struct OfOtherCounts : CpuBackend {
   int finish();
 };

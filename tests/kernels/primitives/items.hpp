@@ -18,7 +18,7 @@ struct PushUnits {
   }
 };
 
-/// The same into room that is taken at once.
+/// Puts units at places that are reserved together.
 struct PutUnits {
   template <class Units>
   SOFTCD_HD void operator()(std::uint32_t i, Units& units) const {
@@ -52,7 +52,7 @@ struct PartsOfItems {
   }
 };
 
-/// Searches of up to hundreds of steps, of which a third are done when they begin.
+/// Searches of up to hundreds of steps, of which a third are done at once.
 struct CountSteps {
   struct Search {
     std::uint32_t item;

@@ -6,7 +6,7 @@
 #include "softcd/core/contact.hpp"
 #include "softcd/pipeline/workspace.hpp"
 
-// Memory, what runs once, and a detection's way to the host.
+// Primitives for memory, single calls, and results for the host.
 namespace softcd::test {
 
 struct SumAndSearch {
@@ -66,7 +66,7 @@ TYPED_TEST_P(MemoryPrimitives, teams_give_every_member_the_same_answers) {
   }
 }
 
-// Twice as it is, then, where a backend records what it repeats, replayed.
+// Twice unchanged, then, if a backend records repeated work, replayed.
 TYPED_TEST_P(MemoryPrimitives, what_is_launched_comes_back_to_the_host) {
   for (const std::uint32_t size : kSizes) {
     std::vector<Contact> expected(size);
@@ -99,7 +99,7 @@ TYPED_TEST_P(MemoryPrimitives, what_is_launched_comes_back_to_the_host) {
   }
 }
 
-// Of a host array that changes, and grows.
+// A host array changes, and grows.
 TYPED_TEST_P(MemoryPrimitives, mirrors_follow_the_ranges_that_they_are_told_of) {
   std::vector<std::uint32_t> values = {1, 2, 3, 4};
   typename TypeParam::Backend::template Mirror<std::uint32_t> mirror;
@@ -119,7 +119,7 @@ TYPED_TEST_P(MemoryPrimitives, mirrors_follow_the_ranges_that_they_are_told_of) 
   follow({});
 }
 
-// Once it is written, and again, of another length.
+// A buffer is written once, and again with another length.
 TYPED_TEST_P(MemoryPrimitives, the_host_reads_buffers) {
   typename TypeParam::Backend::template Readback<Contact> readback;
   for (const std::uint32_t size : kSizes) {

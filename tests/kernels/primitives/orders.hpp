@@ -24,7 +24,7 @@ struct ValueAt {
   SOFTCD_HD float operator()(std::uint32_t i) const { return values[i]; }
 };
 
-/// Of so many bits, every value several times where there are few bits.
+/// Returns keys of so many bits; with few bits every value occurs several times.
 template <class Key>
 std::vector<Key> scrambled_keys(std::uint32_t count, int bits) {
   std::vector<Key> keys(count);
@@ -41,7 +41,7 @@ class OrderPrimitives : public Primitives<Machine> {
   template <class T>
   using SortBuffer = typename Primitives<Machine>::template SortBuffer<T>;
 
-  /// With room for a few more.
+  /// Fills a buffer, with capacity for a few more values.
   template <class T>
   void fill(SortBuffer<T>& buffer, const std::vector<T>& values) {
     buffer.reserve(this->backend(), values.size() + kSpare, 0);
@@ -59,7 +59,7 @@ class OrderPrimitives : public Primitives<Machine> {
     EXPECT_TRUE(Machine::copy_out(keys.data(), size) == expected) << size << " keys of " << bits << " bits";
   }
 
-  /// Equal keys keep their order.
+  /// Expects sorted pairs, with equal keys in their original order.
   template <class Key, class Value>
   void expect_sorted_pairs(std::uint32_t size, int bits) {
     const std::vector<Key> expected_keys = scrambled_keys<Key>(size, bits);

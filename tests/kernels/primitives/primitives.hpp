@@ -16,7 +16,8 @@
 
 namespace softcd::test {
 
-/// Around what blocks and warps take at a time, and more than one pass of a whole device takes.
+/// Sizes around the number of items that blocks and warps take at a time, and more than one pass of a whole device
+/// takes.
 inline constexpr std::uint32_t kSizes[] = {0, 1, 31, 32, 33, 4096, 1000000};
 
 /// Mixes all bits (lowbias32, Chris Wellons).
@@ -48,7 +49,7 @@ class Primitives : public testing::Test {
     std::uint64_t capacity = 0;
 
     Appender<ArrayTarget<T>> appender() { return {{values.data()}, counter.data(), capacity}; }
-    /// What was asked for, stored or not.
+    /// Returns the number of appended values, stored or not.
     std::uint64_t count() const { return Machine::copy_out(counter.data(), 1)[0]; }
     std::vector<T> stored() const { return Machine::copy_out(values.data(), std::min(count(), capacity)); }
   };
@@ -61,7 +62,7 @@ class Primitives : public testing::Test {
 
   Backend& backend() { return *backend_; }
 
-  /// At least one value long, so that there is an address.
+  /// Uploads values into a buffer of at least one value, so that it has an address.
   template <class T>
   Buffer<T> uploaded(const std::vector<T>& values) {
     Buffer<T> buffer;
@@ -85,17 +86,17 @@ class Primitives : public testing::Test {
   std::unique_ptr<Backend> backend_;
 };
 
-/// Units of work as they are appended: item:32 | unit:32 from high to low.
+/// Returns the key of a unit of work: item:32 | unit:32, from high to low bits.
 SOFTCD_HD constexpr std::uint64_t unit_key(std::uint32_t item, std::uint32_t unit) {
   return (static_cast<std::uint64_t>(item) << 32) | unit;
 }
 
-/// What the filters of the tests let through.
+/// Returns whether the tests' filters admit the unit.
 SOFTCD_HD inline bool passes(std::uint64_t key) {
   return hashed(static_cast<std::uint32_t>(key) + 31U * static_cast<std::uint32_t>(key >> 32)) % 4U == 0U;
 }
 
-/// How many units each of so many items has: most a few, some none, one in 1000 more than a block takes at a time.
+/// Returns the number of units of an item: most have a few, some none, one in 1000 more than a block takes at a time.
 SOFTCD_HD inline std::uint32_t unit_count(std::uint32_t item) {
   return item % 1000U == 30U ? 3000U : hashed(item) % 4U % 3U;
 }
@@ -108,7 +109,7 @@ class UnitCounts {
     times_.resize(total());
   }
 
-  /// Where each item's units begin.
+  /// Returns where each item's units begin.
   std::vector<std::uint64_t> begins() const { return {offsets_.begin(), offsets_.end() - 1}; }
   std::uint64_t total() const { return offsets_.back(); }
 
@@ -121,7 +122,8 @@ class UnitCounts {
     }
   }
 
-  /// That the units that `is_wanted` are there once and no others; or, where lists were full, no other and none twice.
+  /// Expects each unit that `is_wanted` once and no others. If some may be missing, because lists were full, expects no
+  /// other and none twice.
   template <class IsWanted>
   void expect_only(const IsWanted& is_wanted, bool some_may_lack = false) const {
     for (std::uint32_t item = 0; item + 1 < offsets_.size(); ++item) {
@@ -154,8 +156,8 @@ inline bool all_units(std::uint64_t /*key*/) {
   return true;
 }
 
-/// That `run(list)` appends the units that `is_wanted`, where all fit, and, where half of them do, stores that half,
-/// counts all, and appends them to a list that has grown to the count. make_list(capacity) makes a list.
+/// Expects `run(list)` to append the units that `is_wanted`. Where half of them fit, it must store that half, count
+/// all, and append all to a list that has grown to the count. make_list(capacity) makes a list.
 template <class MakeList, class IsWanted, class Run>
 void expect_units_in_any_room(std::uint32_t item_count, const MakeList& make_list, const IsWanted& is_wanted,
                               const Run& run) {

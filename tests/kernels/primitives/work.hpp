@@ -2,7 +2,7 @@
 
 #include "primitives.hpp"
 
-// Primitives that share out units of work evenly, however unevenly items have them.
+// Primitives that divide units of work evenly, however unevenly they belong to items.
 namespace softcd::test {
 
 struct WorkOfItems {

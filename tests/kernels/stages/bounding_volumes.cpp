@@ -37,7 +37,7 @@ bool holds(const Kdop18& volume, Vec3d p) {
   return true;
 }
 
-// Coordinates are on a coarse grid: sums of two are exact, so the volumes contain and do not merely overlap.
+// Coordinates are on a coarse grid: sums of two are exact, so volumes really contain the points.
 TEST(BoundTriangle, holds_the_moving_triangle_and_its_margin) {
   Random random(1);
   for (const bool continuous : {false, true}) {
@@ -57,7 +57,7 @@ TEST(BoundTriangle, holds_the_moving_triangle_and_its_margin) {
             const double weight = sample < 6 ? (sample % 3 == corner ? 1.0 : 0.0) : w[corner] / sum;
             p = p + weight * lerp(vec3_cast<double>(scene.x_t0[v]), vec3_cast<double>(scene.x_t1[v]), time);
           }
-          // Convex combinations in double round; the volume may be missed by that much.
+          // Convex combinations in double are rounded, so the volume may be missed by that much.
           const Kdop18& exact = bounds.volumes[t];
           Kdop18 volume = exact;
           inflate(volume, 1e-7F);

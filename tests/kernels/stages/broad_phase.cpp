@@ -95,7 +95,7 @@ class SerialBroadPhase {
   Collector<std::uint64_t> flagged_;
 };
 
-/// Every pair that passes PairTest, by trying all.
+/// Returns every pair that passes PairTest, by testing all.
 template <bool kContinuous>
 std::set<std::uint64_t> all_pairs(const SceneView& scene, const HostVolumes& bounds) {
   const auto test = pair_test<kContinuous>(scene, bounds);
@@ -123,7 +123,7 @@ std::size_t count_repeated(std::vector<std::uint64_t> pairs) {
   return count - static_cast<std::size_t>(std::unique(pairs.begin(), pairs.end()) - pairs.begin());
 }
 
-/// Those of `pairs` that share a cell, or have a triangle that is too large for the grid.
+/// Returns the pairs of `pairs` that share a cell, or have a triangle that is too large for the grid.
 std::set<std::uint64_t> meeting_pairs(const std::set<std::uint64_t>& pairs, const HostVolumes& bounds,
                                       float cell_size) {
   const auto cells = [&](std::uint64_t t) { return integer_dop(bounds.volumes[t & 0xFFFFFFFFU], 1.0F / cell_size); };
@@ -148,7 +148,7 @@ bool contains_all(const std::set<std::uint64_t>& all, const std::set<std::uint64
   return std::includes(all.begin(), all.end(), part.begin(), part.end());
 }
 
-/// Those of `pairs` whose triangles have a corner in common at t1.
+/// Returns the pairs of `pairs` whose triangles have a corner in common at t1.
 std::set<std::uint64_t> surely_touching(const SceneView& scene, const std::set<std::uint64_t>& pairs) {
   std::set<std::uint64_t> touching;
   for (const std::uint64_t pair : pairs) {
@@ -184,15 +184,15 @@ HostScene host_scene(std::uint64_t seed, double ratio, bool continuous, int grid
                    continuous);
 }
 
-/// The type says whether the detection is continuous.
+/// Test suite whose type says whether the detection is continuous.
 template <class Continuous>
 class SerialStages : public testing::Test {};
 using Kinds = testing::Types<std::false_type, std::true_type>;
 TYPED_TEST_SUITE(SerialStages, Kinds, );
 
 // Without subdivision the grid enumerates exactly the pairs that pass PairTest and share a cell, once, whatever the
-// cell size. Volumes may overlap along all nine axes and yet have no point in common, so sharing a cell asks a little
-// more.
+// cell size. Volumes may overlap along all nine axes and still have no point in common, so sharing a cell is a slightly
+// stronger condition.
 TYPED_TEST(SerialStages, whole_triangles_meet_as_their_volumes_do) {
   const HostScene host = host_scene(1, 50.0, TypeParam::value);
   const SceneView scene = host.view();
@@ -208,8 +208,8 @@ TYPED_TEST(SerialStages, whole_triangles_meet_as_their_volumes_do) {
   }
 }
 
-// With subdivision a pair whose volumes overlap may be dropped only if the triangles are apart. Triangles with a point
-// in common are not. What is not flagged comes once.
+// With subdivision a pair whose volumes overlap may be dropped only if the triangles are apart. Pairs with a common
+// point are kept. Pairs that are not flagged are found once.
 TYPED_TEST(SerialStages, split_triangles_that_touch_meet) {
   for (const std::uint64_t seed : {2U, 3U}) {
     const HostScene host = host_scene(seed, 200.0, TypeParam::value);
@@ -228,7 +228,7 @@ TYPED_TEST(SerialStages, split_triangles_that_touch_meet) {
   }
 }
 
-// Corners exactly on the cells' walls: what rounding slack adds to a child's volume crosses into the next cell there.
+// Corners are exactly on the cells' walls, where rounding slack moves a child's volume into the next cell.
 TYPED_TEST(SerialStages, corners_on_cell_walls) {
   for (std::uint64_t seed = 5; seed < 9; ++seed) {
     const HostScene host = host_scene(seed, 10.0, TypeParam::value, 1);

@@ -29,7 +29,7 @@ struct Ranges {
   bool contain(std::uint32_t i, std::uint32_t j) const { return begin[j] <= i && i < begin[j] + count[j]; }
 };
 
-/// Entry j is of triangle j % 3.
+/// Returns ranges in which entry j belongs to triangle j % 3.
 Ranges ranges_of(const SceneView& scene, const std::vector<std::uint32_t>& keys) {
   std::vector<Kdop18> volumes(3, empty_kdop());
   for (std::uint32_t t = 0; t < 3; ++t) extend(volumes[t], Vec3f{static_cast<float>(t), 2.0F, 5.0F});

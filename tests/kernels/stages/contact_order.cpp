@@ -23,7 +23,7 @@ TEST(ContactKeys, kind_and_features_survive_packing) {
   }
 }
 
-// However few bits the scene needs: keys order contacts as kind, first and second feature do.
+// Keys order contacts by kind, first and second feature, however few bits the scene needs.
 TEST(ContactKeys, sort_as_kind_and_features) {
   Random random(1);
   for (const auto& [first_bits, second_bits] : {std::pair(1U, 1U), std::pair(5U, 9U), std::pair(31U, 32U)}) {
@@ -48,7 +48,7 @@ TEST(ContactKeys, sort_as_kind_and_features) {
   }
 }
 
-/// Contacts of different features among this many of either kind, in no order.
+/// Returns contacts of different features, among this many of either kind, in no order.
 std::vector<FeatureContact> random_contacts(Random& random, std::uint32_t count, std::uint32_t features) {
   std::vector<std::uint64_t> all;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -69,7 +69,7 @@ struct Ordered {
   std::uint32_t longest;
 };
 
-/// The stages of order_contacts in runs, in serial loops.
+/// Runs the stages of order_contacts in runs, in serial loops.
 Ordered order_in_runs(const std::vector<FeatureContact>& contacts, std::uint32_t features) {
   const RunPlan plan = plan_runs(2ULL * features, contacts.size());
   const ContactRuns runs = {features, plan.shift};
@@ -111,7 +111,7 @@ TEST(ContactRuns, order_contacts_as_their_keys_do) {
   }
 }
 
-// One run has all contacts, as the longest that is ranked in place, and as the shortest that is not.
+// One run has all contacts: the longest that is ranked in place, and the shortest that is not.
 TEST(ContactRuns, of_the_longest_length_are_ordered_and_longer_ones_are_counted) {
   for (const std::uint32_t count : {kLongRun, kLongRun + 1}) {
     std::vector<FeatureContact> contacts(count);

@@ -49,7 +49,8 @@ bool wants(const SceneView& scene, std::uint32_t body_a, std::uint32_t body_b, b
   return vertices ? a.vertex_triangle && b.vertex_triangle : a.edge_edge && b.edge_edge;
 }
 
-/// Vertices that occur in a triangle against triangles without them, boxes grown by `reach` times the margins.
+/// Returns pairs of vertices of triangles and triangles without them, whose boxes, grown by `reach` times the margins,
+/// overlap.
 Candidates vertex_triangles(const SceneView& scene, double reach) {
   std::vector<bool> occurs(scene.vertex_count, false);
   for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
@@ -90,7 +91,7 @@ Candidates edge_edges(const SceneView& scene, double reach) {
   return found;
 }
 
-/// Those of `candidates` within their margins at t1, with a hair to spare.
+/// Returns the pairs of `candidates` that are within their margins at t1, with a little to spare.
 template <class Distance>
 Candidates near_ones(const Candidates& candidates, const Distance& distance) {
   Candidates near;
@@ -130,7 +131,7 @@ std::array<Vec3d, 8> motion_of(const SceneView& scene, const std::array<std::uin
   return rows;
 }
 
-/// Those that touch during the step, exactly.
+/// Returns the pairs that touch during the step, exactly.
 Candidates colliding_vertex_triangles(const SceneView& scene) {
   Candidates colliding = vertex_triangles(scene, 0.0);
   std::erase_if(colliding, [&](std::uint64_t candidate) {
@@ -221,8 +222,8 @@ std::vector<std::uint64_t> overlapping_pairs(const SceneView& scene, const HostV
   return pairs;
 }
 
-// All pairs of triangles whose volumes overlap go in; each candidate comes out once, none is missing, and those that
-// come out have overlapping boxes.
+// All pairs of triangles whose volumes overlap go in. Each candidate comes out once and none is missing. All of them
+// have overlapping boxes.
 TEST_P(FeaturePairs, each_candidate_once) {
   const HostScene host = make_scene(GetParam());
   const SceneView scene = host.view();
@@ -235,7 +236,7 @@ TEST_P(FeaturePairs, each_candidate_once) {
     EXPECT_EQ(std::adjacent_find(candidates->begin(), candidates->end()), candidates->end());
     EXPECT_GT(candidates->size(), 500U);
   }
-  // The stages round outward: a little more may come out than overlaps exactly, nothing less. Volumes of triangles
+  // The stages round outward, so slightly more than exact overlaps may come out, but nothing less. Volumes of triangles
   // other than boxes may reject more, but never features within the margins of each other.
   const auto contains_all = [](const Candidates& all, const Candidates& part) {
     return std::includes(all.begin(), all.end(), part.begin(), part.end());

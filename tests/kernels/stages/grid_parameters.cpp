@@ -18,7 +18,7 @@ struct Sizes {
   std::vector<std::uint32_t> extent = std::vector<std::uint32_t>(kSizeBins, 0);
   std::vector<std::uint32_t> distance = std::vector<std::uint32_t>(kSizeBins, 0);
 
-  /// A triangle of radius r, whose way has radius s, at distance d, with a margin.
+  /// Adds a triangle of radius r, with a path of radius s, at distance d, with a margin.
   void add(double r, double s, double d, double margin = 0.0) {
     ++radius[size_bin(static_cast<float>(r + margin))];
     ++swept[size_bin(static_cast<float>(s + margin))];
@@ -99,7 +99,7 @@ TEST(ChooseGrid, cells_grow_with_large_margins) {
 TEST(ChooseGrid, entries_of_fast_triangles_stay_within_their_budget) {
   Sizes sizes;
   for (int i = 0; i < 20000; ++i) sizes.add(0.5, i % 10 == 0 ? 50.0 : 0.5, 1.0);
-  const double most = 20000.0 / double(kTestsPerCell);  // what takes more is tested against all
+  const double most = 20000.0 / double(kTestsPerCell);  // triangles that take more are tested against all
   for (const float lambda : {0.0F, 0.2F, 0.8F, 1.8F}) {
     const double size = double(sizes.choose(BroadPhase::exact, true, lambda).cell_size);
     const double cells = std::pow(2 / std::sqrt(3.0) * 50.0 / size, 3) / 8;

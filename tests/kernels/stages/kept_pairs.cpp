@@ -19,7 +19,7 @@ Kdop18 unit_volume() {
   return volume;
 }
 
-/// Indices that FindEscaped reports.
+/// Returns the indices that FindEscaped reports.
 std::vector<std::uint32_t> escaped_of(const std::vector<Kdop18>& volumes, const std::vector<Kdop18>& kept) {
   Collector<std::uint32_t> active;
   Collector<std::uint32_t> escaped;
@@ -48,7 +48,7 @@ TEST(KeptPairs, every_triangle_that_leaves_its_volume_is_reported) {
   for (std::uint32_t t = 0; t < kCount; ++t) EXPECT_EQ(escaped[t], t);
 }
 
-// Diagonals are not of unit length: a bound along one is sqrt(2) times as far as the plane.
+// Diagonals are not of unit length: a bound along one is sqrt(2) times as far away as the plane.
 TEST(KeptPairs, headroom_is_the_distance_to_the_nearest_side) {
   for (int axis = 0; axis < kKdopAxes; ++axis) {
     Kdop18 kept = unit_volume();

@@ -31,7 +31,7 @@ Vec3d point_at(const TriangleMotion& motion, const double (&w)[3], double time) 
   return p;
 }
 
-/// The larger coordinates of two motions.
+/// Returns the largest coordinate of two motions.
 float furthest_of(const TriangleMotion& a, const TriangleMotion& b) {
   float furthest = 0.0F;
   for (const TriangleMotion* motion : {&a, &b}) {
@@ -54,7 +54,7 @@ EndVolumes ends_of(const TriangleMotion& motion, float margin) {
   return end_volumes(t0, t1);
 }
 
-/// Whether the corners lie apart along any of the nine axes throughout.
+/// Returns whether the corners lie apart along any of the nine axes throughout.
 bool apart_as_points(const TriangleMotion& a, const TriangleMotion& b, float distance) {
   PointMotion<6> points{};
   for (int corner = 0; corner < 3; ++corner) {
@@ -73,7 +73,7 @@ struct FirstTouch {
   float gap;
 };
 
-/// Triangles brought together, at one time of the step, to a distance of less than the gap.
+/// Returns triangles that come closer than the gap at one time of the step.
 FirstTouch random_touch(Random& random) {
   const double offset = std::ldexp(1.0, static_cast<int>(random.below(12)));
   FirstTouch meeting{random_motion(random, offset, 8.0), random_motion(random, 0.0, 8.0), 0.0F};
@@ -149,7 +149,7 @@ Mesh soup(std::uint64_t seed) {
 
 using Pairs = std::set<std::uint64_t>;
 
-/// Every pair that passes PairTest, by trying all.
+/// Returns every pair that passes PairTest, by testing all.
 Pairs pairs_of_all(const SceneView& scene, const HostVolumes& bounds) {
   Pairs pairs;
   for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {

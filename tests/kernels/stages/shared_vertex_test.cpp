@@ -11,7 +11,7 @@
 namespace softcd::test {
 namespace {
 
-/// Five vertices, of the triangles 0 1 2 and 0 3 4.
+/// The five vertices of the triangles 0 1 2 and 0 3 4.
 struct Pair {
   std::array<Vec3f, 5> x_t0, x_t1;
 
@@ -51,7 +51,7 @@ Pair random_pair(Random& random) {
   return pair;
 }
 
-/// The largest coordinate.
+/// Returns the largest coordinate.
 double furthest_of(const Pair& pair) {
   float furthest = 0.0F;
   for (std::size_t v = 0; v < 5; ++v)
@@ -59,7 +59,8 @@ double furthest_of(const Pair& pair) {
   return static_cast<double>(furthest);
 }
 
-/// A point of the edge 1 2, which lacks the shared vertex, less one of the triangle 0 3 4: weights of all vertices.
+/// A point of the edge 1 2, which lacks the shared vertex, minus a point of the triangle 0 3 4, as weights of all
+/// vertices.
 struct Meeting {
   double weights[5];
   double time;
@@ -72,7 +73,7 @@ Meeting random_meeting(Random& random) {
   return {{-(1.0 - first - second), 1.0 - along, along, -first, -second}, random.chance(0.3) ? 1.0 : random.unit()};
 }
 
-/// Moves the edge so that what is between the meeting's points becomes `offset`.
+/// Moves the edge so that the vector between the meeting's points becomes `offset`.
 void bring_together(Pair& pair, const Meeting& meeting, Vec3d offset) {
   Vec3d between{0, 0, 0};
   for (std::size_t v = 0; v < 5; ++v) between = between + meeting.weights[v] * pair.at(v, meeting.time);
@@ -87,7 +88,7 @@ TEST(SharedVertexTest, keeps_what_comes_within_the_distance) {
     const double distance =
         random.chance(0.3) ? 0.0 : furthest_of(pair) * std::ldexp(1.0, -static_cast<int>(random.below(12)));
     bring_together(pair, meeting, (0.99 * distance) * random.direction());
-    // Positions were rounded after they had met.
+    // Positions were rounded after the points were brought together.
     const auto reach = static_cast<float>(distance + 1e-6 * furthest_of(pair));
     ASSERT_TRUE(may_touch<true>(pair, reach)) << "pair " << i;
     ASSERT_TRUE(meeting.time < 1.0 || may_touch<false>(pair, reach)) << "pair " << i;
@@ -99,7 +100,7 @@ Vec3d whole_numbers(Random& random, double half_size) {
   return {std::round(p.x), std::round(p.y), std::round(p.z)};
 }
 
-// The middle of the edge 1 2 is vertex 3, exactly, and the edge stands on the triangle 0 3 4.
+// The middle of the edge 1 2 is exactly vertex 3, and the edge stands on the triangle 0 3 4.
 TEST(SharedVertexTest, keeps_what_touches_however_it_is_rounded) {
   Random random(2);
   for (int i = 0; i < 200000; ++i) {
@@ -119,7 +120,7 @@ TEST(SharedVertexTest, keeps_what_touches_however_it_is_rounded) {
   }
 }
 
-/// Triangles whose opposite edges are 2 scale apart.
+/// Returns triangles whose opposite edges are 2 scale apart.
 Pair flat_pair(double scale, Vec3d shift_t1) {
   Pair pair{};
   const std::array<Vec3d, 5> x{{{0, 0, 0}, {8, 1, 0}, {8, 2, 0}, {8, -1, 0}, {8, -2, 0}}};
@@ -149,7 +150,7 @@ TEST(SharedVertexTest, keeps_what_crosses_before_the_end) {
   EXPECT_FALSE(may_touch<false>(pair, 0.0F));
 }
 
-// Of such triangles edges at the two shared vertices are left.
+// For such triangles, edges at the two shared vertices remain.
 TEST(SharedVertexTest, keeps_triangles_that_share_two_vertices) {
   const std::vector<Vec3f> x{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
   SceneView scene;

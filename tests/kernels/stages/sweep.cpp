@@ -86,7 +86,7 @@ std::vector<std::uint64_t> swept_pairs(const SceneView& scene) {
   return pairs.items;
 }
 
-/// By all pairs, by volumes.
+/// Returns the pairs whose volumes overlap, by comparing all.
 template <bool kSwept>
 std::vector<std::uint64_t> every_pair(const SceneView& scene) {
   const HostVolumes bounded(scene);
@@ -130,7 +130,7 @@ TEST(Sweep, finds_every_pair_of_volumes_that_overlap_once) {
   }
 }
 
-// More than have bits, and classes, of their own.
+// More bodies than there are bits or classes.
 TEST(Sweep, finds_every_pair_of_many_bodies) {
   std::vector<HostBody> bodies;
   for (std::uint64_t seed = 0; seed < 40; ++seed) bodies.push_back(body_of(soup(20, seed), 0.3, seed % 3 == 0));

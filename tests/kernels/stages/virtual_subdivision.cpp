@@ -12,7 +12,7 @@
 namespace softcd::test {
 namespace {
 
-/// (row, along) of the three corners; exact in double.
+/// The (row, along) of the three corners; exact in double.
 using Child = std::array<std::array<double, 2>, 3>;
 
 Child child(int level, std::uint32_t index) {
@@ -99,7 +99,7 @@ TEST(VirtualSubdivision, a_child_is_half_as_large_per_level) {
   }
 }
 
-// Every point of the moving triangle is, all along, within the volume of the child that holds it.
+// Every point of the moving triangle is, at all times, within the volume of its child.
 TEST(VirtualSubdivision, volumes_of_children_cover_the_moving_triangle) {
   Random random(3);
   for (int i = 0; i < 300; ++i) {

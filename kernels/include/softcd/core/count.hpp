@@ -6,8 +6,8 @@
 
 namespace softcd {
 
-/// Number of items of a stage, in the backend's memory: kernels read it there, the host need not know it.
-/// `*value` may exceed `capacity` when a list overflowed; only `capacity` items exist then.
+/// Number of items of a stage, in the backend's memory. Kernels read it there, so the host need not know it. When a
+/// list overflows, `*value` exceeds `capacity`; only `capacity` items exist then.
 struct Count {
   const std::uint64_t* value;
   std::uint64_t capacity;

@@ -7,8 +7,8 @@
 #define SOFTCD_HD
 #endif
 
-/// SOFTCD_HD for a function that is called seldom: out of line on the host, where its callers' loops are faster without
-/// it. On the device a call would cost its callers registers.
+/// SOFTCD_HD for a rarely called function: out of line on the host, where its callers' loops are faster without it. On
+/// the device it stays inline, because a call would cost its callers registers.
 #if defined(__CUDACC__)
 #define SOFTCD_HD_SELDOM SOFTCD_HD
 #elif defined(__GNUC__)
@@ -17,14 +17,14 @@
 #define SOFTCD_HD_SELDOM
 #endif
 
-/// The same for one that is too long to be there as often as it is called: out of line on the device, too.
+/// SOFTCD_HD for a function that is too long to be inlined at every call: out of line on the device, too.
 #if defined(__CUDACC__)
 #define SOFTCD_HD_LONG __host__ __device__ __noinline__
 #else
 #define SOFTCD_HD_LONG SOFTCD_HD_SELDOM
 #endif
 
-/// Before a loop of a function that is called seldom: unrolled on the device it would cost its callers registers.
+/// Stands before a loop of a rarely called function. Unrolled on the device, the loop would cost its callers registers.
 #if defined(__CUDA_ARCH__)
 #define SOFTCD_NOT_UNROLLED _Pragma("unroll 1")
 #else

@@ -6,13 +6,13 @@
 
 namespace softcd {
 
-/// Threads that run one functor together, as one: every member calls the same operations in the same order and gets the
-/// same answers. Sums are of integers, so that they do not depend on the number of members. This team has one member;
-/// on CUDA a block is a team (cuda/block_team.cuh).
+/// Threads that run one functor together. Every member calls the same operations in the same order and gets the same
+/// results. Sums are of integers, so they do not depend on the number of members. This team has one member; on CUDA a
+/// block is a team (cuda/block_team.cuh).
 struct SerialTeam {
   bool is_leader() const { return true; }
 
-  /// Sum of f(i), i < count.
+  /// Returns the sum of f(i), i < count.
   template <class F>
   std::uint64_t sum(int count, const F& f) const {
     std::uint64_t total = 0;
@@ -20,7 +20,7 @@ struct SerialTeam {
     return total;
   }
 
-  /// The first i at which the sum of f(0) .. f(i) exceeds `threshold`; count - 1 when none does.
+  /// Returns the first i at which the sum of f(0) .. f(i) exceeds `threshold`, or count - 1 when no sum does.
   template <class F>
   int first_exceeding(int count, std::uint64_t threshold, const F& f) const {
     std::uint64_t total = 0;

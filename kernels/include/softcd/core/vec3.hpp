@@ -14,34 +14,34 @@ struct Vec3 {
   T x, y, z;
   ///@}
 
-  /// Component 0, 1 or 2.
+  /// Returns component 0, 1 or 2.
   SOFTCD_HD constexpr T operator[](int axis) const { return axis == 0 ? x : (axis == 1 ? y : z); }
 };
 
-/// Of floats.
+/// A vector of floats.
 using Vec3f = Vec3<float>;
-/// Of doubles.
+/// A vector of doubles.
 using Vec3d = Vec3<double>;
 
-/// The sum.
+/// Returns the sum.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator+(Vec3<T> a, Vec3<T> b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 
-/// The difference.
+/// Returns the difference.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator-(Vec3<T> a, Vec3<T> b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
-/// The opposite vector.
+/// Returns the opposite vector.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator-(Vec3<T> a) {
   return {-a.x, -a.y, -a.z};
 }
 
-/// s times a.
+/// Returns s times a.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> operator*(T s, Vec3<T> a) {
   return {s * a.x, s * a.y, s * a.z};
@@ -52,31 +52,31 @@ SOFTCD_HD constexpr bool operator==(Vec3<T> a, Vec3<T> b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-/// The scalar product.
+/// Returns the scalar product.
 template <class T>
 SOFTCD_HD constexpr T dot(Vec3<T> a, Vec3<T> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/// The vector product.
+/// Returns the vector product.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// The square of the length.
+/// Returns the square of the length.
 template <class T>
 SOFTCD_HD constexpr T squared_norm(Vec3<T> a) {
   return dot(a, a);
 }
 
-/// The point a + t (b - a), exact at t = 0.
+/// Returns the point a + t (b - a); exact at t = 0.
 template <class T>
 SOFTCD_HD constexpr Vec3<T> lerp(Vec3<T> a, Vec3<T> b, T t) {
   return a + t * (b - a);
 }
 
-/// Component-wise conversion to another scalar type.
+/// Converts each component to another scalar type.
 template <class To, class From>
 SOFTCD_HD constexpr Vec3<To> vec3_cast(Vec3<From> a) {
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};

@@ -26,7 +26,8 @@ SOFTCD_HD inline Box inflated(const Box& box, float radius) {
           {outward_up(box.hi.x + radius), outward_up(box.hi.y + radius), outward_up(box.hi.z + radius)}};
 }
 
-/// All comparisons are made: boxes that are tried overlap often enough that one branch is cheaper than six.
+/// Returns whether the boxes overlap. It makes all comparisons: tested boxes overlap so often that one branch is
+/// cheaper than six.
 SOFTCD_HD constexpr bool overlap(const Box& a, const Box& b) {
   return (a.lo.x <= b.hi.x) & (b.lo.x <= a.hi.x) & (a.lo.y <= b.hi.y) & (b.lo.y <= a.hi.y) & (a.lo.z <= b.hi.z) &
          (b.lo.z <= a.hi.z);

@@ -5,16 +5,16 @@
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/scalar.hpp"
 
-/// Closest points of a vertex and a triangle, and of two edges. Correct for every degenerate input: the squared
-/// distance is a convex quadratic over the parameters, so its minimum is the interior one or lies on the boundary;
-/// the interior and every side of the boundary are evaluated and the smallest distance wins. A triangle without
-/// area or two parallel edges have no interior minimum that a side does not attain.
+/// Closest points of a vertex and a triangle, and of two edges. Correct for every degenerate input. The squared
+/// distance is a convex quadratic over the parameters, so its minimum is in the interior or on the boundary. The
+/// functions evaluate the interior and every side of the boundary, and keep the smallest distance. A triangle without
+/// area and two parallel edges have no interior minimum that a side does not also attain.
 namespace softcd {
 
 template <class T>
 struct ClosestPoints {
   T weights[4];    ///< vertex-triangle {1, w0, w1, w2}, edge-edge {u0, u1, w0, w1}; in [0, 1], each side sums to 1
-  T scale;         ///< safe_scale of the features: lengths below are in units of 1 / scale
+  T scale;         ///< safe_scale of the features: lengths are in units of 1 / scale
   Vec3<T> offset;  ///< point on side a minus point on side b
   T squared_distance;
 
@@ -55,7 +55,7 @@ SOFTCD_HD RelativePair<T> scaled(T scale, const RelativePair<T>& pair) {
   return {scale * pair.a, scale * pair.b, scale * pair.c};
 }
 
-/// Parameters of two points and what lies between them.
+/// The parameters of two points, and the vector between them.
 template <class T>
 struct Nearest {
   T x, y;
@@ -74,7 +74,8 @@ SOFTCD_HD Nearest<T> nearer(const Nearest<T>& p, const Nearest<T>& q) {
   return q.squared_distance < p.squared_distance ? q : p;
 }
 
-/// Parameter in [0, 1] of the point of the segment from 0 to d that is nearest to p; 0 for a segment of length 0.
+/// Returns the parameter in [0, 1] of the point of the segment from 0 to d that is nearest to p; 0 for a segment of
+/// length 0.
 template <class T>
 SOFTCD_HD T nearest_on_segment(Vec3<T> p, Vec3<T> d) {
   const T along = dot(p, d);
@@ -82,9 +83,9 @@ SOFTCD_HD T nearest_on_segment(Vec3<T> p, Vec3<T> d) {
   return along > T(0) ? (along < whole ? along / whole : T(1)) : T(0);
 }
 
-/// Where a projects to in the plane of b and c; not finite when there is no plane. What is parallel to b is taken out
-/// of a and c before they meet: an error of y, however large for a needle, then moves the point by y times the needle's
-/// width, and x follows y along b. The usual quotients of cross products lose figures in proportion to the aspect.
+/// Projects a into the plane of b and c. The result is not finite when there is no plane. Components parallel to b are
+/// first removed from a and c. An error of y, however large for a needle, then moves the point by y times the needle's
+/// width only, and x follows y along b. The usual quotients of cross products lose figures in proportion to the aspect.
 template <class T>
 SOFTCD_HD Nearest<T> nearest_in_plane(const RelativePair<T>& pair) {
   const T inverse = T(1) / squared_norm(pair.b);
@@ -162,13 +163,14 @@ SOFTCD_HD ClosestPoints<T> closest_points(const RelativePair<T>& pair) {
 
 }  // namespace detail
 
-/// The point of triangle f0 f1 f2 that is nearest to v. Differences of the coordinates must be finite.
+/// Returns the point of triangle f0 f1 f2 that is nearest to v. Differences of the coordinates must be finite.
 template <class T>
 SOFTCD_HD ClosestPoints<T> closest_points_vertex_triangle(Vec3<T> v, Vec3<T> f0, Vec3<T> f1, Vec3<T> f2) {
   return detail::closest_points<ContactKind::vertex_triangle>(detail::relative_vertex_triangle(v, f0, f1, f2));
 }
 
-/// The nearest points of the segments e0 e1 (side a) and g0 g1 (side b). Same range.
+/// Returns the nearest points of the segments e0 e1 (side a) and g0 g1 (side b). Differences of the coordinates must be
+/// finite.
 template <class T>
 SOFTCD_HD ClosestPoints<T> closest_points_edge_edge(Vec3<T> e0, Vec3<T> e1, Vec3<T> g0, Vec3<T> g1) {
   return detail::closest_points<ContactKind::edge_edge>(detail::relative_edge_edge(e0, e1, g0, g1));

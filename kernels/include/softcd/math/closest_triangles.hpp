@@ -8,10 +8,10 @@ namespace softcd {
 
 /// The nearest points of two triangles without common corners.
 struct ClosestOnTriangles {
-  double squared_distance;  ///< 0 exactly where they intersect, and what rounding makes so
-  double weights_a[3];      ///< of the corners; 0 exactly where the point is on an edge or a corner
+  double squared_distance;  ///< exactly 0 where they intersect; may be rounded to 0 elsewhere
+  double weights_a[3];      ///< of the corners; exactly 0 for corners off the edge or corner that the point lies on
   double weights_b[3];
-  Vec3d offset;  ///< point of a minus point of b, but for roundings; where they intersect, 0 but for these
+  Vec3d offset;  ///< point of a minus point of b, up to rounding; where they intersect, 0 up to rounding
 };
 
 namespace detail {
@@ -20,7 +20,7 @@ SOFTCD_HD inline Vec3d weighted(const Vec3d (&x)[3], const double (&weights)[3])
   return weights[0] * x[0] + (weights[1] * x[1] + weights[2] * x[2]);
 }
 
-/// Nearest points of features: those of the first that are nearest.
+/// Collects pairs of features and keeps the nearest points; of equally near pairs, those of the first.
 class NearestOfFeatures {
  public:
   SOFTCD_HD NearestOfFeatures(const Vec3d (&a)[3], const Vec3d (&b)[3]) : a_(a), b_(b) {
@@ -72,7 +72,7 @@ class NearestOfFeatures {
   bool is_known_ = false;
 };
 
-/// Where a side of x that crosses the plane of t does so: weights on x, and those of the nearest point of t.
+/// Computes the point where a side of x crosses the plane of t: its weights on x, and the weights of t's nearest point.
 SOFTCD_HD inline void set_crossing(const Vec3d (&x)[3], int side, const Vec3d (&t)[3], double (&of_x)[3],
                                    double (&of_t)[3]) {
   const int next = side == 2 ? 0 : side + 1;
@@ -89,7 +89,7 @@ SOFTCD_HD inline void set_crossing(const Vec3d (&x)[3], int side, const Vec3d (&
 
 }  // namespace detail
 
-/// Differences of the coordinates must be finite in double.
+/// Returns the nearest points of two triangles. Differences of the coordinates must be finite in double.
 SOFTCD_HD inline ClosestOnTriangles closest_points_of_triangles(const Vec3f (&a)[3], const Vec3f (&b)[3]) {
   const Vec3d a_wide[3] = {vec3_cast<double>(a[0]), vec3_cast<double>(a[1]), vec3_cast<double>(a[2])};
   const Vec3d b_wide[3] = {vec3_cast<double>(b[0]), vec3_cast<double>(b[1]), vec3_cast<double>(b[2])};
@@ -101,7 +101,7 @@ SOFTCD_HD inline ClosestOnTriangles closest_points_of_triangles(const Vec3f (&a)
   const int side_of_a = first_side_through(a, 0, sides_of_a, b);
   const int side_of_b = side_of_a < 3 ? 3 : first_side_through(b, 0, sides_of_b, a);
   if (side_of_a == 3 && side_of_b == 3) return result;
-  // In one plane, the nearest points of features are the common ones.
+  // Triangles in one plane need no crossing: the nearest points of their features are common points.
   if (side_of_a < 3 && sides_of_a.crosses(side_of_a)) {
     detail::set_crossing(a_wide, side_of_a, b_wide, result.weights_a, result.weights_b);
   } else if (side_of_b < 3 && sides_of_b.crosses(side_of_b)) {

@@ -6,7 +6,7 @@
 
 namespace softcd {
 
-/// Beyond this, sums of two coordinates might overflow float32: coordinates count as not finite there.
+/// Largest usable coordinate. Beyond it the sum of two coordinates might overflow float32, so it counts as not finite.
 constexpr double kLargestCoordinate = 1.0e37;
 
 SOFTCD_HD inline bool is_usable(const Vec3d& p) {

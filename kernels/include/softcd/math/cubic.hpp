@@ -5,9 +5,9 @@
 
 namespace softcd::detail {
 
-/// A cubic over [0, 1] in Bernstein form: b0 s^3 + b1 s^2 t + b2 s t^2 + b3 t^3 with s = 1 - t (the binomial factors
-/// 3 are inside b1 and b2). No term cancels another by construction, so evaluation is accurate to a few roundings of
-/// the largest coefficient, which the power form is not.
+/// A cubic over [0, 1] in Bernstein form: b0 s^3 + b1 s^2 t + b2 s t^2 + b3 t^3 with s = 1 - t; b1 and b2 include the
+/// binomial factors 3. No term cancels another by construction. Its value is therefore accurate to a few roundings of
+/// the largest coefficient, unlike the power form's.
 template <class T>
 struct Cubic {
   T b0, b1, b2, b3;
@@ -24,15 +24,15 @@ struct Cubic {
   }
 };
 
-/// Two times in ascending order that split [0, 1] into intervals on which the cubic is monotone, up to a change of
-/// its values by a few roundings of the largest coefficient; 1 where there are fewer.
+/// Two times in ascending order that split [0, 1] into intervals on which the cubic is monotone, up to a few roundings
+/// of the largest coefficient. Missing splits are 1.
 template <class T>
 struct Splits {
   T first, second;
 };
 
-/// Roots of the derivative d0 s^2 + 2 d1 s t + d2 t^2: with r = t / s they solve d2 r^2 + 2 d1 r + d0 = 0. z has the
-/// sign of -d1 and adds two terms of one sign, so neither root suffers from cancellation.
+/// Finds the roots of the derivative d0 s^2 + 2 d1 s t + d2 t^2. With r = t / s they solve d2 r^2 + 2 d1 r + d0 = 0. z
+/// has the sign of -d1 and is a sum of two terms of one sign, so neither root suffers from cancellation.
 template <class T>
 SOFTCD_HD Splits<T> monotone_splits(const Cubic<T>& cubic) {
   const T d0 = cubic.b1 - T(3) * cubic.b0;
@@ -50,11 +50,13 @@ SOFTCD_HD Splits<T> monotone_splits(const Cubic<T>& cubic) {
   return splits;
 }
 
-/// On an interval where the cubic is monotone: a point up to which from `from` on its values keep the sign they have
-/// at `from` and exceed `bound` in magnitude, close to the last such point before `to`. `from` itself when they do not
-/// there. Newton's iteration from `guess` towards 9/8 bound, halving the bracket when it does not converge, until the
-/// value is within 5/4 bound; when the iterations are used up the answer is nearer to `from` than it could be, and
-/// still right.
+/// Finds the end of the stretch from `from` on which a monotone cubic keeps its sign and stays above `bound` in
+/// magnitude. Returns a point in that stretch, close to its end or to `to`; returns `from` itself when the stretch is
+/// empty.
+///
+/// Newton's iteration runs from `guess` towards the value 9/8 bound, and halves the bracket when it does not converge.
+/// It stops when the value is within 5/4 bound. When the iterations run out, the result is valid, but nearer to `from`
+/// than necessary.
 template <class T>
 SOFTCD_HD T last_clear(const Cubic<T>& cubic, T bound, T from, T to, T guess) {
   constexpr int kMaxIterations = 40;
@@ -88,14 +90,15 @@ SOFTCD_HD T last_clear(const Cubic<T>& cubic, T bound, T from, T to, T guess) {
   return clear;
 }
 
-/// Where a straight line from (begin, at_begin) to (end, at_end) is zero, when the two have different signs.
+/// Returns the root of the straight line from (begin, at_begin) to (end, at_end), whose end values have different
+/// signs.
 template <class T>
 SOFTCD_HD T secant_root(T begin, T end, T at_begin, T at_end) {
   return begin + (end - begin) * (at_begin / (at_begin - at_end));
 }
 
-/// The first root in [0, 1] of g0 s^2 + 2 g1 s t + g2 t^2, s = 1 - t, which is positive at 0; 1 when there is none,
-/// which must be certain: NaN when a coefficient is.
+/// Returns the first root in [0, 1] of g0 s^2 + 2 g1 s t + g2 t^2, s = 1 - t, which is positive at 0. Returns 1 only
+/// when there is certainly no root, and NaN when a coefficient is NaN.
 template <class T>
 SOFTCD_HD T first_root(T g0, T g1, T g2) {
   const T discriminant = g1 * g1 - g0 * g2;

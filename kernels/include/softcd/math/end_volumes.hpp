@@ -6,7 +6,7 @@
 
 namespace softcd {
 
-/// The volumes of moving points at both ends of a straight-line motion, axis by axis.
+/// The intervals of moving points at both ends of a straight-line motion, axis by axis.
 struct EndVolumes {
   struct alignas(16) Axis {
     float t0_lo, t0_hi, t1_lo, t1_hi;
@@ -45,15 +45,15 @@ SOFTCD_HD inline bool certainly_apart_throughout(const EndVolumes& a, const EndV
     return ((on_a.t0_hi < on_b.t0_lo) & (on_a.t1_hi < on_b.t1_lo)) |
            ((on_b.t0_hi < on_a.t0_lo) & (on_b.t1_hi < on_a.t1_lo));
   };
-  // What three axes reject need not be read further. The straight ones come last: entries were compared along them.
+  // Stop early where three axes reject. x, y and z come last, because entries were compared along them already.
   const auto apart_on_three = [&](int first) { return apart_on(first) | apart_on(first + 1) | apart_on(first + 2); };
   return apart_on_three(3) || apart_on_three(6) || apart_on_three(0);
 }
 }  // namespace generic
 
-/// Whether, along some axis, one lies beyond the other at both ends. The distance along an axis from the one's highest
-/// to the other's lowest point is concave in time, so what the volumes hold is then apart throughout, however far the
-/// two move together.
+/// Returns whether one set lies beyond the other along some axis at both ends of the motion. Along an axis, the
+/// distance from the one's highest to the other's lowest point is concave in time. The sets are then apart throughout,
+/// however far they move together.
 SOFTCD_HD inline bool certainly_apart_throughout(const EndVolumes& a, const EndVolumes& b) {
 #ifdef SOFTCD_SSE2
   // Lanes: a's highest point below b's lowest at t0 and at t1, b's below a's.

@@ -4,7 +4,7 @@
 
 namespace softcd {
 
-/// What rounding took from the product, exactly (Dekker 1971).
+/// Returns the exact rounding error of the product (Dekker 1971).
 SOFTCD_HD inline double product_rest(double a, double b, double product) {
   constexpr double kSplit = 134217729.0;  // 2^27 + 1
   const double a_scaled = kSplit * a;
@@ -16,14 +16,14 @@ SOFTCD_HD inline double product_rest(double a, double b, double product) {
   return a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low);
 }
 
-/// What rounding took from the sum, exactly (Knuth 1969).
+/// Returns the exact rounding error of the sum (Knuth 1969).
 SOFTCD_HD inline double sum_rest(double a, double b, double sum) {
   const double b_there = sum - a;
   const double a_there = sum - b_there;
   return (a - a_there) + (b - b_there);
 }
 
-/// hi + lo, where lo is no more than hi's rounding: a number of twice a double's precision.
+/// hi + lo, where lo is at most hi's rounding: a number with twice a double's precision.
 struct DoubleDouble {
   double hi, lo;
 };
@@ -38,7 +38,7 @@ SOFTCD_HD inline DoubleDouble exact_difference(double a, double b) {
   return {difference, sum_rest(a, -b, difference)};
 }
 
-/// Off by no more than 2^-103 (|a| + |b|).
+/// Returns the sum, with an error of at most 2^-103 (|a| + |b|).
 SOFTCD_HD inline DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
   const double sum = a.hi + b.hi;
   const double rest = sum_rest(a.hi, b.hi, sum) + (a.lo + b.lo);
@@ -50,7 +50,7 @@ SOFTCD_HD inline DoubleDouble operator-(const DoubleDouble& a) {
   return {-a.hi, -a.lo};
 }
 
-/// Off by no more than 2^-103 |a b|.
+/// Returns the product, with an error of at most 2^-103 |a b|.
 SOFTCD_HD inline DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
   const double product = a.hi * b.hi;
   const double rest = product_rest(a.hi, b.hi, product) + (a.hi * b.lo + a.lo * b.hi);
@@ -58,13 +58,12 @@ SOFTCD_HD inline DoubleDouble operator*(const DoubleDouble& a, const DoubleDoubl
   return {hi, rest - (hi - product)};
 }
 
-/// A sum without rounding, as parts that do not overlap, in ascending order, none of which is 0: Shewchuk, Adaptive
-/// Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates (1997). Exact as long as nothing that is
-/// added overflows or underflows.
+/// A sum without rounding (Shewchuk, Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates,
+/// 1997). Its parts do not overlap, ascend, and are never 0. Exact unless an added number overflows or underflows.
 template <int kMostTerms>
 class ExactSum {
  public:
-  /// At most so often as there are terms.
+  /// Adds a term. At most kMostTerms terms may be added.
   SOFTCD_HD void add(double term) {
     if (term == 0.0) return;
     int kept = 0;
@@ -78,10 +77,10 @@ class ExactSum {
     count_ = kept;
   }
 
-  /// 1, 0 or -1: the largest part is larger than all others together.
+  /// Returns 1, 0 or -1. The largest part exceeds all others together, so its sign is the sum's.
   SOFTCD_HD int sign() const { return count_ == 0 ? 0 : (parts_[count_ - 1] > 0.0 ? 1 : -1); }
 
-  /// The sum, rounded: within two roundings, and of its sign.
+  /// Returns the sum, off by at most two roundings, with the exact sign.
   SOFTCD_HD double value() const {
     double sum = 0.0;
     for (int i = 0; i < count_; ++i) sum += parts_[i];

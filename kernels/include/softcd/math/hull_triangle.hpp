@@ -7,12 +7,12 @@
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/scalar.hpp"
 
-/// Whether a triangle is near the convex hull of points, by the distance of the origin from the differences of their
-/// points (Gilbert, Johnson and Keerthi 1988).
+/// Tests whether a triangle is near the convex hull of points, by the distance of the origin from the differences of
+/// their points (Gilbert, Johnson and Keerthi 1988).
 namespace softcd {
 namespace detail {
 
-/// On which side of the plane through the origin, a and b the point c is; 0 where rounding may decide.
+/// Returns the side of the plane through the origin, a and b on which c lies; 0 where rounding could change it.
 SOFTCD_HD inline int certain_side(Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d across = cross(a, b);
   const double determinant = dot(across, c);
@@ -22,14 +22,14 @@ SOFTCD_HD inline int certain_side(Vec3d a, Vec3d b, Vec3d c) {
   return determinant > error ? 1 : (determinant < -error ? -1 : 0);
 }
 
-/// Up to three points, and of their hull the nearest to the origin.
+/// Up to three points, and the point of their hull that is nearest to the origin.
 class NearestSimplex {
  public:
   SOFTCD_HD explicit NearestSimplex(Vec3d first)
       : x_{first, first, first}, direction_(first), squared_distance_(squared_norm(first)) {}
 
   SOFTCD_HD double squared_distance() const { return squared_distance_; }
-  /// From the origin to the nearest point, or the normal there.
+  /// Returns the vector from the origin to the nearest point, or the normal where that point is the origin.
   SOFTCD_HD Vec3d direction() const { return direction_; }
   SOFTCD_HD bool has(Vec3d x) const {
     bool is_there = false;
@@ -37,8 +37,9 @@ class NearestSimplex {
     return is_there;
   }
 
-  /// Only points that the nearest one lies between are kept, and the new one: as it is further towards the origin than
-  /// the others, the nearest is on a side that it has, even where rounding does not tell.
+  /// Adds a point, and drops those that the nearest point does not lie between. The new point always stays: it is
+  /// further towards the origin than the others, so the nearest point is on a side with it, even where rounding hides
+  /// that.
   SOFTCD_HD void add(Vec3d x) {
     if (count_ < 3) {
       keep_nearest({{x_[0], x_[count_ - 1], x}});
@@ -74,7 +75,7 @@ class NearestSimplex {
   }
   static SOFTCD_HD double squared_distance_of(const Corners& corners) { return squared_of(nearest_of(corners)); }
 
-  /// As far as that is certain.
+  /// Returns whether the origin is inside, as far as that is certain.
   SOFTCD_HD bool is_origin_inside(Vec3d x) const {
     const int side = certain_side(x_[0], x_[1], x_[2]);
     return side != 0 && certain_side(x_[0], x, x_[1]) == side && certain_side(x_[1], x, x_[2]) == side &&
@@ -94,15 +95,15 @@ class NearestSimplex {
     if (count_ == 3) turn_to_normal();
   }
 
-  /// What rounding has left along the edge may be more than the distance.
+  /// Removes the component along the edge, because its rounding error may exceed the distance.
   SOFTCD_HD void turn_across_edge() {
     const Vec3d edge = x_[1] - x_[0];
     const double along = dot(direction_, edge) / squared_norm(edge);
     direction_ = direction_ - along * edge;
   }
 
-  /// Which is known where the distance is too small to tell the direction. Across the two shorter sides, as a sliver's
-  /// longest one and another may be nearly parallel.
+  /// Takes the triangle's normal as the direction, where the distance is too small to give one. The two shorter sides
+  /// define it, because a sliver's longest side may be nearly parallel to another one.
   SOFTCD_HD void turn_to_normal() {
     const Vec3d sides[3] = {x_[1] - x_[0], x_[2] - x_[1], x_[0] - x_[2]};
     const double lengths[3] = {squared_norm(sides[0]), squared_norm(sides[1]), squared_norm(sides[2])};
@@ -129,12 +130,13 @@ struct PlacedPoints {
   SOFTCD_HD Vec3d operator[](std::size_t i) const { return in_world[i] - origin; }
 };
 
-/// Whether some point of the triangle is that near to the convex hull of at least one point, whatever these are: on a
-/// line, in a plane, inside, or the same again. False where a plane parts them by more, as computed; so what meets is
-/// told, and so is what no plane can be found for by then, of what is nearly that far apart.
+/// Returns whether some point of the triangle is within the distance of the convex hull of at least one point. The
+/// hull's points may be collinear, coplanar, inside the hull or repeated. Returns false only where a plane separates
+/// the two by more than the distance, as computed. A pair that is nearly that far apart may therefore count as near,
+/// when no such plane is found in time.
 SOFTCD_HD inline bool are_hull_and_triangle_within(const PlacedPoints& hull, const Vec3d (&t)[3],
                                                    double squared_distance) {
-  // Far more than the nearest of these points takes to be found, but where rounding keeps it from being so.
+  // Far more rounds than these points need, unless rounding prevents convergence.
   constexpr int kMostRounds = 64;
   detail::NearestSimplex nearest(hull[0] - t[0]);
   for (int round = 0; round < kMostRounds; ++round) {
@@ -154,7 +156,7 @@ SOFTCD_HD inline bool are_hull_and_triangle_within(const PlacedPoints& hull, con
     const Vec3d difference = foremost - t[corner];
     const double gap = dot(direction, difference);
     if (gap > 0.0 && gap * gap > squared_distance * squared_norm(direction)) return false;
-    // No plane parts them further than this one.
+    // No plane separates them further than this one.
     if (nearest.has(difference)) return true;
     nearest.add(difference);
   }

@@ -5,28 +5,30 @@
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/orientation.hpp"
 
-/// Whether features have a point in common, borders included, decided exactly for all finite float32 coordinates: what
-/// lies in one plane, and triangles and segments that are degenerate, too.
+/// Tests whether features have a point in common, borders included. The result is exact for all finite float32
+/// coordinates, also for coplanar features and degenerate triangles and segments.
 namespace softcd {
 namespace detail {
 
-/// The point's image where one looks along the axis, and a point in front of it.
+/// Returns the point with one coordinate replaced. With the value 0 it is the point's image along the axis; with
+/// another, a point in front of the image.
 SOFTCD_HD inline Vec3f with_coordinate(Vec3f p, int axis, float value) {
   return {axis == 0 ? value : p.x, axis == 1 ? value : p.y, axis == 2 ? value : p.z};
 }
 
-/// Which way the images turn from a over b to c; 0 exactly where they are on a line.
+/// Returns the direction in which the path a, b, c turns in the image along the axis; exactly 0 where the images are
+/// collinear.
 SOFTCD_HD inline int turn(Vec3f a, Vec3f b, Vec3f c, int axis) {
   return orientation(with_coordinate(a, axis, 0.0F), with_coordinate(b, axis, 0.0F), with_coordinate(c, axis, 0.0F),
                      with_coordinate(c, axis, 1.0F));
 }
 
-/// Along one axis, the segments' extents.
+/// Returns whether the segments' extents along one axis overlap.
 SOFTCD_HD inline bool do_extents_meet(float p, float q, float a, float b) {
   return smaller(p, q) <= larger(a, b) && smaller(a, b) <= larger(p, q);
 }
 
-/// Images of segments meet where their boxes do and none is beside the other's line.
+/// Returns whether the images of two segments meet: their boxes do, and no segment lies beside the other's line.
 SOFTCD_HD inline bool do_images_meet(Vec3f p, Vec3f q, Vec3f a, Vec3f b, int axis) {
   for (int other = 0; other < 3; ++other) {
     if (other != axis && !do_extents_meet(p[other], q[other], a[other], b[other])) return false;
@@ -39,8 +41,8 @@ SOFTCD_HD inline bool is_image_inside(Vec3f p, const Vec3f (&t)[3], int axis) {
   return side != 0 && turn(t[1], t[2], p, axis) == side && turn(t[2], t[0], p, axis) == side;
 }
 
-/// Of a segment and a triangle that are in one plane. No image pulls apart what meets, and in at least one of the three
-/// no two of the plane's points have the same image; of points on one line, no two of these.
+/// Returns whether a segment and a triangle in one plane meet. Features that meet have images that meet. In at least
+/// one of the three images, different points of the plane stay different; for collinear points, those of the line do.
 SOFTCD_HD_LONG inline bool do_meet_in_plane(Vec3f p, Vec3f q, const Vec3f (&t)[3]) {
   for (int axis = 0; axis < 3; ++axis) {
     const bool do_meet = do_images_meet(p, q, t[0], t[1], axis) || do_images_meet(p, q, t[1], t[2], axis) ||
@@ -52,8 +54,8 @@ SOFTCD_HD_LONG inline bool do_meet_in_plane(Vec3f p, Vec3f q, const Vec3f (&t)[3
 
 }  // namespace detail
 
-/// Whether the segment pq meets the triangle; the sides of its plane that p and q are on are orientation(t, p) and
-/// orientation(t, q).
+/// Returns whether the segment pq meets the triangle. `p_side` and `q_side` are orientation(t, p) and orientation(t,
+/// q): the sides of the plane that p and q lie on.
 SOFTCD_HD_LONG inline bool do_meet(Vec3f p, Vec3f q, int p_side, int q_side, const Vec3f (&t)[3]) {
   if (p_side * q_side > 0) return false;
   const int first = orientation(p, q, t[0], t[1]);
@@ -62,11 +64,12 @@ SOFTCD_HD_LONG inline bool do_meet(Vec3f p, Vec3f q, int p_side, int q_side, con
   const int third = orientation(p, q, t[2], t[0]);
   if (first * third < 0 || second * third < 0) return false;
   if (p_side != 0 || q_side != 0) return true;
-  // In one plane, unless the triangle has no area.
+  // All in one plane, unless the triangle has no area.
   return first == 0 && second == 0 && third == 0 && detail::do_meet_in_plane(p, q, t);
 }
 
-/// Corners that two triangles of one mesh share: bit i of `of_a` says that corner i of a is a vertex of b, and so on.
+/// Corners that two triangles of one mesh share. Bit i of `of_a` says that corner i of a is a vertex of b; `of_b` is
+/// the reverse.
 struct SharedCorners {
   std::uint32_t of_a = 0, of_b = 0;
 };
@@ -80,22 +83,22 @@ SOFTCD_HD inline SharedCorners shared_corners(const Triangle& a, const Triangle&
   return shared;
 }
 
-/// The sides of the plane of t that the corners of x are on, 0 for those that t shares.
+/// The sides of t's plane on which the corners of x lie; 0 for corners that t shares.
 struct CornerSides {
   int side[3];
 
   SOFTCD_HD CornerSides(const Vec3f (&x)[3], std::uint32_t shared, const Vec3f (&t)[3]) {
     for (int i = 0; i < 3; ++i) side[i] = ((shared >> i) & 1U) != 0U ? 0 : orientation(t[0], t[1], t[2], x[i]);
   }
-  /// Whether the side from that corner to the next has a point outside of the plane.
+  /// Returns whether the side from corner i to the next one has a point outside of the plane.
   SOFTCD_HD bool crosses(int i) const { return side[i] != 0 || side[i == 2 ? 0 : i + 1] != 0; }
   SOFTCD_HD bool are_on_one() const {
     return (side[0] > 0 && side[1] > 0 && side[2] > 0) || (side[0] < 0 && side[1] < 0 && side[2] < 0);
   }
 };
 
-/// The first side of x, from a corner to the next, that meets the triangle t and has none of the shared corners; 3
-/// where none does.
+/// Returns the first side of x, from a corner to the next, that meets the triangle t and has no shared corner; 3 where
+/// there is none.
 SOFTCD_HD inline int first_side_through(const Vec3f (&x)[3], std::uint32_t shared, const CornerSides& sides,
                                         const Vec3f (&t)[3]) {
   for (int i = 0; i < 3; ++i) {
@@ -106,9 +109,10 @@ SOFTCD_HD inline int first_side_through(const Vec3f (&x)[3], std::uint32_t share
   return 3;
 }
 
-/// Whether a side of one of the triangles meets the other one and has no corner that this one shares: so triangles with
-/// no vertex in common intersect wherever they have a point in common, those with one where they do so elsewhere, and
-/// those with two never.
+/// Returns whether a side of one triangle meets the other triangle and has no shared corner.
+/// - Triangles without a common vertex intersect wherever they have a point in common.
+/// - Triangles with one common vertex intersect where they also meet elsewhere.
+/// - Triangles with two common vertices never intersect.
 SOFTCD_HD inline bool do_intersect(const Vec3f (&a)[3], const Vec3f (&b)[3], const SharedCorners& shared = {}) {
   const CornerSides sides_of_a(a, shared.of_a, b);
   if (sides_of_a.are_on_one()) return false;

@@ -13,14 +13,14 @@ namespace softcd {
 /// Number of axes of an 18-DOP (Klosowski et al. 1998): x, y, z, x+y, x+z, y+z, x-y, x-z, y-z.
 constexpr int kKdopAxes = 9;
 
-/// Intervals of a point set along the nine axes. The diagonal axes are not normalised: their unit is
-/// sqrt(2) times shorter than the coordinates'. Aligned so that it moves in 16-byte pieces.
+/// Intervals of a point set along the nine axes. The diagonal axes are not normalised: their unit is sqrt(2) times
+/// shorter than the coordinates' unit. Aligned for copies of 16 bytes.
 struct alignas(16) Kdop18 {
   float lo[kKdopAxes];
   float hi[kKdopAxes];
 };
 
-/// Contains nothing and overlaps nothing; extending it by a point gives that point's volume.
+/// Returns a volume that contains nothing and overlaps nothing. Extended by a point, it becomes that point's volume.
 SOFTCD_HD inline Kdop18 empty_kdop() {
   Kdop18 dop{};
   for (int axis = 0; axis < kKdopAxes; ++axis) {
@@ -34,7 +34,8 @@ SOFTCD_HD constexpr bool is_empty(const Kdop18& dop) {
   return dop.hi[0] < dop.lo[0];
 }
 
-/// Each projection is rounded once, hence monotone: volumes of touching points overlap without any padding.
+/// Extends the volume by a point. Each projection is rounded once and hence monotone: volumes of touching points
+/// overlap without padding.
 SOFTCD_HD inline void extend(Kdop18& dop, Vec3f p) {
   const float projection[kKdopAxes] = {p.x, p.y, p.z, p.x + p.y, p.x + p.z, p.y + p.z, p.x - p.y, p.x - p.z, p.y - p.z};
   for (int axis = 0; axis < kKdopAxes; ++axis) {
@@ -54,7 +55,7 @@ SOFTCD_HD inline Kdop18 merged(const Kdop18& a, const Kdop18& b) {
 }
 }  // namespace generic
 
-/// The volume that holds both.
+/// Returns the volume that contains both.
 SOFTCD_HD inline Kdop18 merged(const Kdop18& a, const Kdop18& b) {
 #ifdef SOFTCD_SSE2
   Kdop18 both;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
@@ -79,8 +80,7 @@ SOFTCD_HD inline float furthest_coordinate(const Kdop18& dop) {
   return furthest;
 }
 
-/// A distance as it appears along the axes, at least: `diagonal` also covers that projections onto diagonals are
-/// rounded.
+/// A lower bound of a distance along the axes. `diagonal` includes the rounding of projections onto diagonals.
 struct AxisDistance {
   float straight, diagonal;
 };
@@ -89,13 +89,14 @@ SOFTCD_HD constexpr float straight_distance(float distance) {
   return distance > 0.0F ? distance : 0.0F;
 }
 
-/// For points with coordinates up to `furthest`. A distance of 0 needs no slack, since projections are monotone.
+/// Returns the distance along the axes for points with coordinates up to `furthest`. A distance of 0 needs no slack,
+/// because projections are monotone.
 SOFTCD_HD inline AxisDistance axis_distance(float distance, float furthest) {
   if (!(distance > 0.0F)) return {0.0F, 0.0F};
   return {distance, outward_up(distance * 1.41421357F) + kCoordinateError * furthest};
 }
 
-/// Grows the volume by a ball of radius `radius`, rounded outward. Nothing changes when the radius is 0.
+/// Grows the volume by a ball of radius `radius`, rounded outward. A radius of 0 changes nothing.
 SOFTCD_HD inline void inflate(Kdop18& dop, float radius) {
   if (!(radius > 0.0F) || is_empty(dop)) return;
   const AxisDistance distance = axis_distance(radius, furthest_coordinate(dop));
@@ -145,12 +146,12 @@ struct ThreeAxes {
 
 }  // namespace detail
 
-/// A triangle's volume in registers. A Kdop18 that was just written in pieces is slow to read in others.
+/// A triangle's volume in registers. Reading a Kdop18 right after writing it is slow when the pieces differ.
 struct TriangleVolume {
   detail::ThreeAxes straight, sums, differences;
 };
 
-/// The volume of a triangle's corners, grown by a ball of this radius.
+/// Returns the volume of a triangle's corners, grown by a ball of this radius.
 inline TriangleVolume grown_triangle(const Vec3f (&points)[3], float radius) {
   TriangleVolume volume;
   for (const Vec3f& point : points) {
@@ -171,7 +172,7 @@ inline TriangleVolume grown_triangle(const Vec3f (&points)[3], float radius) {
   return volume;
 }
 
-/// The volume that holds both.
+/// Returns the volume that contains both.
 inline TriangleVolume merged(TriangleVolume a, const TriangleVolume& b) {
   a.straight.merge(b.straight);
   a.sums.merge(b.sums);
@@ -180,7 +181,7 @@ inline TriangleVolume merged(TriangleVolume a, const TriangleVolume& b) {
 }
 
 inline void store(Kdop18& dop, const TriangleVolume& volume) {
-  // Each piece's last lane is overwritten by the next one, the last one's lies in the padding.
+  // Each store's last lane is overwritten by the next store; the last store's fourth lane is padding.
   static_assert(sizeof(Kdop18) >= (2 * kKdopAxes + 1) * sizeof(float));
   float* const out = reinterpret_cast<float*>(&dop);
   const detail::ThreeAxes* const axes[3] = {&volume.straight, &volume.sums, &volume.differences};
@@ -204,7 +205,7 @@ SOFTCD_HD inline void store(Kdop18& dop, const TriangleVolume& volume) {
 }
 #endif
 
-/// As grown_triangle().
+/// Returns the same volume as grown_triangle(), as a Kdop18.
 SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
   Kdop18 dop;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
   store(dop, grown_triangle(points, radius));
@@ -212,7 +213,7 @@ SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
 }
 
 namespace generic {
-/// By value, so that the device reads them in 16-byte pieces.
+/// Returns whether the volumes overlap. They are passed by value so that the device reads them in 16-byte pieces.
 SOFTCD_HD inline bool overlap(const Kdop18 a, const Kdop18 b) {
   bool is_apart = false;
   for (int axis = 0; axis < 3; ++axis) is_apart |= (a.hi[axis] < b.lo[axis]) | (b.hi[axis] < a.lo[axis]);
@@ -245,7 +246,7 @@ SOFTCD_HD inline bool contains(const Kdop18& outer, const Kdop18& inner) {
 }
 }  // namespace generic
 
-/// Whether `inner` is not empty and lies within `outer`, borders included.
+/// Returns whether `inner` is not empty and lies within `outer`, borders included.
 SOFTCD_HD inline bool contains(const Kdop18& outer, const Kdop18& inner) {
 #ifdef SOFTCD_SSE2
   const auto within = [&](int axis) {
@@ -259,7 +260,7 @@ SOFTCD_HD inline bool contains(const Kdop18& outer, const Kdop18& inner) {
 #endif
 }
 
-/// The first three axes of the volume.
+/// Returns the volume's intervals along x, y and z as a box.
 SOFTCD_HD constexpr Box box_of(const Kdop18& dop) {
   return {{dop.lo[0], dop.lo[1], dop.lo[2]}, {dop.hi[0], dop.hi[1], dop.hi[2]}};
 }

@@ -5,15 +5,15 @@
 #include "softcd/math/exact_sum.hpp"
 #include "softcd/math/scalar.hpp"
 
-/// On which side of a plane a point is, exactly for all finite float32 coordinates: neither what double computes of
-/// them, nor what is added up exactly where that does not suffice, is too large or too small for double.
+/// Finds the side of a plane on which a point lies. The result is exact for all finite float32 coordinates: neither the
+/// computation in double nor the exact sum that follows when needed leaves double's range.
 namespace softcd {
 namespace detail {
 
-/// The 24 products of three coordinates that a determinant of differences is made of, two parts each.
+/// The 24 products of three coordinates in a determinant of differences, two parts each.
 using DeterminantSum = ExactSum<48>;
 
-/// sign a b c; a b is exact.
+/// Adds sign a b c; a b is exact.
 SOFTCD_HD inline void add_product(DeterminantSum& sum, double sign, float a, float b, float c) {
   const double left = static_cast<double>(a) * static_cast<double>(b);
   const auto right = static_cast<double>(c);
@@ -22,7 +22,7 @@ SOFTCD_HD inline void add_product(DeterminantSum& sum, double sign, float a, flo
   sum.add(sign * product);
 }
 
-/// sign a . (b x c)
+/// Adds sign a . (b x c).
 SOFTCD_HD inline void add_triple_product(DeterminantSum& sum, double sign, Vec3f a, Vec3f b, Vec3f c) {
   for (int axis = 0; axis < 3; ++axis) {
     const int next = axis == 2 ? 0 : axis + 1;
@@ -43,7 +43,7 @@ SOFTCD_HD_LONG inline int exact_orientation(Vec3f a, Vec3f b, Vec3f c, Vec3f d) 
 
 }  // namespace detail
 
-/// The sign of (a - d) . ((b - d) x (c - d)): 0 exactly where the four are in one plane.
+/// Returns the sign of (a - d) . ((b - d) x (c - d)); exactly 0 where the four points are coplanar.
 SOFTCD_HD inline int orientation(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
   const Vec3d from = vec3_cast<double>(d);
   const Vec3d u = vec3_cast<double>(a) - from;
@@ -59,7 +59,8 @@ SOFTCD_HD inline int orientation(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
   const double size = (magnitude(vw) + magnitude(wv)) * magnitude(u.z) +
                       (magnitude(wu) + magnitude(uw)) * magnitude(v.z) +
                       (magnitude(uv) + magnitude(vu)) * magnitude(w.z);
-  // Of the determinant's error (Shewchuk 1997). No difference of unequal numbers is 0, nor is a product of such.
+  // Error bound of the determinant (Shewchuk 1997). No difference of unequal numbers is 0, nor is a product of such
+  // differences.
   constexpr double kUnit = 0x1p-53;
   constexpr double kBound = (7.0 + 56.0 * kUnit) * kUnit;
   if (magnitude(determinant) > kBound * size) return determinant > 0.0 ? 1 : -1;

@@ -9,14 +9,17 @@
 #include "softcd/math/exact_sum.hpp"
 #include "softcd/math/scalar.hpp"
 
-/// The watertight test of Woop, Benthin and Wald, Watertight Ray/Triangle Intersection (JCGT 2013), in double. Vertices
-/// are sheared into a plane across the ray, where the ray is the origin, and a triangle is met where the origin is on
-/// one side of all its sides' images. Images are rounded: where their error might decide, the side of the ray itself is
-/// computed exactly. It is the opposite for the triangle on the other side: no ray slips through between triangles that
-/// share an edge, or around a vertex. A triangle that is seen edge-on has the ray on none of its sides.
+/// The watertight test of Woop, Benthin and Wald, Watertight Ray/Triangle Intersection (JCGT 2013), in double.
+/// - Vertices are sheared into a plane across the ray, in which the ray is the origin. The ray meets a triangle when
+///   the origin is on one side of all images of the triangle's sides.
+/// - Images are rounded. Where their error might decide, the ray's position relative to the side itself is computed
+///   exactly.
+/// - The triangle on the other side of an edge gets the opposite sign. So no ray passes between triangles that share an
+///   edge, or around a vertex.
+/// - A triangle that is seen edge-on has the ray on none of its sides.
 namespace softcd {
 
-/// A ray as the test wants it, relative to the scene's origin.
+/// A ray prepared for the test, relative to the scene's origin.
 struct ShearedRay {
   Vec3d origin;
   Vec3d direction;
@@ -24,7 +27,7 @@ struct ShearedRay {
   double sx, sy;
 };
 
-/// False for a ray that hits nothing: see Ray.
+/// Prepares a ray. Returns false for a ray that hits nothing: see Ray.
 SOFTCD_HD inline bool shear(const Ray& ray, Vec3d scene_origin, ShearedRay& sheared) {
   const Vec3d d = ray.direction;
   sheared.origin = ray.origin - scene_origin;
@@ -40,7 +43,7 @@ SOFTCD_HD inline bool shear(const Ray& ray, Vec3d scene_origin, ShearedRay& shea
   return true;
 }
 
-/// A vertex's image, and how far along the ray it is.
+/// Returns a vertex's image, and as z its distance along the ray.
 SOFTCD_HD inline Vec3d sheared_vertex(const ShearedRay& ray, Vec3f vertex) {
   const Vec3d a = vec3_cast<double>(vertex) - ray.origin;
   const double z = a[ray.kz];
@@ -49,13 +52,12 @@ SOFTCD_HD inline Vec3d sheared_vertex(const ShearedRay& ray, Vec3f vertex) {
 
 namespace detail {
 
-/// Two points of a ray's and a triangle's side, without rounding: the side's start seen from the ray's origin, and the
-/// way to its end.
+/// A triangle's side without rounding: its start relative to the ray's origin, and the vector from there to its end.
 struct ExactSide {
   DoubleDouble start[3], way[3];
 };
 
-/// direction . (start x way), rounded, of exactly its sign unless it underflows.
+/// Returns direction . (start x way), rounded, with the exact sign unless it underflows.
 SOFTCD_HD_LONG inline double exact_volume(const Vec3d& direction, const ExactSide& side) {
   ExactSum<96> sum;
   SOFTCD_NOT_UNROLLED
@@ -81,7 +83,7 @@ SOFTCD_HD_LONG inline double exact_volume(const Vec3d& direction, const ExactSid
   return sum.value();
 }
 
-/// Whether the ray begins at the vertex, or where t is 1 ends there: rays that are made of vertices often do.
+/// Returns whether the ray begins at the vertex or passes it at t = 1: rays between vertices often do.
 SOFTCD_HD inline bool is_end_of(const ShearedRay& ray, Vec3f vertex) {
   bool is_begin = true;
   bool is_end = true;
@@ -94,7 +96,8 @@ SOFTCD_HD inline bool is_end_of(const ShearedRay& ray, Vec3f vertex) {
   return is_begin || is_end;
 }
 
-/// The doubled area of the images of the ray's origin, p and q, within 2^-24 of itself and of exactly its sign.
+/// Returns the doubled area of the images of the ray's origin, p and q, within 2^-24 of its value and with the exact
+/// sign.
 SOFTCD_HD_LONG inline double exact_area(const ShearedRay& ray, Vec3f p, Vec3f q) {
   if (is_end_of(ray, p) || is_end_of(ray, q)) return 0.0;
   const Vec3d direction = safe_scale(max_norm(ray.direction)) * ray.direction;
@@ -129,7 +132,7 @@ SOFTCD_HD_LONG inline double exact_area(const ShearedRay& ray, Vec3f p, Vec3f q)
     const DoubleDouble area = side.start[next] * side.way[last] + -(side.start[last] * side.way[next]);
     volume = volume + area * DoubleDouble{direction[axis], 0.0};
   }
-  // The volume is off by less than 2^-96 of its terms' size.
+  // The volume's error is below 2^-96 of the size of its terms.
   const double least = 0x1p-72 * (max_norm(direction) * start_size * way_size);
   const double exact = magnitude(volume.hi) > least ? volume.hi : exact_volume(direction, side);
   return exact / direction[ray.kz];
@@ -137,15 +140,16 @@ SOFTCD_HD_LONG inline double exact_area(const ShearedRay& ray, Vec3f p, Vec3f q)
 
 }  // namespace detail
 
-/// px qy - py qx
+/// Returns px qy - py qx.
 SOFTCD_HD inline double doubled_area(const Vec3d& p, const Vec3d& q) {
   return p.x * q.y - p.y * q.x;
 }
 
-/// No doubled area of two of these images is further from that of unrounded ones. With r = |image| + |z|, which bounds
-/// the vertex's distance from the origin along an axis, and u = 2^-53: an image is off by 2 u from subtracting the
-/// origin, 3 u from the shear and u from the last subtraction, less than 6 u r in all; an area by four times that and
-/// the image, and 4 u of the image's square.
+/// Bounds the error of the doubled areas of these images against unrounded images. Let u = 2^-53 and r = |image| + |z|,
+/// which bounds the vertex's distance from the origin along an axis.
+/// - An image's error is 2 u from subtracting the origin, 3 u from the shear and u from the last subtraction: less than
+///   6 u r in all.
+/// - An area's error is four times the product of that and the image, plus 4 u of the image's square.
 SOFTCD_HD inline double area_error(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const double image = larger(larger(larger(magnitude(a.x), magnitude(a.y)), larger(magnitude(b.x), magnitude(b.y))),
                               larger(magnitude(c.x), magnitude(c.y)));
@@ -158,8 +162,8 @@ struct RayCrossing {
   double weights[3];
 };
 
-/// Where the ray's line passes through the triangle, borders included. A triangle that the line lies in the plane of is
-/// not passed through.
+/// Finds where the ray's line passes through the triangle, borders included. A line in the triangle's plane does not
+/// pass through it.
 SOFTCD_HD inline bool find_crossing(const ShearedRay& ray, const Vec3f (&x)[3], RayCrossing& crossing) {
   const Vec3d a = sheared_vertex(ray, x[0]);
   const Vec3d b = sheared_vertex(ray, x[1]);
@@ -172,7 +176,7 @@ SOFTCD_HD inline bool find_crossing(const ShearedRay& ray, const Vec3f (&x)[3], 
   const double error = area_error(a, b, c);
   if ((lowest < -error) & (highest > error)) return false;
   double whole = u + v + w;
-  // Of a triangle that is almost seen edge-on, errors would decide about all weights.
+  // For a triangle that is seen almost edge-on, rounding errors would decide all weights.
   const double least = magnitude(whole) > 0x1p+24 * error ? error : DBL_MAX;
   if (!((lowest > least) | (highest < -least))) {
     if (!(magnitude(u) > least)) u = detail::exact_area(ray, x[1], x[2]);
@@ -186,7 +190,7 @@ SOFTCD_HD inline bool find_crossing(const ShearedRay& ray, const Vec3f (&x)[3], 
   crossing.weights[0] = u / whole;
   crossing.weights[1] = v / whole;
   crossing.weights[2] = w / whole;
-  // Exact across an axis.
+  // Interpolated along z, so a triangle across an axis has an exact t.
   const double z = a.z + (crossing.weights[1] * (b.z - a.z) + crossing.weights[2] * (c.z - a.z));
   crossing.t = z / ray.direction[ray.kz];
   return true;

@@ -9,8 +9,8 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/vec3.hpp"
 
-/// Scalars for predicates. Only + - * / sqrt and comparisons occur, each rounded once by IEEE 754, so that host
-/// and device return the same bytes (contraction must be off on both).
+/// Scalar functions for predicates. Only + - * / sqrt and comparisons occur. IEEE 754 rounds each once, so host and
+/// device return the same bytes (contraction must be off on both).
 namespace softcd {
 
 /// Distance from 1 to the next number; one rounding changes a value by at most half of it.
@@ -23,13 +23,13 @@ SOFTCD_HD constexpr T epsilon() {
   }
 }
 
-/// b when the comparison is unordered.
+/// Returns the smaller number; b when one is NaN.
 template <class T>
 SOFTCD_HD constexpr T smaller(T a, T b) {
   return a < b ? a : b;
 }
 
-/// b when the comparison is unordered.
+/// Returns the larger number; b when one is NaN.
 template <class T>
 SOFTCD_HD constexpr T larger(T a, T b) {
   return a > b ? a : b;
@@ -53,13 +53,13 @@ SOFTCD_HD T norm(Vec3<T> a) {
   return square_root(squared_norm(a));
 }
 
-/// Largest magnitude of a component.
+/// Returns the largest magnitude of a component.
 template <class T>
 SOFTCD_HD T max_norm(Vec3<T> a) {
   return larger(larger(magnitude(a.x), magnitude(a.y)), magnitude(a.z));
 }
 
-/// The direction of a, whose length may be any but 0.
+/// Returns the direction of a, which may have any length but 0.
 template <class T>
 SOFTCD_HD Vec3<T> unit_vector(Vec3<T> a) {
   const T size = max_norm(a);
@@ -67,16 +67,16 @@ SOFTCD_HD Vec3<T> unit_vector(Vec3<T> a) {
   return (T(1) / norm(direction)) * direction;
 }
 
-/// The point at t of the straight motion from a to b: exact at t = 0 and t = 1, within 1.5 epsilon of the larger
-/// magnitude in between.
+/// Returns the point at t of the straight motion from a to b. Exact at t = 0 and t = 1; in between within 1.5 epsilon
+/// of the larger magnitude.
 template <class T>
 SOFTCD_HD Vec3<T> interpolate(Vec3<T> a, Vec3<T> b, T t) {
   return (T(1) - t) * a + t * b;
 }
 
-/// A power of two that brings lengths up to `extent` (0, any positive value, or infinity after an overflow) into a
-/// range where products of six of them neither overflow nor lose the figures that matter. 1 for ordinary extents:
-/// 1e-5 to 2.6e8 in float, 1e-45 to 1e45 in double.
+/// Returns a power of two that scales lengths up to `extent` into a safe range: products of six of them neither
+/// overflow nor lose relevant figures. `extent` may be 0, positive, or infinite after an overflow. Returns 1 for
+/// ordinary extents: 1e-5 to 2.6e8 in float, 1e-45 to 1e45 in double.
 template <class T>
 SOFTCD_HD T safe_scale(T extent) {
   constexpr bool kSingle = std::is_same_v<T, float>;
@@ -94,14 +94,15 @@ SOFTCD_HD T safe_scale(T extent) {
   return scale;
 }
 
-/// The length of a, whose squares may be beyond T's range.
+/// Returns the length of a, also where its square is beyond T's range.
 template <class T>
 SOFTCD_HD T length(Vec3<T> a) {
   const T scale = safe_scale(max_norm(a));
   return scale == T(1) ? norm(a) : norm(scale * a) / scale;
 }
 
-/// A value below x by one to two units in the last place (above for outward_up): undoes any single rounding.
+/// Returns a value one to two units in the last place below x (above x for outward_up), which compensates any single
+/// rounding.
 SOFTCD_HD inline float outward_down(float x) {
   return x - (magnitude(x) * epsilon<float>() + FLT_MIN);
 }
@@ -109,11 +110,11 @@ SOFTCD_HD inline float outward_up(float x) {
   return x + (magnitude(x) * epsilon<float>() + FLT_MIN);
 }
 
-/// Relative to the largest of the coordinates that a number was made of by a few sums, or products with numbers up to
-/// 1: bounds their roundings and that of a projection onto a diagonal of the 18-DOP.
+/// Error of a number that is a sum of few coordinates, or of their products with numbers up to 1, relative to the
+/// largest coordinate. Includes the rounding of a projection onto a diagonal of the 18-DOP.
 constexpr float kCoordinateError = 8.0F * epsilon<float>();
 
-/// The largest float that does not exceed x, for x from 0 to the largest float.
+/// Returns the largest float that does not exceed x, for x from 0 to the largest float.
 SOFTCD_HD inline float rounded_down(double x) {
   auto nearest = static_cast<float>(x);
   if (static_cast<double>(nearest) > x) {

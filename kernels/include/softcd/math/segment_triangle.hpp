@@ -6,7 +6,7 @@
 namespace softcd {
 namespace detail {
 
-/// Whether the segment passes from one side of the triangle to the other, as computed.
+/// Returns whether the segment passes from one side of the triangle to the other, as computed.
 SOFTCD_HD inline bool passes_through(Vec3d p, Vec3d q, const Vec3d (&t)[3]) {
   const Vec3d normal = cross(t[1] - t[0], t[2] - t[0]);
   if (!(dot(normal, p - t[0]) * dot(normal, q - t[0]) < 0.0)) return false;
@@ -25,8 +25,8 @@ SOFTCD_HD inline bool are_within(const ClosestPoints<double>& points, double squ
 
 }  // namespace detail
 
-/// Whether some point of the segment pq is that near to the triangle, as computed: an end of the segment is, a side of
-/// the triangle, or the segment passes through.
+/// Returns whether the segment pq is within the distance of the triangle, as computed: by one of its ends, by a side of
+/// the triangle, or because it passes through.
 SOFTCD_HD inline bool are_segment_and_triangle_within(Vec3d p, Vec3d q, const Vec3d (&t)[3], double squared_distance) {
   if (detail::are_within(closest_points_vertex_triangle(p, t[0], t[1], t[2]), squared_distance)) return true;
   if (detail::are_within(closest_points_vertex_triangle(q, t[0], t[1], t[2]), squared_distance)) return true;

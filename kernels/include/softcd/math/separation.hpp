@@ -9,7 +9,7 @@
 
 namespace softcd {
 
-/// The projection of p onto one of the nine axes, rounded once.
+/// Returns the projection of p onto one of the nine axes, rounded once.
 template <int kAxis>
 SOFTCD_HD constexpr float project(Vec3f p) {
   if constexpr (kAxis < 3) {
@@ -21,7 +21,7 @@ SOFTCD_HD constexpr float project(Vec3f p) {
   }
 }
 
-/// A moving set of points: where each is at both ends of the step.
+/// A moving set of points: their positions at both ends of the step.
 template <int kCount>
 struct PointMotion {
   Vec3f t0[kCount];
@@ -32,7 +32,7 @@ struct Interval {
   float lo, hi;
 };
 
-/// Where the points begin <= i < end project to.
+/// Returns the interval of the projections of the points begin <= i < end.
 template <int kAxis>
 SOFTCD_HD constexpr Interval project(const Vec3f* points, int begin, int end) {
   Interval interval = {project<kAxis>(points[begin]), project<kAxis>(points[begin])};
@@ -58,8 +58,8 @@ SOFTCD_HD bool apart_on_axis(const PointMotion<kCount>& points, float distance) 
   return is_below | is_above;
 }
 
-/// Whether, along x, y or z, the first kSplit points lie more than `distance` beyond the others at both ends of a
-/// straight-line motion, and so throughout; unless swept, at t1.
+/// Returns whether the first kSplit points lie more than `distance` beyond the others along x, y or z. If kSwept, at
+/// both ends of a straight-line motion and hence throughout; else at t1.
 template <bool kSwept, int kSplit, int kCount>
 SOFTCD_HD bool certainly_apart_on_straight_axes(const PointMotion<kCount>& points, AxisDistance distance) {
   const bool x = apart_on_axis<kSwept, 0, kSplit>(points, distance.straight);
@@ -68,8 +68,9 @@ SOFTCD_HD bool certainly_apart_on_straight_axes(const PointMotion<kCount>& point
   return x | y | z;
 }
 
-/// Whether, along x, y or z, the first kSplit of the points x[v[0]], x[v[1]] ... lie more than `distance`, which is a
-/// straight_distance, beyond the others at both ends of a straight-line motion, and so throughout; unless swept, at t1.
+/// Returns whether the first kSplit of the points x[v[0]], x[v[1]] ... lie more than `distance`, a straight_distance,
+/// beyond the others along x, y or z. If kSwept, at both ends of a straight-line motion and hence throughout; else at
+/// t1.
 template <bool kSwept, int kSplit, int kCount>
 SOFTCD_HD bool certainly_apart_on_straight_axes(const Vec3f* x_t0, const Vec3f* x_t1, const std::uint32_t (&v)[kCount],
                                                 float distance) {
@@ -81,8 +82,8 @@ SOFTCD_HD bool certainly_apart_on_straight_axes(const Vec3f* x_t0, const Vec3f* 
   return certainly_apart_on_straight_axes<kSwept, kSplit>(points, {distance, distance});
 }
 
-/// Whether, along one of the six diagonal axes, the first kSplit points lie more than `distance` beyond the others at
-/// both ends of a straight-line motion, and so throughout; unless swept, at t1.
+/// Returns whether the first kSplit points lie more than `distance` beyond the others along one of the six diagonal
+/// axes. If kSwept, at both ends of a straight-line motion and hence throughout; else at t1.
 template <bool kSwept, int kSplit, int kCount>
 SOFTCD_HD bool certainly_apart_on_diagonal_axes(const PointMotion<kCount>& points, AxisDistance distance) {
   const bool xy = apart_on_axis<kSwept, 3, kSplit>(points, distance.diagonal);

@@ -1,8 +1,8 @@
 #pragma once
 
-/// SSE2, part of every x86-64, for the few tests that the CPU backend spends its time on. Each has a twin in namespace
-/// generic, for the device and for other processors, that returns the same for every input: smaller() is _mm_min_ps and
-/// larger() is _mm_max_ps, operand by operand, signs of zeros and NaN included.
+/// SSE2, which every x86-64 processor has, for the few tests that take most of the CPU backend's time. Each has a twin
+/// in namespace generic, for the device and for other processors. The twin returns the same for every input: smaller()
+/// is _mm_min_ps and larger() is _mm_max_ps, operand by operand, signs of zeros and NaN included.
 #if defined(__SSE2__) && !defined(__CUDA_ARCH__)
 #define SOFTCD_SSE2
 #include <emmintrin.h>
@@ -13,7 +13,7 @@
 
 namespace softcd::detail {
 
-/// x, y, z, 0.
+/// Returns the lanes x, y, z, 0.
 inline __m128 lanes_of(const Vec3f& p) {
   const __m128 xy = _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&p.x)));
   return _mm_movelh_ps(xy, _mm_load_ss(&p.z));

@@ -11,8 +11,8 @@ struct Sphere {
   float radius;
 };
 
-/// Half the diagonal of the triangle's box: the radius of a sphere around the box's centre that holds the triangle.
-/// Needs no division, so slivers and points are as good as any triangle.
+/// Returns the sphere around the triangle's box; its radius is half the box's diagonal. It needs no division, so
+/// slivers and points are no special cases.
 SOFTCD_HD inline Sphere bounding_sphere(Vec3f a, Vec3f b, Vec3f c) {
   const Box box = merged(merged(box_of(a), box_of(b)), box_of(c));
   const Vec3f diagonal = box.hi - box.lo;

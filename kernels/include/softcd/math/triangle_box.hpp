@@ -5,10 +5,10 @@
 
 namespace softcd {
 
-/// Whether the triangle's plane, or an axis across one of its sides and one of the box's, has the triangle and the box
-/// on two sides: with the boxes' own axes all that can part them (Akenine-Moeller, Fast 3D Triangle-Box Overlap
-/// Testing, 2001). Triangles without area are parted by what parts segments and points. What touches is not parted.
-/// The triangle is given as seen from the box's centre, along its axes.
+/// Returns whether the triangle and the box are separated by the triangle's plane, or along an axis across a triangle's
+/// side and a box's side. With the box's own axes, these are all possible separating axes (Akenine-Moeller, Fast 3D
+/// Triangle-Box Overlap Testing, 2001). For triangles without area, the axes of segments and points are among them.
+/// Touching counts as not separated. The triangle's corners are relative to the box's centre, along the box's axes.
 SOFTCD_HD inline bool are_separate_across(const Vec3d (&v)[3], Vec3d half) {
   const auto parts = [&](Vec3d axis) {
     const double reach = half.x * magnitude(axis.x) + half.y * magnitude(axis.y) + half.z * magnitude(axis.z);

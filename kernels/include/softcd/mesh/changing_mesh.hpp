@@ -9,16 +9,16 @@
 
 namespace softcd {
 
-/// A mesh of which some triangles are changed at a time, at the cost of these and of those around them. Its topology is
-/// what build_topology would make of its triangles, but for the edges' order: an edge that stays keeps its index, and
-/// new ones take those that are free, or are put behind the last.
+/// A mesh in which some triangles change at a time. A change costs time for these triangles and those around them only.
+/// Its topology is that of build_topology, except for the edges' order. Remaining edges keep their indices, and new
+/// edges take free indices or follow behind the last.
 class ChangingMesh {
  public:
   explicit ChangingMesh(Topology mesh);
 
-  /// Edges that no triangle has are {0, 0}.
+  /// Returns the topology. An edge {0, 0} belongs to no triangle: its index is free.
   const Topology& topology() const { return mesh_; }
-  /// That triangles have.
+  /// Returns the number of edges that belong to a triangle.
   std::uint32_t edge_count() const { return static_cast<std::uint32_t>(mesh_.edges.size() - free_edges_.size()); }
   bool lists_neighbours() const { return has_few_corners_around(corners_around_, mesh_.triangles.size()); }
   /// Calls visit(t) for every triangle t of the vertex, once, in any order.
@@ -27,26 +27,27 @@ class ChangingMesh {
     for (std::uint32_t corner = first_corner_[v]; corner != kNoIndex; corner = links_[corner].next) visit(corner / 3);
   }
 
-  /// Now the mesh is `triangles`, of which those in `changed` are read, and those behind the last that there was; the
-  /// others are as they were. Indices must be below vertex_count, and in triangles that stay they must be, too. Changes
-  /// nothing when it throws std::bad_alloc.
+  /// Changes the mesh to `triangles`. Reads those with indices in `changed`, and those behind the mesh's last; keeps
+  /// the others. Indices must be below vertex_count, also in kept triangles. Changes nothing when it throws
+  /// std::bad_alloc.
   void change(Span<const Triangle> triangles, std::uint32_t vertex_count, Span<const std::uint32_t> changed);
 
-  /// Since the last forget_changes(): triangles with other vertices, edges or ownership, and edges with other vertices;
-  /// some may be gone.
+  /// Return what has changed since the last forget_changes(): triangles with other vertices, edges or ownership, and
+  /// edges with other vertices. Some may no longer exist.
   Span<const std::uint32_t> changed_triangles() const { return changed_triangles_.indices(); }
   Span<const std::uint32_t> changed_edges() const { return changed_edges_.indices(); }
   bool has_changes() const { return has_changes_; }
   void forget_changes() noexcept;
 
-  /// Since the last forget_relisted(), and found from the first such call on: triangles with other vertices, edges or
-  /// ownership, whose NeighbourFeatures, and their neighbours' with them, are to be listed anew; some may be gone.
+  /// Returns the triangles with other vertices, edges or ownership since the last forget_relisted(). The first
+  /// forget_relisted() turns this bookkeeping on. NeighbourFeatures must be listed again for these triangles and their
+  /// neighbours. Some may no longer exist.
   Span<const std::uint32_t> relisted_triangles() const { return relisted_.indices(); }
   bool is_relisted(std::uint32_t t) const { return relisted_.contains(t); }
-  /// They, and the neighbours that they had.
+  /// Returns those triangles and the neighbours that they had.
   Span<const std::uint32_t> stale_triangles() const { return stale_.indices(); }
-  /// Whether a vertex and a triangle, or two edges, which were listed, are to be listed anew, or are no more. Of such
-  /// two the triangle and the vertex's owner, or both edges' owners, were stale_triangles().
+  /// Return whether a listed pair (vertex and triangle, or two edges) must be listed again, or no longer exists. For
+  /// such a pair, the triangle and the vertex's owner, or both edges' owners, are among stale_triangles().
   bool is_stale_pair(std::uint32_t vertex, std::uint32_t triangle) const {
     return relisted_.contains(triangle) || stale_vertices_.contains(vertex);
   }
@@ -56,8 +57,8 @@ class ChangingMesh {
   void forget_relisted() noexcept;
 
  private:
-  /// Of a triangle's corner, 3 * triangle + corner: those of the same vertex. Only a triangle's first corner at a
-  /// vertex is linked.
+  /// Links of a triangle's corner, 3 * triangle + corner, to other corners at the same vertex. Of a triangle's corners
+  /// at one vertex, only the first is linked.
   struct Links {
     std::uint32_t previous, next;
   };
@@ -88,12 +89,12 @@ class ChangingMesh {
   std::vector<std::uint32_t> free_edges_;
   IndexSet changed_triangles_, changed_edges_;
   IndexSet relisted_, stale_;              ///< triangles
-  IndexSet stale_vertices_, stale_edges_;  ///< that relisted triangles owned when something was listed
+  IndexSet stale_vertices_, stale_edges_;  ///< owned by relisted triangles when the features were listed
   bool has_changes_ = false, finds_relisted_ = false;
-  // Of the change that is being made:
-  IndexSet touched_;                    ///< triangles that are taken out, put in, or both
-  IndexSet vertices_, edges_;           ///< of these, before and afterwards
-  std::vector<KeyedEdge> lost_by_key_;  ///< edges of triangles that were taken out, by their vertices
+  // State of the change in progress:
+  IndexSet touched_;                    ///< triangles that it removes, adds, or both
+  IndexSet vertices_, edges_;           ///< of these triangles, before and after
+  std::vector<KeyedEdge> lost_by_key_;  ///< edges of removed triangles, by their vertices
 };
 
 }  // namespace softcd

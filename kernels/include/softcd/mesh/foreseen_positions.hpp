@@ -10,23 +10,24 @@ SOFTCD_HD inline double origin_of(double lo, double hi) {
   return is_far ? centre : 0.0;
 }
 
-/// The point that is subtracted from all positions, in double, before they become float32. An axis is shifted only
-/// where the scene is at least as far from the origin as it is wide: the difference of two numbers within a factor of
-/// two of each other is exact (Sterbenz 1974), so that float32 positions stay as they are, shifted or not, and can be
-/// told from what they were shifted to.
+/// Returns the point that is subtracted from all positions, in double, before they become float32. It shifts an axis
+/// only where the scene is at least as far from the origin as it is wide. The difference of two numbers within a factor
+/// of two of each other is exact (Sterbenz 1974). Float32 positions therefore lose nothing, and the unshifted positions
+/// can be recovered.
 SOFTCD_HD inline Vec3d origin_of(const Extent& scene) {
   return {origin_of(scene.lo.x, scene.hi.x), origin_of(scene.lo.y, scene.hi.y), origin_of(scene.lo.z, scene.hi.z)};
 }
 
-/// What a detection takes for granted of positions on a device that the host has not seen, beside where each body is.
+/// Predictions that a detection makes about positions on a device that the host has not read, apart from each body's
+/// extent.
 struct Foreseen {
-  Vec3d origin{0, 0, 0};     ///< of the scene, with these positions in it
-  Extent others;             ///< of all others that the origin depends on
-  bool looks_at_t0 = false;  ///< it depends on these at t0, too
-  bool moves = false;        ///< some vertex is not at t1 where it was at t0
+  Vec3d origin{0, 0, 0};     ///< the scene's origin, with these positions included
+  Extent others;             ///< extent of all other positions that the origin depends on
+  bool looks_at_t0 = false;  ///< the origin depends on these positions at t0, too
+  bool moves = false;        ///< some vertex has different positions at t0 and t1
 };
 
-/// Whether vertices are where this was foreseen of the body that they are of.
+/// Returns whether vertices are within the predicted extent of their body.
 SOFTCD_HD inline bool is_within(const Extent& seen, const Extent& foreseen) {
   return seen.lo.x >= foreseen.lo.x && seen.lo.y >= foreseen.lo.y && seen.lo.z >= foreseen.lo.z &&
          seen.hi.x <= foreseen.hi.x && seen.hi.y <= foreseen.hi.y && seen.hi.z <= foreseen.hi.z;
@@ -36,7 +37,7 @@ SOFTCD_HD inline bool is_within(const StepSurvey& seen, const StepSurvey& forese
          is_within(seen.t1.extent, foreseen.t1.extent) && seen.squared_move <= foreseen.squared_move;
 }
 
-/// Whether the rest holds of all of them together.
+/// Returns whether the predicted origin and motion hold for all bodies together.
 SOFTCD_HD inline bool is_as_foreseen(const StepSurvey& seen, const Foreseen& foreseen) {
   Extent extent = foreseen.others;
   extent.extend(seen.t1.extent);

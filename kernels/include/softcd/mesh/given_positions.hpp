@@ -14,21 +14,22 @@
 
 namespace softcd {
 
-/// Three consecutive floats or doubles a position, `stride` bytes apart, in the host's memory or a device's.
+/// The caller's positions: three consecutive floats or doubles each, `stride` bytes apart, in the memory of the host or
+/// of a device.
 struct GivenPositions {
   const void* data = nullptr;
   std::uint64_t stride = 0;
   bool is_double = false;
 };
 
-/// Vertices [begin, end) of one body.
+/// The vertices [begin, end) of one body, which a survey scans for extents and motion.
 struct SurveyedVertices {
   GivenPositions x_t0, x_t1;
   std::uint64_t begin, end;
   bool has_two_ends;  ///< x_t0 is not x_t1
 };
 
-/// Extent of points.
+/// The smallest box around points.
 struct Extent {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -43,11 +44,11 @@ struct Extent {
   SOFTCD_HD void extend(const Extent& other) { extend(other.lo, other.hi); }
 };
 
-/// What is known of one end of a body's step.
+/// Summary of the positions at one end of a body's step.
 struct EndSurvey {
   Extent extent;                  ///< of the vertices that are finite
-  std::uint32_t stray_count = 0;  ///< of the others
-  bool is_rounded = false;        ///< some vertex is not where the scene's float32 has it
+  std::uint32_t stray_count = 0;  ///< number of vertices that are not finite
+  bool is_rounded = false;        ///< some vertex differs from its float32 in the scene
 
   SOFTCD_HD void merge(const EndSurvey& other) {
     extent.extend(other.extent);
@@ -56,11 +57,11 @@ struct EndSurvey {
   }
 };
 
-/// What is known of both.
+/// Summary of the positions at both ends.
 struct StepSurvey {
   EndSurvey t0, t1;
   double squared_move = 0;  ///< largest distance between a vertex's two ends
-  bool moves = false;       ///< some vertex is not at t1 where it was at t0
+  bool moves = false;       ///< some vertex has different positions at t0 and t1
 
   SOFTCD_HD void merge(const StepSurvey& other) {
     t0.merge(other.t0);
@@ -70,7 +71,7 @@ struct StepSurvey {
   }
 };
 
-/// T is what they are.
+/// Returns a vertex's position. T is the type of its coordinates.
 template <class T>
 SOFTCD_HD Vec3d position_at(const GivenPositions& positions, std::uint64_t vertex) {
   const auto* const x =
@@ -78,7 +79,7 @@ SOFTCD_HD Vec3d position_at(const GivenPositions& positions, std::uint64_t verte
   return {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
 }
 
-/// Whether x is not where the float says that is relative to the origin.
+/// Returns whether float32 rounds x relative to the origin.
 SOFTCD_HD inline bool is_rounded(double x, double origin) {
   const DoubleDouble relative = exact_difference(x, origin);
   // g++ 12 forgets to round where it vectorises the conversion to and fro.
@@ -86,13 +87,14 @@ SOFTCD_HD inline bool is_rounded(double x, double origin) {
   return !(static_cast<double>(rounded) == relative.hi && relative.lo == 0.0);
 }
 
-/// Relative to the origin as the scene has it, NaN where it is not finite. Floats lose nothing, see origin_of.
+/// Returns the position relative to the scene's origin, as float32; NaN where it is not finite. Floats lose nothing,
+/// see origin_of.
 SOFTCD_HD inline Vec3f placed(const Vec3d& x, const Vec3d& origin) {
   return is_usable(x) ? vec3_cast<float>(x - origin) : Vec3f{NAN, NAN, NAN};
 }
 
-/// Writes where the scene has a vertex: as a float relative to the origin, or in full. T is what its position was given
-/// as.
+/// Writes a vertex's position for the scene: as a float relative to the origin, or in double. T is the type of the
+/// given coordinates.
 template <class T, class Out>
 struct PlacePosition {
   GivenPositions positions;
@@ -117,7 +119,7 @@ SOFTCD_HD inline void survey_end(const Vec3d& x, EndSurvey& survey) {
   }
 }
 
-/// What becomes of it when it is placed. T is what it was given as: floats stay what they are.
+/// Records whether placing the position rounds it. T is the type of the given coordinates; floats are never rounded.
 template <class T>
 SOFTCD_HD void survey_rounding(const Vec3d& x, const Vec3d& origin, EndSurvey& survey) {
   if constexpr (std::is_same_v<T, double>) {
@@ -132,7 +134,7 @@ SOFTCD_HD inline void survey_way(const Vec3d& x_t0, const Vec3d& x_t1, StepSurve
   survey.squared_move = larger(survey.squared_move, squared_norm(x_t1 - x_t0));
 }
 
-/// One vertex of both ends; nothing of t0 where that is t1, or not needed.
+/// Scans one vertex at both ends of the step. Skips t0 where it equals t1, or is not needed.
 template <class T>
 SOFTCD_HD void survey_vertex(const SurveyedVertices& vertices, std::uint64_t vertex, const Vec3d& origin, bool needs_t0,
                              StepSurvey& survey) {

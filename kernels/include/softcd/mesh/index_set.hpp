@@ -9,17 +9,18 @@
 
 namespace softcd {
 
-/// Makes room for `count` elements, and for a quarter more than there was, so that growing slowly is seldom done.
+/// Reserves capacity for `count` elements, and at least a quarter more than before, so that slow growth seldom
+/// reallocates.
 template <class T>
 void reserve_roomy(std::vector<T>& values, std::size_t count) {
   if (count > values.capacity()) values.reserve(std::max(count, values.capacity() + values.capacity() / 4));
 }
 
-/// Indices, each once, in the order in which they were inserted, or in ascending order once sorted. Emptied at the cost
-/// of what is in it.
+/// A set of indices, in the order of insertion, or in ascending order once sorted. Clearing it takes time for its
+/// elements only.
 class IndexSet {
  public:
-  /// Indices below `bound` can be inserted from now on.
+  /// Allows the insertion of indices below `bound`.
   void reserve(std::size_t bound) {
     if (bound <= is_in_.size()) return;
     reserve_roomy(indices_, bound);

@@ -21,7 +21,7 @@ void for_each_neighbour(const MeshView& mesh, const VertexTriangles& triangles_o
   }
 }
 
-/// The features that one pair of neighbours after the other adds.
+/// Lists the features of pairs of neighbouring triangles, one pair at a time.
 class NeighbourLister {
  public:
   NeighbourLister(const MeshView& mesh, Span<const Ownership> ownership, NeighbourFeatures& out)

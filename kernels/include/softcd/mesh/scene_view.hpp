@@ -14,59 +14,59 @@
 
 namespace softcd {
 
-/// What is in contact by ContactRule::slab is at most this many margins apart: sqrt(5), rounded up.
+/// A pair in contact by ContactRule::slab is at most this many margins apart: sqrt(5), rounded up.
 constexpr float kSlabFactor = 2.23606801F;
 
-/// What the stages need to know of a body.
+/// A body's data for the stages.
 struct SceneBody {
   std::uint32_t id;
   std::uint32_t first_vertex, first_triangle, first_edge;
   float margin;
   bool vertex_triangle, edge_edge;
-  /// The body touches itself, and the features of its triangles that share a vertex are on the scene's lists.
+  /// Whether the body touches itself, and the scene's lists hold the features of its triangles that share a vertex.
   bool lists_neighbours;
-  /// Union of the volumes of all bodies that this one may touch, grown by their margins; empty when there are none.
-  /// A triangle outside takes no part in the detection.
+  /// Union of the volumes of all bodies that this one may touch, grown by their margins; empty when there are none. A
+  /// triangle outside of it takes no part in the detection.
   Box partner_box;
-  /// What the cells of its batch are moved by, see moved_cell: batches are apart in the grid, wherever they are.
+  /// Offset of the cells of the body's batch, see moved_cell. It separates batches in the grid, wherever they are.
   std::uint32_t cell_offset = 0;
-  /// What is near a feature of the body on the mesh, as the scene's rings say, and what is at most so far from it at
-  /// rest (0: nothing), is kept from touching it.
+  /// Exclusions within the body: features that the scene's rings say are near each other on the mesh, and features at
+  /// most `rest_distance` apart in the rest positions (0: none).
   bool excludes_rings = false;
   float rest_distance = 0.0F;
-  /// The detection covers what rounding did to the body's positions, and something was rounded.
+  /// Whether the detection compensates the rounding of the body's positions, and some position was rounded.
   bool is_rounded = false;
 };
 
-/// What decides about features beside where they are; null what no body has.
+/// Filters for features, apart from their positions. A pointer is null where no body has such a filter.
 struct FeatureFilters {
   const VertexFilter* vertices = nullptr;
-  /// Other vertices that are near vertex v on its mesh: ring_vertices[ring_begin[v]] to, without it,
-  /// ring_vertices[ring_begin[v + 1]], ascending.
+  /// Other vertices near vertex v on its mesh, ascending: ring_vertices[ring_begin[v]] up to, but without,
+  /// ring_vertices[ring_begin[v + 1]].
   const std::uint64_t* ring_begin = nullptr;
   const std::uint32_t* ring_vertices = nullptr;
-  /// At rest, each body relative to a point of its own.
+  /// Rest positions, each body relative to a point of its own.
   const Vec3f* x_rest = nullptr;
-  bool are_set = false;  ///< some body of the detection has one
+  bool are_set = false;  ///< some body of the detection has a filter
 
   friend bool operator==(const FeatureFilters&, const FeatureFilters&) = default;
 };
 
-/// Bounds the distance from a position to the float32 that it was rounded to, relative to the scene's origin. Each
-/// coordinate is off by at most 2^-24 of the float, and by far less for the origin's subtraction: sqrt(3) 2^-24, with
-/// room for the roundings of this bound, and for denormalized floats.
+/// Bounds the distance between a position and its float32, relative to the scene's origin. Each coordinate has an error
+/// of at most 2^-24 of the float, and a far smaller one from the subtraction of the origin. The bound is sqrt(3) 2^-24,
+/// plus an allowance for its own roundings and for denormalized floats.
 SOFTCD_HD inline float rounding_bound(const Vec3f& rounded) {
   constexpr float kLargestShare = 1.75F * 0x1p-24F;
   return kLargestShare * max_norm(rounded) + FLT_MIN;
 }
 
-/// All bodies concatenated in ascending order of ids; memory of the backend. Positions are float32, relative to the
-/// scene's origin; x_t0 == x_t1 when nothing but the end of the step counts.
+/// All bodies concatenated in ascending order of ids, in the backend's memory. Positions are float32, relative to the
+/// scene's origin. x_t0 == x_t1 when only one end of the step matters.
 struct SceneView {
   const Vec3f* x_t0 = nullptr;
   const Vec3f* x_t1 = nullptr;
-  /// The same in full, as they were given; null where the detection is about the floats, or these are exact. Stages
-  /// that refuse pairs read floats, and allow for SceneBody::is_rounded; those that judge contacts read these.
+  /// The given positions in double. Null where the detection works on the floats, or where the floats are exact. Stages
+  /// that reject pairs read floats, and allow for SceneBody::is_rounded. Stages that judge contacts read these.
   const Vec3d* full_t0 = nullptr;
   const Vec3d* full_t1 = nullptr;
   const Triangle* triangles = nullptr;
@@ -76,33 +76,33 @@ struct SceneView {
   const std::uint32_t* triangle_body = nullptr;
   const std::uint32_t* vertex_body = nullptr;
   const SceneBody* bodies = nullptr;
-  /// Pairs of bodies whose features may touch, each in both bodies' rows; a body that may touch itself is in its own
-  /// row. Row a is partners[partner_begin[a]] to, without it, partners[partner_begin[a + 1]], ascending.
+  /// Pairs of bodies whose features may touch, each in both bodies' rows. A body that may touch itself is in its own
+  /// row. Row a is partners[partner_begin[a]] up to, but without, partners[partner_begin[a + 1]], ascending.
   const std::uint64_t* partner_begin = nullptr;
   const std::uint32_t* partners = nullptr;
   FeatureFilters filters;
-  /// The pairs by body classes, body modulo kBodyClasses: bit b of word a says that some bodies of these classes may
-  /// touch.
+  /// The same pairs by body classes (body modulo kBodyClasses). Bit b of word a says that some bodies of these classes
+  /// may touch.
   std::uint32_t class_may_touch[kBodyClasses] = {};
   std::uint32_t vertex_count = 0;
   std::uint32_t triangle_count = 0;
   std::uint32_t edge_count = 0;
   std::uint32_t body_count = 0;
-  bool is_swept = false;         ///< some vertex moves, and what lies on its way counts
+  bool is_swept = false;         ///< some vertex moves, and the detection covers its path
   bool self_collision = false;   ///< some body may touch itself
   bool is_conservative = false;  ///< Accuracy::conservative
-  bool has_batches = false;      ///< some body's cells are moved
+  bool has_batches = false;      ///< some body has a cell offset
   /// See QueryOptions::motion_margin.
   float motion_margin = 0.0F;
-  /// What counts as a contact in a discrete detection.
+  /// The rule for contacts in a discrete detection.
   ContactRule contact_rule = ContactRule::distance;
 
   friend bool operator==(const SceneView&, const SceneView&) = default;
 
-  /// What the cells of this body are moved by.
+  /// Returns the offset of this body's cells.
   SOFTCD_HD std::uint32_t cell_offset(std::uint32_t body) const { return has_batches ? bodies[body].cell_offset : 0U; }
 
-  /// Looked up in the shorter of the two rows.
+  /// Returns whether features of the two bodies may touch. Searches the shorter of the two rows.
   SOFTCD_HD bool bodies_may_touch(std::uint32_t a, std::uint32_t b) const {
     const bool swap = partner_begin[b + 1] - partner_begin[b] < partner_begin[a + 1] - partner_begin[a];
     const std::uint32_t row = swap ? b : a;
@@ -133,16 +133,16 @@ struct SceneView {
     }
   }
 
-  /// Whether what is in contact by ContactRule::slab may be told from floats: planes of small triangles turn by any
-  /// angle when these are rounded.
+  /// Returns whether floats suffice to reject contacts by ContactRule::slab. They do not suffice for rounded positions:
+  /// rounding may turn the plane of a small triangle by any angle.
   SOFTCD_HD bool has_certain_slabs() const { return contact_rule == ContactRule::slab && full_t1 == nullptr; }
 
-  /// The distance within which features with this margin can be in contact.
+  /// Returns the distance within which features with this margin can be in contact.
   SOFTCD_HD float contact_distance(float margin) const {
     return contact_rule == ContactRule::slab ? outward_up(kSlabFactor * margin) : margin;
   }
 
-  /// Positions as T has them: in double in full, where they are known so.
+  /// Returns positions of type T. In double, these are the given positions where they are known.
   template <class T>
   SOFTCD_HD Vec3<T> position_t0(std::uint32_t v) const {
     return position<T>(x_t0, full_t0, v);
@@ -152,15 +152,15 @@ struct SceneView {
     return position<T>(x_t1, full_t1, v);
   }
 
-  /// Bounds how far the detector has the vertex from where it was given, at any time of the step.
+  /// Bounds the distance between the vertex's given and float32 positions at any time of the step.
   SOFTCD_HD float vertex_rounding(const SceneBody& body, std::uint32_t v) const {
     if (!body.is_rounded) return 0.0F;
     const float at_t1 = rounding_bound(x_t1[v]);
     return is_swept ? larger(at_t1, rounding_bound(x_t0[v])) : at_t1;
   }
 
-  /// The vertex's margin, grown by its motion, computed in T. In float the growth is a millionth too large, so that the
-  /// roundings of all but the sum cannot make it too small.
+  /// Returns the vertex's margin, grown by its motion, computed in T. In float the growth is a millionth too large, so
+  /// that roundings (except the sum's) cannot make it too small.
   template <class T>
   SOFTCD_HD T vertex_margin(std::uint32_t v) const {
     const SceneBody& body = bodies[vertex_body[v]];

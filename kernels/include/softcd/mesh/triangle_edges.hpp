@@ -4,7 +4,7 @@
 
 namespace softcd {
 
-/// The indices of a triangle's edges: e[i] is that from v[i] to v[(i + 1) % 3], kNoIndex where the two are one vertex.
+/// The indices of a triangle's edges. e[i] joins v[i] and v[(i + 1) % 3]; kNoIndex where the two are one vertex.
 struct TriangleEdges {
   std::uint32_t e[3];
 };

@@ -7,14 +7,15 @@
 
 namespace softcd {
 
-/// Which vertices of a mesh are near each other on it: for vertex v of the mesh, counted from 0, vertices[begin[v]] to,
-/// without it, vertices[begin[v + 1]], ascending, numbered as in the mesh; v itself is not among them.
+/// Lists the vertices that are near each other on a mesh. For vertex v, counted from 0 within the mesh, they are
+/// vertices[begin[v]] up to, but without, vertices[begin[v + 1]], ascending. They are numbered as in the mesh, and do
+/// not include v.
 struct VertexRings {
   std::vector<std::uint64_t> begin;
   std::vector<std::uint32_t> vertices;
 };
 
-/// For each vertex the others that a path of at most `edge_count` edges leads to.
+/// Returns for each vertex the other vertices that a path of at most `edge_count` edges leads to.
 VertexRings vertex_rings(const MeshView& mesh, std::uint32_t edge_count);
 
 }  // namespace softcd

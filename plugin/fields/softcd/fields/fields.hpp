@@ -10,8 +10,8 @@
 #include <type_traits>
 #include <utility>
 
-/// Members of structs by name. All that handles options one by one is derived from such a list: equality, checks, the
-/// comparison between ranks, C, Python, PyBullet and command lines.
+/// Names the members of structs. Everything that handles options one by one is derived from such a list: equality,
+/// checks, the comparison between ranks, C, Python, PyBullet and command lines.
 namespace softcd {
 
 /// The fields of a struct, a tuple made by fields_of(): specialized for every struct that has such a list.
@@ -49,7 +49,7 @@ constexpr auto name_in_source() {
 template <auto kConstant>
 inline constexpr auto kNameInSource = name_in_source<kConstant>();
 
-/// Whether the compiler has printed a number without a name, as a cast: "(Enum)7".
+/// Returns whether the compiler has printed a number without a name, as a cast: "(Enum)7".
 template <std::size_t kSize>
 constexpr bool is_cast(const std::array<char, kSize>& name) {
   for (const char c : name) {
@@ -115,7 +115,7 @@ struct AnyMember {
   operator Member() const;  // NOLINT(google-explicit-constructor)
 };
 
-/// Whether braces with so many values initialize the struct.
+/// Returns whether braces with so many values initialize the struct.
 template <class Struct, class... Members>
 constexpr bool takes_members(Members... members) {
   return requires {

@@ -8,11 +8,11 @@
 namespace softcd::detail {
 
 /// Most steps through a coplanar stretch. Of 170,000 hits on hard float queries (near grazing, degenerate, needles) 60
-/// need more, or smaller ones than t resolves.
+/// need more steps, or smaller ones than t resolves.
 constexpr int kMaxAdvances = 32;
 /// Most steps through a motion that is followed from beginning to end.
 constexpr int kMostApproachSteps = 64;
-/// Steps of these in which two of the three directions are tried.
+/// The number of first steps that try two of the three directions.
 constexpr int kStepsInTwoDirections = 8;
 /// A direction n(t) that moves linearly from `begin` to `end`.
 template <class T>
@@ -28,7 +28,7 @@ struct EdgeChoice {
   SOFTCD_HD Vec3<T> of(const RelativePair<T>& pair) const { return along_b * pair.b + along_c * pair.c; }
 };
 
-/// The edge that holds one of the nearest points in its interior while the other one is a vertex.
+/// Returns the edge that has one of the nearest points in its interior while the other nearest point is a vertex.
 template <ContactKind kKind, class T>
 SOFTCD_HD EdgeChoice<T> supporting_edge(T x, T y) {
   if constexpr (kKind == ContactKind::vertex_triangle) {
@@ -56,16 +56,16 @@ SOFTCD_HD EdgeChoice<T> longest_edge(const RelativePair<T>& pair) {
   return b > c ? EdgeChoice<T>{T(1), T(0)} : EdgeChoice<T>{T(0), T(1)};
 }
 
-/// What of a is perpendicular to the edge; a itself when the edge has no length.
+/// Returns the part of a that is perpendicular to the edge; a itself when the edge has no length.
 template <class T>
 SOFTCD_HD Vec3<T> perpendicular_part(Vec3<T> a, Vec3<T> edge) {
   const T square = squared_norm(edge);
   return square > T(0) ? (T(1) / square) * cross(cross(edge, a), edge) : a;
 }
 
-/// The plane's normal, on a's side, now and at the end. Close to the plane the offset's own direction is all
-/// rounding, and this one is not. It is made perpendicular to the longest edge, over which an error of a needle's
-/// normal would count most. Zero for a plane that is none.
+/// Returns the plane's normal, on a's side, now and at the end. Close to the plane the offset's own direction is mere
+/// rounding; the normal is not. It is made perpendicular to the longest edge, over which an error of a needle's normal
+/// would count most. Zero where there is no plane.
 template <ContactKind kKind, class T>
 SOFTCD_HD MovingDirection<T> plane_direction(const RelativePair<T>& now, const RelativePair<T>& end,
                                              const Nearest<T>& nearest) {
@@ -77,8 +77,8 @@ SOFTCD_HD MovingDirection<T> plane_direction(const RelativePair<T>& now, const R
           perpendicular_part(scale * cross(end.b, end.c), longest.of(end))};
 }
 
-/// The plane's normal, on a's side, with its own velocity: perpendicular to both edges not only now but, to first
-/// order, right after. Steps along it converge quadratically where two edges meet.
+/// Returns the plane's normal, on a's side, with its own velocity: perpendicular to both edges now and, to first order,
+/// right afterwards. Steps along it converge quadratically where two edges meet.
 template <class T>
 SOFTCD_HD MovingDirection<T> turning_plane_direction(const RelativePair<T>& now, const RelativePair<T>& end,
                                                      const Nearest<T>& nearest) {
@@ -89,7 +89,7 @@ SOFTCD_HD MovingDirection<T> turning_plane_direction(const RelativePair<T>& now,
   return {scale * plane, scale * (plane + change)};
 }
 
-/// The offset's direction; with a supporting edge, what stays perpendicular to it as it turns.
+/// Returns the offset's direction; with a supporting edge, the part that stays perpendicular to the edge as it turns.
 template <ContactKind kKind, class T>
 SOFTCD_HD MovingDirection<T> offset_direction(const RelativePair<T>& now, const RelativePair<T>& end,
                                               const Nearest<T>& nearest) {
@@ -104,8 +104,8 @@ SOFTCD_HD MovingDirection<T> offset_direction(const RelativePair<T>& now, const 
   return {cross(axis, edge), cross(axis, support.of(end))};
 }
 
-/// Fraction of [begin, end] during which n . r stays above `gap` |n|. |n| is convex in time, so the chord of its
-/// values is above it and the difference to it is a quadratic.
+/// Returns the fraction of [begin, end] during which n . r stays above `gap` |n|. |n| is convex in time, so the chord
+/// of its values is above it. The difference from that chord is a quadratic.
 template <class T>
 SOFTCD_HD T clear_fraction(const MovingDirection<T>& n, T gap, T end_gap, Vec3<T> r_begin, Vec3<T> r_end) {
   const T g0 = dot(n.begin, r_begin) - gap;
@@ -114,8 +114,8 @@ SOFTCD_HD T clear_fraction(const MovingDirection<T>& n, T gap, T end_gap, Vec3<T
   return g0 > T(0) ? first_root(g0, g1, g2) : T(0);
 }
 
-/// Fraction of the time from `now` to `end` during which the features stay farther apart than `margin` plus half
-/// the tolerance: no pair of their vertices comes closer along the direction n, hence no pair of points.
+/// Returns the fraction of the time from `now` to `end` during which the features stay farther apart than `margin` plus
+/// half the tolerance. No pair of their vertices comes closer along the direction n, and hence no pair of points.
 template <ContactKind kKind, class T>
 SOFTCD_HD T clear_fraction(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
                            const MovingDirection<T>& n) {
@@ -135,8 +135,8 @@ SOFTCD_HD T clear_fraction(const Motion<T>& motion, const RelativePair<T>& now, 
   return fraction > T(0) ? fraction : T(0);
 }
 
-/// The longest step along the offset or the plane's normal, as a clear_fraction. Every direction is valid, however it
-/// was come by: a poor one makes a short step.
+/// Returns the longest step along the offset or the plane's normal, as a clear_fraction. Every direction is valid,
+/// whatever its origin: a poor one makes a short step.
 template <ContactKind kKind, class T>
 SOFTCD_HD T advance(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
                     const Nearest<T>& nearest) {
@@ -146,8 +146,8 @@ SOFTCD_HD T advance(const Motion<T>& motion, const RelativePair<T>& now, const R
              : fraction;
 }
 
-/// The longest step in a motion that is followed from beginning to end, as a clear_fraction. The third direction
-/// lengthens few steps, but those of motions that take many.
+/// Returns the longest step in a motion that is followed from beginning to end, as a clear_fraction. The third
+/// direction lengthens few steps, but mostly in the motions that take many.
 template <ContactKind kKind, class T>
 SOFTCD_HD T advance_far(const Motion<T>& motion, const RelativePair<T>& now, const RelativePair<T>& end,
                         const Nearest<T>& nearest, int step) {
@@ -159,7 +159,7 @@ SOFTCD_HD T advance_far(const Motion<T>& motion, const RelativePair<T>& now, con
              : fraction;
 }
 
-/// Where the features touch, and how they lay before that.
+/// The touch of two features, and their offset before it.
 template <class T>
 struct Touch {
   bool is_hit;
@@ -175,17 +175,17 @@ SOFTCD_HD Touch<T> touch_nowhere() {
   return {false, true, T(1), {T(0), T(0), zero, T(0)}, zero};
 }
 
-/// How much nearer the features may be at any time from `now` to `end` than now, at most: none of their points moves
-/// further than the ends of a, b and c together.
+/// Returns an upper bound of the distance by which the features may approach each other from `now` to `end`. None of
+/// their points moves further than the ends of a, b and c together.
 template <class T>
 SOFTCD_HD T most_approach(const RelativePair<T>& now, const RelativePair<T>& end) {
   const auto length_at_most = [](Vec3<T> p) { return magnitude(p.x) + magnitude(p.y) + magnitude(p.z); };
   return length_at_most(end.a - now.a) + length_at_most(end.b - now.b) + length_at_most(end.c - now.c);
 }
 
-/// First time from `begin` on to find_end() at which the features are within reach, by steps that leave no such time
-/// behind. The end is asked for unless that is `begin`. A coplanar stretch is short as a rule: nothing comes near in
-/// it.
+/// Finds the first time from `begin` to find_end() at which the features are within reach. Its steps never skip such a
+/// time. It calls find_end() only if that is not `begin`. A coplanar stretch is usually short, and nothing comes near
+/// in it.
 template <ContactKind kKind, class T, class FindEnd>
 SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, const FindEnd& find_end) {
   Touch<T> touch = touch_nowhere<T>();
@@ -226,8 +226,8 @@ SOFTCD_HD Touch<T> first_touch(const Motion<T>& motion, T begin, const FindEnd& 
   return touch;
 }
 
-/// Looks for the first time at which the features are within reach, from beginning to end, by steps that leave no such
-/// time behind. Motions take one step to 64, most of them few: a GPU's threads go on with others as they are done.
+/// Finds the first time at which the features are within reach, from beginning to end. Its steps never skip such a
+/// time. Motions take 1 to 64 steps, most of them few: a GPU's threads continue with other motions as they finish.
 template <ContactKind kKind, class T>
 class ApproachSearch {
  public:
@@ -238,10 +238,10 @@ class ApproachSearch {
   }
 
   SOFTCD_HD const Motion<T>& motion() const { return motion_; }
-  /// Once advance() has said that the last step was made.
+  /// Returns the touch. Call it after advance() has returned true.
   SOFTCD_HD const Touch<T>& touch() const { return touch_; }
 
-  /// Makes a step. Whether that was the last.
+  /// Makes a step. Returns whether it was the last.
   SOFTCD_HD bool advance() {
     const RelativePair<T> now = motion_.at(t_);
     touch_.time = t_;

@@ -7,8 +7,8 @@
 
 namespace softcd::detail {
 
-/// First touch while the points are coplanar or nearly so: |cubic| <= bound. A tangential root has no change of sign
-/// and is found all the same, at the end of two monotone intervals where the value is within the bound.
+/// Returns the first touch while the points are coplanar or nearly so: |cubic| <= bound. A tangential root has no
+/// change of sign. It is still found, at the end of two monotone intervals, where the value is within the bound.
 template <ContactKind kKind, class T>
 SOFTCD_HD Touch<T> first_coplanar_touch(const Motion<T>& motion, const Cubic<T>& cubic, T bound) {
   const Splits<T> splits = monotone_splits(cubic);
@@ -20,7 +20,7 @@ SOFTCD_HD Touch<T> first_coplanar_touch(const Motion<T>& motion, const Cubic<T>&
     const bool is_clear = (at_begin > bound && at_end > bound) || (at_begin < -bound && at_end < -bound);
     if (begin < end && !is_clear) {
       const T first = last_clear(cubic, bound, begin, end, secant_root(begin, end, at_begin, at_end));
-      // The values go from bound to -bound at much the same slope.
+      // The values go from bound to -bound with a similar slope.
       const auto find_last = [&] {
         return last_clear(cubic, bound, end, begin, first + T(2.25) * bound / magnitude(cubic.slope(first)));
       };

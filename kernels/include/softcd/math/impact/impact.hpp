@@ -11,31 +11,36 @@
 #include "softcd/math/impact/query.hpp"
 #include "softcd/math/scalar.hpp"
 
-/// Time of impact of a vertex and a triangle, or of two edges, whose vertices move on straight lines from t = 0 to
-/// t = 1. Four moving points are coplanar at the roots of a cubic (Provot, Collision and self-collision handling in
-/// cloth model dedicated to design garments, 1997); features can touch only then.
+/// Time of impact of a vertex and a triangle, or of two edges, whose vertices move on straight lines from t = 0 to t =
+/// 1. Four moving points are coplanar at the roots of a cubic (Provot, Collision and self-collision handling in cloth
+/// model dedicated to design garments, 1997). Features can touch only at these times.
 ///
-/// **What is found.** With reach = margin + tolerance, a hit is reported at the earliest of
-///   - t = 0, when the distance there is at most reach,
-///   - each t in [0, 1] at which the points are coplanar, or cannot be told from coplanar by the rounding bound of
-///     the cubic, when the distance there is at most reach,
-///   - t = 1, when the distance there is at most reach.
-/// The distance's tolerance is 32 epsilon (A + B + C), where A, B, C bound the components of v - f0, f1 - f0, f2 - f0
-/// (e0 - g0, e1 - e0, g1 - g0) at both times. `time` is not later than the first contact at distance 0.
+/// **Reported hits.** Let reach = margin + tolerance. A hit is reported at the earliest of these times at which the
+/// distance is at most reach:
+/// - t = 0;
+/// - each t in [0, 1] at which the points are coplanar, or cannot be told from coplanar within the rounding bound of
+///   the cubic;
+/// - t = 1.
 ///
-/// **Guarantee.** Whatever touches for the given coordinates in exact arithmetic is hit, with any margin >= 0:
-/// roundings are bounded (see `make_query` in query.hpp) and counted against the answer "separated". A hit that is none
-/// has a distance of at most reach at `time`, with one exception, also on the side of "hit": within a coplanar stretch
-/// (a planar motion, a degenerate triangle, the neighbourhood of a root) the distance is followed by advancement, and
-/// when kMaxAdvances steps do not settle the question, or steps become smaller than t resolves, the answer is a hit
-/// with the distance at that time.
+/// The tolerance is 32 epsilon (A + B + C), where A, B, C bound the components of v - f0, f1 - f0, f2 - f0 (e0 - g0, e1
+/// - e0, g1 - g0) at both times. `time` is not later than the first contact at distance 0.
 ///
-/// **Margins.** `first_coplanar_impact` looks for distances within the margin at these times only: it misses features
-/// that come within a positive margin and leave it again without being coplanar, at the edge of a triangle, say, and
-/// reports the contact when they are coplanar, not when they come within the margin. `first_approach` follows the
-/// distance over the whole step instead: whatever comes within the margin is hit, `time` is not later than that,
-/// and at `time` the distance is at most reach, with twice the tolerance and a millionth of the margin, or, where
-/// kMostApproachSteps do not settle the question, somewhat more. docs/accuracy.md has the proof.
+/// **Guarantee.** All features that touch, in exact arithmetic on the given coordinates, are hits, with any margin >=
+/// 0. Roundings are bounded (see `make_query` in query.hpp) and counted against the result "separated". A false hit has
+/// a distance of at most reach at `time`, with one exception.
+///
+/// Within a coplanar stretch (a planar motion, a degenerate triangle, the neighbourhood of a root) the distance is
+/// followed by advancement. It may not decide within kMaxAdvances steps, or its steps may become smaller than t
+/// resolves. The result is then a hit with the distance at that time.
+///
+/// **Margins.** `first_coplanar_impact` compares distances with the margin at these times only. It misses features that
+/// come within a positive margin and leave it again without being coplanar, for example at the edge of a triangle. It
+/// reports a contact when the features are coplanar, not when they come within the margin.
+///
+/// `first_approach` follows the distance over the whole step instead. All features that come within the margin are
+/// hits, and `time` is not later than that. At `time` the distance is at most reach, with twice the tolerance and a
+/// millionth of the margin. Where kMostApproachSteps steps do not decide, it may be somewhat more. docs/accuracy.md has
+/// the proof.
 ///
 /// In float the same bounds hold for float coordinates; tolerance and coplanar stretches are 2^29 times as wide.
 /// Coordinates' differences must be finite.
@@ -44,7 +49,7 @@ namespace softcd {
 enum class ImpactState {
   separated,
   hit,
-  unsettled,  ///< counts as a hit; of first_approach only
+  unsettled,  ///< counts as a hit; only from first_approach
 };
 
 template <class T>
@@ -104,15 +109,15 @@ SOFTCD_HD Motion<T> motion_of(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T 
 
 }  // namespace detail
 
-/// The tolerance of distances at one time: 32 epsilon (A + B + C), as above.
+/// Returns the tolerance of distances at one time: 32 epsilon (A + B + C), as above.
 template <ContactKind kKind, class T>
 SOFTCD_HD T distance_tolerance(const Vec3<T> (&x)[4]) {
   const detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);
   return detail::kDistanceError<T> * (max_norm(pair.a) + max_norm(pair.b) + max_norm(pair.c));
 }
 
-/// The hit at the earliest of the times above. Corners at both ends: v (side a), f0, f1, f2 (side b), or e0, e1
-/// (side a), g0, g1 (side b).
+/// Returns the hit at the earliest of the times above. The four points at each end are v (side a), f0, f1, f2 (side b),
+/// or e0, e1 (side a), g0, g1 (side b).
 template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> first_coplanar_impact(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
   Impact<T> impact = detail::coplanar_impact<kKind>(detail::motion_of<kKind>(t0, t1, margin));
@@ -120,11 +125,11 @@ SOFTCD_HD Impact<T> first_coplanar_impact(const Vec3<T> (&t0)[4], const Vec3<T> 
   return impact;
 }
 
-/// first_approach with a margin, in steps: begin() and advance() until one of them says that it is done.
+/// Runs first_approach with a margin in steps: call begin() and then advance() until one of them returns true.
 template <ContactKind kKind, class T>
 class Approach {
  public:
-  /// Whether it is done: they are certainly apart.
+  /// Starts the search. Returns true when the features are certainly apart.
   SOFTCD_HD bool begin(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
     detail::Query<T> query = detail::make_query(detail::motion_of<kKind>(t0, t1, margin));
     query.motion.tolerance = T(2) * query.motion.tolerance + detail::kMarginTolerance<T> * query.motion.margin;
@@ -135,7 +140,7 @@ class Approach {
   }
   SOFTCD_HD bool advance() { return search_.advance(); }
   SOFTCD_HD bool is_hit() const { return search_.touch().is_hit; }
-  /// Where it is a hit.
+  /// Returns the hit.
   SOFTCD_HD Impact<T> impact() const {
     return detail::to_impact<kKind>(search_.motion(), search_.touch(), side_, scale_);
   }
@@ -145,8 +150,8 @@ class Approach {
   T side_, scale_;
 };
 
-/// When the features first come within the margin; without one, when they first touch, which they do when coplanar.
-/// Corners as above.
+/// Returns the hit at the time when the features first come within the margin. Without a margin that is the first
+/// touch, at a coplanar time. The points are ordered as above.
 template <ContactKind kKind, class T>
 SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
   if (!(margin > T(0))) return detail::coplanar_impact<kKind>(detail::motion_of<kKind>(t0, t1, margin));
@@ -156,21 +161,22 @@ SOFTCD_HD Impact<T> first_approach(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4
   return approach.is_hit() ? approach.impact() : detail::separated<T>();
 }
 
-/// Cheap and certain: true only where first_coplanar_impact of the same features would be `separated`, and in most such
-/// cases.
+/// Returns true only where first_coplanar_impact of the same features would be `separated`. A cheap test that
+/// recognises most such cases.
 template <ContactKind kKind, class T>
 SOFTCD_HD bool certainly_apart_when_coplanar(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
   return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).is_apart_when_coplanar();
 }
 
-/// Cheap and certain: true only where first_approach of the same features would be `separated`, and in most such cases.
+/// Returns true only where first_approach of the same features would be `separated`. A cheap test that recognises most
+/// such cases.
 template <ContactKind kKind, class T>
 SOFTCD_HD bool certainly_apart_throughout(const Vec3<T> (&t0)[4], const Vec3<T> (&t1)[4], T margin) {
   return detail::make_query(detail::motion_of<kKind>(t0, t1, margin)).is_apart_throughout;
 }
 
-/// Cheap and certain: true only where the features are further apart than `margin` at one time, because the planes (the
-/// parallel planes through the two lines) that they lie in are.
+/// Returns true only where the features are further apart than `margin` at one time, because their planes (or the
+/// parallel planes through their lines) are. A cheap test.
 template <ContactKind kKind, class T>
 SOFTCD_HD bool certainly_apart(const Vec3<T> (&x)[4], T margin) {
   const detail::RelativePair<T> pair = detail::relative_pair<kKind>(x);

@@ -11,12 +11,12 @@ namespace softcd::detail {
 template <class T>
 constexpr T kDistanceError = T(32) * epsilon<T>();
 
-/// Hits may be that share of the margin farther apart than it: margins are sums of floats, and steps converge to this
+/// The share of the margin by which a hit may exceed the margin. Margins are sums of floats, and steps converge to this
 /// in 5 instead of 7.
 template <class T>
 constexpr T kMarginTolerance = T(0x1p-20);
 
-/// Everything about a query that its stages share.
+/// The data of a query that its stages share.
 template <class T>
 struct Motion {
   RelativePair<T> t0, t1;

@@ -5,20 +5,23 @@
 
 namespace softcd::detail {
 
-/// What a vector's direction may be off by, relative to the lengths that it was made of, before it means nothing.
+/// The error, relative to the lengths from which a vector was computed, above which its direction means nothing.
 template <class T>
 constexpr T kDirectionError = T(64) * epsilon<T>();
 
-/// Some direction perpendicular to a, or any when a is zero.
+/// Returns a direction perpendicular to a, or any direction when a is zero.
 template <class T>
 SOFTCD_HD Vec3<T> any_perpendicular(Vec3<T> a) {
   const Vec3<T> axis = magnitude(a.x) <= magnitude(a.y) ? Vec3<T>{T(1), T(0), T(0)} : Vec3<T>{T(0), T(1), T(0)};
   return max_norm(a) > T(0) ? cross(a, axis) : axis;
 }
 
-/// The direction of the normal of features that touch. In order: the direction in which they were apart before; the
-/// plane's normal towards a's side at t0; the plane's normal against the relative motion; against the relative
-/// motion; any. `side` tells where a was at t0 relative to b x c by its sign, 0 when that cannot be told.
+/// Returns the direction of the normal of features that touch. Takes the first of these that exists:
+/// - the direction in which the features were apart before;
+/// - the plane's normal towards a's side at t0; the sign of `side` is a's side of b x c at t0, 0 when unknown;
+/// - the plane's normal against the relative motion;
+/// - the direction against the relative motion;
+/// - any direction.
 template <class T>
 SOFTCD_HD Vec3<T> normal_of_touch(const Motion<T>& motion, const Touch<T>& touch, T side) {
   if (max_norm(touch.approach) > T(0)) {

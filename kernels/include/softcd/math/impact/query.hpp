@@ -22,22 +22,22 @@ constexpr T kHeightError = T(64) * epsilon<T>();
 template <class T>
 constexpr T kLengthError = T(32) * epsilon<T>();
 
-/// Whether the distance of the features may be within reach, given that of the planes or lines that they lie in:
-/// height / |plane|. True when that cannot be told.
+/// Returns whether the features' distance may be within reach. Their planes or lines are height / |plane| apart.
+/// Returns true when that quotient cannot be computed reliably.
 template <class T>
 SOFTCD_HD bool may_reach(T height, Vec3<T> plane, T reach) {
   return !(height > T(0) && height * height > reach * reach * squared_norm(plane));
 }
 
-/// What A B C and B C must be at least: squares of what else is compared then lose less to underflow than is kept for
-/// roundings. Bounds A, B, C and volumes are those of make_query.
+/// The smallest usable A B C and B C. Above it, underflow in the squares of other compared values costs less than the
+/// allowance for roundings. A, B, C and volumes are defined at make_query.
 template <class T>
 SOFTCD_HD constexpr T smallest_product() {
   return std::is_same_v<T, float> ? T(0x1p-50) : T(0x1p-480);
 }
 
-/// Whether the planes, or the parallel planes through the lines, that the features lie in are further than the margin
-/// apart at one time, whatever was rounded; make_query bounds that.
+/// Returns whether the features' planes (or the parallel planes through their lines) are certainly further apart than
+/// the margin at one time. make_query bounds the roundings.
 template <class T>
 SOFTCD_HD bool is_certainly_apart(const RelativePair<T>& pair, T margin) {
   const T size_a = max_norm(pair.a);
@@ -57,19 +57,21 @@ struct Query {
   Motion<T> motion;
   T scale;
   Cubic<T> cubic;
-  T volume;  ///< 0 when it is too small to tell anything
-  T side;    ///< sign: where a is at t0 relative to b x c; 0 when that cannot be told
+  T volume;  ///< 0 when it is too small to decide anything
+  T side;    ///< sign: a's side of b x c at t0; 0 when it cannot be decided
   bool is_never_coplanar;
   bool may_reach_t0, may_reach_t1;
-  bool is_apart_throughout;  ///< by the planes, or the parallel planes through the lines, that the features lie in
+  bool is_apart_throughout;  ///< decided by the features' planes, or the parallel planes through their lines
 
   SOFTCD_HD bool is_apart_when_coplanar() const { return is_never_coplanar && !may_reach_t0 && !may_reach_t1; }
 };
 
-/// With `volume` = A B C, no product of three components exceeds it, and the six terms of a determinant are at most
-/// 6 volume. Coefficients (b1 and b2 taken by thirds) are off by at most 12 roundings of that, 36 epsilon volume. A
-/// value of the cubic adds 10 roundings, and the splits shift it by less than 25: in all below 192 epsilon volume.
-/// Products so small that underflow might add to this count as 0: coplanar all along.
+/// Makes a query from a motion, with bounds on its roundings. With `volume` = A B C, no product of three components
+/// exceeds it, and the six terms of a determinant are at most 6 volume.
+/// - Coefficients (b1 and b2 taken by thirds) have an error of at most 12 roundings of that: 36 epsilon volume.
+/// - A value of the cubic adds 10 roundings, and the splits shift it by less than 25: in all below 192 epsilon volume.
+///
+/// Products that are so small that underflow might add to this count as 0: coplanar all along.
 template <class T>
 SOFTCD_HD Query<T> make_query(Motion<T> motion) {
   T size_a = larger(max_norm(motion.t0.a), max_norm(motion.t1.a));
@@ -97,7 +99,7 @@ SOFTCD_HD Query<T> make_query(Motion<T> motion) {
   const T highest = larger(larger(cubic.b0, cubic.b3), T(1) / T(3) * larger(cubic.b1, cubic.b2));
   // b x c is a quadratic with the Bernstein coefficients plane_t0, plane_mixed / 2, plane_t1.
   const T longest = larger(larger(norm(plane_t0), T(0.5) * norm(plane_mixed)), norm(plane_t1));
-  // The lengths' own roundings count where the reach is below |a|, else the planes are within reach anyhow.
+  // The lengths' own roundings matter only where the reach is below |a|; else the planes are within reach anyway.
   const T threshold = kHeightError<T> * volume + (T(1) + kLengthError<T>)*(motion.reach() * longest);
   return {motion,
           scale,
