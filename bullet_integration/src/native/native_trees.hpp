@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
@@ -13,17 +14,46 @@ namespace softcd::bullet {
 /// whenever a node is appended.
 void remove_face_tree(btSoftBody& body);
 
-/// Replaces VF_SS by a bit of ours, which nothing in Bullet reads. Bullet then predicts without a face tree. When
-/// the app assigns its flags anew meanwhile, our bit is gone and its flags stand as they are.
-void hide_vertex_face_flag(btSoftBody& body);
-void restore_vertex_face_flag(btSoftBody& body);
+/// A flag of btSoftBody::fCollision for which Bullet's prediction builds a face tree, in time quadratic in the faces,
+/// and a bit of softcd's that replaces the flag while it is hidden. Nothing in Bullet reads that bit.
+struct TreeFlag {
+  int flag, hidden;
+};
+inline constexpr TreeFlag kClassicTreeFlag = {btSoftBody::fCollision::VF_SS, 1 << 30};
+inline constexpr TreeFlag kDeformableTreeFlag = {btSoftBody::fCollision::SDF_RD, 1 << 29};
+
+/// Hides the flag. Removes the face tree of changed faces, which the prediction clears. If the app assigns its flags
+/// anew before restore_flag(), the bit is gone and the app's flags stay.
+void hide_flag(btSoftBody& body, TreeFlag flag);
+/// Restores a hidden flag. In the deformable world, builds the node tree that the prediction would have built with the
+/// face tree.
+void restore_flag(btSoftBody& body, TreeFlag flag);
+
+/// Hides the flag of the bodies for which the coming prediction would build a face tree.
+void hide_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
+void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
+
+/// Hides these flags between construction and destruction.
+class FaceTreesUnbuilt {
+ public:
+  FaceTreesUnbuilt(Span<btSoftBody* const> bodies, TreeFlag flag) : bodies_(bodies), flag_(flag) {
+    hide_tree_flags(bodies_, flag_);
+  }
+  ~FaceTreesUnbuilt() { restore_tree_flags(bodies_, flag_); }
+  FaceTreesUnbuilt(const FaceTreesUnbuilt&) = delete;
+  FaceTreesUnbuilt& operator=(const FaceTreesUnbuilt&) = delete;
+
+ private:
+  Span<btSoftBody* const> bodies_;
+  TreeFlag flag_;
+};
 
 /// Bullet updates no node tree between construction and destruction: each body has a tree of one boundless leaf,
 /// which every node takes for its own. Bodies, and their nodes, stay where they are in memory. Where that does not
 /// suffice for this class itself, Bullet updates the trees as ever.
 class NodeTreesAtRest {
  public:
-  explicit NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies);
+  explicit NodeTreesAtRest(Span<btSoftBody* const> bodies);
   ~NodeTreesAtRest();
   NodeTreesAtRest(const NodeTreesAtRest&) = delete;
   NodeTreesAtRest& operator=(const NodeTreesAtRest&) = delete;
@@ -38,36 +68,30 @@ class NodeTreesAtRest {
   std::vector<Kept> kept_;
 };
 
-/// Bullet sees the bodies' trees (m_fdbvt of faces, m_ndbvt of nodes) empty between construction and destruction: it
-/// finds nothing in them, and the deformable world does not refit them. Where memory does not suffice it sees them.
-class TreesOutOfSight {
+/// Bullet sees the bodies' node trees empty between construction and destruction, so that the deformable world's
+/// prediction does not refit them. Where memory does not suffice, it refits them.
+class NodeTreesOutOfSight {
  public:
-  TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree);
-  ~TreesOutOfSight();
-  TreesOutOfSight(const TreesOutOfSight&) = delete;
-  TreesOutOfSight& operator=(const TreesOutOfSight&) = delete;
-
-  bool succeeded() const { return succeeded_; }
+  explicit NodeTreesOutOfSight(Span<btSoftBody* const> bodies);
+  ~NodeTreesOutOfSight();
+  NodeTreesOutOfSight(const NodeTreesOutOfSight&) = delete;
+  NodeTreesOutOfSight& operator=(const NodeTreesOutOfSight&) = delete;
 
  private:
-  struct Kept {
-    btDbvt* tree;
-    btDbvtNode* root;
-  };
-  std::vector<Kept> kept_;
-  bool succeeded_ = false;
+  std::vector<std::pair<btDbvt*, btDbvtNode*>> kept_;  ///< trees with their roots
 };
 
-/// The same of SDF_RD: the deformable world's prediction then builds no face tree. Where the flag was hidden, restoring
-/// it builds the node tree that the prediction would have built.
-void hide_rigid_deformable_flag(btSoftBody& body);
-void restore_rigid_deformable_flag(btSoftBody& body);
-
-/// Face trees that Bullet sees empty, with their twins for self-collision, for as long as it takes until they are given
-/// back. The bodies are there until then.
+/// Face trees that Bullet sees empty, with their twins for self-collision, until they are given back. Their bodies live
+/// until then.
 class FaceTreesAway {
  public:
-  /// Where memory does not suffice the trees are gone for good.
+  FaceTreesAway() = default;
+  explicit FaceTreesAway(Span<btSoftBody* const> bodies) { take(bodies); }
+  ~FaceTreesAway() { give_back(); }
+  FaceTreesAway(const FaceTreesAway&) = delete;
+  FaceTreesAway& operator=(const FaceTreesAway&) = delete;
+
+  /// If memory runs out, removes the trees for good: only ray tests read them, which build new ones.
   void take(Span<btSoftBody* const> bodies) noexcept;
   void give_back();
   void give_back(const btSoftBody& body);
@@ -83,32 +107,17 @@ class FaceTreesAway {
   std::vector<Taken> taken_;
 };
 
-/// The deformable world's prediction builds no face tree, quadratic in the faces, between construction and destruction.
-/// The node trees that it would have built come with the destruction.
-class FaceTreesUnbuilt {
- public:
-  /// The array stays as it is.
-  explicit FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies);
-  ~FaceTreesUnbuilt();
-  FaceTreesUnbuilt(const FaceTreesUnbuilt&) = delete;
-  FaceTreesUnbuilt& operator=(const FaceTreesUnbuilt&) = delete;
-
- private:
-  const btAlignedObjectArray<btSoftBody*>& bodies_;
-};
-
 /// Bullet's dispatch finds no vertex-face contacts (VF_DD) in the deformable world between construction and
 /// destruction: a bit of ours stands for btSoftBody::m_softSoftCollision.
 class VertexFaceTestsOff {
  public:
-  /// The array stays as it is.
-  explicit VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies);
+  explicit VertexFaceTestsOff(Span<btSoftBody* const> bodies);
   ~VertexFaceTestsOff();
   VertexFaceTestsOff(const VertexFaceTestsOff&) = delete;
   VertexFaceTestsOff& operator=(const VertexFaceTestsOff&) = delete;
 
  private:
-  const btAlignedObjectArray<btSoftBody*>& bodies_;
+  Span<btSoftBody* const> bodies_;
 };
 
 /// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid
@@ -140,23 +149,13 @@ btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face);
 /// As Bullet's prediction in classic worlds does. The body has a face tree.
 void refit_classic_trees(btSoftBody& body);
 
-/// Bullet finds vertex-face contacts between construction and destruction: the bodies have face trees.
-class NativeTreesBuilt {
- public:
-  /// Calls refit(body) for all of them.
-  NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&));
-  ~NativeTreesBuilt();
-  NativeTreesBuilt(const NativeTreesBuilt&) = delete;
-  NativeTreesBuilt& operator=(const NativeTreesBuilt&) = delete;
-
- private:
-  Span<btSoftBody* const> bodies_;
-};
+/// Gives the body a face tree and its twin for self-collision, as Bullet's prediction does.
+void build_face_tree(btSoftBody& body);
 
 /// Brings the face trees that there are to where the nodes are. After the deformable world's step: ray tests read them,
 /// and Bullet's prediction refitted them before it was known where the nodes go. (Bullet itself refits them once more
 /// in its continuous pass.)
-void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies);
+void refit_face_trees(Span<btSoftBody* const> bodies);
 
 /// Decides, step by step, whether a body's face tree has a reader. Bullet builds one in its prediction after a
 /// change of topology, while VF_SS is visible, and refits it in every step from then on; btSoftBody::rayTest builds

@@ -28,11 +28,7 @@ void prepare_pairs(const WorldStep& step);
 template <class Native>
 void process_classic_pairs(const WorldStep& step, Native process_natively) {
   step.queries.process_pairs(step.body_span(), step.gate(), [&] {
-    const TreesOutOfSight out_of_sight(step.bodies, &btSoftBody::m_fdbvt);
-    if (!out_of_sight.succeeded()) {
-      // Those that there are belong to ray tests, which build new ones.
-      for (btSoftBody* body : step.body_span()) remove_face_tree(*body);
-    }
+    const FaceTreesAway away(step.body_span());
     process_natively();
   });
   step.queries.read_contacts(step.body_span(), *step.world.getBroadphase());
@@ -52,7 +48,7 @@ void process_deformable_pairs(const WorldStep& step, Native process_natively) {
   for_each_near_rigid(*step.world.getPairCache(), refit_deformable_trees);
   step.queries.begin_step(step.body_span());
   step.queries.process_rigid_pairs(step.gate(), [&] {
-    const VertexFaceTestsOff off(step.bodies);
+    const VertexFaceTestsOff off(step.body_span());
     process_natively();
   });
 }
