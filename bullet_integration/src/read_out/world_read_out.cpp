@@ -2,9 +2,6 @@
 
 namespace softcd::bullet {
 
-WorldReadOut::WorldReadOut(ReadContacts read_contacts, const Scene& scene, const Settings& settings)
-    : read_contacts_(read_contacts), settings_(settings), record_("without a list of what touches", scene) {}
-
 void WorldReadOut::follow_settings() {
   if (settings_.read_out == ReadOut::off) contacts_ = {};
 }
