@@ -55,8 +55,7 @@ void detect_classic_contacts(Span<btSoftBody* const> bodies, const PairGate& gat
   const NativeTreesBuilt built(bodies, refit_classic_trees);
   const btBroadphasePair* pairs = gate.pair_cache().getOverlappingPairArrayPtr();
   for (int i = 0; i < gate.pair_cache().getNumOverlappingPairs(); ++i) {
-    auto* a = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
-    auto* b = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    const auto [a, b] = soft_bodies_of(pairs[i]);
     if (a == nullptr || b == nullptr || !rule(*a, *b)) continue;
     a->getSoftBodySolver()->processCollision(a, b);
   }

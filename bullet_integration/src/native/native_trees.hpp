@@ -5,6 +5,7 @@
 
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "native/pair_gate.hpp"
 #include "softcd/core/types.hpp"
 
 /// Keeps Bullet from building and updating the bounding volume trees of soft bodies that nobody reads any more.
@@ -127,8 +128,7 @@ void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
   const btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
   const btSoftBody* last = nullptr;
   for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
-    auto* a = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
-    auto* b = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    const auto [a, b] = soft_bodies_of(pairs[i]);
     if ((a == nullptr) == (b == nullptr)) continue;
     btSoftBody* soft = a != nullptr ? a : b;
     if (soft == last) continue;
