@@ -60,7 +60,7 @@ void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
   if (own_detection_ != nullptr) {
     process_classic_pairs(step, [this] { process_pairs(*this); });
   } else {
-    step.queries.world_ends_step = true;
+    step.queries.prevents_crossings_later = true;
     process_pairs(*this);
     step.queries.keep_starts(step.body_span());
   }

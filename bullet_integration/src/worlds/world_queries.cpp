@@ -52,7 +52,7 @@ bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate
 
 void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
   const bool has_finished =
-      has_started && contacts.run([this](ContactDetection& detection) { detection.finish(looks_at_crossings); });
+      has_started && contacts.run([this](ContactDetection& detection) { detection.finish(prevents_crossings_later); });
   if (has_finished) return;
   const WorldPairs pairs = pairs_of(gate);
   kind_.detect_natively(bodies, gate, std::cref(pairs));  // which takes no memory
