@@ -21,10 +21,12 @@ inline bool is_deformable(World world) {
 /// One of the set-ups, or without settings the world of Bullet's that it replaces.
 class AnySimulation {
  public:
-  AnySimulation(World world, const std::optional<bullet::Settings>& settings) {
+  /// `material` is of bodies in the deformable world.
+  AnySimulation(World world, const std::optional<bullet::Settings>& settings,
+                const demo::DeformableMaterial& material = {}) {
     const bool attaches = settings.has_value() && (world == World::attached || world == World::attached_deformable);
     if (is_deformable(world)) {
-      deformable_ = std::make_unique<demo::DeformableSimulation>(attaches ? std::nullopt : settings);
+      deformable_ = std::make_unique<demo::DeformableSimulation>(attaches ? std::nullopt : settings, material);
     } else {
       const bool is_bullets = !settings.has_value() || attaches;
       const demo::PlugIn bullets = world == World::multi_body ? demo::PlugIn::none_multi_body : demo::PlugIn::none;
@@ -72,12 +74,15 @@ class AnySimulation {
     const int parts = deformable_ != nullptr ? 4 : 1;
     for (int i = 0; i < parts; ++i) {
       before(step_length());
-      step_once();
-      finish_step();
+      step(step_length());
     }
   }
+  void step(btScalar seconds) {
+    world().stepSimulation(seconds, /*maxSubSteps=*/0);
+    finish_step();
+  }
   /// A step in which the world is stable.
-  void step_once() { world().stepSimulation(step_length(), /*maxSubSteps=*/0); }
+  void step_once() { step(step_length()); }
   btScalar step_length() const { return deformable_ != nullptr ? kStep / 4 : kStep; }
   /// After stepSimulation, where softcd is attached.
   void finish_step() {
@@ -108,8 +113,14 @@ inline std::string name_of(World world) {
   return kNames[static_cast<std::size_t>(world)];
 }
 
-inline const auto kWorlds = testing::Values(World::one_line, World::multi_body, World::dispatcher, World::deformable,
-                                            World::attached, World::attached_deformable);
+/// Names parameterised tests.
+inline std::string world_name(const testing::TestParamInfo<World>& parameter) {
+  return name_of(parameter.param);
+}
+
+inline constexpr std::array kEveryWorld = {World::one_line,   World::multi_body, World::dispatcher,
+                                           World::deformable, World::attached,   World::attached_deformable};
+inline const auto kWorlds = testing::ValuesIn(kEveryWorld);
 inline const auto kClassicWorlds =
     testing::Values(World::one_line, World::multi_body, World::dispatcher, World::attached);
 /// softcd looks for crossings once the solver is done; it has no part in that under a dispatcher.

@@ -25,12 +25,10 @@ using bullet::OnError;
 using bullet::ReadOut;
 
 class Attach : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, Attach, kBulletsWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, Attach, kBulletsWorlds, world_name);
 
 class AttachClassic : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, AttachClassic, testing::Values(World::one_line, World::multi_body),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, AttachClassic, testing::Values(World::one_line, World::multi_body), world_name);
 
 TEST_P(Attach, says_what_it_cannot_do) {
   Sheets sheets(GetParam());

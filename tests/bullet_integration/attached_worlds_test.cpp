@@ -90,12 +90,11 @@ class Cloths {
   Grains grains_;
 };
 class AttachedWorlds : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, AttachedWorlds, kBulletsWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, AttachedWorlds, kBulletsWorlds, world_name);
 
 class AttachedClassicWorlds : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, AttachedClassicWorlds, testing::Values(World::one_line, World::multi_body),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+                         world_name);
 
 /// Runs the scene in softcd's own world of that kind, and in Bullet's with softcd attached. Returns how many values the
 /// contacts of all steps have.

@@ -31,7 +31,7 @@ class BodyFilter : public testing::TestWithParam<World> {
     return settings;
   }
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, BodyFilter, kWorlds, [](const auto& world) { return name_of(world.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, BodyFilter, kWorlds, world_name);
 
 /// Two sheets within each other's margins.
 struct NearSheets {

@@ -272,8 +272,7 @@ class FailingAllocator {
 };
 
 class ThrowingAllocators : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ThrowingAllocators, kWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ThrowingAllocators, kWorlds, world_name);
 
 TEST_P(ThrowingAllocators, have_a_world_that_goes_on) {
   App app(GetParam());

@@ -140,8 +140,7 @@ class TumblingCloth : public testing::TestWithParam<World> {
   btScalar time = 0;
   Tumbling seen;
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, TumblingCloth, testing::Values(World::one_line, World::deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, TumblingCloth, testing::Values(World::one_line, World::deformable), world_name);
 
 TEST_P(TumblingCloth, is_never_through_itself) {
   tumble(kTumblingSteps);
