@@ -176,7 +176,8 @@ void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag) {
   for (btSoftBody* body : bodies) restore_flag(*body, flag);
 }
 
-NodeTreesAtRest::NodeTreesAtRest(Span<btSoftBody* const> bodies) {
+ClassicTreesAtRest::ClassicTreesAtRest(Span<btSoftBody* const> bodies) : bodies_(bodies) {
+  hide_tree_flags(bodies, kClassicTreeFlag);
   try {
     kept_.resize(bodies.size());
     for (std::size_t i = 0; i < kept_.size(); ++i) {
@@ -203,15 +204,17 @@ NodeTreesAtRest::NodeTreesAtRest(Span<btSoftBody* const> bodies) {
   }
 }
 
-NodeTreesAtRest::~NodeTreesAtRest() {
+ClassicTreesAtRest::~ClassicTreesAtRest() {
   for (Kept& kept : kept_) {
     kept.body->m_ndbvt.m_root = kept.root;
     int n = 0;
     for (btDbvtNode* leaf : kept.leaves) kept.body->m_nodes[n++].m_leaf = leaf;
   }
+  restore_tree_flags(bodies_, kClassicTreeFlag);
 }
 
-NodeTreesOutOfSight::NodeTreesOutOfSight(Span<btSoftBody* const> bodies) {
+DeformableTreesAtRest::DeformableTreesAtRest(Span<btSoftBody* const> bodies) : bodies_(bodies) {
+  hide_tree_flags(bodies, kDeformableTreeFlag);
   try {
     kept_.reserve(bodies.size());
   } catch (const std::bad_alloc&) {
@@ -220,8 +223,9 @@ NodeTreesOutOfSight::NodeTreesOutOfSight(Span<btSoftBody* const> bodies) {
   for (btSoftBody* body : bodies) kept_.emplace_back(&body->m_ndbvt, std::exchange(body->m_ndbvt.m_root, nullptr));
 }
 
-NodeTreesOutOfSight::~NodeTreesOutOfSight() {
+DeformableTreesAtRest::~DeformableTreesAtRest() {
   for (const auto& [tree, root] : kept_) tree->m_root = root;
+  restore_tree_flags(bodies_, kDeformableTreeFlag);
 }
 
 void FaceTreesAway::take(Span<btSoftBody* const> bodies) noexcept {

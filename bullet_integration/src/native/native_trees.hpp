@@ -34,30 +34,15 @@ void restore_flag(btSoftBody& body, TreeFlag flag);
 void hide_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
 void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
 
-/// Hides these flags between construction and destruction.
-class FaceTreesUnbuilt {
+/// Bullet's prediction in classic worlds builds no face tree and updates no node tree between construction and
+/// destruction: each body has a node tree of one boundless leaf, which every node takes for its own. Bodies, and their
+/// nodes, stay where they are in memory. If memory for this class runs out, Bullet updates the node trees.
+class ClassicTreesAtRest {
  public:
-  FaceTreesUnbuilt(Span<btSoftBody* const> bodies, TreeFlag flag) : bodies_(bodies), flag_(flag) {
-    hide_tree_flags(bodies_, flag_);
-  }
-  ~FaceTreesUnbuilt() { restore_tree_flags(bodies_, flag_); }
-  FaceTreesUnbuilt(const FaceTreesUnbuilt&) = delete;
-  FaceTreesUnbuilt& operator=(const FaceTreesUnbuilt&) = delete;
-
- private:
-  Span<btSoftBody* const> bodies_;
-  TreeFlag flag_;
-};
-
-/// Bullet updates no node tree between construction and destruction: each body has a tree of one boundless leaf,
-/// which every node takes for its own. Bodies, and their nodes, stay where they are in memory. Where that does not
-/// suffice for this class itself, Bullet updates the trees as ever.
-class NodeTreesAtRest {
- public:
-  explicit NodeTreesAtRest(Span<btSoftBody* const> bodies);
-  ~NodeTreesAtRest();
-  NodeTreesAtRest(const NodeTreesAtRest&) = delete;
-  NodeTreesAtRest& operator=(const NodeTreesAtRest&) = delete;
+  explicit ClassicTreesAtRest(Span<btSoftBody* const> bodies);
+  ~ClassicTreesAtRest();
+  ClassicTreesAtRest(const ClassicTreesAtRest&) = delete;
+  ClassicTreesAtRest& operator=(const ClassicTreesAtRest&) = delete;
 
  private:
   struct Kept {
@@ -66,20 +51,21 @@ class NodeTreesAtRest {
     std::vector<btDbvtNode*> leaves;  ///< one per node
     btDbvtNode boundless;
   };
+  Span<btSoftBody* const> bodies_;
   std::vector<Kept> kept_;
 };
 
-/// Bullet sees the bodies' node trees empty between construction and destruction, so that the deformable world's
-/// prediction does not refit them. Where memory does not suffice, it refits them.
-class NodeTreesOutOfSight {
+/// Does the same for the deformable world's prediction, which sees the node trees empty.
+class DeformableTreesAtRest {
  public:
-  explicit NodeTreesOutOfSight(Span<btSoftBody* const> bodies);
-  ~NodeTreesOutOfSight();
-  NodeTreesOutOfSight(const NodeTreesOutOfSight&) = delete;
-  NodeTreesOutOfSight& operator=(const NodeTreesOutOfSight&) = delete;
+  explicit DeformableTreesAtRest(Span<btSoftBody* const> bodies);
+  ~DeformableTreesAtRest();
+  DeformableTreesAtRest(const DeformableTreesAtRest&) = delete;
+  DeformableTreesAtRest& operator=(const DeformableTreesAtRest&) = delete;
 
  private:
-  std::vector<std::pair<btDbvt*, btDbvtNode*>> kept_;  ///< trees with their roots
+  Span<btSoftBody* const> bodies_;
+  std::vector<std::pair<btDbvt*, btDbvtNode*>> kept_;  ///< node trees with their roots
 };
 
 /// Face trees that Bullet sees empty, with their twins for self-collision, until they are given back. Their bodies live

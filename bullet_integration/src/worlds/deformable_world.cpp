@@ -33,9 +33,7 @@ void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayRes
 }
 
 void DeformableWorld::predict(btScalar time_step) {
-  // Destroyed last: it builds node trees where those out of sight are back.
-  const FaceTreesUnbuilt unbuilt(span_of(getSoftBodyArray()), kDeformableTreeFlag);
-  const NodeTreesOutOfSight out_of_sight(span_of(getSoftBodyArray()));
+  const DeformableTreesAtRest at_rest(span_of(getSoftBodyArray()));
   predictUnconstraintMotion(time_step);
 }
 

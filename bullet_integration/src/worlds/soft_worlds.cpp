@@ -48,8 +48,7 @@ SoftWorld<BulletWorld>::~SoftWorld() {
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::predictUnconstraintMotion(btScalar time_step) {
-  const FaceTreesUnbuilt unbuilt(span_of(this->getSoftBodyArray()), kClassicTreeFlag);
-  const NodeTreesAtRest at_rest(span_of(this->getSoftBodyArray()));
+  const ClassicTreesAtRest at_rest(span_of(this->getSoftBodyArray()));
   BulletWorld::predictUnconstraintMotion(time_step);
 }
 
