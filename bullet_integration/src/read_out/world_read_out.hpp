@@ -59,6 +59,11 @@ class WorldReadOut {
       return false;
     }
   }
+  /// Returns false also where impulses are not asked for.
+  template <class Work>
+  bool run_for_impulses(Work work) {
+    return settings_.read_out == ReadOut::impulses && run(work);
+  }
 
   ReadContacts read_contacts_;
   const Settings& settings_;
