@@ -50,7 +50,7 @@ class RigidPairs {
   void set_collecting(RigidPairKind kind, bool is_collecting) { list(kind).is_collecting = is_collecting; }
   /// Adds the pair where its kind is collected and softcd looks after it. True where Bullet is not to process it.
   bool take(btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept;
-  /// Returns those since the last call, in the order in which threads came upon them: see PairOrder.
+  /// Returns those since the last call, in the order in which threads came upon them: see restore_order().
   Collected take_collected(RigidPairKind kind);
 
  private:

@@ -60,7 +60,7 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
 
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
   RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh);
-  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
+  restore_order(collected.pairs, gate);
   const bool has_found = rigid_meshes.run([&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     for (const RigidPair& pair : collected.pairs) {
@@ -77,7 +77,7 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
 
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
   RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex);
-  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
+  restore_order(collected.pairs, gate);
   convex_shapes.run([&](ConvexDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     detection.find_contacts(collected.pairs, gate.info().m_timeStep);
