@@ -4,9 +4,8 @@
 #include <utility>
 
 #include "BulletSoftBody/btSoftBody.h"
-#include "bodies/query_options.hpp"
 #include "native/native_trees.hpp"
-#include "worlds/sweep_box.hpp"
+#include "worlds/world_step.hpp"
 
 namespace softcd::bullet {
 
@@ -70,9 +69,7 @@ void Broadphase::aabbTest(const btVector3& aabb_min, const btVector3& aabb_max, 
 }
 
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
-  if (settings_ != nullptr && finds_rigid_contacts(*settings_)) {
-    for (btSoftBody* body : soft_bodies_) sweep_box(*body, original_, dispatcher);
-  }
+  if (settings_ != nullptr) sweep_boxes(soft_bodies_, *settings_, original_, dispatcher);
   original_.calculateOverlappingPairs(dispatcher);
 }
 

@@ -19,8 +19,14 @@ struct WorldStep {
   PairGate gate() const { return {*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo()}; }
 };
 
+/// Where softcd finds contacts with rigid objects: makes soft bodies' boxes in the broad phase ones around the whole
+/// step. Bullet's own is around one end. A body that moves farther than its size is then not paired with what it
+/// passes.
+void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBroadphaseInterface& broadphase,
+                 btDispatcher* dispatcher);
+
 /// Before pairs are calculated, when boxes are up to date and rigid objects are where the step begins: keeps these
-/// places, and, where softcd finds contacts with rigid objects, makes soft bodies' boxes ones around the whole step.
+/// places, and sweeps boxes.
 void prepare_pairs(const WorldStep& step);
 
 /// Between Bullet's prediction and its solver in a classic world. `process_natively` makes Bullet process the pairs,
