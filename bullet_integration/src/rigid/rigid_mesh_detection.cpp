@@ -33,11 +33,6 @@ QueryOptions mesh_options(const ContactsOfKind& kind, const Settings& settings) 
   return options;
 }
 
-/// Contacts at ends of edges are those of the nodes there.
-bool is_inside(const Contact& contact) {
-  return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
-}
-
 /// Whether Bullet's solver would see contacts of faces and links, where it is the deformable one.
 bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
   return !has_deformable_contacts(soft) || ((soft.m_cfg.collisions & (Flags::SDF_RDN | Flags::SDF_RDF)) != 0 &&
@@ -171,7 +166,7 @@ void RigidMeshDetection::find_edge_touch(const MeshContact& found) {
   const bool is_answered = is_link ? settings_.edge_contacts == EdgeContacts::respond
                                    : holds_faces(kind_) && has_deformable_contacts(*member.body);
   if (!is_answered) return;
-  if (!is_inside(found.contact) || !solves_faces(*member.body, *found.part.object)) return;
+  if (!found.is_inside_edges() || !solves_faces(*member.body, *found.part.object)) return;
   const std::uint32_t edge = found.is_part_a ? found.contact.feature_b : found.contact.feature_a;
   const std::uint32_t* const nodes = found.contact.vertices + found.first_of_soft();
   const RigidTouch touch = found.touch(found.margin() * (is_link ? 1 : kFaceMarginShare));
