@@ -13,7 +13,6 @@ namespace {
 
 using bullet::attach;
 using bullet::Attachment;
-using bullet::EdgeContacts;
 
 std::unique_ptr<btSoftBody> make_grain(btSoftBodyWorldInfo& info, const btVector3& place, btScalar speed) {
   auto grain = std::make_unique<btSoftBody>(&info, 1, &place, nullptr);
@@ -136,8 +135,7 @@ TEST_P(AttachedWorlds, finds_what_softcds_own_world_finds_byte_by_byte) {
 
 TEST_P(AttachedClassicWorlds, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    bullet::Settings settings = cpu_settings(detection);
-    settings.edge_contacts = EdgeContacts::respond;
+    const bullet::Settings settings = careful_settings(detection);
     for (const bool finishes_steps : {false, true}) {
       EXPECT_GT(expect_the_same<Cloths>(GetParam(), settings, 10, finishes_steps), 5000U);
     }
@@ -163,8 +161,7 @@ void put_where_others_are(AnySimulation& world, AnySimulation& other) {
 
 TEST(AttachedDeformableWorlds, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    bullet::Settings settings = cpu_settings(detection);
-    settings.edge_contacts = EdgeContacts::respond;
+    const bullet::Settings settings = careful_settings(detection);
     Cloths own(World::deformable, settings, 10);
     Cloths bullets(World::deformable, std::nullopt, 10);
     const Attachment attachment = attach(bullets.world(), settings);

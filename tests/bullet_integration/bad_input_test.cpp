@@ -21,8 +21,7 @@ class BadInput : public testing::TestWithParam<World> {
   BadInput() : simulation(GetParam(), settings()) {}
 
   bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
+    bullet::Settings settings = careful_settings();
     settings.self_collision = bullet::SelfCollision::all;
     settings.log = [this](LogLevel level, std::string_view text) {
       // A dispatcher has that to say whatever the input is.

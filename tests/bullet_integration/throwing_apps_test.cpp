@@ -84,8 +84,7 @@ class App {
   }
 
   static bullet::Settings everything() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
+    bullet::Settings settings = careful_settings();
     settings.convex_shapes = bullet::ConvexShapes::faces_and_edges;
     settings.read_out = bullet::ReadOut::impulses;
     return settings;

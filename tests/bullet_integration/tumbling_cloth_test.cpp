@@ -74,8 +74,7 @@ class TumblingCloth : public testing::TestWithParam<World> {
   }
 
   static bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
+    bullet::Settings settings = careful_settings();
     return settings;
   }
 
