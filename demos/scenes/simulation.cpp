@@ -75,7 +75,12 @@ void Simulation::use(std::unique_ptr<btSoftMultiBodyDynamicsWorld> world) {
   world_ = std::move(world);
 }
 
+void Simulation::destroy_world() {
+  world_.reset();
+}
+
 Simulation::~Simulation() {
+  if (world_ == nullptr) return;
   for (const auto& body : soft_bodies_) world_->removeCollisionObject(body.get());
   for (const auto& body : rigid_bodies_) world_->removeRigidBody(body.get());
 }

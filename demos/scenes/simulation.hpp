@@ -48,6 +48,9 @@ class Simulation {
   /// Adds a box that does not move.
   btRigidBody& add_static_box(const btVector3& half_extents, const btVector3& center);
 
+  /// Destroys the world alone, with the bodies still in it.
+  void destroy_world();
+
   /// Makes one step of the given length, without substeps.
   void step(btScalar seconds);
 

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
+#include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
 #include "deformable_support.hpp"
 
 namespace softcd::test {
@@ -16,19 +18,23 @@ inline bool is_deformable(World world) {
   return world == World::deformable || world == World::attached_deformable;
 }
 
-/// One of the set-ups, or Bullet's own for comparison.
+/// One of the set-ups, or without settings the world of Bullet's that it replaces.
 class AnySimulation {
  public:
-  AnySimulation(World world, const std::optional<bullet::Settings>& settings) {
+  /// `material` is of bodies in the deformable world.
+  AnySimulation(World world, const std::optional<bullet::Settings>& settings,
+                const demo::DeformableMaterial& material = {}) {
     const bool attaches = settings.has_value() && (world == World::attached || world == World::attached_deformable);
     if (is_deformable(world)) {
-      deformable_ = std::make_unique<demo::DeformableSimulation>(attaches ? std::nullopt : settings);
+      deformable_ = std::make_unique<demo::DeformableSimulation>(attaches ? std::nullopt : settings, material);
     } else {
-      const demo::PlugIn plug_in = !settings.has_value() || attaches ? demo::PlugIn::none
-                                   : world == World::one_line        ? demo::PlugIn::one_line_world
-                                   : world == World::multi_body      ? demo::PlugIn::multi_body_world
-                                                                     : demo::PlugIn::dispatcher;
-      classic_ = std::make_unique<demo::Simulation>(plug_in, settings.value_or(bullet::Settings()));
+      const bool is_bullets = !settings.has_value() || attaches;
+      const demo::PlugIn bullets = world == World::multi_body ? demo::PlugIn::none_multi_body : demo::PlugIn::none;
+      const demo::PlugIn softcds = world == World::one_line     ? demo::PlugIn::one_line_world
+                                   : world == World::multi_body ? demo::PlugIn::multi_body_world
+                                                                : demo::PlugIn::dispatcher;
+      classic_ =
+          std::make_unique<demo::Simulation>(is_bullets ? bullets : softcds, settings.value_or(bullet::Settings()));
     }
     if (attaches) attach_again(*settings);
   }
@@ -40,6 +46,13 @@ class AnySimulation {
 
   btDiscreteDynamicsWorld& world() {
     return deformable_ != nullptr ? static_cast<btDiscreteDynamicsWorld&>(deformable_->world()) : classic_->world();
+  }
+  btCollisionDispatcher& dispatcher() { return static_cast<btCollisionDispatcher&>(*world().getDispatcher()); }
+  const btAlignedObjectArray<btSoftBody*>& bodies() {
+    if (deformable_ != nullptr) return deformable_->world().getSoftBodyArray();
+    auto* multi_body = dynamic_cast<btSoftMultiBodyDynamicsWorld*>(&world());
+    return multi_body != nullptr ? multi_body->getSoftBodyArray()
+                                 : static_cast<btSoftRigidDynamicsWorld&>(world()).getSoftBodyArray();
   }
   btSoftBodyWorldInfo& world_info() {
     return deformable_ != nullptr ? deformable_->world_info() : classic_->world_info();
@@ -60,11 +73,17 @@ class AnySimulation {
   void step(const std::function<void(btScalar)>& before = [](btScalar) {}) {
     const int parts = deformable_ != nullptr ? 4 : 1;
     for (int i = 0; i < parts; ++i) {
-      before(kStep / btScalar(parts));
-      world().stepSimulation(kStep / btScalar(parts), /*maxSubSteps=*/0);
-      finish_step();
+      before(step_length());
+      step(step_length());
     }
   }
+  void step(btScalar seconds) {
+    world().stepSimulation(seconds, /*maxSubSteps=*/0);
+    finish_step();
+  }
+  /// A step in which the world is stable.
+  void step_once() { step(step_length()); }
+  btScalar step_length() const { return deformable_ != nullptr ? kStep / 4 : kStep; }
   /// After stepSimulation, where softcd is attached.
   void finish_step() {
     if (attachment_.has_value()) attachment_->finish_step();
@@ -72,6 +91,8 @@ class AnySimulation {
   std::unique_ptr<btSoftBody> remove(btSoftBody& body) {
     return deformable_ != nullptr ? deformable_->remove(body) : classic_->remove(body);
   }
+  /// Destroys a classic world alone, with the bodies still in it.
+  void destroy_world() { classic_->destroy_world(); }
   bullet::WorldDetection& detection() {
     if (attachment_.has_value()) return attachment_->detection();
     return deformable_ != nullptr ? *deformable_->detection() : *classic_->detection();
@@ -92,8 +113,14 @@ inline std::string name_of(World world) {
   return kNames[static_cast<std::size_t>(world)];
 }
 
-inline const auto kWorlds = testing::Values(World::one_line, World::multi_body, World::dispatcher, World::deformable,
-                                            World::attached, World::attached_deformable);
+/// Names parameterised tests.
+inline std::string world_name(const testing::TestParamInfo<World>& parameter) {
+  return name_of(parameter.param);
+}
+
+inline constexpr std::array kEveryWorld = {World::one_line,   World::multi_body, World::dispatcher,
+                                           World::deformable, World::attached,   World::attached_deformable};
+inline const auto kWorlds = testing::ValuesIn(kEveryWorld);
 inline const auto kClassicWorlds =
     testing::Values(World::one_line, World::multi_body, World::dispatcher, World::attached);
 /// softcd looks for crossings once the solver is done; it has no part in that under a dispatcher.

@@ -31,9 +31,9 @@ TEST(AttachDeformable, notices_a_world_that_is_destroyed_with_bodies_in_it) {
 
 /// softcd builds bodies that touch rigid objects with their faces a tree, which has no twin with normals.
 TEST(AttachDeformable, gives_back_trees_in_which_bullet_finds_contacts_within_a_body) {
-  Sheets sheets(Kind::deformable);
-  sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
-                           btVector3(0, btScalar(0.22), 0));
+  Sheets sheets(World::deformable);
+  sheets.simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
+                              btVector3(0, btScalar(0.22), 0));
   sheets.free->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
   Attachment attachment = attach(sheets.world(), cpu_settings());
   sheets.step();
@@ -45,7 +45,7 @@ TEST(AttachDeformable, gives_back_trees_in_which_bullet_finds_contacts_within_a_
 
 /// Vehicles do.
 TEST(AttachDeformable, casts_rays_in_actions_at_the_trees_that_there_are) {
-  Sheets sheets(Kind::deformable);
+  Sheets sheets(World::deformable);
   Action action;
   btCollisionWorld::ClosestRayResultCallback hit(btVector3(0, 3, 0), btVector3(0, -3, 0));
   action.on_update = [&] { sheets.world().rayTest(btVector3(0, 3, 0), btVector3(0, -3, 0), hit); };
@@ -62,7 +62,7 @@ TEST(AttachDeformable, casts_rays_in_actions_at_the_trees_that_there_are) {
 }
 
 TEST(AttachDeformable, keeps_a_tree_that_an_app_has_built_while_its_own_was_out_of_sight) {
-  Sheets sheets(Kind::deformable);
+  Sheets sheets(World::deformable);
   Action action;
   action.on_update = [&] {
     btSoftBody::sRayCast hit;
@@ -79,8 +79,8 @@ TEST(AttachDeformable, keeps_a_tree_that_an_app_has_built_while_its_own_was_out_
 
 TEST(AttachDeformable, leaves_anchored_nodes_where_anchors_hold_them) {
   const auto run = [](const MaybeSettings& of_softcds_own) {
-    Sheets sheets(Kind::deformable, btScalar(0.3), of_softcds_own);
-    btRigidBody& box = sheets.foreign.add_rigid(
+    Sheets sheets(World::deformable, btScalar(0.3), of_softcds_own);
+    btRigidBody& box = sheets.simulation.add_rigid(
         std::make_unique<btBoxShape>(btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05))),
         btVector3(btScalar(-0.3), btScalar(0.3), btScalar(-0.3)));
     sheets.free->appendDeformableAnchor(0, &box);
@@ -89,9 +89,9 @@ TEST(AttachDeformable, leaves_anchored_nodes_where_anchors_hold_them) {
     if (!of_softcds_own.has_value()) attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
     sheets.step();
     const std::uint64_t impacts =
-        (attachment.has_value() ? attachment->detection() : *sheets.foreign.own_detection()).crossing_answers().impacts;
+        (attachment.has_value() ? attachment->detection() : sheets.simulation.detection()).crossing_answers().impacts;
     EXPECT_GT(impacts, 0U);
-    return states_in(sheets.foreign);
+    return states_in(sheets.simulation);
   };
   EXPECT_EQ(run(std::nullopt), run(cpu_settings(Detection::ccd)));
 }

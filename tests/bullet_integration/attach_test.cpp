@@ -24,12 +24,11 @@ using bullet::Limit;
 using bullet::OnError;
 using bullet::ReadOut;
 
-class Attach : public testing::TestWithParam<Kind> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, Attach, kKindsOfWorld, [](const auto& parameter) { return name_of(parameter.param); });
+class Attach : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, Attach, kBulletsWorlds, world_name);
 
-class AttachClassic : public testing::TestWithParam<Kind> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, AttachClassic, testing::Values(Kind::soft_rigid, Kind::multi_body),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+class AttachClassic : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, AttachClassic, testing::Values(World::one_line, World::multi_body), world_name);
 
 TEST_P(Attach, says_what_it_cannot_do) {
   Sheets sheets(GetParam());
@@ -39,7 +38,7 @@ TEST_P(Attach, says_what_it_cannot_do) {
     limits.push_back(limitation.limit);
     EXPECT_THAT(std::string(limitation.text), testing::EndsWith("."));
   }
-  const Limit other = GetParam() == Kind::deformable ? Limit::no_impulses_between_soft_bodies : Limit::ends_steps_late;
+  const Limit other = GetParam() == World::deformable ? Limit::no_impulses_between_soft_bodies : Limit::ends_steps_late;
   EXPECT_THAT(limits, testing::UnorderedElementsAre(Limit::updates_trees, other));
 }
 
@@ -158,7 +157,7 @@ TEST_P(Attach, calls_the_apps_tick_callbacks_and_gives_them_back) {
   btBroadphaseInterface* const broadphase = sheets.world().getBroadphase();
   std::optional<Attachment> attachment = attach(sheets.world(), cpu_settings());
   EXPECT_NE(sheets.world().getBroadphase(), broadphase);
-  const btScalar step = sheets.foreign.step_length();
+  const btScalar step = sheets.simulation.step_length();
   EXPECT_EQ(sheets.world().stepSimulation(3 * step + step / 8, 10, step), 3);
   EXPECT_EQ(ticks.before, 3);
   EXPECT_EQ(ticks.after, 3);
@@ -183,7 +182,7 @@ TEST_P(Attach, goes_on_when_the_app_sets_tick_callbacks_meanwhile) {
     EXPECT_EQ(ticks.after, i);
     EXPECT_GT(found_by(attachment), 0U);
     EXPECT_EQ(failed_steps_of(attachment), 0U);
-    EXPECT_EQ(attachment.detection().crossing_report().failed_steps(), GetParam() == Kind::deformable ? 0U : 1U);
+    EXPECT_EQ(attachment.detection().crossing_report().failed_steps(), GetParam() == World::deformable ? 0U : 1U);
   }
   attachment.finish_step();
   ticks.set_in(sheets.world());
@@ -211,7 +210,7 @@ TEST_P(Attach, begins_and_ends_between_substeps) {
       if (found.size() == 5) attachment->detach();
     };
     (before ? ticks.on_before : ticks.on_after) = on_tick;
-    const btScalar step = sheets.foreign.step_length();
+    const btScalar step = sheets.simulation.step_length();
     EXPECT_EQ(sheets.world().stepSimulation(7 * step + step / 8, 10, step), 7);
     ASSERT_EQ(found.size(), 7U);
     EXPECT_GT(found[3], 0U);
@@ -219,7 +218,7 @@ TEST_P(Attach, begins_and_ends_between_substeps) {
     EXPECT_EQ(ticks.before, 7);
     EXPECT_EQ(ticks.after, 7);
     EXPECT_EQ(failed_steps_of(*attachment), 0U);
-    EXPECT_FALSE(contacts_in(sheets.foreign).empty());
+    EXPECT_FALSE(contacts_in(sheets.simulation).empty());
     sheets.step();
   }
 }
@@ -240,7 +239,7 @@ TEST_P(Attach, begins_and_ends_in_actions) {
   for (int i = 0; i < 7; ++i) sheets.step();
   EXPECT_EQ(updates, 7);
   EXPECT_EQ(failed_steps_of(*attachment), 0U);
-  EXPECT_FALSE(contacts_in(sheets.foreign).empty());
+  EXPECT_FALSE(contacts_in(sheets.simulation).empty());
   sheets.world().removeAction(&action);
 }
 
@@ -252,7 +251,7 @@ TEST_P(Attach, follows_bodies_that_come_and_go) {
     SheetOptions options;
     options.nodes_per_side = 5;
     options.height = btScalar(0.08);
-    return &sheets.foreign.add(make_sheet(sheets.foreign.info(), options));
+    return &sheets.simulation.add(make_sheet(sheets.simulation.world_info(), options));
   };
   sheets.step();
   EXPECT_EQ(found_by(attachment), 0U);
@@ -260,7 +259,7 @@ TEST_P(Attach, follows_bodies_that_come_and_go) {
     btSoftBody* added = add();
     sheets.step();
     EXPECT_GT(found_by(attachment), 0U);
-    const std::unique_ptr<btSoftBody> removed = sheets.foreign.remove(*added);
+    const std::unique_ptr<btSoftBody> removed = sheets.simulation.remove(*added);
     const auto flags = removed->m_cfg.collisions;
     EXPECT_NE(flags & (btSoftBody::fCollision::VF_SS | btSoftBody::fCollision::VF_DD), 0);
   }
@@ -278,7 +277,7 @@ TEST_P(Attach, spares_bodies_that_come_the_build_of_face_trees_until_it_is_detac
   attachment.detach();
   EXPECT_FALSE(sheets.free->m_fdbvt.empty());
   sheets.step();
-  EXPECT_FALSE(contacts_in(sheets.foreign).empty()) << "Bullet's own";
+  EXPECT_FALSE(contacts_in(sheets.simulation).empty()) << "Bullet's own";
 }
 
 TEST_P(Attach, may_be_destroyed_before_the_world) {
@@ -299,7 +298,7 @@ TEST_P(AttachClassic, notices_a_world_that_is_destroyed_with_bodies_in_it) {
   Sheets sheets(GetParam());
   Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses, Detection::ccd));
   sheets.step();
-  sheets.foreign.destroy_world();
+  sheets.simulation.destroy_world();
   EXPECT_FALSE(attachment.is_attached());
   attachment.finish_step();
   attachment.detach();
@@ -324,7 +323,7 @@ TEST_P(AttachClassic, ends_a_step_when_the_next_begins_or_finish_step_is_called)
     sheets.step();
     attachment.detach();
     EXPECT_GT(lowest_height(*sheets.free), 0);
-    return states_in(sheets.foreign);
+    return states_in(sheets.simulation);
   };
   EXPECT_EQ(run(true), run(false));
 }
@@ -334,11 +333,11 @@ TEST_P(AttachClassic, finishes_a_step_with_bodies_that_are_no_more_what_they_wer
   Sheets sheets(GetParam(), btScalar(0.08));
   const Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses, Detection::ccd));
   sheets.step();
-  sheets.foreign.remove(*sheets.free).reset();
+  sheets.simulation.remove(*sheets.free).reset();
   SheetOptions options;
   options.nodes_per_side = 7;
   options.height = btScalar(0.07);
-  sheets.free = &sheets.foreign.add(make_sheet(sheets.foreign.info(), options));
+  sheets.free = &sheets.simulation.add(make_sheet(sheets.simulation.world_info(), options));
   sheets.step();
   sheets.free->appendNode(btVector3(0, 1, 0), 1);
   sheets.free->appendFace(0, 1, sheets.free->m_nodes.size() - 1);
@@ -361,11 +360,11 @@ TEST_P(Attach, knows_impulses_as_far_as_it_says) {
     attachment.finish_step();
     EXPECT_EQ(callbacks, i);
     const std::vector<bullet::BodyPairContacts>& pairs = attachment.detection().body_contacts();
-    const std::vector<bullet::BodyPairContacts>& expected = own.foreign.own_detection()->body_contacts();
+    const std::vector<bullet::BodyPairContacts>& expected = own.simulation.detection().body_contacts();
     ASSERT_EQ(pairs.size(), 1U);
     ASSERT_EQ(expected.size(), 1U);
     EXPECT_TRUE(expected[0].has_impulses);
-    EXPECT_EQ(pairs[0].has_impulses, GetParam() != Kind::deformable);
+    EXPECT_EQ(pairs[0].has_impulses, GetParam() != World::deformable);
     if (!pairs[0].has_impulses) continue;
     EXPECT_EQ(pairs[0].impulse_a, expected[0].impulse_a);
     EXPECT_EQ(pairs[0].impulse_b, expected[0].impulse_b);
@@ -377,8 +376,8 @@ TEST_P(Attach, knows_the_impulses_of_rigid_objects) {
   Sheets sheets(GetParam(), btScalar(1));
   sheets.free->m_cfg.piterations = 4;
   sheets.free->setVelocity(btVector3(0, -1, 0));
-  sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
-                           btVector3(0, btScalar(0.87), 0));
+  sheets.simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(2, btScalar(0.1), 2)),
+                              btVector3(0, btScalar(0.87), 0));
   Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses));
   sheets.step();
   attachment.finish_step();
@@ -392,8 +391,8 @@ TEST_P(Attach, leaves_contacts_with_convex_objects_as_they_are_in_softcds_own_wo
   const auto nodes_in_contact = [&](const MaybeSettings& of_softcds_own) {
     Sheets sheets(GetParam(), btScalar(1), of_softcds_own);
     sheets.free->setVelocity(btVector3(0, -1, 0));
-    sheets.foreign.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.3), btScalar(0.1), btScalar(0.3))),
-                             btVector3(btScalar(0.1), btScalar(0.87), 0));
+    sheets.simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.3), btScalar(0.1), btScalar(0.3))),
+                                btVector3(btScalar(0.1), btScalar(0.87), 0));
     std::optional<Attachment> attachment;
     if (!of_softcds_own.has_value()) attachment = attach(sheets.world(), cpu_settings());
     sheets.step();
@@ -428,17 +427,17 @@ TEST_P(Attach, goes_on_after_exceptions) {
   EXPECT_NO_THROW(sheets.step());
   EXPECT_EQ(failed_steps_of(attachment), 1U);
   EXPECT_FALSE(said.empty());
-  EXPECT_FALSE(contacts_in(sheets.foreign).empty()) << "Bullet's own";
+  EXPECT_FALSE(contacts_in(sheets.simulation).empty()) << "Bullet's own";
   node.m_x = node.m_q = place;
   node.m_v.setZero();
-  sheets.foreign.dispatcher().setNearCallback(
+  sheets.simulation.dispatcher().setNearCallback(
       [](btBroadphasePair&, btCollisionDispatcher&, const btDispatcherInfo&) { throw std::domain_error("the app's"); });
   EXPECT_THROW(sheets.step(), std::domain_error);
-  sheets.foreign.dispatcher().setNearCallback(btCollisionDispatcher::defaultNearCallback);
-  sheets.foreign.remove(*sheets.free).reset();
+  sheets.simulation.dispatcher().setNearCallback(btCollisionDispatcher::defaultNearCallback);
+  sheets.simulation.remove(*sheets.free).reset();
   SheetOptions options;
   options.height = btScalar(0.08);
-  sheets.free = &sheets.foreign.add(make_sheet(sheets.foreign.info(), options));
+  sheets.free = &sheets.simulation.add(make_sheet(sheets.simulation.world_info(), options));
   sheets.step();
   EXPECT_EQ(failed_steps_of(attachment), 1U);
   EXPECT_GT(found_by(attachment), 0U);

@@ -5,11 +5,17 @@
 #include <optional>
 #include <vector>
 
+#include "BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h"
 #include "BulletDynamics/Dynamics/btActionInterface.h"
-#include "foreign_world.hpp"
+#include "any_simulation.hpp"
+#include "deformable_app_support.hpp"
+#include "small_scenes.hpp"
 #include "softcd/bullet/attach.hpp"
 
 namespace softcd::test {
+
+/// Worlds of Bullet's, with no settings.
+inline const auto kBulletsWorlds = testing::Values(World::one_line, World::multi_body, World::deformable);
 
 inline bullet::Settings reading(bullet::ReadOut read_out, Detection detection = Detection::dcd) {
   bullet::Settings settings = cpu_settings(detection);
@@ -22,7 +28,7 @@ inline void append_vector(std::vector<btScalar>& values, const btVector3& vector
 }
 
 /// Positions and velocities of all nodes.
-inline std::vector<btScalar> states_in(ForeignWorld& world) {
+inline std::vector<btScalar> states_in(AnySimulation& world) {
   std::vector<btScalar> states;
   for (int b = 0; b < world.bodies().size(); ++b) {
     for (int n = 0; n < world.bodies()[b]->m_nodes.size(); ++n) {
@@ -70,33 +76,33 @@ inline std::vector<btScalar> contacts_of(const btSoftBody& body, const btAligned
   return values;
 }
 
-inline std::vector<btScalar> contacts_in(ForeignWorld& world) {
+inline std::vector<btScalar> contacts_in(AnySimulation& world) {
   std::vector<btScalar> values;
   for (int b = 0; b < world.bodies().size(); ++b) append(values, contacts_of(*world.bodies()[b], world.bodies()));
   return values;
 }
 /// A held sheet and a free one within its reach, where Bullet's classic solver leaves it, or above it.
 struct Sheets {
-  ForeignWorld foreign;
+  AnySimulation simulation;
   btSoftBody* held;
   btSoftBody* free;
 
-  explicit Sheets(Kind kind, btScalar height = btScalar(0.08), const MaybeSettings& of_softcds_own = std::nullopt)
-      : foreign(kind, of_softcds_own) {
+  explicit Sheets(World world, btScalar height = btScalar(0.08), const MaybeSettings& of_softcds_own = std::nullopt)
+      : simulation(world, of_softcds_own) {
     SheetOptions options;
     options.nodes_per_side = 4;
     options.fixed = true;
-    held = &foreign.add(make_sheet(foreign.info(), options));
+    held = &simulation.add(make_sheet(simulation.world_info(), options));
     options.fixed = false;
     options.nodes_per_side = 5;
     options.side = btScalar(0.7);
     options.height = height;
-    free = &foreign.add(make_sheet(foreign.info(), options));
+    free = &simulation.add(make_sheet(simulation.world_info(), options));
     for (btSoftBody* body : {held, free}) body->m_cfg.piterations = 0;
-    if (kind != Kind::deformable) foreign.info().m_gravity.setZero();
+    if (!is_deformable(world)) simulation.world_info().m_gravity.setZero();
   }
-  btDiscreteDynamicsWorld& world() { return foreign.world(); }
-  void step() { foreign.step(); }
+  btDiscreteDynamicsWorld& world() { return simulation.world(); }
+  void step() { simulation.step_once(); }
 };
 
 inline std::uint64_t found_by(const bullet::Attachment& attachment) {

@@ -13,7 +13,6 @@ namespace {
 
 using bullet::attach;
 using bullet::Attachment;
-using bullet::EdgeContacts;
 
 std::unique_ptr<btSoftBody> make_grain(btSoftBodyWorldInfo& info, const btVector3& place, btScalar speed) {
   auto grain = std::make_unique<btSoftBody>(&info, 1, &place, nullptr);
@@ -37,27 +36,27 @@ class Grains {
  public:
   static constexpr int kSteps = 50;
 
-  Grains(Kind kind, const MaybeSettings& of_softcds_own, btScalar speed) : foreign_(kind, of_softcds_own) {
+  Grains(World world, const MaybeSettings& of_softcds_own, btScalar speed) : simulation_(world, of_softcds_own) {
     triangles_.addTriangle(btVector3(-3, -1, -3), btVector3(0, -1, 6), btVector3(3, -1, -3));
-    foreign_.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles_, true), btVector3(0, 0, 0));
-    foreign_.add(make_plate(foreign_.info()));
+    simulation_.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles_, true), btVector3(0, 0, 0));
+    simulation_.add(make_plate(simulation_.world_info()));
     for (int i = 0; i < 6; ++i) {
       const btVector3 place(btScalar(0.1) * btScalar(i) - btScalar(0.2), btScalar(0.25) + btScalar(0.05) * btScalar(i),
                             btScalar(0.5) - btScalar(0.02) * btScalar(i));
-      foreign_.add(make_grain(foreign_.info(), place, speed));
+      simulation_.add(make_grain(simulation_.world_info(), place, speed));
     }
-    auto cloth = make_sheet(foreign_.info(), {7, btScalar(0.8), btScalar(-0.75), btScalar(0.03)});
+    auto cloth = make_sheet(simulation_.world_info(), {7, btScalar(0.8), btScalar(-0.75), btScalar(0.03)});
     cloth->translate(btVector3(btScalar(1.7), 0, btScalar(-1.7)));
-    foreign_.add(std::move(cloth));
+    simulation_.add(std::move(cloth));
   }
 
-  ForeignWorld& foreign() { return foreign_; }
-  btDiscreteDynamicsWorld& world() { return foreign_.world(); }
-  void step() { foreign_.step(); }
+  AnySimulation& simulation() { return simulation_; }
+  btDiscreteDynamicsWorld& world() { return simulation_.world(); }
+  void step() { simulation_.step_once(); }
 
  private:
   btTriangleMesh triangles_;
-  ForeignWorld foreign_;
+  AnySimulation simulation_;
 };
 
 /// And cloths with many contacts, where Bullet keeps them in order.
@@ -65,61 +64,60 @@ class Cloths {
  public:
   static constexpr int kSteps = 15;
 
-  Cloths(Kind kind, const MaybeSettings& of_softcds_own, btScalar speed) : grains_(kind, of_softcds_own, speed) {
+  Cloths(World world, const MaybeSettings& of_softcds_own, btScalar speed) : grains_(world, of_softcds_own, speed) {
     SheetOptions options;
     options.nodes_per_side = 5;
     options.height = 1;
     options.fixed = true;
-    foreign().add(make_sheet(foreign().info(), options));
+    simulation().add(make_sheet(simulation().world_info(), options));
     options.fixed = false;
     for (const btScalar height : {btScalar(1.2), btScalar(1.3)}) {
       options.height = height;
       ++options.nodes_per_side;
       options.side -= btScalar(0.1);
-      btSoftBody& cloth = foreign().add(make_sheet(foreign().info(), options));
+      btSoftBody& cloth = simulation().add(make_sheet(simulation().world_info(), options));
       cloth.setVelocity(btVector3(0, -speed, btScalar(0.2)));
       cloth.setSelfCollision(true);
     }
   }
 
-  ForeignWorld& foreign() { return grains_.foreign(); }
-  btDiscreteDynamicsWorld& world() { return foreign().world(); }
-  void step() { foreign().step(); }
+  AnySimulation& simulation() { return grains_.simulation(); }
+  btDiscreteDynamicsWorld& world() { return simulation().world(); }
+  void step() { simulation().step_once(); }
 
  private:
   Grains grains_;
 };
-class AttachedWorlds : public testing::TestWithParam<Kind> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, AttachedWorlds, kKindsOfWorld,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+class AttachedWorlds : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, AttachedWorlds, kBulletsWorlds, world_name);
 
-class AttachedClassicWorlds : public testing::TestWithParam<Kind> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, AttachedClassicWorlds, testing::Values(Kind::soft_rigid, Kind::multi_body),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+class AttachedClassicWorlds : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, AttachedClassicWorlds, testing::Values(World::one_line, World::multi_body),
+                         world_name);
 
 /// Runs the scene in softcd's own world of that kind, and in Bullet's with softcd attached. Returns how many values the
 /// contacts of all steps have.
 template <class Scene>
-std::size_t expect_the_same(Kind kind, const bullet::Settings& settings, btScalar speed, bool finishes_steps) {
-  Scene own(kind, settings, speed);
-  Scene bullets(kind, std::nullopt, speed);
+std::size_t expect_the_same(World world, const bullet::Settings& settings, btScalar speed, bool finishes_steps) {
+  Scene own(world, settings, speed);
+  Scene bullets(world, std::nullopt, speed);
   Attachment attachment = attach(bullets.world(), settings);
   std::size_t values = 0;
   for (int step = 0; step < Scene::kSteps; ++step) {
     SCOPED_TRACE("step " + std::to_string(step));
     own.step();
     bullets.step();
-    const std::vector<btScalar> contacts = contacts_in(bullets.foreign());
-    EXPECT_EQ(contacts, contacts_in(own.foreign()));
+    const std::vector<btScalar> contacts = contacts_in(bullets.simulation());
+    EXPECT_EQ(contacts, contacts_in(own.simulation()));
     values += contacts.size();
     if (finishes_steps) {
       attachment.finish_step();
-      EXPECT_EQ(states_in(bullets.foreign()), states_in(own.foreign()));
+      EXPECT_EQ(states_in(bullets.simulation()), states_in(own.simulation()));
     }
     if (testing::Test::HasFailure()) break;
   }
   attachment.detach();
-  EXPECT_EQ(states_in(bullets.foreign()), states_in(own.foreign()));
+  EXPECT_EQ(states_in(bullets.simulation()), states_in(own.simulation()));
   EXPECT_EQ(attachment.detection().contact_report().failed_steps(), 0U);
   return values;
 }
@@ -137,8 +135,7 @@ TEST_P(AttachedWorlds, finds_what_softcds_own_world_finds_byte_by_byte) {
 
 TEST_P(AttachedClassicWorlds, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    bullet::Settings settings = cpu_settings(detection);
-    settings.edge_contacts = EdgeContacts::respond;
+    const bullet::Settings settings = careful_settings(detection);
     for (const bool finishes_steps : {false, true}) {
       EXPECT_GT(expect_the_same<Cloths>(GetParam(), settings, 10, finishes_steps), 5000U);
     }
@@ -147,7 +144,7 @@ TEST_P(AttachedClassicWorlds, finds_what_softcds_own_world_finds_where_cloths_an
 
 /// The deformable world's nodes are where they were in the other, so that the order in which Bullet answers does not
 /// matter.
-void put_where_others_are(ForeignWorld& world, ForeignWorld& other) {
+void put_where_others_are(AnySimulation& world, AnySimulation& other) {
   for (int b = 0; b < world.bodies().size(); ++b) {
     for (int n = 0; n < world.bodies()[b]->m_nodes.size(); ++n) {
       btSoftBody::Node& node = world.bodies()[b]->m_nodes[n];
@@ -164,19 +161,18 @@ void put_where_others_are(ForeignWorld& world, ForeignWorld& other) {
 
 TEST(AttachedDeformableWorlds, finds_what_softcds_own_world_finds_where_cloths_and_edges_touch) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    bullet::Settings settings = cpu_settings(detection);
-    settings.edge_contacts = EdgeContacts::respond;
-    Cloths own(Kind::deformable, settings, 10);
-    Cloths bullets(Kind::deformable, std::nullopt, 10);
+    const bullet::Settings settings = careful_settings(detection);
+    Cloths own(World::deformable, settings, 10);
+    Cloths bullets(World::deformable, std::nullopt, 10);
     const Attachment attachment = attach(bullets.world(), settings);
     std::size_t values = 0;
     for (int step = 0; step < Cloths::kSteps; ++step) {
       SCOPED_TRACE("step " + std::to_string(step));
-      put_where_others_are(own.foreign(), bullets.foreign());
+      put_where_others_are(own.simulation(), bullets.simulation());
       own.step();
       bullets.step();
-      const std::vector<btScalar> contacts = contacts_in(bullets.foreign());
-      ASSERT_EQ(contacts, contacts_in(own.foreign()));
+      const std::vector<btScalar> contacts = contacts_in(bullets.simulation());
+      ASSERT_EQ(contacts, contacts_in(own.simulation()));
       values += contacts.size();
     }
     EXPECT_GT(values, 5000U);
@@ -184,9 +180,9 @@ TEST(AttachedDeformableWorlds, finds_what_softcds_own_world_finds_where_cloths_a
 }
 
 /// Steps of a world that softcd is attached to between the two numbers of steps, and of one that it never is.
-void expect_steps_as_if_never_attached(Kind kind, int first, int last, bool reattaches) {
-  Grains never(kind, std::nullopt, 1);
-  Grains bullets(kind, std::nullopt, 1);
+void expect_steps_as_if_never_attached(World world, int first, int last, bool reattaches) {
+  Grains never(world, std::nullopt, 1);
+  Grains bullets(world, std::nullopt, 1);
   std::optional<Attachment> attachment;
   std::size_t values = 0;
   for (int step = 0; step < 80; ++step) {
@@ -195,9 +191,9 @@ void expect_steps_as_if_never_attached(Kind kind, int first, int last, bool reat
     if (step == last || reattaches) attachment.reset();
     never.step();
     bullets.step();
-    ASSERT_EQ(contacts_in(bullets.foreign()), contacts_in(never.foreign()));
-    ASSERT_EQ(states_in(bullets.foreign()), states_in(never.foreign()));
-    values += contacts_in(never.foreign()).size();
+    ASSERT_EQ(contacts_in(bullets.simulation()), contacts_in(never.simulation()));
+    ASSERT_EQ(states_in(bullets.simulation()), states_in(never.simulation()));
+    values += contacts_in(never.simulation()).size();
   }
   EXPECT_GT(values, 100U);
 }
@@ -212,7 +208,7 @@ TEST_P(AttachedWorlds, and_detaching_between_any_two_steps_changes_no_byte) {
 }
 
 /// Bullet's face and node trees anew, as their shapes decide about the order of contacts.
-void renew_trees(ForeignWorld& world) {
+void renew_trees(AnySimulation& world) {
   for (int b = 0; b < world.bodies().size(); ++b) {
     btSoftBody& body = *world.bodies()[b];
     body.rebuildNodeTree();
@@ -225,22 +221,22 @@ TEST_P(AttachedWorlds, a_world_detached_in_mid_contact_goes_on_as_one_never_atta
     Grains bullets(GetParam(), std::nullopt, 1);
     Grains never(GetParam(), std::nullopt, 1);
     Attachment attachment = attach(bullets.world(), cpu_settings(detection));
-    const int steps = GetParam() == Kind::deformable ? 50 : 14;
+    const int steps = GetParam() == World::deformable ? 50 : 14;
     for (int step = 0; step < steps; ++step) bullets.step();
     EXPECT_GT(attachment.detection().contact_report().statistics().vt_contacts, 0U);
     attachment.detach();
     never.step();  // Bullet prepares bodies in their first step.
-    put_where_others_are(never.foreign(), bullets.foreign());
-    renew_trees(bullets.foreign());
-    renew_trees(never.foreign());
+    put_where_others_are(never.simulation(), bullets.simulation());
+    renew_trees(bullets.simulation());
+    renew_trees(never.simulation());
     std::size_t values = 0;
     for (int step = 0; step < 60; ++step) {
       SCOPED_TRACE("step " + std::to_string(step));
       bullets.step();
       never.step();
-      ASSERT_EQ(contacts_in(bullets.foreign()), contacts_in(never.foreign()));
-      ASSERT_EQ(states_in(bullets.foreign()), states_in(never.foreign()));
-      values += contacts_in(never.foreign()).size();
+      ASSERT_EQ(contacts_in(bullets.simulation()), contacts_in(never.simulation()));
+      ASSERT_EQ(states_in(bullets.simulation()), states_in(never.simulation()));
+      values += contacts_in(never.simulation()).size();
     }
     EXPECT_GT(values, 100U);
   }

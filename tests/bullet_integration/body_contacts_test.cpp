@@ -30,12 +30,11 @@ bullet::Settings reading(ReadOut read_out = ReadOut::contacts, Detection detecti
 }
 
 class BodyContacts : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, BodyContacts, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, BodyContacts, kWorlds, world_name);
 
 class ClassicBodyContacts : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicBodyContacts,
-                         testing::Values(World::one_line, World::multi_body, World::dispatcher),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+                         testing::Values(World::one_line, World::multi_body, World::dispatcher), world_name);
 
 /// Null where there is none.
 const BodyPairContacts* find(const Pairs& pairs, const btCollisionObject& a, const btCollisionObject& b) {

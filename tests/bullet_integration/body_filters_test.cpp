@@ -31,7 +31,7 @@ class BodyFilter : public testing::TestWithParam<World> {
     return settings;
   }
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, BodyFilter, kWorlds, [](const auto& world) { return name_of(world.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, BodyFilter, kWorlds, world_name);
 
 /// Two sheets within each other's margins.
 struct NearSheets {
@@ -50,6 +50,13 @@ struct NearSheets {
     for (btSoftBody* body : {lower, upper}) body->m_cfg.piterations = 0;
   }
 
+  void set_filters(const bullet::BodyFilters& filters) { simulation.detection().set_filters(*upper, filters); }
+  /// Keeps all nodes of the upper sheet from everything.
+  void mask_all() {
+    bullet::BodyFilters filters;
+    filters.nodes.assign(std::size_t(upper->m_nodes.size()), {1, 0});
+    set_filters(filters);
+  }
   std::size_t count_contacts() const { return touching_nodes(*lower).size() + touching_nodes(*upper).size(); }
 };
 
@@ -60,7 +67,7 @@ TEST_P(BodyFilter, nodes_are_kept_from_the_others) {
   bullet::BodyFilters filters;
   filters.nodes.resize(std::size_t(sheets.upper->m_nodes.size()));
   for (std::size_t i = 0; i < filters.nodes.size(); i += 3) filters.nodes[i].mask = 2;
-  sheets.simulation.detection().set_filters(*sheets.upper, filters);
+  sheets.set_filters(filters);
   sheets.simulation.step();
   all.simulation.step();
   std::multiset<int> expected = touching_nodes(*all.upper);
@@ -74,16 +81,16 @@ TEST_P(BodyFilter, nodes_are_kept_from_everything_until_told_otherwise) {
   NearSheets sheets(GetParam(), settings_for_tests());
   bullet::BodyFilters filters;
   filters.nodes.assign(std::size_t(sheets.upper->m_nodes.size()), {1, 0});
-  sheets.simulation.detection().set_filters(*sheets.upper, filters);
+  sheets.set_filters(filters);
   sheets.simulation.step();
   EXPECT_EQ(sheets.count_contacts(), 0U);
   sheets.simulation.step();
   EXPECT_EQ(sheets.count_contacts(), 0U);
-  sheets.simulation.detection().set_filters(*sheets.upper, {});
+  sheets.set_filters({});
   sheets.simulation.step();
   EXPECT_GT(sheets.count_contacts(), 0U);
   filters.nodes[0] = {};
-  sheets.simulation.detection().set_filters(*sheets.upper, filters);
+  sheets.set_filters(filters);
   sheets.simulation.step();
   EXPECT_GT(sheets.count_contacts(), 0U);
   EXPECT_LT(sheets.count_contacts(), 20U);
@@ -105,6 +112,7 @@ struct CoarseSheet {
     body->m_cfg.piterations = 0;
   }
 
+  void set_filters(const bullet::BodyFilters& filters) { simulation.detection().set_filters(*body, filters); }
   std::uint64_t step() {
     simulation.step();
     return simulation.detection().contact_report().statistics().vt_contacts;
@@ -116,9 +124,9 @@ TEST_P(BodyFilter, neighbours_are_kept_from_each_other) {
   EXPECT_GT(sheet.step(), 50U);
   bullet::BodyFilters filters;
   filters.neighbour_rings = 3;
-  sheet.simulation.detection().set_filters(*sheet.body, filters);
+  sheet.set_filters(filters);
   EXPECT_EQ(sheet.step(), 0U);
-  sheet.simulation.detection().set_filters(*sheet.body, {});
+  sheet.set_filters({});
   EXPECT_GT(sheet.step(), 50U);
 }
 
@@ -127,7 +135,7 @@ TEST_P(BodyFilter, what_is_near_at_rest_is_kept_from_each_other) {
   bullet::BodyFilters filters;
   // The deformable world's rule reaches further than the margins.
   filters.rest_distance = is_deformable(GetParam()) ? 0.46F : 0.21F;
-  sheet.simulation.detection().set_filters(*sheet.body, filters);
+  sheet.set_filters(filters);
   EXPECT_EQ(sheet.step(), 0U);
   // Rolled up, what was far from each other is near.
   for (int i = 0; i < sheet.body->m_nodes.size(); ++i) {
@@ -145,7 +153,7 @@ TEST_P(BodyFilter, neighbours_do_not_pass_through_each_other) {
     CoarseSheet sheet(GetParam(), settings_for_tests(Detection::ccd));
     bullet::BodyFilters filters;
     filters.neighbour_rings = rings;
-    sheet.simulation.detection().set_filters(*sheet.body, filters);
+    sheet.set_filters(filters);
     // A corner, folded over a face near it, goes down through that.
     btSoftBody::Node& corner = sheet.body->m_nodes[0];
     corner.m_x = corner.m_q =
@@ -167,9 +175,7 @@ TEST_P(BodyFilter, what_is_kept_from_touching_passes_through) {
   if (GetParam() == World::dispatcher) GTEST_SKIP() << "does not look at crossings";
   for (const bool is_masked : {false, true}) {
     NearSheets sheets(GetParam(), settings_for_tests(Detection::ccd));
-    bullet::BodyFilters filters;
-    if (is_masked) filters.nodes.assign(std::size_t(sheets.upper->m_nodes.size()), {1, 0});
-    sheets.simulation.detection().set_filters(*sheets.upper, filters);
+    if (is_masked) sheets.mask_all();
     sheets.upper->setVelocity(btVector3(0, -30, 0));
     sheets.simulation.step();
     EXPECT_EQ(mean_height(*sheets.upper) < mean_height(*sheets.lower), is_masked);
@@ -178,9 +184,7 @@ TEST_P(BodyFilter, what_is_kept_from_touching_passes_through) {
 
 TEST_P(BodyFilter, are_forgotten_with_the_body) {
   NearSheets sheets(GetParam(), settings_for_tests());
-  bullet::BodyFilters filters;
-  filters.nodes.assign(std::size_t(sheets.upper->m_nodes.size()), {1, 0});
-  sheets.simulation.detection().set_filters(*sheets.upper, filters);
+  sheets.mask_all();
   sheets.simulation.step();
   EXPECT_EQ(sheets.count_contacts(), 0U);
   std::unique_ptr<btSoftBody> upper = sheets.simulation.remove(*sheets.upper);
@@ -197,9 +201,7 @@ TEST_P(BodyFilter, are_forgotten_with_the_nodes_that_they_are_of) {
     if (level == LogLevel::warning) warnings.emplace_back(text);
   };
   NearSheets sheets(GetParam(), settings);
-  bullet::BodyFilters filters;
-  filters.nodes.assign(std::size_t(sheets.upper->m_nodes.size()), {1, 0});
-  sheets.simulation.detection().set_filters(*sheets.upper, filters);
+  sheets.mask_all();
   sheets.simulation.step();
   EXPECT_EQ(sheets.count_contacts(), 0U);
   sheets.upper->appendNode(sheets.upper->m_nodes[0].m_x, 1);
@@ -215,7 +217,7 @@ TEST_P(BodyFilter, that_are_out_of_range_are_errors) {
   NearSheets sheets(GetParam(), settings_for_tests());
   const auto error = [&](const bullet::BodyFilters& filters) -> std::string {
     try {
-      sheets.simulation.detection().set_filters(*sheets.upper, filters);
+      sheets.set_filters(filters);
     } catch (const InvalidInput& problem) {
       return problem.what();
     }

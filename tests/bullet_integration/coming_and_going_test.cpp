@@ -26,8 +26,7 @@ class ComingAndGoing : public testing::TestWithParam<std::tuple<World, When>> {
   }
 
   static bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
+    bullet::Settings settings = careful_settings();
     settings.read_out = bullet::ReadOut::impulses;
     return settings;
   }

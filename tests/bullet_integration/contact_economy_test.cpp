@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "deformable_support.hpp"
+#include "any_simulation.hpp"
 #include "exact_contacts.hpp"
 #include "random.hpp"
 #include "reference_distance.hpp"
@@ -403,8 +403,8 @@ TEST(ContactEconomy, is_explained) {
 }
 
 /// Mean gap, and contacts, of a sheet that has come to rest on a fixed one after a second.
-template <class AnySimulation>
-std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step, btScalar height = btScalar(0.08)) {
+std::pair<btScalar, std::size_t> rest(World world, Contacts given, btScalar height = btScalar(0.08)) {
+  AnySimulation simulation(world, settings_with(given));
   SheetOptions fixed;
   fixed.fixed = true;
   fixed.margin = btScalar(0.03);
@@ -416,25 +416,25 @@ std::pair<btScalar, std::size_t> rest(AnySimulation& simulation, btScalar step, 
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), free));
   btScalar sum = 0;
   std::size_t contacts = 0;
-  const int steps = static_cast<int>(1 / step);
+  const int steps = static_cast<int>(1 / simulation.step_length());
   const int steps_to_rest = steps * 3 / 4;
   for (int i = 0; i < steps; ++i) {
-    simulation.step(step);
+    simulation.step_once();
     if (i >= steps_to_rest) sum += mean_height(sheet);
     contacts += static_cast<std::size_t>(sheet.m_scontacts.size() + sheet.m_faceNodeContacts.size());
   }
   return {sum / btScalar(steps - steps_to_rest), contacts};
 }
 
-void expect_same_rest(const std::pair<btScalar, std::size_t>& all, const std::pair<btScalar, std::size_t>& chosen) {
+void expect_same_rest(World world) {
+  const auto all = rest(world, Contacts::all);
+  const auto chosen = rest(world, Contacts::closest_feature);
   EXPECT_NEAR(double(chosen.first), double(all.first), 0.02 * double(all.first));
   EXPECT_LE(chosen.second, all.second / 2);
 }
 
 TEST(ContactEconomy, a_sheet_rests_as_high_in_the_classic_world) {
-  Simulation all(PlugIn::one_line_world, settings_with(Contacts::all));
-  Simulation chosen(PlugIn::one_line_world, settings_with(Contacts::closest_feature));
-  expect_same_rest(rest(all, kStep), rest(chosen, kStep));
+  expect_same_rest(World::one_line);
 }
 
 /// Bullet's classic margins let no node lie still, and where the hops of a second end depends on every bit of the
@@ -443,18 +443,14 @@ TEST(ContactEconomy, sheets_rest_as_high_on_average_in_the_classic_world) {
   double all_sum = 0, chosen_sum = 0;
   for (int start = 0; start < 4; ++start) {
     const btScalar height = btScalar(0.08) + btScalar(start) * btScalar(0.001);
-    Simulation all(PlugIn::one_line_world, settings_with(Contacts::all));
-    Simulation chosen(PlugIn::one_line_world, settings_with(Contacts::closest_feature));
-    all_sum += double(rest(all, kStep, height).first);
-    chosen_sum += double(rest(chosen, kStep, height).first);
+    all_sum += double(rest(World::one_line, Contacts::all, height).first);
+    chosen_sum += double(rest(World::one_line, Contacts::closest_feature, height).first);
   }
   EXPECT_NEAR(chosen_sum, all_sum, 0.01 * all_sum);
 }
 
 TEST(ContactEconomy, a_sheet_rests_as_high_in_the_deformable_world) {
-  demo::DeformableSimulation all(settings_with(Contacts::all));
-  demo::DeformableSimulation chosen(settings_with(Contacts::closest_feature));
-  expect_same_rest(rest(all, btScalar(1) / 240), rest(chosen, btScalar(1) / 240));
+  expect_same_rest(World::deformable);
 }
 
 /// Two edges in contact, by their nodes.

@@ -30,12 +30,11 @@ bullet::Settings reading_impulses(bullet::EdgeContacts edges = bullet::EdgeConta
 
 class ContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ContactImpulses,
-                         testing::Values(World::one_line, World::multi_body, World::deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+                         testing::Values(World::one_line, World::multi_body, World::deformable), world_name);
 
 class ClassicContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicContactImpulses, testing::Values(World::one_line, World::multi_body),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+                         world_name);
 
 /// Mass times what the vector says of each node.
 btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity) {

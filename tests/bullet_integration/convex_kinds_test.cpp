@@ -83,17 +83,15 @@ std::vector<Made> make_shapes() {
 }
 
 class ConvexKinds : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKinds, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKinds, kWorlds, world_name);
 
 /// In the deformable world Bullet finds these contacts itself.
 class ConvexKindsInClassicWorlds : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKindsInClassicWorlds, kClassicWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKindsInClassicWorlds, kClassicWorlds, world_name);
 
 class LinksOfMultiBodies : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, LinksOfMultiBodies,
-                         testing::Values(World::multi_body, World::deformable, World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+                         testing::Values(World::multi_body, World::deformable, World::attached_deformable), world_name);
 
 /// The height of a triangle that has fallen with 3 m/s on the shape's origin, a metre below.
 btScalar fall_on(World world, const bullet::Settings& settings, Made& made) {

@@ -13,20 +13,17 @@ namespace softcd::test {
 namespace {
 
 class ConvexShapes : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapes, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapes, kWorlds, world_name);
 
 class ConvexShapesInClassicWorlds : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapesInClassicWorlds, kClassicWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapesInClassicWorlds, kClassicWorlds, world_name);
 
 class ThrownShapes : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ThrownShapes, kLookingWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ThrownShapes, kLookingWorlds, world_name);
 
 class ShapesOnHeldCloths : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ShapesOnHeldCloths,
-                         testing::Values(World::one_line, World::multi_body, World::attached),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+                         testing::Values(World::one_line, World::multi_body, World::attached), world_name);
 
 btTransform on_its_corner(const btVector3& place) {
   return btTransform(shortestArcQuat(btVector3(1, 1, 1).normalized(), btVector3(0, 1, 0)), place);

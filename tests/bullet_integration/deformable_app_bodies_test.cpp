@@ -27,25 +27,10 @@ TEST(DeformableAppBodies, vertex_face_contacts_can_be_switched_off_and_on) {
   expect_steps_as_bullets(run, {true, false, true});
 }
 
-/// A strip rolled up so that its layers touch.
-std::unique_ptr<btSoftBody> make_roll(btSoftBodyWorldInfo& info) {
-  demo::ClothShape shape;
-  shape.columns = 40;
-  shape.rows = 4;
-  shape.position = [](int column, int row) {
-    const btScalar angle = btScalar(0.35) * btScalar(column);
-    const btScalar radius = btScalar(0.3) + btScalar(0.008) * angle;
-    return btVector3(radius * btCos(angle), radius * btSin(angle), btScalar(0.1) * btScalar(row));
-  };
-  auto roll = demo::make_cloth(info, shape, 1);
-  roll->getCollisionShape()->setMargin(btScalar(0.03));
-  return roll;
-}
-
 TEST(DeformableAppBodies, self_collision_can_be_switched_on_and_off) {
   const auto run = [](const MaybeSettings& settings) {
     HeldSheets sheets(settings);
-    btSoftBody& roll = sheets.add(make_roll(sheets.simulation().world_info()));
+    btSoftBody& roll = sheets.add(make_roll(sheets.simulation().world_info(), 40, 4));
     Steps steps;
     for (const bool collides : {false, true, false, true}) {
       roll.setSelfCollision(collides);
@@ -59,7 +44,7 @@ TEST(DeformableAppBodies, self_collision_can_be_switched_on_and_off) {
 TEST(DeformableAppBodies, self_collision_may_be_everybodys_or_nobodys) {
   using bullet::SelfCollision;
   HeldSheets sheets(cpu_settings());
-  btSoftBody& roll = sheets.add(make_roll(sheets.simulation().world_info()));
+  btSoftBody& roll = sheets.add(make_roll(sheets.simulation().world_info(), 40, 4));
   roll.setSelfCollision(true);
   const NodeFaceSet flagged = sheets.step();
   EXPECT_FALSE(flagged.empty());
@@ -78,7 +63,7 @@ TEST(DeformableAppBodies, flags_beside_vertex_face_contacts_mean_what_they_mean_
   for (const int beside : {Flags::CL_SELF, Flags::VF_SS}) {
     const auto within = [&](const MaybeSettings& settings) {
       HeldSheets sheets(settings);
-      btSoftBody& roll = sheets.add(make_roll(sheets.simulation().world_info()));
+      btSoftBody& roll = sheets.add(make_roll(sheets.simulation().world_info(), 40, 4));
       roll.setSelfCollision(true);
       Steps steps = {sheets.step()};
       roll.m_cfg.collisions |= beside;

@@ -122,19 +122,10 @@ std::unique_ptr<DeformableSimulation> wavy_sheets(const std::optional<bullet::Se
   return simulation;
 }
 
-/// A long strip rolled up so that its layers are within reach of each other.
+/// A long roll.
 std::unique_ptr<DeformableSimulation> rolled_strip(const std::optional<bullet::Settings>& settings) {
   auto simulation = std::make_unique<DeformableSimulation>(settings);
-  demo::ClothShape shape;
-  shape.columns = 60;
-  shape.rows = 6;
-  shape.position = [](int column, int row) {
-    const btScalar angle = btScalar(0.35) * btScalar(column);
-    const btScalar radius = btScalar(0.3) + btScalar(0.008) * angle;
-    return btVector3(radius * btCos(angle), radius * btSin(angle), btScalar(0.1) * btScalar(row));
-  };
-  auto strip = demo::make_cloth(simulation->world_info(), shape, 1);
-  strip->getCollisionShape()->setMargin(btScalar(0.03));
+  auto strip = make_roll(simulation->world_info(), 60, 6);
   strip->setSelfCollision(true);
   simulation->add(std::move(strip));
   return simulation;

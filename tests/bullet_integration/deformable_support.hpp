@@ -17,6 +17,21 @@ inline std::unique_ptr<btSoftBody> make_soft_ball(btSoftBodyWorldInfo& world_inf
   return ball;
 }
 
+/// A strip rolled up so that its layers touch.
+inline std::unique_ptr<btSoftBody> make_roll(btSoftBodyWorldInfo& info, int columns, int rows) {
+  demo::ClothShape shape;
+  shape.columns = columns;
+  shape.rows = rows;
+  shape.position = [](int column, int row) {
+    const btScalar angle = btScalar(0.35) * btScalar(column);
+    const btScalar radius = btScalar(0.3) + btScalar(0.008) * angle;
+    return btVector3(radius * btCos(angle), radius * btSin(angle), btScalar(0.1) * btScalar(row));
+  };
+  auto roll = demo::make_cloth(info, shape, 1);
+  roll->getCollisionShape()->setMargin(btScalar(0.03));
+  return roll;
+}
+
 /// The height of a sheet, the graph of a function of x and z, as far as it reaches.
 inline std::optional<btScalar> height_at(const btSoftBody& sheet, btScalar x, btScalar z) {
   for (int f = 0; f < sheet.m_faces.size(); ++f) {

@@ -5,19 +5,13 @@
 #include <algorithm>
 #include <vector>
 
-#include "deformable_support.hpp"
-#include "scenes/simulation.hpp"
-#include "softcd/bullet/dispatcher.hpp"
-#include "softcd/bullet/soft_worlds.hpp"
+#include "any_simulation.hpp"
 
 namespace softcd::test {
 namespace {
 
 using bullet::EdgeContact;
 using bullet::EdgeContacts;
-using demo::DeformableSimulation;
-using demo::PlugIn;
-using demo::Simulation;
 
 constexpr btScalar kEdgeMargin = btScalar(0.03);
 
@@ -41,12 +35,21 @@ std::unique_ptr<btSoftBody> make_ridge(btSoftBodyWorldInfo& info, btScalar heigh
   return ridge;
 }
 
-template <class AnySimulation>
+/// A world for ridges, and a step in which its springs are stable.
+struct RidgeWorld : AnySimulation {
+  btScalar seconds;
+
+  RidgeWorld(World world, const bullet::Settings& settings)
+      : AnySimulation(world, settings, /*material=*/{200, 1, 20}), seconds(is_deformable(world) ? kStep / 8 : kStep) {}
+  void step() { AnySimulation::step(seconds); }
+  const std::vector<EdgeContact>& edge_contacts() { return detection().edge_contacts(); }
+};
+
 struct Ridges {
   btSoftBody* lower;
   btSoftBody* upper;
 
-  explicit Ridges(AnySimulation& simulation) {
+  explicit Ridges(RidgeWorld& simulation) {
     lower = &simulation.add(make_ridge(simulation.world_info(), 0, true, btScalar(0.5), true));
     upper = &simulation.add(make_ridge(simulation.world_info(), btScalar(0.2), false, btScalar(-0.5), false));
   }
@@ -75,15 +78,16 @@ void expect_the_crossing(const std::vector<EdgeContact>& contacts, const btSoftB
   EXPECT_LT(found->distance, 2 * kEdgeMargin + btScalar(1e-4));
 }
 
-template <class AnySimulation, class Reported>
-void expect_ridges_to_rest(AnySimulation& simulation, btScalar step, const Reported& reported) {
-  const Ridges<AnySimulation> ridges(simulation);
+void expect_ridges_to_rest(World world, const bullet::Settings& settings) {
+  SCOPED_TRACE(name_of(world));
+  RidgeWorld simulation(world, settings);
+  const Ridges ridges(simulation);
   bool is_reported = false;
-  for (btScalar time = 0; time < 1; time += step) {
-    simulation.step(step);
-    if (!reported().empty() && !is_reported) {
+  for (btScalar time = 0; time < 1; time += simulation.seconds) {
+    simulation.step();
+    if (!simulation.edge_contacts().empty() && !is_reported) {
       is_reported = true;
-      expect_the_crossing(reported(), *ridges.lower, *ridges.upper);
+      expect_the_crossing(simulation.edge_contacts(), *ridges.lower, *ridges.upper);
     }
   }
   EXPECT_TRUE(is_reported);
@@ -94,35 +98,17 @@ class EdgeResponse : public testing::TestWithParam<Detection> {};
 INSTANTIATE_TEST_SUITE_P(Detections, EdgeResponse, testing::Values(Detection::dcd, Detection::ccd),
                          [](const auto& parameter) { return parameter.param == Detection::dcd ? "dcd" : "ccd"; });
 
-const demo::DeformableMaterial kStiff = {200, 1, 20};
-
-TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_a_soft_world) {
-  Simulation simulation(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
-  const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
-  expect_ridges_to_rest(
-      simulation, kStep, [&]() -> auto& { return world.detection().edge_contacts(); });
+TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other) {
+  const bullet::Settings settings = settings_with(EdgeContacts::respond, GetParam());
+  for (const World world : {World::one_line, World::dispatcher, World::deformable}) {
+    expect_ridges_to_rest(world, settings);
+  }
 }
 
 TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_with_one_contact_for_each_nearest_place) {
   bullet::Settings settings = settings_with(EdgeContacts::respond, GetParam());
   settings.contacts = bullet::Contacts::closest_feature;
-  Simulation simulation(PlugIn::one_line_world, settings);
-  const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
-  expect_ridges_to_rest(
-      simulation, kStep, [&]() -> auto& { return world.detection().edge_contacts(); });
-}
-
-TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_under_the_dispatcher) {
-  Simulation simulation(PlugIn::dispatcher, settings_with(EdgeContacts::respond, GetParam()));
-  const auto& dispatcher = dynamic_cast<const bullet::Dispatcher&>(simulation.dispatcher());
-  expect_ridges_to_rest(
-      simulation, kStep, [&]() -> auto& { return dispatcher.detection().edge_contacts(); });
-}
-
-TEST_P(EdgeResponse, crossed_ridges_rest_on_each_other_in_the_deformable_world) {
-  DeformableSimulation simulation(settings_with(EdgeContacts::respond, GetParam()), kStiff);
-  expect_ridges_to_rest(
-      simulation, kStep / 8, [&]() -> auto& { return simulation.detection()->edge_contacts(); });
+  expect_ridges_to_rest(World::one_line, settings);
 }
 
 /// How far the lower ridge moves in a step.
@@ -131,8 +117,7 @@ constexpr btScalar kPush = btScalar(0.025);
 /// The upper ridge is fixed at one end, a thousandth of its length away from where the lower one, all of it fixed,
 /// moves up against it: only a node with a weight of 0.001 there can give way. Returns how far the fastest node then
 /// moves in a step.
-template <class AnySimulation>
-btScalar fastest_beside_a_fixed_node(AnySimulation& simulation, btScalar step) {
+btScalar fastest_beside_a_fixed_node(RidgeWorld&& simulation) {
   btSoftBody& lower = simulation.add(make_ridge(simulation.world_info(), 0, true, btScalar(0.5), true));
   auto ridge = make_ridge(simulation.world_info(), btScalar(0.08), false, btScalar(-0.5), false);
   ridge->translate(btVector3(0, 0, btScalar(0.499)));
@@ -141,44 +126,42 @@ btScalar fastest_beside_a_fixed_node(AnySimulation& simulation, btScalar step) {
   const btVector3 fixed_at = upper.m_nodes[2].m_x;
   btScalar fastest = 0;
   for (int i = 0; i < 5; ++i) {
-    for (int n = 0; n < lower.m_nodes.size(); ++n) lower.m_nodes[n].m_v = btVector3(0, kPush / step, 0);
-    simulation.step(step);
+    for (int n = 0; n < lower.m_nodes.size(); ++n) lower.m_nodes[n].m_v = btVector3(0, kPush / simulation.seconds, 0);
+    simulation.step();
     for (int n = 0; n < upper.m_nodes.size(); ++n) fastest = btMax(fastest, upper.m_nodes[n].m_v.length());
   }
   EXPECT_EQ(upper.m_nodes[2].m_x, fixed_at);
-  return fastest * step;
+  return fastest * simulation.seconds;
 }
 
 TEST_P(EdgeResponse, throws_no_node_that_has_a_small_share_in_a_contact) {
-  Simulation classic(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
-  EXPECT_LT(fastest_beside_a_fixed_node(classic, kStep), 2 * kPush);
-  DeformableSimulation deformable(settings_with(EdgeContacts::respond, GetParam()), kStiff);
-  EXPECT_LT(fastest_beside_a_fixed_node(deformable, kStep / 8), 2 * kPush);
+  for (const World world : {World::one_line, World::deformable}) {
+    const bullet::Settings settings = settings_with(EdgeContacts::respond, GetParam());
+    EXPECT_LT(fastest_beside_a_fixed_node(RidgeWorld(world, settings)), 2 * kPush) << name_of(world);
+  }
 }
 
 TEST_P(EdgeResponse, leaves_fixed_nodes_where_they_are) {
-  Simulation simulation(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
-  const Ridges<Simulation> ridges(simulation);
+  RidgeWorld simulation(World::one_line, settings_with(EdgeContacts::respond, GetParam()));
+  const Ridges ridges(simulation);
   for (const int end : {0, 1, 3, 4, 5}) ridges.lower->setMass(end, btScalar(0.2));  // 2 stays fixed
   const btVector3 fixed_at = ridges.lower->m_nodes[2].m_x;
   std::size_t contact_count = 0;
-  const auto& world = dynamic_cast<const bullet::SoftRigidDynamicsWorld&>(simulation.world());
   for (int step = 0; step < 30; ++step) {
-    simulation.step(kStep);
-    contact_count += world.detection().edge_contacts().size();
+    simulation.step();
+    contact_count += simulation.edge_contacts().size();
   }
   EXPECT_GT(contact_count, 0U);
   EXPECT_EQ(ridges.lower->m_nodes[2].m_x, fixed_at);
 }
 
-/// Lets the upper ridge fall through the lower one. Returns whether that was `reported`.
-template <class AnySimulation, class Reported>
-bool fall_through(AnySimulation& simulation, btScalar step, const Reported& reported) {
-  const Ridges<AnySimulation> ridges(simulation);
+/// Lets the upper ridge fall through the lower one. Returns whether that was reported.
+bool fall_through(RidgeWorld&& simulation) {
+  const Ridges ridges(simulation);
   bool is_reported = false;
-  for (btScalar time = 0; time < btScalar(0.5); time += step) {
-    simulation.step(step);
-    const std::vector<EdgeContact>& contacts = reported();
+  for (btScalar time = 0; time < btScalar(0.5); time += simulation.seconds) {
+    simulation.step();
+    const std::vector<EdgeContact>& contacts = simulation.edge_contacts();
     if (!is_reported && !contacts.empty()) expect_the_crossing(contacts, *ridges.lower, *ridges.upper);
     is_reported |= !contacts.empty();
   }
@@ -188,15 +171,11 @@ bool fall_through(AnySimulation& simulation, btScalar step, const Reported& repo
 
 TEST(EdgeContacts, are_reported_of_ridges_that_pass_through_each_other_without_a_response) {
   for (const EdgeContacts edge_contacts : {EdgeContacts::off, EdgeContacts::report}) {
-    const bool is_reported = edge_contacts == EdgeContacts::report;
-    Simulation classic(PlugIn::one_line_world, settings_with(edge_contacts, Detection::ccd));
-    EXPECT_EQ(fall_through(
-                  classic, kStep, [&]() -> auto& { return classic.detection()->edge_contacts(); }),
-              is_reported);
-    DeformableSimulation deformable(settings_with(edge_contacts, Detection::ccd), kStiff);
-    EXPECT_EQ(fall_through(
-                  deformable, kStep / 8, [&]() -> auto& { return deformable.detection()->edge_contacts(); }),
-              is_reported);
+    for (const World world : {World::one_line, World::deformable}) {
+      EXPECT_EQ(fall_through(RidgeWorld(world, settings_with(edge_contacts, Detection::ccd))),
+                edge_contacts == EdgeContacts::report)
+          << name_of(world);
+    }
   }
 }
 
@@ -222,7 +201,7 @@ MassPoint center_of_mass(const std::vector<const btSoftBody*>& bodies) {
 
 // Bullet takes a body's velocities from its positions before the next body's contacts move it: positions are compared.
 TEST_P(EdgeResponse, does_not_move_the_center_of_free_bodies_that_meet_off_their_middles) {
-  Simulation simulation(PlugIn::one_line_world, settings_with(EdgeContacts::respond, GetParam()));
+  RidgeWorld simulation(World::one_line, settings_with(EdgeContacts::respond, GetParam()));
   simulation.world_info().m_gravity.setZero();
   const auto add = [&](btScalar height, bool along_x, btScalar down) -> btSoftBody& {
     return simulation.add(make_ridge(simulation.world_info(), height, along_x, down, false));
@@ -233,7 +212,7 @@ TEST_P(EdgeResponse, does_not_move_the_center_of_free_bodies_that_meet_off_their
   upper.setVelocity(btVector3(0, -1, 0));
   for (int step = 0; step < 30; ++step) {
     const MassPoint before = center_of_mass({&lower, &upper});
-    simulation.step(kStep);
+    simulation.step();
     const btVector3 moved = center_of_mass({&lower, &upper}).position - before.position;
     EXPECT_LT((moved - before.velocity * kStep).length(), 1e-5) << "of 0.008 in a step";
   }
@@ -241,7 +220,7 @@ TEST_P(EdgeResponse, does_not_move_the_center_of_free_bodies_that_meet_off_their
 }
 
 TEST(EdgeContacts, are_found_within_a_body) {
-  DeformableSimulation simulation(settings_with(EdgeContacts::report));
+  RidgeWorld simulation(World::deformable, settings_with(EdgeContacts::report));
   demo::ClothShape shape;
   shape.columns = 9;
   shape.rows = 3;
@@ -255,9 +234,9 @@ TEST(EdgeContacts, are_found_within_a_body) {
   strip->getCollisionShape()->setMargin(btScalar(0.03));
   strip->setSelfCollision(true);
   const btSoftBody& body = simulation.add(std::move(strip));
-  simulation.step(kStep / 8);
-  EXPECT_FALSE(simulation.detection()->edge_contacts().empty());
-  for (const EdgeContact& contact : simulation.detection()->edge_contacts()) {
+  simulation.step();
+  EXPECT_FALSE(simulation.edge_contacts().empty());
+  for (const EdgeContact& contact : simulation.edge_contacts()) {
     EXPECT_EQ(contact.a.body, &body);
     EXPECT_EQ(contact.b.body, &body);
   }

@@ -24,22 +24,20 @@ namespace {
 constexpr int kFailingSteps = 3;
 
 /// With more triangles than what Backend::automatic leaves to the CPU.
-template <class AnySimulation>
-using Sheets = Layers<AnySimulation, 8>;
+constexpr int kNodesPerSide = 8;
 
 /// A contact's weights on both sides, normal, depth and time of impact.
 using Numbers = std::array<btScalar, 11>;
 
 /// What is there after a step.
 struct Step {
-  Contacts contacts;
+  LayerContacts contacts;
   std::vector<Numbers> numbers;
 };
 
-template <class AnySheets>
-Step step_of(AnySheets& sheets) {
+Step step_of(Layers& sheets) {
   Step step{sheets.contacts(), {}};
-  for (const bullet::BodyPairContacts& pair : sheets.simulation().detection()->body_contacts()) {
+  for (const bullet::BodyPairContacts& pair : sheets.simulation().detection().body_contacts()) {
     for (const bullet::BodyContact& contact : pair.contacts) {
       const auto& [a0, a1, a2] = contact.a.weights;
       const auto& [b0, b1, b2] = contact.b.weights;
@@ -73,8 +71,7 @@ Failures failures_of(const bullet::WorldDetection& detection) {
 }
 
 /// All steps of a world in which nothing fails.
-template <class AnySheets>
-std::vector<Step> live(AnySheets& sheets) {
+std::vector<Step> live(Layers& sheets) {
   std::vector<Step> steps;
   for (int i = 0; i <= kFailingSteps; ++i) {
     sheets.step();
@@ -84,9 +81,8 @@ std::vector<Step> live(AnySheets& sheets) {
 }
 
 /// The same in a world of Bullet's own, which tells no numbers.
-template <class AnySheets>
-std::vector<Contacts> live_without_softcd(AnySheets& sheets) {
-  std::vector<Contacts> steps;
+std::vector<LayerContacts> live_without_softcd(Layers& sheets) {
+  std::vector<LayerContacts> steps;
   for (int i = 0; i <= kFailingSteps; ++i) {
     sheets.step();
     steps.push_back(sheets.contacts());
@@ -108,8 +104,8 @@ class FailedCudaSteps : public testing::TestWithParam<std::tuple<World, Backend,
   }
 
   /// `make(backend)` makes sheets in a world; `bullets` are in Bullet's own.
-  template <class Make, class BulletsSheets>
-  void fail_each(const Make& make, BulletsSheets&& bullets) {
+  template <class Make>
+  void fail_each(const Make& make, Layers& bullets) {
     bullets_own_ = live_without_softcd(bullets);
     expected_ = live(*make(Backend::cpu));
     ASSERT_FALSE(expected_.back().contacts.soft.empty() || expected_.back().contacts.rigid.empty());
@@ -145,8 +141,7 @@ class FailedCudaSteps : public testing::TestWithParam<std::tuple<World, Backend,
   }
 
   /// A life in which the n-th call fails. Returns whether there were that many.
-  template <class AnySheets>
-  bool fail(AnySheets& sheets, std::uint64_t n) {
+  bool fail(Layers& sheets, std::uint64_t n) {
     FailingCudaCall failing(n, fails_);
     for (std::size_t i = 0; i < expected_.size(); ++i) {
       SCOPED_TRACE(testing::Message() << "step " << i);
@@ -171,32 +166,17 @@ class FailedCudaSteps : public testing::TestWithParam<std::tuple<World, Backend,
 
   Backend backend_ = std::get<Backend>(GetParam());
   Fails fails_ = std::get<Fails>(GetParam());
-  std::vector<Step> expected_;         ///< by steps
-  std::vector<Contacts> bullets_own_;  ///< the same, without softcd
+  std::vector<Step> expected_;              ///< by steps
+  std::vector<LayerContacts> bullets_own_;  ///< the same, without softcd
 };
 
 TEST_P(FailedCudaSteps, leave_a_world_that_goes_on) {
-  using demo::DeformableSimulation;
-  using demo::PlugIn;
-  using demo::Simulation;
-  const auto classic = [this](PlugIn plug_in) {
-    const auto make = [&](Backend backend) {
-      return std::make_unique<Sheets<Simulation>>(plug_in, settings_for(backend));
-    };
-    fail_each(make, Sheets<Simulation>(PlugIn::none, cpu_settings()));
+  const World world = std::get<World>(GetParam());
+  const auto make = [&](Backend backend) {
+    return std::make_unique<Layers>(world, settings_for(backend), kNodesPerSide);
   };
-  switch (std::get<World>(GetParam())) {
-    case World::one_line:
-      return classic(PlugIn::one_line_world);
-    case World::attached:
-      return classic(PlugIn::attached);
-    default: {
-      const auto make = [](Backend backend) {
-        return std::make_unique<Sheets<DeformableSimulation>>(std::optional(settings_for(backend)));
-      };
-      fail_each(make, Sheets<DeformableSimulation>(std::optional<bullet::Settings>{}));
-    }
-  }
+  Layers bullets(world, std::nullopt, kNodesPerSide);
+  fail_each(make, bullets);
 }
 
 std::string name_of(const testing::TestParamInfo<std::tuple<World, Backend, Fails>>& parameter) {

@@ -202,10 +202,7 @@ class FastRopes : public testing::TestWithParam<World> {
   }
 };
 // A softcd::bullet::Dispatcher prevents no crossings.
-INSTANTIATE_TEST_SUITE_P(Worlds, FastRopes,
-                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
-                                         World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, FastRopes, kLookingWorlds, world_name);
 
 TEST_P(FastRopes, never_pass_through_each_other) {
   expect_no_passes(throw_at_rope);

@@ -9,6 +9,7 @@
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h"
 #include "BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h"
+#include "any_simulation.hpp"
 #include "deformable_app_support.hpp"
 #include "softcd/bullet/dispatcher.hpp"
 #include "softcd/bullet/soft_worlds.hpp"
@@ -16,8 +17,6 @@
 namespace softcd::test {
 namespace {
 
-using demo::PlugIn;
-using demo::Simulation;
 using Flags = btSoftBody::fCollision;
 
 constexpr int kSoftProxy = SOFTBODY_SHAPE_PROXYTYPE;
@@ -62,7 +61,6 @@ struct SheetOnMesh {
   btTriangleMesh triangles;
   btSoftBody* sheet;
 
-  template <class AnySimulation>
   explicit SheetOnMesh(AnySimulation& simulation) {
     triangles.addTriangle(btVector3(-3, 0, -3), btVector3(0, 0, 6), btVector3(3, 0, -3));
     simulation.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles, true), btVector3(0, 0, 0));
@@ -74,9 +72,13 @@ struct SheetOnMesh {
   int count_contacts() const { return sheet->m_rcontacts.size() + sheet->m_nodeRigidContacts.size(); }
 };
 
-template <class AnySimulation>
-void expect_algorithms_to_stay(AnySimulation& simulation, btCollisionDispatcher& dispatcher) {
+class Algorithms : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, Algorithms, kWorlds, world_name);
+
+TEST_P(Algorithms, of_an_app_stay_registered) {
   CountingCreateFunc soft_soft, soft_mesh;
+  AnySimulation simulation(GetParam(), cpu_settings(Detection::ccd));
+  btCollisionDispatcher& dispatcher = simulation.dispatcher();
   dispatcher.registerCollisionCreateFunc(kSoftProxy, kSoftProxy, &soft_soft);
   for (const auto& [a, b] : {std::pair{kSoftProxy, kMesh}, std::pair{kMesh, kSoftProxy}}) {
     dispatcher.registerCollisionCreateFunc(a, b, &soft_mesh);
@@ -93,21 +95,8 @@ void expect_algorithms_to_stay(AnySimulation& simulation, btCollisionDispatcher&
   EXPECT_EQ(soft_mesh.calls, 1) << "the pair is the app's";
 }
 
-TEST(GivingBack, an_apps_algorithms_stay_registered_in_classic_worlds) {
-  for (const PlugIn plug_in : kPlugIns) {
-    SCOPED_TRACE(name_of(plug_in));
-    Simulation simulation(plug_in, cpu_settings(Detection::ccd));
-    expect_algorithms_to_stay(simulation, simulation.dispatcher());
-  }
-}
-
-TEST(GivingBack, an_apps_algorithms_stay_registered_in_the_deformable_world) {
-  demo::DeformableSimulation simulation(cpu_settings(Detection::ccd));
-  expect_algorithms_to_stay(simulation, static_cast<btCollisionDispatcher&>(*simulation.world().getDispatcher()));
-}
-
 TEST(GivingBack, algorithms_that_come_between_two_steps_stay_and_pairs_stay_softcds) {
-  Simulation simulation(PlugIn::one_line_world, cpu_settings());
+  AnySimulation simulation(World::one_line, cpu_settings());
   const SheetOnMesh scene(simulation);
   simulation.step(kStep);
   btCollisionDispatcher& dispatcher = simulation.dispatcher();
@@ -115,7 +104,7 @@ TEST(GivingBack, algorithms_that_come_between_two_steps_stay_and_pairs_stay_soft
   const auto* gimpact = registered(dispatcher, kSoftProxy, GIMPACT_SHAPE_PROXYTYPE);
   simulation.step(kStep);
   EXPECT_EQ(registered(dispatcher, kSoftProxy, GIMPACT_SHAPE_PROXYTYPE), gimpact);
-  EXPECT_GT(simulation.detection()->rigid_mesh_report().statistics().vt_contacts, 0U);
+  EXPECT_GT(simulation.detection().rigid_mesh_report().statistics().vt_contacts, 0U);
 }
 
 /// Two sheets within each other's reach, in whatever world.
@@ -282,34 +271,32 @@ TEST(GivingBack, bodies_of_a_deformable_world_that_goes_collide_in_bullets_world
 
 /// A sheet comes upon a mesh while `between` is called, after a step of softcd's, and has another step there. Returns
 /// how many contacts softcd finds then.
-std::uint64_t contacts_with_mesh_after(const std::function<void(demo::DeformableSimulation&)>& between) {
-  demo::DeformableSimulation simulation(cpu_settings());
+std::uint64_t contacts_with_mesh_after(const std::function<void(AnySimulation&)>& between) {
+  AnySimulation simulation(World::deformable, cpu_settings());
   const SheetOnMesh scene(simulation);
   scene.sheet->translate(btVector3(0, 5, 0));
   simulation.step(kShortStep);
   scene.sheet->translate(btVector3(0, -5, 0));
   between(simulation);
   simulation.step(kShortStep);
-  return simulation.detection()->rigid_mesh_report().statistics().vt_contacts;
+  return simulation.detection().rigid_mesh_report().statistics().vt_contacts;
 }
 
 TEST(GivingBack, rigid_meshes_are_bullets_when_turned_off_and_softcds_when_turned_on_again) {
-  const auto turn_off_and_on = [](demo::DeformableSimulation& simulation) {
+  const auto turn_off_and_on = [](AnySimulation& simulation) {
     bullet::Settings settings = cpu_settings();
     for (const bool rigid_meshes : {false, true}) {
       settings.rigid_meshes = rigid_meshes;
-      simulation.detection()->set_settings(settings);
+      simulation.detection().set_settings(settings);
       if (!rigid_meshes) simulation.step(kShortStep);
     }
-    EXPECT_EQ(simulation.detection()->rigid_mesh_report().statistics().vt_contacts, 0U);
+    EXPECT_EQ(simulation.detection().rigid_mesh_report().statistics().vt_contacts, 0U);
   };
   EXPECT_GT(contacts_with_mesh_after(turn_off_and_on), 0U);
 }
 
 TEST(GivingBack, pairs_that_an_app_has_bullet_process_between_steps_stay_softcds) {
-  const auto process = [](demo::DeformableSimulation& simulation) {
-    simulation.world().performDiscreteCollisionDetection();
-  };
+  const auto process = [](AnySimulation& simulation) { simulation.world().performDiscreteCollisionDetection(); };
   EXPECT_GT(contacts_with_mesh_after(process), 0U);
 }
 

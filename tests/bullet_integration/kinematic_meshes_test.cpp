@@ -153,8 +153,7 @@ class KinematicMeshes : public WarnedSimulation {
   std::uint64_t unavoidable = 0, excepted = 0;
   btScalar fastest = 0;  ///< of the curtain's nodes
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, KinematicMeshes, kLookingWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, KinematicMeshes, kLookingWorlds, world_name);
 
 TEST_P(KinematicMeshes, push_a_curtain_as_static_and_kinematic_bodies) {
   push_at_all_speeds(kStaticAndKinematic, /*has_motion_state=*/false);
@@ -223,8 +222,7 @@ class KinematicMeshesAtTheDefault : public KinematicMeshes {
     }
   }
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, KinematicMeshesAtTheDefault, kLookingWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, KinematicMeshesAtTheDefault, kLookingWorlds, world_name);
 
 // Its corners are between the nodes.
 TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_by_a_box) {

@@ -10,29 +10,27 @@
 
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
-#include "deformable_support.hpp"
-#include "softcd/bullet/attach.hpp"
+#include "any_simulation.hpp"
 
 namespace softcd::test {
 
 /// Of a step: body, node and the other body's face; body and node that touches the mesh. What is there twice is too
 /// many.
-struct Contacts {
+struct LayerContacts {
   std::multiset<std::array<int, 3>> soft;
   std::multiset<std::array<int, 2>> rigid;
 };
 
 /// Two sheets above each other that touch, the lower one on a rigid mesh of one triangle. Where they are, and not what
 /// was before, decides about their contacts in a step. The upper one has a node more on each side than the lower one.
-template <class AnySimulation, int kNodesPerSide = 5>
 class Layers {
  public:
-  template <class... Arguments>
-  explicit Layers(const Arguments&... arguments) : simulation_(arguments...) {
+  explicit Layers(World world, const std::optional<bullet::Settings>& settings, int nodes_per_side = 5)
+      : simulation_(world, settings) {
     triangles_.addTriangle(btVector3(-3, 0, -3), btVector3(0, 0, 6), btVector3(3, 0, -3));
     simulation_.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&triangles_, true), btVector3(0, 0, 0));
     SheetOptions options;
-    options.nodes_per_side = kNodesPerSide - 1;
+    options.nodes_per_side = nodes_per_side - 1;
     options.margin = btScalar(0.05);
     for (const btScalar height : {btScalar(0.04), btScalar(0.11)}) {
       options.height = height;
@@ -54,8 +52,8 @@ class Layers {
     simulation_.step(kStep);
   }
 
-  Contacts contacts() const {
-    Contacts found;
+  LayerContacts contacts() const {
+    LayerContacts found;
     for (int b = 0; b < 2; ++b) {
       const btSoftBody& body = *bodies_[static_cast<std::size_t>(b)];
       const btSoftBody& other = *bodies_[static_cast<std::size_t>(1 - b)];
@@ -94,24 +92,13 @@ class Layers {
   }
 
   AnySimulation& simulation() { return simulation_; }
-  const bullet::WorldDetection& detection() { return *simulation_.detection(); }
+  const bullet::WorldDetection& detection() { return simulation_.detection(); }
 
  private:
   btTriangleMesh triangles_;
   AnySimulation simulation_;
   std::vector<btSoftBody*> bodies_;
   std::vector<btVector3> places_;
-};
-
-/// Bullet's deformable world with softcd attached.
-class AttachedDeformableSimulation : public demo::DeformableSimulation {
- public:
-  explicit AttachedDeformableSimulation(const bullet::Settings& settings)
-      : DeformableSimulation(std::nullopt), attachment_(bullet::attach(world(), settings)) {}
-  bullet::WorldDetection* detection() { return &attachment_.detection(); }
-
- private:
-  bullet::Attachment attachment_;
 };
 
 }  // namespace softcd::test

@@ -81,10 +81,7 @@ class LockedBodies : public WarnedSimulation {
   std::uint64_t impacts = 0;                  ///< in all steps
   double most_energy = 0, most_momentum = 0;  ///< that the answers of one step gave to all bodies together
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, LockedBodies,
-                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
-                                         World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, LockedBodies, kLookingWorlds, world_name);
 
 TEST_P(LockedBodies, are_named_once_and_nothing_else_is_let_go_with_them) {
   lock_two();

@@ -53,14 +53,11 @@ class MovedByOthers : public WarnedSimulation {
 
   std::vector<btSoftBody*> bodies;
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, MovedByOthers,
-                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
-                                         World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, MovedByOthers, kLookingWorlds, world_name);
 
 class MovedByAnchors : public MovedByOthers {};
 INSTANTIATE_TEST_SUITE_P(Worlds, MovedByAnchors, testing::Values(World::deformable, World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+                         world_name);
 
 // Bullet puts nodes on anchors where these are, whatever velocity they were given.
 TEST_P(MovedByAnchors, through_something_are_counted_and_named) {
@@ -146,10 +143,7 @@ class ThroughPiles : public MovedByOthers {
   std::uint64_t unavoidable = 0;
   std::size_t most_edges = 0;
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, ThroughPiles,
-                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
-                                         World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ThroughPiles, kLookingWorlds, world_name);
 
 TEST_P(ThroughPiles, a_ball_at_30_metres_a_second_takes_free_cloths_along) {
   throw_ball(30, /*holds_cloths=*/false);

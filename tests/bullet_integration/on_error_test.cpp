@@ -17,20 +17,22 @@ namespace {
 
 using bullet::OnError;
 using bullet::WorldDetection;
-using demo::DeformableSimulation;
-using demo::PlugIn;
-using demo::Simulation;
+
+class FailingSteps : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, FailingSteps, kWorlds, world_name);
 
 /// Lets each allocation of the second step fail in turn: what that leaves to Bullet is as in Bullet's own world.
-template <class Make, class AnySimulation>
-void expect_bullets_contacts_in_failing_steps(const Make& make, Layers<AnySimulation>& bullets) {
+TEST_P(FailingSteps, have_bullets_contacts_where_memory_runs_out) {
+  const bullet::Settings settings = cpu_settings(is_deformable(GetParam()) ? Detection::ccd : Detection::dcd);
+  const auto make = [&] { return std::make_unique<Layers>(GetParam(), settings); };
   const auto ours = make();
+  Layers bullets(GetParam(), std::nullopt);
   for (int i = 0; i < 2; ++i) {
     ours->step();
     bullets.step();
   }
-  const Contacts expected = ours->contacts();
-  const Contacts bullets_own = bullets.contacts();
+  const LayerContacts expected = ours->contacts();
+  const LayerContacts bullets_own = bullets.contacts();
   ASSERT_FALSE(expected.soft.empty() || expected.rigid.empty());
   ASSERT_FALSE(bullets_own.soft.empty() || bullets_own.rigid.empty());
   std::uint64_t failed_contacts = 0;
@@ -65,34 +67,10 @@ void expect_bullets_contacts_in_failing_steps(const Make& make, Layers<AnySimula
   EXPECT_GT(failed_meshes, 0U);
 }
 
-TEST(OnError, a_step_without_memory_has_bullets_contacts_in_classic_worlds) {
-  for (const PlugIn plug_in : kPlugIns) {
-    SCOPED_TRACE(name_of(plug_in));
-    Layers<Simulation> bullets(PlugIn::none, cpu_settings());
-    const auto make = [&] { return std::make_unique<Layers<Simulation>>(plug_in, cpu_settings()); };
-    expect_bullets_contacts_in_failing_steps(make, bullets);
-  }
-}
-
-TEST(OnError, a_step_without_memory_has_bullets_contacts_in_the_deformable_world) {
-  Layers<DeformableSimulation> bullets(std::optional<bullet::Settings>{});
-  const auto make = [] {
-    return std::make_unique<Layers<DeformableSimulation>>(std::optional(cpu_settings(Detection::ccd)));
-  };
-  expect_bullets_contacts_in_failing_steps(make, bullets);
-}
-
-TEST(OnError, a_step_without_memory_has_bullets_contacts_in_a_deformable_world_that_softcd_is_attached_to) {
-  Layers<DeformableSimulation> bullets(std::optional<bullet::Settings>{});
-  const auto make = [] { return std::make_unique<Layers<AttachedDeformableSimulation>>(cpu_settings(Detection::ccd)); };
-  expect_bullets_contacts_in_failing_steps(make, bullets);
-}
-
 /// The same of what body_contacts() tells of the last step.
-template <class AnySimulation>
-Contacts told_contacts(Layers<AnySimulation>& layers) {
-  Contacts told;
-  for (const bullet::BodyPairContacts& pair : layers.simulation().detection()->body_contacts()) {
+LayerContacts told_contacts(Layers& layers) {
+  LayerContacts told;
+  for (const bullet::BodyPairContacts& pair : layers.simulation().detection().body_contacts()) {
     for (const bullet::BodyContact& contact : pair.contacts) {
       const bool has_node_on_a = contact.a.feature == bullet::ContactSide::Feature::node;
       const bullet::ContactSide& node = has_node_on_a ? contact.a : contact.b;
@@ -122,7 +100,7 @@ void expect_all_contacts_or_none_to_be_told(const Make& make) {
       EXPECT_NO_THROW(layers->step());
       has_failed = failing.has_failed();
     }
-    const Contacts told = told_contacts(*layers);
+    const LayerContacts told = told_contacts(*layers);
     if (told.soft.empty() && told.rigid.empty()) {
       ++untold;
     } else {
@@ -143,31 +121,30 @@ void expect_all_contacts_or_none_to_be_told(const Make& make) {
 TEST(OnError, contacts_are_told_where_there_is_memory) {
   bullet::Settings settings = cpu_settings();
   settings.read_out = bullet::ReadOut::impulses;
-  expect_all_contacts_or_none_to_be_told(
-      [&] { return std::make_unique<Layers<Simulation>>(PlugIn::one_line_world, settings); });
-  SCOPED_TRACE("deformable");
-  expect_all_contacts_or_none_to_be_told(
-      [&] { return std::make_unique<Layers<DeformableSimulation>>(std::optional(settings)); });
+  for (const World world : {World::one_line, World::deformable}) {
+    SCOPED_TRACE(name_of(world));
+    expect_all_contacts_or_none_to_be_told([&] { return std::make_unique<Layers>(world, settings); });
+  }
 }
 
 TEST(OnError, a_step_without_memory_for_the_look_at_crossings_goes_without_it) {
   const btScalar velocity = -30;
   bullet::Settings settings = cpu_settings(Detection::ccd);
   settings.rigid_meshes = false;  // whose contacts a world of softcd's solves once more, a dispatcher does not
-  const auto heights_with = [&](PlugIn plug_in) {
-    Layers<Simulation> layers(plug_in, settings);
+  const auto heights_with = [&](World world) {
+    Layers layers(world, settings);
     layers.answer_nothing();
     layers.step();
     layers.step(velocity);
     return layers.heights();
   };
-  const std::vector<btScalar> with_look = heights_with(PlugIn::one_line_world);
-  const std::vector<btScalar> without_look = heights_with(PlugIn::dispatcher);
+  const std::vector<btScalar> with_look = heights_with(World::one_line);
+  const std::vector<btScalar> without_look = heights_with(World::dispatcher);
   ASSERT_NE(with_look, without_look);
   std::uint64_t failed = 0;
   for_every_allocation([&](std::uint64_t n) {
     SCOPED_TRACE("allocation " + std::to_string(n));
-    Layers<Simulation> layers(PlugIn::one_line_world, settings);
+    Layers layers(World::one_line, settings);
     layers.answer_nothing();
     layers.step();
     bool has_failed = false;
@@ -199,7 +176,7 @@ bullet::Settings settings_that_fail(std::vector<std::string>& said) {
 
 TEST(OnError, is_said_once_and_counted) {
   std::vector<std::string> said;
-  Layers<Simulation> layers(PlugIn::one_line_world, settings_that_fail(said));
+  Layers layers(World::one_line, settings_that_fail(said));
   layers.spoil();
   for (int i = 0; i < 3; ++i) EXPECT_NO_THROW(layers.step());
   EXPECT_EQ(layers.detection().contact_report().failed_steps(), 3U);
@@ -215,18 +192,18 @@ TEST(OnError, may_be_thrown) {
   std::vector<std::string> said;
   bullet::Settings settings = settings_that_fail(said);
   settings.on_error = OnError::throw_error;
-  Layers<Simulation> layers(PlugIn::one_line_world, settings);
+  Layers layers(World::one_line, settings);
   layers.spoil();
   EXPECT_THROW(layers.step(), Error);
   EXPECT_EQ(layers.detection().contact_report().failed_steps(), 1U);
 }
 
 TEST(OnError, what_an_app_throws_passes) {
-  for (const PlugIn plug_in : kPlugIns) {
-    SCOPED_TRACE(name_of(plug_in));
-    Layers<Simulation> layers(plug_in, cpu_settings());
+  for (const World world : kEveryWorld) {
+    SCOPED_TRACE(name_of(world));
+    Layers layers(world, cpu_settings());
     layers.step();
-    const Contacts expected = layers.contacts();
+    const LayerContacts expected = layers.contacts();
     layers.simulation().dispatcher().setNearCallback(
         [](btBroadphasePair&, btCollisionDispatcher&, const btDispatcherInfo&) {
           throw std::domain_error("the app's");

@@ -277,7 +277,7 @@ TEST_P(RayTests, go_on_as_bullets_where_memory_runs_out) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, RayTests, testing::Values(World::one_line, World::multi_body, World::deformable),
-                         [](const auto& test) { return name_of(test.param); });
+                         world_name);
 
 /// A tetrahedron without faces.
 TEST(RayTestsOfTetrahedra, tell_their_index_in_classic_worlds) {

@@ -18,8 +18,7 @@ constexpr int kReusingSteps = 40;
 std::unique_ptr<demo::Scene> make(const std::string& name, demo::World world, Detection detection, bool reuse_pairs) {
   demo::SceneOptions options;
   options.world = world;
-  options.settings = cpu_settings(detection);
-  options.settings.edge_contacts = bullet::EdgeContacts::respond;
+  options.settings = careful_settings(detection);
   options.settings.reuse_pairs = reuse_pairs;
   options.size = name == "n-body" ? 8 : std::max(16, demo::find_scene(name)->smallest_size);
   return demo::make_scene(name, options);

@@ -112,8 +112,7 @@ class RigidCrossings : public WarnedSimulation {
   long answered = 0;
   std::uint64_t unavoidable = 0, excepted = 0;
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, RigidCrossings, kLookingWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, RigidCrossings, kLookingWorlds, world_name);
 
 TEST_P(RigidCrossings, none_of_a_cloth_thrown_at_hills) {
   for (const btScalar speed : {btScalar(10), btScalar(100), btScalar(1000)}) {
@@ -266,8 +265,7 @@ TEST_P(RigidCrossings, ignored_pairs_masks_and_anchored_objects_are_respected) {
 }
 
 class RigidMeshesOff : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshesOff, kLookingWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshesOff, kLookingWorlds, world_name);
 
 TEST_P(RigidMeshesOff, meshes_are_left_to_bullet) {
   bullet::Settings settings = cpu_settings(Detection::ccd);

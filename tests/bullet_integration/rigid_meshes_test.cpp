@@ -172,8 +172,7 @@ TEST_P(RigidMeshes, are_bullets_again_when_asked) {
 }
 
 class RigidMeshWorlds : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshWorlds, kWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshWorlds, kWorlds, world_name);
 
 TEST_P(RigidMeshWorlds, nothing_passes_through_a_thin_ground_at_60_metres_per_second) {
   MadeGround made = make_ground(Kind::bvh);

@@ -18,8 +18,7 @@ using demo::Collision;
 demo::SceneOptions scene_options(Collision collision, int size) {
   demo::SceneOptions options;
   options.collision = collision;
-  options.settings = cpu_settings(Detection::ccd);
-  options.settings.edge_contacts = bullet::EdgeContacts::respond;
+  options.settings = careful_settings();
   options.size = size;
   return options;
 }

@@ -43,7 +43,7 @@ void use_device_once() {
 }
 
 class Soak : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, Soak, kWorlds, [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, Soak, kWorlds, world_name);
 
 TEST_P(Soak, nothing_passes_through_anything_and_memory_does_not_grow) {
   const std::uint64_t steps = number("SOFTCD_SOAK_STEPS", 300);

@@ -61,6 +61,13 @@ inline bullet::Settings cpu_settings(Detection detection = Detection::dcd) {
   return settings_on(Backend::cpu, detection);
 }
 
+/// Settings with which nothing passes through anything, with Detection::ccd.
+inline bullet::Settings careful_settings(Detection detection = Detection::ccd) {
+  bullet::Settings settings = cpu_settings(detection);
+  settings.edge_contacts = bullet::EdgeContacts::respond;
+  return settings;
+}
+
 /// For btCollisionDispatcherMt, which requires a scheduler: threads, where Bullet was built with BT_THREADSAFE.
 inline void set_task_scheduler() {
   static btITaskScheduler* const threads = btCreateDefaultTaskScheduler();  // none where it was not

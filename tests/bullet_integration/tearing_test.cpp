@@ -14,12 +14,6 @@
 namespace softcd::test {
 namespace {
 
-bullet::Settings preventing_crossings() {
-  bullet::Settings settings = cpu_settings(Detection::ccd);
-  settings.edge_contacts = bullet::EdgeContacts::respond;
-  return settings;
-}
-
 /// Cuts some of the links that are stretched by a third, and are not short. Returns how many.
 int tear(btSoftBody& cloth) {
   int cuts = 0;
@@ -37,7 +31,7 @@ int tear(btSoftBody& cloth) {
 }
 
 TEST(Tearing, a_ball_passes_through_a_cloth_only_where_it_is_torn) {
-  demo::Simulation simulation(demo::PlugIn::one_line_world, preventing_crossings());
+  demo::Simulation simulation(demo::PlugIn::one_line_world, careful_settings());
   SheetOptions options;
   options.nodes_per_side = 13;
   options.margin = btScalar(0.02);
@@ -79,7 +73,7 @@ class Plane : public btSoftBody::ImplicitFn {
 
 // Laid over a ridge, held on one side, it folds along the ridge, and touches itself below.
 TEST(Tearing, a_cloth_that_is_refined_where_it_folds_is_never_through_itself) {
-  demo::Simulation simulation(demo::PlugIn::one_line_world, preventing_crossings());
+  demo::Simulation simulation(demo::PlugIn::one_line_world, careful_settings());
   SheetOptions options;
   options.nodes_per_side = 9;
   options.margin = btScalar(0.02);

@@ -101,8 +101,7 @@ class Places {
 };
 
 bullet::Settings all_contacts() {
-  bullet::Settings settings = cpu_settings(Detection::ccd);
-  settings.edge_contacts = bullet::EdgeContacts::respond;
+  bullet::Settings settings = careful_settings();
   settings.convex_shapes = bullet::ConvexShapes::faces_and_edges;
   return settings;
 }

@@ -84,8 +84,7 @@ class App {
   }
 
   static bullet::Settings everything() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
+    bullet::Settings settings = careful_settings();
     settings.convex_shapes = bullet::ConvexShapes::faces_and_edges;
     settings.read_out = bullet::ReadOut::impulses;
     return settings;
@@ -272,8 +271,7 @@ class FailingAllocator {
 };
 
 class ThrowingAllocators : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ThrowingAllocators, kWorlds,
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, ThrowingAllocators, kWorlds, world_name);
 
 TEST_P(ThrowingAllocators, have_a_world_that_goes_on) {
   App app(GetParam());

@@ -59,10 +59,7 @@ class TouchingBodies : public WarnedSimulation {
     return sum / btScalar(body.m_nodes.size());
   }
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, TouchingBodies,
-                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
-                                         World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, TouchingBodies, kLookingWorlds, world_name);
 
 TEST_P(TouchingBodies, in_one_plane_come_apart) {
   btSoftBody& floor = add_floor();
@@ -104,8 +101,7 @@ TEST_P(TouchingBodies, on_one_side_stay_there_when_they_are_pressed_together) {
 }
 
 class TouchingUnderADispatcher : public TouchingBodies {};
-INSTANTIATE_TEST_SUITE_P(Worlds, TouchingUnderADispatcher, testing::Values(World::dispatcher),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, TouchingUnderADispatcher, testing::Values(World::dispatcher), world_name);
 
 // Nobody looks at crossings there: contacts are all that there is.
 TEST_P(TouchingUnderADispatcher, have_contacts) {
@@ -153,10 +149,7 @@ class TouchingBodiesAgain : public TouchingBodies {
     return sum;
   }
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, TouchingBodiesAgain,
-                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
-                                         World::attached_deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, TouchingBodiesAgain, kLookingWorlds, world_name);
 
 TEST_P(TouchingBodiesAgain, get_no_energy_when_nothing_moves_them) {
   double most_energy = 0;

@@ -74,8 +74,7 @@ class TumblingCloth : public testing::TestWithParam<World> {
   }
 
   static bullet::Settings settings() {
-    bullet::Settings settings = cpu_settings(Detection::ccd);
-    settings.edge_contacts = bullet::EdgeContacts::respond;
+    bullet::Settings settings = careful_settings();
     return settings;
   }
 
@@ -140,8 +139,7 @@ class TumblingCloth : public testing::TestWithParam<World> {
   btScalar time = 0;
   Tumbling seen;
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, TumblingCloth, testing::Values(World::one_line, World::deformable),
-                         [](const auto& parameter) { return name_of(parameter.param); });
+INSTANTIATE_TEST_SUITE_P(Worlds, TumblingCloth, testing::Values(World::one_line, World::deformable), world_name);
 
 TEST_P(TumblingCloth, is_never_through_itself) {
   tumble(kTumblingSteps);

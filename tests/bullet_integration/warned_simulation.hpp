@@ -11,13 +11,6 @@
 
 namespace softcd::test {
 
-/// Settings with which nothing passes through anything.
-inline bullet::Settings careful_settings() {
-  bullet::Settings settings = cpu_settings(Detection::ccd);
-  settings.edge_contacts = bullet::EdgeContacts::respond;
-  return settings;
-}
-
 /// A world without gravity, and what it warns of.
 class WarnedSimulation : public testing::TestWithParam<World> {
  protected:

@@ -13,7 +13,7 @@ void DetectorRecord::set_detector(const Query* query, Explain explain) {
   explain_ = std::move(explain);
 }
 
-void DetectorRecord::note_failure(const Settings& settings) {
+void Failures::note(const Settings& settings) {
   try {
     throw;
   } catch (const Error& error) {
@@ -23,13 +23,13 @@ void DetectorRecord::note_failure(const Settings& settings) {
   }
 }
 
-void DetectorRecord::go_on(const Settings& settings, const char* cause) {
-  ++failed_steps_;
+void Failures::go_on(const Settings& settings, const char* cause) {
+  ++count_;
   if (settings.on_error == OnError::throw_error) throw;
   if (std::exchange(has_warned_, true) || !settings.log) return;
   // Without an allocation: it may be memory that is missing.
   std::array<char, 512> text{};
-  std::snprintf(text.data(), text.size(), "a step goes on %s, of which nothing is said again: %s", instead_, cause);
+  std::snprintf(text.data(), text.size(), "%s, of which nothing is said again: %s", outcome_, cause);
   settings.log(LogLevel::warning, text.data());
 }
 

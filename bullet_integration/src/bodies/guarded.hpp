@@ -10,34 +10,47 @@
 
 namespace softcd::bullet {
 
+/// The failures of one part of softcd, of which the log names the first.
+class Failures {
+ public:
+  /// `outcome` begins the warning: what goes on, and with what.
+  explicit Failures(const char* outcome) : outcome_(outcome) {}
+
+  /// Counts and logs the exception that is being handled. Rethrows it if it is not softcd's, or with
+  /// OnError::throw_error.
+  void note(const Settings& settings);
+  std::uint64_t count() const { return count_; }
+
+ private:
+  void go_on(const Settings& settings, const char* cause);
+
+  const char* outcome_;
+  std::uint64_t count_ = 0;
+  bool has_warned_ = false;
+};
+
 /// What is known of a detector, whether it is there or has failed.
 class DetectorRecord {
  public:
-  /// `instead` completes the sentence that tells of a failure: what the step goes on with.
-  DetectorRecord(const char* instead, const Scene& scene) : instead_(instead), scene_(scene) {}
+  DetectorRecord(const char* outcome_of_failures, const Scene& scene) : failures_(outcome_of_failures), scene_(scene) {}
 
   using Explain = std::function<std::vector<StageReport>()>;
 
   /// The detector's; null and none when there is none. They are kept until the next call.
   void set_detector(const Query* query, Explain explain);
-  /// To be called while an exception is handled: throws it on unless it is softcd's and the step shall go on.
-  void note_failure(const Settings& settings);
+  void note_failure(const Settings& settings) { failures_.note(settings); }
 
   const Statistics& statistics() const { return query_ != nullptr ? query_->statistics() : statistics_; }
   std::vector<StageReport> explain() const { return explain_ ? explain_() : std::vector<StageReport>(); }
   Backend backend() const { return scene_.backend(); }
-  std::uint64_t failed_steps() const { return failed_steps_; }
+  std::uint64_t failed_steps() const { return failures_.count(); }
 
  private:
-  void go_on(const Settings& settings, const char* cause);
-
-  const char* instead_;
+  Failures failures_;
   const Scene& scene_;
   const Query* query_ = nullptr;
   Explain explain_;
   Statistics statistics_;  ///< of the query before
-  std::uint64_t failed_steps_ = 0;
-  bool has_warned_ = false;
 };
 
 /// A detector that no failure leaves half done: it is thrown away then, and made anew when it is needed again.
@@ -47,8 +60,8 @@ class Guarded {
   using Kind = typename Detector::Kind;
 
   /// `kind`, `mirror` and `settings` outlive it.
-  Guarded(const char* instead, const Kind& kind, WorldMirror& mirror, const Settings& settings)
-      : kind_(kind), mirror_(mirror), settings_(settings), record_(instead, mirror.scene()) {
+  Guarded(const char* outcome_of_failures, const Kind& kind, WorldMirror& mirror, const Settings& settings)
+      : kind_(kind), mirror_(mirror), settings_(settings), record_(outcome_of_failures, mirror.scene()) {
     make();
   }
 

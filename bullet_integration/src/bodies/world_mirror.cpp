@@ -114,32 +114,15 @@ void WorldMirror::pass_on_filters(Member& member) {
   member.filters = number;
 }
 
-void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
-  keep_filters_of(bodies);
-  const bool keeps_some = !std::exchange(forgets_all_, false);
+/// Removes the members that are none of these bodies, and those for which is_kept(member) is false.
+template <class Predicate>
+void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins, Predicate is_kept) noexcept {
   for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {
     for (btSoftBody* body : present) {
       const auto known = members_.find(body);
-      if (known != members_.end()) known->second.is_in_world = keeps_some && known->second.last_step == step_;
+      if (known != members_.end()) known->second.is_in_world = is_kept(known->second);
     }
   }
-  remove_unmarked();
-  for (auto& [body, member] : members_) member.topology_changed = false;
-  ++step_;
-}
-
-void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
-  for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {
-    for (btSoftBody* body : present) {
-      const auto known = members_.find(body);
-      if (known != members_.end()) known->second.is_in_world = true;
-    }
-  }
-  remove_unmarked();
-  for (auto& [body, member] : members_) member.last_compared = 0;
-}
-
-void WorldMirror::remove_unmarked() noexcept {
   for (auto entry = members_.begin(); entry != members_.end();) {
     if (std::exchange(entry->second.is_in_world, false)) {
       ++entry;
@@ -149,6 +132,19 @@ void WorldMirror::remove_unmarked() noexcept {
     members_by_id_.erase(entry->second.id.value);
     entry = members_.erase(entry);
   }
+}
+
+void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
+  keep_filters_of(bodies);
+  const bool keeps_some = !std::exchange(forgets_all_, false);
+  keep(bodies, stand_ins, [&](const Member& member) { return keeps_some && member.last_step == step_; });
+  for (auto& [body, member] : members_) member.topology_changed = false;
+  ++step_;
+}
+
+void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
+  keep(bodies, stand_ins, [](const Member& /*member*/) { return true; });
+  for (auto& [body, member] : members_) member.last_compared = 0;
 }
 
 void WorldMirror::compare(Span<btSoftBody* const> bodies) {

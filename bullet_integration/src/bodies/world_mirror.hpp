@@ -98,7 +98,8 @@ class WorldMirror {
   void update_mesh(Member& member, const BodySettings& settings);
   void compare(Member& member) const;
   void set_positions(Member& member, bool needs_way);
-  void remove_unmarked() noexcept;
+  template <class Predicate>
+  void keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins, Predicate is_kept) noexcept;
 
   const NodeEnds& ends_;
   const Settings& settings_;

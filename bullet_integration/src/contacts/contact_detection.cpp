@@ -30,7 +30,11 @@ bool is_spoilt(const btSoftBody& body) {
 }  // namespace
 
 ContactDetection::ContactDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind), mirror_(mirror), settings_(settings), query_(mirror.scene(), kind.options(settings)) {}
+    : kind_(kind),
+      mirror_(mirror),
+      settings_(settings),
+      query_(mirror.scene(), kind.options(settings)),
+      economy_(kind, mirror, settings) {}
 
 void ContactDetection::follow_settings() {
   query_.set_options(kind_.options(settings_));
@@ -79,7 +83,7 @@ void ContactDetection::finish(bool looks_at_crossings) {
   find_spoilt(contacts);
   find_tangles(contacts);
   find_uses(contacts);
-  economy_.choose(kind_, mirror_, contacts, uses_, settings_);
+  economy_.choose(contacts, uses_);
   list_edge_contacts(contacts);
   const bool keeps_notes = settings_.read_out != ReadOut::off;
   notes_.reset(keeps_notes ? contacts.size() : 0);
@@ -139,7 +143,7 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
 }
 
 void ContactDetection::find_uses(Span<const Contact> contacts) {
-  const bool chooses = ContactEconomy::chooses(kind_, settings_);
+  const bool chooses = economy_.chooses();
   uses_.resize(contacts.size());
   for_each_contact_in_parallel(mirror_, contacts,
                                [&](std::size_t i, const MemberContact& found) { uses_[i] = use_of(found, chooses); });

@@ -170,33 +170,31 @@ class NodeChoice {
 
 }  // namespace
 
-bool ContactEconomy::chooses(const ContactsOfKind& kind, const Settings& settings) {
-  return wants_closest(kind, settings) || settings.contacts_per_node > 0;
+bool ContactEconomy::chooses() const {
+  return wants_closest(kind_, settings_) || settings_.contacts_per_node > 0;
 }
 
-void ContactEconomy::choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-                            const std::vector<ContactUse>& uses, const Settings& settings) {
+void ContactEconomy::choose(Span<const Contact> contacts, const std::vector<ContactUse>& uses) {
   shares_.clear();
   nearest_.clear();
-  is_choosing_ = chooses(kind, settings);
+  is_choosing_ = chooses();
   if (!is_choosing_) return;
   shares_.resize(contacts.size());
-  choose_nodes(kind, mirror, contacts, uses, settings);
-  const bool chooses_edges = wants_closest(kind, settings) && settings.edge_contacts == EdgeContacts::respond &&
-                             kind.options(settings).contact_rule == ContactRule::distance;
-  if (chooses_edges) choose_edges(kind, mirror, contacts);
+  choose_nodes(contacts, uses);
+  const bool chooses_edges = wants_closest(kind_, settings_) && settings_.edge_contacts == EdgeContacts::respond &&
+                             kind_.options(settings_).contact_rule == ContactRule::distance;
+  if (chooses_edges) choose_edges(contacts);
 }
 
-void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-                                  const std::vector<ContactUse>& uses, const Settings& settings) {
+void ContactEconomy::choose_nodes(Span<const Contact> contacts, const std::vector<ContactUse>& uses) {
   const std::size_t count = contacts.size() - edge_contacts_in(contacts).size();
   std::fill_n(shares_.begin(), count, ContactShare{/*count=*/0});
   nearest_.resize(count);
-  for_each_contact_in_parallel(mirror, {contacts.begin(), count}, [&](std::size_t i, const MemberContact& found) {
+  for_each_contact_in_parallel(mirror_, {contacts.begin(), count}, [&](std::size_t i, const MemberContact& found) {
     nearest_[i] = nearest_of(found, uses[i]);
   });
   tbb::parallel_for(ContactRange(0, count, kContactsAtOnce), [&](const ContactRange& range) {
-    NodeChoice node(kind, mirror, settings);
+    NodeChoice node(kind_, mirror_, settings_);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       if (i > 0 && are_of_one_node_and_body(contacts[i - 1], contacts[i])) continue;
       std::size_t end = i + 1;
@@ -206,10 +204,10 @@ void ContactEconomy::choose_nodes(const ContactsOfKind& kind, const WorldMirror&
   });
 }
 
-void ContactEconomy::choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts) {
+void ContactEconomy::choose_edges(Span<const Contact> contacts) {
   ContactShare* const shares = shares_.data() + nearest_.size();
-  for_each_contact_in_parallel(mirror, edge_contacts_in(contacts), [&](std::size_t i, const MemberContact& found) {
-    shares[i].count = has_nearer_contact(found, kind.ends) ? 0 : 1;
+  for_each_contact_in_parallel(mirror_, edge_contacts_in(contacts), [&](std::size_t i, const MemberContact& found) {
+    shares[i].count = has_nearer_contact(found, kind_.ends) ? 0 : 1;
   });
 }
 

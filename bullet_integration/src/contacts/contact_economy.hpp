@@ -20,11 +20,14 @@ enum class ContactUse : std::uint8_t {
 /// is chosen depends on the contacts alone.
 class ContactEconomy {
  public:
-  /// Whether it leaves any contact out with these settings.
-  static bool chooses(const ContactsOfKind& kind, const Settings& settings);
+  /// `kind`, `mirror` and `settings` outlive it.
+  ContactEconomy(const ContactsOfKind& kind, const WorldMirror& mirror, const Settings& settings)
+      : kind_(kind), mirror_(mirror), settings_(settings) {}
+
+  /// Whether it leaves any contact out with the settings.
+  bool chooses() const;
   /// Chooses among contacts, in the order in which a query returns them, with the use of each.
-  void choose(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-              const std::vector<ContactUse>& uses, const Settings& settings);
+  void choose(Span<const Contact> contacts, const std::vector<ContactUse>& uses);
   /// Of the contact at this place.
   ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
   /// A line of explain() about what was chosen last.
@@ -39,10 +42,12 @@ class ContactEconomy {
   };
 
  private:
-  void choose_nodes(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts,
-                    const std::vector<ContactUse>& uses, const Settings& settings);
-  void choose_edges(const ContactsOfKind& kind, const WorldMirror& mirror, Span<const Contact> contacts);
+  void choose_nodes(Span<const Contact> contacts, const std::vector<ContactUse>& uses);
+  void choose_edges(Span<const Contact> contacts);
 
+  const ContactsOfKind& kind_;
+  const WorldMirror& mirror_;
+  const Settings& settings_;
   bool is_choosing_ = false;
   std::vector<Nearest> nearest_;      ///< of vertex-face contacts, which come first
   std::vector<ContactShare> shares_;  ///< of all contacts; empty: each is given

@@ -28,14 +28,6 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
-btVector3 velocity_change(const Node& node, const NodeStates& before, std::size_t index, btScalar time_step) {
-  return (node.m_x - before.ends[index]) / time_step;
-}
-
-void hold(Node& node) {
-  node.m_x = node.m_q;
-}
-
 /// Answers the nodes' own velocities, which need not be the mean ones: Bullet moves a body's nodes, for the contacts of
 /// the bodies after it, when it has its velocities already. Changed by what the mean ones were changed by, they could
 /// gain energy.
@@ -67,10 +59,6 @@ void move_end(btSoftBody& body, btScalar time_step) {
     const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
     anchor.m_node->m_q = anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local;
   }
-}
-
-btVector3 velocity_change(const Node& node, const NodeStates& before, std::size_t index, btScalar /*time_step*/) {
-  return node.m_v - before.velocities[index];
 }
 
 /// Split velocities end with the step.
@@ -107,8 +95,9 @@ const CrossingsOfKind kClassicCrossings = {
     .take_up = classic::take_up,
     .move_end = classic::move_end,
     .passing_velocity = &Node::m_v,
-    .velocity_change = classic::velocity_change,
-    .hold = classic::hold,
+    .velocity_change = [](const Node& node, const NodeStates& before, std::size_t index,
+                          btScalar time_step) { return (node.m_x - before.ends[index]) / time_step; },
+    .hold = [](Node& node) { node.m_x = node.m_q; },
     .settle = classic::settle,
 };
 
@@ -118,7 +107,8 @@ const CrossingsOfKind kDeformableCrossings = {
     .take_up = deformable::take_up,
     .move_end = deformable::move_end,
     .passing_velocity = &Node::m_splitv,
-    .velocity_change = deformable::velocity_change,
+    .velocity_change = [](const Node& node, const NodeStates& before, std::size_t index,
+                          btScalar) { return node.m_v - before.velocities[index]; },
     .hold = deformable::hold,
     .settle = deformable::settle,
 };

@@ -73,12 +73,10 @@ void RigidObstacles::begin_step(Span<btSoftBody* const> bodies, const Surroundin
   remove_absent();
   partners_.clear();
   meshes_.clear();
-  parts_of_meshes_.clear();
   surroundings_ = surroundings;
   time_step_ = time_step;
   if (surroundings.objects == nullptr) return;
-  meshes_ = ways_.find(*surroundings.objects);
-  parts_of_meshes_.resize(meshes_.size());
+  for (const MeshWay& way : ways_.find(*surroundings.objects)) meshes_.push_back({way});
   follow(bodies);
 }
 
@@ -86,42 +84,40 @@ void RigidObstacles::follow(Span<btSoftBody* const> bodies) {
   if (meshes_.empty()) return;
   std::vector<Reach> all;
   for (btSoftBody* body : bodies) all.push_back({body, reach_of(*body)});
-  for (std::size_t m = 0; m < meshes_.size(); ++m) {
-    const MeshWay& way = meshes_[m];
+  for (Mesh& mesh : meshes_) {
+    const MeshWay& way = mesh.way;
     std::vector<Reach> reaches;
     for (const auto& [body, world_box] : all) {
       if (!TestAabbAgainstAabb2(way.box.low, way.box.high, world_box.low, world_box.high)) continue;
       const RigidBox box = box_in_shape(world_box, way.poses);
-      if (is_covered(m, *body, box) || !takes_meshes_of(*body, *way.object)) continue;
+      if (is_covered(mesh, *body, box) || !takes_meshes_of(*body, *way.object)) continue;
       if (surroundings_.collides(*body, *way.object)) reaches.push_back({body, box});
     }
-    if (!reaches.empty()) add_part(m, reaches);
+    if (!reaches.empty()) add_part(mesh, reaches);
   }
 }
 
-bool RigidObstacles::is_covered(std::size_t way, const btSoftBody& body, const RigidBox& box) const {
-  const std::vector<const Part*>& parts = parts_of_meshes_[way];
-  return std::any_of(parts.begin(), parts.end(), [&](const Part* part) {
+bool RigidObstacles::is_covered(const Mesh& mesh, const btSoftBody& body, const RigidBox& box) const {
+  return std::any_of(mesh.parts.begin(), mesh.parts.end(), [&](const Part* part) {
     return part->mesh.covers(box) && (part->mesh.triangles().empty() || collide(*part->stand_in, body));
   });
 }
 
-void RigidObstacles::add_part(std::size_t way, const std::vector<Reach>& reaches) {
-  const MeshWay& mesh = meshes_[way];
-  const auto number = static_cast<int>(parts_of_meshes_[way].size());
-  Part& part = parts_[{mesh.object, mesh.shape, mesh.child, number}];
+void RigidObstacles::add_part(Mesh& mesh, const std::vector<Reach>& reaches) {
+  const MeshWay& way = mesh.way;
+  Part& part = parts_[{way.object, way.shape, way.child, static_cast<int>(mesh.parts.size())}];
   if (part.stand_in == nullptr) {
     part.stand_in = make_stand_in(*reaches.front().body->getWorldInfo());
     stand_ins_.push_back(part.stand_in.get());
   }
   part.is_present = true;
-  parts_of_meshes_[way].push_back(&part);
+  mesh.parts.push_back(&part);
   std::vector<RigidBox> boxes;
   boxes.reserve(reaches.size());
   for (const Reach& reach : reaches) boxes.push_back(reach.box);
-  if (part.mesh.read(*mesh.shape, boxes)) set_faces(part.mesh, *part.stand_in);
+  if (part.mesh.read(*way.shape, boxes)) set_faces(part.mesh, *part.stand_in);
   if (part.mesh.triangles().empty()) return;
-  place(part, mesh);
+  place(part, way);
   mirror_.require(*part.stand_in, /*needs_way=*/true);
   Partners& partners = partners_[part.stand_in.get()];
   for (const Reach& reach : reaches) partners.insert(reach.body);

@@ -54,14 +54,19 @@ class RigidObstacles {
     std::unique_ptr<btSoftBody> stand_in;
     bool is_present = false;
   };
+  /// A mesh of this step, with its parts.
+  struct Mesh {
+    MeshWay way;
+    std::vector<const Part*> parts = {};
+  };
   struct Reach {
     btSoftBody* body;
     RigidBox box;
   };
 
   void remove_absent();
-  bool is_covered(std::size_t way, const btSoftBody& body, const RigidBox& box) const;
-  void add_part(std::size_t way, const std::vector<Reach>& reaches);
+  bool is_covered(const Mesh& mesh, const btSoftBody& body, const RigidBox& box) const;
+  void add_part(Mesh& mesh, const std::vector<Reach>& reaches);
   void place(Part& part, const MeshWay& way) const;
 
   const NodeEnds& ends_;
@@ -73,8 +78,7 @@ class RigidObstacles {
   // Of this step:
   Surroundings surroundings_;
   btScalar time_step_ = 0;
-  std::vector<MeshWay> meshes_;
-  std::vector<std::vector<const Part*>> parts_of_meshes_;
+  std::vector<Mesh> meshes_;
 };
 
 }  // namespace softcd::bullet

@@ -84,7 +84,6 @@ Impact impact_of(const MemberContact& found) {
     impact.weights[i] = btScalar(i < count_a ? contact.weights[i] : -contact.weights[i]);
   }
   impact.normal = to_bullet(contact.normal);
-  impact.is_from_start = contact.time_of_impact <= 0;
   impact.friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;
   return impact;
 }
@@ -104,7 +103,7 @@ bool set_apart(const std::vector<Impact>& impacts, btVector3 btSoftBody::Node::*
   bool has_moved = false;
   for (const Impact& impact : impacts) {
     const btScalar inverse_mass = motion_along(impact, impact.normal).inverse_mass;
-    if (impact.is_from_start || !(inverse_mass > 0)) continue;
+    if (impact.contact.time_of_impact <= 0 || !(inverse_mass > 0)) continue;
     btScalar extent = 0;
     for (const btSoftBody::Node* node : impact.nodes) {
       const btVector3 x = node->m_x.absolute();

@@ -18,7 +18,6 @@ struct Impact {
   btScalar weights[4];
   btVector3 normal;  ///< from the second point towards the first
   btScalar friction;
-  bool is_from_start;  ///< they touch when the step begins
 };
 
 Impact impact_of(const MemberContact& found);

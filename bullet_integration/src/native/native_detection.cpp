@@ -15,6 +15,36 @@ void collide_deformable(btSoftBody& a, btSoftBody& b) {
   b.m_softSoftCollision = was_on;
 }
 
+/// A bit of btSoftBody::m_cfg.collisions, which nothing in Bullet reads.
+constexpr int kFaceTreeIsOurs = 1 << 27;
+
+/// Bullet finds vertex-face contacts between construction and destruction: the bodies have face trees.
+class NativeTreesBuilt {
+ public:
+  /// Calls refit(body) for all of them.
+  NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) : bodies_(bodies) {
+    for (btSoftBody* body : bodies_) {
+      if (body->m_fdbvt.empty()) {
+        body->m_cfg.collisions |= kFaceTreeIsOurs;
+        build_face_tree(*body);
+      }
+      refit(*body);
+    }
+  }
+  ~NativeTreesBuilt() {
+    for (btSoftBody* body : bodies_) {
+      if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
+      body->m_cfg.collisions &= ~kFaceTreeIsOurs;
+      remove_face_tree(*body);
+    }
+  }
+  NativeTreesBuilt(const NativeTreesBuilt&) = delete;
+  NativeTreesBuilt& operator=(const NativeTreesBuilt&) = delete;
+
+ private:
+  Span<btSoftBody* const> bodies_;
+};
+
 bool has_contacts_within(const btSoftBody& body) {
   return (body.m_cfg.collisions & btSoftBody::fCollision::SVSmask) == btSoftBody::fCollision::VF_DD;
 }
@@ -25,8 +55,7 @@ void detect_classic_contacts(Span<btSoftBody* const> bodies, const PairGate& gat
   const NativeTreesBuilt built(bodies, refit_classic_trees);
   const btBroadphasePair* pairs = gate.pair_cache().getOverlappingPairArrayPtr();
   for (int i = 0; i < gate.pair_cache().getNumOverlappingPairs(); ++i) {
-    auto* a = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
-    auto* b = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    const auto [a, b] = soft_bodies_of(pairs[i]);
     if (a == nullptr || b == nullptr || !rule(*a, *b)) continue;
     a->getSoftBodySolver()->processCollision(a, b);
   }

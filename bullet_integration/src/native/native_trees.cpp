@@ -15,10 +15,7 @@ namespace {
 using Flags = btSoftBody::fCollision;
 
 // Bullet's own flags end at bit 10.
-constexpr int kHiddenVertexFace = 1 << 30;
-constexpr int kHiddenRigidDeformable = 1 << 29;
 constexpr int kHiddenSoftSoftCollision = 1 << 28;
-constexpr int kFaceTreeIsOurs = 1 << 27;
 /// Times a body's margin: what leaves of its trees reach beyond nodes and faces in classic worlds.
 constexpr btScalar kLeafMargin = btScalar(1.25);
 
@@ -135,23 +132,12 @@ btDbvntNode* copy_with_normals(const btDbvtNode* node) {
   return copy;
 }
 
-void build_face_tree(btSoftBody& body) {
-  add_face_tree(body);
-  delete body.m_fdbvnt;
-  body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
-}
-
 /// A body that sleeps was not predicted, and moves nowhere.
 btDbvtVolume predicted_leaf(const btSoftBody& body, btDbvtVolume box, const btVector3& velocity) {
   const btScalar growth = body.getCollisionShape()->getMargin() * kLeafMargin;
   box.Expand(btVector3(growth, growth, growth));
   if (body.isActive()) box.SignedExpand(velocity * body.m_sst.velmrg);
   return box;
-}
-
-/// Bullet's prediction clears the tree of changed faces, and builds no other one where its flag is hidden.
-void remove_outdated_face_tree(btSoftBody& body) {
-  if (body.m_bUpdateRtCst) remove_face_tree(body);
 }
 
 }  // namespace
@@ -163,30 +149,39 @@ void remove_face_tree(btSoftBody& body) {
   body.m_fdbvnt = nullptr;
 }
 
-void hide_vertex_face_flag(btSoftBody& body) {
-  remove_outdated_face_tree(body);
-  replace_bits(body.m_cfg.collisions, Flags::VF_SS, kHiddenVertexFace);
+void build_face_tree(btSoftBody& body) {
+  add_face_tree(body);
+  delete body.m_fdbvnt;
+  body.m_fdbvnt = copy_with_normals(body.m_fdbvt.m_root);
 }
 
-void restore_vertex_face_flag(btSoftBody& body) {
-  replace_bits(body.m_cfg.collisions, kHiddenVertexFace, Flags::VF_SS);
+void hide_flag(btSoftBody& body, TreeFlag flag) {
+  if (body.m_bUpdateRtCst) remove_face_tree(body);
+  replace_bits(body.m_cfg.collisions, flag.flag, flag.hidden);
 }
 
-void hide_rigid_deformable_flag(btSoftBody& body) {
-  remove_outdated_face_tree(body);
-  replace_bits(body.m_cfg.collisions, Flags::SDF_RD, kHiddenRigidDeformable);
+void restore_flag(btSoftBody& body, TreeFlag flag) {
+  const bool is_hidden = (body.m_cfg.collisions & flag.hidden) != 0;
+  if (is_hidden && flag.flag == kDeformableTreeFlag.flag) rebuild_node_tree(body);
+  replace_bits(body.m_cfg.collisions, flag.hidden, flag.flag);
 }
 
-void restore_rigid_deformable_flag(btSoftBody& body) {
-  if ((body.m_cfg.collisions & kHiddenRigidDeformable) != 0) rebuild_node_tree(body);
-  replace_bits(body.m_cfg.collisions, kHiddenRigidDeformable, Flags::SDF_RD);
+void hide_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag) {
+  for (btSoftBody* body : bodies) {
+    if (body->m_bUpdateRtCst) hide_flag(*body, flag);
+  }
 }
 
-NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies) {
+void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag) {
+  for (btSoftBody* body : bodies) restore_flag(*body, flag);
+}
+
+ClassicTreesAtRest::ClassicTreesAtRest(Span<btSoftBody* const> bodies) : bodies_(bodies) {
+  hide_tree_flags(bodies, kClassicTreeFlag);
   try {
-    kept_.resize(static_cast<std::size_t>(bodies.size()));
+    kept_.resize(bodies.size());
     for (std::size_t i = 0; i < kept_.size(); ++i) {
-      kept_[i].body = bodies[static_cast<int>(i)];
+      kept_[i].body = bodies[i];
       const btSoftBody::tNodeArray& nodes = kept_[i].body->m_nodes;
       kept_[i].leaves.reserve(static_cast<std::size_t>(nodes.size()));
       for (int n = 0; n < nodes.size(); ++n) kept_[i].leaves.push_back(nodes[n].m_leaf);
@@ -209,30 +204,28 @@ NodeTreesAtRest::NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies
   }
 }
 
-NodeTreesAtRest::~NodeTreesAtRest() {
+ClassicTreesAtRest::~ClassicTreesAtRest() {
   for (Kept& kept : kept_) {
     kept.body->m_ndbvt.m_root = kept.root;
     int n = 0;
     for (btDbvtNode* leaf : kept.leaves) kept.body->m_nodes[n++].m_leaf = leaf;
   }
+  restore_tree_flags(bodies_, kClassicTreeFlag);
 }
 
-TreesOutOfSight::TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree) {
+DeformableTreesAtRest::DeformableTreesAtRest(Span<btSoftBody* const> bodies) : bodies_(bodies) {
+  hide_tree_flags(bodies, kDeformableTreeFlag);
   try {
-    kept_.reserve(static_cast<std::size_t>(bodies.size()));
-    succeeded_ = true;
+    kept_.reserve(bodies.size());
   } catch (const std::bad_alloc&) {
     return;
   }
-  for (int i = 0; i < bodies.size(); ++i) {
-    btDbvt& kept = bodies[i]->*tree;
-    kept_.push_back({&kept, kept.m_root});
-    kept.m_root = nullptr;
-  }
+  for (btSoftBody* body : bodies) kept_.emplace_back(&body->m_ndbvt, std::exchange(body->m_ndbvt.m_root, nullptr));
 }
 
-TreesOutOfSight::~TreesOutOfSight() {
-  for (const Kept& kept : kept_) kept.tree->m_root = kept.root;
+DeformableTreesAtRest::~DeformableTreesAtRest() {
+  for (const auto& [tree, root] : kept_) tree->m_root = root;
+  restore_tree_flags(bodies_, kDeformableTreeFlag);
 }
 
 void FaceTreesAway::take(Span<btSoftBody* const> bodies) noexcept {
@@ -270,30 +263,16 @@ void FaceTreesAway::give_back(const Taken& taken) {
   }
 }
 
-FaceTreesUnbuilt::FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
-  for (int i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i]->m_bUpdateRtCst) hide_rigid_deformable_flag(*bodies_[i]);
-  }
-}
-
-FaceTreesUnbuilt::~FaceTreesUnbuilt() {
-  for (int i = 0; i < bodies_.size(); ++i) restore_rigid_deformable_flag(*bodies_[i]);
-}
-
-VertexFaceTestsOff::VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies) : bodies_(bodies) {
-  for (int i = 0; i < bodies_.size(); ++i) {
-    if (std::exchange(bodies_[i]->m_softSoftCollision, false)) {
-      bodies_[i]->m_cfg.collisions |= kHiddenSoftSoftCollision;
-    }
+VertexFaceTestsOff::VertexFaceTestsOff(Span<btSoftBody* const> bodies) : bodies_(bodies) {
+  for (btSoftBody* body : bodies_) {
+    if (std::exchange(body->m_softSoftCollision, false)) body->m_cfg.collisions |= kHiddenSoftSoftCollision;
   }
 }
 
 VertexFaceTestsOff::~VertexFaceTestsOff() {
-  for (int i = 0; i < bodies_.size(); ++i) {
-    int& flags = bodies_[i]->m_cfg.collisions;
-    if ((flags & kHiddenSoftSoftCollision) == 0) continue;
-    bodies_[i]->m_softSoftCollision = true;
-    replace_bits(flags, kHiddenSoftSoftCollision, 0);
+  for (btSoftBody* body : bodies_) {
+    if ((body->m_cfg.collisions & kHiddenSoftSoftCollision) != 0) body->m_softSoftCollision = true;
+    replace_bits(body->m_cfg.collisions, kHiddenSoftSoftCollision, 0);
   }
 }
 
@@ -317,38 +296,21 @@ btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face) 
 }
 
 void refit_classic_trees(btSoftBody& body) {
-  const auto refit = [](btDbvt& tree, btDbvtNode* leaf, btDbvtVolume box) { tree.update(leaf, box); };
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    refit(body.m_ndbvt, body.m_nodes[i].m_leaf, classic_leaf(body, body.m_nodes[i]));
-  }
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    refit(body.m_fdbvt, body.m_faces[i].m_leaf, classic_leaf(body, body.m_faces[i]));
-  }
-}
-
-NativeTreesBuilt::NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) : bodies_(bodies) {
-  for (btSoftBody* body : bodies_) {
-    if (body->m_fdbvt.empty()) {
-      body->m_cfg.collisions |= kFaceTreeIsOurs;
-      build_face_tree(*body);
+  const auto refit = [&](btDbvt& tree, auto& things) {
+    for (int i = 0; i < things.size(); ++i) {
+      btDbvtVolume box = classic_leaf(body, things[i]);
+      tree.update(things[i].m_leaf, box);
     }
-    refit(*body);
-  }
+  };
+  refit(body.m_ndbvt, body.m_nodes);
+  refit(body.m_fdbvt, body.m_faces);
 }
 
-NativeTreesBuilt::~NativeTreesBuilt() {
-  for (btSoftBody* body : bodies_) {
-    if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
-    replace_bits(body->m_cfg.collisions, kFaceTreeIsOurs, 0);
-    remove_face_tree(*body);
-  }
-}
-
-void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  for (int i = 0; i < bodies.size(); ++i) {
+void refit_face_trees(Span<btSoftBody* const> bodies) {
+  for (btSoftBody* body : bodies) {
     // Where faces have changed, the next prediction throws the tree away.
-    if (!bodies[i]->isActive() || bodies[i]->m_fdbvt.empty() || bodies[i]->m_bUpdateRtCst) continue;
-    bodies[i]->updateFaceTree(/*use_velocity=*/false, /*margin=*/false);
+    if (!body->isActive() || body->m_fdbvt.empty() || body->m_bUpdateRtCst) continue;
+    body->updateFaceTree(/*use_velocity=*/false, /*margin=*/false);
   }
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "native/pair_gate.hpp"
 #include "softcd/core/types.hpp"
 
 /// Keeps Bullet from building and updating the bounding volume trees of soft bodies that nobody reads any more.
@@ -13,20 +15,34 @@ namespace softcd::bullet {
 /// whenever a node is appended.
 void remove_face_tree(btSoftBody& body);
 
-/// Replaces VF_SS by a bit of ours, which nothing in Bullet reads. Bullet then predicts without a face tree. When
-/// the app assigns its flags anew meanwhile, our bit is gone and its flags stand as they are.
-void hide_vertex_face_flag(btSoftBody& body);
-void restore_vertex_face_flag(btSoftBody& body);
+/// A flag of btSoftBody::fCollision for which Bullet's prediction builds a face tree, in time quadratic in the faces,
+/// and a bit of softcd's that replaces the flag while it is hidden. Nothing in Bullet reads that bit.
+struct TreeFlag {
+  int flag, hidden;
+};
+inline constexpr TreeFlag kClassicTreeFlag = {btSoftBody::fCollision::VF_SS, 1 << 30};
+inline constexpr TreeFlag kDeformableTreeFlag = {btSoftBody::fCollision::SDF_RD, 1 << 29};
 
-/// Bullet updates no node tree between construction and destruction: each body has a tree of one boundless leaf,
-/// which every node takes for its own. Bodies, and their nodes, stay where they are in memory. Where that does not
-/// suffice for this class itself, Bullet updates the trees as ever.
-class NodeTreesAtRest {
+/// Hides the flag. Removes the face tree of changed faces, which the prediction clears. If the app assigns its flags
+/// anew before restore_flag(), the bit is gone and the app's flags stay.
+void hide_flag(btSoftBody& body, TreeFlag flag);
+/// Restores a hidden flag. In the deformable world, builds the node tree that the prediction would have built with the
+/// face tree.
+void restore_flag(btSoftBody& body, TreeFlag flag);
+
+/// Hides the flag of the bodies for which the coming prediction would build a face tree.
+void hide_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
+void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
+
+/// Bullet's prediction in classic worlds builds no face tree and updates no node tree between construction and
+/// destruction: each body has a node tree of one boundless leaf, which every node takes for its own. Bodies, and their
+/// nodes, stay where they are in memory. If memory for this class runs out, Bullet updates the node trees.
+class ClassicTreesAtRest {
  public:
-  explicit NodeTreesAtRest(const btAlignedObjectArray<btSoftBody*>& bodies);
-  ~NodeTreesAtRest();
-  NodeTreesAtRest(const NodeTreesAtRest&) = delete;
-  NodeTreesAtRest& operator=(const NodeTreesAtRest&) = delete;
+  explicit ClassicTreesAtRest(Span<btSoftBody* const> bodies);
+  ~ClassicTreesAtRest();
+  ClassicTreesAtRest(const ClassicTreesAtRest&) = delete;
+  ClassicTreesAtRest& operator=(const ClassicTreesAtRest&) = delete;
 
  private:
   struct Kept {
@@ -35,39 +51,34 @@ class NodeTreesAtRest {
     std::vector<btDbvtNode*> leaves;  ///< one per node
     btDbvtNode boundless;
   };
+  Span<btSoftBody* const> bodies_;
   std::vector<Kept> kept_;
 };
 
-/// Bullet sees the bodies' trees (m_fdbvt of faces, m_ndbvt of nodes) empty between construction and destruction: it
-/// finds nothing in them, and the deformable world does not refit them. Where memory does not suffice it sees them.
-class TreesOutOfSight {
+/// Does the same for the deformable world's prediction, which sees the node trees empty.
+class DeformableTreesAtRest {
  public:
-  TreesOutOfSight(const btAlignedObjectArray<btSoftBody*>& bodies, btDbvt btSoftBody::*tree);
-  ~TreesOutOfSight();
-  TreesOutOfSight(const TreesOutOfSight&) = delete;
-  TreesOutOfSight& operator=(const TreesOutOfSight&) = delete;
-
-  bool succeeded() const { return succeeded_; }
+  explicit DeformableTreesAtRest(Span<btSoftBody* const> bodies);
+  ~DeformableTreesAtRest();
+  DeformableTreesAtRest(const DeformableTreesAtRest&) = delete;
+  DeformableTreesAtRest& operator=(const DeformableTreesAtRest&) = delete;
 
  private:
-  struct Kept {
-    btDbvt* tree;
-    btDbvtNode* root;
-  };
-  std::vector<Kept> kept_;
-  bool succeeded_ = false;
+  Span<btSoftBody* const> bodies_;
+  std::vector<std::pair<btDbvt*, btDbvtNode*>> kept_;  ///< node trees with their roots
 };
 
-/// The same of SDF_RD: the deformable world's prediction then builds no face tree. Where the flag was hidden, restoring
-/// it builds the node tree that the prediction would have built.
-void hide_rigid_deformable_flag(btSoftBody& body);
-void restore_rigid_deformable_flag(btSoftBody& body);
-
-/// Face trees that Bullet sees empty, with their twins for self-collision, for as long as it takes until they are given
-/// back. The bodies are there until then.
+/// Face trees that Bullet sees empty, with their twins for self-collision, until they are given back. Their bodies live
+/// until then.
 class FaceTreesAway {
  public:
-  /// Where memory does not suffice the trees are gone for good.
+  FaceTreesAway() = default;
+  explicit FaceTreesAway(Span<btSoftBody* const> bodies) { take(bodies); }
+  ~FaceTreesAway() { give_back(); }
+  FaceTreesAway(const FaceTreesAway&) = delete;
+  FaceTreesAway& operator=(const FaceTreesAway&) = delete;
+
+  /// If memory runs out, removes the trees for good: only ray tests read them, which build new ones.
   void take(Span<btSoftBody* const> bodies) noexcept;
   void give_back();
   void give_back(const btSoftBody& body);
@@ -83,32 +94,17 @@ class FaceTreesAway {
   std::vector<Taken> taken_;
 };
 
-/// The deformable world's prediction builds no face tree, quadratic in the faces, between construction and destruction.
-/// The node trees that it would have built come with the destruction.
-class FaceTreesUnbuilt {
- public:
-  /// The array stays as it is.
-  explicit FaceTreesUnbuilt(const btAlignedObjectArray<btSoftBody*>& bodies);
-  ~FaceTreesUnbuilt();
-  FaceTreesUnbuilt(const FaceTreesUnbuilt&) = delete;
-  FaceTreesUnbuilt& operator=(const FaceTreesUnbuilt&) = delete;
-
- private:
-  const btAlignedObjectArray<btSoftBody*>& bodies_;
-};
-
 /// Bullet's dispatch finds no vertex-face contacts (VF_DD) in the deformable world between construction and
 /// destruction: a bit of ours stands for btSoftBody::m_softSoftCollision.
 class VertexFaceTestsOff {
  public:
-  /// The array stays as it is.
-  explicit VertexFaceTestsOff(const btAlignedObjectArray<btSoftBody*>& bodies);
+  explicit VertexFaceTestsOff(Span<btSoftBody* const> bodies);
   ~VertexFaceTestsOff();
   VertexFaceTestsOff(const VertexFaceTestsOff&) = delete;
   VertexFaceTestsOff& operator=(const VertexFaceTestsOff&) = delete;
 
  private:
-  const btAlignedObjectArray<btSoftBody*>& bodies_;
+  Span<btSoftBody* const> bodies_;
 };
 
 /// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid
@@ -118,8 +114,7 @@ void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
   const btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
   const btSoftBody* last = nullptr;
   for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
-    auto* a = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
-    auto* b = btSoftBody::upcast(static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    const auto [a, b] = soft_bodies_of(pairs[i]);
     if ((a == nullptr) == (b == nullptr)) continue;
     btSoftBody* soft = a != nullptr ? a : b;
     if (soft == last) continue;
@@ -140,23 +135,13 @@ btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face);
 /// As Bullet's prediction in classic worlds does. The body has a face tree.
 void refit_classic_trees(btSoftBody& body);
 
-/// Bullet finds vertex-face contacts between construction and destruction: the bodies have face trees.
-class NativeTreesBuilt {
- public:
-  /// Calls refit(body) for all of them.
-  NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&));
-  ~NativeTreesBuilt();
-  NativeTreesBuilt(const NativeTreesBuilt&) = delete;
-  NativeTreesBuilt& operator=(const NativeTreesBuilt&) = delete;
-
- private:
-  Span<btSoftBody* const> bodies_;
-};
+/// Gives the body a face tree and its twin for self-collision, as Bullet's prediction does.
+void build_face_tree(btSoftBody& body);
 
 /// Brings the face trees that there are to where the nodes are. After the deformable world's step: ray tests read them,
 /// and Bullet's prediction refitted them before it was known where the nodes go. (Bullet itself refits them once more
 /// in its continuous pass.)
-void refit_face_trees(const btAlignedObjectArray<btSoftBody*>& bodies);
+void refit_face_trees(Span<btSoftBody* const> bodies);
 
 /// Decides, step by step, whether a body's face tree has a reader. Bullet builds one in its prediction after a
 /// change of topology, while VF_SS is visible, and refits it in every step from then on; btSoftBody::rayTest builds

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletSoftBody/btSoftBody.h"
@@ -9,6 +10,12 @@ namespace softcd::bullet {
 
 /// Whether softcd looks after the contacts of two soft bodies.
 using PairRule = std::function<bool(btSoftBody&, btSoftBody&)>;
+
+/// Returns the soft bodies of a pair; null for objects of other kinds.
+inline std::pair<btSoftBody*, btSoftBody*> soft_bodies_of(const btBroadphasePair& pair) {
+  return {btSoftBody::upcast(static_cast<btCollisionObject*>(pair.m_pProxy0->m_clientObject)),
+          btSoftBody::upcast(static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject))};
+}
 
 /// Asks everything but the bodies' flags that decides in Bullet whether two objects may collide: filter groups and
 /// masks or the overlap filter callback, the dispatcher's near callback, and through it activation and ignored pairs.

@@ -10,18 +10,18 @@ namespace softcd::bullet {
 
 /// As btHashedOverlappingPairCache::processAllOverlappingPairs goes through them: by their place in the cache, or the
 /// youngest first. What has left the cache meanwhile, through an app's callback, is last.
-std::pair<int, int> PairOrder::turn_of(const btCollisionObject& a, const btCollisionObject& b) const {
+std::pair<int, int> turn_of(const btCollisionObject& a, const btCollisionObject& b, const PairGate& gate) {
   constexpr std::pair<int, int> kLast(std::numeric_limits<int>::max(), 0);
   auto* proxy_a = const_cast<btBroadphaseProxy*>(a.getBroadphaseHandle());
   auto* proxy_b = const_cast<btBroadphaseProxy*>(b.getBroadphaseHandle());
   if (proxy_a == nullptr || proxy_b == nullptr) return kLast;
-  if (info_.m_deterministicOverlappingPairs) {
+  if (gate.info().m_deterministicOverlappingPairs) {
     const auto [older, younger] = std::minmax({proxy_a->getUid(), proxy_b->getUid()});
     return {-older, -younger};
   }
-  const btBroadphasePair* pair = pair_cache_.findPair(proxy_a, proxy_b);
+  const btBroadphasePair* pair = gate.pair_cache().findPair(proxy_a, proxy_b);
   if (pair == nullptr) return kLast;
-  return {static_cast<int>(pair - pair_cache_.getOverlappingPairArrayPtr()), 0};
+  return {static_cast<int>(pair - gate.pair_cache().getOverlappingPairArrayPtr()), 0};
 }
 
 }  // namespace softcd::bullet

@@ -4,34 +4,22 @@
 #include <utility>
 #include <vector>
 
-class btCollisionObject;
-struct btDispatcherInfo;
-class btOverlappingPairCache;
+#include "native/pair_gate.hpp"
 
 namespace softcd::bullet {
 
-/// The order in which one thread comes upon a world's pairs. Several threads do in another one in every run.
-class PairOrder {
- public:
-  PairOrder(btOverlappingPairCache& pair_cache, const btDispatcherInfo& info) : pair_cache_(pair_cache), info_(info) {}
+/// Returns the place of a pair in the order in which one thread comes upon the pairs of the gate's world.
+std::pair<int, int> turn_of(const btCollisionObject& a, const btCollisionObject& b, const PairGate& gate);
 
-  /// Of two objects several pairs (of a compound's children) stay as they are: they are all of one thread. Throws
-  /// nothing.
-  template <class Pair>
-  void restore(std::vector<Pair>& pairs) const {
-    const auto comes_before = [this](const Pair& a, const Pair& b) {
-      return turn_of(*a.soft, *a.object) < turn_of(*b.soft, *b.object);
-    };
-    if (!std::is_sorted(pairs.begin(), pairs.end(), comes_before)) {
-      std::stable_sort(pairs.begin(), pairs.end(), comes_before);
-    }
-  }
-
- private:
-  std::pair<int, int> turn_of(const btCollisionObject& a, const btCollisionObject& b) const;
-
-  btOverlappingPairCache& pair_cache_;
-  const btDispatcherInfo& info_;
-};
+/// Sorts pairs into that order. Several threads come upon them in another one in every run. Several pairs of two
+/// objects (of a compound's children) keep their order: one thread found all of them. Throws nothing.
+template <class Pair>
+void restore_order(std::vector<Pair>& pairs, const PairGate& gate) {
+  const auto comes_before = [&](const Pair& a, const Pair& b) {
+    return turn_of(*a.soft, *a.object, gate) < turn_of(*b.soft, *b.object, gate);
+  };
+  if (std::is_sorted(pairs.begin(), pairs.end(), comes_before)) return;
+  std::stable_sort(pairs.begin(), pairs.end(), comes_before);
+}
 
 }  // namespace softcd::bullet

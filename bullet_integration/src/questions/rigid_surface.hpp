@@ -21,14 +21,16 @@ class RigidSurface {
   /// Those of its triangles that a box in the world's coordinates overlaps.
   RigidSurface(const btConcaveShape& shape, const btTransform& place, const RigidBox& box);
 
-  const std::vector<Triangle>& triangles() const { return is_convex_ ? core_.triangles() : mesh_.triangles(); }
-  const std::vector<Vec3d>& x() const { return is_convex_ ? core_.x_t1() : mesh_.x_t1(); }
+  const std::vector<Triangle>& triangles() const { return shape().triangles(); }
+  const std::vector<Vec3d>& x() const { return shape().x_t1(); }
   btScalar margin() const { return margin_; }
   /// Whether these vertices are an edge's, not a diagonal's of one of a convex core's faces.
   bool is_edge(std::uint32_t low, std::uint32_t high) const { return !is_convex_ || core_.is_edge(low, high); }
   Depth depth_of(Vec3d point) const;
 
  private:
+  const RigidShape& shape() const { return is_convex_ ? static_cast<const RigidShape&>(core_) : mesh_; }
+
   bool is_convex_;
   btScalar margin_;
   ConvexCore core_;

@@ -43,69 +43,16 @@ ShapeHull::ShapeHull(const btConvexShape& shape, const btTransform& place)
   for (const btVector3& corner : core.vertices()) points_.push_back(to_doubles(place * corner));
 }
 
-class WorldProbe::Implementation {
- public:
-  Implementation(btCollisionWorld& world, LogCallback log)
-      : world_(world),
-        settings_(settings_with(std::move(log))),
-        rays_(dynamic_cast<btDeformableMultiBodyDynamicsWorld*>(&world) != nullptr ? RayTargets::faces
-                                                                                   : RayTargets::faces_and_tetrahedra,
-              settings_),
-        bodies_(settings_.log),
-        probe_(bodies_.scene()) {}
+struct WorldProbe::Implementation {
+  Implementation(btCollisionWorld& asked, LogCallback log)
+      : world(asked),
+        settings(settings_with(std::move(log))),
+        rays(dynamic_cast<btDeformableMultiBodyDynamicsWorld*>(&asked) != nullptr ? RayTargets::faces
+                                                                                  : RayTargets::faces_and_tetrahedra,
+             settings),
+        bodies(settings.log),
+        probe(bodies.scene()) {}
 
-  Probe& soft_bodies() {
-    const std::vector<btSoftBody*> all = all_soft_bodies();
-    for (btSoftBody* body : all) bodies_.update(*body);
-    // All of them are known now: whatever is more has left the world.
-    bodies_.keep(all);
-    return probe_;
-  }
-  BodyId body_id(const btSoftBody& body) const {
-    const SoftBodyScene::Member* const member = bodies_.find(body);
-    if (member == nullptr) {
-      throw InvalidInput("a soft body was not in the world when soft_bodies() was called last; call it again.");
-    }
-    return member->id;
-  }
-  btSoftBody* soft_body(BodyId id) const {
-    const SoftBodyScene::Member* const member = bodies_.find(id);
-    return member != nullptr ? member->body : nullptr;
-  }
-
-  void ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback) {
-    rays_.test(*world_.getBroadphase(), all_soft_bodies(), from, to, callback,
-               [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
-                 btSoftRigidDynamicsWorld::rayTestSingle(begin, end, &object, object.getCollisionShape(),
-                                                         object.getWorldTransform(), callback);
-               });
-  }
-
-  void contact_test(btCollisionObject& object, btCollisionWorld::ContactResultCallback& callback) {
-    const bool is_soft = btSoftBody::upcast(&object) != nullptr;
-    if (!is_soft) {
-      OfRigidObjects of_rigid_objects(callback);
-      world_.contactTest(&object, of_rigid_objects);
-    }
-    std::vector<btCollisionObject*> others;
-    for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
-      btCollisionObject* const other = world_.getCollisionObjectArray()[i];
-      const bool is_asked = other != &object && (is_soft || btSoftBody::upcast(other) != nullptr);
-      if (is_asked && callback.needsCollision(other->getBroadphaseHandle())) others.push_back(other);
-    }
-    test(object, others, callback);
-  }
-
-  void contact_pair_test(btCollisionObject& a, btCollisionObject& b,
-                         btCollisionWorld::ContactResultCallback& callback) {
-    if (btSoftBody::upcast(&a) == nullptr && btSoftBody::upcast(&b) == nullptr) {
-      world_.contactPairTest(&a, &b, callback);
-    } else {
-      test(a, {&b}, callback);
-    }
-  }
-
- private:
   static Settings settings_with(LogCallback log) {
     Settings settings;
     settings.log = std::move(log);
@@ -116,23 +63,23 @@ class WorldProbe::Implementation {
   void test(btCollisionObject& object, const std::vector<btCollisionObject*>& others,
             btCollisionWorld::ContactResultCallback& callback) {
     const std::vector<btSoftBody*> all = all_soft_bodies();
-    bodies_.keep(all);
-    test_contacts(bodies_, object, others, callback);
+    bodies.keep(all);
+    test_contacts(bodies, object, others, callback);
   }
 
   std::vector<btSoftBody*> all_soft_bodies() const {
     std::vector<btSoftBody*> all;
-    for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
-      if (btSoftBody* const soft = btSoftBody::upcast(world_.getCollisionObjectArray()[i])) all.push_back(soft);
+    for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+      if (btSoftBody* const soft = btSoftBody::upcast(world.getCollisionObjectArray()[i])) all.push_back(soft);
     }
     return all;
   }
 
-  btCollisionWorld& world_;
-  Settings settings_;
-  WorldRays rays_;
-  SoftBodyScene bodies_;
-  Probe probe_;
+  btCollisionWorld& world;
+  Settings settings;
+  WorldRays rays;
+  SoftBodyScene bodies;
+  Probe probe;
 };
 
 WorldProbe::WorldProbe(btCollisionWorld& world, LogCallback log)
@@ -142,23 +89,58 @@ WorldProbe::WorldProbe(WorldProbe&&) noexcept = default;
 WorldProbe& WorldProbe::operator=(WorldProbe&&) noexcept = default;
 
 Probe& WorldProbe::soft_bodies() {
-  return implementation_->soft_bodies();
+  const std::vector<btSoftBody*> all = implementation_->all_soft_bodies();
+  for (btSoftBody* body : all) implementation_->bodies.update(*body);
+  // All of them are known now: whatever is more has left the world.
+  implementation_->bodies.keep(all);
+  return implementation_->probe;
 }
+
 BodyId WorldProbe::body_id(const btSoftBody& body) const {
-  return implementation_->body_id(body);
+  const SoftBodyScene::Member* const member = implementation_->bodies.find(body);
+  if (member == nullptr) {
+    throw InvalidInput("a soft body was not in the world when soft_bodies() was called last; call it again.");
+  }
+  return member->id;
 }
+
 btSoftBody* WorldProbe::soft_body(BodyId body) const {
-  return implementation_->soft_body(body);
+  const SoftBodyScene::Member* const member = implementation_->bodies.find(body);
+  return member != nullptr ? member->body : nullptr;
 }
+
 void WorldProbe::ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback) {
-  implementation_->ray_test(from, to, callback);
+  const auto test_natively = [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
+    btSoftRigidDynamicsWorld::rayTestSingle(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(),
+                                            callback);
+  };
+  implementation_->rays.test(*implementation_->world.getBroadphase(), implementation_->all_soft_bodies(), from, to,
+                             callback, test_natively);
 }
+
 void WorldProbe::contact_test(btCollisionObject& object, btCollisionWorld::ContactResultCallback& callback) {
-  implementation_->contact_test(object, callback);
+  btCollisionWorld& world = implementation_->world;
+  const bool is_soft = btSoftBody::upcast(&object) != nullptr;
+  if (!is_soft) {
+    OfRigidObjects of_rigid_objects(callback);
+    world.contactTest(&object, of_rigid_objects);
+  }
+  std::vector<btCollisionObject*> others;
+  for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+    btCollisionObject* const other = world.getCollisionObjectArray()[i];
+    const bool is_asked = other != &object && (is_soft || btSoftBody::upcast(other) != nullptr);
+    if (is_asked && callback.needsCollision(other->getBroadphaseHandle())) others.push_back(other);
+  }
+  implementation_->test(object, others, callback);
 }
+
 void WorldProbe::contact_pair_test(btCollisionObject& a, btCollisionObject& b,
                                    btCollisionWorld::ContactResultCallback& callback) {
-  implementation_->contact_pair_test(a, b, callback);
+  if (btSoftBody::upcast(&a) == nullptr && btSoftBody::upcast(&b) == nullptr) {
+    implementation_->world.contactPairTest(&a, &b, callback);
+  } else {
+    implementation_->test(a, {&b}, callback);
+  }
 }
 
 }  // namespace softcd::bullet

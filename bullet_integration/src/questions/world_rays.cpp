@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdio>
 #include <mutex>
-#include <new>
-#include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseInterface.h"
 #include "bodies/vectors.hpp"
@@ -96,14 +93,11 @@ bool WorldRays::find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> 
   try {
     read(near, all);
     return find_hits_as_read(near, ray, /*is_read_now=*/true, hits);
-  } catch (const Error& error) {
+  } catch (...) {
     members_.clear();
-    go_on(error.what());
-  } catch (const std::bad_alloc&) {
-    members_.clear();
-    go_on("there is not enough memory");
+    failures_.note(settings_);
+    return false;
   }
-  return false;
 }
 
 bool WorldRays::find_hits_as_read(Span<btSoftBody* const> near, const Ray& ray, bool is_read_now, Hits& hits) const {
@@ -138,16 +132,6 @@ void WorldRays::read(Span<btSoftBody* const> near, Span<btSoftBody* const> all) 
     member.revision = revision_;
     member.proxy_id = body->getBroadphaseHandle()->m_uniqueId;
   }
-}
-
-/// While an exception is handled.
-void WorldRays::go_on(const char* cause) {
-  if (settings_.on_error == OnError::throw_error) throw;
-  if (std::exchange(has_warned_, true) || !settings_.log) return;
-  std::array<char, 512> text{};
-  std::snprintf(text.data(), text.size(), "a ray test goes on as Bullet's own, of which nothing is said again: %s",
-                cause);
-  settings_.log(LogLevel::warning, text.data());
 }
 
 WorldRays::Hit WorldRays::described(btSoftBody& body, const RayMesh& mesh, const RayHit& hit, const Ray& ray) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
+#include "bodies/guarded.hpp"
 #include "questions/ray_mesh.hpp"
-#include "softcd/bullet/settings.hpp"
 
 namespace softcd::bullet {
 
@@ -66,7 +66,6 @@ class WorldRays {
   bool find_hits_as_read(Span<btSoftBody* const> near, const Ray& ray, bool is_read_now, Hits& hits) const;
   bool is_as_read(const Member& member, const btSoftBody& body) const;
   void read(Span<btSoftBody* const> near, Span<btSoftBody* const> all);
-  void go_on(const char* cause);
   static Hit described(btSoftBody& body, const RayMesh& mesh, const RayHit& hit, const Ray& ray);
   static void report(const Hit& hit, btCollisionWorld::RayResultCallback& callback);
 
@@ -75,8 +74,8 @@ class WorldRays {
   bool may_move_ = true;
   std::uint64_t revision_ = 1;
   std::unordered_map<const btSoftBody*, Member> members_;  ///< bodies that rays have come near
-  std::shared_mutex mutex_;                                ///< of the members, and of what is logged
-  bool has_warned_ = false;
+  std::shared_mutex mutex_;                                ///< of the members and failures
+  Failures failures_{"a ray test goes on as Bullet's own"};
 };
 
 /// A time in which nodes may move.

@@ -71,18 +71,6 @@ void turn_round(ReadContact& read) {
   read.owner_is_b = !read.owner_is_b;
 }
 
-/// `distance` is between `side` and where the solver wants it to be.
-ReadContact rigid_contact(const btSoftBody& owner, const btSoftBody::sCti& contact, const ContactSide& side,
-                          btScalar distance, const ContactSource& source) {
-  ReadContact read{&owner, contact.m_colObj, {}, source};
-  read.contact.a = side;
-  read.contact.b.feature = Feature::object;
-  read.contact.b.position = side.position - contact.m_normal * (distance + margin_of(owner));
-  read.contact.normal = contact.m_normal;
-  read.contact.depth = -distance;
-  return read;
-}
-
 }  // namespace
 
 ContactReader::ContactReader(Span<btSoftBody* const> bodies, const NotesOfStep& notes) : notes_(notes) {
@@ -108,11 +96,23 @@ std::size_t ContactReader::order_of(const btSoftBody& body) const {
   return orders_.at(&body);
 }
 
-btScalar ContactReader::time_of_impact(const btSoftBody& owner, ContactArray array, int index) const {
-  const bool is_soft = array == ContactArray::soft;
-  const ContactNotes::Note* note = (is_soft ? notes_.soft : notes_.rigid_meshes).find(owner, array, index);
-  if (note == nullptr && !is_soft) note = notes_.convex_shapes.find(owner, array, index);
-  return note != nullptr ? btScalar(note->contact.time_of_impact) : btScalar(1);
+const ContactNotes::Note* ContactReader::note_on_rigid(const ContactSource& source) const {
+  const ContactNotes::Note* note = notes_.rigid_meshes.find(*source.owner, source.array, source.first);
+  return note != nullptr ? note : notes_.convex_shapes.find(*source.owner, source.array, source.first);
+}
+
+ReadContact ContactReader::rigid_contact(const btSoftBody::sCti& contact, const ContactSide& side, btScalar distance,
+                                         const ContactSource& source) const {
+  const btSoftBody& owner = *source.owner;
+  ReadContact read{&owner, contact.m_colObj, {}, source};
+  read.contact.a = side;
+  read.contact.b.feature = Feature::object;
+  read.contact.b.position = side.position - contact.m_normal * (distance + margin_of(owner));
+  read.contact.normal = contact.m_normal;
+  read.contact.depth = -distance;
+  const ContactNotes::Note* note = note_on_rigid(source);
+  read.contact.time_of_impact = note != nullptr ? btScalar(note->contact.time_of_impact) : btScalar(1);
+  return read;
 }
 
 /// `node` is that of the first of its entries.
@@ -161,14 +161,12 @@ void ContactReader::read_classic(const btSoftBody& owner, std::vector<ReadContac
   read_soft(owner, owner.m_scontacts, &btSoftBody::SContact::m_weights, contacts);
   for (int i = 0; i < owner.m_rcontacts.size(); ++i) {
     const btSoftBody::RContact& entry = owner.m_rcontacts[i];
+    const ContactSource source = {&owner, ContactArray::rigid_node, i};
     // What stands for a contact of a face, or link, has a plane that says nothing about where the node should be.
-    const ContactNotes::Note* of_face = notes_.convex_shapes.find(owner, ContactArray::rigid_node, i);
-    if (of_face == nullptr) of_face = notes_.rigid_meshes.find(owner, ContactArray::rigid_node, i);
+    const ContactNotes::Note* of_face = note_on_rigid(source);
     const btScalar distance = of_face != nullptr ? btScalar(of_face->contact.distance)
                                                  : entry.m_cti.m_normal.dot(entry.m_node->m_x) + entry.m_cti.m_offset;
-    contacts.push_back(rigid_contact(owner, entry.m_cti, node_side(owner, *entry.m_node), distance,
-                                     {&owner, ContactArray::rigid_node, i}));
-    contacts.back().contact.time_of_impact = time_of_impact(owner, ContactArray::rigid_node, i);
+    contacts.push_back(rigid_contact(entry.m_cti, node_side(owner, *entry.m_node), distance, source));
   }
 }
 
@@ -176,15 +174,13 @@ void ContactReader::read_deformable(const btSoftBody& owner, std::vector<ReadCon
   read_soft(owner, owner.m_faceNodeContacts, &btSoftBody::DeformableFaceNodeContact::m_bary, contacts);
   for (int i = 0; i < owner.m_nodeRigidContacts.size(); ++i) {
     const btSoftBody::DeformableNodeRigidContact& entry = owner.m_nodeRigidContacts[i];
-    contacts.push_back(rigid_contact(owner, entry.m_cti, node_side(owner, *entry.m_node), entry.m_cti.m_offset,
+    contacts.push_back(rigid_contact(entry.m_cti, node_side(owner, *entry.m_node), entry.m_cti.m_offset,
                                      {&owner, ContactArray::rigid_node, i}));
-    contacts.back().contact.time_of_impact = time_of_impact(owner, ContactArray::rigid_node, i);
   }
   for (int i = 0; i < owner.m_faceRigidContacts.size(); ++i) {
     const btSoftBody::DeformableFaceRigidContact& entry = owner.m_faceRigidContacts[i];
-    contacts.push_back(rigid_contact(owner, entry.m_cti, face_side(owner, *entry.m_face, entry.m_bary),
-                                     entry.m_cti.m_offset, {&owner, ContactArray::rigid_face, i}));
-    contacts.back().contact.time_of_impact = time_of_impact(owner, ContactArray::rigid_face, i);
+    contacts.push_back(rigid_contact(entry.m_cti, face_side(owner, *entry.m_face, entry.m_bary), entry.m_cti.m_offset,
+                                     {&owner, ContactArray::rigid_face, i}));
   }
 }
 

@@ -50,7 +50,10 @@ class ContactReader {
   void read_soft(const btSoftBody& owner, const btAlignedObjectArray<SoftContact>& array,
                  btVector3 SoftContact::*weights, std::vector<ReadContact>& contacts) const;
   ReadContact edge_contact(const btSoftBody::Node& node, const ContactNotes::Note& note) const;
-  btScalar time_of_impact(const btSoftBody& owner, ContactArray array, int index) const;
+  const ContactNotes::Note* note_on_rigid(const ContactSource& source) const;
+  /// `distance` is between `side` and where the solver wants it to be.
+  ReadContact rigid_contact(const btSoftBody::sCti& contact, const ContactSide& side, btScalar distance,
+                            const ContactSource& source) const;
 
   std::vector<FaceRange> faces_;  ///< by address
   std::unordered_map<const btSoftBody*, std::size_t> orders_;

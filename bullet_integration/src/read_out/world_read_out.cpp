@@ -2,9 +2,6 @@
 
 namespace softcd::bullet {
 
-WorldReadOut::WorldReadOut(ReadContacts read_contacts, const Scene& scene, const Settings& settings)
-    : read_contacts_(read_contacts), settings_(settings), record_("without a list of what touches", scene) {}
-
 void WorldReadOut::follow_settings() {
   if (settings_.read_out == ReadOut::off) contacts_ = {};
 }
@@ -24,41 +21,34 @@ void WorldReadOut::finish(btBroadphaseInterface& broadphase) {
 }
 
 void WorldReadOut::rehearse_solver(Span<btSoftBody* const> bodies) {
-  if (settings_.read_out != ReadOut::impulses) return;
-  run([&] { rehearsal_.run(bodies); });
+  run_for_impulses([&] { rehearsal_.run(bodies); });
 }
 
 void WorldReadOut::confirm_rehearsal(Span<btSoftBody* const> bodies) {
-  if (settings_.read_out != ReadOut::impulses) return;
-  run([&] { rehearsal_.confirm(bodies); });
+  run_for_impulses([&] { rehearsal_.confirm(bodies); });
 }
 
 void WorldReadOut::take_rehearsed_impulses() {
-  if (settings_.read_out != ReadOut::impulses) return;
-  run([&] { contacts_.set_impulses(rehearsal_.impulses()); });
+  run_for_impulses([&] { contacts_.set_impulses(rehearsal_.impulses()); });
 }
 
 void WorldReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies) {
-  if (settings_.read_out != ReadOut::impulses) return;
-  run([&] { contacts_.add_crossings(crossings, bodies); });
+  run_for_impulses([&] { contacts_.add_crossings(crossings, bodies); });
 }
 
 void WorldReadOut::keep_velocities(Span<btSoftBody* const> bodies) {
-  if (settings_.read_out != ReadOut::impulses) return;
-  run([&] { deformable_impulses_.keep_velocities(bodies); });
+  run_for_impulses([&] { deformable_impulses_.keep_velocities(bodies); });
 }
 
 bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
-  if (settings_.read_out != ReadOut::impulses) return false;
-  if (!run([&] { deformable_impulses_.prepare(bodies, time_step); })) return false;
+  if (!run_for_impulses([&] { deformable_impulses_.prepare(bodies, time_step); })) return false;
   deformable_impulses_.apply_repulsion(bodies, time_step);
   run([&] { contacts_.set_impulses(deformable_impulses_.impulses()); });
   return true;
 }
 
 void WorldReadOut::take_rigid_impulses(Span<btSoftBody* const> bodies) {
-  if (settings_.read_out != ReadOut::impulses) return;
-  run([&] {
+  run_for_impulses([&] {
     deformable_impulses_.read_rigid(bodies, /*time_step=*/0);
     contacts_.set_impulses(deformable_impulses_.impulses());
   });

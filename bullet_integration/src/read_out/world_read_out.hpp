@@ -10,8 +10,9 @@ namespace softcd::bullet {
 /// What Settings::read_out asks for, in the course of a step. Does nothing where that is off.
 class WorldReadOut {
  public:
-  /// `scene` and `settings` outlive it.
-  WorldReadOut(ReadContacts read_contacts, const Scene& scene, const Settings& settings);
+  /// `settings` outlives it.
+  WorldReadOut(ReadContacts read_contacts, const Settings& settings)
+      : read_contacts_(read_contacts), settings_(settings) {}
 
   void follow_settings();
 
@@ -54,14 +55,19 @@ class WorldReadOut {
       return true;
     } catch (...) {
       contacts_ = {};
-      record_.note_failure(settings_);
+      failures_.note(settings_);
       return false;
     }
+  }
+  /// Returns false also where impulses are not asked for.
+  template <class Work>
+  bool run_for_impulses(Work work) {
+    return settings_.read_out == ReadOut::impulses && run(work);
   }
 
   ReadContacts read_contacts_;
   const Settings& settings_;
-  DetectorRecord record_;
+  Failures failures_{"a step goes on without a list of what touches"};
   ContactReadOut contacts_;
   SolverRehearsal rehearsal_;
   DeformableImpulses deformable_impulses_;

@@ -107,13 +107,6 @@ std::vector<btVector3> points_of(const btConvexShape& shape) {
   return points;
 }
 
-bool are_same(const std::vector<btVector3>& a, const std::vector<btVector3>& b) {
-  const auto is_same = [](const btVector3& p, const btVector3& q) {
-    return p.x() == q.x() && p.y() == q.y() && p.z() == q.z();
-  };
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), is_same);
-}
-
 std::vector<btVector3> distinct(const std::vector<btVector3>& points) {
   btVector3 low = points[0];
   btVector3 high = points[0];
@@ -135,17 +128,15 @@ std::vector<btVector3> distinct(const std::vector<btVector3>& points) {
 
 bool ConvexCore::read(const btConvexShape& shape) {
   std::vector<btVector3> points = points_of(shape);
-  if (are_same(points, points_)) return false;
+  if (are_equal(points, points_)) return false;
   points_ = std::move(points);
   build();
   return true;
 }
 
 void ConvexCore::build() {
-  vertices_.clear();
-  triangles_.clear();
+  clear();
   edges_.clear();
-  placement_.forget();
   if (points_.empty()) return;
   const std::vector<btVector3> points = distinct(points_);
   btConvexHullComputer hull;

@@ -13,22 +13,15 @@ namespace softcd::bullet {
 /// sphere of one point, for a capsule of a segment, for a box of a smaller one. Cores of polyhedra, spheres and
 /// capsules are exact here. Those of cylinders and cones are inscribed, with circles of kCircleCorners corners; what is
 /// curved in another way is inscribed, too, with kCircleCorners / 2 corners from pole to pole.
-class ConvexCore {
+class ConvexCore : public RigidShape {
  public:
   static constexpr int kCircleCorners = 32;
 
   /// Reads the shape, which may have been scaled, changed, or made way for another. True when the triangles are no
   /// longer the same.
   bool read(const btConvexShape& shape);
-  bool place(const RigidPoses& poses) { return placement_.place(vertices_, poses); }
-
-  const std::vector<btVector3>& vertices() const { return vertices_; }
-  const std::vector<Triangle>& triangles() const { return triangles_; }
-  std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(vertices_.size()); }
   /// Whether these vertices are an edge's of the polyhedron, not a diagonal's of one of its faces.
   bool is_edge(std::uint32_t low, std::uint32_t high) const;
-  const std::vector<Vec3d>& x_t0() const { return placement_.x_t0(); }
-  const std::vector<Vec3d>& x_t1() const { return placement_.x_t1(); }
   /// Whether none of it is further than `point` along `normal`, at that part of the step: an object cannot be touched
   /// from there else. What is off by a hundredth of its distance from the point counts as rounding, and so do the last
   /// digits of single precision, which contacts' weights and times have: the point may itself be one of its vertices.
@@ -40,11 +33,8 @@ class ConvexCore {
  private:
   void build();
 
-  std::vector<btVector3> points_;  ///< as the shape gave them
-  std::vector<btVector3> vertices_;
-  std::vector<Triangle> triangles_;
+  std::vector<btVector3> points_;                               ///< as the shape gave them
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_;  ///< lower vertex first, ascending
-  RigidPlacement placement_;
 };
 
 }  // namespace softcd::bullet

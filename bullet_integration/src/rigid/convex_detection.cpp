@@ -11,9 +11,6 @@
 namespace softcd::bullet {
 namespace {
 
-/// Contacts at ends of edges, and at borders of faces, are those of what is there.
-constexpr auto kInside = static_cast<float>(kLeastWeight);
-
 QueryOptions convex_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
   options.features = {/*vertex_triangle=*/true, /*edge_edge=*/true};
@@ -135,7 +132,7 @@ void ConvexDetection::find_corner(const ShapeContact& found) {
   btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
   // At a border it comes up for the faces on both sides.
   const void* nodes[3];
-  for (int i = 0; i < 3; ++i) nodes[i] = contact.weights[1 + i] > kInside ? face.m_n[i] : nullptr;
+  for (int i = 0; i < 3; ++i) nodes[i] = contact.weights[1 + i] > float(kLeastWeight) ? face.m_n[i] : nullptr;
   std::sort(nodes, nodes + 3, std::less<>());
   if (!known_.emplace(found.part.id.value, contact.feature_a, nodes[0], nodes[1], nodes[2]).second) return;
   add_face_touch(found, face, triangle_weights(contact.weights));
@@ -144,9 +141,10 @@ void ConvexDetection::find_corner(const ShapeContact& found) {
 void ConvexDetection::find_edge(const ShapeContact& found) {
   const Contact& contact = found.contact;
   btSoftBody& soft = *found.soft.body;
-  const bool is_inside = std::all_of(contact.weights, contact.weights + 4, [](float w) { return w > kInside; });
   const std::uint32_t* const rigid = contact.vertices + found.first_of_part();
-  if (!is_inside || !wants_faces(soft, *found.part.object) || !found.part.shape.is_edge(rigid[0], rigid[1])) return;
+  if (!found.is_inside_edges() || !wants_faces(soft, *found.part.object) ||
+      !found.part.shape.is_edge(rigid[0], rigid[1]))
+    return;
   const std::uint32_t* const nodes = contact.vertices + found.first_of_soft();
   const std::uint32_t face_index = face_at_edge(found.soft.mesh, nodes[0], nodes[1]);
   if (face_index == kNoIndex) return;

@@ -1,5 +1,7 @@
 #include "rigid/mesh_ways.hpp"
 
+#include <utility>
+
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "LinearMath/btTransformUtil.h"
@@ -64,11 +66,11 @@ void add_ways(btCollisionObject& object, const RigidPoses& poses, std::vector<Me
 btTransform MeshWays::start_of(const btCollisionObject& object, btScalar time_step) const {
   const btTransform& now = object.getWorldTransform();
   if (!object.isKinematicObject()) return now;
-  const auto known = last_.find(&object);
-  if (known == last_.end()) {
+  const auto known = tracks_.find(&object);
+  if (known == tracks_.end()) {
     return is_moving(object) ? poses_of(object, btTransform::getIdentity(), time_step).t0 : now;
   }
-  const btTransform& last = known->second;
+  const btTransform& last = known->second.last;
   return is_moving(object) || !has_jumped(*object.getCollisionShape(), last, now) ? last : now;
 }
 
@@ -96,16 +98,15 @@ void MeshWays::take_velocities_back(const btCollisionObjectArray& objects) {
 
 void MeshWays::keep_starts(const btCollisionObjectArray& objects, btScalar time_step) {
   take_velocities_back(objects);
-  starts_.clear();
+  std::unordered_map<const btCollisionObject*, Track> tracks;
   for (int i = 0; i < objects.size(); ++i) {
     btCollisionObject& object = *objects[i];
     if (is_standing(object) || !has_meshes(object)) continue;
     const btTransform start = start_of(object, time_step);
-    starts_.emplace(&object, start);
+    tracks.emplace(&object, Track{start, object.getWorldTransform()});
     if (object.isKinematicObject() && !is_moving(object)) lend_velocity(object, start, time_step);
   }
-  last_.clear();
-  for (const auto& [object, start] : starts_) last_.emplace(object, object->getWorldTransform());
+  tracks_ = std::move(tracks);
 }
 
 std::vector<MeshWay> MeshWays::find(const btCollisionObjectArray& objects) {
@@ -115,10 +116,9 @@ std::vector<MeshWay> MeshWays::find(const btCollisionObjectArray& objects) {
     btCollisionObject& object = *objects[i];
     if (!has_meshes(object)) continue;
     const btTransform& end = object.getWorldTransform();
-    const auto start = starts_.find(&object);
-    const RigidPoses poses = {start != starts_.end() ? start->second : end, end};
-    if (start != starts_.end()) last_[&object] = end;
-    add_ways(object, poses, ways);
+    const auto track = tracks_.find(&object);
+    add_ways(object, {track != tracks_.end() ? track->second.start : end, end}, ways);
+    if (track != tracks_.end()) track->second.last = end;
   }
   return ways;
 }

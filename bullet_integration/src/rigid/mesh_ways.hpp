@@ -44,9 +44,12 @@ class MeshWays {
   void lend_velocity(btCollisionObject& object, const btTransform& start, btScalar time_step);
   void take_velocities_back(const btCollisionObjectArray& objects);
 
-  std::unordered_map<const btCollisionObject*, btTransform> starts_;  ///< of what moves and has meshes
-  std::unordered_map<const btCollisionObject*, btTransform> last_;    ///< where they were seen last
-  std::vector<Lent> lent_;                                            ///< in this step
+  struct Track {
+    btTransform start;  ///< of this step
+    btTransform last;   ///< where the object was seen last
+  };
+  std::unordered_map<const btCollisionObject*, Track> tracks_;  ///< of objects that have meshes and may move
+  std::vector<Lent> lent_;                                      ///< in this step
 };
 
 }  // namespace softcd::bullet

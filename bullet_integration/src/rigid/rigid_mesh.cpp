@@ -32,11 +32,6 @@ auto coordinates(const btVector3& v) {
   return std::tuple(v.x(), v.y(), v.z());
 }
 
-bool are_equal(const std::vector<btVector3>& a, const std::vector<btVector3>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const btVector3& p, const btVector3& q) { return coordinates(p) == coordinates(q); });
-}
-
 }  // namespace
 
 bool RigidMesh::covers(const RigidBox& box) const {
@@ -61,8 +56,7 @@ bool RigidMesh::read(const btConcaveShape& shape, const std::vector<RigidBox>& b
 
 // Corners at the same place become one vertex; a triangle that several regions have found stays once.
 void RigidMesh::weld() {
-  vertices_.clear();
-  triangles_.clear();
+  clear();
   std::map<decltype(coordinates(btVector3())), std::uint32_t> places;
   for (std::size_t corner = 0; corner < corners_.size(); corner += 3) {
     Triangle triangle{};
@@ -80,7 +74,6 @@ void RigidMesh::weld() {
   triangles_.erase(std::unique(triangles_.begin(), triangles_.end(),
                                [&](const Triangle& a, const Triangle& b) { return indices(a) == indices(b); }),
                    triangles_.end());
-  placement_.forget();
 }
 
 }  // namespace softcd::bullet

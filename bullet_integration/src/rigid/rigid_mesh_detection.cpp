@@ -15,42 +15,6 @@ using Flags = btSoftBody::fCollision;
 /// touches several triangles at once.
 constexpr btScalar kSameNormal = btScalar(0.99);
 
-/// Contacts of one node with one mesh, of which only those with a direction of their own are kept, the deepest.
-class NodeTouches {
- public:
-  /// Whether all added since begin() are of this node and mesh.
-  bool are_of(const btSoftBody::Node& node, BodyId mesh) const { return node_ == &node && mesh_ == mesh; }
-  void begin(btSoftBody& body, btSoftBody::Node& node, BodyId mesh) {
-    body_ = &body;
-    node_ = &node;
-    mesh_ = mesh;
-  }
-  void add(const RigidTouch& touch, btScalar depth_at_end) { touches_.emplace_back(depth_at_end, touch); }
-
-  /// Calls write(body, node, touch) for those that are kept, and forgets all.
-  template <class Write>
-  void flush(Write write) {
-    std::stable_sort(touches_.begin(), touches_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    kept_.clear();
-    for (const auto& entry : touches_) {
-      const RigidTouch& touch = entry.second;
-      const bool is_known = std::any_of(
-          kept_.begin(), kept_.end(), [&](const btVector3& normal) { return normal.dot(touch.normal) > kSameNormal; });
-      if (is_known) continue;
-      kept_.push_back(touch.normal);
-      write(*body_, *node_, touch);
-    }
-    touches_.clear();
-  }
-
- private:
-  btSoftBody* body_ = nullptr;
-  btSoftBody::Node* node_ = nullptr;
-  BodyId mesh_;
-  std::vector<std::pair<btScalar, RigidTouch>> touches_;
-  std::vector<btVector3> kept_;
-};
-
 /// Nodes that are kept off nearly in a touch's direction (within 26 degrees) keep off what is between them, too.
 constexpr btScalar kNearlySameNormal = btScalar(0.9);
 
@@ -67,11 +31,6 @@ QueryOptions mesh_options(const ContactsOfKind& kind, const Settings& settings) 
   QueryOptions options = continuous_options(settings);
   options.features = {/*vertex_triangle=*/true, holds_faces(kind) || settings.edge_contacts == EdgeContacts::respond};
   return options;
-}
-
-/// Contacts at ends of edges are those of the nodes there.
-bool is_inside(const Contact& contact) {
-  return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
 }
 
 /// Whether Bullet's solver would see contacts of faces and links, where it is the deformable one.
@@ -138,11 +97,7 @@ void RigidMeshDetection::find_touches() {
   corner_touches_.clear();
   edge_touches_.clear();
   node_normals_.clear();
-  NodeTouches of_node;
-  const auto write = [this](btSoftBody& soft, btSoftBody::Node& node, const RigidTouch& touch) {
-    touches_.add(soft, node, touch);
-    if (query_.options().features.edge_edge) node_normals_.emplace(std::pair(&node, touch.object), touch.normal);
-  };
+  node_touches_.clear();
   meshes_.for_each_contact(query_.detect(), [&](const MeshContact& found) {
     if (found.contact.kind == ContactKind::edge_edge) {
       find_edge_touch(found);
@@ -151,19 +106,36 @@ void RigidMeshDetection::find_touches() {
     } else {
       btSoftBody& soft = *found.soft.body;
       btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
-      if (!of_node.are_of(node, found.part.id)) {
-        of_node.flush(write);
-        of_node.begin(soft, node, found.part.id);
-      }
+      const bool is_of_others =
+          !node_touches_.empty() && (node_touches_[0].node != &node || node_touches_[0].mesh != found.part.id);
+      if (is_of_others) add_node_touches();
       if (!takes_node_contacts(soft, node)) return;
       const RigidTouch touch = found.touch(found.margin());
       const btScalar depth_at_end = depth(touch, node.*kind_.ends.end, touch.object_point_t1);
-      if (depth_at_end < 0) of_node.add(touch, depth_at_end);
+      if (depth_at_end < 0) node_touches_.push_back({&soft, &node, found.part.id, touch, depth_at_end});
     }
   });
-  of_node.flush(write);
+  add_node_touches();
   add_corner_touches();
   add_edge_touches();
+}
+
+/// Adds, of one node's touches with one mesh, those with a direction of their own, the deepest.
+void RigidMeshDetection::add_node_touches() {
+  std::stable_sort(node_touches_.begin(), node_touches_.end(),
+                   [](const NodeTouch& a, const NodeTouch& b) { return a.depth_at_end < b.depth_at_end; });
+  auto end_of_kept = node_touches_.begin();
+  for (const NodeTouch& each : node_touches_) {
+    const RigidTouch& touch = each.touch;
+    const bool is_known = std::any_of(node_touches_.begin(), end_of_kept, [&](const NodeTouch& kept) {
+      return kept.touch.normal.dot(touch.normal) > kSameNormal;
+    });
+    if (is_known) continue;
+    touches_.add(*each.soft, *each.node, touch);
+    if (query_.options().features.edge_edge) node_normals_.emplace(std::pair(each.node, touch.object), touch.normal);
+    *end_of_kept++ = each;
+  }
+  node_touches_.clear();
 }
 
 void RigidMeshDetection::find_face_touch(const MeshContact& found) {
@@ -194,7 +166,7 @@ void RigidMeshDetection::find_edge_touch(const MeshContact& found) {
   const bool is_answered = is_link ? settings_.edge_contacts == EdgeContacts::respond
                                    : holds_faces(kind_) && has_deformable_contacts(*member.body);
   if (!is_answered) return;
-  if (!is_inside(found.contact) || !solves_faces(*member.body, *found.part.object)) return;
+  if (!found.is_inside_edges() || !solves_faces(*member.body, *found.part.object)) return;
   const std::uint32_t edge = found.is_part_a ? found.contact.feature_b : found.contact.feature_a;
   const std::uint32_t* const nodes = found.contact.vertices + found.first_of_soft();
   const RigidTouch touch = found.touch(found.margin() * (is_link ? 1 : kFaceMarginShare));

@@ -34,11 +34,12 @@ class RigidMeshDetection {
   void find_contacts(std::vector<RigidPair> pairs, btScalar time_step);
 
  private:
-  struct CornerTouch {
+  struct NodeTouch {
     btSoftBody* soft;
-    btSoftBody::Face* face;
-    btVector3 weights;
+    btSoftBody::Node* node;
+    BodyId mesh;
     RigidTouch touch;
+    btScalar depth_at_end;
   };
   struct EdgeTouch {
     btSoftBody::Face* face;  ///< at the edge, or standing for the link
@@ -53,6 +54,7 @@ class RigidMeshDetection {
 
   void require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step);
   void find_touches();
+  void add_node_touches();
   void find_face_touch(const MeshContact& found);
   void find_edge_touch(const MeshContact& found);
   void add_corner_touches();
@@ -65,7 +67,8 @@ class RigidMeshDetection {
   const Settings& settings_;
   Query query_;
   Meshes meshes_;
-  std::vector<CornerTouch> corner_touches_;  ///< corners of meshes on faces, in this step
+  std::vector<NodeTouch> node_touches_;                  ///< of one node with one mesh
+  std::vector<RigidTouches::FaceTouch> corner_touches_;  ///< corners of meshes on faces, in this step
   /// Of this step: by edges, as ids of bodies and edges, and ids of meshes.
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, EdgeTouches> edge_touches_;
   /// By nodes and objects.

@@ -8,6 +8,7 @@
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
+#include "native/pair_gate.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -36,12 +37,8 @@ class AlgorithmInFront : public btCollisionAlgorithm {
  public:
   /// Owns `original`.
   AlgorithmInFront(const btCollisionAlgorithmConstructionInfo& info, btCollisionAlgorithm* original,
-                   std::shared_ptr<RigidPairs> pairs, RigidPairKind kind, bool is_swapped)
-      : btCollisionAlgorithm(info),
-        original_(original),
-        pairs_(std::move(pairs)),
-        kind_(kind),
-        is_swapped_(is_swapped) {}
+                   std::shared_ptr<RigidPairs> pairs, bool is_swapped)
+      : btCollisionAlgorithm(info), original_(original), pairs_(std::move(pairs)), is_swapped_(is_swapped) {}
   ~AlgorithmInFront() override {
     original_->~btCollisionAlgorithm();
     m_dispatcher->freeCollisionAlgorithm(original_);
@@ -54,7 +51,7 @@ class AlgorithmInFront : public btCollisionAlgorithm {
     const btCollisionObjectWrapper& soft = is_swapped_ ? *body1 : *body0;
     const btCollisionObjectWrapper& other = is_swapped_ ? *body0 : *body1;
     auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(soft.getCollisionObject()));
-    if (!pairs_->take(kind_, *body, other)) original_->processCollision(body0, body1, info, result);
+    if (!pairs_->take(*body, other)) original_->processCollision(body0, body1, info, result);
   }
   btScalar calculateTimeOfImpact(btCollisionObject* body0, btCollisionObject* body1, const btDispatcherInfo& info,
                                  btManifoldResult* result) override {
@@ -65,7 +62,6 @@ class AlgorithmInFront : public btCollisionAlgorithm {
  private:
   btCollisionAlgorithm* original_;
   std::shared_ptr<RigidPairs> pairs_;
-  RigidPairKind kind_;
   bool is_swapped_;
 };
 
@@ -81,12 +77,14 @@ bool takes_meshes_of(const btSoftBody& soft, const btCollisionObject& object) {
          disabled.findLinearSearch(&object) == disabled.size();
 }
 
-bool RigidPairs::take(RigidPairKind kind, btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept {
+bool RigidPairs::take(btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept {
+  const bool is_mesh = is_triangle_mesh(*other.getCollisionShape());
+  const RigidPairKind kind = is_mesh ? RigidPairKind::mesh : RigidPairKind::convex;
   if (!list(kind).is_collecting) return false;
   const btCollisionObject& object = *other.getCollisionObject();
   const RigidPair pair = {&soft, &object, other.getCollisionShape(),
                           object.getWorldTransform().inverseTimes(other.getWorldTransform()), other.m_index};
-  if (kind == RigidPairKind::mesh) return takes_meshes_of(soft, object) && add(kind, pair);
+  if (is_mesh) return takes_meshes_of(soft, object) && add(kind, pair);
   // A compound's children come with a parent: it was told of as a whole.
   if (other.m_parent == nullptr && takes_convex_shapes_of(soft, object)) add(kind, pair);
   return false;
@@ -109,9 +107,8 @@ RigidPairs::Collected RigidPairs::take_collected(RigidPairKind kind) {
 }
 
 CollectingRigidPairs::CreateFunc::CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
-                                             RigidPairKind kind, std::shared_ptr<RigidPairs> pairs)
+                                             std::shared_ptr<RigidPairs> pairs)
     : pairs_(std::move(pairs)),
-      kind_(kind),
       is_swapped_(type1 == SOFTBODY_SHAPE_PROXYTYPE),
       registered_(dispatcher, type0, type1, *this) {}
 
@@ -121,7 +118,7 @@ btCollisionAlgorithm* CollectingRigidPairs::CreateFunc::CreateCollisionAlgorithm
   btCollisionAlgorithm* original = registered_.original().CreateCollisionAlgorithm(info, body0, body1);
   // Not from the dispatcher's pool, which does not look at sizes.
   void* memory = btAlignedAlloc(sizeof(AlgorithmInFront), 16);
-  return new (memory) AlgorithmInFront(info, original, pairs_, kind_, is_swapped_);
+  return new (memory) AlgorithmInFront(info, original, pairs_, is_swapped_);
 }
 
 CollectingRigidPairs::CollectingRigidPairs(btCollisionDispatcher& dispatcher, std::shared_ptr<RigidPairs> pairs,
@@ -130,11 +127,11 @@ CollectingRigidPairs::CollectingRigidPairs(btCollisionDispatcher& dispatcher, st
   pairs_->set_collecting(RigidPairKind::mesh, meshes);
   pairs_->set_collecting(RigidPairKind::convex, convex);
   for (int type = BOX_SHAPE_PROXYTYPE; convex && type < CONCAVE_SHAPES_START_HERE; ++type) {
-    stand_before(dispatcher, type, RigidPairKind::convex);
+    stand_before(dispatcher, type);
   }
-  if (convex) stand_before(dispatcher, COMPOUND_SHAPE_PROXYTYPE, RigidPairKind::convex);
+  if (convex) stand_before(dispatcher, COMPOUND_SHAPE_PROXYTYPE);
   for (const int type : kMeshTypes) {
-    if (meshes) stand_before(dispatcher, type, RigidPairKind::mesh);
+    if (meshes) stand_before(dispatcher, type);
   }
 }
 
@@ -143,9 +140,9 @@ CollectingRigidPairs::~CollectingRigidPairs() {
   pairs_->set_collecting(RigidPairKind::convex, false);
 }
 
-void CollectingRigidPairs::stand_before(btCollisionDispatcher& dispatcher, int type, RigidPairKind kind) {
-  creators_[creator_count_++].emplace(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, kind, pairs_);
-  creators_[creator_count_++].emplace(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, kind, pairs_);
+void CollectingRigidPairs::stand_before(btCollisionDispatcher& dispatcher, int type) {
+  creators_[creator_count_++].emplace(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, pairs_);
+  creators_[creator_count_++].emplace(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, pairs_);
 }
 
 void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
@@ -164,8 +161,7 @@ void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, 
 void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher) {
   btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
   for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
-    const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject));
-    const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject));
+    const auto [a, b] = soft_bodies_of(pairs[i]);
     if ((a == nullptr) != (b == nullptr)) pair_cache.cleanOverlappingPair(pairs[i], &dispatcher);
   }
 }

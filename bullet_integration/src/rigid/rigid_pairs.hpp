@@ -49,8 +49,8 @@ class RigidPairs {
 
   void set_collecting(RigidPairKind kind, bool is_collecting) { list(kind).is_collecting = is_collecting; }
   /// Adds the pair where its kind is collected and softcd looks after it. True where Bullet is not to process it.
-  bool take(RigidPairKind kind, btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept;
-  /// Returns those since the last call, in the order in which threads came upon them: see PairOrder.
+  bool take(btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept;
+  /// Returns those since the last call, in the order in which threads came upon them: see restore_order().
   Collected take_collected(RigidPairKind kind);
 
  private:
@@ -78,19 +78,17 @@ class CollectingRigidPairs {
   /// Makes algorithms in front of those that would have been made without it.
   class CreateFunc : public btCollisionAlgorithmCreateFunc {
    public:
-    CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, RigidPairKind kind,
-               std::shared_ptr<RigidPairs> pairs);
+    CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, std::shared_ptr<RigidPairs> pairs);
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                    const btCollisionObjectWrapper* body0,
                                                    const btCollisionObjectWrapper* body1) override;
 
    private:
     std::shared_ptr<RigidPairs> pairs_;
-    RigidPairKind kind_;
     bool is_swapped_;
     RegisteredAlgorithm registered_;
   };
-  void stand_before(btCollisionDispatcher& dispatcher, int type, RigidPairKind kind);
+  void stand_before(btCollisionDispatcher& dispatcher, int type);
 
   std::shared_ptr<RigidPairs> pairs_;
   /// Two for each type of shape. Bullet has fewer types than that.

@@ -50,6 +50,10 @@ struct RigidContact {
         part.object,           is_part_a ? -normal : normal, margin, point(part.shape.x_t0()), point(part.shape.x_t1()),
         contact.time_of_impact};
   }
+  /// Of edges: whether the points are inside both. Contacts at ends of edges are those of what is there.
+  bool is_inside_edges() const {
+    return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
+  }
   /// Both margins together.
   btScalar margin() const { return soft.body->getCollisionShape()->getMargin() + part.margin; }
 

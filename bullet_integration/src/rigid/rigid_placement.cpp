@@ -1,5 +1,7 @@
 #include "rigid/rigid_placement.hpp"
 
+#include <algorithm>
+
 #include "LinearMath/btTransformUtil.h"
 #include "bodies/vectors.hpp"
 
@@ -59,16 +61,28 @@ RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses) {
   return {result.low - btVector3(growth, growth, growth), result.high + btVector3(growth, growth, growth)};
 }
 
-bool RigidPlacement::place(const std::vector<btVector3>& vertices, const RigidPoses& poses) {
-  if (x_t0_.size() == vertices.size() && poses.t0 == placed_.t0 && poses.t1 == placed_.t1) return false;
+void RigidShape::clear() {
+  vertices_.clear();
+  triangles_.clear();
+  x_t0_.clear();
+}
+
+bool RigidShape::place(const RigidPoses& poses) {
+  if (x_t0_.size() == vertices_.size() && poses.t0 == placed_.t0 && poses.t1 == placed_.t1) return false;
   placed_ = poses;
   x_t0_.clear();
   x_t1_.clear();
-  for (const btVector3& vertex : vertices) {
+  for (const btVector3& vertex : vertices_) {
     x_t0_.push_back(to_doubles(poses.t0 * vertex));
     x_t1_.push_back(to_doubles(poses.t1 * vertex));
   }
   return true;
+}
+
+bool are_equal(const std::vector<btVector3>& a, const std::vector<btVector3>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const btVector3& p, const btVector3& q) {
+    return p.x() == q.x() && p.y() == q.y() && p.z() == q.z();
+  });
 }
 
 }  // namespace softcd::bullet

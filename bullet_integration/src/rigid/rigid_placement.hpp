@@ -26,20 +26,31 @@ struct RigidBox {
 /// Around the box as it is seen from a shape during the step, while each of its vertices moves straight.
 RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses);
 
-/// A shape's vertices at both ends of the step.
-class RigidPlacement {
+/// The triangles of a rigid shape, and its vertices at both ends of the step.
+class RigidShape {
  public:
-  /// False when they have not changed.
-  bool place(const std::vector<btVector3>& vertices, const RigidPoses& poses);
-  /// The shape has other vertices.
-  void forget() { x_t0_.clear(); }
+  /// Places the vertices. Returns false if they are there already.
+  bool place(const RigidPoses& poses);
 
+  const std::vector<btVector3>& vertices() const { return vertices_; }
+  const std::vector<Triangle>& triangles() const { return triangles_; }
+  std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(vertices_.size()); }
   const std::vector<Vec3d>& x_t0() const { return x_t0_; }
   const std::vector<Vec3d>& x_t1() const { return x_t1_; }
+
+ protected:
+  /// Forgets all but where the shape was.
+  void clear();
+
+  std::vector<btVector3> vertices_;
+  std::vector<Triangle> triangles_;
 
  private:
   RigidPoses placed_;
   std::vector<Vec3d> x_t0_, x_t1_;
 };
+
+/// Whether these are the same points, in the same order.
+bool are_equal(const std::vector<btVector3>& a, const std::vector<btVector3>& b);
 
 }  // namespace softcd::bullet

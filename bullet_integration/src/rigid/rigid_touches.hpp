@@ -29,6 +29,13 @@ btVector3 weighted_point(const std::vector<Vec3d>& x, const std::uint32_t* verti
 /// Where soft bodies touch rigid objects in a step, until all of it is written into Bullet's arrays at once.
 class RigidTouches {
  public:
+  struct FaceTouch {
+    btSoftBody* body;
+    btSoftBody::Face* face;
+    btVector3 weights;
+    RigidTouch touch;
+  };
+
   void clear();
   void add(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch);
   /// `weights` of the face's nodes, which sum to 1.
@@ -46,12 +53,6 @@ class RigidTouches {
   struct NodeTouch {
     btSoftBody* body;
     btSoftBody::Node* node;
-    RigidTouch touch;
-  };
-  struct FaceTouch {
-    btSoftBody* body;
-    btSoftBody::Face* face;
-    btVector3 weights;
     RigidTouch touch;
   };
   /// `distance` is between the soft body and where the solver wants it to be.

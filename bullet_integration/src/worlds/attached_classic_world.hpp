@@ -14,8 +14,6 @@ class AttachedClassicWorld final : public AttachedWorld {
   Span<const Limitation> limitations() const override;
 
  private:
-  void hide_tree_flag(btSoftBody& body) override { hide_vertex_face_flag(body); }
-  void restore_tree_flag(btSoftBody& body) override { restore_vertex_face_flag(body); }
   void process_step_pairs(const Processing& process_natively) override {
     process_classic_pairs(step(), process_natively);
   }

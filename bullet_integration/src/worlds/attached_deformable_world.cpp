@@ -65,7 +65,7 @@ Span<const Limitation> AttachedDeformableWorld::limitations() const {
 
 void AttachedDeformableWorld::prepare_solver() {
   find_soft_contacts(step());
-  face_trees_.take(span_of(bodies()));
+  face_trees().take(span_of(bodies()));
   keep_starts();
 }
 
@@ -90,10 +90,10 @@ void AttachedDeformableWorld::keep_starts() {
 }
 
 void AttachedDeformableWorld::end_step(btScalar time_step) {
-  give_back();
+  face_trees().give_back();
   queries().read_out.take_rigid_impulses(span_of(bodies()));
   prevent_crossings(time_step);
-  refit_face_trees(bodies());
+  refit_face_trees(span_of(bodies()));
   queries().read_out.finish(*world().getBroadphase());
 }
 
@@ -111,21 +111,13 @@ void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
   queries().prevent_crossings(all, world().getCollisionObjectArray(), step().gate(), time_step);
 }
 
-void AttachedDeformableWorld::give_back() {
-  face_trees_.give_back();
-}
-
-void AttachedDeformableWorld::give_back(const btSoftBody& body) {
-  face_trees_.give_back(body);
-}
-
 void AttachedDeformableWorld::remove_hooks() {
   AttachedWorld::remove_hooks();
   world().removeAction(this);
 }
 
 void AttachedDeformableWorld::after_ray_test() noexcept {
-  if (is_solved()) face_trees_.take(span_of(bodies()));
+  if (is_solved()) face_trees().take(span_of(bodies()));
 }
 
 }  // namespace softcd::bullet

@@ -25,8 +25,6 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   };
   class NodesPutBack;
 
-  void hide_tree_flag(btSoftBody& body) override { hide_rigid_deformable_flag(body); }
-  void restore_tree_flag(btSoftBody& body) override { restore_rigid_deformable_flag(body); }
   void process_step_pairs(const Processing& process_natively) override {
     process_deformable_pairs(step(), process_natively);
   }
@@ -34,10 +32,8 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   void prepare_solver() override;
   void end_step(btScalar time_step) override;
   bool ends_steps_late() const override { return false; }
-  void give_back() override;
-  void give_back(const btSoftBody& body) override;
   void remove_hooks() override;
-  void before_ray_test() override { face_trees_.give_back(); }
+  void before_ray_test() override { face_trees().give_back(); }
   void after_ray_test() noexcept override;
 
   void updateAction(btCollisionWorld* world, btScalar time_step) override;
@@ -46,7 +42,6 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   void keep_starts();
   void prevent_crossings(btScalar time_step);
 
-  FaceTreesAway face_trees_;
   std::vector<Way> ways_;        ///< of the bodies that the step's last pass may change
   bool has_integrated_ = false;  ///< whether the step that ends has moved all bodies
 };

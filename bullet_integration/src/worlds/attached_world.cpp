@@ -12,6 +12,7 @@ AttachedWorld::AttachedWorld(btDynamicsWorld& world, const SoftBodies& bodies, c
     : world_(&world),
       collision_world_(world),
       bodies_(bodies),
+      tree_flag_(kind.tree_flag),
       detection_(kind, settings),
       broadphase_(*world.getBroadphase(), *this),
       pre_tick_(world, TickCallback::Place::before, call_pre_tick),
@@ -47,20 +48,18 @@ void AttachedWorld::begin_step() {
 
 /// Whatever the step before was: an exception may have left it in the middle.
 void AttachedWorld::start_over() {
-  give_back();
+  face_trees_.give_back();
   stage_ = Stage::none;
   queries().read_out.begin_step();
 }
 
 void AttachedWorld::before_prediction() {
-  for (btSoftBody* body : span_of(bodies_)) {
-    if (body->m_bUpdateRtCst) hide_tree_flag(*body);
-  }
+  hide_tree_flags(span_of(bodies_), tree_flag_);
   stage_ = Stage::begun;
 }
 
 void AttachedWorld::before_pairs() {
-  for (btSoftBody* body : span_of(bodies_)) restore_tree_flag(*body);
+  restore_tree_flags(span_of(bodies_), tree_flag_);
   tick_.stand();
   if (pre_tick_.stand()) begin_without_tick();
   if (stage_ == Stage::begun) prepare_pairs(step());
@@ -116,7 +115,7 @@ void AttachedWorld::finish_step() {
 void AttachedWorld::detach() {
   if (world_ == nullptr) return;
   remove_hooks();
-  for (btSoftBody* body : span_of(bodies_)) restore_tree_flag(*body);
+  restore_tree_flags(span_of(bodies_), tree_flag_);
   try {
     finish_step();
   } catch (...) {
@@ -133,7 +132,7 @@ void AttachedWorld::remove_hooks() {
 }
 
 void AttachedWorld::leave_world() {
-  give_back();
+  face_trees_.give_back();
   forget_rigid_algorithms(*world_->getPairCache(), *world_->getDispatcher());
   for (btSoftBody* body : span_of(bodies_)) give_face_tree(*body);
   world_ = nullptr;
@@ -142,8 +141,8 @@ void AttachedWorld::leave_world() {
 /// A world that is being destroyed calls this for the objects in it when it is no more than a btCollisionWorld.
 void AttachedWorld::before_removal(const btCollisionObject& object) {
   if (auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(&object))) {
-    restore_tree_flag(*body);
-    give_back(*body);
+    restore_flag(*body, tree_flag_);
+    face_trees_.give_back(*body);
   }
   if (typeid(collision_world_) == typeid(btCollisionWorld)) {
     world_ = nullptr;

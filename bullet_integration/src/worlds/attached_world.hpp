@@ -52,9 +52,8 @@ class AttachedWorld : protected BroadphaseHooks {
   WorldQueries& queries() const { return *detection_.queries_; }
   WorldStep step() const { return {*world_, bodies_, queries()}; }
 
-  /// A flag of a body that stands for the building of a face tree, quadratic in the faces, in Bullet's prediction.
-  virtual void hide_tree_flag(btSoftBody& body) = 0;
-  virtual void restore_tree_flag(btSoftBody& body) = 0;
+  /// The face trees that are out of Bullet's sight between prepare_solver() and end_step(). None in classic worlds.
+  FaceTreesAway& face_trees() { return face_trees_; }
   /// Contacts with rigid objects, and those of soft bodies where the kind of world has them now.
   virtual void process_step_pairs(const Processing& process_natively) = 0;
   /// The same, when the dispatcher has processed the pairs already and they did not come by.
@@ -65,9 +64,6 @@ class AttachedWorld : protected BroadphaseHooks {
   virtual void end_step(btScalar time_step) = 0;
   /// Whether nothing calls finish_step() in the step itself.
   virtual bool ends_steps_late() const = 0;
-  /// What softcd has taken out of Bullet's sight between prepare_solver() and end_step().
-  virtual void give_back() {}
-  virtual void give_back(const btSoftBody& /*body*/) {}
   virtual void remove_hooks();
   bool is_solved() const { return stage_ == Stage::is_solved; }
   bool sees_pairs() const { return sees_pairs_; }
@@ -96,7 +92,9 @@ class AttachedWorld : protected BroadphaseHooks {
   btDynamicsWorld* world_;  ///< null when detached
   const btCollisionWorld& collision_world_;
   const SoftBodies& bodies_;
+  TreeFlag tree_flag_;
   WorldDetection detection_;
+  FaceTreesAway face_trees_;
   HookedBroadphase broadphase_;
   TickCallback pre_tick_, tick_;
   Stage stage_ = Stage::none;

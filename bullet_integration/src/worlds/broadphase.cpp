@@ -4,9 +4,8 @@
 #include <utility>
 
 #include "BulletSoftBody/btSoftBody.h"
-#include "bodies/query_options.hpp"
 #include "native/native_trees.hpp"
-#include "worlds/sweep_box.hpp"
+#include "worlds/world_step.hpp"
 
 namespace softcd::bullet {
 
@@ -19,7 +18,7 @@ Broadphase::~Broadphase() = default;
 
 void Broadphase::attach(const Settings& settings) {
   settings_ = &settings;
-  for (btSoftBody* body : soft_bodies_) hide_vertex_face_flag(*body);
+  for (btSoftBody* body : soft_bodies_) hide_flag(*body, kClassicTreeFlag);
 }
 
 void Broadphase::detach() {
@@ -28,7 +27,7 @@ void Broadphase::detach() {
 }
 
 void Broadphase::restore_vertex_face_flags() {
-  for (btSoftBody* body : soft_bodies_) restore_vertex_face_flag(*body);
+  restore_tree_flags(soft_bodies_, kClassicTreeFlag);
 }
 
 btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabb_min, const btVector3& aabb_max, int shape_type,
@@ -36,7 +35,7 @@ btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabb_min, const btVe
   if (shape_type == SOFTBODY_SHAPE_PROXYTYPE) {
     if (btSoftBody* body = btSoftBody::upcast(static_cast<btCollisionObject*>(user))) {
       soft_bodies_.push_back(body);
-      if (settings_ != nullptr) hide_vertex_face_flag(*body);
+      if (settings_ != nullptr) hide_flag(*body, kClassicTreeFlag);
     }
   }
   return original_.createProxy(aabb_min, aabb_max, shape_type, user, filter_group, filter_mask, dispatcher);
@@ -45,7 +44,7 @@ btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabb_min, const btVe
 void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) {
   const auto position = std::find(soft_bodies_.begin(), soft_bodies_.end(), proxy->m_clientObject);
   if (position != soft_bodies_.end()) {
-    restore_vertex_face_flag(**position);
+    restore_flag(**position, kClassicTreeFlag);
     soft_bodies_.erase(position);
   }
   original_.destroyProxy(proxy, dispatcher);
@@ -70,9 +69,7 @@ void Broadphase::aabbTest(const btVector3& aabb_min, const btVector3& aabb_max, 
 }
 
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
-  if (settings_ != nullptr && finds_rigid_contacts(*settings_)) {
-    for (btSoftBody* body : soft_bodies_) sweep_box(*body, original_, dispatcher);
-  }
+  if (settings_ != nullptr) sweep_boxes(soft_bodies_, *settings_, original_, dispatcher);
   original_.calculateOverlappingPairs(dispatcher);
 }
 

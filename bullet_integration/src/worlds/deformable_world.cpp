@@ -33,9 +33,7 @@ void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayRes
 }
 
 void DeformableWorld::predict(btScalar time_step) {
-  // Destroyed last: it builds node trees where those out of sight are back.
-  const FaceTreesUnbuilt unbuilt(getSoftBodyArray());
-  const TreesOutOfSight out_of_sight(getSoftBodyArray(), &btSoftBody::m_ndbvt);
+  const DeformableTreesAtRest at_rest(span_of(getSoftBodyArray()));
   predictUnconstraintMotion(time_step);
 }
 
@@ -75,7 +73,7 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   queries.prevent_crossings(step.body_span(), getCollisionObjectArray(), step.gate(), time_step);
   deformable_solver_->applyTransforms(time_step);
 
-  refit_face_trees(getSoftBodyArray());
+  refit_face_trees(step.body_span());
   updateActions(time_step);
   updateActivationState(time_step);
   queries.read_out.finish(*getBroadphase());

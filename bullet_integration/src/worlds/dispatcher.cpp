@@ -13,8 +13,7 @@ class NativePairs : public btOverlapCallback {
   NativePairs(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) : dispatcher_(dispatcher), info_(info) {}
 
   bool processOverlap(btBroadphasePair& pair) override {
-    const auto* a = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject));
-    const auto* b = btSoftBody::upcast(static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject));
+    const auto [a, b] = soft_bodies_of(pair);
     const bool ours = a != nullptr && b != nullptr && is_vertex_face_pair(kClassicEnds, *a, *b);
     if (!ours) dispatcher_.getNearCallback()(pair, dispatcher_, info_);
     return false;
@@ -33,6 +32,7 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, Broadphase& broa
       living_broadphase_(broadphase.self_),
       detection_(kClassicWorld, settings) {
   broadphase_.attach(detection_.settings());
+  detection_.queries_->prevents_crossings_later = false;
   detection_.queries_->broadphase = [this] { return living_broadphase_.lock().get(); };
 }
 
@@ -49,14 +49,13 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   broadphase_.restore_vertex_face_flags();
   NativePairs native_pairs(*this, info);
   WorldQueries& queries = *detection_.queries_;
-  queries.looks_at_crossings = queries.world_ends_step;
   queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info), [&] {
     pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
     if (ContactDetection* contacts = queries.contacts.get())
       contacts->drop_unread_face_trees(broadphase_.soft_bodies());
   });
   queries.read_contacts(broadphase_.soft_bodies(), broadphase_);
-  if (!std::exchange(queries.world_ends_step, false)) warn_of_crossings();
+  if (!std::exchange(queries.prevents_crossings_later, false)) warn_of_crossings();
 }
 
 void Dispatcher::warn_of_crossings() {

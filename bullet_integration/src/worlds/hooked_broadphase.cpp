@@ -1,5 +1,7 @@
 #include "worlds/hooked_broadphase.hpp"
 
+#include <functional>
+
 #include "BulletCollision/CollisionDispatch/btCollisionObject.h"
 
 namespace softcd::bullet {
@@ -20,7 +22,8 @@ class RayTest {
 
 void HookedPairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher,
                                                  const btDispatcherInfo& info) {
-  hooks_.process_pairs(BroadphaseHooks::Processing(original_, callback, dispatcher, info));
+  const auto process = [&] { original_.processAllOverlappingPairs(callback, dispatcher, info); };
+  hooks_.process_pairs(std::ref(process));  // allocates nothing
 }
 
 HookedBroadphase::HookedBroadphase(btBroadphaseInterface& original, BroadphaseHooks& hooks)

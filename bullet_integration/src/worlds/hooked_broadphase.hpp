@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "softcd/bullet/broadphase.hpp"
 
@@ -9,19 +11,7 @@ namespace softcd::bullet {
 class BroadphaseHooks {
  public:
   /// The processing of all pairs that a dispatcher has asked for.
-  class Processing {
-   public:
-    Processing(btOverlappingPairCache& pairs, btOverlapCallback* callback, btDispatcher* dispatcher,
-               const btDispatcherInfo& info)
-        : pairs_(pairs), callback_(callback), dispatcher_(dispatcher), info_(info) {}
-    void operator()() const { pairs_.processAllOverlappingPairs(callback_, dispatcher_, info_); }
-
-   private:
-    btOverlappingPairCache& pairs_;
-    btOverlapCallback* callback_;
-    btDispatcher* dispatcher_;
-    const btDispatcherInfo& info_;
-  };
+  using Processing = std::function<void()>;
 
   /// Boxes are up to date.
   virtual void before_pairs() = 0;

@@ -12,17 +12,6 @@ WorldDetection* detection_of(btDispatcher* dispatcher, const btBroadphaseInterfa
   return ours != nullptr && ours->serves(*broadphase) ? &ours->detection() : nullptr;
 }
 
-/// Runs Bullet's prediction without its building or updating trees that nobody reads.
-template <class Prediction>
-void predict_without_trees(const SoftBodies& bodies, Prediction prediction) {
-  for (btSoftBody* body : span_of(bodies)) hide_vertex_face_flag(*body);
-  {
-    const NodeTreesAtRest at_rest(bodies);
-    prediction();
-  }
-  for (btSoftBody* body : span_of(bodies)) restore_vertex_face_flag(*body);
-}
-
 /// The first half of btCollisionWorld::performDiscreteCollisionDetection.
 void find_pairs(const WorldStep& step) {
   step.world.updateAabbs();
@@ -59,7 +48,8 @@ SoftWorld<BulletWorld>::~SoftWorld() {
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::predictUnconstraintMotion(btScalar time_step) {
-  predict_without_trees(this->getSoftBodyArray(), [&] { BulletWorld::predictUnconstraintMotion(time_step); });
+  const ClassicTreesAtRest at_rest(span_of(this->getSoftBodyArray()));
+  BulletWorld::predictUnconstraintMotion(time_step);
 }
 
 template <class BulletWorld>
@@ -69,7 +59,7 @@ void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
   if (own_detection_ != nullptr) {
     process_classic_pairs(step, [this] { process_pairs(*this); });
   } else {
-    step.queries.world_ends_step = true;
+    step.queries.prevents_crossings_later = true;
     process_pairs(*this);
     step.queries.keep_starts(step.body_span());
   }

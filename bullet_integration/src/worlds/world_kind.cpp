@@ -5,6 +5,7 @@ namespace softcd::bullet {
 const WorldKind kClassicWorld = {
     .contacts = kClassicContacts,
     .crossings = kClassicCrossings,
+    .tree_flag = kClassicTreeFlag,
     .ray_targets = RayTargets::faces_and_tetrahedra,
     .moves_rigid_bodies_first = true,
     .read_contacts = &ContactReader::read_classic,
@@ -14,6 +15,7 @@ const WorldKind kClassicWorld = {
 const WorldKind kDeformableWorld = {
     .contacts = kDeformableContacts,
     .crossings = kDeformableCrossings,
+    .tree_flag = kDeformableTreeFlag,
     .ray_targets = RayTargets::faces,
     .moves_rigid_bodies_first = false,
     .read_contacts = &ContactReader::read_deformable,

@@ -3,6 +3,7 @@
 #include "contacts/contacts_of_kind.hpp"
 #include "crossings/crossings_of_kind.hpp"
 #include "native/native_detection.hpp"
+#include "native/native_trees.hpp"
 #include "questions/ray_mesh.hpp"
 #include "read_out/contact_reader.hpp"
 
@@ -12,6 +13,7 @@ namespace softcd::bullet {
 struct WorldKind {
   const ContactsOfKind& contacts;
   const CrossingsOfKind& crossings;
+  TreeFlag tree_flag;
   /// The features that the world's ray tests hit.
   RayTargets ray_targets;
   /// Whether what soft bodies do to rigid ones in a step moves these from the next step on.

@@ -12,12 +12,13 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
     : kind_(kind),
       settings_(settings),
       mirror_(kind.contacts.ends, settings_),
-      contacts("with Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
-      crossings("without softcd's look at crossings", kind.crossings, mirror_, settings_),
-      rigid_meshes("with Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_, settings_),
-      convex_shapes("with Bullet's own contacts of soft bodies with convex shapes alone", kind.contacts.ends, mirror_,
-                    settings_),
-      read_out(kind.read_contacts, mirror_.scene(), settings_),
+      contacts("a step goes on with Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
+      crossings("a step goes on without softcd's look at crossings", kind.crossings, mirror_, settings_),
+      rigid_meshes("a step goes on with Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_,
+                   settings_),
+      convex_shapes("a step goes on with Bullet's own contacts of soft bodies with convex shapes alone",
+                    kind.contacts.ends, mirror_, settings_),
+      read_out(kind.read_contacts, settings_),
       rays(kind.ray_targets, settings_) {}
 
 void WorldQueries::set_settings(const Settings& settings) {
@@ -51,7 +52,7 @@ bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate
 
 void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
   const bool has_finished =
-      has_started && contacts.run([this](ContactDetection& detection) { detection.finish(looks_at_crossings); });
+      has_started && contacts.run([this](ContactDetection& detection) { detection.finish(prevents_crossings_later); });
   if (has_finished) return;
   const WorldPairs pairs = pairs_of(gate);
   kind_.detect_natively(bodies, gate, std::cref(pairs));  // which takes no memory
@@ -59,7 +60,7 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
 
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
   RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh);
-  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
+  restore_order(collected.pairs, gate);
   const bool has_found = rigid_meshes.run([&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     for (const RigidPair& pair : collected.pairs) {
@@ -76,7 +77,7 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
 
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
   RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex);
-  PairOrder(gate.pair_cache(), gate.info()).restore(collected.pairs);
+  restore_order(collected.pairs, gate);
   convex_shapes.run([&](ConvexDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     detection.find_contacts(collected.pairs, gate.info().m_timeStep);

@@ -109,10 +109,9 @@ class WorldQueries {
   WorldRays rays;
   /// Where the world's bodies are; null when that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
-  /// Set by a world that leaves its contacts to a Dispatcher, before each dispatch: it calls prevent_crossings itself.
-  bool world_ends_step = false;
-  /// False where prevent_crossings is called by nobody.
-  bool looks_at_crossings = true;
+  /// Whether the step that runs will call prevent_crossings(). A world that leaves its contacts to a Dispatcher sets it
+  /// before each dispatch.
+  bool prevents_crossings_later = true;
 
  private:
   Span<btSoftBody* const> stand_ins() const {

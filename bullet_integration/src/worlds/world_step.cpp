@@ -1,14 +1,39 @@
 #include "worlds/world_step.hpp"
 
 #include "bodies/query_options.hpp"
-#include "worlds/sweep_box.hpp"
 
 namespace softcd::bullet {
+namespace {
+
+/// Makes the body's box in the broad phase one around the whole step, from m_q to m_x or back.
+void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
+  // A body that sleeps was not predicted: its m_q means nothing.
+  if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
+  btVector3 low = body.m_nodes[0].m_q;
+  btVector3 high = low;
+  for (int i = 1; i < body.m_nodes.size(); ++i) {
+    low.setMin(body.m_nodes[i].m_q);
+    high.setMax(body.m_nodes[i].m_q);
+  }
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  low -= btVector3(margin, margin, margin);
+  high += btVector3(margin, margin, margin);
+  low.setMin(body.m_bounds[0]);
+  high.setMax(body.m_bounds[1]);
+  broadphase.setAabb(body.getBroadphaseHandle(), low, high, dispatcher);
+}
+
+}  // namespace
+
+void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBroadphaseInterface& broadphase,
+                 btDispatcher* dispatcher) {
+  if (!finds_rigid_contacts(settings)) return;
+  for (btSoftBody* body : bodies) sweep_box(*body, broadphase, dispatcher);
+}
 
 void prepare_pairs(const WorldStep& step) {
   step.queries.keep_rigid_starts(step.world.getCollisionObjectArray(), step.world.getDispatchInfo().m_timeStep);
-  if (!finds_rigid_contacts(step.queries.settings())) return;
-  for (btSoftBody* body : step.body_span()) sweep_box(*body, *step.world.getBroadphase(), step.world.getDispatcher());
+  sweep_boxes(step.body_span(), step.queries.settings(), *step.world.getBroadphase(), step.world.getDispatcher());
 }
 
 void prepare_classic_solver(const WorldStep& step) {

@@ -19,8 +19,14 @@ struct WorldStep {
   PairGate gate() const { return {*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo()}; }
 };
 
+/// Where softcd finds contacts with rigid objects: makes soft bodies' boxes in the broad phase ones around the whole
+/// step. Bullet's own is around one end. A body that moves farther than its size is then not paired with what it
+/// passes.
+void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBroadphaseInterface& broadphase,
+                 btDispatcher* dispatcher);
+
 /// Before pairs are calculated, when boxes are up to date and rigid objects are where the step begins: keeps these
-/// places, and, where softcd finds contacts with rigid objects, makes soft bodies' boxes ones around the whole step.
+/// places, and sweeps boxes.
 void prepare_pairs(const WorldStep& step);
 
 /// Between Bullet's prediction and its solver in a classic world. `process_natively` makes Bullet process the pairs,
@@ -28,11 +34,7 @@ void prepare_pairs(const WorldStep& step);
 template <class Native>
 void process_classic_pairs(const WorldStep& step, Native process_natively) {
   step.queries.process_pairs(step.body_span(), step.gate(), [&] {
-    const TreesOutOfSight out_of_sight(step.bodies, &btSoftBody::m_fdbvt);
-    if (!out_of_sight.succeeded()) {
-      // Those that there are belong to ray tests, which build new ones.
-      for (btSoftBody* body : step.body_span()) remove_face_tree(*body);
-    }
+    const FaceTreesAway away(step.body_span());
     process_natively();
   });
   step.queries.read_contacts(step.body_span(), *step.world.getBroadphase());
@@ -52,7 +54,7 @@ void process_deformable_pairs(const WorldStep& step, Native process_natively) {
   for_each_near_rigid(*step.world.getPairCache(), refit_deformable_trees);
   step.queries.begin_step(step.body_span());
   step.queries.process_rigid_pairs(step.gate(), [&] {
-    const VertexFaceTestsOff off(step.bodies);
+    const VertexFaceTestsOff off(step.body_span());
     process_natively();
   });
 }

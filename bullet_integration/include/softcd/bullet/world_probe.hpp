@@ -80,7 +80,7 @@ class SOFTCD_EXPORT WorldProbe {
   void contact_pair_test(btCollisionObject& a, btCollisionObject& b, btCollisionWorld::ContactResultCallback& callback);
 
  private:
-  class Implementation;
+  struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 
