@@ -11,6 +11,7 @@
 #include "mesh_generators.hpp"
 #include "query_detector.hpp"
 #include "recorded_queries.hpp"
+#include "softcd/mesh/given_positions.hpp"
 
 // Accuracy::conservative judges positions in double as they were given, however far the detector's floats are from
 // them.
@@ -215,6 +216,27 @@ TEST(SlabRule, judges_positions_in_double_as_they_were_given) {
     const Mesh stray{{{{0, 0, 0}}}, {{-1000.1, 700.3, -300.7}}};
     const Scene scene{still(floor, everything(1e-5F)), still(point, everything()), still(stray, everything())};
     EXPECT_EQ(detect_once(scene, options).size(), height < 1e-5 ? 1U : 0U) << height;
+  }
+}
+
+// Of the difference double keeps 1 alone, which is a float.
+TEST(RoundedPositions, are_told_where_the_origin_takes_what_is_small) {
+  EXPECT_TRUE(is_rounded(1.0, 0x1p-60));
+  EXPECT_TRUE(is_rounded(0x1p-60, 1.0));
+  EXPECT_FALSE(is_rounded(1.0, 0.0));
+  EXPECT_FALSE(is_rounded(0x1p-60, 0.0));
+}
+
+// Where the step ends at floats, and begins between two: only how far it is depends on what rounding did.
+TEST(MotionMargins, are_those_of_the_motion_as_given_where_only_its_beginning_is_rounded) {
+  for (const double height : {1.5, 3.0}) {
+    const Mesh floor{{{{0, 1, 2}}}, {{-8192, -8192, 0}, {16384, -8192, 0}, {-8192, 16384, 0}}};
+    const Mesh point{{{{0, 0, 0}}}, {{1000.0, 500.0, height}}};
+    Scene scene{still(floor, everything()), still(point, everything())};
+    scene[1].x_t0[0].z += 2e-8;
+    PipelineOptions options = conservative(Detection::dcd);
+    options.motion_margin = 1e8F;
+    EXPECT_EQ(detect_once(scene, options).size(), height < 2.0 ? 1U : 0U) << height;
   }
 }
 

@@ -252,5 +252,19 @@ TEST(PairSelection, of_many_bodies_is_that_of_each_batch) {
   EXPECT_GT(expected, kBatches / 6);
 }
 
+TEST(PairSelection, that_is_known_serves_no_other_options) {
+  Random random(7);
+  const std::vector<Body> bodies = random_bodies(60, 1.0, 1, random);
+  constexpr std::uint64_t kBodiesNumber = 1;
+  PairSelector selector;
+  for (int round = 0; round < 4; ++round) {
+    Selecting selecting;
+    selecting.t1 = true;
+    selecting.features = {round != 1, round != 2};
+    expect_same(in_rows(selector.select(bodies, {0, 0, 0}, selecting, {}, kBodiesNumber)),
+                by_brute_force(bodies, selecting, {}));
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test
