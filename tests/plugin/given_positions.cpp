@@ -240,5 +240,32 @@ TEST(MotionMargins, are_those_of_the_motion_as_given_where_only_its_beginning_is
   }
 }
 
+/// On multiples of 2^-40, of which quarters are doubles, too.
+Vec3d on_fine_grid(Vec3d p) {
+  const auto round = [](double x) { return std::round(x * 0x1p+40) * 0x1p-40; };
+  return {round(p.x), round(p.y), round(p.z)};
+}
+
+// Two triangles with a common vertex, of which a second one of the one lies on the other: as floats it is beside it.
+TEST(WideScenes, have_contacts_of_neighbours_that_touch) {
+  Random random(19);
+  for (int i = 0; i < 50; ++i) {
+    const Vec3d shared = on_fine_grid(Vec3d{700.1, -700.3, 300.7} + random.in_box(100.0));
+    const Vec3d a = on_fine_grid(shared + random.direction());
+    const Vec3d b = on_fine_grid(shared + random.direction());
+    const Vec3d on_it = 0.25 * shared + 0.25 * a + 0.5 * b;
+    const Vec3d beyond = on_it + random.direction();
+    const Mesh fold{{{{0, 1, 2}}, {{0, 3, 4}}}, {shared, a, b, on_it, beyond}};
+    // Keeps the origin, relative to which positions are rounded, far away.
+    const Mesh stray{{{{0, 0, 0}}}, {{-1000.1, 1000.3, -1000.7}}};
+    const std::vector<Contact> contacts =
+        detect_once({still(fold, everything()), still(stray, everything())}, conservative(Detection::dcd));
+    const auto is_expected = [](const Contact& contact) {
+      return contact.kind == ContactKind::vertex_triangle && contact.feature_a == 3 && contact.feature_b == 0;
+    };
+    ASSERT_TRUE(std::any_of(contacts.begin(), contacts.end(), is_expected)) << i;
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test
