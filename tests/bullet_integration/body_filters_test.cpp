@@ -239,5 +239,18 @@ TEST_P(BodyFilter, that_are_out_of_range_are_errors) {
   EXPECT_EQ(error(filters).substr(0, 34), "softcd::bullet::BodyFilters: node ");
 }
 
+TEST_P(BodyFilter, stay_when_faces_are_others) {
+  NearSheets sheets(GetParam(), settings_for_tests());
+  bullet::BodyFilters filters;
+  filters.nodes.assign(std::size_t(sheets.upper->m_nodes.size()), {1, 0});
+  sheets.simulation.detection().set_filters(*sheets.upper, filters);
+  sheets.simulation.step();
+  EXPECT_EQ(sheets.count_contacts(), 0U);
+  btSoftBody::Face& face = sheets.upper->m_faces[0];
+  std::rotate(std::begin(face.m_n), std::begin(face.m_n) + 1, std::end(face.m_n));
+  sheets.simulation.step();
+  EXPECT_EQ(sheets.count_contacts(), 0U);
+}
+
 }  // namespace
 }  // namespace softcd::test

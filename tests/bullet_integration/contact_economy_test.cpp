@@ -559,5 +559,28 @@ TEST(ContactEconomy, balls_that_fall_on_each_other_have_few_contacts_with_safe) 
   EXPECT_LT(most, 10 * nodes);
 }
 
+// Nodes that pass through both layers of a fold in one step: each has the contact with the layer that it meets first.
+TEST(ContactEconomy, a_bound_leaves_what_is_met_first) {
+  bullet::Settings settings = settings_with(Contacts::all, 1);
+  settings.detection = Detection::ccd;
+  constexpr btScalar kGap = btScalar(0.4);
+  Still still(settings);
+  const btSoftBody& fold = still.add(folded(kGap));
+  std::set<const btSoftBody::Node*> upper;
+  for (int i = 0; i < fold.m_nodes.size(); ++i) {
+    if (fold.m_nodes[i].m_x.y() > kGap / 2) upper.insert(&fold.m_nodes[i]);
+  }
+  btSoftBody& falling = still.add(flat(btScalar(0.6)));
+  falling.setVelocity(btVector3(0, btScalar(-0.9) / kStep, 0));
+  falling.m_cfg.kDP = 0;
+  still.step();
+  ASSERT_GT(falling.m_scontacts.size(), 20);
+  for (int i = 0; i < falling.m_scontacts.size(); ++i) {
+    const SContact& contact = falling.m_scontacts[i];
+    const bool is_at_bend = contact.m_node->m_q.x() < kCell / 2;
+    EXPECT_TRUE(is_at_bend || upper.contains(contact.m_face->m_n[0])) << i;
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test

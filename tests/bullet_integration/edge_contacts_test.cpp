@@ -242,5 +242,38 @@ TEST(EdgeContacts, are_found_within_a_body) {
   }
 }
 
+/// A triangle whose side from (-1, height, 0) to (1, height + slope, 0), turned about y, is the only part near y = 0.
+std::unique_ptr<btSoftBody> make_slanted_edge(btSoftBodyWorldInfo& info, btScalar height, btScalar slope,
+                                              btScalar third, bool turned) {
+  const auto place = [turned](btScalar x, btScalar y, btScalar z) {
+    return turned ? btVector3(z, y, x) : btVector3(x, y, z);
+  };
+  const btVector3 corners[] = {place(-1, height, 0), place(1, height + slope, 0), place(0, third, btScalar(0.5))};
+  auto body = std::make_unique<btSoftBody>(&info, 3, corners, nullptr);
+  body->appendFace(0, 1, 2);
+  body->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
+  body->m_cfg.piterations = 0;
+  body->getCollisionShape()->setMargin(kEdgeMargin);
+  return body;
+}
+
+// Of the two nodes of an edge that is not across the normal one lies further along it, and is to stay so.
+TEST(SlantedEdges, want_both_nodes_of_a_slanted_edge_as_far_away_as_its_point) {
+  bullet::Settings settings = settings_with(EdgeContacts::respond);
+  Simulation simulation(PlugIn::one_line_world, settings);
+  simulation.world_info().m_gravity.setZero();
+  simulation.add(make_slanted_edge(simulation.world_info(), 0, 0, -3, false)).setTotalMass(100);
+  const btSoftBody& upper =
+      simulation.add(make_slanted_edge(simulation.world_info(), btScalar(-0.15), btScalar(0.4), 3, true));
+  simulation.step(kStep);
+  ASSERT_EQ(upper.m_scontacts.size(), 2);
+  const auto wanted = [&](int i) {
+    const btSoftBody::SContact& contact = upper.m_scontacts[i];
+    return contact.m_margin - contact.m_normal.dot(contact.m_node->m_x);
+  };
+  EXPECT_NE(upper.m_scontacts[0].m_margin, upper.m_scontacts[1].m_margin);
+  EXPECT_NEAR(double(wanted(0)), double(wanted(1)), 1e-5);
+}
+
 }  // namespace
 }  // namespace softcd::test

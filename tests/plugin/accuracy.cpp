@@ -272,5 +272,24 @@ TEST(UnsettledContacts, are_of_conservative_only) {
   }
 }
 
+// Points whose distance from the triangle is 0, and not always as it is computed.
+TEST(Conservative, finds_points_on_triangles) {
+  Random random(17);
+  int found_by_precise = 0;
+  constexpr int kPoints = 300;
+  const auto integer = [&random] { return static_cast<double>(random.below(2000)) - 1000.0; };
+  QueryDetector conservative(ContactKind::vertex_triangle, options_for(Detection::dcd, Accuracy::conservative));
+  QueryDetector precise(ContactKind::vertex_triangle, options_for(Detection::dcd, Accuracy::precise));
+  for (int i = 0; i < kPoints; ++i) {
+    Query query = make_query(random, ContactKind::vertex_triangle, Family::random, /*is_single=*/false);
+    for (std::size_t corner = 1; corner < 4; ++corner) query.rows[corner] = {integer(), integer(), integer()};
+    query.rows[0] = 0.25 * query.rows[1] + 0.25 * query.rows[2] + 0.5 * query.rows[3];
+    std::copy_n(query.rows.begin(), 4, query.rows.begin() + 4);
+    ASSERT_TRUE(conservative.detect(query)) << to_string(query);
+    found_by_precise += precise.detect(query) ? 1 : 0;
+  }
+  EXPECT_LT(found_by_precise, kPoints) << "all are computed to be exactly on their triangles";
+}
+
 }  // namespace
 }  // namespace softcd::test

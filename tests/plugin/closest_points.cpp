@@ -200,5 +200,29 @@ TEST(ClosestPoints, know_no_side_of_what_is_not_closed) {
   EXPECT_EQ(probed.probe.closest_point({{0, 0, 0}}).side, -1);
 }
 
+// A spike with one side of many slivers, whose normals together would turn that of its tip to their side.
+TEST(ClosestPoints, know_the_side_at_a_tip_of_many_slivers) {
+  constexpr std::uint32_t kSlivers = 40;
+  Mesh spike{{}, {{0, 0, 0}}};
+  const auto below = [&spike](double x, double y) {
+    spike.positions.push_back({x, y, -1.0});
+    return static_cast<std::uint32_t>(spike.positions.size() - 1);
+  };
+  for (std::uint32_t i = 0; i <= kSlivers; ++i) below(0.25, -0.25 + 0.5 * static_cast<double>(i) / kSlivers);
+  const std::uint32_t back = below(-0.25, 0.0);
+  const std::uint32_t last = kSlivers + 1;
+  for (std::uint32_t i = 1; i < last; ++i) {
+    spike.triangles.push_back({{0, i, i + 1}});
+    spike.triangles.push_back({{back, i + 1, i}});
+  }
+  spike.triangles.push_back({{0, last, back}});
+  spike.triangles.push_back({{0, back, 1}});
+  ProbedBodies probed({still(spike, {})});
+  EXPECT_EQ(probed.probe.closest_point({{0, 0, -0.5}}).side, -1);
+  EXPECT_EQ(probed.probe.closest_point({{0.1, 0, 0.1}}).side, 1);
+  EXPECT_EQ(probed.probe.closest_point({{-0.1, 0, 0.04}}).side, 1);
+  EXPECT_EQ(probed.probe.closest_point({{-0.1, 0, 0.03}}).side, 1);
+}
+
 }  // namespace
 }  // namespace softcd::test

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
+#include <tuple>
 
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
@@ -144,6 +146,28 @@ TEST(DiscreteDetection, fast_agrees_outside_float_rounding) {
   rules.absolute_band = 64.0 * 0x1p-24;
   const Difference difference = compare(discrete_verdicts(scene, rules), features_of(detect_once(scene, options)));
   EXPECT_TRUE(agrees(difference)) << describe(difference);
+}
+
+// More contacts of one edge than runs order, so that all are sorted by digits of 11 bits: those of the features'
+// numbers end where a digit does, and the kind is in the next one.
+TEST(DiscreteDetection, orders_a_heap_by_kind_and_features) {
+  Mesh heap;
+  const auto add = [&heap](double x, double z) {
+    const auto v = static_cast<std::uint32_t>(heap.positions.size());
+    heap.triangles.push_back({{v, v + 1, v + 2}});
+    heap.positions.insert(heap.positions.end(), {{x, 0, z}, {x + 1, 0, z}, {x, 1, z}});
+  };
+  for (int i = 0; i < 48; ++i) add(0, 0.001 * i);
+  for (int i = 0; i < 320; ++i) add(2 + 2 * i, 0);
+  ASSERT_GT(heap.positions.size(), 1U << 10);
+  ASSERT_LT(heap.positions.size(), 1U << 11);
+  const Scene scene{still(heap, everything(0.1F))};
+  const std::vector<Contact> contacts = detect_once(scene, test_options(Detection::dcd));
+  ASSERT_GT(contacts.size(), 10'000U);
+  const auto is_before = [](const Contact& a, const Contact& b) {
+    return std::tie(a.kind, a.feature_a, a.feature_b) < std::tie(b.kind, b.feature_a, b.feature_b);
+  };
+  EXPECT_TRUE(std::is_sorted(contacts.begin(), contacts.end(), is_before));
 }
 
 }  // namespace

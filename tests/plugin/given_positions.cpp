@@ -11,6 +11,7 @@
 #include "mesh_generators.hpp"
 #include "query_detector.hpp"
 #include "recorded_queries.hpp"
+#include "softcd/mesh/given_positions.hpp"
 
 // Accuracy::conservative judges positions in double as given, however far they are from the detector's floats.
 namespace softcd::test {
@@ -214,6 +215,54 @@ TEST(SlabRule, judges_positions_in_double_as_they_were_given) {
     const Mesh stray{{{{0, 0, 0}}}, {{-1000.1, 700.3, -300.7}}};
     const Scene scene{still(floor, everything(1e-5F)), still(point, everything()), still(stray, everything())};
     EXPECT_EQ(detect_once(scene, options).size(), height < 1e-5 ? 1U : 0U) << height;
+  }
+}
+
+// Of the difference double keeps 1 alone, which is a float.
+TEST(RoundedPositions, are_told_where_the_origin_takes_what_is_small) {
+  EXPECT_TRUE(is_rounded(1.0, 0x1p-60));
+  EXPECT_TRUE(is_rounded(0x1p-60, 1.0));
+  EXPECT_FALSE(is_rounded(1.0, 0.0));
+  EXPECT_FALSE(is_rounded(0x1p-60, 0.0));
+}
+
+// Where the step ends at floats, and begins between two: only how far it is depends on what rounding did.
+TEST(MotionMargins, are_those_of_the_motion_as_given_where_only_its_beginning_is_rounded) {
+  for (const double height : {1.5, 3.0}) {
+    const Mesh floor{{{{0, 1, 2}}}, {{-8192, -8192, 0}, {16384, -8192, 0}, {-8192, 16384, 0}}};
+    const Mesh point{{{{0, 0, 0}}}, {{1000.0, 500.0, height}}};
+    Scene scene{still(floor, everything()), still(point, everything())};
+    scene[1].x_t0[0].z += 2e-8;
+    PipelineOptions options = conservative(Detection::dcd);
+    options.motion_margin = 1e8F;
+    EXPECT_EQ(detect_once(scene, options).size(), height < 2.0 ? 1U : 0U) << height;
+  }
+}
+
+/// On multiples of 2^-40, of which quarters are doubles, too.
+Vec3d on_fine_grid(Vec3d p) {
+  const auto round = [](double x) { return std::round(x * 0x1p+40) * 0x1p-40; };
+  return {round(p.x), round(p.y), round(p.z)};
+}
+
+// Two triangles with a common vertex, of which a second one of the one lies on the other: as floats it is beside it.
+TEST(WideScenes, have_contacts_of_neighbours_that_touch) {
+  Random random(19);
+  for (int i = 0; i < 50; ++i) {
+    const Vec3d shared = on_fine_grid(Vec3d{700.1, -700.3, 300.7} + random.in_box(100.0));
+    const Vec3d a = on_fine_grid(shared + random.direction());
+    const Vec3d b = on_fine_grid(shared + random.direction());
+    const Vec3d on_it = 0.25 * shared + 0.25 * a + 0.5 * b;
+    const Vec3d beyond = on_it + random.direction();
+    const Mesh fold{{{{0, 1, 2}}, {{0, 3, 4}}}, {shared, a, b, on_it, beyond}};
+    // Keeps the origin, relative to which positions are rounded, far away.
+    const Mesh stray{{{{0, 0, 0}}}, {{-1000.1, 1000.3, -1000.7}}};
+    const std::vector<Contact> contacts =
+        detect_once({still(fold, everything()), still(stray, everything())}, conservative(Detection::dcd));
+    const auto is_expected = [](const Contact& contact) {
+      return contact.kind == ContactKind::vertex_triangle && contact.feature_a == 3 && contact.feature_b == 0;
+    };
+    ASSERT_TRUE(std::any_of(contacts.begin(), contacts.end(), is_expected)) << i;
   }
 }
 

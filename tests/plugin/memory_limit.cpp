@@ -151,8 +151,10 @@ Scene heap_of_copies(std::uint32_t count) {
 }
 
 // The contacts of one query must not take the memory of others.
-TEST(MemoryLimitErrors, a_lowered_limit_leaves_every_query_and_probe_its_memory) {
-  softcd::Scene bodies(SceneOptions{backend_under_test()});
+void expect_memory_for_every_user(std::uint64_t limit_before) {
+  SceneOptions limited{backend_under_test()};
+  limited.memory_limit = limit_before;
+  softcd::Scene bodies(limited);
   const auto add = [&](const SceneBody& body) {
     const BodyId id = bodies.add_body({body.triangles, static_cast<std::uint32_t>(body.x_t1.size()), body.settings});
     bodies.set_positions(id, body.x_t1);
@@ -173,6 +175,11 @@ TEST(MemoryLimitErrors, a_lowered_limit_leaves_every_query_and_probe_its_memory)
   few.detect();
   EXPECT_LE(few.statistics().peak_bytes, options.memory_limit);
   EXPECT_TRUE(probe.first_hit({{0.1, 0.1, 1}, {0, 0, -1}}).has_hit());
+}
+
+TEST(MemoryLimitErrors, a_lowered_limit_leaves_every_query_and_probe_its_memory) {
+  expect_memory_for_every_user(0);
+  expect_memory_for_every_user(1'000'000'000);
 }
 
 // Contacts cannot be found in parts. Their memory is known long before all pairs are tested.

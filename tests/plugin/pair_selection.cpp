@@ -252,5 +252,41 @@ TEST(PairSelection, of_many_bodies_is_that_of_each_batch) {
   EXPECT_GT(expected, kBatches / 6);
 }
 
+TEST(PairSelection, that_is_known_serves_no_other_options) {
+  Random random(7);
+  const std::vector<Body> bodies = random_bodies(60, 1.0, 1, random);
+  constexpr std::uint64_t kBodiesNumber = 1;
+  PairSelector selector;
+  for (int round = 0; round < 4; ++round) {
+    Selecting selecting;
+    selecting.t1 = true;
+    selecting.features = {round != 1, round != 2};
+    expect_same(in_rows(selector.select(bodies, {0, 0, 0}, selecting, {}, kBodiesNumber)),
+                by_brute_force(bodies, selecting, {}));
+  }
+}
+
+// Two bodies that are further apart than their margins together, and less than twice as far.
+TEST(PairSelection, reaches_as_far_as_the_factor_of_distances_says) {
+  std::vector<Body> bodies(2);
+  for (std::uint32_t b = 0; b < 2; ++b) {
+    bodies[b].id = BodyId{b};
+    bodies[b].settings.margin = kMargin;
+    bodies[b].settings.self_collision = false;
+    bodies[b].last_change = 1;
+    StepSurvey survey;
+    survey.t1.extent.extend(Vec3d{3.2 * static_cast<double>(kMargin) * b, 0, 0});
+    bodies[b].positions.set(Positions(), Positions());
+    bodies[b].positions.set_survey(survey);
+  }
+  for (const float factor : {1.0F, 2.0F}) {
+    Selecting selecting;
+    selecting.t1 = true;
+    selecting.features = {true, true};
+    selecting.distance_factor = factor;
+    EXPECT_EQ(PairSelector().select(bodies, {0, 0, 0}, selecting, {}).pair_count, factor > 1.0F ? 1U : 0U);
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test

@@ -232,5 +232,25 @@ TEST_P(PositionKinds, decimal_scales_and_offsets) {
 INSTANTIATE_TEST_SUITE_P(Kinds, PositionKinds, testing::Values(Detection::dcd, Detection::ccd),
                          [](const auto& test) { return test.param == Detection::dcd ? "dcd" : "ccd"; });
 
+// The scene's origin follows its bodies. One that rests has to be where it was at both ends of the step.
+TEST(RestingBodies, are_met_wherever_the_origin_moves) {
+  const Mesh floor = moved(grid_cloth(5, 5, 0.37), {1000.1, 0.2, 0.3});
+  const Mesh leaf = moved(grid_cloth(3, 3, 0.13), {1000.5, 0.6, 0.5});
+  Positions3 below = leaf.positions;
+  for (Vec3d& p : below) p.z -= 0.7;
+  Scene scene{still(floor, {}), moving(leaf, below, {}), still(leaf, {})};
+  const PipelineOptions options = test_options(Detection::ccd);
+  LoadedScene loaded = load(scene, options);
+  loaded.pipeline.scene.set_positions(loaded.ids[0], scene[0].x_t1);
+  EXPECT_FALSE(loaded.pipeline.detect().empty());
+  for (const double x : {-1000.0, -300.0, 500.0}) {
+    for (Positions3* const end : {&scene[2].x_t0, &scene[2].x_t1}) *end = translated(leaf.positions, {x, 0, 0});
+    loaded.pipeline.scene.set_positions(loaded.ids[2], scene[2].x_t1);
+    const std::vector<Contact> expected = detect_once(scene, options);
+    EXPECT_FALSE(expected.empty());
+    EXPECT_TRUE(identical(expected, loaded.pipeline.detect())) << x;
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test

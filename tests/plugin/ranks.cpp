@@ -427,5 +427,53 @@ TEST(Ranks, set_positions_of_their_own_bodies_only) {
             "all_gather is empty; give a function that does as MPI_Allgather.");
 }
 
+/// Each position twice, the second time elsewhere, as in an array of structs.
+Positions3 with_gaps(const Positions3& x) {
+  Positions3 spread;
+  for (const Vec3d& p : x) spread.insert(spread.end(), {p, {-p.x, p.z, 7.0}});
+  return spread;
+}
+
+TEST(Ranks, tell_each_other_positions_that_lie_apart) {
+  const Scene scene{soup_body(100, 1.0, 1), soup_body(100, 1.0, 2)};
+  Scene one_end = scene;
+  for (SceneBody& body : one_end) body.x_t0 = body.x_t1;
+  const PipelineOptions options = test_options(Detection::dcd);
+  const std::vector<Contact> expected = detect_once(one_end, options);
+  ASSERT_FALSE(expected.empty());
+  expect_no_problem(in_ranks(Communicator::of_threads(2), [&](const Communicator& rank) {
+    RankScene part(scene, rank, options);
+    const auto own = static_cast<std::size_t>(rank.rank());
+    const Positions3 spread = with_gaps(scene[own].x_t1);
+    const Positions positions(&spread[0].x, scene[own].x_t1.size(), 2 * sizeof(Vec3d));
+    part.scene().set_positions(part.id(own), positions);
+    part.query().detect();
+    EXPECT_TRUE(identical(expected, part.query().gather_contacts()));
+  }));
+}
+
+TEST(Ranks, tell_each_other_both_ends_that_begin_at_one_address) {
+  const Scene scene{soup_body(100, 1.0, 1), soup_body(100, 1.0, 2)};
+  const PipelineOptions options = test_options(Detection::ccd);
+  std::vector<Positions3> all;
+  Scene moving_by_strides = scene;
+  for (SceneBody& body : moving_by_strides) {
+    Positions3 nodes = with_gaps(body.x_t1);
+    body.x_t0.assign(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(body.x_t1.size()));
+    all.push_back(std::move(nodes));
+  }
+  const std::vector<Contact> expected = detect_once(moving_by_strides, options);
+  ASSERT_FALSE(expected.empty());
+  expect_no_problem(in_ranks(Communicator::of_threads(2), [&](const Communicator& rank) {
+    RankScene part(scene, rank, options);
+    const auto own = static_cast<std::size_t>(rank.rank());
+    const std::size_t count = scene[own].x_t1.size();
+    part.scene().set_positions(part.id(own), Positions(&all[own][0].x, count, sizeof(Vec3d)),
+                               Positions(&all[own][0].x, count, 2 * sizeof(Vec3d)));
+    part.query().detect();
+    EXPECT_TRUE(identical(expected, part.query().gather_contacts()));
+  }));
+}
+
 }  // namespace
 }  // namespace softcd::test

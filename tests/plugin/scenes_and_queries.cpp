@@ -143,6 +143,23 @@ TEST(Queries, compare_only_what_was_changed_since_they_last_looked) {
   EXPECT_TRUE(identical(all, query.detect()));
 }
 
+TEST(Queries, count_pairs_that_are_not_ignored_any_more_as_changed) {
+  FilledScene filled(three_soups());
+  Query query(filled.scene, looking_for(Detection::ccd));
+  const std::vector<Contact> all = copy_of(query.detect());
+  const BodyPair pair = {filled.ids[0], filled.ids[2]};
+  const auto is_of_pair = [&](const Contact& contact) {
+    return contact.body_a != contact.body_b && contact.body_a != filled.ids[1] && contact.body_b != filled.ids[1];
+  };
+  ASSERT_TRUE(std::any_of(all.begin(), all.end(), is_of_pair));
+  filled.scene.set_ignored_pairs({&pair, 1});
+  EXPECT_LT(query.detect().size(), all.size());
+  filled.scene.set_ignored_pairs({});
+  const std::vector<Contact> changed = copy_of(query.detect(Pairs::changed));
+  EXPECT_EQ(std::count_if(changed.begin(), changed.end(), is_of_pair),
+            std::count_if(all.begin(), all.end(), is_of_pair));
+}
+
 TEST(HeldContacts, outlive_further_detections_their_query_and_its_scene) {
   auto filled = std::make_unique<FilledScene>(three_soups());
   auto query = std::make_unique<Query>(filled->scene);

@@ -99,5 +99,16 @@ TEST(Partition, may_have_the_cells_that_it_has) {
   EXPECT_GT(passed_over, 5000);
 }
 
+// Rows of cells whose numbers begin again at 0 are those of the first rank, too.
+TEST(Partition, may_have_cells_beyond_the_last_number) {
+  Partition partition;
+  partition.rank = {0, 2};
+  partition.end_cell = 3;
+  for (std::uint32_t before_last = 0; before_last < 6; ++before_last) {
+    const std::uint32_t offset = kCellCount - 1U - before_last;
+    EXPECT_EQ(partition.may_have({0, 0, 0}, {4, 0, 0}, offset), before_last < 4) << before_last;
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test

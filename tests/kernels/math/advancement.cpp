@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "random.hpp"
+
 namespace softcd::test {
 namespace {
 
@@ -42,6 +46,30 @@ TEST(Advancement, finds_vertices_that_touch_at_the_very_end_of_a_step) {
 
 TEST(Advancement, finds_edges_that_touch_at_the_very_end_of_a_step) {
   expect_that_hits_need_the_whole_step<ContactKind::edge_edge>();
+}
+
+// Edges that lie close beside each other, and turn: of some no step is long enough to tell that they stay apart.
+TEST(Advancement, counts_as_a_hit_what_its_steps_do_not_settle) {
+  Random random(1);
+  int used_up = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double width = std::exp2(random.uniform(-20.0, -10.0));
+    const auto pair = [&random, width] {
+      const Vec3d along = random.direction();
+      return detail::RelativePair<double>{width * random.in_box(1.0), along, along + width * random.in_box(1.0)};
+    };
+    const Motion<double> motion = {pair(), pair(), std::exp2(random.uniform(-30.0, -12.0)), 0.0};
+    detail::ApproachSearch<ContactKind::edge_edge, double> search(motion);
+    int steps = 1;
+    while (!search.advance()) ++steps;
+    if (steps < detail::kMostApproachSteps || search.touch().is_settled) continue;
+    const detail::Touch<double>& touch = search.touch();
+    const double fraction =
+        detail::advance_far<ContactKind::edge_edge>(motion, motion.at(touch.time), motion.t1, touch.nearest, steps - 1);
+    ASSERT_EQ(touch.is_hit, fraction < 1.0) << i;
+    used_up += touch.is_hit ? 1 : 0;
+  }
+  EXPECT_GT(used_up, 20);
 }
 
 }  // namespace

@@ -236,5 +236,30 @@ TEST(Neighbours, are_not_listed_where_there_are_too_many) {
   EXPECT_TRUE(features.edge_edge.empty());
 }
 
+// Triangles are listed some thousands at a time; ends count from the first of all.
+TEST(Neighbours, of_each_triangle_end_where_those_of_the_next_begin) {
+  const Topology topology = topology_of(grid_cloth(66, 66, 1.0));
+  ASSERT_GT(topology.triangles.size(), 8192U);
+  std::vector<FeatureEnds> ends;
+  const NeighbourFeatures features = neighbour_features(view_of(topology), topology.ownership, &ends);
+  const std::vector<std::uint32_t> vertex_owner = owners(topology, topology.ownership, false);
+  const std::vector<std::uint32_t> edge_owner = owners(topology, topology.ownership, true);
+  ASSERT_EQ(ends.size(), topology.triangles.size());
+  FeatureEnds begin{};
+  for (std::uint32_t t = 0; t < ends.size(); ++t) {
+    for (std::uint32_t i = begin.vertex_triangle; i < ends[t].vertex_triangle; ++i) {
+      const std::uint64_t feature = features.vertex_triangle[i];
+      ASSERT_TRUE(vertex_owner[feature >> 32] == t || static_cast<std::uint32_t>(feature) == t) << t;
+    }
+    for (std::uint32_t i = begin.edge_edge; i < ends[t].edge_edge; ++i) {
+      const std::uint64_t edges = features.edge_edge[i];
+      ASSERT_TRUE(edge_owner[edges >> 32] == t || edge_owner[static_cast<std::uint32_t>(edges)] == t) << t;
+    }
+    begin = ends[t];
+  }
+  EXPECT_EQ(begin.vertex_triangle, features.vertex_triangle.size());
+  EXPECT_EQ(begin.edge_edge, features.edge_edge.size());
+}
+
 }  // namespace
 }  // namespace softcd::test

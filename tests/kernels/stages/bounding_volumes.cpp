@@ -152,5 +152,36 @@ TEST(BoundTriangle, end_volumes_are_those_of_the_two_ends) {
   }
 }
 
+// Corners anywhere that rounds to where the scene has them: none of their triangles is smaller than it was given.
+TEST(BoundTriangle, covers_where_rounded_positions_were_given) {
+  HostScene host({{uneven_soup(3), {}, 0.0F}}, false);
+  host.body(0).is_rounded = true;
+  const SceneView scene = host.view();
+  const HostVolumes bounds(scene);
+  Random random(5);
+  const auto given = [&random](float x) {
+    const double half_step = 0.5 * static_cast<double>(std::nextafter(std::abs(x), INFINITY) - std::abs(x));
+    return static_cast<double>(x) + (random.chance(0.5) ? half_step : -half_step);
+  };
+  for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
+    for (const std::uint32_t v : scene.triangles[t].v) {
+      const Vec3f x = scene.x_t1[v];
+      const double x_given = given(x.x);
+      const double y_given = given(x.y);
+      ASSERT_TRUE(holds(bounds.volumes[t], {x_given, y_given, given(x.z)})) << "triangle " << t;
+    }
+  }
+}
+
+// At the lower end of its power of two a float is farthest, relative to itself, from what was rounded to it.
+TEST(RoundingBound, covers_positions_half_way_between_floats) {
+  for (const double size : {1.0, 0x1p-40, 0x1p+60}) {
+    const double step = size * 0x1p-24;
+    const Vec3d given = {size + step, size + step, -size - step};
+    const Vec3f rounded = vec3_cast<float>(given);
+    EXPECT_GE(static_cast<double>(rounding_bound(rounded)), norm(given - vec3_cast<double>(rounded))) << size;
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test

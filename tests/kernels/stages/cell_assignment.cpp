@@ -136,23 +136,22 @@ TEST_F(CellAssignment, whole_triangles_stay_in_the_grid_where_their_cells_cost_l
 }
 
 // A split triangle's entries: the union of its children's cells around it, once each, with the mask of that union.
-TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
-  const GridParameters parameters = grid_of(0.3F);
-  register_all(parameters, true);
-  ASSERT_GT(splits_.items.size(), 10U);
+void expect_the_cells_of_children(const SceneView& scene, const HostVolumes& bounds,
+                                  const std::vector<SplitRoot>& splits, const GridParameters& parameters) {
   Collector<KeyedEntry> entries;
-  register_split_triangles(scene_, bounds_.volumes.data(), bounds_.shapes.data(), splits_.items, parameters, entries);
+  register_split_triangles(scene, bounds.volumes.data(), bounds.shapes.data(), splits, parameters, entries);
 
   std::map<std::uint32_t, std::set<std::uint32_t>> expected;
-  for (const SplitRoot& split : splits_.items) {
-    const TriangleMotion motion = load_triangle(scene_, split.root);
-    const IntegerDop own = integer_dop(bounds_.volumes[split.root], parameters.inverse_cell_size);
+  for (const SplitRoot& split : splits) {
+    const TriangleMotion motion = load_triangle(scene, split.root);
+    const IntegerDop own = integer_dop(bounds.volumes[split.root], parameters.inverse_cell_size);
     const auto is_around = [&](Cell c) {
       return own.lo[0] <= c.x && c.x <= own.hi[0] && own.lo[1] <= c.y && c.y <= own.hi[1] && own.lo[2] <= c.z &&
              c.z <= own.hi[2];
     };
     for (std::uint32_t child = 0; child < split.child_count(); ++child) {
-      const Kdop18 volume = child_volume(motion, split.level, child, bounds_.shapes[split.root].growth);
+      const Kdop18 volume =
+          child_volume(motion, static_cast<int>(split.level), child, bounds.shapes[split.root].growth);
       for_each_cell(integer_dop(volume, parameters.inverse_cell_size), [&](Cell c) {
         if (is_around(c)) expected[split.root].insert(cell_index(c));
       });
@@ -172,6 +171,38 @@ TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
     }
     EXPECT_EQ(entry.entry.bits & 0x1FFFU, mask);
     EXPECT_EQ((entry.entry.bits >> 13) & 1U, 1U) << "split";
+  }
+}
+
+TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
+  const GridParameters parameters = grid_of(0.3F);
+  register_all(parameters, true);
+  ASSERT_GT(splits_.items.size(), 10U);
+  expect_the_cells_of_children(scene_, bounds_, splits_.items, parameters);
+}
+
+/// One triangle of about this many units, along x and a little of y and z.
+HostScene scene_of_one_triangle(double length) {
+  const Mesh mesh{{{{0, 1, 2}}}, {{-0.5 * length, 0, 0}, {0.5 * length, 3, 1}, {0, 2, 4}}};
+  return HostScene({{mesh, {}, 0.0F}}, false);
+}
+
+// Bits of cells lie in words of 32 along x: neighbours are in other words, too.
+TEST(SplitCells, go_on_from_one_word_of_bits_to_the_next) {
+  const HostScene host = scene_of_one_triangle(80.0);
+  const SceneView scene = host.view();
+  expect_the_cells_of_children(scene, HostVolumes(scene), {{0, 5}}, grid_of(1.0F));
+}
+
+// Entries of one triangle that are further apart might have the numbers of one cell.
+TEST(CellsOfATriangle, are_no_further_apart_than_their_numbers_tell) {
+  for (const double length : {0.9 * kMaxSpan, 1.1 * kMaxSpan}) {
+    const HostScene host = scene_of_one_triangle(length);
+    const SceneView scene = host.view();
+    HostVolumes bounds(scene);
+    const GridParameters grid = grid_of(1.0F);
+    const RegisterTriangle stage{scene, bounds.volumes.data(), bounds.shapes.data(), &grid, /*subdivision=*/false, {}};
+    EXPECT_EQ(stage.load_item(0).placement, length < kMaxSpan ? Placement::whole : Placement::big) << length;
   }
 }
 

@@ -141,5 +141,32 @@ TEST(VirtualSubdivision, volumes_of_children_cover_the_moving_triangle) {
   }
 }
 
+// Corners far to either side of 0, between which children's are hardly more than what their sums were rounded by.
+TEST(VirtualSubdivision, volumes_of_children_cover_corners_that_are_near_0) {
+  Random random(4);
+  for (int i = 0; i < 2000; ++i) {
+    const int level = 1 + static_cast<int>(random.below(kMaxLevel));
+    TriangleMotion motion{};
+    for (int corner = 0; corner < 3; ++corner) {
+      const double side = corner == 0 ? -1000.0 : 1000.0;
+      motion.t0[corner] = vec3_cast<float>(Vec3d{side, side, side} + random.in_box(1.0));
+      motion.t1[corner] = motion.t0[corner];
+    }
+    const std::uint32_t row = 1U << (level - 1);
+    const std::uint32_t index = row * row + random.below(2 * row + 1);
+    const Child corners = child(level, index);
+    const Kdop18 volume = child_volume(motion, level, index, 0.0F);
+    for (const auto& [down, along] : corners) {
+      const Vec3d x[3] = {vec3_cast<double>(motion.t0[0]), vec3_cast<double>(motion.t0[1]),
+                          vec3_cast<double>(motion.t0[2])};
+      const Vec3d p = (1.0 - down) * x[0] + (down - along) * x[1] + along * x[2];
+      for (int axis = 0; axis < 3; ++axis) {
+        ASSERT_LE(static_cast<double>(volume.lo[axis]), p[axis]) << i;
+        ASSERT_GE(static_cast<double>(volume.hi[axis]), p[axis]) << i;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test
