@@ -18,7 +18,7 @@
 #include "rigid/rigid_mesh.hpp"
 #include "rigid/rigid_placement.hpp"
 #include "soft_body_support.hpp"
-#include "worlds/sweep_box.hpp"
+#include "worlds/world_step.hpp"
 
 namespace softcd::test {
 namespace {
@@ -117,7 +117,8 @@ TEST(SweepBox, is_around_both_ends_with_the_margin) {
   for (const btScalar move : {btScalar(-3), btScalar(3)}) {
     for (int i = 0; i < sheet->m_nodes.size(); ++i)
       sheet->m_nodes[i].m_q = sheet->m_nodes[i].m_x + btVector3(0, move, 0);
-    bullet::sweep_box(*sheet, broadphase, nullptr);
+    btSoftBody* const bodies[] = {sheet.get()};
+    bullet::sweep_boxes({bodies, 1}, bullet::Settings(), broadphase, nullptr);
     btVector3 low, high;
     broadphase.getAabb(proxy, low, high);
     for (int i = 0; i < sheet->m_nodes.size(); ++i) {
