@@ -1,0 +1,171 @@
+// Runs Bullet's own examples of soft bodies with Bullet alone and with softcd, and prints a table of processor times
+// and crossings.
+
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "CommonInterfaces/CommonExampleInterface.h"
+#include "CommonInterfaces/CommonGUIHelperInterface.h"
+#include "make_world.hpp"
+#include "scenes/penetration.hpp"
+
+using softcd::benchmarks::example_bodies;
+using softcd::benchmarks::example_settings;
+using softcd::bullet::Settings;
+
+// SOFTCD_SOFT_DEMO(NAME) for each option of SoftDemo, and SOFTCD_DEFORMABLE_DEMO(NAME) for each file of DeformableDemo.
+#define SOFTCD_SOFT_DEMO(NAME)
+#define SOFTCD_DEFORMABLE_DEMO(NAME) CommonExampleInterface* NAME##CreateFunc(CommonExampleOptions& options);
+#include "examples.inc"
+SOFTCD_DEFORMABLE_DEMO(SoftDemo)
+
+namespace {
+
+struct Example {
+  std::string name;
+  CommonExampleInterface::CreateFunc* create;
+  int option;
+};
+
+std::vector<Example> all_examples() {
+  std::vector<Example> examples;
+  int option = 0;
+#undef SOFTCD_SOFT_DEMO
+#undef SOFTCD_DEFORMABLE_DEMO
+#define SOFTCD_SOFT_DEMO(NAME) examples.push_back({"soft/" #NAME, SoftDemoCreateFunc, option++});
+#define SOFTCD_DEFORMABLE_DEMO(NAME) examples.push_back({"deformable/" #NAME, NAME##CreateFunc, 0});
+#include "examples.inc"
+  return examples;
+}
+
+/// Whether an edge of a soft body intersects a triangle of another, or of its own if it collides with itself; exactly.
+bool is_crossed() {
+  std::vector<const btSoftBody*> bodies;
+  for (int i = 0; i < example_bodies->size(); ++i) bodies.push_back((*example_bodies)[i]);
+  const auto counts = [](const btSoftBody& edges, const btSoftBody& triangles) {
+    return &edges != &triangles || edges.m_useSelfCollision;
+  };
+  return softcd::demo::find_intersections(bodies, counts).edge_count > 0;
+}
+
+double processor_milliseconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
+}
+
+/// One run of an example: what each frame took, and in which frames something crossed.
+struct Run {
+  std::vector<double> milliseconds;
+  std::size_t crossed_frames = 0;
+};
+
+/// Simulates on one thread, and writes each frame's time, then the number of frames with crossings if these are wanted.
+void simulate(const Example& example, std::size_t frames, bool watch, std::FILE* file) {
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  DummyGUIHelper no_window;
+  CommonExampleOptions options(&no_window, example.option);
+  CommonExampleInterface* app = example.create(options);
+  app->initPhysics();
+  std::size_t crossed_frames = 0;
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    const double begin = processor_milliseconds();
+    app->stepSimulation(1.0F / 60);
+    const double milliseconds = processor_milliseconds() - begin;
+    std::fwrite(&milliseconds, sizeof(milliseconds), 1, file);
+    if (watch && is_crossed()) ++crossed_frames;
+  }
+  std::fwrite(&crossed_frames, sizeof(crossed_frames), 1, file);
+  std::fflush(file);
+}
+
+/// Simulates in a process of its own, as Bullet's random numbers are those of a process. Ends the program on failure.
+Run simulate_apart(const Example& example, const std::optional<Settings>& settings, std::size_t frames, bool watch) {
+  std::FILE* file = std::tmpfile();
+  std::fflush(stdout);  // what is buffered would be written by both
+  if (fork() == 0) {
+    example_settings = settings;
+    if (std::freopen("/dev/null", "w", stdout) == nullptr) std::abort();  // what examples print
+    simulate(example, frames, watch, file);
+    _exit(0);
+  }
+  wait(nullptr);
+  std::rewind(file);
+  Run run;
+  run.milliseconds.resize(frames);
+  if (std::fread(run.milliseconds.data(), sizeof(double), frames, file) != frames ||
+      std::fread(&run.crossed_frames, sizeof(run.crossed_frames), 1, file) != 1) {
+    fmt::print(stderr, "softcd-bullet-examples: the run of {} has failed\n", example.name);
+    std::exit(1);
+  }
+  std::fclose(file);
+  return run;
+}
+
+/// The mean time of a frame but the first, each frame the median of all rounds.
+double mean_of_medians(const std::vector<Run>& rounds) {
+  double sum = 0;
+  const std::size_t frames = rounds.front().milliseconds.size();
+  for (std::size_t frame = 1; frame < frames; ++frame) {
+    std::vector<double> times;
+    for (const Run& run : rounds) times.push_back(run.milliseconds[frame]);
+    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+    std::nth_element(times.begin(), middle, times.end());
+    sum += *middle;
+  }
+  return sum / double(frames - 1);
+}
+
+std::vector<std::optional<Settings>> all_settings() {
+  Settings ccd;
+  ccd.detection = softcd::Detection::ccd;
+  Settings edges = ccd;
+  edges.edge_contacts = softcd::bullet::EdgeContacts::respond;
+  return {std::nullopt, Settings::balanced(), ccd, edges, Settings::safe()};
+}
+
+std::string row_of(const Example& example, std::size_t frames, int rounds) {
+  std::vector<std::vector<Run>> runs(all_settings().size());  // by settings and round
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      runs[i].push_back(simulate_apart(example, all_settings()[i], frames, /*watch=*/round == 0));
+    }
+  }
+  const double bullet = mean_of_medians(runs[0]);
+  std::string row = fmt::format("| {} | {:.2g} ", example.name, bullet);
+  for (std::size_t i = 1; i < runs.size(); ++i) row += fmt::format("| {:.2f} ", mean_of_medians(runs[i]) / bullet);
+  std::vector<std::size_t> crossed;
+  for (const std::vector<Run>& of_settings : runs) crossed.push_back(of_settings.front().crossed_frames);
+  return row + fmt::format("| {} |", fmt::join(crossed, " / "));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Bullet's examples with Bullet alone, by default, with ccd, with ccd and edges, and with safe()");
+  std::vector<std::string> names;
+  std::size_t frames = 300;
+  int rounds = 3;
+  app.add_option("EXAMPLE", names, "As the table names it; all if none is named");
+  app.add_option("--frames", frames, "Frames of 1/60 s in a run, at least 2")->check(CLI::Range(2, 1000000));
+  app.add_option("--rounds", rounds, "Runs of each, in turn")->check(CLI::Range(1, 1000));
+  CLI11_PARSE(app, argc, argv);
+  fmt::print("| example | Bullet ms | default | ccd | ccd + edges | safe | frames with crossings |\n");
+  fmt::print("|---|--:|--:|--:|--:|--:|---|\n");
+  for (const Example& example : all_examples()) {
+    if (!names.empty() && std::find(names.begin(), names.end(), example.name) == names.end()) continue;
+    fmt::print("{}\n", row_of(example, frames, rounds));
+    std::fflush(stdout);
+  }
+}
