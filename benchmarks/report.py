@@ -28,7 +28,7 @@ COLOURS = {
 }
 SUBSTEPS = ("dcd-1", "dcd-2", "dcd-4", "dcd-8", "dcd-16")
 CONTINUOUS = ("fast", "precise", "conservative")
-# Where two modes coincide, the smaller marker lies on the larger one.
+# If two modes coincide, the smaller marker lies on the larger one.
 MARKERS = {"precise": ("s", 75), "conservative": ("o", 28), "fast": ("^", 55)}
 LABEL = {"fontsize": 7, "textcoords": "offset points"}
 

@@ -17,7 +17,7 @@ case "${1:-}" in
 esac
 if [ $# -ne 2 ]; then usage >&2 && exit 2; fi
 
-# What runs in the bare distribution.
+# This runs in the bare distribution.
 case $1 in
   --prepare)
     if ! python3 -c 'import ensurepip' 2>/dev/null; then

@@ -23,7 +23,7 @@ mkdir -p "$1"
 folder=$(cd "$1" && pwd)
 prefix=$folder/prefix
 
-# Where the sources of a package are, without a distribution.
+# Prints the address of a package's published sources, for systems other than Debian.
 published() {
   local github=https://github.com
   case $1 in

@@ -257,7 +257,7 @@ std::unique_ptr<btSoftBody> make_slanted_edge(btSoftBodyWorldInfo& info, btScala
   return body;
 }
 
-// Of the two nodes of an edge that is not across the normal one lies further along it, and is to stay so.
+// An edge may be slanted to the normal. One of its nodes then lies farther along the normal, and must stay so.
 TEST(SlantedEdges, want_both_nodes_of_a_slanted_edge_as_far_away_as_its_point) {
   bullet::Settings settings = settings_with(EdgeContacts::respond);
   Simulation simulation(PlugIn::one_line_world, settings);

@@ -218,7 +218,7 @@ TEST(SlabRule, judges_positions_in_double_as_they_were_given) {
   }
 }
 
-// Of the difference double keeps 1 alone, which is a float.
+// Double keeps 1 alone of the difference, and 1 is a float.
 TEST(RoundedPositions, are_told_where_the_origin_takes_what_is_small) {
   EXPECT_TRUE(is_rounded(1.0, 0x1p-60));
   EXPECT_TRUE(is_rounded(0x1p-60, 1.0));
@@ -226,7 +226,7 @@ TEST(RoundedPositions, are_told_where_the_origin_takes_what_is_small) {
   EXPECT_FALSE(is_rounded(0x1p-60, 0.0));
 }
 
-// Where the step ends at floats, and begins between two: only how far it is depends on what rounding did.
+// The step ends at floats and begins between two floats. Rounding then changes the length of the motion only.
 TEST(MotionMargins, are_those_of_the_motion_as_given_where_only_its_beginning_is_rounded) {
   for (const double height : {1.5, 3.0}) {
     const Mesh floor{{{{0, 1, 2}}}, {{-8192, -8192, 0}, {16384, -8192, 0}, {-8192, 16384, 0}}};

@@ -260,7 +260,7 @@ TEST(Segments, without_length_are_points) {
                                              {ContactKind::vertex_triangle, 1, 1, 0, 0},
                                              {ContactKind::vertex_triangle, 1, 2, 0, 0}};
   EXPECT_EQ(features_of(contacts), expected);
-  // As an edge without length it is near other edges.
+  // The point is an edge without length, which is near other edges.
   const Positions3 beside = {{0, 1, 0.1}, {2, 1, 0.1}};
   const std::vector<Contact> edges = detect_once({points, rope(beside, 0.05F)}, test_options(Detection::dcd));
   ASSERT_EQ(edges.size(), 1U);

@@ -50,7 +50,7 @@ struct RigidContact {
         part.object,           is_part_a ? -normal : normal, margin, point(part.shape.x_t0()), point(part.shape.x_t1()),
         contact.time_of_impact};
   }
-  /// Of edges: whether the points are inside both. Contacts at ends of edges are those of what is there.
+  /// Tells of a contact of two edges whether its points are inside both. Contacts at an end belong to the vertex there.
   bool is_inside_edges() const {
     return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
   }

@@ -19,8 +19,8 @@ struct WorldStep {
   PairGate gate() const { return {*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo()}; }
 };
 
-/// Where softcd finds contacts with rigid objects: makes soft bodies' boxes in the broad phase ones around the whole
-/// step. Bullet's own is around one end. A body that moves farther than its size is then not paired with what it
+/// Makes soft bodies' boxes in the broad phase enclose the whole step, if softcd finds contacts with rigid objects.
+/// Bullet's own boxes enclose one end. A body that moves farther than its size would not be paired with objects that it
 /// passes.
 void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBroadphaseInterface& broadphase,
                  btDispatcher* dispatcher);

@@ -93,8 +93,8 @@ IntegerVector reduced(IntegerVector w, const IntegerVector& u, const IntegerVect
   return w;
 }
 
-// Of edges u and v, a third one whose volume with them is the least that there is, of terms that are 10^20 times as
-// large: double computes nothing but roundings there.
+// A third edge has the least possible volume with edges u and v. The terms of that volume are 10^20 times as large, so
+// double computes nothing but roundings.
 TEST(ErrorBounds, the_least_volumes_of_integers_have_their_sign) {
   Random random(3);
   const auto integer = [&] { return Integer(static_cast<std::int64_t>(random.below(1U << 23)) - (1 << 22)); };
