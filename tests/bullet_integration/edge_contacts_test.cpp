@@ -12,6 +12,8 @@ namespace {
 
 using bullet::EdgeContact;
 using bullet::EdgeContacts;
+using demo::PlugIn;
+using demo::Simulation;
 
 constexpr btScalar kEdgeMargin = btScalar(0.03);
 
