@@ -19,7 +19,7 @@ struct ChooseGrid {
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
-    const std::uint64_t active = count_active(team, sizes);
+    const std::uint64_t active = count_active(team, sizes.radius);
     const float mean = clipped_mean(team, sizes.swept_radius);
     float size =
         subdivision ? 3.0F * (lambda > 0.0F ? lambda : kLambda) * mean : 3.0F * largest_size(team, sizes.swept_radius);
@@ -29,7 +29,7 @@ struct ChooseGrid {
       size = within_child_budget(team, sizes, size, active, level);
       size = within_entry_budget(team, sizes, size, kEntryBudget * active + kEntrySlack, 1.0e9F);
     }
-    if (team.is_leader()) *grid = grid_of_size(size, mean, active);
+    if (team.is_leader()) *grid = grid_of_size(size, mean, active, active);
   }
 };
 

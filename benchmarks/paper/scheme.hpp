@@ -15,6 +15,7 @@ struct Scheme {
   using Control = paper::Control;
   static constexpr bool kMayBePartitioned = false;
   static constexpr bool kMayBeSwept = false;
+  static constexpr bool kMayHavePatches = false;
   using Split = paper::Split;
   template <class Backend>
   using SplitCells =

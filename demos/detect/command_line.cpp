@@ -58,7 +58,8 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
                  "distance is at most the sum of both sides' margins: twice this, in one mesh")
       ->option_text("M [0]");
   app.add_option("--lambda", options.lambda,
-                 "Cell size of broad phase exact: this times the mean bounding radius of the triangles. 0 chooses")
+                 "Cell size of broad phase exact: this times the mean bounding radius of the triangles, on the\n"
+                 "CPU of patches of up to 8 triangles. 0 chooses")
       ->option_text("L [0]");
   add_choice(app, "--subdivision", kOnOff, options.subdivision,
              "Virtual subdivision of triangles that are larger than a cell");

@@ -32,8 +32,9 @@ struct OccupiedCell {
   std::uint64_t tests;  ///< pairs of triangles that are tested here
 };
 
-/// The grid in which the detector searches for contacts between these bodies. It runs the detector's own stages on the
-/// CPU and reads their intermediate results. For `exact` and `uniform`.
+/// The grid of triangles in which the detector on a GPU searches for contacts between these bodies. It runs the
+/// detector's own stages on the CPU and reads their intermediate results. The CPU's own `exact` grid has patches of
+/// triangles in larger cells. For `exact` and `uniform`.
 class DetectionGrid {
  public:
   DetectionGrid(const std::vector<GridBody>& bodies, const QueryOptions& options);

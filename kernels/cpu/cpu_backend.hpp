@@ -16,6 +16,7 @@
 
 #include "lanes/feature_pairs.hpp"
 #include "lanes/pair_tests.hpp"
+#include "lanes/patches.hpp"
 #include "output.hpp"
 #include "parallel_ranges.hpp"
 #include "radix_sort.hpp"
@@ -36,6 +37,8 @@ class CpuBackend {
   /// Counts are in host memory: a list that overflowed can grow at once.
   static constexpr bool kKnowsCounts = true;
   static constexpr bool kSweepsFewTriangles = true;
+  /// Patches stand for triangles in the grid.
+  static constexpr bool kHasPatches = true;
 
   /// What it keeps of one query.
   struct Session {};
@@ -197,8 +200,8 @@ class CpuBackend {
           [&](auto&... output) {
             for (std::uint64_t i = begin; i < end; ++i) {
               const typename F::Item item = f.load_item(static_cast<std::uint32_t>(i));
-              const std::uint32_t parts = item.part_count();
-              for (std::uint32_t part = 0; part < parts; ++part) gathered.offer(item, part, output...);
+              cpu::for_each_unit_that_may_pass(f, item, 0, item.part_count(),
+                                               [&](std::uint32_t part) { gathered.offer(item, part, output...); });
             }
             gathered.test(output...);
           },

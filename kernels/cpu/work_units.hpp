@@ -38,6 +38,21 @@ concept HasUnitLanes = requires(const F& f, const typename F::Item& item) {
   { UnitLanes<F>::may_pass(f, item, 0U, 0U) } -> std::same_as<std::uint64_t>;
 };
 
+/// Calls offer(k) for the units from `begin` to `end` of an item, but for those of which it is known that they do not
+/// pass the filter.
+template <class F, class Offer>
+void for_each_unit_that_may_pass(const F& f, const typename F::Item& item, std::uint32_t begin, std::uint32_t end,
+                                 const Offer& offer) {
+  if constexpr (HasUnitLanes<F>) {
+    for (; begin < end; begin += kUnitsAtOnce) {
+      std::uint64_t left = UnitLanes<F>::may_pass(f, item, begin, std::min(end - begin, kUnitsAtOnce));
+      for (; left != 0; left &= left - 1) offer(begin + static_cast<std::uint32_t>(std::countr_zero(left)));
+    }
+  } else {
+    for (std::uint32_t k = begin; k < end; ++k) offer(k);
+  }
+}
+
 /// Units of work that pass f's filter, gathered before they are tested: whether one passes is hard to foresee, and
 /// here decides about no jump.
 template <class F>
@@ -108,13 +123,41 @@ class Candidates {
   std::array<typename F::Candidate, kCandidatesAtOnce> candidates_;
 };
 
-template <class F, bool kHasLanes = HasCandidateLanes<F>>
+/// For functors whose UnitLanes leave nothing to the filter: f.list(item, unit, candidate) makes a candidate that
+/// f.test_meeting(candidate, outputs...) tests.
+template <class F>
+concept HasDecidingLanes = HasUnitLanes<F> && UnitLanes<F>::kDecides;
+
+/// Instead of Survivors where lanes have decided: there is nothing to gather.
+template <class F>
+class DecidedUnits {
+ public:
+  explicit DecidedUnits(const F& f) : f_(f) {}
+
+  template <class... Outputs>
+  void offer(const typename F::Item& item, std::uint32_t unit, Outputs&... outputs) const {
+    typename F::Candidate candidate;  // NOLINT(cppcoreguidelines-pro-type-member-init): list() sets it
+    f_.list(item, unit, candidate);
+    f_.test_meeting(candidate, outputs...);
+  }
+  template <class... Outputs>
+  void test(Outputs&... /*outputs*/) const {}
+
+ private:
+  const F& f_;
+};
+
+template <class F>
 struct Gathering {
   using Type = Survivors<F>;
 };
-template <class F>
-struct Gathering<F, true> {
+template <HasCandidateLanes F>
+struct Gathering<F> {
   using Type = Candidates<F>;
+};
+template <HasDecidingLanes F>
+struct Gathering<F> {
+  using Type = DecidedUnits<F>;
 };
 template <class F>
 using GatheredUnits = typename Gathering<F>::Type;
@@ -128,16 +171,7 @@ class FilteredUnits {
   template <class... Outputs>
   void run(std::uint32_t i, std::uint32_t begin, std::uint32_t end, Outputs&... outputs) {
     const typename F::Item item = f_.load_item(i);
-    if constexpr (HasUnitLanes<F>) {
-      for (; begin < end; begin += kUnitsAtOnce) {
-        std::uint64_t left = UnitLanes<F>::may_pass(f_, item, begin, std::min(end - begin, kUnitsAtOnce));
-        for (; left != 0; left &= left - 1) {
-          survivors_.offer(item, begin + static_cast<std::uint32_t>(std::countr_zero(left)), outputs...);
-        }
-      }
-    } else {
-      for (std::uint32_t k = begin; k < end; ++k) survivors_.offer(item, k, outputs...);
-    }
+    for_each_unit_that_may_pass(f_, item, begin, end, [&](std::uint32_t k) { survivors_.offer(item, k, outputs...); });
   }
   template <class... Outputs>
   void finish(Outputs&... outputs) {

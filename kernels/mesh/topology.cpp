@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "softcd/mesh/neighbour_lister.hpp"
+#include "softcd/mesh/patches.hpp"
 
 namespace softcd {
 namespace {
@@ -142,6 +143,7 @@ Topology build_topology(Span<const Triangle> triangles, std::uint32_t vertex_cou
   }
   if (!segments.empty()) add_segments(segments, keys, topology);
   topology.ownership = assign_ownership(view_of(topology), std::vector<std::uint8_t>(topology.triangles.size(), 0));
+  topology.patches = patch_order(view_of(topology));
   return topology;
 }
 

@@ -70,6 +70,7 @@ struct Body {
   std::optional<Topology> new_mesh;        ///< to be written to the scene's arrays; excludes `changing`
   std::unique_ptr<ChangingBody> changing;  ///< null unless triangles were changed since the last new mesh
   Place vertices, triangles, edges;
+  Place patches;                    ///< in units of triangles of patches; all of its capacity is used
   std::uint32_t segment_count = 0;  ///< number of segments; they are the last of the placed triangles
   BodyPositions positions;
 
@@ -100,7 +101,9 @@ struct Body {
     if (changing) return changing->mesh.edge_count();
     return new_mesh ? new_mesh->edges.size() : edges.count;
   }
-  bool is_outgrown() const { return vertices.is_outgrown() || triangles.is_outgrown() || edges.is_outgrown(); }
+  bool is_outgrown() const {
+    return vertices.is_outgrown() || triangles.is_outgrown() || edges.is_outgrown() || patches.is_outgrown();
+  }
   bool excludes_rings() const { return settings.self_collision && settings.neighbour_rings > 1; }
   bool excludes_at_rest() const { return settings.self_collision && settings.rest_distance > 0.0F; }
 };

@@ -9,6 +9,7 @@
 
 #include "mesh_numbering.hpp"
 #include "softcd/mesh/closed_surface.hpp"
+#include "softcd/mesh/patches.hpp"
 #include "validation.hpp"
 
 namespace softcd {
@@ -21,6 +22,11 @@ std::uint32_t capacity_for(std::size_t count, const Place& place, bool is_placed
   return wanted <= place.capacity ? place.capacity : wanted + wanted / 4;
 }
 
+/// Returns a multiple of kPatchSize.
+std::uint64_t whole_patches(std::uint64_t triangles) {
+  return (triangles + kPatchSize - 1) / kPatchSize * kPatchSize;
+}
+
 }  // namespace
 
 Body& SceneLayout::add_body(const BodyDesc& desc) {
@@ -30,7 +36,7 @@ Body& SceneLayout::add_body(const BodyDesc& desc) {
   body.rank = desc.rank;
   const Topology& mesh = body.new_mesh.emplace(build_topology(desc.triangles, desc.vertex_count, desc.segments));
   if (bodies_.size() == bodies_.capacity()) bodies_.reserve(2 * bodies_.size() + 1);
-  plan(body, {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()});
+  plan(body, {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()}, mesh.patches);
   bodies_.push_back(std::move(body));
   ++next_id_;
   has_new_layout_ = true;
@@ -39,7 +45,7 @@ Body& SceneLayout::add_body(const BodyDesc& desc) {
 
 void SceneLayout::set_mesh(Body& body, const BodyDesc& desc) {
   Topology mesh = build_topology(desc.triangles, desc.vertex_count, desc.segments);
-  plan(body, {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()});
+  plan(body, {mesh.vertex_count, mesh.triangles.size(), mesh.edges.size()}, mesh.patches);
   body.new_mesh = std::move(mesh);
   body.changing.reset();
   has_new_layout_ = true;
@@ -57,6 +63,10 @@ Topology SceneLayout::copy_of_mesh(const Body& body) const {
   for (const TriangleEdges& e : mesh.triangle_edges) copy.triangle_edges.push_back(renumbered(e, 0U - mesh.first_edge));
   for (const Edge& edge : mesh.edges) copy.edges.push_back(renumbered(edge, 0U - mesh.first_vertex));
   copy.ownership = assign_ownership(view_of(copy), std::vector<std::uint8_t>(copy.triangles.size(), 0));
+  copy.patches.triangle_count = body.triangles.capacity;
+  const std::uint32_t* const patches = patch_triangles_.data() + body.patches.first;
+  std::transform(patches, patches + body.patches.capacity, std::back_inserter(copy.patches.triangles),
+                 [&](std::uint32_t t) { return t == kNoIndex ? kNoIndex : t - body.triangles.first; });
   return copy;
 }
 
@@ -72,21 +82,23 @@ const ChangingMesh& SceneLayout::changing_mesh(Body& body) {
 void SceneLayout::change_mesh(Body& body, const BodyDesc& desc, Span<const std::uint32_t> changed) {
   const Topology& mesh = changing_mesh(body).topology();
   const std::size_t added = desc.triangles.size() - std::min(mesh.triangles.size(), desc.triangles.size());
-  plan(body, {desc.vertex_count, desc.triangles.size(), mesh.edges.size() + 3 * (changed.size() + added)});
+  plan(body, {desc.vertex_count, desc.triangles.size(), mesh.edges.size() + 3 * (changed.size() + added)},
+       mesh.patches);
   body.changing->mesh.change(desc.triangles, desc.vertex_count, changed);
   body.changing->is_new |= body.is_outgrown() || body.left_out_triangles > 0;
   has_new_layout_ |= body.changing->is_new;
 }
 
-/// Reserves capacity for so many elements of the body.
-void SceneLayout::plan(Body& body, const Sizes& counts) {
-  Sizes capacities{};
+/// Reserves capacity for so many elements of the body, and for patches of all triangles that it has capacity for.
+void SceneLayout::plan(Body& body, const MeshSize& size, const PatchOrder& patches) {
+  const std::uint32_t triangles = capacity_for(size.triangles, body.triangles, body.is_placed);
+  const std::uint64_t unordered = triangles - std::min(triangles, patches.triangle_count);
+  const Sizes capacities = {
+      capacity_for(size.vertices, body.vertices, body.is_placed), triangles,
+      capacity_for(size.edges, body.edges, body.is_placed),
+      whole_patches(capacity_for(patches.triangles.size() + whole_patches(unordered), body.patches, body.is_placed))};
   Sizes sizes = planned_;
-  for (std::size_t k = 0; k < kPlaces.size(); ++k) {
-    const Place& place = body.*kPlaces[k];
-    capacities[k] = capacity_for(counts[k], place, body.is_placed);
-    sizes[k] += capacities[k] - place.next_capacity;
-  }
+  for (std::size_t k = 0; k < kPlaces.size(); ++k) sizes[k] += capacities[k] - (body.*kPlaces[k]).next_capacity;
   reserve(sizes);
   planned_ = sizes;
   for (std::size_t k = 0; k < kPlaces.size(); ++k) {
@@ -121,6 +133,7 @@ void SceneLayout::for_each_array(const F& f) {
   f(triangles_, kTriangles);
   f(triangle_edges_, kTriangles);
   f(ownership_, kTriangles);
+  f(patch_triangles_, kPatches);
   f(triangle_body_, kTriangles);
   f(edges_, kEdges);
 }
@@ -202,8 +215,8 @@ void SceneLayout::choose_places(bool moves) {
 template <class T>
 void SceneLayout::move_elements(HostArray<T>& elements, std::size_t kind) {
   const auto move = [&](const Place& place) {
-    if (place.count == 0) return;
-    std::memmove(elements.data() + place.next_first, elements.data() + place.first, place.count * sizeof(T));
+    if (place.capacity == 0) return;
+    std::memmove(elements.data() + place.next_first, elements.data() + place.first, place.capacity * sizeof(T));
   };
   const auto stays_itself = [](const Body& body) { return !body.is_removed && !body.is_new(); };
   for (const Body& body : bodies_) {
@@ -221,6 +234,7 @@ void SceneLayout::renumber(std::uint32_t index) {
   Body& body = bodies_[index];
   const std::uint32_t by_vertex = body.vertices.next_first - body.vertices.first;
   const std::uint32_t by_edge = body.edges.next_first - body.edges.first;
+  const std::uint32_t by_triangle = body.triangles.next_first - body.triangles.first;
   for (const auto place : kPlaces) {
     (body.*place).first = (body.*place).next_first;
     (body.*place).capacity = (body.*place).next_capacity;
@@ -228,6 +242,10 @@ void SceneLayout::renumber(std::uint32_t index) {
   for (std::uint32_t t = body.triangles.first; t < body.triangles.first + body.triangles.count; ++t) {
     triangles_.data()[t] = renumbered(triangles_.data()[t], by_vertex);
     triangle_edges_.data()[t] = renumbered(triangle_edges_.data()[t], by_edge);
+  }
+  for (std::uint32_t i = body.patches.first; i < body.patches.first + body.patches.capacity; ++i) {
+    std::uint32_t& t = patch_triangles_.data()[i];
+    if (t != kNoIndex) t += by_triangle;
   }
   for (std::uint32_t e = body.edges.first; e < body.edges.first + body.edges.count; ++e) {
     edges_.data()[e] = renumbered(edges_.data()[e], by_vertex);
@@ -260,6 +278,7 @@ void SceneLayout::place_mesh(std::uint32_t index) {
   place(body.vertices, mesh.vertex_count);
   place(body.triangles, mesh.triangles.size());
   place(body.edges, mesh.edges.size());
+  place(body.patches, body.patches.next_capacity);
   body.segment_count = mesh.segment_count;
   const std::uint32_t v = body.vertices.first;
   const std::uint32_t e = body.edges.first;
@@ -270,6 +289,7 @@ void SceneLayout::place_mesh(std::uint32_t index) {
   std::transform(mesh.edges.begin(), mesh.edges.end(), edges_.data() + e,
                  [&](const Edge& edge) { return renumbered(edge, v); });
   std::copy(mesh.ownership.begin(), mesh.ownership.end(), ownership_.data() + body.triangles.first);
+  place_patches(body, mesh.patches);
   std::fill_n(x_t0_.data() + v, body.vertices.capacity, Vec3f{0, 0, 0});
   std::fill_n(x_t1_.data() + v, body.vertices.capacity, Vec3f{0, 0, 0});
   body.new_mesh.reset();
@@ -284,6 +304,24 @@ void SceneLayout::place_mesh(std::uint32_t index) {
   body.is_closed.reset();
   body.neighbours = {};
   fill_rest(index);
+}
+
+/// Fills the body's patches, in which every triangle that it has capacity for is once. The mesh may have changed since
+/// `order` was made: triangles that are not in it are put together in the order of their indices.
+void SceneLayout::place_patches(const Body& body, const PatchOrder& order) {
+  const auto [first, count, capacity, next_first, next_capacity] = body.triangles;
+  std::uint32_t* next = patch_triangles_.data() + body.patches.first;
+  std::uint32_t* const end = next + body.patches.capacity;
+  std::fill(next, end, kNoIndex);
+  for (std::size_t patch = 0; patch < order.triangles.size(); patch += kPatchSize) {
+    const auto* const triangles = order.triangles.data() + patch;
+    std::uint32_t* place = next;
+    for (const std::uint32_t* t = triangles; t < triangles + kPatchSize; ++t) {
+      if (*t < capacity) *place++ = first + *t;
+    }
+    if (place > next) next += kPatchSize;
+  }
+  for (std::uint32_t t = order.triangle_count; t < capacity; ++t) *next++ = first + t;
 }
 
 PositionArrays SceneLayout::positions_of(const Body& body) {
@@ -369,6 +407,7 @@ SceneArrays SceneLayout::arrays() const {
   arrays.triangle_edges = triangle_edges_.view();
   arrays.edges = edges_.view();
   arrays.ownership = ownership_.view();
+  arrays.patch_triangles = patch_triangles_.view();
   arrays.triangle_body = triangle_body_.view();
   arrays.vertex_body = vertex_body_.view();
   arrays.revision = revision_;
@@ -400,6 +439,7 @@ void SceneLayout::append_changes(SceneChanges& changes, bool all) const {
       append(changes.vertices, body.vertices.range());
       append(changes.triangles, body.triangles.range());
       append(changes.edges, body.edges.range());
+      append(changes.patches, body.patches.range());
     } else {
       append_unsent(changes.triangles, body.triangles, body.unsent.triangles);
       append_unsent(changes.edges, body.edges, body.unsent.edges);

@@ -69,15 +69,20 @@ class SceneLayout {
 
  private:
   /// The kinds of elements of the arrays.
-  static constexpr std::size_t kVertices = 0, kTriangles = 1, kEdges = 2;
-  static constexpr std::array<Place Body::*, 3> kPlaces = {&Body::vertices, &Body::triangles, &Body::edges};
+  static constexpr std::size_t kVertices = 0, kTriangles = 1, kEdges = 2, kPatches = 3;
+  static constexpr std::array<Place Body::*, 4> kPlaces = {&Body::vertices, &Body::triangles, &Body::edges,
+                                                           &Body::patches};
   using Sizes = std::array<std::uint64_t, kPlaces.size()>;
+
+  struct MeshSize {
+    std::uint64_t vertices, triangles, edges;
+  };
 
   /// Calls f(array, kind) for every array in which bodies have places.
   template <class F>
   void for_each_array(const F& f);
   void reserve(const Sizes& sizes);
-  void plan(Body& body, const Sizes& counts);
+  void plan(Body& body, const MeshSize& size, const PatchOrder& patches);
   Topology copy_of_mesh(const Body& body) const;
 
   void lay_out() noexcept;
@@ -88,6 +93,7 @@ class SceneLayout {
   void renumber(std::uint32_t index);
   void fill_rest(std::uint32_t index);
   void place_mesh(std::uint32_t index);
+  void place_patches(const Body& body, const PatchOrder& order);
   void write_changes(Body& body);
 
   std::vector<Body> bodies_;
@@ -100,6 +106,7 @@ class SceneLayout {
   HostArray<TriangleEdges> triangle_edges_;
   HostArray<Edge> edges_;
   HostArray<Ownership> ownership_;
+  HostArray<std::uint32_t> patch_triangles_;
   HostArray<std::uint32_t> triangle_body_, vertex_body_;
 };
 

@@ -87,6 +87,13 @@ class HostScene {
     return view;
   }
 
+  SceneView view_with_patches() const {
+    SceneView scene = view();
+    scene.patch_triangles = patch_triangles_.data();
+    scene.patch_count = static_cast<std::uint32_t>(patch_triangles_.size() / kPatchSize);
+    return scene;
+  }
+
   std::vector<Ownership>& ownership() { return ownership_; }
   softcd::SceneBody& body(std::size_t i) { return scene_bodies_[i]; }
 
@@ -104,6 +111,9 @@ class HostScene {
     for (const Vec3d& p : body.mesh.positions) x_t1_.push_back(to_float(p));
     for (const Vec3d& p : body.x_t0.empty() ? body.mesh.positions : body.x_t0) x_t0_.push_back(to_float(p));
     for (const Triangle& t : topology.triangles) triangles_.push_back(shifted(t, first_vertex));
+    for (const std::uint32_t t : topology.patches.triangles) {
+      patch_triangles_.push_back(t == kNoIndex ? kNoIndex : t + first_triangle);
+    }
     for (TriangleEdges edges : topology.triangle_edges) {
       for (std::uint32_t& e : edges.e) e = e == kNoIndex ? e : e + first_edge;
       triangle_edges_.push_back(edges);
@@ -135,7 +145,7 @@ class HostScene {
   std::vector<TriangleEdges> triangle_edges_;
   std::vector<Edge> edges_;
   std::vector<Ownership> ownership_;
-  std::vector<std::uint32_t> triangle_body_, vertex_body_, partners_;
+  std::vector<std::uint32_t> triangle_body_, vertex_body_, partners_, patch_triangles_;
   std::vector<std::uint64_t> partner_begin_;
   std::vector<softcd::SceneBody> scene_bodies_;
 };
@@ -143,7 +153,7 @@ class HostScene {
 /// Returns the grid of a scene with so many triangles that large ones are split.
 inline GridParameters grid_of(float cell_size) {
   GridParameters grid{};
-  grid.active_triangles = 1U << 30;
+  grid.active_triangles = grid.active_elements = 1U << 30;
   grid.cell_size = cell_size;
   grid.inverse_cell_size = 1.0F / cell_size;
   return grid;
@@ -156,7 +166,7 @@ struct HostVolumes {
   std::vector<TriangleShape> shapes;
 
   explicit HostVolumes(const SceneView& scene)
-      : volumes(scene.triangle_count), end_volumes(scene.triangle_count), shapes(scene.triangle_count) {
+      : volumes(scene.element_count()), end_volumes(scene.element_count()), shapes(scene.element_count()) {
     const BoundTriangle bound{scene, volumes.data(), end_volumes.data(), shapes.data()};
     for (std::uint32_t t = 0; t < scene.triangle_count; ++t) bound(t);
   }

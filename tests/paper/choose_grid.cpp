@@ -27,7 +27,8 @@ struct Sizes {
     GridParameters grid{};
     SerialTeam team;
     const std::vector<std::uint32_t> near(kSizeBins, 0);
-    ChooseGrid{{radius.data(), swept.data(), swept.data(), near.data()}, subdivision, lambda, &grid}(team);
+    ChooseGrid{
+        {radius.data(), swept.data(), swept.data(), near.data(), radius.data()}, subdivision, lambda, &grid}(team);
     return grid;
   }
 };

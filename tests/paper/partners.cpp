@@ -28,7 +28,7 @@ TEST(PaperPartners, are_all_entries_before_in_the_cell) {
     scene.body_count = 1;
     scene.self_collision = true;
     test::Collector<std::uint32_t> cells;
-    const GridParameters grid{1.0F, 1.0F, 0.0F, 1};
+    const GridParameters grid{1.0F, 1.0F, 0.0F, 1, 1};
     const PrepareEntry<Control, false> prepare{scene,          &volume,      nullptr,      &grid,       keys.data(),
                                                entries.data(), boxed.data(), begin.data(), count.data()};
     for (std::uint32_t j = 0; j < kCount; ++j) {

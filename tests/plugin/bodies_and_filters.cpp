@@ -257,11 +257,11 @@ Scene triangles_in_rows(std::uint32_t side) {
 }
 
 TEST(Bodies, cost_memory_in_proportion_to_their_number) {
-  const Outcome few = outcome_of(triangles_in_rows(10), test_options(Detection::dcd));
-  const Outcome many = outcome_of(triangles_in_rows(80), test_options(Detection::dcd));
-  ASSERT_GT(few.contacts.size(), 90U);
-  EXPECT_EQ(many.contacts.size() * 90, few.contacts.size() * 80 * 79);
-  EXPECT_LT(many.statistics.peak_bytes, 64 * few.statistics.peak_bytes);
+  const Outcome few = outcome_of(triangles_in_rows(80), test_options(Detection::dcd));
+  const Outcome many = outcome_of(triangles_in_rows(160), test_options(Detection::dcd));
+  ASSERT_GT(few.contacts.size(), 6000U);
+  EXPECT_EQ(many.contacts.size() * 80 * 79, few.contacts.size() * 160 * 159);
+  EXPECT_LT(10 * many.statistics.peak_bytes, 41 * few.statistics.peak_bytes);
 }
 
 TEST(Bodies, removed_many_at_a_time) {

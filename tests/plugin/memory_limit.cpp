@@ -12,12 +12,12 @@ namespace softcd::test {
 namespace {
 
 /// Nearly every triangle overlaps a sixth of all others, so pairs need more memory than everything else. With a large
-/// size ratio some triangles are split, and some pairs are found more than once.
+/// size ratio patches are loose, some triangles are split, and some pairs are found more than once.
 Scene crowd(double size_ratio = 4.0) {
   SoupOptions options;
-  options.triangle_count = 1500;
-  options.half_extent = 0.2;
-  options.largest = 0.15 * size_ratio;
+  options.triangle_count = size_ratio > 4.0 ? 5000 : 1500;
+  options.half_extent = size_ratio > 4.0 ? 0.1 : 0.2;
+  options.largest = size_ratio > 4.0 ? 0.3 : 0.6;
   options.size_ratio = size_ratio;
   options.seed = 8;
   const Mesh mesh = triangle_soup(options);
@@ -160,8 +160,10 @@ void expect_memory_for_every_user(std::uint64_t limit_before) {
     bodies.set_positions(id, body.x_t1);
     return id;
   };
-  const BodyId heap = add(heap_of_copies(200)[0]);
-  add(still(icosphere(1, 0.1), everything(0.001F)));
+  const SceneBody copies = heap_of_copies(200)[0];
+  const SceneBody ball = still(icosphere(1, 0.1), everything(0.001F));
+  const BodyId heap = add(copies);
+  add(ball);
   Query all(bodies, test_options(Detection::dcd));
   const std::size_t found = all.detect().size();
   Query few(bodies, test_options(Detection::dcd));

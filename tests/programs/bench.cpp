@@ -74,7 +74,7 @@ TEST_F(Bench, ways_to_the_same_contacts_find_the_same) {
 }
 
 TEST_F(Bench, large_triangles_are_split_among_balls) {
-  for (const auto& row : rows("--scene n-body --scale 0.05")) EXPECT_GT(row["children"], 0) << row;
+  for (const auto& row : rows("--scene n-body --scale 0.1")) EXPECT_GT(row["children"], 0) << row;
 }
 
 TEST_F(Bench, many_bodies_meet_seldom) {

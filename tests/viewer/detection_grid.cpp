@@ -67,7 +67,8 @@ TEST_P(DetectionGridOf, counts_what_the_detector_counts) {
   EXPECT_GT(counts.tests, 0U);
   EXPECT_EQ(counts.triangle_pairs, expected.triangle_pairs);
   EXPECT_EQ(counts.active_triangles, expected.active_triangles);
-  if (expected.cell_size == 0) return;  // few triangles need no grid
+  // Few triangles need no grid, and on the CPU `exact` has one of patches.
+  if (GetParam().options.broad_phase == BroadPhase::exact) return;
   EXPECT_EQ(counts.cell_size, expected.cell_size);
   EXPECT_EQ(counts.split_triangles, expected.split_triangles);
   EXPECT_EQ(counts.children, expected.children);

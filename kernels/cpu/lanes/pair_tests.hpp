@@ -9,6 +9,7 @@ namespace softcd::cpu {
 template <bool kSwept>
 struct UnitLanes<TestPair<ExactControl, kSwept>> {
   using F = TestPair<ExactControl, kSwept>;
+  static constexpr bool kDecides = false;
 
   static std::uint64_t may_pass(const F& /*f*/, const typename F::Item& item, std::uint32_t begin,
                                 std::uint32_t count) {

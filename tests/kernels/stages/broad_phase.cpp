@@ -27,7 +27,7 @@ class SerialBroadPhase {
  public:
   SerialBroadPhase(const SceneView& scene, float cell_size, bool subdivision)
       : scene_(scene), bounds_(scene), grid_(grid_of(cell_size)) {
-    const RegisterTriangle whole{scene, bounds_.volumes.data(), bounds_.shapes.data(), &grid_, subdivision, {}};
+    const RegisterTriangle whole{{scene, bounds_.volumes.data(), bounds_.shapes.data(), &grid_, {}}, subdivision};
     for (std::uint32_t t = 0; t < scene.triangle_count; ++t) {
       const Registration work = whole.load_item(t);
       for (std::uint32_t part = 0; part < work.part_count(); ++part) whole(work, part, entries_, splits_, bigs_);
@@ -38,7 +38,7 @@ class SerialBroadPhase {
     const std::uint64_t big_count = bigs_.items.size();
     const TestAgainstBig<kContinuous> against_big{
         pair_test<kContinuous>(scene, bounds_), bigs_.items.data(), {&big_count, big_count}};
-    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) against_big(t, pairs_);
+    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) against_big(t, pairs_, patch_pairs_);
   }
 
   const std::vector<std::uint64_t>& pairs() const { return pairs_.items; }
@@ -78,7 +78,7 @@ class SerialBroadPhase {
     for (std::uint32_t j = 0; j < keys_.size(); ++j) {
       for (std::uint32_t k = 0; k < count[j]; ++k) {
         PairCandidate candidate{};
-        if (test.filter(test.load_item(j), k, candidate)) test.test(candidate, pairs_, flagged_);
+        if (test.filter(test.load_item(j), k, candidate)) test.test(candidate, pairs_, patch_pairs_, flagged_);
       }
     }
   }
@@ -91,7 +91,7 @@ class SerialBroadPhase {
   Collector<std::uint32_t> bigs_;
   std::vector<std::uint32_t> keys_;
   std::vector<Entry> sorted_;
-  Collector<std::uint64_t> pairs_;
+  Collector<std::uint64_t> pairs_, patch_pairs_;
   Collector<std::uint64_t> flagged_;
 };
 

@@ -28,7 +28,7 @@ class CellAssignment : public testing::Test {
   CellAssignment() : host_({{uneven_soup(), {}, 0.01F}}, false), scene_(host_.view()), bounds_(scene_) {}
 
   void register_all(const GridParameters& grid, bool subdivision) {
-    const RegisterTriangle stage{scene_, bounds_.volumes.data(), bounds_.shapes.data(), &grid, subdivision, {}};
+    const RegisterTriangle stage{{scene_, bounds_.volumes.data(), bounds_.shapes.data(), &grid, {}}, subdivision};
     for (std::uint32_t t = 0; t < scene_.triangle_count; ++t) {
       const Registration work = stage.load_item(t);
       for (std::uint32_t part = 0; part < work.part_count(); ++part) stage(work, part, entries_, splits_, bigs_);
@@ -109,7 +109,7 @@ TEST_F(CellAssignment, triangles_are_split_where_their_cells_cost_less_than_test
   for (const std::uint32_t active : {1U << 14, 1U << 11, 1U << 9}) {
     splits_.items.clear();
     bigs_.items.clear();
-    parameters.active_triangles = active;
+    parameters.active_elements = active;
     register_all(parameters, true);
     EXPECT_EQ(splits_.items.size() + bigs_.items.size(), most);
     EXPECT_LT(splits_.items.size(), before) << active;
@@ -125,7 +125,7 @@ TEST_F(CellAssignment, triangles_are_split_where_their_cells_cost_less_than_test
 
 TEST_F(CellAssignment, whole_triangles_stay_in_the_grid_where_their_cells_cost_less_than_tests_against_all) {
   GridParameters parameters = grid_of(0.1F);
-  parameters.active_triangles = 256;
+  parameters.active_elements = 256;
   register_all(parameters, false);
   EXPECT_FALSE(bigs_.items.empty());
   std::map<std::uint32_t, std::size_t> cells_of;
@@ -201,7 +201,8 @@ TEST(CellsOfATriangle, are_no_further_apart_than_their_numbers_tell) {
     const SceneView scene = host.view();
     HostVolumes bounds(scene);
     const GridParameters grid = grid_of(1.0F);
-    const RegisterTriangle stage{scene, bounds.volumes.data(), bounds.shapes.data(), &grid, /*subdivision=*/false, {}};
+    const RegisterTriangle stage{{scene, bounds.volumes.data(), bounds.shapes.data(), &grid, {}},
+                                 /*subdivision=*/false};
     EXPECT_EQ(stage.load_item(0).placement, length < kMaxSpan ? Placement::whole : Placement::big) << length;
   }
 }

@@ -39,7 +39,7 @@ Ranges ranges_of(const SceneView& scene, const std::vector<std::uint32_t>& keys)
                 std::vector<std::uint32_t>(keys.size()),
                 std::vector<BoxedEntry>(keys.size()),
                 {}};
-  const GridParameters grid{1.0F, 1.0F, 0.0F, 3};
+  const GridParameters grid{1.0F, 1.0F, 0.0F, 3, 3};
   const PrepareEntry<ExactControl, false> stage{scene,
                                                 volumes.data(),
                                                 nullptr,

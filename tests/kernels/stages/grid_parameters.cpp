@@ -29,8 +29,11 @@ struct Sizes {
   GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float lambda = 0.0F) const {
     GridParameters grid{};
     SerialTeam team;
-    ChooseGrid{
-        {radius.data(), swept.data(), extent.data(), distance.data()}, broad_phase, subdivision, lambda, &grid}(team);
+    ChooseGrid{{radius.data(), swept.data(), extent.data(), distance.data(), radius.data()},
+               broad_phase,
+               subdivision,
+               lambda,
+               &grid}(team);
     return grid;
   }
 };

@@ -176,8 +176,9 @@ TEST(TestAgainstBig, pairs_each_triangle_with_each_big_one_once) {
   const std::uint64_t big_count = bigs.size();
   const TestAgainstBig<false> stage{
       {scene, bounds.volumes.data(), nullptr, bounds.shapes.data()}, bigs.data(), {&big_count, big_count}};
-  Collector<std::uint64_t> pairs;
-  for (std::uint32_t t = 0; t < scene.triangle_count; ++t) stage(t, pairs);
+  Collector<std::uint64_t> pairs, patch_pairs;
+  for (std::uint32_t t = 0; t < scene.triangle_count; ++t) stage(t, pairs, patch_pairs);
+  EXPECT_TRUE(patch_pairs.items.empty());
 
   Pairs expected;
   const std::set<std::uint32_t> is_big(bigs.begin(), bigs.end());
@@ -197,11 +198,15 @@ TEST(PairKey, does_not_depend_on_the_order) {
 }
 
 TEST(KeepFirst, leaves_one_of_each) {
-  const std::vector<std::uint64_t> keys{1, 1, 1, 4, 7, 7, 9};
-  Collector<std::uint64_t> kept;
-  const KeepFirst stage{keys.data()};
-  for (std::uint32_t i = 0; i < keys.size(); ++i) stage(i, kept);
-  EXPECT_EQ(kept.items, (std::vector<std::uint64_t>{1, 4, 7, 9}));
+  SceneView scene;
+  scene.triangle_count = 8;
+  scene.patch_count = 2;
+  const std::vector<std::uint64_t> keys{1, 1, 1, 4, 7, 7, 9, 9};
+  Collector<std::uint64_t> kept, kept_patches;
+  const KeepFirst stage{keys.data(), scene};
+  for (std::uint32_t i = 0; i < keys.size(); ++i) stage(i, kept, kept_patches);
+  EXPECT_EQ(kept.items, (std::vector<std::uint64_t>{1, 4, 7}));
+  EXPECT_EQ(kept_patches.items, (std::vector<std::uint64_t>{9}));
 }
 
 }  // namespace

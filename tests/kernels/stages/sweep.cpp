@@ -73,12 +73,12 @@ std::vector<std::uint64_t> swept_pairs(const SceneView& scene) {
       swept.keys.data(),
       swept.boxed.data(),
       swept.partner_begin.data()};
-  Collector<std::uint64_t> pairs, flagged;
+  Collector<std::uint64_t> pairs, patch_pairs, flagged;
   for (std::uint32_t j = 0; j < swept.entries.size(); ++j) {
     const auto item = test_pair.load_item(j);
     PairCandidate candidate{};
     for (std::uint32_t k = 0; k < swept.partner_count[j]; ++k) {
-      if (test_pair.filter(item, k, candidate)) test_pair.test(candidate, pairs, flagged);
+      if (test_pair.filter(item, k, candidate)) test_pair.test(candidate, pairs, patch_pairs, flagged);
     }
   }
   EXPECT_TRUE(flagged.items.empty());

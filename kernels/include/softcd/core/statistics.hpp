@@ -44,9 +44,10 @@ struct Statistics {
   std::uint64_t split_triangles = 0;  ///< those registered by their virtual children
   std::uint64_t children = 0;         ///< virtual triangles that represent the split ones
   std::uint64_t big_triangles = 0;    ///< those tested against all others, outside of the grid
-  std::uint64_t entries = 0;          ///< (cell, triangle) registrations
-  std::uint64_t cells = 0;            ///< occupied cells
-  std::uint64_t tests = 0;            ///< enumerated pairs of triangles
+  /// Registrations of a triangle in a cell. On the CPU a patch of up to 8 neighbouring triangles is registered as one.
+  std::uint64_t entries = 0;
+  std::uint64_t cells = 0;  ///< occupied cells
+  std::uint64_t tests = 0;  ///< enumerated pairs of what shares a cell: triangles, or patches on the CPU
   /// Whether only pairs that an earlier detection had kept were tested: see QueryOptions::reuse_pairs. There are then
   /// no entries and no cells; mean_radius and cell_size are that detection's.
   bool reused_pairs = false;

@@ -14,6 +14,14 @@ inline std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b);
 }
 
+/// A mesh's triangles by patches; see patch_order().
+struct PatchOrder {
+  /// The triangles of patch p are triangles[kPatchSize * p] and the following ones. The first is one; kNoIndex fills
+  /// patches of fewer.
+  std::vector<std::uint32_t> triangles;
+  std::uint32_t triangle_count = 0;  ///< of the mesh: each is in one patch
+};
+
 /// A mesh's connectivity, derived once per change of topology.
 struct Topology {
   /// The mesh's triangles, then {v[0], v[1], v[1]} for each segment.
@@ -24,6 +32,7 @@ struct Topology {
   std::vector<TriangleEdges> triangle_edges;
   /// Ownership by R-triangles: every vertex and edge in use is owned by the first triangle that has it.
   std::vector<Ownership> ownership;
+  PatchOrder patches;
   std::uint32_t vertex_count = 0;
   std::uint32_t segment_count = 0;  ///< the number of segments; they are the last triangles
 };

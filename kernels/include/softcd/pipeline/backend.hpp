@@ -85,6 +85,7 @@ concept RunsDetections = std::default_initializable<typename B::Session> &&
              typename B::template Buffer<Contact> contacts) {
   { B::kKnowsCounts } -> std::convertible_to<bool>;
   { B::kSweepsFewTriangles } -> std::convertible_to<bool>;
+  { B::kHasPatches } -> std::convertible_to<bool>;
   b.begin_detection(session);
   b.begin(Stage::volumes);
   b.launch(signature, f);

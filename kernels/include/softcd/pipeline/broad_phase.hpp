@@ -12,6 +12,7 @@
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/kept_pairs.hpp"
 #include "softcd/stages/pair_tests.hpp"
+#include "softcd/stages/patches.hpp"
 #include "softcd/stages/shared_pairs.hpp"
 
 /// The broad phase's stage order, once for all backends: triangles in, triangle pairs out.
@@ -42,9 +43,9 @@ class BroadPhaseStages {
   /// As if the scene's bodies were those of `scene`.
   void bound_triangles(const SceneView& scene) {
     backend_.begin(Stage::volumes);
-    w_.volumes.reserve(backend_, scene_.triangle_count, 0);
-    w_.shapes.reserve(backend_, scene_.triangle_count, 0);
-    if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.triangle_count, 0);
+    w_.volumes.reserve(backend_, scene_.element_count(), 0);
+    w_.shapes.reserve(backend_, scene_.element_count(), 0);
+    if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.element_count(), 0);
     backend_.for_each("bound_triangles", triangles(),
                       BoundTriangle{scene, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
   }
@@ -67,6 +68,15 @@ class BroadPhaseStages {
       test_share<true>(share, lists_.pairs);
     } else {
       test_share<false>(share, lists_.pairs);
+    }
+  }
+
+  /// The pairs of triangles of the pairs with patches, once for each chunk, when all of these are found.
+  void expand_patch_pairs() {
+    if (scene_.is_swept) {
+      expand_patch_pairs<true>(lists_.pairs);
+    } else {
+      expand_patch_pairs<false>(lists_.pairs);
     }
   }
 
@@ -93,7 +103,7 @@ class BroadPhaseStages {
   }
 
   void keep_volumes(float slack) {
-    w_.kept.volumes.reserve(backend_, scene_.triangle_count, 0);
+    w_.kept.volumes.reserve(backend_, scene_.element_count(), 0);
     backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data(), slack});
   }
 
@@ -101,6 +111,7 @@ class BroadPhaseStages {
   void keep_pairs() {
     test_share<false>({0, 1}, w_.kept.pairs);
     add_remaining<false>(w_.kept.pairs);
+    expand_patch_pairs<false>(w_.kept.pairs);
   }
 
   /// The pairs among those kept.
@@ -113,13 +124,18 @@ class BroadPhaseStages {
   }
 
  private:
+  static constexpr bool kMayHavePatches = Backend::kHasPatches && Scheme::kMayHavePatches;
+
   using Control = typename Scheme::Control;
   using Cells = typename Scheme::template Cells<Backend>;
 
   Cells cells() { return {backend_, w_, scene_, settings_}; }
 
   void prepare_grid(bool compares_ends) {
-    const SizeHistograms sizes = measure_triangles();
+    if constexpr (kMayHavePatches) {
+      if (scene_.patch_count > 0) bound_patches(compares_ends);
+    }
+    const SizeHistograms sizes = measure();
     Cells cells = this->cells();
     backend_.run_once("choose_grid", cells.choose_grid(sizes));
     backend_.begin(Stage::assignment);
@@ -137,14 +153,52 @@ class BroadPhaseStages {
     }
   }
 
-  SizeHistograms measure_triangles() {
-    constexpr int kBins = MeasureTriangle::kHistograms * kSizeBins;
-    w_.size_bins.reserve(backend_, kBins, 0);
-    std::uint32_t* bins = w_.size_bins.data();
-    backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kHistograms, kSizeBins,
-                       MeasureTriangle{w_.volumes.data(), w_.shapes.data()});
+  void bound_patches(bool compares_ends) {
+    if (compares_ends) {
+      bound_patches<true>(w_.end_volumes.data());
+    } else {
+      bound_patches<false>(nullptr);
+    }
+  }
+
+  template <bool kSwept>
+  void bound_patches(EndVolumes* end_volumes) {
+    auto& bounds = patch_bounds<kSwept>();
+    bounds.reserve(backend_, scene_.patch_count, 0);
+    backend_.for_each("bound_patches", patches(),
+                      BoundPatch<kSwept>{scene_, w_.volumes.data(), end_volumes, w_.shapes.data(), bounds.data()});
+  }
+
+  template <bool kSwept>
+  auto& patch_bounds() {
+    if constexpr (kSwept) {
+      return w_.bounds_swept;
+    } else {
+      return w_.bounds_at_rest;
+    }
+  }
+
+  SizeHistograms measure() {
+    w_.size_bins.reserve(backend_, MeasurePatch::kHistograms * kSizeBins, 0);
+    std::uint32_t* const bins = w_.size_bins.data();
+    const MeasureTriangle measure_triangle{w_.volumes.data(), w_.shapes.data()};
+    int triangle_radius = MeasureTriangle::at_rest;
+    bool is_measured = false;
+    if constexpr (kMayHavePatches) {
+      is_measured = scene_.patch_count > 0;
+      if (is_measured) {
+        backend_.histogram("measure_patches", patches(), bins, MeasurePatch::kHistograms, kSizeBins,
+                           MeasurePatch{scene_, measure_triangle});
+        triangle_radius = MeasurePatch::triangle_radius;
+      }
+    }
+    if (!is_measured) {
+      backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kHistograms, kSizeBins,
+                         measure_triangle);
+    }
     return {bins + MeasureTriangle::at_rest * kSizeBins, bins + MeasureTriangle::swept * kSizeBins,
-            bins + MeasureTriangle::extent * kSizeBins, bins + MeasureTriangle::distance * kSizeBins};
+            bins + MeasureTriangle::extent * kSizeBins, bins + MeasureTriangle::distance * kSizeBins,
+            bins + triangle_radius * kSizeBins};
   }
 
   void count_children() {
@@ -197,9 +251,27 @@ class BroadPhaseStages {
         [&] {
           backend_.for_each_work_filtered("test_pairs", lists_.entries.count(counters_), w_.test_offsets.data(),
                                           &counters_->tests, share, test_pair, pairs.appender(counters_),
-                                          lists_.flagged.appender(counters_));
+                                          lists_.patch_pairs.appender(counters_), lists_.flagged.appender(counters_));
         },
-        pairs, lists_.flagged);
+        pairs, lists_.patch_pairs, lists_.flagged);
+  }
+
+  template <bool kSwept, class Pairs>
+  void expand_patch_pairs(Pairs& pairs) {
+    if constexpr (kMayHavePatches) {
+      if (scene_.patch_count > 0) expand_all_patch_pairs<kSwept>(pairs);
+    }
+  }
+
+  template <bool kSwept, class Pairs>
+  void expand_all_patch_pairs(Pairs& pairs) {
+    const ExpandPatchPair<kSwept> expand{pair_test<kSwept>(), patch_bounds<kSwept>().data(),
+                                         lists_.patch_pairs.template column<0>().data()};
+    const auto expand_all = [&] {
+      backend_.for_each_part_filtered("expand_patch_pairs", lists_.patch_pairs.count(counters_), expand,
+                                      pairs.appender(counters_));
+    };
+    produce(backend_, counters_, expand_all, pairs);
   }
 
   template <bool kSwept, class Pairs>
@@ -207,27 +279,33 @@ class BroadPhaseStages {
     if (lists_.flagged.capacity() > 0) {
       auto& flagged = lists_.flagged.template column<0>();
       backend_.sort_keys("sort_flagged", lists_.flagged.count(counters_), flagged,
-                         32 + bits_for(scene_.triangle_count));
+                         32 + bits_for(scene_.element_count()));
       const auto keep_first = [&] { keep_first_of(lists_.flagged.count(counters_), flagged.data(), pairs); };
-      produce(backend_, counters_, keep_first, pairs);
+      produce(backend_, counters_, keep_first, pairs, lists_.patch_pairs);
     }
     if (lists_.bigs.capacity() == 0) return;
-    const std::uint64_t first = settings_.partition.rank.begin(scene_.triangle_count);
-    const std::uint64_t end = settings_.partition.rank.end(scene_.triangle_count);
+    const std::uint32_t all = scene_.patch_count > 0 ? scene_.patch_count : scene_.triangle_count;
+    const std::uint64_t first = settings_.partition.rank.begin(all);
+    const std::uint64_t end = settings_.partition.rank.end(all);
     const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), lists_.bigs.template column<0>().data(),
                                           lists_.bigs.count(counters_), static_cast<std::uint32_t>(first)};
     const auto test_against_big = [&] {
-      backend_.for_each_append("test_against_big", {&counters_->all, end - first}, test_big, pairs.appender(counters_));
+      backend_.for_each_append("test_against_big", {&counters_->all, end - first}, test_big, pairs.appender(counters_),
+                               lists_.patch_pairs.appender(counters_));
     };
-    produce(backend_, counters_, test_against_big, pairs);
+    produce(backend_, counters_, test_against_big, pairs, lists_.patch_pairs);
   }
 
   template <class Pairs>
   void keep_first_of(Count count, const std::uint64_t* sorted, Pairs& pairs) {
     if constexpr (Scheme::kMayBePartitioned) {
-      if (!settings_.partition.is_whole()) return cells().keep_own_first(count, sorted, pairs.appender(counters_));
+      if (!settings_.partition.is_whole()) {
+        cells().keep_own_first(count, sorted, pairs.appender(counters_), lists_.patch_pairs.appender(counters_));
+        return;
+      }
     }
-    backend_.for_each_append("keep_first", count, KeepFirst{sorted}, pairs.appender(counters_));
+    backend_.for_each_append("keep_first", count, KeepFirst{sorted, scene_}, pairs.appender(counters_),
+                             lists_.patch_pairs.appender(counters_));
   }
 
   template <bool kSwept>
@@ -246,6 +324,7 @@ class BroadPhaseStages {
     return {scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
   }
 
+  Count patches() const { return {&counters_->all, scene_.patch_count}; }
   Count triangles() const { return {&counters_->scene.triangles, scene_.triangle_count}; }
 
   Backend& backend_;

@@ -42,6 +42,7 @@ struct SceneArrays {
   Span<const TriangleEdges> triangle_edges;
   Span<const Edge> edges;
   Span<const Ownership> ownership;
+  Span<const std::uint32_t> patch_triangles;  ///< none where there are no patches
   Span<const std::uint32_t> triangle_body, vertex_body;
   /// What all bodies that list them have, in any order, as NeighbourFeatures, with kNoFeatures among them.
   Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
@@ -69,8 +70,8 @@ struct SeenPositions {
 
 /// What of SceneArrays is not as it was.
 struct SceneChanges {
-  std::vector<Range> vertices, triangles, edges;  ///< of the meshes
-  std::vector<Range> ownership;                   ///< of triangles that are not in `triangles`
+  std::vector<Range> vertices, triangles, edges, patches;  ///< of the meshes
+  std::vector<Range> ownership;                            ///< of triangles that are not in `triangles`
   std::vector<Range> x_t0, x_t1;
   /// Positions that are not in the arrays, which begin at this origin.
   std::vector<DevicePositions> device_x_t0, device_x_t1;

@@ -93,6 +93,7 @@ class DetectorOn final : public Detector {
     scene_.triangle_count = static_cast<std::uint32_t>(scene.triangles.size());
     scene_.edge_count = static_cast<std::uint32_t>(scene.edges.size());
     scene_.vertex_count = static_cast<std::uint32_t>(scene.vertex_body.size());
+    patch_count_ = static_cast<std::uint32_t>(scene.patch_triangles.size() / kPatchSize);
     if (std::exchange(scene_revision_, scene.revision) != scene.revision) ++revision_;
   }
 
@@ -224,6 +225,9 @@ class DetectorOn final : public Detector {
     mirror_.triangles.follow(backend_, scene.triangles, changes.triangles);
     mirror_.triangle_edges.follow(backend_, scene.triangle_edges, changes.triangles);
     mirror_.ownership.follow(backend_, scene.ownership, changes.triangles);
+    if constexpr (Backend::kHasPatches) {
+      mirror_.patch_triangles.follow(backend_, scene.patch_triangles, changes.patches);
+    }
     mirror_.ownership.follow(backend_, scene.ownership, changes.ownership);
     mirror_.triangle_body.follow(backend_, scene.triangle_body, changes.triangles);
     mirror_.edges.follow(backend_, scene.edges, changes.edges);
@@ -267,6 +271,8 @@ class DetectorOn final : public Detector {
     scene_.edges = mirror_.edges.data();
     scene_.ownership = mirror_.ownership.data();
     scene_.triangle_body = mirror_.triangle_body.data();
+    scene_.patch_triangles = mirror_.patch_triangles.data();
+    scene_.patch_count = has_patches() ? patch_count_ : 0;
     scene_.vertex_body = mirror_.vertex_body.data();
     scene_.bodies = query_->bodies.data();
     scene_.partner_begin = query_->partner_begin.data();
@@ -283,6 +289,11 @@ class DetectorOn final : public Detector {
     scene_.motion_margin = continuous ? 0.0F : settings_.motion_margin;
     scene_.is_conservative = settings_.accuracy == Accuracy::conservative;
     scene_.contact_rule = continuous ? ContactRule::distance : settings_.contact_rule;
+  }
+
+  /// The uniform grid is there to be compared with.
+  bool has_patches() const {
+    return Backend::kHasPatches && Scheme::kMayHavePatches && settings_.broad_phase == softcd::BroadPhase::exact;
   }
 
   void view_full_positions() {
@@ -351,7 +362,11 @@ class DetectorOn final : public Detector {
     const std::uint64_t rest = triangles - first;
     Lists<Backend, Scheme>& lists = w_.lists;
     try {
-      lists.entries.reserve(backend_, 6 * first + 4 * rest, 0);
+      lists.entries.reserve(backend_, (6 * first + 4 * rest) / (has_patches() ? 4 : 1), 0);
+      if (has_patches()) {
+        lists.loose.reserve(backend_, triangles / 4, 0);
+        lists.patch_pairs.reserve(backend_, 5 * first + 2 * rest, 0);
+      }
       lists.pairs.reserve(backend_, 8 * first + 3 * rest, 0);
       if (settings_.vertex_triangle) lists.vt_candidates.reserve(backend_, 8 * first + rest, 0);
       if (settings_.edge_edge) lists.ee_candidates.reserve(backend_, 16 * first + 2 * rest, 0);
@@ -419,9 +434,10 @@ class DetectorOn final : public Detector {
   std::uint64_t bytes_of_chunk(const Counters& reached) const {
     ChunkCounts most = reached.chunk;
     for_each_count(KeepLargerCount{}, most, reached.most);
+    if (most.pairs == 0) most.pairs = 4 * most.patch_pairs;
     if (most.vt_candidates == 0 && settings_.vertex_triangle) most.vt_candidates = 6 * most.pairs;
     if (most.ee_candidates == 0 && settings_.edge_edge) most.ee_candidates = 9 * most.pairs;
-    return (most.pairs + most.vt_candidates + most.ee_candidates) * sizeof(std::uint64_t);
+    return (most.patch_pairs + most.pairs + most.vt_candidates + most.ee_candidates) * sizeof(std::uint64_t);
   }
 
   /// Of the attempt that failed, as far as they are known. Those of lists that overflowed count what they lacked too.
@@ -556,6 +572,7 @@ class DetectorOn final : public Detector {
     const auto chunks = static_cast<std::uint32_t>(chunks_);
     for (std::uint32_t i = 0; i < chunks; ++i) {
       if (i > 0) {
+        broad_phase.expand_patch_pairs();
         narrow_phase.find_contacts();
         backend_.run_once("next_chunk", NextChunk{w_.counters.data()});
       }
@@ -563,6 +580,7 @@ class DetectorOn final : public Detector {
       broad_phase.test_pairs({chunk_, chunks});
     }
     broad_phase.add_remaining_pairs();
+    broad_phase.expand_patch_pairs();
   }
 
   void launch() {
@@ -624,7 +642,7 @@ class DetectorOn final : public Detector {
     statistics.big_triangles = counters.bigs;
     statistics.entries = counters.entries;
     statistics.cells = counters.cells;
-    statistics.tests = has_reused_ ? counters.kept : counters.tests + counters.bigs * counters.grid.active_triangles;
+    statistics.tests = has_reused_ ? counters.kept : counters.tests + counters.bigs * counters.grid.active_elements;
     statistics.reused_pairs = has_reused_;
     statistics.triangle_pairs = query_->total.pairs;
     statistics.flagged_pairs = counters.flagged;
@@ -644,6 +662,7 @@ class DetectorOn final : public Detector {
   Bvhs<Backend> bvhs_;
   SceneView scene_;
   SceneCounts counts_{};
+  std::uint32_t patch_count_ = 0;
   ForeseenVerdict verdict_;           ///< see SceneChanges
   std::uint64_t scene_revision_ = 0;  ///< see SceneArrays
   std::uint64_t revision_ = 1;        ///< changes with the triangles and the memory that there is for them

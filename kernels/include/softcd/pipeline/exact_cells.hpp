@@ -7,6 +7,7 @@
 #include "softcd/pipeline/workspace.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 #include "softcd/stages/grid_parameters.hpp"
+#include "softcd/stages/patches.hpp"
 #include "softcd/stages/shared_pairs.hpp"
 #include "softcd/stages/split_cells.hpp"
 
@@ -23,6 +24,8 @@ struct ExactScheme {
   static constexpr bool kMayBePartitioned = true;
   /// Few triangles may be swept instead.
   static constexpr bool kMayBeSwept = true;
+  /// Patches of triangles may stand for these.
+  static constexpr bool kMayHavePatches = true;
   /// A triangle that is represented by children.
   using Split = SplitRoot;
   /// The list that children mark their cells on, before these are entries.
@@ -54,16 +57,14 @@ class ExactCells {
 
   /// Entries of whole triangles, and the lists of those to split and of those tested against all.
   void register_triangles() {
-    const Count triangles = {&counters_->scene.triangles, scene_.triangle_count};
-    const RegisterTriangle register_triangle{scene_,           w_.volumes.data(), w_.shapes.data(),
-                                             &counters_->grid, subdivides(),      settings_.partition};
-    produce(
-        backend_, counters_,
-        [&] {
-          backend_.for_each_part("register_triangles", triangles, register_triangle, lists_.entries.appender(counters_),
-                                 lists_.splits.appender(counters_), lists_.bigs.appender(counters_));
-        },
-        lists_.entries, lists_.splits, lists_.bigs);
+    if constexpr (Backend::kHasPatches) {
+      if (scene_.patch_count > 0) {
+        register_patches();
+        register_triangles(lists_.loose.count(counters_), lists_.loose.template column<0>().data());
+        return;
+      }
+    }
+    register_triangles({&counters_->scene.triangles, scene_.triangle_count}, nullptr);
   }
 
   /// Entries of split triangles, one per cell, whose children were counted.
@@ -98,15 +99,43 @@ class ExactCells {
   }
 
   /// As KeepFirst, where there are several ranks.
-  template <class Pairs>
-  void keep_own_first(Count count, const std::uint64_t* sorted, Pairs pairs) {
+  template <class Pairs, class PatchPairs>
+  void keep_own_first(Count count, const std::uint64_t* sorted, Pairs pairs, PatchPairs patch_pairs) {
     backend_.for_each_append("keep_own_first", count,
                              KeepOwnFirst{sorted, scene_, settings_.partition, w_.volumes.data(), &counters_->grid,
                                           w_.split_of.data(), split_bits()},
-                             pairs);
+                             pairs, patch_pairs);
   }
 
  private:
+  CellRegistrar registrar() {
+    return {scene_, w_.volumes.data(), w_.shapes.data(), &counters_->grid, settings_.partition};
+  }
+
+  void register_patches() {
+    const RegisterPatch register_patch{registrar()};
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.for_each_part("register_patches", Count{&counters_->all, scene_.patch_count}, register_patch,
+                                 lists_.entries.appender(counters_), lists_.loose.appender(counters_),
+                                 lists_.patch_pairs.appender(counters_));
+        },
+        lists_.entries, lists_.loose, lists_.patch_pairs);
+  }
+
+  /// Of all triangles, or of a list of them.
+  void register_triangles(Count count, const std::uint32_t* triangles) {
+    const RegisterTriangle register_triangle{registrar(), subdivides(), triangles};
+    produce(
+        backend_, counters_,
+        [&] {
+          backend_.for_each_part("register_triangles", count, register_triangle, lists_.entries.appender(counters_),
+                                 lists_.splits.appender(counters_), lists_.bigs.appender(counters_));
+        },
+        lists_.entries, lists_.splits, lists_.bigs);
+  }
+
   void number_splits(Count split_count) {
     w_.split_of.reserve(backend_, scene_.triangle_count, 0);
     backend_.for_each("forget_splits", {&counters_->scene.triangles, scene_.triangle_count},

@@ -84,7 +84,7 @@ class LookKeeping {
     kept_.bodies.assign(bodies_.bodies.begin(), bodies_.bodies.end());
     kept_.partner_begin.assign(bodies_.partner_begin.begin(), bodies_.partner_begin.end());
     kept_.partners.assign(bodies_.partners.begin(), bodies_.partners.end());
-    kept_.volumes.reserve(backend_, scene_.triangle_count, 0);
+    kept_.volumes.reserve(backend_, scene_.element_count(), 0);
     if (is_grown()) upload_grown_bodies();
     if (!kept_.has_pairs) return;
     kept_.counts.reserve(backend_, 1, 0);

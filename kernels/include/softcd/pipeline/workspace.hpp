@@ -15,6 +15,7 @@
 #include "softcd/stages/cell_ranges.hpp"
 #include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/grid_parameters.hpp"
+#include "softcd/stages/patches.hpp"
 #include "softcd/stages/split_cells.hpp"
 #include "softcd/stages/sweep.hpp"
 
@@ -22,14 +23,15 @@ namespace softcd {
 
 /// Counts of the lists that hold what comes between one chunk's tests and its contacts.
 struct ChunkCounts {
-  std::uint64_t pairs, vt_candidates, ee_candidates;
+  std::uint64_t patch_pairs, pairs, vt_candidates, ee_candidates;
 };
 
 /// Calls f with the same count of each of `counts`, for one count after the other.
 template <class F, class... Counts>
 SOFTCD_HD void for_each_count(const F& f, Counts&... counts) {
   // A count that is not named here does not compile.
-  [[maybe_unused]] const auto& [pairs, vt_candidates, ee_candidates] = ChunkCounts{};
+  [[maybe_unused]] const auto& [patch_pairs, pairs, vt_candidates, ee_candidates] = ChunkCounts{};
+  f(counts.patch_pairs...);
   f(counts.pairs...);
   f(counts.vt_candidates...);
   f(counts.ee_candidates...);
@@ -53,7 +55,7 @@ struct SceneCounts {
 /// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
   SceneCounts scene;
-  std::uint64_t splits, bigs, children, split_cells, entries, cells, tests;
+  std::uint64_t loose, splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, contacts, unsettled;
   std::uint64_t contacts_in_runs, long_runs;  ///< see contact_order.hpp
   std::uint64_t all;       ///< no less than anything whose number the host knows; 0: see ClearCounters
@@ -257,6 +259,7 @@ struct SceneMirror {
   Mirror<TriangleEdges> triangle_edges;
   Mirror<Edge> edges;
   Mirror<Ownership> ownership;
+  Mirror<std::uint32_t> patch_triangles;
   Mirror<std::uint32_t> triangle_body, vertex_body;
   Mirror<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
   // See FeatureFilters:
@@ -266,7 +269,7 @@ struct SceneMirror {
   Mirror<Vec3f> x_rest;
 };
 
-constexpr std::size_t kListCount = 9;
+constexpr std::size_t kListCount = 11;
 
 /// The lists that stages append to. `Scheme` as ExactScheme.
 template <class Backend, class Scheme>
@@ -281,6 +284,7 @@ struct Lists {
   // Of the whole detection. In the order in which they grow: where memory is short, what no parts can make smaller
   // first.
   ArrayList<DetectionCounter<&Counters::bigs>, std::uint32_t> bigs;
+  ArrayList<DetectionCounter<&Counters::loose>, std::uint32_t> loose;  ///< triangles of loose patches
   ArrayList<DetectionCounter<&Counters::splits>, typename Scheme::Split> splits;
   typename Scheme::template SplitCells<Backend> split_cells;
   List<Backend, DetectionCounter<&Counters::entries>, EntryTarget, SortBuffer<std::uint32_t>, SortBuffer<Entry>>
@@ -288,6 +292,7 @@ struct Lists {
   List<Backend, DetectionCounter<&Counters::flagged>, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged;
   ArrayList<DetectionCounter<&Counters::contacts>, FeatureContact> found;
   // Of one chunk.
+  ArrayList<ChunkCounter<&ChunkCounts::patch_pairs>, std::uint64_t> patch_pairs;  ///< with one patch, or two
   ArrayList<ChunkCounter<&ChunkCounts::pairs>, std::uint64_t> pairs;
   ArrayList<ChunkCounter<&ChunkCounts::vt_candidates>, std::uint64_t> vt_candidates;
   ArrayList<ChunkCounter<&ChunkCounts::ee_candidates>, std::uint64_t> ee_candidates;
@@ -300,8 +305,8 @@ struct Lists {
       static_assert((sizeof(lists) + ...) == sizeof(Lists));
       return f(lists...);
     };
-    auto& [l0, l1, l2, l3, l4, l5, l6, l7, l8] = *this;
-    return with(l0, l1, l2, l3, l4, l5, l6, l7, l8);
+    auto& [l0, l1, l2, l3, l4, l5, l6, l7, l8, l9, l10] = *this;
+    return with(l0, l1, l2, l3, l4, l5, l6, l7, l8, l9, l10);
   }
 };
 
@@ -435,12 +440,15 @@ struct Workspace {
   Lists<Backend, Scheme> lists;
   KeptLook<Backend> kept;
   Buffer<Counters> counters;
-  Buffer<std::uint32_t> size_bins;  ///< MeasureTriangle::kHistograms histograms of kSizeBins
+  Buffer<std::uint32_t> size_bins;  ///< at most MeasurePatch::kHistograms histograms of kSizeBins
 
   // Per triangle:
   Buffer<Kdop18> volumes;
   Buffer<EndVolumes> end_volumes;
   Buffer<TriangleShape> shapes;
+  // Per patch:
+  Buffer<PatchBounds<false>> bounds_at_rest;
+  Buffer<PatchBounds<true>> bounds_swept;
   // Per split triangle:
   Buffer<std::uint32_t> child_counts;
   Buffer<std::uint64_t> child_offsets;

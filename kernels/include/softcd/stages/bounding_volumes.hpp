@@ -13,6 +13,8 @@ namespace softcd {
 
 /// The triangle is on the BIG list.
 constexpr std::uint32_t kBigTriangle = 1U << 9;
+/// The triangles of the patch take part one by one.
+constexpr std::uint32_t kLoosePatch = 1U << 10;
 /// The body wants contacts of this kind.
 constexpr std::uint32_t kWantsVertexTriangle = 1U << 7;
 constexpr std::uint32_t kWantsEdgeEdge = 1U << 8;
@@ -36,12 +38,13 @@ struct alignas(16) TriangleShape {
 struct BoundTriangle {
   SceneView scene;
   Kdop18* volumes;
-  EndVolumes* end_volumes;  ///< of triangles that take part; null unless swept
+  EndVolumes* end_volumes;  ///< null unless swept
   TriangleShape* shapes;
 
   SOFTCD_HD void operator()(std::uint32_t t) const {
     if ((scene.ownership[t] & kLeftOut) == 0U && bound(t)) return;
     volumes[t] = empty_kdop();
+    if (scene.is_swept) end_volumes[t] = softcd::end_volumes(empty_kdop(), empty_kdop());
     shapes[t] = {0.0F, 0.0F, 0U, 0.0F};
   }
 

@@ -45,105 +45,60 @@ SOFTCD_HD void for_each_cell(const IntegerDop& cells, Visit visit) {
   }
 }
 
-/// Where a triangle goes.
-enum class Placement : std::uint32_t { nowhere, whole, split, big };
+/// Where a triangle or a patch goes; the triangles of a `loose` patch go one by one.
+enum class Placement : std::uint32_t { nowhere, whole, split, big, loose };
 
-/// A triangle about to be registered.
+/// A triangle or a patch about to be registered.
 struct Registration {
   Placement placement;
-  std::uint32_t triangle;
+  std::uint32_t element;
   std::uint32_t body;
   std::uint32_t bits;   ///< whole: of its entries, with an empty mask
   std::uint32_t level;  ///< split: number of 1-to-4 splits
   std::uint32_t cell_offset;
   IntegerDop cells;  ///< whole
 
-  /// Whole triangles are registered row by row (fixed y and z).
+  /// What is whole is registered row by row (fixed y and z).
   SOFTCD_HD std::uint32_t part_count() const {
     if (placement != Placement::whole) return placement == Placement::nowhere ? 0U : 1U;
     return static_cast<std::uint32_t>((cells.hi[1] - cells.lo[1] + 1) * (cells.hi[2] - cells.lo[2] + 1));
   }
 };
 
-/// Registers a triangle in the cells of its own volume when it is small enough, else puts it on
-/// the list of triangles to split, or, where that would take too many cells, on the list of those tested against all.
-struct RegisterTriangle {
-  using Item = Registration;
-
+/// Registers triangles and patches in the cells of their volumes.
+struct CellRegistrar {
   SceneView scene;
   const Kdop18* volumes;
   TriangleShape* shapes;
   const GridParameters* grid;
-  bool subdivision;
   Partition partition;
 
-  SOFTCD_HD Registration load_item(std::uint32_t t) const {
+  /// The element's registration in all cells of its volume, whose placement is `big` where these would be too many.
+  /// The volume is not empty.
+  SOFTCD_HD Registration whole(std::uint32_t element, const Kdop18& volume, const TriangleShape& shape) const {
     Registration work{};
-    work.triangle = t;
-    const Kdop18 volume = volumes[t];
-    if (is_empty(volume)) return work;
-    const float inverse_size = grid->inverse_cell_size;
+    work.element = element;
     work.placement = Placement::big;
-    if (!within_grid(volume, inverse_size)) return work;
-    work.cells = integer_dop(volume, inverse_size);
+    if (!within_grid(volume, grid->inverse_cell_size)) return work;
+    work.cells = integer_dop(volume, grid->inverse_cell_size);
     const int span = work.cells.span();
-    const TriangleShape shape = shapes[t];
-    const float limit = larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
-    const int level = subdivision ? split_level(shape.radius, limit) : 0;
-    if (level > kMaxLevel || span > kMaxSpan) return work;
-    if (level > 0 && !pay_off(split_cells(shape))) return work;
-    if (level == 0 && span > kFewCellsAcross && !pay_off(whole_cells(volume, shape))) return work;
-    work.placement = level > 0 ? Placement::split : Placement::whole;
-    work.cell_offset = scene.cell_offset(scene.triangle_body[t]);
-    if (level == 0 && !partition.is_whole() && !may_have(work)) work.placement = Placement::nowhere;
-    work.level = static_cast<std::uint32_t>(level);
-    work.body = scene.triangle_body[t];
+    if (span > kMaxSpan) return work;
+    work.body = scene.element_body(element);
+    work.cell_offset = scene.cell_offset(work.body);
     work.bits = entry_bits(ExactControl::pack(0, false, span <= 2), work.body, wanted_features(shape.flags));
+    if (span > kFewCellsAcross && !pay_off(whole_cells(volume, shape))) return work;
+    work.placement = partition.is_whole() || may_have(work) ? Placement::whole : Placement::nowhere;
     return work;
   }
 
-  template <class Entries, class Splits, class Bigs>
-  SOFTCD_HD void operator()(const Registration& work, std::uint32_t part, Entries& entries, Splits& splits,
-                            Bigs& bigs) const {
-    if (work.placement == Placement::whole) {
-      register_row(work, part, entries);
-    } else if (work.placement == Placement::split) {
-      splits.push(SplitRoot{work.triangle, work.level});
-    } else {
-      shapes[work.triangle].flags |= kBigTriangle;
-      bigs.push(work.triangle);
-    }
+  /// The size of a cell less the element's margin.
+  SOFTCD_HD float size_limit(const TriangleShape& shape) const {
+    return larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
   }
 
- private:
-  /// Whether so many cells cost less than tests against all other triangles.
+  /// Whether so many cells cost less than tests against all other elements.
   SOFTCD_HD bool pay_off(float cells) const {
-    return kTestsPerCell * cells < static_cast<float>(grid->active_triangles);
-  }
-
-  SOFTCD_HD float whole_cells(const Kdop18& volume, const TriangleShape& shape) const {
-    return estimated_cells(cell_extent(volume, shape.growth), grid->inverse_cell_size);
-  }
-
-  /// About how many cells a split triangle takes: a disc of its size, half filled, as thick as its margin on both
-  /// sides, and cells are met in part.
-  SOFTCD_HD float split_cells(const TriangleShape& shape) const {
-    const float across = 2.0F * grid->inverse_cell_size * (shape.radius + shape.growth);
-    return 0.5F * across * across * (2.0F * grid->inverse_cell_size * shape.growth + 2.0F);
-  }
-
-  SOFTCD_HD bool may_have(const Registration& work) const {
-    const auto& [lo, hi] = work.cells;
-    return partition.may_have({lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}, work.cell_offset);
-  }
-
-  SOFTCD_HD std::uint32_t own_cells(const Registration& work, CellInterval row, int y, int z) const {
-    if (partition.is_whole()) return static_cast<std::uint32_t>(row.hi - row.lo + 1);
-    std::uint32_t count = 0;
-    for (int x = row.lo; x <= row.hi; ++x) {
-      count += partition.has(moved_cell(cell_index({x, y, z}), work.cell_offset)) ? 1U : 0U;
-    }
-    return count;
+    return kTestsPerCell * cells < static_cast<float>(grid->active_elements);
   }
 
   template <class Entries>
@@ -160,8 +115,74 @@ struct RegisterTriangle {
       if (!partition.has(cell)) continue;
       const std::uint32_t mask = row.mask(x);
       const std::uint32_t rank = entry_rank(scene, work.body, missing_face_neighbours(mask));
-      room.put(KeyedEntry{entry_key(cell, rank), {work.triangle, work.bits | ExactControl::pack(mask, false, false)}});
+      room.put(KeyedEntry{entry_key(cell, rank), {work.element, work.bits | ExactControl::pack(mask, false, false)}});
     }
+  }
+
+ private:
+  SOFTCD_HD float whole_cells(const Kdop18& volume, const TriangleShape& shape) const {
+    return estimated_cells(cell_extent(volume, shape.growth), grid->inverse_cell_size);
+  }
+
+  SOFTCD_HD bool may_have(const Registration& work) const {
+    const auto& [lo, hi] = work.cells;
+    return partition.may_have({lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}, work.cell_offset);
+  }
+
+  SOFTCD_HD std::uint32_t own_cells(const Registration& work, CellInterval row, int y, int z) const {
+    if (partition.is_whole()) return static_cast<std::uint32_t>(row.hi - row.lo + 1);
+    std::uint32_t count = 0;
+    for (int x = row.lo; x <= row.hi; ++x) {
+      count += partition.has(moved_cell(cell_index({x, y, z}), work.cell_offset)) ? 1U : 0U;
+    }
+    return count;
+  }
+};
+
+/// Registers a triangle in the cells of its own volume when it is small enough, else puts it on
+/// the list of triangles to split, or, where that would take too many cells, on the list of those tested against all.
+struct RegisterTriangle {
+  using Item = Registration;
+
+  CellRegistrar registrar;
+  bool subdivision;
+  const std::uint32_t* triangles = nullptr;  ///< those to be registered; null: all, by their indices
+
+  SOFTCD_HD Registration load_item(std::uint32_t i) const {
+    const std::uint32_t t = triangles == nullptr ? i : triangles[i];
+    const Kdop18 volume = registrar.volumes[t];
+    if (is_empty(volume)) return {};
+    const TriangleShape shape = registrar.shapes[t];
+    const int level = subdivision ? split_level(shape.radius, registrar.size_limit(shape)) : 0;
+    Registration work = registrar.whole(t, volume, shape);
+    if (level == 0) return work;
+    const bool fits = within_grid(volume, registrar.grid->inverse_cell_size) && work.cells.span() <= kMaxSpan;
+    const bool is_split = level <= kMaxLevel && fits && registrar.pay_off(split_cells(shape));
+    work.placement = is_split ? Placement::split : Placement::big;
+    work.level = static_cast<std::uint32_t>(level);
+    return work;
+  }
+
+  template <class Entries, class Splits, class Bigs>
+  SOFTCD_HD void operator()(const Registration& work, std::uint32_t part, Entries& entries, Splits& splits,
+                            Bigs& bigs) const {
+    if (work.placement == Placement::whole) {
+      registrar.register_row(work, part, entries);
+    } else if (work.placement == Placement::split) {
+      splits.push(SplitRoot{work.element, work.level});
+    } else {
+      registrar.shapes[work.element].flags |= kBigTriangle;
+      bigs.push(work.element);
+    }
+  }
+
+ private:
+  /// About how many cells a split triangle takes: a disc of its size, half filled, as thick as its margin on both
+  /// sides, and cells are met in part.
+  SOFTCD_HD float split_cells(const TriangleShape& shape) const {
+    const float inverse_size = registrar.grid->inverse_cell_size;
+    const float across = 2.0F * inverse_size * (shape.radius + shape.growth);
+    return 0.5F * across * across * (2.0F * inverse_size * shape.growth + 2.0F);
   }
 };
 

@@ -55,7 +55,7 @@ struct PrepareEntry {
     for (int axis = 0; axis < 3; ++axis) {
       bounds[axis] = boxed_bounds<kSwept>(volumes, end_volumes, axis, entry.root);
     }
-    const std::uint32_t offset = scene.has_batches ? scene.cell_offset(scene.triangle_body[entry.root]) : 0U;
+    const std::uint32_t offset = scene.has_batches ? scene.cell_offset(scene.element_body(entry.root)) : 0U;
     const std::uint32_t own_cell = moved_cell(key_cell(key), opposite_cell(offset));
     boxed_entries[j] = boxed<kSwept, Control>(bounds, own_cell, grid->inverse_cell_size, entry);
 

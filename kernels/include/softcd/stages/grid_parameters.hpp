@@ -13,8 +13,9 @@ namespace softcd {
 struct GridParameters {
   float cell_size;
   float inverse_cell_size;
-  float mean_radius;
-  std::uint32_t active_triangles;
+  float mean_radius;               ///< of triangles
+  std::uint32_t active_triangles;  ///< that take part
+  std::uint32_t active_elements;   ///< triangles, or patches instead, that are put into the grid
 };
 
 /// Loop levels beyond which a triangle is tested against all others instead.
@@ -62,12 +63,13 @@ SOFTCD_HD inline float estimated_cells(float extent, float inverse_cell_size) {
   return side * side * side;
 }
 
-/// Histograms of the active triangles, see MeasureTriangle.
+/// Histograms of the active elements, see MeasureTriangle and MeasurePatch.
 struct SizeHistograms {
   const std::uint32_t* radius;
   const std::uint32_t* swept_radius;
   const std::uint32_t* cell_extent;
-  const std::uint32_t* distance;  ///< of the largest coordinate magnitude
+  const std::uint32_t* distance;         ///< of the largest coordinate magnitude
+  const std::uint32_t* triangle_radius;  ///< of triangles, where `radius` is that of patches
 };
 
 /// Children of all split triangles, per triangle.
@@ -82,8 +84,8 @@ constexpr std::uint64_t kEntryBudget = 256;
 constexpr std::uint64_t kEntrySlack = 65536;
 
 template <class Team>
-SOFTCD_HD std::uint64_t count_active(Team& team, const SizeHistograms& sizes) {
-  return team.sum(kSizeBins, [&](int bin) { return static_cast<std::uint64_t>(sizes.radius[bin]); });
+SOFTCD_HD std::uint64_t count_active(Team& team, const std::uint32_t* histogram) {
+  return team.sum(kSizeBins, [&](int bin) { return static_cast<std::uint64_t>(histogram[bin]); });
 }
 
 /// `size`, or more, so that the grid reaches the furthest of all but stray triangles.
@@ -126,10 +128,12 @@ SOFTCD_HD float within_entry_budget(Team& team, const SizeHistograms& sizes, flo
 }
 
 /// A grid with cells of about this size, whose inverse must be no subnormal number.
-SOFTCD_HD inline GridParameters grid_of_size(float size, float mean_radius, std::uint64_t active_triangles) {
+SOFTCD_HD inline GridParameters grid_of_size(float size, float mean_radius, std::uint64_t active_triangles,
+                                             std::uint64_t active_elements) {
   if (!(size > 1.0e-37F)) size = 1.0F;
   if (!(size < 1.0e37F)) size = 1.0e37F;
-  return {size, 1.0F / size, mean_radius, static_cast<std::uint32_t>(active_triangles)};
+  return {size, 1.0F / size, mean_radius, static_cast<std::uint32_t>(active_triangles),
+          static_cast<std::uint32_t>(active_elements)};
 }
 
 /// The lambda that stands for 0.
@@ -150,7 +154,9 @@ struct ChooseGrid {
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
-    const std::uint64_t active = count_active(team, sizes);
+    const std::uint64_t active = count_active(team, sizes.radius);
+    const std::uint64_t triangles = count_active(team, sizes.triangle_radius);
+    const float triangle_mean = clipped_mean(team, sizes.triangle_radius);
     const float mean = clipped_mean(team, sizes.radius);
     const bool fit_largest = broad_phase == BroadPhase::uniform;
     const bool is_chosen = !fit_largest && !(lambda > 0.0F);
@@ -169,7 +175,7 @@ struct ChooseGrid {
           team, sizes, size,
           is_chosen ? kEntryTarget * active + kEntryTargetSlack : kEntryBudget * active + kEntrySlack, most);
     }
-    if (team.is_leader()) *grid = grid_of_size(size, mean, active);
+    if (team.is_leader()) *grid = grid_of_size(size, triangle_mean, triangles, active);
   }
 };
 

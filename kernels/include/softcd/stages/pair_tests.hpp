@@ -14,9 +14,19 @@
 
 namespace softcd {
 
-/// Two triangles that may touch, lower index in the high half.
+/// Two triangles or patches that may touch, lower index in the high half.
 SOFTCD_HD constexpr std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
   return a < b ? (static_cast<std::uint64_t>(a) << 32) | b : (static_cast<std::uint64_t>(b) << 32) | a;
+}
+
+/// Appends a pair of triangles to `pairs`, one with a patch to `patch_pairs`. A patch is the higher of the two.
+template <class Pairs, class PatchPairs>
+SOFTCD_HD void push_pair(const SceneView& scene, std::uint64_t pair, Pairs& pairs, PatchPairs& patch_pairs) {
+  if (scene.is_patch(static_cast<std::uint32_t>(pair))) {
+    patch_pairs.push(pair);
+  } else {
+    pairs.push(pair);
+  }
 }
 
 constexpr int kTimeSlabs = 8;
@@ -60,12 +70,13 @@ SOFTCD_HD inline bool overlap_in_a_slab(const TriangleMotion& a, const TriangleM
   return false;
 }
 
-/// Two triangles that meet in a cell.
+/// Two triangles or patches that meet in a cell.
 struct alignas(16) PairCandidate {
   Entry a, b;
 };
 
-/// What decides about a pair of triangles once it is known that they meet in a cell. Cheapest first.
+/// What decides about a pair of triangles or patches once it is known that they meet in a cell. Cheapest first. With a
+/// patch it decides whether some of the patch's triangles may be such a pair.
 template <bool kSwept>
 struct PairTest {
   SceneView scene;
@@ -85,32 +96,45 @@ struct PairTest {
   SOFTCD_HD bool classes_may_touch(std::uint32_t touchable_by_a, Entry b) const {
     return ((touchable_by_a >> body_class(b)) & 1U) != 0U;
   }
-  /// What stands for a triangle that is not in a cell.
-  SOFTCD_HD Entry entry_of(std::uint32_t t) const {
-    return {t, entry_bits(0, scene.triangle_body[t], wanted_features(shapes[t].flags))};
+  /// What stands for a triangle or a patch that is not in a cell.
+  SOFTCD_HD Entry entry_of(std::uint32_t element) const {
+    return {element, entry_bits(0, scene.element_body(element), wanted_features(shapes[element].flags))};
   }
   SOFTCD_HD std::uint32_t touchable_classes(Entry a) const { return scene.class_may_touch[body_class(a)]; }
 
   /// For entries whose classes may touch. What neighbours may touch with is listed.
   SOFTCD_HD bool may_touch(Entry a, Entry b) const {
     if (scene.body_count > kBodyClasses &&
-        !scene.bodies_may_touch(scene.triangle_body[a.root], scene.triangle_body[b.root])) {
+        !scene.bodies_may_touch(scene.element_body(a.root), scene.element_body(b.root))) {
       return false;
     }
+    if (scene.is_patch(a.root) | scene.is_patch(b.root)) return volumes_meet(a.root, b.root);
     if (scene.self_collision && share_vertex(scene.triangles[a.root], scene.triangles[b.root])) {
       return neighbours_may_touch(a.root, b.root);
     }
-    if constexpr (kSwept) {
-      const EndVolumes& ends_a = end_volumes[a.root];
-      const EndVolumes& ends_b = end_volumes[b.root];
-      if (certainly_apart_throughout(ends_a, ends_b)) return false;
-      return !move_past(ends_a, ends_b) || meet_in_a_slab(a.root, b.root);
-    } else {
-      return overlap(volumes[a.root], volumes[b.root]);
-    }
+    return volumes_meet(a.root, b.root) && meet_on_their_way(a.root, b.root);
+  }
+
+  /// The same for triangles of bodies that may touch, whose volumes meet, at both ends of the step where they move.
+  SOFTCD_HD bool meeting_triangles_may_touch(std::uint32_t a, std::uint32_t b) const {
+    if (scene.self_collision && share_vertex(scene.triangles[a], scene.triangles[b])) return neighbours_may_touch(a, b);
+    return meet_on_their_way(a, b);
   }
 
  private:
+  SOFTCD_HD bool volumes_meet(std::uint32_t a, std::uint32_t b) const {
+    if constexpr (kSwept) {
+      return !certainly_apart_throughout(end_volumes[a], end_volumes[b]);
+    } else {
+      return overlap(volumes[a], volumes[b]);
+    }
+  }
+
+  SOFTCD_HD bool meet_on_their_way(std::uint32_t a, std::uint32_t b) const {
+    if constexpr (kSwept) return !move_past(end_volumes[a], end_volumes[b]) || meet_in_a_slab(a, b);
+    return true;
+  }
+
   SOFTCD_HD bool neighbours_may_touch(std::uint32_t a, std::uint32_t b) const {
     const SceneBody& body = scene.bodies[scene.triangle_body[a]];
     if (body.lists_neighbours) return false;
@@ -163,12 +187,12 @@ struct TestPair {
     return boxes_meet & (verdict != Verdict::skip) & (entry.root != partner.root) & may_touch & own_features;
   }
 
-  template <class Pairs, class Flagged>
-  SOFTCD_HD void test(const PairCandidate& candidate, Pairs& pairs, Flagged& flagged) const {
+  template <class Pairs, class PatchPairs, class Flagged>
+  SOFTCD_HD void test(const PairCandidate& candidate, Pairs& pairs, PatchPairs& patch_pairs, Flagged& flagged) const {
     if (!pair_test.may_touch(candidate.a, candidate.b)) return;
     const std::uint64_t pair = pair_key(candidate.a.root, candidate.b.root);
     if ((candidate.a.bits & kFlaggedPair) == 0U) {
-      pairs.push(pair);
+      push_pair(pair_test.scene, pair, pairs, patch_pairs);
     } else {
       flagged.push(pair);
     }
@@ -178,17 +202,30 @@ struct TestPair {
   static constexpr std::uint32_t kFlaggedPair = 1U << 31;  ///< a spare bit of Entry
 };
 
-/// A rank's triangle t against every triangle on the BIG list, each pair once.
+/// A rank's triangle, or patch where there are patches, with index first + i against every triangle on the BIG list,
+/// each pair once.
 template <bool kSwept>
 struct TestAgainstBig {
   PairTest<kSwept> test;
   const std::uint32_t* bigs;
   Count big_count;
-  std::uint32_t first_triangle = 0;
+  std::uint32_t first = 0;
 
-  template <class Pairs>
-  SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs) const {
-    const std::uint32_t t = first_triangle + i;
+  template <class Pairs, class PatchPairs>
+  SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs, PatchPairs& patch_pairs) const {
+    if (big_count.get() == 0) return;  // triangles that were swept have no patches with bounds
+    if (test.scene.patch_count == 0) return against_all(first + i, pairs, patch_pairs);
+    const std::uint32_t patch = test.scene.patch_element(first + i);
+    if ((test.shapes[patch].flags & kLoosePatch) == 0U) return against_all(patch, pairs, patch_pairs);
+    for (std::uint32_t k = 0; k < kPatchSize; ++k) {
+      const std::uint32_t t = test.scene.element_triangle(patch, k);
+      if (t != kNoIndex) against_all(t, pairs, patch_pairs);
+    }
+  }
+
+ private:
+  template <class Pairs, class PatchPairs>
+  SOFTCD_HD void against_all(std::uint32_t t, Pairs& pairs, PatchPairs& patch_pairs) const {
     if (is_empty(test.volumes[t])) return;
     const Entry a = test.entry_of(t);
     const std::uint32_t touchable = test.touchable_classes(a);
@@ -198,7 +235,7 @@ struct TestAgainstBig {
       if (t == big || (is_big && t < big)) continue;
       const Entry b = test.entry_of(big);
       if (!test.classes_may_touch(touchable, b) || !test.own_features(a, b)) continue;
-      if (test.may_touch(a, b)) pairs.push(pair_key(t, big));
+      if (test.may_touch(a, b)) push_pair(test.scene, pair_key(t, big), pairs, patch_pairs);
     }
   }
 };
@@ -206,10 +243,11 @@ struct TestAgainstBig {
 /// Keeps the first of each run of equal keys.
 struct KeepFirst {
   const std::uint64_t* keys;
+  SceneView scene;
 
-  template <class Pairs>
-  SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs) const {
-    if (i == 0 || keys[i - 1] != keys[i]) pairs.push(keys[i]);
+  template <class Pairs, class PatchPairs>
+  SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs, PatchPairs& patch_pairs) const {
+    if (i == 0 || keys[i - 1] != keys[i]) push_pair(scene, keys[i], pairs, patch_pairs);
   }
 };
 

@@ -2,10 +2,12 @@
 
 #include <cstdint>
 
+#include "softcd/core/bits.hpp"
 #include "softcd/core/count.hpp"
 #include "softcd/grid/partition.hpp"
 #include "softcd/mesh/triangle_edges.hpp"
 #include "softcd/stages/cell_assignment.hpp"
+#include "softcd/stages/pair_tests.hpp"
 #include "softcd/stages/split_cells.hpp"
 
 /// Several ranks find pairs of split triangles in several cells, as one detection finds them several times. The rank
@@ -25,14 +27,6 @@ struct NumberSplit {
 
   SOFTCD_HD void operator()(std::uint32_t split) const { split_of[splits[split].root] = split; }
 };
-
-SOFTCD_HD inline int lowest_bit(std::uint32_t word) {
-#if defined(__CUDA_ARCH__)
-  return __ffs(static_cast<int>(word)) - 1;
-#else
-  return __builtin_ctz(word);
-#endif
-}
 
 /// The cells that a triangle is registered in, whole or split, row by row.
 class TriangleCells {
@@ -94,8 +88,8 @@ struct KeepOwnFirst {
   const std::uint32_t* split_of;
   SplitBits bits;
 
-  template <class Pairs>
-  SOFTCD_HD void operator()(std::uint32_t i, Pairs& kept) const {
+  template <class Pairs, class PatchPairs>
+  SOFTCD_HD void operator()(std::uint32_t i, Pairs& kept, PatchPairs& kept_patches) const {
     if (i > 0 && pairs[i - 1] == pairs[i]) return;
     const auto a = static_cast<std::uint32_t>(pairs[i] >> 32);
     const auto b = static_cast<std::uint32_t>(pairs[i]);
@@ -103,15 +97,23 @@ struct KeepOwnFirst {
     Cell cell{};
     // They met in one of this rank's; were there none, a pair too often would be better than one that is lost.
     const bool is_found = first_common_cell(cells_of(a), cells_of(b), cell);
-    const std::uint32_t offset = scene.cell_offset(scene.triangle_body[a]);
-    if (!is_found || partition.has(moved_cell(cell_index(cell), offset))) kept.push(pairs[i]);
+    const std::uint32_t offset = scene.cell_offset(scene.element_body(a));
+    if (!is_found || partition.has(moved_cell(cell_index(cell), offset)))
+      push_pair(scene, pairs[i], kept, kept_patches);
   }
 
  private:
   /// What does not fit has the detection repeated.
-  SOFTCD_HD bool have_room(std::uint32_t t) const { return split_of[t] == kNoIndex || bits.has(split_of[t]); }
-  SOFTCD_HD TriangleCells cells_of(std::uint32_t t) const {
-    return {volumes[t], grid->inverse_cell_size, split_of[t], bits};
+  SOFTCD_HD bool have_room(std::uint32_t element) const {
+    const std::uint32_t split = split_at(element);
+    return split == kNoIndex || bits.has(split);
+  }
+  SOFTCD_HD TriangleCells cells_of(std::uint32_t element) const {
+    return {volumes[element], grid->inverse_cell_size, split_at(element), bits};
+  }
+  /// Patches are whole.
+  SOFTCD_HD std::uint32_t split_at(std::uint32_t element) const {
+    return scene.is_patch(element) ? kNoIndex : split_of[element];
   }
 };
 

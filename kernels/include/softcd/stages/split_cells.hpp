@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "softcd/core/bits.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 #include "softcd/stages/clear_word.hpp"
 
@@ -58,14 +59,6 @@ SOFTCD_HD inline void mark_bits(std::uint32_t* word, std::uint32_t bits) {
   if ((*word & bits) != bits) atomicOr(word, bits);
 #else
   if ((__atomic_load_n(word, __ATOMIC_RELAXED) & bits) != bits) __atomic_fetch_or(word, bits, __ATOMIC_RELAXED);
-#endif
-}
-
-SOFTCD_HD inline std::uint32_t count_bits(std::uint32_t word) {
-#if defined(__CUDA_ARCH__)
-  return static_cast<std::uint32_t>(__popc(word));
-#else
-  return static_cast<std::uint32_t>(__builtin_popcount(word));
 #endif
 }
 

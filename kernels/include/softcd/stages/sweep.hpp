@@ -80,7 +80,7 @@ struct ChooseSweep {
       if (!is_empty(volumes[t])) box.extend(volumes[t], shapes[t]);
     }
     const float mean = box.count > 0 ? box.radii / static_cast<float>(box.count) : 0.0F;
-    *grid = {0.0F, 0.0F, mean, box.count};
+    *grid = {0.0F, 0.0F, mean, box.count, box.count};
     *sweep = sweep_through(box);
     sweep->is_possible &= box.largest_radius <= kLargestOfSweep * mean;
   }
@@ -95,7 +95,8 @@ struct ChooseSweep {
       furthest = larger(furthest, larger(magnitude(box.lo[i]), magnitude(box.hi[i])));
       longest = larger(longest, box.extent(i));
     }
-    const GridParameters cells = grid_of_size(larger(longest / kSweepCells, 8.0F * furthest / kGridExtent), 0.0F, 0U);
+    const GridParameters cells =
+        grid_of_size(larger(longest / kSweepCells, 8.0F * furthest / kGridExtent), 0.0F, 0U, 0U);
     const Vec3f middle = {0.5F * (box.lo[0] + box.hi[0]), 0.5F * (box.lo[1] + box.hi[1]),
                           0.5F * (box.lo[2] + box.hi[2])};
     const float keys = static_cast<float>((1 << kSweepKeyBits) - 1) / box.extent(axis);

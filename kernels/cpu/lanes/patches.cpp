@@ -1,0 +1,117 @@
+#include "lanes/patches.hpp"
+
+#include "lanes/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "lanes/patches.cpp"  // NOLINT(readability-identifier-naming): Highway wants it
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// Compiled once for each kind of processor, in a namespace of its own.
+HWY_BEFORE_NAMESPACE();
+namespace softcd::cpu::HWY_NAMESPACE {
+#if HWY_TARGET == HWY_SCALAR
+
+template <bool kSwept>
+std::uint64_t meet_in_lanes(const PatchBounds<kSwept>& a, std::uint32_t rows, const PatchBounds<kSwept>& b,
+                            bool leaves_neighbours) {
+  return generic::triangles_that_meet<kSwept>(a, rows, b, leaves_neighbours);
+}
+
+#else
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Columns = hn::CappedTag<float, kPatchSize>;
+
+/// Which of a register's columns, from `first` on, lie beyond the row along the axis, at all ends of the step.
+template <bool kSwept>
+HWY_INLINE hn::Mask<Columns> apart_on(const PatchBounds<kSwept>& a, std::uint32_t row, const PatchBounds<kSwept>& b,
+                                      std::size_t first, int axis) {
+  const Columns columns;
+  const auto below = [&](int end) HWY_ATTR {
+    return hn::Lt(hn::Set(columns, a.hi[axis][end][row]), hn::LoadU(columns, b.lo[axis][end] + first));
+  };
+  const auto above = [&](int end) HWY_ATTR {
+    return hn::Lt(hn::LoadU(columns, b.hi[axis][end] + first), hn::Set(columns, a.lo[axis][end][row]));
+  };
+  if constexpr (kSwept) {
+    return hn::Or(hn::And(below(0), below(1)), hn::And(above(0), above(1)));
+  } else {
+    return hn::Or(below(0), above(0));
+  }
+}
+
+template <bool kSwept>
+HWY_INLINE hn::Mask<Columns> share_vertex_in_lanes(const PatchBounds<kSwept>& a, std::uint32_t row,
+                                                   const PatchBounds<kSwept>& b, std::size_t first) {
+  const hn::RebindToUnsigned<Columns> words;
+  const auto has = [&](int corner) HWY_ATTR {
+    const auto of_column = hn::LoadU(words, b.v[corner] + first);
+    return hn::Or(
+        hn::Or(hn::Eq(of_column, hn::Set(words, a.v[0][row])), hn::Eq(of_column, hn::Set(words, a.v[1][row]))),
+        hn::Eq(of_column, hn::Set(words, a.v[2][row])));
+  };
+  return hn::RebindMask(Columns(), hn::Or(hn::Or(has(0), has(1)), has(2)));
+}
+
+template <bool kSwept>
+HWY_INLINE std::uint64_t columns_in_lanes(const PatchBounds<kSwept>& a, std::uint32_t row, const PatchBounds<kSwept>& b,
+                                          bool leaves_neighbours) {
+  const Columns columns;
+  const std::size_t at_once = hn::Lanes(columns);
+  std::uint64_t bits = 0;
+  for (std::size_t first = 0; first < kPatchSize; first += at_once) {
+    auto apart = apart_on<kSwept>(a, row, b, first, 0);
+    for (int axis = 1; axis < 3; ++axis) apart = hn::Or(apart, apart_on<kSwept>(a, row, b, first, axis));
+    if (hn::AllTrue(columns, apart)) continue;
+    for (int axis = 3; axis < kKdopAxes; ++axis) apart = hn::Or(apart, apart_on<kSwept>(a, row, b, first, axis));
+    if (leaves_neighbours) apart = hn::Or(apart, share_vertex_in_lanes<kSwept>(a, row, b, first));
+    std::uint8_t apart_bits[8] = {};
+    hn::StoreMaskBits(columns, apart, apart_bits);
+    bits |= static_cast<std::uint64_t>(~apart_bits[0] & ((1U << at_once) - 1U)) << first;
+  }
+  return bits;
+}
+
+template <bool kSwept>
+std::uint64_t meet_in_lanes(const PatchBounds<kSwept>& a, std::uint32_t rows, const PatchBounds<kSwept>& b,
+                            bool leaves_neighbours) {
+  std::uint64_t bits = 0;
+  for (std::uint32_t part = 0; rows != 0; rows &= rows - 1U, part += kPatchSize) {
+    bits |= columns_in_lanes<kSwept>(a, static_cast<std::uint32_t>(lowest_bit(rows)), b, leaves_neighbours) << part;
+  }
+  return bits;
+}
+
+#endif
+
+std::uint64_t meet_swept(const PatchBounds<true>& a, std::uint32_t rows, const PatchBounds<true>& b,
+                         bool leaves_neighbours) {
+  return meet_in_lanes<true>(a, rows, b, leaves_neighbours);
+}
+std::uint64_t meet_at_rest(const PatchBounds<false>& a, std::uint32_t rows, const PatchBounds<false>& b,
+                           bool leaves_neighbours) {
+  return meet_in_lanes<false>(a, rows, b, leaves_neighbours);
+}
+
+}  // namespace softcd::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace softcd::cpu {
+
+HWY_EXPORT(meet_swept);
+HWY_EXPORT(meet_at_rest);
+
+std::uint64_t triangles_that_meet(const PatchBounds<true>& a, std::uint32_t rows, const PatchBounds<true>& b,
+                                  bool leaves_neighbours) {
+  return HWY_DYNAMIC_DISPATCH(meet_swept)(a, rows, b, leaves_neighbours);
+}
+std::uint64_t triangles_that_meet(const PatchBounds<false>& a, std::uint32_t rows, const PatchBounds<false>& b,
+                                  bool leaves_neighbours) {
+  return HWY_DYNAMIC_DISPATCH(meet_at_rest)(a, rows, b, leaves_neighbours);
+}
+
+}  // namespace softcd::cpu
+#endif

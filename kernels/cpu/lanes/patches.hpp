@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+
+#include "../work_units.hpp"
+#include "softcd/stages/patches.hpp"
+
+namespace softcd::cpu {
+
+namespace generic {
+template <bool kSwept>
+std::uint64_t triangles_that_meet(const PatchBounds<kSwept>& a, std::uint32_t rows, const PatchBounds<kSwept>& b,
+                                  bool leaves_neighbours) {
+  std::uint64_t bits = 0;
+  for (int part = 0; rows != 0; rows &= rows - 1U) {
+    const auto row = static_cast<std::uint32_t>(lowest_bit(rows));
+    for (std::uint32_t column = 0; column < kPatchSize; ++column, ++part) {
+      bool is_apart = false;
+      for (int axis = 0; axis < kKdopAxes; ++axis) {
+        bool is_below = true;
+        bool is_above = true;
+        for (int end = 0; end < PatchBounds<kSwept>::kEnds; ++end) {
+          is_below &= a.hi[axis][end][row] < b.lo[axis][end][column];
+          is_above &= b.hi[axis][end][column] < a.lo[axis][end][row];
+        }
+        is_apart |= is_below | is_above;
+      }
+      const Triangle in_row = {{a.v[0][row], a.v[1][row], a.v[2][row]}};
+      const Triangle in_column = {{b.v[0][column], b.v[1][column], b.v[2][column]}};
+      is_apart |= leaves_neighbours && share_vertex(in_row, in_column);
+      bits |= std::uint64_t{is_apart ? 0U : 1U} << part;
+    }
+  }
+  return bits;
+}
+}  // namespace generic
+
+/// Which triangles of two patches meet: bit kPatchSize * r + c is clear only where the volumes of the triangle in the
+/// r-th of `rows`, which are bits, and of triangle c of `b` are apart along an axis, and at both ends of the step, and
+/// where the two share a vertex if such neighbours are left out. Several columns at once, in whatever registers the
+/// processor has.
+std::uint64_t triangles_that_meet(const PatchBounds<true>& a, std::uint32_t rows, const PatchBounds<true>& b,
+                                  bool leaves_neighbours);
+std::uint64_t triangles_that_meet(const PatchBounds<false>& a, std::uint32_t rows, const PatchBounds<false>& b,
+                                  bool leaves_neighbours);
+
+template <bool kSwept>
+struct UnitLanes<ExpandPatchPair<kSwept>> {
+  using F = ExpandPatchPair<kSwept>;
+  static constexpr bool kDecides = true;
+
+  /// Asked about all parts of an item.
+  static std::uint64_t may_pass(const F& f, const PatchWork& work, std::uint32_t /*begin*/, std::uint32_t /*count*/) {
+    static_assert(kPatchSize * kPatchSize <= kUnitsAtOnce);
+    if (!f.pair_test.scene.is_patch(work.a)) {
+      PatchBounds<kSwept> a;  // NOLINT(cppcoreguidelines-pro-type-member-init): one row is read
+      f.load_first(work.a, a);
+      return triangles_that_meet(a, work.rows, f.bounds_of(work.b), work.leaves_neighbours);
+    }
+    const std::uint64_t meet =
+        triangles_that_meet(f.bounds_of(work.a), work.rows, f.bounds_of(work.b), work.leaves_neighbours);
+    return work.a == work.b ? meet & above_diagonal(work.rows) : meet;
+  }
+
+ private:
+  /// Of a patch and itself each pair once: in a row the columns behind it.
+  static std::uint64_t above_diagonal(std::uint32_t rows) {
+    std::uint64_t bits = 0;
+    for (std::uint32_t part = 0; rows != 0; rows &= rows - 1U, part += kPatchSize) {
+      const std::uint32_t columns = (1U << kPatchSize) - (2U << lowest_bit(rows));
+      bits |= static_cast<std::uint64_t>(columns) << part;
+    }
+    return bits;
+  }
+};
+
+}  // namespace softcd::cpu

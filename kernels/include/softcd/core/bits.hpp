@@ -1,0 +1,33 @@
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "softcd/core/host_device.hpp"
+
+namespace softcd {
+
+SOFTCD_HD inline std::uint32_t count_bits(std::uint32_t word) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popc(word));
+#else
+  return static_cast<std::uint32_t>(std::popcount(word));
+#endif
+}
+
+/// Returns the index of the lowest bit that is set; there is one.
+SOFTCD_HD inline int lowest_bit(std::uint32_t word) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(word)) - 1;
+#else
+  return std::countr_zero(word);
+#endif
+}
+
+/// Returns the index of the n-th bit that is set (n from 0), of which there are more than n.
+SOFTCD_HD inline std::uint32_t nth_bit(std::uint32_t word, std::uint32_t n) {
+  for (; n > 0; --n) word &= word - 1U;
+  return static_cast<std::uint32_t>(lowest_bit(word));
+}
+
+}  // namespace softcd

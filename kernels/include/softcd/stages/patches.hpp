@@ -1,0 +1,432 @@
+#pragma once
+
+#include <cstdint>
+
+#include "softcd/core/bits.hpp"
+#include "softcd/math/end_volumes.hpp"
+#include "softcd/stages/bounding_volumes.hpp"
+#include "softcd/stages/cell_assignment.hpp"
+#include "softcd/stages/pair_tests.hpp"
+
+/// Patches: up to kPatchSize neighbouring triangles that take part in the broad phase as one. A patch whose triangles
+/// are far apart, or too large for the cells, is *loose*: its triangles take part one by one.
+namespace softcd {
+
+/// A patch is loose where its half diagonal is more than so many mean radii of its triangles. Eight triangles of a
+/// strip have 3, of a compact patch 2. A triangle that is much larger than the others makes their patch loose.
+constexpr float kLargestPatch = 4.0F;
+
+/// The bounds of a patch's triangles, side by side: along each axis of a Kdop18 the lower bounds of all triangles, then
+/// their upper bounds; swept, those at t0, then those at t1. Where there is no triangle they are empty.
+template <bool kSwept>
+struct alignas(16) PatchBounds {
+  static constexpr int kEnds = kSwept ? 2 : 1;
+
+  float lo[kKdopAxes][kEnds][kPatchSize];
+  float hi[kKdopAxes][kEnds][kPatchSize];
+  std::uint32_t v[3][kPatchSize];  ///< the triangles' vertices
+
+  SOFTCD_HD void set(std::uint32_t i, const Triangle& triangle) {
+    for (int corner = 0; corner < 3; ++corner) v[corner][i] = triangle.v[corner];
+  }
+  SOFTCD_HD void set(std::uint32_t i, const Kdop18& volume) {
+    static_assert(!kSwept);
+    for (int axis = 0; axis < kKdopAxes; ++axis) {
+      lo[axis][0][i] = volume.lo[axis];
+      hi[axis][0][i] = volume.hi[axis];
+    }
+  }
+  SOFTCD_HD void set(std::uint32_t i, const EndVolumes& ends) {
+    static_assert(kSwept);
+    for (int axis = 0; axis < kKdopAxes; ++axis) {
+      const EndVolumes::Axis on = ends.axes[axis];
+      lo[axis][0][i] = on.t0_lo;
+      hi[axis][0][i] = on.t0_hi;
+      lo[axis][kEnds - 1][i] = on.t1_lo;
+      hi[axis][kEnds - 1][i] = on.t1_hi;
+    }
+  }
+};
+
+/// The least of each of `kRows` rows' values, or the greatest.
+template <int kRows>
+struct RowBounds {
+  float of[kRows];
+};
+
+namespace generic {
+/// Lays the volumes of four triangles side by side: those of the patch's triangles from `first` on.
+template <bool kSwept, class Volume>
+SOFTCD_HD void lay_four(PatchBounds<kSwept>& patch, std::uint32_t first, const Volume* const (&volumes)[4]) {
+  for (std::uint32_t i = 0; i < 4; ++i) patch.set(first + i, *volumes[i]);
+}
+
+template <bool kGreatest, int kRows>
+SOFTCD_HD RowBounds<kRows> bounds_of_rows(const float* rows) {
+  RowBounds<kRows> bounds;
+  for (int row = 0; row < kRows; ++row) {
+    bounds.of[row] = rows[kPatchSize * row];
+    for (std::uint32_t i = 1; i < kPatchSize; ++i) {
+      const float value = rows[kPatchSize * row + i];
+      bounds.of[row] = kGreatest ? larger(bounds.of[row], value) : smaller(bounds.of[row], value);
+    }
+  }
+  return bounds;
+}
+}  // namespace generic
+
+#ifdef SOFTCD_SSE2
+inline void lay_four(PatchBounds<true>& patch, std::uint32_t first, const EndVolumes* const (&volumes)[4]) {
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    __m128 ends[4];
+    for (int i = 0; i < 4; ++i) ends[i] = _mm_load_ps(&volumes[i]->axes[axis].t0_lo);
+    _MM_TRANSPOSE4_PS(ends[0], ends[1], ends[2], ends[3]);
+    float* const rows[4] = {patch.lo[axis][0], patch.hi[axis][0], patch.lo[axis][1], patch.hi[axis][1]};
+    for (int end = 0; end < 4; ++end) _mm_store_ps(rows[end] + first, ends[end]);
+  }
+}
+
+inline void lay_four(PatchBounds<false>& patch, std::uint32_t first, const Kdop18* const (&volumes)[4]) {
+  const auto lay_axes = [&](float(&bounds)[kKdopAxes][1][kPatchSize], const float(Kdop18::*side)[kKdopAxes], int axis) {
+    __m128 axes[4];
+    for (int i = 0; i < 4; ++i) axes[i] = _mm_loadu_ps((volumes[i]->*side) + axis);
+    _MM_TRANSPOSE4_PS(axes[0], axes[1], axes[2], axes[3]);
+    for (int k = 0; k < 4; ++k) _mm_store_ps(bounds[axis + k][0] + first, axes[k]);
+  };
+  // The last four axes overlap those before.
+  for (const int axis : {0, 4, 5}) {
+    lay_axes(patch.lo, &Kdop18::lo, axis);
+    lay_axes(patch.hi, &Kdop18::hi, axis);
+  }
+}
+
+template <bool kGreatest, int kRows>
+RowBounds<kRows> bounds_of_rows(const float* rows) {
+  const auto of_two = [](__m128 a, __m128 b) { return kGreatest ? _mm_max_ps(a, b) : _mm_min_ps(a, b); };
+  RowBounds<kRows> bounds;
+  for (int next = 0; next < kRows; next += 4) {
+    const int row = smaller(next, kRows - 4);  // the last four rows overlap those before
+    __m128 four[4];
+    for (int i = 0; i < 4; ++i) {
+      const float* const values = rows + kPatchSize * (row + i);
+      four[i] = of_two(_mm_load_ps(values), _mm_load_ps(values + 4));
+    }
+    _MM_TRANSPOSE4_PS(four[0], four[1], four[2], four[3]);
+    _mm_storeu_ps(bounds.of + row, of_two(of_two(four[0], four[1]), of_two(four[2], four[3])));
+  }
+  return bounds;
+}
+#else
+template <bool kSwept, class Volume>
+SOFTCD_HD void lay_four(PatchBounds<kSwept>& patch, std::uint32_t first, const Volume* const (&volumes)[4]) {
+  generic::lay_four(patch, first, volumes);
+}
+template <bool kGreatest, int kRows>
+SOFTCD_HD RowBounds<kRows> bounds_of_rows(const float* rows) {
+  return generic::bounds_of_rows<kGreatest, kRows>(rows);
+}
+#endif
+
+/// Lays the bounds of a patch's triangles side by side, and bounds the patch by them. Its volumes are laid behind those
+/// of all triangles; a loose one's is empty. Swept: by where triangles are at both ends of the step.
+template <bool kSwept>
+struct BoundPatch {
+  SceneView scene;
+  Kdop18* volumes;
+  EndVolumes* end_volumes;  ///< null unless swept
+  TriangleShape* shapes;
+  PatchBounds<kSwept>* bounds;
+
+  SOFTCD_HD void operator()(std::uint32_t patch) const {
+    const std::uint32_t element = scene.patch_element(patch);
+    lay(element, bounds[patch]);
+    float mean_radius = 0.0F;
+    TriangleShape shape = shape_of(element, mean_radius);
+    Kdop18 ends[kEnds];
+    bound(bounds[patch], ends);
+    const Kdop18 volume = kSwept ? merged(ends[0], ends[kEnds - 1]) : ends[0];
+    shape.radius = is_empty(volume) ? 0.0F : radius_of(ends, shape.growth);
+    const bool is_loose = !(shape.radius <= kLargestPatch * mean_radius);
+    if (is_loose) shape.flags |= kLoosePatch;
+    volumes[element] = is_loose ? empty_kdop() : volume;
+    if constexpr (kSwept) end_volumes[element] = softcd::end_volumes(ends[0], ends[kEnds - 1]);
+    shapes[element] = shape;
+  }
+
+ private:
+  static constexpr int kEnds = PatchBounds<kSwept>::kEnds;
+  using Volume = std::conditional_t<kSwept, EndVolumes, Kdop18>;
+
+  SOFTCD_HD const Volume* volume_of(std::uint32_t t) const {
+    if constexpr (kSwept) {
+      return end_volumes + t;
+    } else {
+      return volumes + t;
+    }
+  }
+
+  SOFTCD_HD void lay(std::uint32_t element, PatchBounds<kSwept>& patch) const {
+    const Kdop18 empty = empty_kdop();
+    const EndVolumes empty_ends = softcd::end_volumes(empty, empty);
+    const Volume* nothing = nullptr;
+    if constexpr (kSwept) {
+      nothing = &empty_ends;
+    } else {
+      nothing = &empty;
+    }
+    for (std::uint32_t first = 0; first < kPatchSize; first += 4) {
+      const Volume* four[4];
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const std::uint32_t t = scene.element_triangle(element, first + k);
+        patch.set(first + k, t == kNoIndex ? Triangle{{kNoIndex, kNoIndex, kNoIndex}} : scene.triangles[t]);
+        four[k] = t == kNoIndex ? nothing : volume_of(t);
+      }
+      lay_four(patch, first, four);
+    }
+  }
+
+  /// All but the radius, and the mean radius of the triangles.
+  SOFTCD_HD TriangleShape shape_of(std::uint32_t element, float& mean_radius) const {
+    TriangleShape shape{0.0F, 0.0F, 0U, 0.0F};
+    float sum = 0.0F;
+    for (std::uint32_t i = 0; i < kPatchSize; ++i) {
+      const std::uint32_t t = scene.element_triangle(element, i);
+      if (t == kNoIndex) break;
+      const TriangleShape its = shapes[t];
+      sum += its.radius;
+      mean_radius = sum / static_cast<float>(i + 1);
+      shape.growth = larger(shape.growth, its.growth);
+      shape.rounding = larger(shape.rounding, its.rounding);
+      shape.flags |= its.flags & ~kBigTriangle;
+    }
+    return shape;
+  }
+
+  static SOFTCD_HD void bound(const PatchBounds<kSwept>& patch, Kdop18 (&ends)[kEnds]) {
+    constexpr int kRows = kKdopAxes * kEnds;
+    const RowBounds<kRows> lo = bounds_of_rows<false, kRows>(&patch.lo[0][0][0]);
+    const RowBounds<kRows> hi = bounds_of_rows<true, kRows>(&patch.hi[0][0][0]);
+    for (int axis = 0; axis < kKdopAxes; ++axis) {
+      for (int end = 0; end < kEnds; ++end) {
+        ends[end].lo[axis] = lo.of[kEnds * axis + end];
+        ends[end].hi[axis] = hi.of[kEnds * axis + end];
+      }
+    }
+  }
+
+  /// The larger of the half diagonals at both ends of the step, without the margin.
+  static SOFTCD_HD float radius_of(const Kdop18 (&ends)[kEnds], float growth) {
+    constexpr float kBoxCorner = 1.73205081F;
+    float radius = 0.0F;
+    for (const Kdop18& end : ends) radius = larger(radius, half_diagonal(end));
+    return larger(radius - kBoxCorner * growth, 0.0F);
+  }
+};
+
+/// As MeasureTriangle, of the elements that take part, and of all triangles.
+struct MeasurePatch {
+  enum Histogram : int { triangle_radius = MeasureTriangle::kHistograms };
+  static constexpr int kHistograms = MeasureTriangle::kHistograms + 1;
+
+  SceneView scene;
+  MeasureTriangle measure;
+
+  template <class Counter>
+  SOFTCD_HD void operator()(std::uint32_t patch, Counter& counter) const {
+    const std::uint32_t element = scene.patch_element(patch);
+    const bool is_loose = (measure.shapes[element].flags & kLoosePatch) != 0U;
+    measure(element, counter);
+    for (std::uint32_t i = 0; i < kPatchSize; ++i) {
+      const std::uint32_t t = scene.element_triangle(element, i);
+      if (t == kNoIndex || is_empty(measure.volumes[t])) continue;
+      counter.count(triangle_radius, size_bin(measure.shapes[t].radius + measure.shapes[t].growth));
+      if (is_loose) measure(t, counter);
+    }
+  }
+};
+
+/// Registers a patch in the cells of its volume. Where it is loose, or too large, it appends its triangles to `loose`
+/// instead. A patch whose triangles may touch each other is a pair of patches by itself.
+struct RegisterPatch {
+  using Item = Registration;
+
+  CellRegistrar registrar;
+
+  SOFTCD_HD Registration load_item(std::uint32_t patch) const {
+    const std::uint32_t element = registrar.scene.patch_element(patch);
+    const Kdop18 volume = registrar.volumes[element];
+    const TriangleShape shape = registrar.shapes[element];
+    Registration work{};
+    work.element = element;
+    if ((shape.flags & kLoosePatch) != 0U) {
+      work.placement = Placement::loose;
+    } else if (!is_empty(volume)) {
+      work = registrar.whole(element, volume, shape);
+      const bool is_too_large = !(shape.radius <= kWholeSize * registrar.size_limit(shape));
+      if (is_too_large || work.placement == Placement::big) work.placement = Placement::loose;
+    }
+    return work;
+  }
+
+  template <class Entries, class Loose, class PatchPairs>
+  SOFTCD_HD void operator()(const Registration& work, std::uint32_t part, Entries& entries, Loose& loose,
+                            PatchPairs& patch_pairs) const {
+    const SceneView& scene = registrar.scene;
+    if (work.placement == Placement::loose) {
+      registrar.shapes[work.element].flags |= kLoosePatch;
+      for (std::uint32_t i = 0; i < kPatchSize; ++i) {
+        const std::uint32_t t = scene.element_triangle(work.element, i);
+        if (t != kNoIndex && !is_empty(registrar.volumes[t])) loose.push(t);
+      }
+      return;
+    }
+    if (part == 0 && is_its_rank(work) && may_touch_itself(work.body)) {
+      patch_pairs.push(pair_key(work.element, work.element));
+    }
+    registrar.register_row(work, part, entries);
+  }
+
+ private:
+  SOFTCD_HD bool may_touch_itself(std::uint32_t body) const {
+    const std::uint32_t its_class = body % kBodyClasses;
+    return ((registrar.scene.class_may_touch[its_class] >> its_class) & 1U) != 0U &&
+           (registrar.scene.body_count <= kBodyClasses || registrar.scene.bodies_may_touch(body, body));
+  }
+
+  /// Of several ranks one has the cell at the lower corner of the patch's cells.
+  SOFTCD_HD bool is_its_rank(const Registration& work) const {
+    const int(&lo)[kKdopAxes] = work.cells.lo;
+    return registrar.partition.has(moved_cell(cell_index({lo[0], lo[1], lo[2]}), work.cell_offset));
+  }
+};
+
+/// Two patches, or a triangle and a patch, or a patch and itself, that may touch.
+struct PatchWork {
+  std::uint32_t a, b;
+  std::uint32_t rows;      ///< bits: triangles of `a` that may touch some of `b`
+  bool leaves_neighbours;  ///< pairs that share a vertex are left out: their features are listed
+
+  SOFTCD_HD std::uint32_t part_count() const { return kPatchSize * count_bits(rows); }
+};
+
+/// Finds the pairs of triangles of a pair with a patch: part k is the pair of a triangle of `a` in a row and of
+/// triangle k % kPatchSize of `b`.
+template <bool kSwept>
+struct ExpandPatchPair {
+  using Item = PatchWork;
+  using Candidate = PairCandidate;
+  using Bounds = PatchBounds<kSwept>;
+
+  PairTest<kSwept> pair_test;
+  const Bounds* bounds;
+  const std::uint64_t* patch_pairs;
+
+  SOFTCD_HD Item load_item(std::uint32_t i) const {
+    const SceneView& scene = pair_test.scene;
+    const auto a = static_cast<std::uint32_t>(patch_pairs[i] >> 32);
+    const auto b = static_cast<std::uint32_t>(patch_pairs[i]);
+    const std::uint32_t rows = scene.is_patch(a) ? rows_that_meet(bounds_of(a), b) : 1U;
+    return {a, b, rows, scene.self_collision && scene.bodies[scene.element_body(a)].lists_neighbours};
+  }
+
+  SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
+    const std::uint32_t row = nth_bit(work.rows, part / kPatchSize);
+    const std::uint32_t column = part % kPatchSize;
+    if (work.a == work.b && column <= row) return false;
+    const SceneView& scene = pair_test.scene;
+    const bool meet = scene.is_patch(work.a) ? boxes_meet(bounds_of(work.a), row, bounds_of(work.b), column)
+                                             : meets_column(work.a, bounds_of(work.b), column);
+    if (!meet) return false;
+    list(work, part, candidate);
+    const bool are_left =
+        work.leaves_neighbours && share_vertex(scene.triangles[candidate.a.root], scene.triangles[candidate.b.root]);
+    return !are_left && pair_test.own_features(candidate.a, candidate.b);
+  }
+
+  template <class Pairs>
+  SOFTCD_HD void test(const Candidate& candidate, Pairs& pairs) const {
+    if (pair_test.may_touch(candidate.a, candidate.b)) pairs.push(pair_key(candidate.a.root, candidate.b.root));
+  }
+
+  /// The pair of a part.
+  SOFTCD_HD void list(const Item& work, std::uint32_t part, Candidate& candidate) const {
+    const SceneView& scene = pair_test.scene;
+    candidate = {pair_test.entry_of(scene.element_triangle(work.a, nth_bit(work.rows, part / kPatchSize))),
+                 pair_test.entry_of(scene.element_triangle(work.b, part % kPatchSize))};
+  }
+
+  /// What is left of filter() and test() for a pair whose volumes meet, and which is none that is left out.
+  template <class Pairs>
+  SOFTCD_HD void test_meeting(const Candidate& candidate, Pairs& pairs) const {
+    const bool may_touch = pair_test.own_features(candidate.a, candidate.b) &&
+                           pair_test.meeting_triangles_may_touch(candidate.a.root, candidate.b.root);
+    if (may_touch) pairs.push(pair_key(candidate.a.root, candidate.b.root));
+  }
+
+  SOFTCD_HD const Bounds& bounds_of(std::uint32_t patch_element) const {
+    return bounds[patch_element - pair_test.scene.triangle_count];
+  }
+  /// The bounds of a triangle, as the first of a patch.
+  SOFTCD_HD void load_first(std::uint32_t triangle, Bounds& one) const {
+    one.set(0, pair_test.scene.triangles[triangle]);
+    if constexpr (kSwept) {
+      one.set(0, pair_test.end_volumes[triangle]);
+    } else {
+      one.set(0, pair_test.volumes[triangle]);
+    }
+  }
+
+ private:
+  /// Bits: the triangles of a patch whose boxes meet that of element `b`.
+  SOFTCD_HD std::uint32_t rows_that_meet(const Bounds& a, std::uint32_t b) const {
+    std::uint32_t is_apart[kPatchSize] = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      const EndVolumes::Axis on_b = bounds_on(axis, b);
+      for (std::uint32_t row = 0; row < kPatchSize; ++row) {
+        const bool is_below = (a.hi[axis][0][row] < on_b.t0_lo) & (a.hi[axis][Bounds::kEnds - 1][row] < on_b.t1_lo);
+        const bool is_above = (on_b.t0_hi < a.lo[axis][0][row]) & (on_b.t1_hi < a.lo[axis][Bounds::kEnds - 1][row]);
+        is_apart[row] |= static_cast<std::uint32_t>(is_below | is_above);
+      }
+    }
+    std::uint32_t rows = 0;
+    for (std::uint32_t row = 0; row < kPatchSize; ++row) rows |= (1U - is_apart[row]) << row;
+    return rows;
+  }
+
+  /// Of a volume at rest, the same at both ends.
+  SOFTCD_HD EndVolumes::Axis bounds_on(int axis, std::uint32_t element) const {
+    if constexpr (kSwept) return pair_test.end_volumes[element].axes[axis];
+    const Kdop18& volume = pair_test.volumes[element];
+    return {volume.lo[axis], volume.hi[axis], volume.lo[axis], volume.hi[axis]};
+  }
+
+  /// Whether the box of a triangle meets that of a patch's triangle: swept, at some end of the step along each axis.
+  SOFTCD_HD bool meets_column(std::uint32_t t, const Bounds& patch, std::uint32_t column) const {
+    bool is_apart = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      const EndVolumes::Axis on = bounds_on(axis, t);
+      const float(&lo)[Bounds::kEnds][kPatchSize] = patch.lo[axis];
+      const float(&hi)[Bounds::kEnds][kPatchSize] = patch.hi[axis];
+      is_apart |= ((on.t0_hi < lo[0][column]) & (on.t1_hi < lo[Bounds::kEnds - 1][column])) |
+                  ((hi[0][column] < on.t0_lo) & (hi[Bounds::kEnds - 1][column] < on.t1_lo));
+    }
+    return !is_apart;
+  }
+
+  /// The same of two triangles of patches.
+  static SOFTCD_HD bool boxes_meet(const Bounds& a, std::uint32_t row, const Bounds& b, std::uint32_t column) {
+    bool is_apart = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      bool is_below = true;
+      bool is_above = true;
+      for (int end = 0; end < Bounds::kEnds; ++end) {
+        is_below &= a.hi[axis][end][row] < b.lo[axis][end][column];
+        is_above &= b.hi[axis][end][column] < a.lo[axis][end][row];
+      }
+      is_apart |= is_below | is_above;
+    }
+    return !is_apart;
+  }
+};
+
+}  // namespace softcd

@@ -1,0 +1,60 @@
+#include "lanes/patches.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+
+#include "each_target.hpp"
+#include "random.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// Bounds of few values, so that they touch; some triangles share vertices, some have no volume.
+template <bool kSwept>
+PatchBounds<kSwept> random_bounds(Random& random) {
+  PatchBounds<kSwept> bounds{};
+  for (std::uint32_t i = 0; i < kPatchSize; ++i) {
+    const bool is_empty = random.chance(0.1);
+    for (int axis = 0; axis < kKdopAxes; ++axis) {
+      for (int end = 0; end < PatchBounds<kSwept>::kEnds; ++end) {
+        const float lo = static_cast<float>(random.below(12));
+        bounds.lo[axis][end][i] = is_empty ? FLT_MAX : lo;
+        bounds.hi[axis][end][i] = is_empty ? -FLT_MAX : lo + static_cast<float>(3 + random.below(9));
+      }
+    }
+    for (int corner = 0; corner < 3; ++corner) bounds.v[corner][i] = random.below(40);
+  }
+  return bounds;
+}
+
+template <bool kSwept>
+void expect_as_one_by_one() {
+  Random random(2);
+  int meeting = 0;
+  int pairs = 0;
+  for (int round = 0; round < 4000; ++round) {
+    const PatchBounds<kSwept> a = random_bounds<kSwept>(random);
+    const PatchBounds<kSwept> b = random_bounds<kSwept>(random);
+    const std::uint32_t rows = random.below(1U << kPatchSize);
+    for (const bool leaves_neighbours : {false, true}) {
+      const std::uint64_t bits = cpu::triangles_that_meet(a, rows, b, leaves_neighbours);
+      ASSERT_EQ(bits, cpu::generic::triangles_that_meet<kSwept>(a, rows, b, leaves_neighbours)) << "rows " << rows;
+      meeting += std::popcount(bits);
+      pairs += static_cast<int>(kPatchSize) * std::popcount(rows);
+    }
+  }
+  EXPECT_GT(meeting, pairs / 50);
+  EXPECT_LT(meeting, pairs - pairs / 50);
+}
+
+TEST(PatchesInLanes, answer_as_one_by_one) {
+  for_each_target([] {
+    expect_as_one_by_one<true>();
+    expect_as_one_by_one<false>();
+  });
+}
+
+}  // namespace
+}  // namespace softcd::test

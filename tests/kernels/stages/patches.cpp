@@ -1,0 +1,250 @@
+#include "softcd/stages/patches.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+#include <vector>
+
+#include "host_scene.hpp"
+#include "random.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// A cloth folded upon itself, a ball in it, triangles here and there, and a ground with few, large ones.
+HostScene host_scene(bool continuous) {
+  Mesh cloth = crumpled_cloth(16, 12, 0.25, 0.1, 3);
+  Mesh ball = moved(icosphere(2, 0.5), {1.5, 1.2, 0.1});
+  SoupOptions options;
+  options.triangle_count = 120;
+  options.half_extent = 2.0;
+  options.joined_share = 0.4;
+  options.degenerate_share = 0.1;
+  Mesh soup = triangle_soup(options);
+  Mesh ground = moved(grid_cloth(2, 2, 80.0), {-80.0, -80.0, 0.125});
+  for (Mesh* const mesh : {&cloth, &ball, &soup, &ground}) snap_to_grid(mesh->positions, 17);
+  const auto start = [](const Mesh& mesh, std::uint64_t seed) {
+    Positions3 x = jittered(mesh.positions, 0.2, seed);
+    snap_to_grid(x, 17);
+    return x;
+  };
+  return HostScene({{cloth, start(cloth, 1), 0.01F},
+                    {ball, start(ball, 2), 0.0F, false},
+                    {soup, start(soup, 3), 0.02F},
+                    {ground, {}, 0.0F, false}},
+                   continuous);
+}
+
+/// The stages from triangles to pairs, in a serial loop.
+template <bool kSwept>
+class SerialPatches {
+ public:
+  SerialPatches(const SceneView& scene, float cell_size)
+      : scene_(scene), bounds_(scene), patches_(scene.patch_count), grid_(grid_of(cell_size)) {
+    const BoundPatch<kSwept> bound{scene, bounds_.volumes.data(), ends(), bounds_.shapes.data(), patches_.data()};
+    for (std::uint32_t p = 0; p < scene.patch_count; ++p) bound(p);
+    const CellRegistrar registrar{scene, bounds_.volumes.data(), bounds_.shapes.data(), &grid_, {}};
+    const RegisterPatch register_patch{registrar};
+    for (std::uint32_t p = 0; p < scene.patch_count; ++p) {
+      const Registration work = register_patch.load_item(p);
+      for (std::uint32_t k = 0; k < work.part_count(); ++k) register_patch(work, k, entries_, loose_, patch_pairs_);
+    }
+    const RegisterTriangle register_triangle{registrar, false, loose_.items.data()};
+    for (std::uint32_t i = 0; i < loose_.items.size(); ++i) {
+      const Registration work = register_triangle.load_item(i);
+      for (std::uint32_t k = 0; k < work.part_count(); ++k) register_triangle(work, k, entries_, splits_, bigs_);
+    }
+    test_entries();
+    const std::uint64_t big_count = bigs_.items.size();
+    const TestAgainstBig<kSwept> against_big{pair_test(), bigs_.items.data(), {&big_count, big_count}};
+    for (std::uint32_t p = 0; p < scene.patch_count; ++p) against_big(p, pairs_, patch_pairs_);
+    const ExpandPatchPair<kSwept> expand{pair_test(), patches_.data(), patch_pairs_.items.data()};
+    for (std::uint32_t i = 0; i < patch_pairs_.items.size(); ++i) {
+      const PatchWork work = expand.load_item(i);
+      PairCandidate candidate{};
+      for (std::uint32_t part = 0; part < work.part_count(); ++part) {
+        if (expand.filter(work, part, candidate)) expand.test(candidate, pairs_);
+      }
+    }
+  }
+
+  const std::vector<std::uint64_t>& pairs() const { return pairs_.items; }
+  std::size_t loose_count() const { return loose_.items.size(); }
+  std::size_t big_count() const { return bigs_.items.size(); }
+  std::size_t patch_pair_count() const { return patch_pairs_.items.size(); }
+  const HostVolumes& bounds() const { return bounds_; }
+
+  PairTest<kSwept> pair_test() {
+    return {scene_, bounds_.volumes.data(), bounds_.end_volumes.data(), bounds_.shapes.data()};
+  }
+
+ private:
+  EndVolumes* ends() { return kSwept ? bounds_.end_volumes.data() : nullptr; }
+
+  void test_entries() {
+    std::stable_sort(entries_.items.begin(), entries_.items.end(),
+                     [](const KeyedEntry& a, const KeyedEntry& b) { return a.key < b.key; });
+    std::vector<std::uint32_t> keys;
+    std::vector<Entry> sorted;
+    for (const KeyedEntry& entry : entries_.items) {
+      keys.push_back(entry.key);
+      sorted.push_back(entry.entry);
+    }
+    std::vector<std::uint32_t> begin(keys.size());
+    std::vector<std::uint32_t> count(keys.size());
+    std::vector<BoxedEntry> boxed(keys.size());
+    Collector<std::uint32_t> cells;
+    const PrepareEntry<ExactControl, kSwept> prepare{scene_,      bounds_.volumes.data(), ends(),       &grid_,
+                                                     keys.data(), sorted.data(),          boxed.data(), begin.data(),
+                                                     count.data()};
+    for (std::uint32_t j = 0; j < keys.size(); ++j) prepare(j, cells);
+    const TestPair<ExactControl, kSwept> test{pair_test(), keys.data(), boxed.data(), begin.data()};
+    Collector<std::uint64_t> flagged;
+    for (std::uint32_t j = 0; j < keys.size(); ++j) {
+      const auto item = test.load_item(j);
+      for (std::uint32_t k = 0; k < count[j]; ++k) {
+        PairCandidate candidate{};
+        if (test.filter(item, k, candidate)) test.test(candidate, pairs_, patch_pairs_, flagged);
+      }
+    }
+    EXPECT_TRUE(flagged.items.empty()) << "nothing is split";
+  }
+
+  const SceneView& scene_;
+  HostVolumes bounds_;
+  std::vector<PatchBounds<kSwept>> patches_;
+  GridParameters grid_;
+  Collector<KeyedEntry> entries_;
+  Collector<SplitRoot> splits_;
+  Collector<std::uint32_t> loose_, bigs_;
+  Collector<std::uint64_t> pairs_, patch_pairs_;
+};
+
+/// Every pair that passes PairTest, and those of them that have a point in common for certain.
+template <bool kSwept>
+struct AllPairs {
+  std::set<std::uint64_t> passing, touching;
+
+  AllPairs(const SceneView& scene, const PairTest<kSwept>& test) {
+    for (std::uint32_t a = 0; a < scene.triangle_count; ++a) {
+      for (std::uint32_t b = a + 1; b < scene.triangle_count; ++b) {
+        const Entry of_a = test.entry_of(a);
+        const Entry of_b = test.entry_of(b);
+        if (!test.classes_may_touch(test.touchable_classes(of_a), of_b) || !test.own_features(of_a, of_b)) continue;
+        if (!overlap(test.volumes[a], test.volumes[b]) || !test.may_touch(of_a, of_b)) continue;
+        passing.insert(pair_key(a, b));
+        if (share_position(scene, a, b)) touching.insert(pair_key(a, b));
+      }
+    }
+  }
+
+ private:
+  static bool share_position(const SceneView& scene, std::uint32_t a, std::uint32_t b) {
+    for (const std::uint32_t v : scene.triangles[a].v) {
+      for (const std::uint32_t w : scene.triangles[b].v) {
+        if (v == w || scene.x_t1[v] == scene.x_t1[w]) return true;
+      }
+    }
+    return false;
+  }
+};
+
+template <class Swept>
+class PatchStages : public testing::Test {};
+using Kinds = testing::Types<std::false_type, std::true_type>;
+TYPED_TEST_SUITE(PatchStages, Kinds, );
+
+// As volumes may overlap along all nine axes and yet have no point in common, sharing a cell asks a little more.
+TYPED_TEST(PatchStages, find_each_pair_of_triangles_once) {
+  const HostScene host = host_scene(TypeParam::value);
+  const SceneView scene = host.view_with_patches();
+  for (const float cell_size : {0.1F, 0.4F, 1.0F, 3.0F}) {
+    SCOPED_TRACE(cell_size);
+    SerialPatches<TypeParam::value> serial(scene, cell_size);
+    const AllPairs<TypeParam::value> all(scene, serial.pair_test());
+    const std::set<std::uint64_t> found(serial.pairs().begin(), serial.pairs().end());
+    EXPECT_EQ(found.size(), serial.pairs().size()) << "some twice";
+    EXPECT_TRUE(std::includes(all.passing.begin(), all.passing.end(), found.begin(), found.end()));
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), all.touching.begin(), all.touching.end()));
+    EXPECT_GT(found.size(), 9 * all.passing.size() / 10);
+    EXPECT_GT(all.touching.size(), 500U);
+    EXPECT_GT(serial.loose_count(), cell_size < 0.5F ? 50U : 10U);
+    if (cell_size < 0.3F) {
+      EXPECT_GT(serial.big_count(), 1U) << "the ground";
+    }
+    if (cell_size > 0.3F) {
+      EXPECT_GT(serial.patch_pair_count(), 50U);
+    }
+  }
+}
+
+TYPED_TEST(PatchStages, bound_all_triangles_of_a_patch) {
+  const HostScene host = host_scene(TypeParam::value);
+  const SceneView scene = host.view_with_patches();
+  const SerialPatches<TypeParam::value> serial(scene, 0.5F);
+  int whole = 0;
+  for (std::uint32_t p = 0; p < scene.patch_count; ++p) {
+    const std::uint32_t element = scene.patch_element(p);
+    if (is_empty(serial.bounds().volumes[element])) continue;
+    ++whole;
+    for (std::uint32_t i = 0; i < kPatchSize; ++i) {
+      const std::uint32_t t = scene.element_triangle(element, i);
+      if (t == kNoIndex || is_empty(serial.bounds().volumes[t])) continue;
+      EXPECT_TRUE(contains(serial.bounds().volumes[element], serial.bounds().volumes[t]));
+      EXPECT_LE(serial.bounds().shapes[t].growth, serial.bounds().shapes[element].growth);
+      EXPECT_EQ(serial.bounds().shapes[t].flags & ~serial.bounds().shapes[element].flags & ~kBigTriangle, 0U);
+    }
+  }
+  EXPECT_GT(whole, 40);
+}
+
+/// Finite ones of either sign.
+template <class Volume>
+Volume random_volume(Random& random) {
+  Volume volume{};
+  auto* const values = reinterpret_cast<float*>(&volume);
+  for (std::size_t i = 0; i < 2 * kKdopAxes * (std::is_same_v<Volume, EndVolumes> ? 2 : 1); ++i) {
+    values[i] = static_cast<float>(random.uniform(-9.0, 9.0));
+  }
+  return volume;
+}
+
+template <bool kSwept>
+void expect_twins_to_agree() {
+  using Volume = std::conditional_t<kSwept, EndVolumes, Kdop18>;
+  constexpr int kRows = kKdopAxes * PatchBounds<kSwept>::kEnds;
+  Random random(4);
+  for (int round = 0; round < 1000; ++round) {
+    PatchBounds<kSwept> patch{};
+    PatchBounds<kSwept> expected{};
+    for (std::uint32_t first = 0; first < kPatchSize; first += 4) {
+      Volume volumes[4];
+      const Volume* four[4];
+      for (int i = 0; i < 4; ++i) {
+        volumes[i] = random_volume<Volume>(random);
+        four[i] = volumes + i;
+      }
+      lay_four(patch, first, four);
+      generic::lay_four(expected, first, four);
+    }
+    ASSERT_EQ(std::memcmp(&patch, &expected, sizeof(patch)), 0);
+    const float* const lo = &patch.lo[0][0][0];
+    const float* const hi = &patch.hi[0][0][0];
+    const auto least = bounds_of_rows<false, kRows>(lo);
+    const auto greatest = bounds_of_rows<true, kRows>(hi);
+    const auto expected_least = generic::bounds_of_rows<false, kRows>(lo);
+    const auto expected_greatest = generic::bounds_of_rows<true, kRows>(hi);
+    ASSERT_EQ(std::memcmp(&least, &expected_least, sizeof(least)), 0);
+    ASSERT_EQ(std::memcmp(&greatest, &expected_greatest, sizeof(greatest)), 0);
+  }
+}
+
+TEST(PatchTwins, lay_and_bound_alike) {
+  expect_twins_to_agree<true>();
+  expect_twins_to_agree<false>();
+}
+
+}  // namespace
+}  // namespace softcd::test
