@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iostream>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "expectations.hpp"
@@ -47,10 +48,13 @@ class StepsInDouble : public testing::TestWithParam<const char*> {};
 
 TEST_P(StepsInDouble, are_free_up_to_a_hundredth_before_the_first_touch) {
   const std::filesystem::path folder = data_folder("ccd-steps");
-  if (folder.empty() || !std::filesystem::exists(folder / GetParam())) GTEST_SKIP() << missing_data("ccd-steps");
-  const Scene scene = read_ground_truth(folder, GetParam()).scene;
-  const Outcome outcome = outcome_of(scene, conservative(Detection::ccd));
-  const double exact = first_touch(scene, outcome.contacts);
+  const std::string step = std::string("ccd-steps/") + GetParam();
+  if (data_folder(step).empty()) GTEST_SKIP() << missing_data(step);
+  const GroundTruth truth = read_ground_truth(folder, GetParam());
+  const Outcome outcome = outcome_of(truth.scene, conservative(Detection::ccd));
+  const Difference difference = compare({truth.colliding(), {}}, features_of(outcome.contacts));
+  EXPECT_TRUE(difference.missed.empty()) << describe(difference);
+  const double exact = first_touch(truth.scene, outcome.contacts);
   std::cout << GetParam() << ": free up to " << outcome.statistics.earliest_toi << ", first touch at " << exact << '\n';
   EXPECT_LE(outcome.statistics.earliest_toi, exact);
   EXPECT_GE(outcome.statistics.earliest_toi, 0.99 * exact);
