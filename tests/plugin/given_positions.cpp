@@ -172,6 +172,50 @@ TEST(WideScenes, have_the_distances_and_normals_of_positions_as_given) {
   }
 }
 
+/// Pairs of triangles all over a space, the nearest edges of which cross at right angles, a gap apart, all turned.
+Scene pairs_of_crossing_edges(double width, double gap, float margin) {
+  Mesh mesh;
+  Random random(78);
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const Vec3d place = {random.uniform(-0.5, 0.5) * width, random.uniform(-0.5, 0.5) * width,
+                         random.uniform(-0.5, 0.5) * width};
+    const Vec3d u = unit_vector(random.in_box(1.0));
+    const Vec3d w = unit_vector(cross(u, random.in_box(1.0)));
+    const Vec3d normal = cross(u, w);
+    const Vec3d above = place + gap * normal;
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const std::uint32_t corner : {0U, 3U}) {
+      mesh.triangles.push_back({{first + corner, first + corner + 1, first + corner + 2}});
+    }
+    for (const Vec3d& x : {place - 0.02 * u, place + 0.03 * u, place - 0.05 * normal, above - 0.02 * w,
+                           above + 0.03 * w, above + 0.05 * normal}) {
+      mesh.positions.push_back(x);
+    }
+  }
+  return {still(mesh, everything(margin))};
+}
+
+TEST(WideScenes, have_the_distances_and_normals_of_edges_as_given) {
+  for (const double width : {100.0, 1e3, 1e4, 1e5}) {
+    for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+      constexpr double kGap = 1e-4;
+      const Scene scene = pairs_of_crossing_edges(width, kGap, 1e-4F);
+      const std::vector<Contact> contacts = detect_once(scene, conservative(detection));
+      ASSERT_EQ(contacts.size(), 100U);
+      for (const Contact& contact : contacts) {
+        ASSERT_EQ(contact.kind, ContactKind::edge_edge);
+        const Positions3& x = scene[0].x_t1;
+        const auto point = [&](int end) {
+          const Vec3d& start = x[contact.vertices[end]];
+          return start + static_cast<double>(contact.weights[end + 1]) * (x[contact.vertices[end + 1]] - start);
+        };
+        EXPECT_NEAR(contact.distance, kGap, 1e-6 * width * 0x1p-20 + 1e-10) << width << " m wide";
+        EXPECT_GT(dot(vec3_cast<double>(contact.normal), point(0) - point(2)), 0.999 * kGap) << width << " m wide";
+      }
+    }
+  }
+}
+
 TEST(WideScenes, are_not_full_of_contacts_for_one_triangle_far_away) {
   SoupOptions options;
   options.triangle_count = 400;
