@@ -6,7 +6,7 @@ usage() {
   cat <<'TEXT'
 usage: tests/fetch_data.sh [FOLDER]
 
-Downloads, with curl, 9 MB of recorded steps and queries with their exact verdicts into FOLDER (build/data), and
+Downloads, with curl, 18 MB of recorded steps and queries with their exact verdicts into FOLDER (build/data), and
 compares their checksums. Tests that need the data are skipped where it is missing. Existing files are kept. With
 another FOLDER configure with -DSOFTCD_DATA_DIR=FOLDER. The files are sample data of other authors, from
 github.com/Continuous-Collision-Detection; their licences come with them.

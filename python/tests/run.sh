@@ -43,6 +43,8 @@ build=$(cd "$build" && pwd)
 rm -rf "$build/venv" "$build/wheel"
 "$python" -m venv "$build/venv" || skip "$python makes no virtual environment; on Debian, install python3-venv"
 pip=("$build/venv/bin/python" -m pip --quiet --disable-pip-version-check)
+# Packages that are installed beside bring plugins of pytest, which may not fit this pytest.
+export PYTEST_DISABLE_PLUGIN_AUTOLOAD=1
 read -ra beside <<<"${SOFTCD_BESIDE:-}"
 "${pip[@]}" install pytest numpy ${beside[@]+"${beside[@]}"} || skip "pip cannot fetch pytest, numpy ${beside[*]}"
 

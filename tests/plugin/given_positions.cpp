@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iostream>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "expectations.hpp"
@@ -47,10 +48,13 @@ class StepsInDouble : public testing::TestWithParam<const char*> {};
 
 TEST_P(StepsInDouble, are_free_up_to_a_hundredth_before_the_first_touch) {
   const std::filesystem::path folder = data_folder("ccd-steps");
-  if (folder.empty() || !std::filesystem::exists(folder / GetParam())) GTEST_SKIP() << missing_data("ccd-steps");
-  const Scene scene = read_ground_truth(folder, GetParam()).scene;
-  const Outcome outcome = outcome_of(scene, conservative(Detection::ccd));
-  const double exact = first_touch(scene, outcome.contacts);
+  const std::string step = std::string("ccd-steps/") + GetParam();
+  if (data_folder(step).empty()) GTEST_SKIP() << missing_data(step);
+  const GroundTruth truth = read_ground_truth(folder, GetParam());
+  const Outcome outcome = outcome_of(truth.scene, conservative(Detection::ccd));
+  const Difference difference = compare({truth.colliding(), {}}, features_of(outcome.contacts));
+  EXPECT_TRUE(difference.missed.empty()) << describe(difference);
+  const double exact = first_touch(truth.scene, outcome.contacts);
   std::cout << GetParam() << ": free up to " << outcome.statistics.earliest_toi << ", first touch at " << exact << '\n';
   EXPECT_LE(outcome.statistics.earliest_toi, exact);
   EXPECT_GE(outcome.statistics.earliest_toi, 0.99 * exact);
@@ -163,6 +167,50 @@ TEST(WideScenes, have_the_distances_and_normals_of_positions_as_given) {
         }
         EXPECT_NEAR(contact.distance, kGap, 1e-6 * width * 0x1p-20 + 1e-10) << width << " m wide";
         EXPECT_GT(dot(vec3_cast<double>(contact.normal), offset), 0.999 * kGap) << width << " m wide";
+      }
+    }
+  }
+}
+
+/// Pairs of triangles all over a space, the nearest edges of which cross at right angles, a gap apart, all turned.
+Scene pairs_of_crossing_edges(double width, double gap, float margin) {
+  Mesh mesh;
+  Random random(78);
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const Vec3d place = {random.uniform(-0.5, 0.5) * width, random.uniform(-0.5, 0.5) * width,
+                         random.uniform(-0.5, 0.5) * width};
+    const Vec3d u = unit_vector(random.in_box(1.0));
+    const Vec3d w = unit_vector(cross(u, random.in_box(1.0)));
+    const Vec3d normal = cross(u, w);
+    const Vec3d above = place + gap * normal;
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const std::uint32_t corner : {0U, 3U}) {
+      mesh.triangles.push_back({{first + corner, first + corner + 1, first + corner + 2}});
+    }
+    for (const Vec3d& x : {place - 0.02 * u, place + 0.03 * u, place - 0.05 * normal, above - 0.02 * w,
+                           above + 0.03 * w, above + 0.05 * normal}) {
+      mesh.positions.push_back(x);
+    }
+  }
+  return {still(mesh, everything(margin))};
+}
+
+TEST(WideScenes, have_the_distances_and_normals_of_edges_as_given) {
+  for (const double width : {100.0, 1e3, 1e4, 1e5}) {
+    for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+      constexpr double kGap = 1e-4;
+      const Scene scene = pairs_of_crossing_edges(width, kGap, 1e-4F);
+      const std::vector<Contact> contacts = detect_once(scene, conservative(detection));
+      ASSERT_EQ(contacts.size(), 100U);
+      for (const Contact& contact : contacts) {
+        ASSERT_EQ(contact.kind, ContactKind::edge_edge);
+        const Positions3& x = scene[0].x_t1;
+        const auto point = [&](int end) {
+          const Vec3d& start = x[contact.vertices[end]];
+          return start + static_cast<double>(contact.weights[end + 1]) * (x[contact.vertices[end + 1]] - start);
+        };
+        EXPECT_NEAR(contact.distance, kGap, 1e-6 * width * 0x1p-20 + 1e-10) << width << " m wide";
+        EXPECT_GT(dot(vec3_cast<double>(contact.normal), point(0) - point(2)), 0.999 * kGap) << width << " m wide";
       }
     }
   }

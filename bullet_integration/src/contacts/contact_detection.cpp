@@ -75,6 +75,12 @@ void ContactDetection::drop_unread_face_trees(Span<btSoftBody* const> bodies) {
   }
 }
 
+void ContactDetection::hide_flags_of_endless_trees(Span<btSoftBody* const> bodies) {
+  for (btSoftBody* body : bodies) {
+    if (mirror_.has(*body)) mirror_.member(*body).face_tree.hide_flag_of_endless_tree(*body);
+  }
+}
+
 void ContactDetection::finish(bool looks_at_crossings) {
   BT_PROFILE("softcd contacts");
   releases_touches_ = looks_at_crossings && settings_.detection == Detection::ccd;

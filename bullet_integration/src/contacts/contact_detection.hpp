@@ -36,6 +36,8 @@ class ContactDetection {
 
   /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Between start() and finish().
   void drop_unread_face_trees(Span<btSoftBody* const> bodies);
+  /// Keeps Bullet's next prediction from building trees without end; see FaceTreeWatch. After finish().
+  void hide_flags_of_endless_trees(Span<btSoftBody* const> bodies);
 
  private:
   bool looks_at_way() const;

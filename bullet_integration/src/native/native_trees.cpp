@@ -32,18 +32,19 @@ btDbvtVolume volume_of(const btSoftBody::Node& node) {
   return btDbvtVolume::FromCR(node.m_x, 0);
 }
 
-TreeShape node_tree_shape(const btSoftBody& body) {
+/// Nodes at a common link are neighbours.
+NeighbourLists neighbours_of_nodes(const btSoftBody& body) {
   std::vector<std::pair<int, int>> pairs;
   pairs.reserve(static_cast<std::size_t>(body.m_links.size()));
   const auto index_of = [&](const btSoftBody::Node* node) { return static_cast<int>(node - &body.m_nodes[0]); };
   for (int i = 0; i < body.m_links.size(); ++i) {
     pairs.emplace_back(index_of(body.m_links[i].m_n[0]), index_of(body.m_links[i].m_n[1]));
   }
-  return tree_shape({body.m_nodes.size(), pairs});
+  return {body.m_nodes.size(), pairs};
 }
 
 /// Faces at a common edge are neighbours; of more than two there, those that follow each other in the body.
-TreeShape face_tree_shape(const btSoftBody& body) {
+NeighbourLists neighbours_of_faces(const btSoftBody& body) {
   struct Side {
     const btSoftBody::Node* ends[2];
     int face;
@@ -67,7 +68,17 @@ TreeShape face_tree_shape(const btSoftBody& body) {
   }
   NeighbourLists lists(body.m_faces.size(), pairs);
   lists.sort();
-  return tree_shape(std::move(lists));
+  return lists;
+}
+
+/// Whether btSoftBody::initializeFaceTree ends. It joins neighbours until one tree is left. Without memory to find out,
+/// the answer is yes, as for most bodies.
+bool face_tree_ends(const btSoftBody& body) {
+  try {
+    return is_connected(neighbours_of_nodes(body)) && is_connected(neighbours_of_faces(body));
+  } catch (const std::bad_alloc&) {
+    return true;
+  }
 }
 
 /// Replaces the tree by one with a leaf for each of `things`.
@@ -104,7 +115,7 @@ void build_tree(btDbvt& tree, Things& things, const TreeShape& shape) {
 /// suffice the tree stays as it is.
 void rebuild_node_tree(btSoftBody& body) {
   try {
-    build_tree(body.m_ndbvt, body.m_nodes, node_tree_shape(body));
+    build_tree(body.m_ndbvt, body.m_nodes, tree_shape(neighbours_of_nodes(body)));
   } catch (const std::bad_alloc&) {
     return;
   }
@@ -113,7 +124,7 @@ void rebuild_node_tree(btSoftBody& body) {
 /// The body has no face tree. Where memory does not suffice it gets one of another shape than Bullet's.
 void add_face_tree(btSoftBody& body) {
   try {
-    build_tree(body.m_fdbvt, body.m_faces, face_tree_shape(body));
+    build_tree(body.m_fdbvt, body.m_faces, tree_shape(neighbours_of_faces(body)));
   } catch (const std::bad_alloc&) {
     for (int i = 0; i < body.m_faces.size(); ++i) {
       btSoftBody::Face& face = body.m_faces[i];
@@ -314,7 +325,21 @@ void refit_face_trees(Span<btSoftBody* const> bodies) {
   }
 }
 
+void FaceTreeWatch::hide_flag_of_endless_tree(btSoftBody& body) const {
+  const bool has_it_alone = (body.m_cfg.collisions & Flags::SVSmask) == kClassicTreeFlag.flag;
+  if (!ends_ && has_it_alone) hide_flag(body, kClassicTreeFlag);
+}
+
 void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
+  const std::array<int, 3> sizes = {body.m_nodes.size(), body.m_links.size(), body.m_faces.size()};
+  const bool ended = ends_;
+  if (std::exchange(sizes_, sizes) != sizes || topology_changed) ends_ = face_tree_ends(body);
+  if (!ends_) {
+    if (body.m_fdbvt.empty()) add_face_tree(body);
+    return;
+  }
+  // With the flag hidden, the prediction cleared the tree of changed faces and built none.
+  if (!ended && body.m_fdbvt.empty()) remove_face_tree(body);
   if (body.m_fdbvt.empty()) {
     has_reader_ = false;
     return;

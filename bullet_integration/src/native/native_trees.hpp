@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -150,11 +151,20 @@ class FaceTreeWatch {
  public:
   /// To be called once a step, after Bullet's prediction. Removes a tree that the prediction built. A tree that
   /// comes back with the same topology belongs to ray tests and is left to Bullet.
+  ///
+  /// Bullet's construction never ends for a body in several parts: where common edges do not connect all faces, or
+  /// links all nodes. Such a body gets a tree of softcd's, so that ray tests build none.
   void drop_unread_tree(btSoftBody& body, bool topology_changed);
+  /// Hides the flag of a body in several parts, so that the next prediction builds no tree. To be called after the
+  /// step's last use of the flag by softcd. Leaves a body alone that has other flags of soft-soft contacts, too:
+  /// without this one Bullet would handle it by these.
+  void hide_flag_of_endless_tree(btSoftBody& body) const;
 
  private:
   bool dropped_ = false;
   bool has_reader_ = false;
+  bool ends_ = true;                      ///< Bullet's construction of a tree
+  std::array<int, 3> sizes_ = {0, 0, 0};  ///< numbers of nodes, links and faces for which ends_ is known
 };
 
 }  // namespace softcd::bullet

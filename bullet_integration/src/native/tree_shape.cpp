@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace softcd::bullet {
 namespace {
@@ -88,6 +89,19 @@ void NeighbourLists::sort() {
     first_[place + 1] = static_cast<int>(end - neighbours_.begin());
   }
   neighbours_.erase(end, neighbours_.end());
+}
+
+bool is_connected(const NeighbourLists& lists) {
+  if (lists.count() == 0) return true;
+  std::vector<char> is_reached(static_cast<std::size_t>(lists.count()), 0);
+  std::vector<int> reached = {0};
+  is_reached[0] = 1;
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    for (const int neighbour : lists.of(reached[i])) {
+      if (std::exchange(is_reached[static_cast<std::size_t>(neighbour)], 1) == 0) reached.push_back(neighbour);
+    }
+  }
+  return reached.size() == is_reached.size();
 }
 
 TreeShape tree_shape(NeighbourLists lists) {

@@ -25,6 +25,9 @@ class NeighbourLists {
   std::vector<int> neighbours_;
 };
 
+/// Returns whether every thing can be reached from every other one, from neighbour to neighbour.
+bool is_connected(const NeighbourLists& lists);
+
 /// Children of a tree's inner nodes, each after its own children: the n-th inner node is number lists.count() + n.
 using TreeShape = std::vector<std::pair<int, int>>;
 

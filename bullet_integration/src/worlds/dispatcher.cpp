@@ -55,6 +55,9 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
       contacts->drop_unread_face_trees(broadphase_.soft_bodies());
   });
   queries.read_contacts(broadphase_.soft_bodies(), broadphase_);
+  if (ContactDetection* contacts = queries.contacts.get()) {
+    contacts->hide_flags_of_endless_trees(broadphase_.soft_bodies());
+  }
   if (!std::exchange(queries.prevents_crossings_later, false)) warn_of_crossings();
 }
 

@@ -20,9 +20,13 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 ///
 /// Prefer the worlds of soft_worlds.hpp, or attach() for a world of Bullet's own class: Bullet calls a dispatcher
 /// neither around its prediction nor after its solver. Three flaws of Bullet therefore remain here. It updates every
-/// body's node tree. It builds a face tree after each change of topology, in time quadratic in the faces, and never
-/// finishes if links do not connect all faces. And with Detection::ccd the solver may move nodes through faces; the log
-/// says so once.
+/// body's node tree. It builds a face tree after each change of topology or of a mass, in time quadratic in the faces,
+/// and never finishes if the change splits a body. And with Detection::ccd the solver may move nodes through faces; the
+/// log says so once.
+///
+/// Bullet would never finish the face tree of a body in several parts, either: common edges do not connect all its
+/// faces, or links not all its nodes. Where a body is like that when pairs are dispatched, softcd gives it a face tree
+/// and hides its VF_SS flag until the next dispatch, as Broadphase does before the first one.
 class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
  public:
   /// Throws InvalidInput for settings out of range, and BackendError for a backend that is not there.
