@@ -27,7 +27,7 @@ void Failures::go_on(const Settings& settings, const char* cause) {
   ++count_;
   if (settings.on_error == OnError::throw_error) throw;
   if (std::exchange(has_warned_, true) || !settings.log) return;
-  // Without an allocation: it may be memory that is missing.
+  // Allocates nothing, because memory may have run out.
   std::array<char, 512> text{};
   std::snprintf(text.data(), text.size(), "%s, of which nothing is said again: %s", outcome_, cause);
   settings.log(LogLevel::warning, text.data());
