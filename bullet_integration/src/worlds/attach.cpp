@@ -48,7 +48,7 @@ Attachment::~Attachment() {
   try {
     attached_->detach();
   } catch (...) {
-    // It is detached all the same.
+    // The world is detached nevertheless.
   }
 }
 

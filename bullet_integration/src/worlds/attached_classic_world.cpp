@@ -18,7 +18,7 @@ Span<const Limitation> AttachedClassicWorld::limitations() const {
 
 void AttachedClassicWorld::make_up_for_pairs() {
   for (btSoftBody* body : span_of(bodies())) {
-    if (body->isActive()) body->m_scontacts.resize(0);  // those that Bullet has found
+    if (body->isActive()) body->m_scontacts.resize(0);  // Bullet's own contacts
   }
   queries().begin_step(span_of(bodies()));
   find_soft_contacts(step());

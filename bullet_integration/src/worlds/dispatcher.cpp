@@ -7,7 +7,7 @@
 namespace softcd::bullet {
 namespace {
 
-// Bullet's part of the pairs: everything but the vertex-face pairs of soft bodies.
+// Processes Bullet's pairs: all but the vertex-face pairs of soft bodies.
 class NativePairs : public btOverlapCallback {
  public:
   NativePairs(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) : dispatcher_(dispatcher), info_(info) {}
