@@ -86,9 +86,9 @@ inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet 
 /// examples.
 struct Settings {
   Backend backend = Backend::automatic;  ///< where detections run
-  /// dcd detects contacts by Bullet's own rules, at one end of the step. ccd detects along the whole step, and its last
-  /// pass stops nodes that would cross a face (with EdgeContacts::respond also edges that would cross edges), at any
-  /// speed. A Dispatcher under a world of Bullet's own class has no last pass. Only massless nodes and rigid meshes
+  /// dcd detects contacts by Bullet's own rules, at one end of the step. ccd detects along the whole step. Its last
+  /// pass stops nodes that would cross a face at any speed, and with EdgeContacts::respond edges that would cross
+  /// edges. A Dispatcher under a world of Bullet's own class has no last pass. Only massless nodes and rigid meshes
   /// that the app moves can still cross a body: see WorldDetection::crossing_answers(). docs/use/bullet.md has the
   /// exact rules.
   Detection detection = Detection::dcd;
