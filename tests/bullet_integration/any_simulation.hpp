@@ -38,7 +38,7 @@ class AnySimulation {
     }
     if (attaches) attach_again(*settings);
   }
-  /// Of those that softcd is attached to: detaches, and attaches.
+  /// Detaches and attaches again, for worlds that softcd is attached to.
   void attach_again(const bullet::Settings& settings) {
     attachment_.reset();
     attachment_ = bullet::attach(world(), settings);

@@ -48,7 +48,7 @@ void yield_and_process(btBroadphasePair& pair, btCollisionDispatcher& dispatcher
   btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
 }
 
-/// Where a stack of small sheets is after some steps.
+/// Returns the node positions of a stack of small sheets after some steps.
 std::vector<btScalar> end_of_stack(PlugIn plug_in, int steps) {
   Simulation simulation(plug_in, cpu_settings(Detection::ccd));
   simulation.dispatcher().setNearCallback(yield_and_process);

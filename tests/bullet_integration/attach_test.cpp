@@ -1,4 +1,4 @@
-// softcd in worlds that somebody else made: what it does there, and what it leaves when it goes.
+// softcd in worlds that other code has made: its effect there, and what it leaves after detaching.
 
 #include "attached_worlds.hpp"
 
@@ -131,7 +131,7 @@ TYPED_TEST(UnderDispatcher, that_passes_the_pair_cache_by_attached_softcd_leaves
   for (const auto& sheet : sheets) classic.removeSoftBody(sheet.get());
 }
 
-/// Of a world's tick callbacks.
+/// Counts the calls of a world's tick callbacks.
 struct Ticks {
   int before = 0, after = 0;
   std::function<void()> on_before, on_after;

@@ -59,7 +59,7 @@ class Grains {
   AnySimulation simulation_;
 };
 
-/// And cloths with many contacts, where Bullet keeps them in order.
+/// Adds cloths with many contacts, where Bullet keeps them in order.
 class Cloths {
  public:
   static constexpr int kSteps = 15;

@@ -207,10 +207,10 @@ TEST_P(BodyFilter, are_forgotten_with_the_nodes_that_they_are_of) {
   sheets.upper->appendNode(sheets.upper->m_nodes[0].m_x, 1);
   sheets.simulation.step();
   EXPECT_GT(sheets.count_contacts(), 0U);
-  EXPECT_EQ(
-      std::count(warnings.begin(), warnings.end(),
-                 "the filters of a soft body are forgotten: it has another number of nodes than when they were set"),
-      1);
+  EXPECT_EQ(std::count(
+                warnings.begin(), warnings.end(),
+                "the filters of a soft body were removed, because its number of nodes has changed since they were set"),
+            1);
 }
 
 TEST_P(BodyFilter, that_are_out_of_range_are_errors) {
@@ -225,7 +225,7 @@ TEST_P(BodyFilter, that_are_out_of_range_are_errors) {
   };
   bullet::BodyFilters filters;
   filters.nodes.resize(3);
-  EXPECT_EQ(error(filters), "softcd::bullet::BodyFilters: there are 3 of nodes, but the body has 81 nodes");
+  EXPECT_EQ(error(filters), "softcd::bullet::BodyFilters: there are 3 filters of nodes, but the body has 81 nodes");
   filters.nodes.clear();
   filters.neighbour_rings = 17;
   EXPECT_EQ(error(filters), "softcd::bullet::BodyFilters: neighbour_rings is 17, but must be 1 to 16");

@@ -211,7 +211,7 @@ struct Given {
     return twins;
   }
 
-  /// Of a site in the world with all contacts.
+  /// Returns the chosen contacts at a site of the world with all contacts.
   std::vector<SContact> chosen_at(const Site& site) const {
     for (std::size_t b = 0; b < all.bodies().size(); ++b) {
       const btSoftBody& owner = *all.bodies()[b];

@@ -45,8 +45,9 @@ btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity
   return sum;
 }
 
-/// Of a step of `time` in which the body was at `start` before. In classic worlds the solver moves nodes; Bullet takes
-/// velocities from that when it is through with a body, which the contacts of the bodies after it may move once more.
+/// Returns the momentum at the end of a step of `time`; `start` is the body's sum of mass times position before it. In
+/// classic worlds the solver moves nodes. Bullet computes a body's velocities after solving it, but the contacts of
+/// later bodies may still move its nodes.
 btVector3 momentum_at_end(World world, const btSoftBody& body, const btVector3& start, btScalar time) {
   if (world == World::deformable) return momentum(body, &btSoftBody::Node::m_v);
   return (momentum(body, &btSoftBody::Node::m_x) - start) / time;

@@ -77,7 +77,7 @@ class HeldSheets {
     places_.erase(&body);
     return simulation_.remove(body);
   }
-  /// Where its nodes are now is where they start from.
+  /// Saves the nodes' present positions as their start.
   void hold(btSoftBody& body) {
     std::vector<btVector3>& places = places_[&body];
     places.clear();

@@ -64,7 +64,8 @@ bool are_near(std::span<const Vec3d, 8> rows, std::size_t first_of_b) {
   return true;
 }
 
-/// Pairs of edges, of one of a and one of b, and of vertices of a and triangles of b, that touch on the way.
+/// Returns the number of feature pairs that touch during the step: an edge of a and one of b, or a vertex of a and a
+/// triangle of b.
 int count_passes(const Way& a, const Way& b) {
   int count = 0;
   std::array<Vec3d, 8> rows{};

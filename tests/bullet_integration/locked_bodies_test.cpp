@@ -1,5 +1,5 @@
-// Free bodies that are locked through each other when a step begins: they are let go and named, once, and nothing else
-// is let go with them; what the answers do to them neither adds energy nor momentum.
+// Free bodies that are locked through each other at the start of a step. They are released and named, once, and no
+// other features are released with them. The responses to them add neither energy nor momentum.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Nodes that somebody else moves: softcd gives way where it can, and tells what it cannot prevent.
+// Nodes that the app moves: softcd gives way where it can, and reports crossings that it cannot prevent.
 
 #include <gtest/gtest.h>
 

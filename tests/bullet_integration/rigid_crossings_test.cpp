@@ -204,7 +204,7 @@ TEST_P(RigidCrossings, what_is_unavoidable_is_counted_and_named_once) {
   EXPECT_EQ(std::set<std::string>(warnings.begin(), warnings.end()).size(), warnings.size());
 }
 
-// What the app puts through a mesh is let go, and named once while it stays at the same triangles.
+// A body that the app puts through a mesh is released, and named once while it stays at the same triangles.
 TEST_P(RigidCrossings, a_cloth_that_begins_in_a_mesh_is_excepted) {
   add_mesh(wall(2), btVector3(btScalar(0.03), 0, 0));
   btSoftBody& cloth = add_cloth(0);

@@ -15,7 +15,7 @@
 namespace softcd::test {
 namespace {
 
-/// Of the environment, or of the ordinary tests.
+/// Returns the number in the environment variable, or that of the ordinary tests.
 std::uint64_t number(const char* name, std::uint64_t of_tests) {
   const char* text = std::getenv(name);
   return text != nullptr ? std::stoull(text) : of_tests;

@@ -77,7 +77,7 @@ bool is_rope(const btSoftBody& body) {
   return body.m_faces.size() == 0;
 }
 
-/// Where a sheet is to have nodes.
+/// The plane at which a sheet is to have nodes.
 class Plane : public btSoftBody::ImplicitFn {
  public:
   Plane(const btVector3& normal, const btVector3& point) : normal_(normal), point_(point) {}

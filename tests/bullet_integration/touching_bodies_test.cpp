@@ -1,6 +1,6 @@
-// Bodies that touch when a step begins, at distances of exactly 0: nothing keeps them from coming apart or from
-// sliding, and what touches from one side stays there. What is through something by such touches alone is let go as
-// other locks.
+// Bodies that touch at the start of a step, at distances of exactly 0. They are free to separate and to slide, and
+// bodies that touch from one side stay on it. Bodies that intersect by such touches alone are released like other
+// intersecting bodies.
 
 #include <gtest/gtest.h>
 

@@ -45,7 +45,7 @@ std::unique_ptr<btTriangleMesh> mesh_of(const RigidTriangles& triangles) {
   return mesh;
 }
 
-/// Of all steps.
+/// The result of all steps.
 struct Tumbling {
   std::size_t most_edges = 0;         ///< that intersect triangles after a step
   std::size_t most_edges_in_box = 0;  ///< of the cloth or of the box in the other

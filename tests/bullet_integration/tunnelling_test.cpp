@@ -29,7 +29,7 @@ using demo::Simulation;
 
 enum class Missile { cloth, ball };
 
-/// Of all steps: nodes that meet a face of the other body, and edges in its faces after each.
+/// Sums over all steps: nodes that meet a face of the other body, and edges in its faces after each step.
 struct Passages {
   std::size_t crossings = 0;
   std::size_t edges = 0;
@@ -125,7 +125,7 @@ TEST_P(Tunnelling, none_in_the_classic_world) {
                       count_crossings(ours, missile(), speed()));
 }
 
-// With answers to edges, what is tangled is let go: nothing may become so.
+// With responses to edges, tangled features are released. So none may become tangled.
 TEST_P(Tunnelling, none_where_edges_are_answered) {
   bullet::Settings answered = settings();
   answered.edge_contacts = bullet::EdgeContacts::respond;

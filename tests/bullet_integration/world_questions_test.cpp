@@ -73,7 +73,7 @@ FacePairs intersecting_faces(const btSoftBody& a, const btSoftBody& b) {
   return pairs;
 }
 
-/// Of triangles that do not intersect.
+/// Returns the distance of triangles that do not intersect.
 double distance_of(const Corners& a, const Corners& b) {
   long double least = std::numeric_limits<long double>::infinity();
   for (std::size_t i = 0; i < 3; ++i) {

@@ -13,7 +13,7 @@ namespace softcd::bullet {
 /// The failures of one part of softcd. The log names the first.
 class Failures {
  public:
-  /// `outcome` begins the warning. It says what continues without the failed part.
+  /// `outcome` begins the warning, as in "the step has Bullet's own contacts".
   explicit Failures(const char* outcome) : outcome_(outcome) {}
 
   /// Counts and logs the exception that is being handled. Rethrows it if it is not softcd's, or with

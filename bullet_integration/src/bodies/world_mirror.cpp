@@ -23,7 +23,7 @@ void validate(const btSoftBody& body, const BodyFilters& filters) {
   const auto node_count = static_cast<std::size_t>(body.m_nodes.size());
   if (!filters.nodes.empty() && filters.nodes.size() != node_count) {
     throw InvalidInput("softcd::bullet::BodyFilters: there are " + std::to_string(filters.nodes.size()) +
-                       " of nodes, but the body has " + std::to_string(node_count) + " nodes");
+                       " filters of nodes, but the body has " + std::to_string(node_count) + " nodes");
   }
   BodySettings settings;
   settings.neighbour_rings = filters.neighbour_rings;
@@ -41,7 +41,7 @@ std::vector<Vec3d> rest_positions(const btSoftBody& body, const BodyFilters& fil
     x_rest.push_back(to_doubles(x));
     if (std::isfinite(x.x()) && std::isfinite(x.y()) && std::isfinite(x.z())) continue;
     throw InvalidInput("softcd::bullet::BodyFilters: node " + std::to_string(i) +
-                       " is not at a finite place, from which rest_distance is measured");
+                       " has a position that is not finite, but rest_distance is measured from it");
   }
   return x_rest;
 }
@@ -90,7 +90,7 @@ void WorldMirror::drop_unfit_filters(const btSoftBody& body) {
   filters_.erase(known);
   if (!settings_.log) return;
   settings_.log(LogLevel::warning,
-                "the filters of a soft body are forgotten: it has another number of nodes than when they were set");
+                "the filters of a soft body were removed, because its number of nodes has changed since they were set");
 }
 
 BodySettings WorldMirror::settings_of(const btSoftBody& body) const {

@@ -216,14 +216,14 @@ void ContactEconomy::choose_edges(Span<const Contact> contacts) {
 
 StageReport ContactEconomy::report() const {
   const char* const stage = "contact economy";
-  if (!is_choosing_) return {stage, false, "Bullet's solver is given all contacts"};
+  if (!is_choosing_) return {stage, false, "Bullet's solver gets all contacts"};
   const auto given_of = [](auto begin, auto end) {
     const auto given = std::count_if(begin, end, [](const ContactShare& share) { return share.count > 0; });
     return std::to_string(given) + " of " + std::to_string(end - begin);
   };
   const auto edges = shares_.begin() + static_cast<std::ptrdiff_t>(nearest_.size());
   return {stage, true,
-          "Bullet's solver is given " + given_of(shares_.begin(), edges) + " contacts of nodes with faces, and " +
+          "Bullet's solver gets " + given_of(shares_.begin(), edges) + " contacts of nodes with faces, and " +
               given_of(edges, shares_.end()) + " of edges"};
 }
 

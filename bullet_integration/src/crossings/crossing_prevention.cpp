@@ -264,20 +264,19 @@ void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const 
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,
                 "prevention of crossings: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
-                    " something passes through nodes that were held where they were: nodes without mass that the app "
-                    "moves, nodes on anchors, or rigid meshes that move; move them less in a step, or leave more room "
-                    "before them (of these "
-                    "bodies nothing is said again until they are apart)");
+                    " a body is crossed by features that the app moves (nodes without mass, nodes on anchors, or rigid "
+                    "meshes) and has no place to go; move them less in a step, or leave more space in front of them "
+                    "(reported once until these bodies separate)");
 }
 
 void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
   const std::string pairs = settings_.log ? tangled_.describe_new(TangleReason::start, mirror_, bodies) : std::string();
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,
-                "prevention of crossings: bodies are through each other when a step begins, so that they may move on "
-                "through each other there until they are apart, in " +
+                "prevention of crossings: bodies already intersect at the start of the step, and may move through each "
+                "other there until they separate, in " +
                     std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
-                    " (of these nothing is said again until they are apart; nothing else is let go)");
+                    " (reported once until these bodies separate; their other crossings are still prevented)");
 }
 
 }  // namespace softcd::bullet

@@ -75,7 +75,7 @@ class WorldRays {
   std::uint64_t revision_ = 1;
   std::unordered_map<const btSoftBody*, Member> members_;  ///< bodies that rays have come near
   std::shared_mutex mutex_;                                ///< protects the members and failures
-  Failures failures_{"a ray test goes on as Bullet's own"};
+  Failures failures_{"the ray test is Bullet's own"};
 };
 
 /// Nodes may move while an object of this class lives.

@@ -70,7 +70,7 @@ class WorldReadOut {
 
   ReadContacts read_contacts_;
   const Settings& settings_;
-  Failures failures_{"a step goes on without a list of what touches"};
+  Failures failures_{"the step has no list of contacts"};
   ContactReadOut contacts_;
   SolverRehearsal rehearsal_;
   DeformableImpulses deformable_impulses_;

@@ -56,8 +56,8 @@ Span<const Limitation> AttachedDeformableWorld::limitations() const {
   static constexpr Limitation kLimitations[] = {
       kTreesLimitation,
       {Limit::no_impulses_between_soft_bodies,
-       "What contacts between soft bodies gave is not known, as Bullet answers all of them in one call that nobody can "
-       "replace: has_impulses is false for these pairs."},
+       "The impulses of contacts between soft bodies are not known, because Bullet solves all of them in one call that "
+       "cannot be replaced: has_impulses is false for these pairs."},
       kRigidMeshesLimitation,
   };
   return {kLimitations, std::size(kLimitations) - (sees_pairs() ? 1 : 0)};

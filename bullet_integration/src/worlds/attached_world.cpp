@@ -97,7 +97,7 @@ void AttachedWorld::miss_pairs() {
   if (std::exchange(sees_pairs_, false)) {
     const Settings& settings = queries().settings();
     const auto fail = [](auto& /*detection*/) {
-      throw Error("the world's dispatcher does not have pairs processed by the pair cache");
+      throw Error("the world's dispatcher does not process pairs through the pair cache");
     };
     if (settings.rigid_meshes) queries().rigid_meshes.run(fail);
     if (settings.convex_shapes != ConvexShapes::nodes) queries().convex_shapes.run(fail);

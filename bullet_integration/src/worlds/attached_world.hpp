@@ -10,13 +10,13 @@ namespace softcd::bullet {
 /// Applies to every kind of world.
 inline constexpr Limitation kTreesLimitation = {
     Limit::updates_trees,
-    "Bullet goes on updating the trees of the bodies' nodes, and those of faces that were there before, which nobody "
-    "reads: a step takes longer than in softcd's own worlds."};
+    "Bullet still updates the trees of the bodies' nodes, and existing trees of faces, although nothing reads them: a "
+    "step takes longer than in softcd's own worlds."};
 /// Applies to worlds whose dispatcher bypasses the pair cache.
-inline constexpr Limitation kRigidMeshesLimitation = {
-    Limit::leaves_rigid_meshes,
-    "The world's dispatcher does not have pairs processed by the pair cache, so that contacts with rigid meshes are "
-    "Bullet's, and none with convex shapes are added to its own."};
+inline constexpr Limitation kRigidMeshesLimitation = {Limit::leaves_rigid_meshes,
+                                                      "The world's dispatcher does not process pairs through the pair "
+                                                      "cache: contacts with rigid meshes are Bullet's, and "
+                                                      "softcd adds none with convex shapes."};
 
 /// softcd in a world that other code has made, from construction to detach(). Bullet's step cannot be overridden from
 /// outside. So softcd's part of the step runs in objects that Bullet's step calls and that public functions of Bullet
