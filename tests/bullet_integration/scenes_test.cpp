@@ -27,7 +27,7 @@ void run(demo::Scene& scene, double seconds) {
   while (double(scene.time()) < seconds) scene.step();
 }
 
-/// Of a leg, under which the hands count as held back.
+/// The least stretch of a leg at which the hands count as stopped by the knot.
 constexpr btScalar kPull = btScalar(0.03);
 
 constexpr int kReefKnotSize = 90;

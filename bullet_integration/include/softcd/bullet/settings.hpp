@@ -37,8 +37,7 @@ enum class Contacts : std::uint32_t {
   all,  ///< all within the margin: a node over an edge has two, over a corner about six, with the same normal
   /// One for each place where the body's surface is nearest to the node, such as each layer of a fold. The kept contact
   /// carries the push and friction of those dropped. Classic worlds also drop contacts that cannot close within twice
-  /// this step's motion, and choose among contacts of edges. docs/use/bullet.md has the
-  /// rule.
+  /// this step's motion, and choose among contacts of edges. docs/use/bullet.md has the rule.
   closest_feature,
   automatic,  ///< closest_feature in classic worlds with Detection::dcd, otherwise all
 };
@@ -52,8 +51,8 @@ enum class ConvexShapes : std::uint32_t {
 
 /// The response to a step in which softcd fails with an Error or std::bad_alloc.
 enum class OnError : std::uint32_t {
-  /// The step goes on with Bullet's own detection, without contacts of edges and, in classic worlds, within bodies; or
-  /// without the last pass. Each detector warns once, and counts such steps.
+  /// The step continues with Bullet's own detection, without contacts of edges and, in classic worlds, within bodies;
+  /// or without the last pass. Each detector warns once, and counts such steps.
   fall_back,
   /// The exception passes through Bullet and ends the step in the middle.
   throw_error,
