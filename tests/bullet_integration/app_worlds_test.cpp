@@ -1,4 +1,4 @@
-// What an app can do with its world between steps and around it.
+// Everything that an app can do with its world between steps and around it.
 
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ TEST_P(AppWorlds, one_world_per_thread_gives_the_same_as_alone) {
   }
 }
 
-/// What an app saves of a body.
+/// The state of a body that an app saves.
 struct Snapshot {
   std::vector<btVector3> positions, previous, velocities;
 
@@ -200,7 +200,7 @@ struct PointCounter : btCollisionWorld::ContactResultCallback {
   }
 };
 
-/// What contact tests with all pairs of objects, and a ray from above each of them, report.
+/// Counts the points that contact tests of all pairs of objects report, and those of a ray from above each of them.
 int points_of_tests(btDiscreteDynamicsWorld& world) {
   PointCounter counter;
   btCollisionObjectArray& objects = world.getCollisionObjectArray();

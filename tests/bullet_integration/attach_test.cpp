@@ -328,7 +328,7 @@ TEST_P(AttachClassic, ends_a_step_when_the_next_begins_or_finish_step_is_called)
   EXPECT_EQ(run(true), run(false));
 }
 
-/// What the app changes before a step is finished: bodies are other ones, and have other faces.
+/// The app changes bodies before a step is finished: bodies are replaced, and have other faces.
 TEST_P(AttachClassic, finishes_a_step_with_bodies_that_are_no_more_what_they_were) {
   Sheets sheets(GetParam(), btScalar(0.08));
   const Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses, Detection::ccd));

@@ -1,4 +1,4 @@
-// Worlds that softcd is attached to do what softcd's own do, and those that it was detached from what they would.
+// Attached worlds give the results of softcd's own worlds, and detached ones those of Bullet's.
 
 #include "attached_worlds.hpp"
 

@@ -1,4 +1,4 @@
-// What an app may hand over by mistake, or on purpose: nothing hangs, and nobody else is harmed.
+// Bad input from an app, by mistake or on purpose: nothing hangs, and other bodies are not affected.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What touches what: WorldDetection::body_contacts() in all kinds of world.
+// Contacts by pairs of bodies: WorldDetection::body_contacts() in all kinds of world.
 
 #include <gtest/gtest.h>
 
@@ -196,7 +196,7 @@ TEST(BodyContacts, of_a_deformable_step_are_those_of_bullets_array) {
   EXPECT_EQ(keys_of(*pair, btScalar(0.1)), expected);
 }
 
-/// What a cloth is laid on.
+/// The ground on which a cloth is laid.
 enum class Ground { box, sphere, mesh };
 
 std::unique_ptr<btCollisionShape> make_ground(Ground ground, btTriangleMesh& triangles) {

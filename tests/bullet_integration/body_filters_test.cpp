@@ -1,4 +1,4 @@
-// What apps say of a body's nodes, neighbours and shape at rest, in every kind of world.
+// Filters of a body's nodes, neighbours and shape at rest, in every kind of world.
 
 #include <gtest/gtest.h>
 

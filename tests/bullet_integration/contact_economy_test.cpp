@@ -1,4 +1,4 @@
-// Settings::contacts and contacts_per_node: which of the contacts that Bullet's rule has its solver is given.
+// Settings::contacts and contacts_per_node choose contacts for Bullet's solver among those of Bullet's rule.
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the contacts of body_contacts() say that the solver gave, against what bodies got.
+// The impulses of body_contacts(), compared with the bodies' changes of momentum.
 
 #include <gtest/gtest.h>
 
@@ -290,7 +290,7 @@ TEST_P(ContactImpulses, of_a_gripper_of_meshes_are_what_the_cloth_gets_to_be_hel
   EXPECT_TRUE(forces.has_crossings);
 }
 
-/// What a sheet of one kilogram lies on.
+/// The floor under a sheet of one kilogram.
 enum class Floor { box, mesh, cloth };
 
 /// With the sheet, which rests after a second.

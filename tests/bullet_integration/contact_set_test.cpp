@@ -1,4 +1,4 @@
-// What softcd finds for VF_SS against what Bullet finds, and against all pairs by brute force, on the same states.
+// softcd's VF_SS contacts, compared with Bullet's and with brute force over all pairs, on the same states.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// What the answers to crossings do to free bodies: no momentum comes or goes, and no kinetic energy is added. What they
-// leave alone: bodies that are through each other already.
+// Responses to crossings of free bodies conserve momentum and add no kinetic energy. They do not change bodies that
+// already intersect.
 
 #include "crossings/crossing_prevention.hpp"
 
@@ -100,7 +100,7 @@ struct MeetingSheets {
 
 constexpr int kTries = 5;
 
-// As after contacts of later bodies: Bullet moves nodes that have got their velocities already.
+// The state after contacts of later bodies: Bullet moves nodes whose velocities it has already set.
 TEST(AnswersToCrossings, keep_what_a_classic_body_has_that_was_moved_but_not_pushed) {
   for (int seed = 0; seed < kTries; ++seed) {
     Random random(static_cast<std::uint64_t>(seed));
@@ -352,8 +352,8 @@ bullet::CrossingAnswers prevent_crossings(const CrossingsOfKind& kind, const Row
   return prevention.answers();
 }
 
-// What the lowest sheet pushes on goes as far as it, two and a half of the gaps, and meets the next: every answer leads
-// to further impacts.
+// A sheet that the lowest one pushes moves as far as it does, two and a half of the gaps, and meets the next sheet. So
+// every response leads to further impacts.
 TEST(AnswersToCrossings, end_with_nodes_that_stay_where_they_were) {
   for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     const Row row(*kind, 60, btScalar(0.25));

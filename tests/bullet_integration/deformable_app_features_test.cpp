@@ -1,4 +1,4 @@
-// What else Bullet's deformable world can do beside contacts between soft bodies: it goes on as with Bullet alone.
+// Features of Bullet's deformable world other than contacts between soft bodies: they work as with Bullet alone.
 
 #include <gtest/gtest.h>
 

@@ -20,7 +20,7 @@
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
 #include "deformable_support.hpp"
 
-/// What the tests of apps' settings in the deformable world share: every one runs with softcd and with Bullet alone.
+/// Shared by the tests of apps' settings in the deformable world. Each test runs with softcd and with Bullet alone.
 namespace softcd::test {
 
 /// Bullet moves the nodes of the deformable world explicitly.

@@ -1,4 +1,4 @@
-// What an app can do with a deformable world and its solvers, with Bullet's own result beside ours.
+// Everything that an app can do with a deformable world and its solvers, compared with Bullet's own result.
 
 #include <gtest/gtest.h>
 

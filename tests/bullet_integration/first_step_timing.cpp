@@ -1,4 +1,4 @@
-// What softcd spares Bullet in a world's first step.
+// The time that softcd saves in a world's first step.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What softcd takes out of Bullet's or the app's hands, and gives back.
+// State of Bullet and the app that softcd replaces, and restores.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The margin with which one classic contact answers for several, against Bullet's own solver.
+// The margin with which one classic contact replaces several, compared with Bullet's own solver.
 
 #include "contacts/joint_margin.hpp"
 

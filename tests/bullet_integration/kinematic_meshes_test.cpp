@@ -19,7 +19,7 @@ namespace softcd::test {
 namespace {
 
 constexpr int kKinematic = btCollisionObject::CF_KINEMATIC_OBJECT;
-/// What Bullet's usual way of making a body of mass 0 kinematic leaves.
+/// The flags after Bullet's usual way of making a body of mass 0 kinematic.
 constexpr int kStaticAndKinematic = kKinematic | btCollisionObject::CF_STATIC_OBJECT;
 
 /// Metres a second.

@@ -175,7 +175,7 @@ TEST_P(ThroughPiles, a_ball_through_held_cloths_is_counted_and_named) {
   EXPECT_GE(pairs.size(), 5U) << "the ball and each cloth";
 }
 
-// What the app puts through something is let off, and nothing else.
+// A body that the app puts through another is released from that one only.
 TEST_P(MovedByOthers, a_sheet_put_through_another_is_excepted_alone) {
   btSoftBody& first = add_sheet(0, /*fixed=*/true);
   btSoftBody& second = add_sheet(btScalar(0.04), /*fixed=*/false, 6);

@@ -1,4 +1,4 @@
-// Bullet's own trees and flags, which softcd keeps Bullet from paying for.
+// Bullet's own trees and flags, whose cost softcd avoids.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Rays through softcd's worlds, as apps cast them, against Bullet's own ray tests of the same bodies.
+// Rays through softcd's worlds, as apps cast them, compared with Bullet's own ray tests of the same bodies.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@
 namespace softcd::test {
 namespace {
 
-/// What a callback was told of one object.
+/// A hit of one object, as a callback received it.
 struct ToldOfRay {
   const btCollisionObject* object;
   int part, triangle;

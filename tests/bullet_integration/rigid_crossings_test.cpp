@@ -1,5 +1,5 @@
-// No step with continuous detection ends with a soft body through a rigid triangle mesh: edges of either through faces
-// of the other are counted in exact arithmetic, every pair of them. What the soft body cannot avoid is named.
+// No step with continuous detection ends with a soft body through a rigid triangle mesh. Edges of either in faces of
+// the other are counted in exact arithmetic, for every pair. Unavoidable crossings are named.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Scenes whose bodies hold each other or themselves: they do with softcd, and do not where nothing keeps them apart.
+// Scenes whose bodies hold each other or themselves. They hold with softcd, and come apart without contacts.
 
 #include <gtest/gtest.h>
 

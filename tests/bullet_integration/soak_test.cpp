@@ -1,4 +1,4 @@
-// A world that lives long, in which all kinds of things change. tests/soak.sh has the long form.
+// A long simulation in which all kinds of things change. tests/soak.sh has the long form.
 
 #include <gtest/gtest.h>
 

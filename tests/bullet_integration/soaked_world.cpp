@@ -260,7 +260,7 @@ void SoakedWorld::remove(std::size_t member) {
   ++counts_.went;
 }
 
-/// What has fallen past the ground, or was thrown away.
+/// Removes bodies that have fallen past the ground or were thrown away.
 void SoakedWorld::remove_strays() {
   for (std::size_t m = members_.size(); m-- > 0;) {
     const Box box = box_of(*members_[m].body);

@@ -13,7 +13,7 @@
 
 namespace softcd::test {
 
-/// What has been going on in a soaked world.
+/// Counts of the events in a soaked world.
 struct SoakCounts {
   std::uint64_t steps = 0;
   std::uint64_t watched_steps = 0;  ///< in which nothing may pass through anything

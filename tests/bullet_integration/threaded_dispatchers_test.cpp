@@ -1,4 +1,4 @@
-// Bullet's multithreaded dispatcher with more pairs than threads. Where Bullet was built with BT_THREADSAFE it calls
+// Bullet's multithreaded dispatcher with more pairs than threads. If Bullet was built with BT_THREADSAFE, it calls
 // softcd from all of them: tests/thread_safe_bullet.sh.
 
 #include <gtest/gtest.h>

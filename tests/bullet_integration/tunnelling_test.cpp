@@ -1,4 +1,4 @@
-// What is thrown at a cloth must not pass through it, however fast it is. Crossings are counted in exact arithmetic.
+// Bodies that are thrown at a cloth must not pass through it, at any speed. Crossings are counted in exact arithmetic.
 
 #include <gtest/gtest.h>
 

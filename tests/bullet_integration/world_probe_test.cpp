@@ -1,4 +1,4 @@
-// What apps ask of worlds with soft bodies, whoever made these, against brute force and analytic distances.
+// Questions about worlds with soft bodies, of softcd's class or not, compared with brute force and analytic distances.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ namespace {
 /// A node, face or edge of each side.
 using Features = std::array<int, 4>;
 
-/// What a contact test's callback was told.
+/// A contact as a contact test's callback received it.
 struct Told {
   const btCollisionObject *object, *other;
   Features features;  ///< part and index of the object, then of the other

@@ -1,4 +1,4 @@
-// A Probe's questions about the soft bodies of a world, whoever made it, against every face tried by itself.
+// A Probe's questions about the soft bodies of a world, of softcd's class or not, compared with tests of every face.
 
 #include <gtest/gtest.h>
 

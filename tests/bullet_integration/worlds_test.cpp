@@ -1,4 +1,4 @@
-// Simulations that run for a while: does what should rest on something rest there?
+// Simulations that run for a while: bodies come to rest where they should.
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,7 @@ namespace softcd::bullet {
 /// Factor of a node's motion by which Bullet's CollideVF_SS enlarges the node's margin.
 inline constexpr float kBulletMotionMargin = 2.0F;
 
-/// What a written contact carries of other contacts of its node that are not written.
+/// The share of a written contact, which may carry other contacts of its node that are not written.
 struct ContactShare {
   std::uint32_t count = 1;  ///< contacts that it carries, itself included; 0: it is not written
   btScalar margin_cut = 0;  ///< subtracted from the margin of Bullet's formulas
