@@ -123,7 +123,7 @@ inline constexpr std::array kEveryWorld = {World::one_line,   World::multi_body,
 inline const auto kWorlds = testing::ValuesIn(kEveryWorld);
 inline const auto kClassicWorlds =
     testing::Values(World::one_line, World::multi_body, World::dispatcher, World::attached);
-/// softcd looks for crossings once the solver is done; it has no part in that under a dispatcher.
+/// Worlds with crossing prevention after the solver. A world under a dispatcher has none.
 inline const auto kLookingWorlds =
     testing::Values(World::one_line, World::multi_body, World::deformable, World::attached, World::attached_deformable);
 

@@ -151,7 +151,7 @@ int lines_drawn_of(btDiscreteDynamicsWorld& world, int draw_flags) {
   return lines_drawn(world);
 }
 
-// Bullet's face trees are what softcd saves.
+// softcd builds no face trees of Bullet's.
 TEST_P(AppWorlds, are_drawn_as_bullets_are_but_for_face_trees) {
   Collection ours(GetParam());
   Collection bullets(PlugIn::none);
@@ -170,7 +170,7 @@ TEST_P(AppWorlds, are_drawn_as_bullets_are_but_for_face_trees) {
   EXPECT_GT(lines_drawn_of(ours.world(), -1), 0);
 }
 
-/// A crate that stands on the box of a Collection, whatever the world's solver does.
+/// A crate that rests on the box of a Collection, with any solver of the world.
 class Crate {
  public:
   explicit Crate(btDiscreteDynamicsWorld& world) : world_(world), body_(1, nullptr, &shape_, btVector3(1, 1, 1)) {

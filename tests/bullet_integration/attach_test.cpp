@@ -288,7 +288,7 @@ TEST_P(Attach, may_be_destroyed_before_the_world) {
     sheets.step();
     const Attachment second = std::move(first);
     EXPECT_TRUE(second.is_attached());
-    EXPECT_FALSE(first.is_attached());  // NOLINT(bugprone-use-after-move): what it says then
+    EXPECT_FALSE(first.is_attached());  // NOLINT(bugprone-use-after-move): the state after a move
   }
   EXPECT_EQ(sheets.world().getBroadphase(), broadphase);
   sheets.step();
@@ -309,7 +309,7 @@ TEST_P(AttachClassic, notices_a_world_that_is_destroyed_with_bodies_in_it) {
 TEST_P(AttachClassic, ends_a_step_when_the_next_begins_or_finish_step_is_called) {
   const auto run = [&](bool finishes_steps) {
     Sheets sheets(GetParam(), btScalar(0.3));
-    for (btSoftBody* body : {sheets.held, sheets.free}) body->m_cfg.piterations = 0;  // answers no contacts
+    for (btSoftBody* body : {sheets.held, sheets.free}) body->m_cfg.piterations = 0;  // no response to contacts
     sheets.free->setVelocity(btVector3(0, -40, 0));
     Attachment attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
     sheets.step();

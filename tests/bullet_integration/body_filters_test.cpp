@@ -137,7 +137,7 @@ TEST_P(BodyFilter, what_is_near_at_rest_is_kept_from_each_other) {
   filters.rest_distance = is_deformable(GetParam()) ? 0.46F : 0.21F;
   sheet.set_filters(filters);
   EXPECT_EQ(sheet.step(), 0U);
-  // Rolled up, what was far from each other is near.
+  // Nodes that were far from each other are near when the sheet is rolled up.
   for (int i = 0; i < sheet.body->m_nodes.size(); ++i) {
     btSoftBody::Node& node = sheet.body->m_nodes[i];
     const btScalar angle = node.m_x.x() * btScalar(6);

@@ -90,7 +90,7 @@ demo::ClothShape bumpy(btScalar height, btScalar most, Random& random) {
   return shape;
 }
 
-/// Two layers at heights 0 and `gap` that are joined along x = 0: one body, whatever is between them.
+/// Two layers of one body at heights 0 and `gap`, joined along x = 0.
 demo::ClothShape folded(btScalar gap) {
   demo::ClothShape shape;
   shape.columns = 2 * kNodes;
@@ -500,7 +500,7 @@ class EdgeEconomy : public testing::TestWithParam<Detection> {
     settings.edge_contacts = edges;
     return settings;
   }
-  /// Two sheets that are nowhere through each other.
+  /// Two sheets that do not intersect.
   static void build_bumps(Still& still, std::uint64_t seed) {
     Random random(seed);
     still.add(bumpy(0, btScalar(0.025), random));

@@ -36,7 +36,7 @@ class ClassicContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicContactImpulses, testing::Values(World::one_line, World::multi_body),
                          world_name);
 
-/// Mass times what the vector says of each node.
+/// Returns the sum of mass times that vector of each node.
 btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity) {
   btVector3 sum(0, 0, 0);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
@@ -209,7 +209,7 @@ class HeldCloth {
   static constexpr btScalar kMass = btScalar(0.2);
   struct Forces {
     btVector3 on_cloth{0, 0, 0}, on_fingers{0, 0, 0};
-    btVector3 expected{0, 0, 0};  ///< what the momentum of the cloth says
+    btVector3 expected{0, 0, 0};  ///< by the momentum of the cloth
     bool has_crossings = false;   ///< whether the last pass of a step held it
   };
 

@@ -45,7 +45,7 @@ btScalar drop_corner(World world, const std::optional<bullet::Settings>& setting
   return box.getWorldTransform().getOrigin().y();
 }
 
-/// Bullet's deformable world does not solve contacts of what is all fixed.
+/// Bullet's deformable world does not solve contacts of bodies whose nodes are all fixed.
 TEST_P(ConvexShapesInClassicWorlds, a_corner_is_caught_by_a_large_triangle) {
   EXPECT_LT(drop_corner(GetParam(), std::nullopt), -1) << "with Bullet alone";
   EXPECT_EQ(drop_corner(GetParam(), test_settings()), drop_corner(GetParam(), std::nullopt));

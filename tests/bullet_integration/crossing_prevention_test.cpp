@@ -49,8 +49,8 @@ void expect_no_push(const Motion& before, const Motion& after) {
   EXPECT_LE(after.energy, before.energy * btScalar(1 + 1e-5) + btScalar(1e-9));
 }
 
-/// Two free sheets with different nodes, close above each other that move through each other in the next step, the
-/// upper one much faster than the lower one, each node somewhat otherwise than the next.
+/// Two free sheets with different nodes, close above each other, that cross in the next step. The upper one is much
+/// faster than the lower one, and each node's motion differs a little.
 struct MeetingSheets {
   btSoftBodyWorldInfo world_info;
   std::unique_ptr<btSoftBody> bodies[2];
@@ -181,7 +181,7 @@ TEST(AnswersToCrossings, do_not_throw_a_node_that_can_hardly_give_way) {
   EXPECT_LT(velocity.length(), 2 * kSpeed);
 }
 
-/// Sheets in a cube that fly wildly through each other in the next step, and within a cage of others that do not move.
+/// Sheets in a cube that fly wildly and cross each other in the next step, within a cage of others that do not move.
 class WildSheets {
  public:
   explicit WildSheets(Random& random) {
@@ -363,7 +363,7 @@ TEST(AnswersToCrossings, end_with_nodes_that_stay_where_they_were) {
     EXPECT_GT(answers.held_nodes, 0U);
     EXPECT_EQ(answers.unavoidable, 0U);
     EXPECT_TRUE(row.is_in_order(*kind));
-    EXPECT_NEAR(row.momentum() / momentum, 1, 1e-4) << "held back for one step alone";
+    EXPECT_NEAR(row.momentum() / momentum, 1, 1e-4) << "held for one step only";
   }
 }
 
@@ -433,8 +433,8 @@ std::unique_ptr<btSoftBody> make_free_triangle(btSoftBodyWorldInfo& world_info, 
   return body;
 }
 
-// A dancer, her skirt's waist that turns with her, and a node of the skirt whose edge lies on an edge of hers but for
-// the rounding of their positions. Recorded; what moves as one with her meets her by rounding.
+// A dancer, her skirt's waist that turns with her, and a node of the skirt. An edge at that node lies on an edge of
+// hers, up to the rounding of their positions. Recorded; nodes that move as one with her meet her by rounding.
 TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) {
   const btVector3 way_a(btScalar(-0.00257956), 0, btScalar(-0.00108461));
   const btVector3 way_b(btScalar(-0.00216515), btScalar(1.19209e-07), btScalar(-0.000929065));
@@ -467,7 +467,7 @@ TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) 
   }
 }
 
-/// Moves a sheet whose middle node alone is below another sheet up until it is free. Returns whether that was answered.
+/// Moves a sheet whose middle node alone is below another sheet up until it is free. Returns whether it was stopped.
 bool is_held_back(const CrossingsOfKind& kind, bullet::EdgeContacts edge_contacts) {
   btSoftBodyWorldInfo world_info;
   SheetOptions options;

@@ -365,7 +365,7 @@ TEST(DeformableAppFeatures, worlds_are_saved_as_bullets_are) {
   EXPECT_FALSE(chunks.empty());
 }
 
-// Bullet's face trees are what softcd saves.
+// softcd builds no face trees of Bullet's.
 TEST(DeformableAppFeatures, worlds_are_drawn_as_bullets_are_but_for_face_trees) {
   Exhibition ours(cpu_settings());
   Exhibition bullets(std::nullopt);

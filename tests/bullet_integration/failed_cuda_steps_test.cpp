@@ -80,7 +80,7 @@ std::vector<Step> live(Layers& sheets) {
   return steps;
 }
 
-/// The same in a world of Bullet's own, which tells no numbers.
+/// Does the same in a world of Bullet's own, which reports no numbers.
 std::vector<LayerContacts> live_without_softcd(Layers& sheets) {
   std::vector<LayerContacts> steps;
   for (int i = 0; i <= kFailingSteps; ++i) {

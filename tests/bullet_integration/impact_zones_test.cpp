@@ -214,7 +214,7 @@ TEST(InelasticImpulses, of_nodes_that_touch_what_is_rigid_add_no_energy) {
   EXPECT_GT(answered, 50);
 }
 
-// Nodes in a corner of something rigid slide past each other; nearly all of the impulse goes into what is rigid.
+// Nodes in a corner of a rigid object slide past each other. Nearly all of the impulse goes into the rigid object.
 TEST(InelasticImpulses, between_nodes_in_a_corner_add_no_energy) {
   Random random(1);
   const Zone zone(random, 0);

@@ -82,7 +82,7 @@ class Layers {
   /// One node of the upper sheet has no position.
   void spoil() { places_.back().setY(std::numeric_limits<btScalar>::quiet_NaN()); }
 
-  /// Bullet answers no contacts: what moves fast enough passes through.
+  /// Switches off Bullet's response to contacts, so that fast nodes pass through.
   void answer_nothing() {
     for (btSoftBody* body : bodies_) body->m_cfg.piterations = 0;
   }

@@ -58,7 +58,7 @@ class RigidCrossings : public WarnedSimulation {
     part = std::move(shape);
     return *(rigid = &simulation.add_rigid(std::move(compound), place));
   }
-  /// Bullet is told of it, so that the mesh has a velocity.
+  /// Makes the body kinematic for Bullet, so that the mesh has a velocity.
   void make_kinematic() const {
     rigid->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     rigid->setActivationState(DISABLE_DEACTIVATION);
@@ -134,7 +134,7 @@ TEST_P(RigidCrossings, none_of_a_cloth_thrown_at_hills_in_a_compound) {
   expect_none_through();
 }
 
-// Ten to a thousand metres a second: what it meets goes along.
+// Hills move with ten to a thousand metres a second, and take bodies along.
 TEST_P(RigidCrossings, none_where_hills_are_moved_through_a_free_cloth) {
   for (const btScalar speed : {btScalar(10), btScalar(100), btScalar(1000)}) {
     SCOPED_TRACE(speed);

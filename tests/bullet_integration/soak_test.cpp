@@ -65,7 +65,7 @@ TEST_P(Soak, nothing_passes_through_anything_and_memory_does_not_grow) {
             << " contacts, " << counts.impacts << " impacts, " << counts.held_nodes << " nodes held, " << counts.excused
             << " steps excused, " << counts.peak_bytes << " bytes at most, resident set " << most_of_first_quarter
             << " MiB in the first quarter, " << most << " in all\n";
-#ifndef __SANITIZE_ADDRESS__  // which keeps what was freed, more of it at one time than at another
+#ifndef __SANITIZE_ADDRESS__  // which keeps freed memory, a varying amount of it
   EXPECT_LT(most, most_of_first_quarter * 1.1 + 16);
 #endif
   EXPECT_LT(counts.peak_bytes, 64U << 20);

@@ -79,7 +79,7 @@ class SoakedWorld {
   btRigidBody* box_ = nullptr;
   bool has_box_ = true;
   std::vector<Member> members_;      ///< without the pillar
-  bool may_be_tangled_ = false;      ///< what passes through something has not been prevented since this was looked at
+  bool may_be_tangled_ = false;      ///< crossings have not been prevented since the last check
   bool have_nodes_changed_ = false;  ///< since the last step
   SoakCounts counts_;
 };

@@ -37,7 +37,7 @@ std::array<Vec3d, 3> corners_of(const Positions3& x, const Triangle& triangle) {
   return {x[triangle.v[0]], x[triangle.v[1]], x[triangle.v[2]]};
 }
 
-/// Exact; what touches counts too.
+/// Returns whether triangles intersect or touch, exactly.
 bool intersect(const std::array<Vec3d, 3>& a, const std::array<Vec3d, 3>& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (demo::intersects(a[i], a[(i + 1) % 3], b) || demo::intersects(b[i], b[(i + 1) % 3], a)) return true;

@@ -15,7 +15,8 @@
 #include "softcd/bullet/dispatcher.hpp"
 #include "softcd/bullet/soft_worlds.hpp"
 
-// Meters per second: in a step two edges of what is thrown, nearly the held sheet's side, and far beyond all there is.
+// Meters per second. In a step the thrown body moves by two of its edges, by nearly the held sheet's side, and far
+// beyond all bodies.
 #ifndef SOFTCD_SPEEDS
 #define SOFTCD_SPEEDS 10, 100, 300
 #endif
@@ -205,7 +206,7 @@ std::size_t count_crossings_in_a_pile(AnySimulation& simulation) {
   return crossings;
 }
 
-// The answer moves the sheet that was met into the next one, which had met nothing yet, and so on.
+// The response moves the sheet that was hit into the next one, and so on.
 TEST(Piles, what_is_pushed_does_not_pass_through_the_next) {
   Simulation classic(PlugIn::one_line_world, cpu_settings(Detection::ccd));
   EXPECT_EQ(count_crossings_in_a_pile(classic), 0U);

@@ -179,7 +179,7 @@ TEST_P(WorldProbes, tell_what_a_body_touches_of_itself) {
   EXPECT_EQ(std::adjacent_find(features.begin(), features.end()), features.end());
 }
 
-/// Each node's least distance, of those that were told.
+/// Returns each node's least distance among the reported contacts.
 std::map<int, double> least_distances(const Listener& listener, const btCollisionObject* soft) {
   std::map<int, double> least;
   for (const Told& one : listener.told) {
@@ -193,7 +193,8 @@ std::map<int, double> least_distances(const Listener& listener, const btCollisio
   return least;
 }
 
-/// Nodes within `threshold` of the surface that `signed_distance` measures, and no others, are told at that distance.
+/// Expects that the nodes within `threshold` of the surface that `signed_distance` measures, and no others, are
+/// reported at that distance.
 template <class SignedDistance>
 void expect_distances(const Listener& listener, const btSoftBody& soft, double threshold,
                       const SignedDistance& signed_distance) {

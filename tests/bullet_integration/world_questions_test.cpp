@@ -31,7 +31,7 @@ using Corners = std::array<Vec3d, 3>;
 
 class WorldQuestions : public WorldProbes {
  protected:
-  /// With nodes that float32 has exactly, in whatever precision Bullet is.
+  /// Adds a ball whose nodes are float32 numbers, in either precision of Bullet.
   btSoftBody& add_exact_ball(const btVector3& centre) {
     btSoftBody& ball = add_ball(centre);
     for (int i = 0; i < ball.m_nodes.size(); ++i) {
@@ -150,7 +150,7 @@ struct Split {
   }
   ProbeChange question(BodyId body) const { return {body, removed, added, new_vertices}; }
 
-  /// Halves take the places of what was removed, and those behind the last.
+  /// Halves replace removed triangles; further ones follow the last triangle.
   void make(btSoftBody& body) const {
     const Vec3d x = new_vertices[0];
     body.appendNode(btVector3(btScalar(x.x), btScalar(x.y), btScalar(x.z)), 1);
