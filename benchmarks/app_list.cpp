@@ -139,7 +139,7 @@ AppDrive build_trampoline(AppWorld& world) {
   return {};
 }
 
-/// The program of docs/bullet-app.md, longer.
+/// The program of docs/use/bullet-app.md, longer.
 AppDrive build_thrown_cloth(AppWorld& world) {
   ClothShape held = demo::horizontal_cloth(31, 3, 0);
   held.is_fixed = [](int, int) { return true; };

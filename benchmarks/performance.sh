@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures the tables of docs/performance-tables.md.
+# Measures the tables of docs/measured/performance-tables.md.
 set -euo pipefail
 
 usage() {
@@ -10,7 +10,7 @@ Runs the benchmarks `detector` and `bullet` and appends one section of tables, h
 
   BENCH     the program softcd-bench, e.g. build/release/benchmarks/softcd-bench
   BACKENDS  cpu, cuda, or both: cpu,cuda
-  FILE      docs/performance-tables.md, or a file that does not exist yet
+  FILE      docs/measured/performance-tables.md, or a file that does not exist yet
 
   SOFTCD_REPEAT=N  measured detections; default 50
   SOFTCD_MOST=N    triangles of the largest scene; default 1000000

@@ -28,7 +28,7 @@ function(softcd_install_library target export_name include_dir)
 endfunction()
 
 softcd_install_library(softcd softcd "${PROJECT_SOURCE_DIR}/plugin/include")
-# Of these only what the others include.
+# Installs only the kernels' headers that public headers include.
 set(softcd_kernel_include_dir "${PROJECT_SOURCE_DIR}/kernels/include")
 file(GLOB_RECURSE softcd_kernel_headers RELATIVE "${softcd_kernel_include_dir}" "${softcd_kernel_include_dir}/*.hpp")
 list(FILTER softcd_kernel_headers INCLUDE REGEX "${SOFTCD_PUBLIC_KERNEL_HEADERS}")

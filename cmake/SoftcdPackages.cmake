@@ -56,6 +56,6 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS libbullet-dev)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME ${softcd_tools_package})
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION math)
-# What draws pictures and is loaded when it is needed.
+# OpenGL draws pictures and is loaded at run time.
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "libopengl0, libgl1-mesa-dri")
 include(CPack)

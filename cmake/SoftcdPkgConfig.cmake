@@ -1,5 +1,6 @@
-# What find_package(softcd) gives, for pkg-config: softcd.pc, softcd-bullet.pc and softcd-bullet-float64.pc. What static
-# libraries need besides is private there, so that `pkg-config --static` names it.
+# Files for pkg-config with the results of find_package(softcd): softcd.pc, softcd-bullet.pc and
+# softcd-bullet-float64.pc. Further libraries that static ones need are private there, so that `pkg-config --static`
+# names them.
 
 set(softcd_pc_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 # They find what lies beside them, wherever they are installed.

@@ -16,7 +16,7 @@ function(softcd_target_options target)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON
                                              CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden
                                              VISIBILITY_INLINES_HIDDEN ON)
-  # Where CMAKE_UNITY_BUILD has all sources of a target compiled as one.
+  # With CMAKE_UNITY_BUILD all sources of a target are compiled as one.
   set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0 UNITY_BUILD_CODE_BEFORE_INCLUDE
                                              "// NOLINTNEXTLINE(bugprone-suspicious-include)")
   set(warnings -Wall -Wextra -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual)
@@ -37,7 +37,7 @@ function(softcd_library_options target)
                                              INSTALL_RPATH "$ORIGIN")
 endfunction()
 
-# Where Bullet's headers are precompiled g++ takes the vectors that it leaves uninitialized on purpose for used.
+# If Bullet's headers are precompiled, g++ warns of vectors that Bullet leaves uninitialized on purpose.
 function(softcd_allow_uninitialized_vectors target)
   target_compile_options(${target} PRIVATE
     $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-Wno-maybe-uninitialized>)

@@ -6,8 +6,8 @@ usage() {
   cat <<'TEXT'
 usage: docs/site.sh [FOLDER]
 
-Makes the documentation's site in FOLDER (build/site) from README.md, docs/*.md and the public headers. Begin with
-FOLDER/html/index.html. Fails where a public name has no description, or where a link leads nowhere. Installs Doxygen
+Makes the documentation's site in FOLDER (build/site) from README.md, the pages below docs/ and the public headers. Begin
+with FOLDER/html/index.html. Fails where a public name has no description, or where a link leads nowhere. Installs Doxygen
 where it is missing.
 TEXT
 }

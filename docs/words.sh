@@ -9,7 +9,7 @@ usage: docs/words.sh [--all] [FILE...]
 Reports, over the documents, headers and sources (or FILEs):
 - doc comments that begin with Of, Where, As, Those, And or Who: they have no subject;
 - sentences of more than 40 words;
-- private words of the project that docs/glossary.md does not explain, with the number of lines that have them.
+- private words of the project that docs/use/glossary.md does not explain, with the number of lines that have them.
 Prints the first five of each kind and their number, or all with --all. The exit code is always 0.
 TEXT
 }
@@ -72,7 +72,7 @@ def report(title, found):
 
 
 openings, long_sentences, uses = [], [], dict.fromkeys(OWN_WORDS, 0)
-glossary = pathlib.Path("docs/glossary.md").read_text()
+glossary = pathlib.Path("docs/use/glossary.md").read_text()
 terms = " ".join(re.findall(r"^\| (.*?) \|", glossary, re.MULTILINE)).lower()
 for path in files:
     lines = pathlib.Path(path).read_text(errors="replace").splitlines()

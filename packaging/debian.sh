@@ -29,7 +29,7 @@ build_packages() {
   # shellcheck disable=SC2086  # several arguments in one variable
   cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DBUILD_SHARED_LIBS=ON \
     -DCMAKE_INSTALL_PREFIX=/usr -DSOFTCD_TESTS=OFF -DSOFTCD_BENCHMARKS=OFF -DSOFTCD_CUDA=OFF ${SOFTCD_CMAKE_ARGS:-} >&2
-  # What is installed alone: demos/all has the scenes in both precisions.
+  # Builds only the installed targets: demos/all would also build the scenes in both precisions.
   cmake --build "$build" --parallel "$(nproc)" --target plugin/all bullet_integration/all softcd_detect softcd_demo >&2
   rm -f "$build"/*.deb
   (cd "$build" && cpack >&2)

@@ -21,7 +21,7 @@ folder=${1:-$(dirname "$sums")/../build/data}
 mkdir -p "$folder"
 cd "$folder"
 
-# Where a file of recorded_data.sha256 is, in the state in which its checksum was taken.
+# Prints the address of a file of recorded_data.sha256, at the version whose checksum was taken.
 address_of() {
   local host=https://raw.githubusercontent.com/Continuous-Collision-Detection
   case $1 in

@@ -8,8 +8,8 @@
 
 namespace softcd::bullet::pybullet {
 
-/// Whether a client of PyBullet can set the member of Settings. It cannot set callbacks; it has no command that returns
-/// what `read_out` collects; exceptions of `on_error` would pass through PyBullet's server and end the process.
+/// Returns whether a client of PyBullet can set the member of Settings. It cannot set callbacks. No command returns the
+/// contacts of `read_out`. Exceptions of `on_error` would pass through PyBullet's server and end the process.
 constexpr bool is_for_clients(std::string_view name) {
   return name != "on_contacts" && name != "log" && name != "read_out" && name != "on_error";
 }
@@ -17,7 +17,7 @@ constexpr bool is_for_clients(std::string_view name) {
 /// Reads words of the form name=value: enumerators by name, True and False, numbers. Throws InvalidInput.
 Settings read_settings(std::istream& words);
 
-/// What a plugin's command does, as python/softcd/bullet.py gives them, and its answer:
+/// Executes a plugin's command, as python/softcd/bullet.py sends it, and returns its result:
 ///
 ///     version           of PyBullet that this was built for
 ///     attach K=V K=V    see read_settings()

@@ -1,4 +1,4 @@
-// What PyBullet's loadPlugin() looks for, by names with the postfix "_softcd". No exception leaves a function.
+// The functions that PyBullet's loadPlugin() searches, by names with the postfix "_softcd". They throw nothing.
 
 #include <SharedMemory/SharedMemoryPublic.h>
 #include <SharedMemory/plugins/b3PluginAPI.h>
@@ -14,12 +14,12 @@
 namespace softcd::bullet::pybullet {
 namespace {
 
-/// What stays from one command to the next.
+/// The state that stays from one command to the next.
 struct Plugin {
   Session session;
   std::string answer;
-  char problem[1024] = "";   ///< an answer that takes no memory
-  b3UserDataValue returned;  ///< the answer
+  char problem[1024] = "";   ///< a text that needs no allocation
+  b3UserDataValue returned;  ///< the command's result
 };
 
 }  // namespace
@@ -39,7 +39,7 @@ B3_SHARED_API int initPlugin_softcd(b3PluginContext* context) {
   return SHARED_MEMORY_MAGIC_NUMBER;
 }
 
-/// 0, or -1 where the answer is what went wrong. Answers have at least one byte, as PyBullet wants.
+/// Returns 0, or -1 if the result is an error's text. Results have at least one byte, as PyBullet requires.
 B3_SHARED_API int executePluginCommand_softcd(b3PluginContext* context, const b3PluginArguments* arguments) {
   Plugin& plugin = *static_cast<Plugin*>(context->m_userPointer);
   context->m_returnData = &plugin.returned;

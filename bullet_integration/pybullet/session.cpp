@@ -14,8 +14,8 @@ struct FoundWorld {
   btDiscreteDynamicsWorld* world;
 };
 
-/// The server shows its world to a new GUI helper before it takes the helper in place of the one that it has. What is
-/// thrown then leaves the server as it was.
+/// Receives the server's world. The server passes its world to a new GUI helper before it replaces its present helper.
+/// An exception at that time leaves the server as it was.
 class WorldFinder : public DummyGUIHelper {
  public:
   void createPhysicsDebugDrawer(btDiscreteDynamicsWorld* world) override { throw FoundWorld{world}; }
@@ -33,8 +33,8 @@ btDynamicsWorld& world_of(PhysicsCommandProcessorInterface& server) {
 
 }  // namespace
 
-/// Is in the world, far from everything, and collides with nothing. Of a type of its own, so that PyBullet takes it for
-/// no rigid body and saves nothing of it.
+/// An object in the world, far from everything, that collides with nothing. It has a type of its own, so that PyBullet
+/// does not take it for a rigid body and saves nothing of it.
 class Session::Sentinel : public btCollisionObject {
  public:
   explicit Sentinel(Session& session) : session_(session) {
@@ -57,7 +57,7 @@ Session::~Session() {
   try {
     detach();
   } catch (...) {
-    // It is detached all the same.
+    // The world is detached nevertheless.
   }
 }
 
@@ -80,7 +80,7 @@ Attachment* Session::attachment() {
   return attachment_.has_value() ? &*attachment_ : nullptr;
 }
 
-/// The sentinel goes, and the world is still there.
+/// The sentinel is being removed, while the world still exists.
 void Session::lose_world() {
   sentinel_ = nullptr;
   world_ = nullptr;

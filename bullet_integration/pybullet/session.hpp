@@ -11,8 +11,8 @@ class PhysicsCommandProcessorInterface;
 
 namespace softcd::bullet::pybullet {
 
-/// softcd in the world of one of PyBullet's servers, which may delete its world at any time and make another
-/// (resetSimulation, disconnect): the attachment ends before.
+/// softcd in the world of one of PyBullet's servers. The server may delete its world at any time and make another
+/// (resetSimulation, disconnect). The attachment ends before that.
 class Session {
  public:
   Session() = default;
@@ -20,11 +20,11 @@ class Session {
   Session& operator=(const Session&) = delete;
   ~Session();
 
-  /// To the server's world of now. Throws as softcd::bullet::attach().
+  /// Attaches to the server's present world. Throws as softcd::bullet::attach() does.
   void attach(PhysicsCommandProcessorInterface& server, const Settings& settings);
-  /// Throws as Attachment::detach(). Does nothing where there is nothing attached.
+  /// Detaches. Throws as Attachment::detach() does. Does nothing if nothing is attached.
   void detach();
-  /// Null where there is none, or its world is gone.
+  /// Returns null if there is no attachment, or its world is gone.
   Attachment* attachment();
 
  private:
@@ -33,7 +33,7 @@ class Session {
 
   std::optional<Attachment> attachment_;
   btDynamicsWorld* world_ = nullptr;
-  Sentinel* sentinel_ = nullptr;  ///< its owner is the world's, who deletes whatever is in it
+  Sentinel* sentinel_ = nullptr;  ///< owned by the world, which deletes its objects
 };
 
 }  // namespace softcd::bullet::pybullet

@@ -9,7 +9,7 @@
 namespace softcd::bullet::pybullet {
 namespace {
 
-/// The number of the word among `names`.
+/// Returns the index of the word in `names`.
 std::uint32_t choose(const std::string& word, const std::vector<std::string>& names) {
   const auto found = std::find(names.begin(), names.end(), word);
   if (found != names.end()) return static_cast<std::uint32_t>(found - names.begin());

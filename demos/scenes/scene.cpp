@@ -176,10 +176,10 @@ std::unique_ptr<Scene> make_scene(const std::string& name, SceneOptions options)
                                 info->size_unit);
   }
   if (options.world == World::deformable && !info->in_deformable_world) {
-    throw std::invalid_argument(name + " runs in Bullet's classic soft world only; docs/scenes.md says why");
+    throw std::invalid_argument(name + " runs in Bullet's classic soft world only; docs/use/scenes.md says why");
   }
   if (options.collision == Collision::bullet && !info->in_bullets_detection) {
-    throw std::invalid_argument(name + " cannot have Bullet's own detection; docs/scenes.md says why");
+    throw std::invalid_argument(name + " cannot have Bullet's own detection; docs/use/scenes.md says why");
   }
   return info->make(options);
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of README and docs/scenes.md, and videos of the scenes.
+# Makes the pictures of README and docs/use/scenes.md, and videos of the scenes.
 set -euo pipefail
 
 usage() {

@@ -18,7 +18,7 @@ PAGES = {"README.md": "index", "CHANGELOG.md": "changes", "CONTRIBUTING.md": "co
 def page_name(path):
     """Returns the name of a page, or None for any other file."""
     if path.endswith(".md") and path.startswith("docs/"):
-        return "page_" + os.path.basename(path)[:-3].replace("-", "_")
+        return "page_" + re.sub(r"[-/]", "_", path[len("docs/"):-len(".md")])
     return PAGES.get(path)
 
 

@@ -73,7 +73,8 @@ class Softcd(ConanFile):
         CMake(self).install()
 
     def package_info(self):
-        # What CMake installs describes itself; shared libraries need none of what they were built with.
+        # The installed CMake files describe the package. Shared libraries need none of the libraries that they were
+        # built with.
         self.cpp_info.set_property("cmake_find_mode", "none")
         self.cpp_info.builddirs = [os.path.join("lib", "cmake", "softcd")]
         self.cpp_info.libs = ["softcd_bullet", "softcd"] if self.options.bullet else ["softcd"]

@@ -13,11 +13,11 @@ class SceneLayout;
 class NeighbourLists {
  public:
   /// Follows bodies that were moved in the scene's arrays. Lists the features anew that belong to the changed triangles
-  /// of a ChangingMesh; forgets all of the body's where its slots do not suffice. Throws std::bad_alloc; the next call
-  /// goes on.
+  /// of a ChangingMesh; forgets all of the body's if its slots do not suffice. Throws std::bad_alloc; the next call
+  /// continues.
   void update(std::vector<Body>& bodies);
-  /// Lists the features of all bodies that collide with themselves, and drops what was forgotten. Bodies and lists
-  /// must be up to date. Throws std::bad_alloc; the next call goes on.
+  /// Lists the features of all bodies that collide with themselves, and drops forgotten ones. Bodies and lists must be
+  /// up to date. Throws std::bad_alloc; the next call continues.
   void list_missing(SceneLayout& layout);
 
   /// See SceneArrays.

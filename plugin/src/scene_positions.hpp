@@ -47,19 +47,20 @@ class ScenePositions {
   void doubt_foreseen() noexcept;
   /// Copies positions on a device into the arrays, as if they had been given on the host.
   void take_to_host(DevicePositionReader& reader);
-  /// Returns the body's vertices that are not finite where `needs` looks, ascending. Notes the body if some of them are
-  /// new. Queries may need different ends in turn; a vertex that one query has reported is not reported again.
+  /// Returns the body's vertices that are not finite at the ends that `needs` names, ascending. Records the body for
+  /// bodies_with_new_strays() if some of them are new. Queries may need different ends in turn; a vertex that one query
+  /// has reported is not reported again.
   std::vector<std::uint32_t> find_strays(Body& body, const LookedAt& needs);
-  /// The bodies that were noted since the last read().
+  /// Returns the bodies that find_strays() has recorded since the last read().
   const std::vector<const Body*>& bodies_with_new_strays() const { return bodies_with_new_strays_; }
 
   bool are_on_device() const;
   /// Returns whether some positions on a device are doubles that were not surveyed.
   bool has_new_doubles_on_device() const;
   Vec3d origin() const { return origin_; }
-  /// The extent of all positions at one end.
+  /// Returns the extent of all positions at one end.
   Extent extent_at(bool t0) const;
-  /// Changes with the positions; 0 at first.
+  /// Returns a number that changes with the positions; 0 at first.
   std::uint64_t revision() const { return revision_; }
   /// Returns a number that changes where pairs of bodies may change; 0 if that is unknown.
   std::uint64_t selection_number() const { return selection_number_; }

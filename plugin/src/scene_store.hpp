@@ -35,20 +35,20 @@ class SceneStore {
   const SceneLayout& layout() const { return layout_; }
   const ScenePositions& positions() const { return positions_; }
   const std::vector<Body>& bodies() const { return layout_.bodies(); }
-  /// Changes with meshes, what their triangles own, and positions; never 0.
+  /// Returns a number that changes with meshes, ownership and positions; never 0.
   std::uint64_t revision() const { return 1 + layout_.revision() + positions_.revision(); }
-  /// The number of changes of bodies, see Body::last_change.
+  /// Returns the number of changes of bodies, see Body::last_change.
   std::uint64_t last_change() const { return last_change_; }
 
-  /// Brings the arrays up to date; nothing reads them meanwhile. The origin is where any query needs it, and vertices
-  /// have to be finite where the next detection looks. Lists of neighbours are for detections. See
-  /// ScenePositions::read() for `reader`, `may_foresee` and errors.
+  /// Brings the arrays up to date. Nothing may read them during the call. `by_scene` has the ends that all queries
+  /// need, which decide the origin. `by_next` has those of the next detection, at which vertices have to be finite.
+  /// `lists_neighbours` is for detections. See ScenePositions::read() for `reader`, `may_foresee` and errors.
   void apply_changes(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader, bool may_foresee,
                      bool lists_neighbours);
   SceneArrays arrays() const;
   /// Returns what has changed since forget_changes(), x_t0 if `with_t0`; if `all`, everything.
   SceneChanges changes(bool all, bool with_t0) const;
-  /// A detector was passed changes().
+  /// Records that a detector has received changes().
   void forget_changes(bool with_t0);
 
  private:

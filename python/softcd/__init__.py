@@ -32,7 +32,7 @@ from ._helpers import collision_free_step, detect, self_intersections
 from ._probe import AnswerLists, Probe
 
 contact_dtype = _contact_dtype()
-"""The fields of a contact; what they mean stands in softcd/core/contact.hpp and docs/python.md."""
+"""The fields of a contact; what they mean stands in softcd/core/contact.hpp and docs/use/python.md."""
 
 __all__ = [
     "NO_BODY",

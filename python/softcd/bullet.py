@@ -1,4 +1,4 @@
-"""softcd in PyBullet's world, in place of Bullet's own detection of soft bodies: docs/pybullet.md.
+"""softcd in PyBullet's world, in place of Bullet's own detection of soft bodies: docs/use/pybullet.md.
 
     client = pybullet.connect(pybullet.DIRECT)
     ...
@@ -94,7 +94,7 @@ def _load(client: int) -> int:
     if not PLUGIN.exists():
         raise Error(
             f"softcd was built without its plugin for PyBullet ({PLUGIN} is not there): build it with "
-            "--config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE, as docs/pybullet.md says."
+            "--config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE, as docs/use/pybullet.md says."
         )
     plugin = pybullet.loadPlugin(str(PLUGIN), "_softcd", physicsClientId=client)
     if plugin < 0:

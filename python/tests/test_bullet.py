@@ -199,10 +199,10 @@ def test_worlds_without_soft_bodies_are_refused(world):
 
 
 def test_the_documents_example_runs(capfd):
-    document = pathlib.Path(__file__).resolve().parents[2] / "docs" / "pybullet.md"
+    document = pathlib.Path(__file__).resolve().parents[2] / "docs" / "use" / "pybullet.md"
     example = re.search(r"^```python\n(.*?)^```", document.read_text(), re.MULTILINE | re.DOTALL)[1]
     try:
-        exec(compile(example, "docs/pybullet.md", "exec"), {})
+        exec(compile(example, "docs/use/pybullet.md", "exec"), {})
     finally:
         pybullet.disconnect()
     assert "'vt_contacts': " in capfd.readouterr().out

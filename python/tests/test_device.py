@@ -246,7 +246,7 @@ def test_arguments_are_checked():
 
 
 def test_the_documented_example_runs(tmp_path, monkeypatch):
-    text = (ROOT / "docs" / "python.md").read_text()
+    text = (ROOT / "docs" / "use" / "python.md").read_text()
     (code,) = re.findall(r"^```python cuda\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     vertices, triangles = sheet(16)
     vertices[:, 2] = 0.05 * np.cos(np.arange(len(vertices)))

@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def examples():
-    for name in ("docs/python.md", "docs/troubleshooting.md", "README.md", "python/README.md"):
+    for name in ("docs/use/python.md", "docs/use/troubleshooting.md", "README.md", "python/README.md"):
         document = ROOT / name
         text = document.read_text()
         for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):

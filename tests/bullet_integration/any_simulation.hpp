@@ -38,7 +38,7 @@ class AnySimulation {
     }
     if (attaches) attach_again(*settings);
   }
-  /// Of those that softcd is attached to: detaches, and attaches.
+  /// Detaches and attaches again, for worlds that softcd is attached to.
   void attach_again(const bullet::Settings& settings) {
     attachment_.reset();
     attachment_ = bullet::attach(world(), settings);
@@ -123,7 +123,7 @@ inline constexpr std::array kEveryWorld = {World::one_line,   World::multi_body,
 inline const auto kWorlds = testing::ValuesIn(kEveryWorld);
 inline const auto kClassicWorlds =
     testing::Values(World::one_line, World::multi_body, World::dispatcher, World::attached);
-/// softcd looks for crossings once the solver is done; it has no part in that under a dispatcher.
+/// Worlds with crossing prevention after the solver. A world under a dispatcher has none.
 inline const auto kLookingWorlds =
     testing::Values(World::one_line, World::multi_body, World::deformable, World::attached, World::attached_deformable);
 

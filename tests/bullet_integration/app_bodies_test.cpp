@@ -1,4 +1,4 @@
-// What an app can set on its bodies while the simulation runs, with Bullet's own result beside ours.
+// Everything that an app can set on its bodies while the simulation runs, compared with Bullet's own result.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What an app can do with its world between steps and around it.
+// Everything that an app can do with its world between steps and around it.
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ void yield_and_process(btBroadphasePair& pair, btCollisionDispatcher& dispatcher
   btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
 }
 
-/// Where a stack of small sheets is after some steps.
+/// Returns the node positions of a stack of small sheets after some steps.
 std::vector<btScalar> end_of_stack(PlugIn plug_in, int steps) {
   Simulation simulation(plug_in, cpu_settings(Detection::ccd));
   simulation.dispatcher().setNearCallback(yield_and_process);
@@ -79,7 +79,7 @@ TEST_P(AppWorlds, one_world_per_thread_gives_the_same_as_alone) {
   }
 }
 
-/// What an app saves of a body.
+/// The state of a body that an app saves.
 struct Snapshot {
   std::vector<btVector3> positions, previous, velocities;
 
@@ -151,7 +151,7 @@ int lines_drawn_of(btDiscreteDynamicsWorld& world, int draw_flags) {
   return lines_drawn(world);
 }
 
-// Bullet's face trees are what softcd saves.
+// softcd builds no face trees of Bullet's.
 TEST_P(AppWorlds, are_drawn_as_bullets_are_but_for_face_trees) {
   Collection ours(GetParam());
   Collection bullets(PlugIn::none);
@@ -170,7 +170,7 @@ TEST_P(AppWorlds, are_drawn_as_bullets_are_but_for_face_trees) {
   EXPECT_GT(lines_drawn_of(ours.world(), -1), 0);
 }
 
-/// A crate that stands on the box of a Collection, whatever the world's solver does.
+/// A crate that rests on the box of a Collection, with any solver of the world.
 class Crate {
  public:
   explicit Crate(btDiscreteDynamicsWorld& world) : world_(world), body_(1, nullptr, &shape_, btVector3(1, 1, 1)) {
@@ -200,7 +200,7 @@ struct PointCounter : btCollisionWorld::ContactResultCallback {
   }
 };
 
-/// What contact tests with all pairs of objects, and a ray from above each of them, report.
+/// Counts the points that contact tests of all pairs of objects report, and those of a ray from above each of them.
 int points_of_tests(btDiscreteDynamicsWorld& world) {
   PointCounter counter;
   btCollisionObjectArray& objects = world.getCollisionObjectArray();

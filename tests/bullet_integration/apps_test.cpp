@@ -113,7 +113,7 @@ TEST_F(Apps, a_one_line_world_leaves_detection_to_softcds_dispatcher) {
   EXPECT_EQ(&world.detection(), &dispatcher.detection());
 }
 
-/// Of three steps in a world of that class on softcd's Dispatcher.
+/// Returns the warnings of three steps in a world of that class on softcd's Dispatcher.
 template <class World>
 std::vector<std::string> warnings_on_dispatcher(btCollisionConfiguration& configuration,
                                                 btMultiBodyConstraintSolver& solver, Detection first_step,

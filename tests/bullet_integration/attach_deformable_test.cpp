@@ -1,4 +1,4 @@
-// What is special about softcd in a deformable world that somebody else made: trees and anchors.
+// Peculiarities of softcd in a deformable world that other code has made: trees and anchors.
 
 #include "attached_worlds.hpp"
 

@@ -1,4 +1,4 @@
-// softcd in worlds that somebody else made: what it does there, and what it leaves when it goes.
+// softcd in worlds that other code has made: its effect there, and what it leaves after detaching.
 
 #include "attached_worlds.hpp"
 
@@ -131,7 +131,7 @@ TYPED_TEST(UnderDispatcher, that_passes_the_pair_cache_by_attached_softcd_leaves
   for (const auto& sheet : sheets) classic.removeSoftBody(sheet.get());
 }
 
-/// Of a world's tick callbacks.
+/// Counts the calls of a world's tick callbacks.
 struct Ticks {
   int before = 0, after = 0;
   std::function<void()> on_before, on_after;
@@ -288,7 +288,7 @@ TEST_P(Attach, may_be_destroyed_before_the_world) {
     sheets.step();
     const Attachment second = std::move(first);
     EXPECT_TRUE(second.is_attached());
-    EXPECT_FALSE(first.is_attached());  // NOLINT(bugprone-use-after-move): what it says then
+    EXPECT_FALSE(first.is_attached());  // NOLINT(bugprone-use-after-move): the state after a move
   }
   EXPECT_EQ(sheets.world().getBroadphase(), broadphase);
   sheets.step();
@@ -309,7 +309,7 @@ TEST_P(AttachClassic, notices_a_world_that_is_destroyed_with_bodies_in_it) {
 TEST_P(AttachClassic, ends_a_step_when_the_next_begins_or_finish_step_is_called) {
   const auto run = [&](bool finishes_steps) {
     Sheets sheets(GetParam(), btScalar(0.3));
-    for (btSoftBody* body : {sheets.held, sheets.free}) body->m_cfg.piterations = 0;  // answers no contacts
+    for (btSoftBody* body : {sheets.held, sheets.free}) body->m_cfg.piterations = 0;  // no response to contacts
     sheets.free->setVelocity(btVector3(0, -40, 0));
     Attachment attachment = attach(sheets.world(), cpu_settings(Detection::ccd));
     sheets.step();
@@ -328,7 +328,7 @@ TEST_P(AttachClassic, ends_a_step_when_the_next_begins_or_finish_step_is_called)
   EXPECT_EQ(run(true), run(false));
 }
 
-/// What the app changes before a step is finished: bodies are other ones, and have other faces.
+/// The app changes bodies before a step is finished: bodies are replaced, and have other faces.
 TEST_P(AttachClassic, finishes_a_step_with_bodies_that_are_no_more_what_they_were) {
   Sheets sheets(GetParam(), btScalar(0.08));
   const Attachment attachment = attach(sheets.world(), reading(ReadOut::impulses, Detection::ccd));

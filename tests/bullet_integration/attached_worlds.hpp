@@ -39,7 +39,7 @@ inline std::vector<btScalar> states_in(AnySimulation& world) {
   return states;
 }
 
-/// Everything that Bullet's solver is told about contacts, in its order.
+/// Returns all data of contacts for Bullet's solver, in its order.
 inline std::vector<btScalar> contacts_of(const btSoftBody& body, const btAlignedObjectArray<btSoftBody*>& bodies) {
   std::vector<btScalar> values;
   const auto add_soft = [&](const btSoftBody::Node* node, const btSoftBody::Face* face) {

@@ -1,4 +1,4 @@
-// Worlds that softcd is attached to do what softcd's own do, and those that it was detached from what they would.
+// Attached worlds give the results of softcd's own worlds, and detached ones those of Bullet's.
 
 #include "attached_worlds.hpp"
 
@@ -59,7 +59,7 @@ class Grains {
   AnySimulation simulation_;
 };
 
-/// And cloths with many contacts, where Bullet keeps them in order.
+/// Adds cloths with many contacts, where Bullet keeps them in order.
 class Cloths {
  public:
   static constexpr int kSteps = 15;
@@ -142,8 +142,8 @@ TEST_P(AttachedClassicWorlds, finds_what_softcds_own_world_finds_where_cloths_an
   }
 }
 
-/// The deformable world's nodes are where they were in the other, so that the order in which Bullet answers does not
-/// matter.
+/// Puts the nodes of a deformable world where those of the other are, because Bullet solves contacts in a different
+/// order in each run.
 void put_where_others_are(AnySimulation& world, AnySimulation& other) {
   for (int b = 0; b < world.bodies().size(); ++b) {
     for (int n = 0; n < world.bodies()[b]->m_nodes.size(); ++n) {

@@ -1,4 +1,4 @@
-// What an app may hand over by mistake, or on purpose: nothing hangs, and nobody else is harmed.
+// Bad input from an app, by mistake or on purpose: nothing hangs, and other bodies are not affected.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ class BadInput : public testing::TestWithParam<World> {
     bullet::Settings settings = careful_settings();
     settings.self_collision = bullet::SelfCollision::all;
     settings.log = [this](LogLevel level, std::string_view text) {
-      // A dispatcher has that to say whatever the input is.
+      // A dispatcher gives this warning for any input.
       const bool is_of_dispatcher = text.find("softcd::bullet::Dispatcher") != std::string_view::npos;
       if (level == LogLevel::warning && !is_of_dispatcher) warnings.emplace_back(text);
     };
@@ -128,7 +128,7 @@ TEST_P(BadInput, steps_of_no_time_and_of_ten_seconds_end) {
   add_good_ones();
   simulation.step(0);
   step(1);
-  if (GetParam() != World::dispatcher) simulation.step(10);  // with which nobody prevents crossings
+  if (GetParam() != World::dispatcher) simulation.step(10);  // which prevents no crossings
   simulation.step(0);
   step(5);
   expect_good_ones_unharmed();

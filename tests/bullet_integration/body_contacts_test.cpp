@@ -1,4 +1,4 @@
-// What touches what: WorldDetection::body_contacts() in all kinds of world.
+// Contacts by pairs of bodies: WorldDetection::body_contacts() in all kinds of world.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ class ClassicBodyContacts : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicBodyContacts,
                          testing::Values(World::one_line, World::multi_body, World::dispatcher), world_name);
 
-/// Null where there is none.
+/// Returns null if the pair has no contacts.
 const BodyPairContacts* find(const Pairs& pairs, const btCollisionObject& a, const btCollisionObject& b) {
   const auto found = std::find_if(pairs.begin(), pairs.end(), [&](const BodyPairContacts& pair) {
     return (pair.a == &a && pair.b == &b) || (pair.a == &b && pair.b == &a);
@@ -196,7 +196,7 @@ TEST(BodyContacts, of_a_deformable_step_are_those_of_bullets_array) {
   EXPECT_EQ(keys_of(*pair, btScalar(0.1)), expected);
 }
 
-/// What a cloth is laid on.
+/// The ground on which a cloth is laid.
 enum class Ground { box, sphere, mesh };
 
 std::unique_ptr<btCollisionShape> make_ground(Ground ground, btTriangleMesh& triangles) {
@@ -243,7 +243,7 @@ TEST_P(BodyContacts, of_a_cloth_on_a_rigid_object_point_from_the_object_to_its_n
   }
 }
 
-/// Counts what each list tells.
+/// Counts the events of each list.
 struct Tally {
   int begun = 0, persisting = 0, ended = 0, new_contacts = 0, ended_contacts = 0;
 
@@ -277,7 +277,7 @@ TEST_P(BodyContacts, of_two_balls_that_meet_and_part_begin_persist_and_end_once)
   bool parts = false;
   for (int step = 0; step < 60; ++step) {
     simulation.step([&](btScalar) {
-      // They are turned back before they are pushed apart: it is who touches that counts here, not how.
+      // They turn back before contacts push them apart, because only the touching pairs count here.
       const btScalar gap = balls[1]->m_nodes[0].m_x.x() - balls[0]->m_nodes[0].m_x.x();
       parts = parts || gap < btScalar(1.02);
       for (int i = 0; i < 2; ++i) {
@@ -388,7 +388,7 @@ TEST_P(BodyContacts, tell_a_body_from_one_that_comes_to_its_address) {
   Laid laid(GetParam());
   laid.simulation.step();
   ASSERT_EQ(laid.contacts().size(), 1U);
-  // The same object stands for another one made at its address.
+  // The same object represents a new one made at its address.
   std::unique_ptr<btSoftBody> body = laid.simulation.remove(*laid.cloth);
   laid.simulation.add(std::move(body));
   laid.simulation.step();

@@ -1,4 +1,4 @@
-// What apps say of a body's nodes, neighbours and shape at rest, in every kind of world.
+// Filters of a body's nodes, neighbours and shape at rest, in every kind of world.
 
 #include <gtest/gtest.h>
 
@@ -137,7 +137,7 @@ TEST_P(BodyFilter, what_is_near_at_rest_is_kept_from_each_other) {
   filters.rest_distance = is_deformable(GetParam()) ? 0.46F : 0.21F;
   sheet.set_filters(filters);
   EXPECT_EQ(sheet.step(), 0U);
-  // Rolled up, what was far from each other is near.
+  // Nodes that were far from each other are near when the sheet is rolled up.
   for (int i = 0; i < sheet.body->m_nodes.size(); ++i) {
     btSoftBody::Node& node = sheet.body->m_nodes[i];
     const btScalar angle = node.m_x.x() * btScalar(6);
@@ -207,10 +207,10 @@ TEST_P(BodyFilter, are_forgotten_with_the_nodes_that_they_are_of) {
   sheets.upper->appendNode(sheets.upper->m_nodes[0].m_x, 1);
   sheets.simulation.step();
   EXPECT_GT(sheets.count_contacts(), 0U);
-  EXPECT_EQ(
-      std::count(warnings.begin(), warnings.end(),
-                 "the filters of a soft body are forgotten: it has another number of nodes than when they were set"),
-      1);
+  EXPECT_EQ(std::count(
+                warnings.begin(), warnings.end(),
+                "the filters of a soft body were removed, because its number of nodes has changed since they were set"),
+            1);
 }
 
 TEST_P(BodyFilter, that_are_out_of_range_are_errors) {
@@ -225,7 +225,7 @@ TEST_P(BodyFilter, that_are_out_of_range_are_errors) {
   };
   bullet::BodyFilters filters;
   filters.nodes.resize(3);
-  EXPECT_EQ(error(filters), "softcd::bullet::BodyFilters: there are 3 of nodes, but the body has 81 nodes");
+  EXPECT_EQ(error(filters), "softcd::bullet::BodyFilters: there are 3 filters of nodes, but the body has 81 nodes");
   filters.nodes.clear();
   filters.neighbour_rings = 17;
   EXPECT_EQ(error(filters), "softcd::bullet::BodyFilters: neighbour_rings is 17, but must be 1 to 16");

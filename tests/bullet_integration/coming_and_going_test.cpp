@@ -1,5 +1,5 @@
-// What apps do in callbacks while a step runs: bodies go, and others come. Bullet's solvers hold bodies until the step
-// is over; then they may be deleted.
+// Callbacks of apps add and remove bodies while a step runs. Bullet's solvers keep pointers to bodies until the step is
+// over; after it bodies may be deleted.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Settings::contacts and contacts_per_node: which of the contacts that Bullet's rule has its solver is given.
+// Settings::contacts and contacts_per_node choose contacts for Bullet's solver among those of Bullet's rule.
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <gtest/gtest.h>
@@ -90,7 +90,7 @@ demo::ClothShape bumpy(btScalar height, btScalar most, Random& random) {
   return shape;
 }
 
-/// Two layers at heights 0 and `gap` that are joined along x = 0: one body, whatever is between them.
+/// Two layers of one body at heights 0 and `gap`, joined along x = 0.
 demo::ClothShape folded(btScalar gap) {
   demo::ClothShape shape;
   shape.columns = 2 * kNodes;
@@ -211,7 +211,7 @@ struct Given {
     return twins;
   }
 
-  /// Of a site in the world with all contacts.
+  /// Returns the chosen contacts at a site of the world with all contacts.
   std::vector<SContact> chosen_at(const Site& site) const {
     for (std::size_t b = 0; b < all.bodies().size(); ++b) {
       const btSoftBody& owner = *all.bodies()[b];
@@ -500,7 +500,7 @@ class EdgeEconomy : public testing::TestWithParam<Detection> {
     settings.edge_contacts = edges;
     return settings;
   }
-  /// Two sheets that are nowhere through each other.
+  /// Two sheets that do not intersect.
   static void build_bumps(Still& still, std::uint64_t seed) {
     Random random(seed);
     still.add(bumpy(0, btScalar(0.025), random));

@@ -1,4 +1,4 @@
-// What the contacts of body_contacts() say that the solver gave, against what bodies got.
+// The impulses of body_contacts(), compared with the bodies' changes of momentum.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ class ClassicContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicContactImpulses, testing::Values(World::one_line, World::multi_body),
                          world_name);
 
-/// Mass times what the vector says of each node.
+/// Returns the sum of mass times that vector of each node.
 btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity) {
   btVector3 sum(0, 0, 0);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
@@ -45,8 +45,9 @@ btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity
   return sum;
 }
 
-/// Of a step of `time` in which the body was at `start` before. In classic worlds the solver moves nodes; Bullet takes
-/// velocities from that when it is through with a body, which the contacts of the bodies after it may move once more.
+/// Returns the momentum at the end of a step of `time`; `start` is the body's sum of mass times position before it. In
+/// classic worlds the solver moves nodes. Bullet computes a body's velocities after solving it, but the contacts of
+/// later bodies may still move its nodes.
 btVector3 momentum_at_end(World world, const btSoftBody& body, const btVector3& start, btScalar time) {
   if (world == World::deformable) return momentum(body, &btSoftBody::Node::m_v);
   return (momentum(body, &btSoftBody::Node::m_x) - start) / time;
@@ -208,7 +209,7 @@ class HeldCloth {
   static constexpr btScalar kMass = btScalar(0.2);
   struct Forces {
     btVector3 on_cloth{0, 0, 0}, on_fingers{0, 0, 0};
-    btVector3 expected{0, 0, 0};  ///< what the momentum of the cloth says
+    btVector3 expected{0, 0, 0};  ///< by the momentum of the cloth
     bool has_crossings = false;   ///< whether the last pass of a step held it
   };
 
@@ -289,7 +290,7 @@ TEST_P(ContactImpulses, of_a_gripper_of_meshes_are_what_the_cloth_gets_to_be_hel
   EXPECT_TRUE(forces.has_crossings);
 }
 
-/// What a sheet of one kilogram lies on.
+/// The floor under a sheet of one kilogram.
 enum class Floor { box, mesh, cloth };
 
 /// With the sheet, which rests after a second.

@@ -1,4 +1,4 @@
-// What softcd finds for VF_SS against what Bullet finds, and against all pairs by brute force, on the same states.
+// softcd's VF_SS contacts, compared with Bullet's and with brute force over all pairs, on the same states.
 
 #include <gtest/gtest.h>
 
@@ -248,7 +248,7 @@ TEST(ContactSet, is_written_in_ascending_order) {
   }
 }
 
-// Within a body Bullet has no rule; ours is the sum of margins, whatever the motion.
+// Within a body Bullet has no rule. softcd's is the sum of margins, for any motion.
 TEST(ContactSet, within_a_body_is_the_non_incident_pairs_within_twice_the_margin) {
   Twin twin(PlugIn::one_line_world);
   SheetOptions options;

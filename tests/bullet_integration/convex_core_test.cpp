@@ -1,4 +1,4 @@
-// What is made of convex shapes, against Bullet's own support functions.
+// Cores of convex shapes, compared with Bullet's own support functions.
 
 #include "rigid/convex_core.hpp"
 

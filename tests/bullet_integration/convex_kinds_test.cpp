@@ -17,7 +17,7 @@
 namespace softcd::test {
 namespace {
 
-/// A shape with what it is made of, 0.1 to 0.3 high.
+/// A shape with its parts, 0.1 to 0.3 high.
 struct Made {
   std::unique_ptr<btCollisionShape> part, inner;
   std::unique_ptr<btCollisionShape> shape;
@@ -39,8 +39,7 @@ std::unique_ptr<btConvexHullShape> make_octahedron() {
   return hull;
 }
 
-/// Two compounds with one and the same child in one compound: what it takes to tell both children apart is where they
-/// are.
+/// Two compounds with the same child in one compound. Only the places of the two children differ.
 Made make_nested() {
   Made made;
   made.name = "nested compounds";

@@ -45,7 +45,7 @@ btScalar drop_corner(World world, const std::optional<bullet::Settings>& setting
   return box.getWorldTransform().getOrigin().y();
 }
 
-/// Bullet's deformable world does not solve contacts of what is all fixed.
+/// Bullet's deformable world does not solve contacts of bodies whose nodes are all fixed.
 TEST_P(ConvexShapesInClassicWorlds, a_corner_is_caught_by_a_large_triangle) {
   EXPECT_LT(drop_corner(GetParam(), std::nullopt), -1) << "with Bullet alone";
   EXPECT_EQ(drop_corner(GetParam(), test_settings()), drop_corner(GetParam(), std::nullopt));
@@ -78,8 +78,8 @@ TEST_P(ConvexShapes, what_falls_with_100_metres_per_second_is_caught_by_a_corner
   EXPECT_GT(fall_on_corner(GetParam(), with_faces_and_edges(), 100), -5);
 }
 
-/// Fingers a fifth as wide as a cloth's edges close on the middle of one of its faces, in half a second; the cloth is
-/// let go then, and lifted from the first second on.
+/// Fingers a fifth as wide as a cloth's edges close on the middle of one of its faces, in half a second. The cloth is
+/// then released by its holder, and lifted from the first second on.
 class Gripper {
  public:
   Gripper(World world, const std::optional<bullet::Settings>& settings, int flags,
@@ -264,8 +264,8 @@ TEST_P(ConvexShapes, contacts_that_bullet_finds_are_not_counted_twice) {
   }
 }
 
-/// Of a fine sheet that hangs over a small box, with its edges and corners in between nodes: whether some node has two
-/// contacts with the box that each push it off alone.
+/// A fine sheet hangs over a small box, whose edges and corners are in between nodes. No node has two contacts with the
+/// box that each push it off alone.
 TEST_P(ConvexShapes, no_node_has_two_contacts_of_its_own_with_a_box) {
   AnySimulation simulation(GetParam(), with_faces_and_edges());
   simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.3), btScalar(0.2), btScalar(0.3))),

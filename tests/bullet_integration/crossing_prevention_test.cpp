@@ -1,5 +1,5 @@
-// What the answers to crossings do to free bodies: no momentum comes or goes, and no kinetic energy is added. What they
-// leave alone: bodies that are through each other already.
+// Responses to crossings of free bodies conserve momentum and add no kinetic energy. They do not change bodies that
+// already intersect.
 
 #include "crossings/crossing_prevention.hpp"
 
@@ -49,8 +49,8 @@ void expect_no_push(const Motion& before, const Motion& after) {
   EXPECT_LE(after.energy, before.energy * btScalar(1 + 1e-5) + btScalar(1e-9));
 }
 
-/// Two free sheets with different nodes, close above each other that move through each other in the next step, the
-/// upper one much faster than the lower one, each node somewhat otherwise than the next.
+/// Two free sheets with different nodes, close above each other, that cross in the next step. The upper one is much
+/// faster than the lower one, and each node's motion differs a little.
 struct MeetingSheets {
   btSoftBodyWorldInfo world_info;
   std::unique_ptr<btSoftBody> bodies[2];
@@ -100,7 +100,7 @@ struct MeetingSheets {
 
 constexpr int kTries = 5;
 
-// As after contacts of later bodies: Bullet moves nodes that have got their velocities already.
+// The state after contacts of later bodies: Bullet moves nodes whose velocities it has already set.
 TEST(AnswersToCrossings, keep_what_a_classic_body_has_that_was_moved_but_not_pushed) {
   for (int seed = 0; seed < kTries; ++seed) {
     Random random(static_cast<std::uint64_t>(seed));
@@ -181,7 +181,7 @@ TEST(AnswersToCrossings, do_not_throw_a_node_that_can_hardly_give_way) {
   EXPECT_LT(velocity.length(), 2 * kSpeed);
 }
 
-/// Sheets in a cube that fly wildly through each other in the next step, and within a cage of others that do not move.
+/// Sheets in a cube that fly wildly and cross each other in the next step, within a cage of others that do not move.
 class WildSheets {
  public:
   explicit WildSheets(Random& random) {
@@ -352,8 +352,8 @@ bullet::CrossingAnswers prevent_crossings(const CrossingsOfKind& kind, const Row
   return prevention.answers();
 }
 
-// What the lowest sheet pushes on goes as far as it, two and a half of the gaps, and meets the next: every answer leads
-// to further impacts.
+// A sheet that the lowest one pushes moves as far as it does, two and a half of the gaps, and meets the next sheet. So
+// every response leads to further impacts.
 TEST(AnswersToCrossings, end_with_nodes_that_stay_where_they_were) {
   for (const CrossingsOfKind* kind : {&kClassicCrossings, &kDeformableCrossings}) {
     const Row row(*kind, 60, btScalar(0.25));
@@ -363,7 +363,7 @@ TEST(AnswersToCrossings, end_with_nodes_that_stay_where_they_were) {
     EXPECT_GT(answers.held_nodes, 0U);
     EXPECT_EQ(answers.unavoidable, 0U);
     EXPECT_TRUE(row.is_in_order(*kind));
-    EXPECT_NEAR(row.momentum() / momentum, 1, 1e-4) << "held back for one step alone";
+    EXPECT_NEAR(row.momentum() / momentum, 1, 1e-4) << "held for one step only";
   }
 }
 
@@ -433,8 +433,8 @@ std::unique_ptr<btSoftBody> make_free_triangle(btSoftBodyWorldInfo& world_info, 
   return body;
 }
 
-// A dancer, her skirt's waist that turns with her, and a node of the skirt whose edge lies on an edge of hers but for
-// the rounding of their positions. Recorded; what moves as one with her meets her by rounding.
+// A dancer, her skirt's waist that turns with her, and a node of the skirt. An edge at that node lies on an edge of
+// hers, up to the rounding of their positions. Recorded; nodes that move as one with her meet her by rounding.
 TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) {
   const btVector3 way_a(btScalar(-0.00257956), 0, btScalar(-0.00108461));
   const btVector3 way_b(btScalar(-0.00216515), btScalar(1.19209e-07), btScalar(-0.000929065));
@@ -467,7 +467,7 @@ TEST(AnswersToCrossings, keep_apart_what_all_but_touches_when_the_app_moves_it) 
   }
 }
 
-/// Moves a sheet whose middle node alone is below another sheet up until it is free. Returns whether that was answered.
+/// Moves a sheet whose middle node alone is below another sheet up until it is free. Returns whether it was stopped.
 bool is_held_back(const CrossingsOfKind& kind, bullet::EdgeContacts edge_contacts) {
   btSoftBodyWorldInfo world_info;
   SheetOptions options;

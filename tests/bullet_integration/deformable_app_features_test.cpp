@@ -1,4 +1,4 @@
-// What else Bullet's deformable world can do beside contacts between soft bodies: it goes on as with Bullet alone.
+// Features of Bullet's deformable world other than contacts between soft bodies: they work as with Bullet alone.
 
 #include <gtest/gtest.h>
 
@@ -365,7 +365,7 @@ TEST(DeformableAppFeatures, worlds_are_saved_as_bullets_are) {
   EXPECT_FALSE(chunks.empty());
 }
 
-// Bullet's face trees are what softcd saves.
+// softcd builds no face trees of Bullet's.
 TEST(DeformableAppFeatures, worlds_are_drawn_as_bullets_are_but_for_face_trees) {
   Exhibition ours(cpu_settings());
   Exhibition bullets(std::nullopt);

@@ -20,7 +20,7 @@
 #include "BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h"
 #include "deformable_support.hpp"
 
-/// What the tests of apps' settings in the deformable world share: every one runs with softcd and with Bullet alone.
+/// Shared by the tests of apps' settings in the deformable world. Each test runs with softcd and with Bullet alone.
 namespace softcd::test {
 
 /// Bullet moves the nodes of the deformable world explicitly.
@@ -77,7 +77,7 @@ class HeldSheets {
     places_.erase(&body);
     return simulation_.remove(body);
   }
-  /// Where its nodes are now is where they start from.
+  /// Saves the nodes' present positions as their start.
   void hold(btSoftBody& body) {
     std::vector<btVector3>& places = places_[&body];
     places.clear();

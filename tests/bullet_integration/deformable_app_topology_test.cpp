@@ -1,5 +1,4 @@
-// Bodies and meshes that change in the deformable world while the simulation runs, with Bullet's own result beside
-// ours.
+// Bodies and meshes that change in the deformable world while the simulation runs, compared with Bullet's own result.
 
 #include <gtest/gtest.h>
 

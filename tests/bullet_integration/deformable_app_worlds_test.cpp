@@ -1,4 +1,4 @@
-// What an app can do with a deformable world and its solvers, with Bullet's own result beside ours.
+// Everything that an app can do with a deformable world and its solvers, compared with Bullet's own result.
 
 #include <gtest/gtest.h>
 
@@ -157,7 +157,7 @@ TEST(DeformableAppWorlds, contacts_are_found_once_where_the_app_asks_bullet_too)
   EXPECT_TRUE(sheets.lower.m_softSoftCollision) << "the app's own";
 }
 
-// Bullet never clears what the flag of the classic worlds adds in this one.
+// Bullet never clears the contacts that the classic worlds' flag adds in this world.
 TEST(DeformableAppWorlds, the_classic_worlds_flag_does_not_make_contacts_pile_up) {
   TwoHeldSheets sheets(cpu_settings());
   for (btSoftBody* body : {&sheets.lower, &sheets.upper}) body->m_cfg.collisions = Flags::SDF_RD | Flags::VF_SS;

@@ -1,4 +1,4 @@
-// The deformable world's contacts, step by step: which they are, and what Bullet's own detection makes of them.
+// The deformable world's contacts, step by step, compared with those of Bullet's own detection.
 
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ bool has_face_away_from(const btSoftBody& body, const btSoftBody::Node& node, co
   return false;
 }
 
-/// What Bullet's predicate says of all nodes and faces, where the bodies are now.
+/// Returns the pairs of nodes and faces that Bullet's predicate accepts, at the bodies' present positions.
 NodeFaces expected_contacts(const btAlignedObjectArray<btSoftBody*>& bodies) {
   NodeFaces result;
   for (int a = 0; a < bodies.size(); ++a) {

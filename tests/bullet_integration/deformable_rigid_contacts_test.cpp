@@ -1,4 +1,4 @@
-// Rigid bodies on held cloths in the deformable world: softcd's worlds hold what Bullet alone holds.
+// Rigid bodies on held cloths in the deformable world: softcd's worlds hold the bodies that Bullet alone holds.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 enum class Detector { bullet, softcd, attached };
 
-/// A cloth held at its edges, at a height of 0, and what lies on it.
+/// A cloth held at its edges, at a height of 0, and the body on it.
 class Trampoline {
  public:
   Trampoline(Detector detector, int nodes_per_side, btScalar stiffness, Detection detection = Detection::dcd)

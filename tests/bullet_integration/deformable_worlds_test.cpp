@@ -1,4 +1,4 @@
-// Simulations in the deformable world that run for a while: does what should rest on something rest there?
+// Simulations in the deformable world that run for a while: bodies come to rest where they should.
 
 #include <gtest/gtest.h>
 

@@ -56,7 +56,7 @@ struct Ridges {
     upper = &simulation.add(make_ridge(simulation.world_info(), btScalar(0.2), false, btScalar(-0.5), false));
   }
 
-  /// Of the upper ridge above the lower one, where they cross.
+  /// Returns the height of the upper ridge above the lower one, where they cross.
   btScalar gap() const { return (upper->m_nodes[2].m_x.y() + upper->m_nodes[3].m_x.y()) / 2; }
 };
 

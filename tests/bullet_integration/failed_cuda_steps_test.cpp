@@ -1,4 +1,4 @@
-// Steps in which calls of the CUDA runtime fail: Bullet's world goes on, and what is found is right.
+// Steps in which calls of the CUDA runtime fail: Bullet's world continues, and contacts are right.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ constexpr int kNodesPerSide = 8;
 /// A contact's weights on both sides, normal, depth and time of impact.
 using Numbers = std::array<btScalar, 11>;
 
-/// What is there after a step.
+/// The results of a step.
 struct Step {
   LayerContacts contacts;
   std::vector<Numbers> numbers;
@@ -80,7 +80,7 @@ std::vector<Step> live(Layers& sheets) {
   return steps;
 }
 
-/// The same in a world of Bullet's own, which tells no numbers.
+/// Does the same in a world of Bullet's own, which reports no numbers.
 std::vector<LayerContacts> live_without_softcd(Layers& sheets) {
   std::vector<LayerContacts> steps;
   for (int i = 0; i <= kFailingSteps; ++i) {

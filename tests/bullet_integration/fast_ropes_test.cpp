@@ -1,5 +1,5 @@
-// Ropes that are thrown at each other and at rigid meshes, over hundreds of steps: whatever passes through anything on
-// its straight way through a step is counted in exact arithmetic.
+// Ropes are thrown at each other and at rigid meshes, over hundreds of steps. Crossings on the straight paths of a step
+// are counted in exact arithmetic.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +64,8 @@ bool are_near(std::span<const Vec3d, 8> rows, std::size_t first_of_b) {
   return true;
 }
 
-/// Pairs of edges, of one of a and one of b, and of vertices of a and triangles of b, that touch on the way.
+/// Returns the number of feature pairs that touch during the step: an edge of a and one of b, or a vertex of a and a
+/// triangle of b.
 int count_passes(const Way& a, const Way& b) {
   int count = 0;
   std::array<Vec3d, 8> rows{};
@@ -111,7 +112,7 @@ std::unique_ptr<btSoftBody> make_rope(btSoftBodyWorldInfo& info, const btVector3
   return rope;
 }
 
-/// What has passed through what in all steps, and what had to be answered.
+/// The crossings in all steps, and the contacts that needed a response.
 struct Count {
   int passes = 0;
   std::size_t contacts = 0;

@@ -159,7 +159,7 @@ TEST_P(Filter, self_collision_follows_the_flag_or_the_setting) {
   EXPECT_EQ(self_contacts(GetParam(), SelfCollision::none, true), 0);
 }
 
-/// Where the nodes of two clustered balls that overlap are some steps later.
+/// Returns the node positions of two overlapping clustered balls some steps later.
 std::vector<btScalar> after_cluster_collision(PlugIn plug_in, int flags) {
   Simulation simulation(plug_in, test_settings());
   simulation.world_info().m_gravity.setZero();

@@ -1,4 +1,4 @@
-// What softcd spares Bullet in a world's first step.
+// The time that softcd saves in a world's first step.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using demo::Simulation;
 class FirstStep : public testing::TestWithParam<PlugIn> {};
 INSTANTIATE_TEST_SUITE_P(PlugIns, FirstStep, testing::ValuesIn(kPlugIns), plug_in_name);
 
-/// Of processor time: the machine may have other work.
+/// Returns processor time, because the machine may have other work.
 double milliseconds_of_step(Simulation& simulation) {
   const std::clock_t start = std::clock();
   simulation.step(kStep);

@@ -1,4 +1,4 @@
-// What softcd takes out of Bullet's or the app's hands, and gives back.
+// State of Bullet and the app that softcd replaces, and restores.
 
 #include <gtest/gtest.h>
 
@@ -107,7 +107,7 @@ TEST(GivingBack, algorithms_that_come_between_two_steps_stay_and_pairs_stay_soft
   EXPECT_GT(simulation.detection().rigid_mesh_report().statistics().vt_contacts, 0U);
 }
 
-/// Two sheets within each other's reach, in whatever world.
+/// Two sheets within each other's reach, in any world.
 struct SheetsOfBullet {
   btSoftBodyWorldInfo info;
   std::unique_ptr<btSoftBody> lower, upper;

@@ -1,4 +1,4 @@
-// Nodes that move on as one rigid body, and what holds them in that.
+// Impact zones: nodes that move as one rigid body, and the constraints of their motion.
 
 #include "crossings/impact_zones.hpp"
 
@@ -104,7 +104,7 @@ TEST(ImpactZones, keep_momentum_and_angular_momentum_and_take_energy) {
   }
 }
 
-// What turned fast would be stretched.
+// A zone that turned faster would be stretched.
 TEST(ImpactZones, turn_by_a_quarter_of_a_radian_at_most) {
   Random random(1);
   const Zone zone(random, 1000);
@@ -157,7 +157,8 @@ void add_rigid_contact(btSoftBody& body, int node, const btVector3& normal = btV
   body.m_nodeRigidContacts.push_back(contact);
 }
 
-// Where they lie they slide as one, whatever else pushes them down; what slid before is no motor.
+// Zones in contact with rigid objects slide as one body, whatever else pushes them down. Their sliding motion before
+// adds no energy.
 TEST(ImpactZones, are_not_pushed_into_what_is_rigid_and_get_no_energy_from_it) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);
@@ -213,7 +214,7 @@ TEST(InelasticImpulses, of_nodes_that_touch_what_is_rigid_add_no_energy) {
   EXPECT_GT(answered, 50);
 }
 
-// Nodes in a corner of something rigid slide past each other; nearly all of the impulse goes into what is rigid.
+// Nodes in a corner of a rigid object slide past each other. Nearly all of the impulse goes into the rigid object.
 TEST(InelasticImpulses, between_nodes_in_a_corner_add_no_energy) {
   Random random(1);
   const Zone zone(random, 0);

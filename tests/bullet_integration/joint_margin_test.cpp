@@ -1,4 +1,4 @@
-// The margin with which one classic contact answers for several, against Bullet's own solver.
+// The margin with which one classic contact replaces several, compared with Bullet's own solver.
 
 #include "contacts/joint_margin.hpp"
 
@@ -22,8 +22,8 @@ constexpr btScalar kMarginOfBoth = btScalar(0.06);
 constexpr btScalar kClothCell = btScalar(0.1);
 constexpr double kPushRounding = 2e-6;  // of positions of the size of one, moved a few dozen times in float
 
-/// A node over the middle of a rough cloth of 4 * 4 nodes, each on its way from somewhere near, and the contacts that
-/// Bullet's rule has for it.
+/// A node over the middle of a rough cloth of 4 * 4 nodes, and the contacts that Bullet's rule has for it. All nodes
+/// move a little.
 class NodeOverCloth {
  public:
   NodeOverCloth(Random& random, bool is_fixed) {
@@ -87,7 +87,7 @@ class NodeOverCloth {
     return apart.dot(contact.m_normal);
   }
 
-  /// As Bullet's CollideVF_SS.
+  /// Adds a contact by the formulas of Bullet's CollideVF_SS.
   void add_contact(btSoftBody::Face& face) {
     btSoftBody::Node& node = node_->m_nodes[0];
     const auto corner = [&](int i) { return bullet::to_doubles(face.m_n[i]->m_x); };

@@ -19,7 +19,7 @@ namespace softcd::test {
 namespace {
 
 constexpr int kKinematic = btCollisionObject::CF_KINEMATIC_OBJECT;
-/// What Bullet's usual way of making a body of mass 0 kinematic leaves.
+/// The flags after Bullet's usual way of making a body of mass 0 kinematic.
 constexpr int kStaticAndKinematic = kKinematic | btCollisionObject::CF_STATIC_OBJECT;
 
 /// Metres a second.
@@ -79,7 +79,7 @@ class KinematicMeshes : public WarnedSimulation {
     shape->setMargin(btScalar(0.02));
     mesh.body = &simulation.add_rigid(std::move(shape), place);
   }
-  /// `flags` are what the app makes of the body's own.
+  /// `flags` are the body's flags as the app sets them.
   void add_walker(int flags) { add_walker(flags, box(btVector3(kHalfDepth, btScalar(0.4), kHalfDepth))); }
   void add_walker(int flags, const RigidTriangles& triangles) {
     add(walker, triangles, place_at(btScalar(-0.3)));
@@ -184,7 +184,7 @@ TEST_P(KinematicMeshes, push_a_curtain_where_bullet_knows_no_velocity) {
   EXPECT_GT(answered, 0);
 }
 
-// By more than its own size, while Bullet is told that it stands.
+// The mesh moves by more than its own size, while Bullet knows no velocity of it.
 TEST_P(KinematicMeshes, that_are_put_behind_a_curtain_leave_it_alone) {
   add_walker(kStaticAndKinematic);
   for (const btScalar z : {btScalar(-0.5), btScalar(-0.5), btScalar(0.5), btScalar(0.5)}) {
@@ -265,7 +265,7 @@ TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_by_the_tip_of_a_spike) {
   push_slowly(spike);
 }
 
-// Bullet collides it with meshes whatever it does with other soft bodies.
+// Bullet collides the curtain with meshes, also if it collides with no soft bodies.
 TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_that_collides_with_rigid_bodies_alone) {
   curtain->m_cfg.collisions &= ~(btSoftBody::fCollision::VF_SS | btSoftBody::fCollision::VF_DD);
   push_slowly(box(btVector3(kHalfDepth, btScalar(0.38), kHalfDepth)));

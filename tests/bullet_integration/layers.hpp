@@ -14,8 +14,8 @@
 
 namespace softcd::test {
 
-/// Of a step: body, node and the other body's face; body and node that touches the mesh. What is there twice is too
-/// many.
+/// The contacts of a step. `soft` has body, node and the other body's face; `rigid` has body and node that touches the
+/// mesh. An entry that occurs twice is an error.
 struct LayerContacts {
   std::multiset<std::array<int, 3>> soft;
   std::multiset<std::array<int, 2>> rigid;
@@ -82,7 +82,7 @@ class Layers {
   /// One node of the upper sheet has no position.
   void spoil() { places_.back().setY(std::numeric_limits<btScalar>::quiet_NaN()); }
 
-  /// Bullet answers no contacts: what moves fast enough passes through.
+  /// Switches off Bullet's response to contacts, so that fast nodes pass through.
   void answer_nothing() {
     for (btSoftBody* body : bodies_) body->m_cfg.piterations = 0;
   }

@@ -1,5 +1,5 @@
-// Free bodies that are locked through each other when a step begins: they are let go and named, once, and nothing else
-// is let go with them; what the answers do to them neither adds energy nor momentum.
+// Free bodies that are locked through each other at the start of a step. They are released and named, once, and no
+// other features are released with them. The responses to them add neither energy nor momentum.
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class LockedBodies : public WarnedSimulation {
   /// Up the steeper one.
   static btVector3 away() { return quatRotate(btQuaternion(btVector3(0, 0, 1), kSlope), btVector3(1, 0, 0)); }
 
-  /// Sees the answers of all steps of the world that a step of the simulation takes.
+  /// Makes a step, and records the responses of all steps of the world in it.
   void step(const std::function<void()>& before = [] {}) {
     simulation.step([&](btScalar) {
       see_answers();
@@ -79,7 +79,7 @@ class LockedBodies : public WarnedSimulation {
   btSoftBody* second = nullptr;
   std::uint64_t excepted = 0;                 ///< in the last step
   std::uint64_t impacts = 0;                  ///< in all steps
-  double most_energy = 0, most_momentum = 0;  ///< that the answers of one step gave to all bodies together
+  double most_energy = 0, most_momentum = 0;  ///< that the responses of one step added to all bodies together
 };
 INSTANTIATE_TEST_SUITE_P(Worlds, LockedBodies, kLookingWorlds, world_name);
 

@@ -1,4 +1,4 @@
-// Nodes that somebody else moves: softcd gives way where it can, and tells what it cannot prevent.
+// Nodes that the app moves: softcd gives way where it can, and reports crossings that it cannot prevent.
 
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ class MovedByAnchors : public MovedByOthers {};
 INSTANTIATE_TEST_SUITE_P(Worlds, MovedByAnchors, testing::Values(World::deformable, World::attached_deformable),
                          world_name);
 
-// Bullet puts nodes on anchors where these are, whatever velocity they were given.
+// Bullet puts nodes on anchors to their anchors, whatever their velocity.
 TEST_P(MovedByAnchors, through_something_are_counted_and_named) {
   add_sheet(0, /*fixed=*/true);
   btSoftBody& pulled = add_sheet(btScalar(0.05), /*fixed=*/false, 4);
@@ -100,7 +100,7 @@ TEST_P(MovedByAnchors, push_what_is_free_out_of_their_way) {
   EXPECT_TRUE(warnings.empty()) << warnings[0];
 }
 
-// Five metres a second, through five cloths that nobody holds.
+// A ball moves with five metres a second through five free cloths.
 TEST_P(MovedByOthers, a_ball_takes_a_pile_of_cloths_along) {
   for (int i = 0; i < 5; ++i) add_sheet(btScalar(0.05) * btScalar(i), /*fixed=*/false);
   add_ball(btScalar(-0.3));
@@ -175,7 +175,7 @@ TEST_P(ThroughPiles, a_ball_through_held_cloths_is_counted_and_named) {
   EXPECT_GE(pairs.size(), 5U) << "the ball and each cloth";
 }
 
-// What the app puts through something is let off, and nothing else.
+// A body that the app puts through another is released from that one only.
 TEST_P(MovedByOthers, a_sheet_put_through_another_is_excepted_alone) {
   btSoftBody& first = add_sheet(0, /*fixed=*/true);
   btSoftBody& second = add_sheet(btScalar(0.04), /*fixed=*/false, 6);
@@ -208,7 +208,7 @@ TEST_P(MovedByOthers, sheets_under_a_piston_get_no_energy_and_come_apart) {
   for (int i = 1; i < 4; ++i) add_sheet(btScalar(0.03) * btScalar(i), /*fixed=*/false, 5 + i);
   btSoftBody& piston = add_sheet(btScalar(0.12), /*fixed=*/true, 6);
   btScalar fastest = 0;
-  double most_given = 0;  // by one step's answers, when it comes down no more
+  double most_given = 0;  // by the responses of one step, after it has come down
   for (int step = 0; step < 60; ++step) {
     simulation.step([&](btScalar) {
       if (step > 10) most_given = std::max(most_given, simulation.detection().crossing_answers().energy);

@@ -1,4 +1,4 @@
-// Bullet's own continuous vertex-face test against ours and against exact arithmetic, on random motions.
+// Bullet's own continuous vertex-face test, compared with softcd's and with exact arithmetic, on random motions.
 
 #include <gtest/gtest.h>
 

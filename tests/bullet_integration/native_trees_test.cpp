@@ -1,4 +1,4 @@
-// Bullet's own trees and flags, which softcd keeps Bullet from paying for.
+// Bullet's own trees and flags, whose cost softcd avoids.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -53,7 +53,7 @@ TEST_P(NativeTrees, flags_are_given_back_to_a_body_removed_before_its_first_step
   EXPECT_EQ(removed->m_cfg.collisions, Flags::SDF_RS | Flags::VF_SS);
 }
 
-// A ray test builds a face tree where there is none; removing it in every step would make it build one each time.
+// A ray test builds a face tree if there is none. If softcd removed it in every step, each ray test would build one.
 TEST_P(NativeTrees, ray_tests_hit_and_soon_keep_their_tree) {
   Simulation simulation(GetParam(), cpu_settings());
   simulation.world_info().m_gravity.setZero();

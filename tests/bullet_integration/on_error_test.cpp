@@ -67,7 +67,7 @@ TEST_P(FailingSteps, have_bullets_contacts_where_memory_runs_out) {
   EXPECT_GT(failed_meshes, 0U);
 }
 
-/// The same of what body_contacts() tells of the last step.
+/// Returns the same contacts as body_contacts() reports them for the last step.
 LayerContacts told_contacts(Layers& layers) {
   LayerContacts told;
   for (const bullet::BodyPairContacts& pair : layers.simulation().detection().body_contacts()) {
@@ -85,7 +85,7 @@ LayerContacts told_contacts(Layers& layers) {
   return told;
 }
 
-/// Whoever has found the contacts of a step, they are told, or, where there is no memory for that, none.
+/// Expects that all contacts of a step are reported, softcd's and Bullet's, or none if memory runs out.
 template <class Make>
 void expect_all_contacts_or_none_to_be_told(const Make& make) {
   std::uint64_t untold = 0;

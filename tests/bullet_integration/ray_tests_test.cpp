@@ -1,4 +1,4 @@
-// Rays through softcd's worlds, as apps cast them, against Bullet's own ray tests of the same bodies.
+// Rays through softcd's worlds, as apps cast them, compared with Bullet's own ray tests of the same bodies.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@
 namespace softcd::test {
 namespace {
 
-/// What a callback was told of one object.
+/// A hit of one object, as a callback received it.
 struct ToldOfRay {
   const btCollisionObject* object;
   int part, triangle;
@@ -29,7 +29,7 @@ struct ToldOfRay {
   btScalar fraction;
 };
 
-/// All that it is told, first the nearest.
+/// Records all hits, the nearest first.
 struct RayListener : btCollisionWorld::RayResultCallback {
   std::vector<ToldOfRay> told;
   bool keeps_nearest = false;
@@ -134,7 +134,7 @@ TEST_P(RayTests, follow_whatever_the_app_does) {
   EXPECT_NEAR(told(kHigh, kLow).told[0].fraction, 0.4, 1e-6);
   simulation.step();
   EXPECT_EQ(objects_below(btScalar(0.11), btScalar(0.07)), (Objects{&lower, &upper}));
-  // One node, and nobody is told.
+  // Nodes move without a call of forget_ray_positions().
   for (int i = 0; i < upper.m_nodes.size(); ++i) upper.m_nodes[i].m_x.setY(btScalar(1.5));
   EXPECT_NEAR(told(kHigh, kLow).told[1].fraction, 0.425, 1e-6);
   // Faces go.
@@ -266,7 +266,7 @@ TEST_P(RayTests, go_on_as_bullets_where_memory_runs_out) {
       try {
         simulation.world().rayTest(kHigh, kLow, listener);
       } catch (const std::bad_alloc&) {
-        listener.told.push_back({});  // of a list of what is near, or of Bullet's: nothing is left behind
+        listener.told.push_back({});  // from softcd's list of objects or from Bullet; nothing is left behind
       }
       has_failed = failing.has_failed();
     }

@@ -1,4 +1,4 @@
-// Steps are the same whether each of their detections looks anew or not.
+// Steps are the same with kept pairs and with a new search in each detection.
 
 #include <gtest/gtest.h>
 

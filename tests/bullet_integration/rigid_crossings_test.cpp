@@ -1,5 +1,5 @@
-// No step with continuous detection ends with a soft body through a rigid triangle mesh: edges of either through faces
-// of the other are counted in exact arithmetic, every pair of them. What the soft body cannot avoid is named.
+// No step with continuous detection ends with a soft body through a rigid triangle mesh. Edges of either in faces of
+// the other are counted in exact arithmetic, for every pair. Unavoidable crossings are named.
 
 #include <gtest/gtest.h>
 
@@ -58,7 +58,7 @@ class RigidCrossings : public WarnedSimulation {
     part = std::move(shape);
     return *(rigid = &simulation.add_rigid(std::move(compound), place));
   }
-  /// Bullet is told of it, so that the mesh has a velocity.
+  /// Makes the body kinematic for Bullet, so that the mesh has a velocity.
   void make_kinematic() const {
     rigid->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     rigid->setActivationState(DISABLE_DEACTIVATION);
@@ -134,7 +134,7 @@ TEST_P(RigidCrossings, none_of_a_cloth_thrown_at_hills_in_a_compound) {
   expect_none_through();
 }
 
-// Ten to a thousand metres a second: what it meets goes along.
+// Hills move with ten to a thousand metres a second, and take bodies along.
 TEST_P(RigidCrossings, none_where_hills_are_moved_through_a_free_cloth) {
   for (const btScalar speed : {btScalar(10), btScalar(100), btScalar(1000)}) {
     SCOPED_TRACE(speed);
@@ -204,7 +204,7 @@ TEST_P(RigidCrossings, what_is_unavoidable_is_counted_and_named_once) {
   EXPECT_EQ(std::set<std::string>(warnings.begin(), warnings.end()).size(), warnings.size());
 }
 
-// What the app puts through a mesh is let go, and named once while it stays at the same triangles.
+// A body that the app puts through a mesh is released, and named once while it stays at the same triangles.
 TEST_P(RigidCrossings, a_cloth_that_begins_in_a_mesh_is_excepted) {
   add_mesh(wall(2), btVector3(btScalar(0.03), 0, 0));
   btSoftBody& cloth = add_cloth(0);

@@ -12,7 +12,7 @@ namespace softcd::test {
 
 using RigidTriangles = std::vector<std::array<btVector3, 3>>;
 
-/// Where Bullet has them.
+/// Returns the triangles at Bullet's pose of them.
 inline RigidTriangles placed(const RigidTriangles& triangles, const btTransform& place) {
   RigidTriangles moved = triangles;
   for (auto& corners : moved) {
@@ -46,7 +46,7 @@ inline std::size_t count_edges_in(const RigidTriangles& of_edges, const RigidTri
   return count;
 }
 
-/// Of the soft body in the triangles, and of these in its faces.
+/// Counts edges of the soft body in the triangles, and edges of these in its faces.
 inline std::size_t count_intersections(const btSoftBody& body, const RigidTriangles& triangles) {
   RigidTriangles faces;
   for (int f = 0; f < body.m_faces.size(); ++f) {

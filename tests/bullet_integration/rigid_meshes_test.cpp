@@ -28,7 +28,7 @@ btScalar ground(btScalar x, btScalar z) {
   return kHill * (btCos(SIMD_PI * x) + 1) * (btCos(SIMD_PI * z) + 1) / 4;
 }
 
-/// A rigid shape with what it is made of.
+/// A rigid shape with its parts.
 struct MadeGround {
   std::unique_ptr<btTriangleMesh> triangles;
   std::unique_ptr<btBvhTriangleMeshShape> unscaled;

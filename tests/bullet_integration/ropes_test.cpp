@@ -53,7 +53,7 @@ std::unique_ptr<btSoftBody> straight_rope(btSoftBodyWorldInfo& info, int links, 
       info, links, [&](btScalar t) { return from.lerp(to, t); }, fixed_ends);
 }
 
-/// Where the rope passes through the plane x = 0, or z = 0; nullopt where it does not.
+/// Returns the point at which the rope passes through the plane x = 0, or z = 0; nullopt if it does not.
 std::optional<btVector3> crossing(const btSoftBody& rope, int axis) {
   for (int i = 0; i < rope.m_links.size(); ++i) {
     const btVector3& p = rope.m_links[i].m_n[0]->m_x;

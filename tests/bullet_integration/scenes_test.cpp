@@ -1,4 +1,4 @@
-// Scenes whose bodies hold each other or themselves: they do with softcd, and do not where nothing keeps them apart.
+// Scenes whose bodies hold each other or themselves. They hold with softcd, and come apart without contacts.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ void run(demo::Scene& scene, double seconds) {
   while (double(scene.time()) < seconds) scene.step();
 }
 
-/// Of a leg, under which the hands count as held back.
+/// The least stretch of a leg at which the hands count as stopped by the knot.
 constexpr btScalar kPull = btScalar(0.03);
 
 constexpr int kReefKnotSize = 90;

@@ -1,4 +1,4 @@
-// Parts of the worlds by themselves: what is read of bodies and meshes, boxes, constraints, and what is written.
+// Small parts of the worlds: reading of bodies and meshes, boxes, constraints, and writing of contacts.
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>

@@ -1,4 +1,4 @@
-// A world that lives long, in which all kinds of things change. tests/soak.sh has the long form.
+// A long simulation in which all kinds of things change. tests/soak.sh has the long form.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace softcd::test {
 namespace {
 
-/// Of the environment, or of the ordinary tests.
+/// Returns the number in the environment variable, or that of the ordinary tests.
 std::uint64_t number(const char* name, std::uint64_t of_tests) {
   const char* text = std::getenv(name);
   return text != nullptr ? std::stoull(text) : of_tests;
@@ -69,7 +69,7 @@ TEST_P(Soak, nothing_passes_through_anything_and_memory_does_not_grow) {
             << " contacts, " << counts.impacts << " impacts, " << counts.held_nodes << " nodes held, " << counts.excused
             << " steps excused, " << counts.peak_bytes << " bytes at most, resident set " << before << " MiB before, "
             << most_of_first_quarter << " in the first quarter, " << most << " in all\n";
-#ifndef __SANITIZE_ADDRESS__  // which keeps what was freed, more of it at one time than at another
+#ifndef __SANITIZE_ADDRESS__  // which keeps freed memory, a varying amount of it
   EXPECT_LT(most, most_of_first_quarter * 1.1 + 16);
   EXPECT_LT(most, before + kMostOfAWorld);
 #endif

@@ -77,7 +77,7 @@ bool is_rope(const btSoftBody& body) {
   return body.m_faces.size() == 0;
 }
 
-/// Where a sheet is to have nodes.
+/// The plane at which a sheet is to have nodes.
 class Plane : public btSoftBody::ImplicitFn {
  public:
   Plane(const btVector3& normal, const btVector3& point) : normal_(normal), point_(point) {}
@@ -173,7 +173,8 @@ std::string SoakedWorld::find_fault(bool is_judged) {
   return std::to_string(edges) + " edges and " + std::to_string(ropes) + " ropes are through faces";
 }
 
-// Bullet's deformable world knows new nodes by their number alone: what comes must not make up for what goes.
+// Bullet's deformable world notices new nodes by their number alone. So a step must not add as many nodes as it
+// removes.
 void SoakedWorld::change_something() {
   if (members_.size() < kMostBodies && !have_nodes_changed_ && random_.chance(0.1)) add_body();
   if (!members_.empty()) {
@@ -192,7 +193,7 @@ void SoakedWorld::change_something() {
   if (random_.chance(0.01)) toggle_box();
 }
 
-/// In the air, near nobody, where there is room.
+/// Adds a body in the air, at a place without other bodies.
 void SoakedWorld::add_body() {
   Member member{};
   std::unique_ptr<btSoftBody> body = make_body(member);
@@ -260,7 +261,7 @@ void SoakedWorld::remove(std::size_t member) {
   ++counts_.went;
 }
 
-/// What has fallen past the ground, or was thrown away.
+/// Removes bodies that have fallen past the ground or were thrown away.
 void SoakedWorld::remove_strays() {
   for (std::size_t m = members_.size(); m-- > 0;) {
     const Box box = box_of(*members_[m].body);
@@ -384,7 +385,7 @@ void SoakedWorld::ask() {
   const btVector3 from = to_bullet(random_.in_box(2));
   const btVector3 to = to_bullet(random_.in_box(2));
   btCollisionWorld::ClosestRayResultCallback closest(from, to);
-  // Others have Bullet's ray test, which builds face trees, and never ends for some of what is torn.
+  // Other worlds have Bullet's ray test, which builds face trees, and never ends for some torn bodies.
   const bool has_ray_test = world_ == World::one_line || world_ == World::multi_body || world_ == World::deformable;
   if (has_ray_test) simulation_.world().rayTest(from, to, closest);
   bullet::WorldProbe probe(simulation_.world());

@@ -13,7 +13,7 @@
 
 namespace softcd::test {
 
-/// What has been going on in a soaked world.
+/// Counts of the events in a soaked world.
 struct SoakCounts {
   std::uint64_t steps = 0;
   std::uint64_t watched_steps = 0;  ///< in which nothing may pass through anything
@@ -29,16 +29,16 @@ struct SoakCounts {
   std::uint64_t peak_bytes = 0;  ///< of a backend's memory
 };
 
-/// A small world in which sheets, balls and ropes come, fall upon each other and go, are torn and refined, while
-/// settings, filters and masses change, questions are asked and softcd is detached and attached: at random, the same
-/// for the same number. It never holds more than so many bodies, of so many nodes.
+/// A small world in which sheets, balls and ropes come, fall upon each other and go, and are torn and refined.
+/// Settings, filters and masses change, questions are asked, softcd is detached and attached. All is random, and the
+/// same for the same number. The world never has more than so many bodies, of so many nodes.
 class SoakedWorld {
  public:
   SoakedWorld(World world, std::uint64_t number);
 
-  /// Something changes, then time passes. Returns in a sentence what is not as it has to be: a position that is not
-  /// finite, a step in which a detector failed, or, where that is prevented, something that is through something else
-  /// and was not excused by the world's own answers. Empty where all is well.
+  /// Changes something, then makes a step. Returns the first error as a sentence, or an empty text. Errors are
+  /// positions that are not finite, steps in which a detector failed and, if crossings are prevented, intersections
+  /// that the world's responses have not excepted.
   std::string step();
 
   const SoakCounts& counts() const { return counts_; }
@@ -79,7 +79,7 @@ class SoakedWorld {
   btRigidBody* box_ = nullptr;
   bool has_box_ = true;
   std::vector<Member> members_;      ///< without the pillar
-  bool may_be_tangled_ = false;      ///< what passes through something has not been prevented since this was looked at
+  bool may_be_tangled_ = false;      ///< crossings have not been prevented since the last check
   bool have_nodes_changed_ = false;  ///< since the last step
   SoakCounts counts_;
 };

@@ -51,12 +51,12 @@ inline bullet::Settings settings_on(Backend backend, Detection detection) {
   return settings;
 }
 
-/// Of the tests that run on every backend.
+/// Returns the settings of tests that run on every backend.
 inline bullet::Settings test_settings(Detection detection = Detection::dcd) {
   return settings_on(backend_under_test(), detection);
 }
 
-/// Of those that are about the bodies and worlds of apps, which no backend sees.
+/// Returns the settings of tests about the bodies and worlds of apps, which do not depend on the backend.
 inline bullet::Settings cpu_settings(Detection detection = Detection::dcd) {
   return settings_on(Backend::cpu, detection);
 }

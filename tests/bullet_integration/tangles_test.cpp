@@ -1,4 +1,4 @@
-// Bodies that are through each other already when a step begins.
+// Bodies that already intersect at the start of a step.
 
 #include "contacts/tangles.hpp"
 
@@ -37,7 +37,7 @@ std::array<Vec3d, 3> corners_of(const Positions3& x, const Triangle& triangle) {
   return {x[triangle.v[0]], x[triangle.v[1]], x[triangle.v[2]]};
 }
 
-/// Exact; what touches counts too.
+/// Returns whether triangles intersect or touch, exactly.
 bool intersect(const std::array<Vec3d, 3>& a, const std::array<Vec3d, 3>& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (demo::intersects(a[i], a[(i + 1) % 3], b) || demo::intersects(b[i], b[(i + 1) % 3], a)) return true;
@@ -170,7 +170,8 @@ Neighbours neighbours_of(btSoftBody& a, btSoftBody& b, btScalar distance) {
   return neighbours;
 }
 
-// What goes through faces along their borders intersects the insides of none. Nodes that follow it shall pass, too.
+// A body that passes through faces along their borders intersects the inside of none. It is tangled, and its nodes may
+// follow.
 TEST(Tangles, are_where_faces_go_through_each_others_borders) {
   constexpr auto kGap = btScalar(0x1p-8);
   btSoftBodyWorldInfo world_info;
@@ -203,7 +204,8 @@ std::array<Vec3d, 3> lattice_triangle(Random& random) {
   return corners;
 }
 
-/// What is left without its border, exactly: at these sizes nothing that meets inside does so any nearer to it.
+/// Returns the triangle without its border. At these sizes no insides meet nearer to the border, so the result is
+/// exact.
 std::array<Vec3d, 3> without_border(const std::array<Vec3d, 3>& corners) {
   const Vec3d sum = corners[0] + corners[1] + corners[2];
   const Vec3d center = {sum.x / 3, sum.y / 3, sum.z / 3};
@@ -229,7 +231,7 @@ std::unique_ptr<btSoftBody> make_triangle(btSoftBodyWorldInfo& world_info, const
   return body;
 }
 
-// Of small whole coordinates, where edges meet edges and corners most of the time.
+// Triangles of small whole coordinates, whose edges often meet edges and corners.
 TEST(Tangles, are_where_insides_of_triangles_meet) {
   Random random(2);
   btSoftBodyWorldInfo world_info;

@@ -61,7 +61,7 @@ TEST(Tearing, a_ball_passes_through_a_cloth_only_where_it_is_torn) {
   EXPECT_GT(contacts, 100U);
 }
 
-/// Where the cloth is to have nodes.
+/// The plane at which the cloth is to have nodes.
 class Plane : public btSoftBody::ImplicitFn {
  public:
   explicit Plane(btScalar x) : x_(x) {}

@@ -1,4 +1,4 @@
-// Bullet's multithreaded dispatcher with more pairs than threads. Where Bullet was built with BT_THREADSAFE it calls
+// Bullet's multithreaded dispatcher with more pairs than threads. If Bullet was built with BT_THREADSAFE, it calls
 // softcd from all of them: tests/thread_safe_bullet.sh.
 
 #include <gtest/gtest.h>
@@ -24,10 +24,10 @@ namespace {
 
 constexpr int kPlaces = 16;
 
-/// In each place two sheets touch each other, and the lower one a box and two rigid meshes that reach through all
-/// places, and whose order decides about the last digits of where the sheet goes. What Bullet itself does with a sheet
-/// and its box shares nothing with other threads: a box of its own, since Bullet appends contacts without a lock, and a
-/// btSoftBodyWorldInfo of its own, whose m_sparsesdf other threads would read while it is filled.
+/// In each place two sheets touch each other, and the lower one touches a box and two rigid meshes. The meshes extend
+/// through all places, and their order decides the last digits of the sheet's motion. Bullet's own contacts of a sheet
+/// with its box share nothing with other threads. Each sheet has its own box, because Bullet appends contacts without a
+/// lock. It has its own btSoftBodyWorldInfo, because other threads would read its m_sparsesdf while it is filled.
 class Places {
  public:
   explicit Places(btSoftRigidDynamicsWorld& world) : world_(world) {
@@ -107,7 +107,7 @@ bullet::Settings all_contacts() {
 }
 
 struct Outcome {
-  /// Of the first step: contacts between soft bodies, with the meshes, with the boxes.
+  /// Contacts in the first step: between soft bodies, with the meshes, with the boxes.
   std::array<std::uint64_t, 3> first_contacts{};
   /// After 20 steps.
   std::vector<btScalar> positions;

@@ -1,5 +1,5 @@
-// Apps whose callbacks throw in the middle of a step, and whose allocator does. Bullet promises nothing then. What
-// softcd has taken out of its sight is given back, bodies may leave, and the next step is as ever.
+// Apps whose callbacks or allocator throw in the middle of a step. Bullet promises nothing then. softcd restores all
+// state that it has replaced, bodies may leave, and the next step is as usual.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@
 namespace softcd::test {
 namespace {
 
-/// What an app throws, no exception of the standard library.
+/// An exception of the app, not one of the standard library.
 struct OfTheApp {};
 
 /// All that there is to be given back of a body: its flags, and the leaves of its tree of nodes.
@@ -56,7 +56,7 @@ BodyState state_of(const btSoftBody& body) {
   return {body.m_cfg.collisions, body.m_softSoftCollision, count_leaves(body)};
 }
 
-/// What makes algorithms for pairs of these shapes.
+/// Returns the create function of algorithms for pairs of these shapes.
 const btCollisionAlgorithmCreateFunc* algorithm(btCollisionDispatcher& dispatcher, int type0, int type1) {
   struct Table : btCollisionDispatcher {
     static const btCollisionAlgorithmCreateFunc* entry(btCollisionDispatcher& of, int a, int b) {

@@ -1,6 +1,6 @@
-// Bodies that touch when a step begins, at distances of exactly 0: nothing keeps them from coming apart or from
-// sliding, and what touches from one side stays there. What is through something by such touches alone is let go as
-// other locks.
+// Bodies that touch at the start of a step, at distances of exactly 0. They are free to separate and to slide, and
+// bodies that touch from one side stay on it. Bodies that intersect by such touches alone are released like other
+// intersecting bodies.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace softcd::test {
 namespace {
 
-/// All coordinates are small multiples of powers of two, so that what touches does so exactly.
+/// All coordinates are small multiples of powers of two, so that bodies touch exactly.
 class TouchingBodies : public WarnedSimulation {
  protected:
   using Shape = std::function<btVector3(btScalar x, btScalar z)>;
@@ -103,7 +103,7 @@ TEST_P(TouchingBodies, on_one_side_stay_there_when_they_are_pressed_together) {
 class TouchingUnderADispatcher : public TouchingBodies {};
 INSTANTIATE_TEST_SUITE_P(Worlds, TouchingUnderADispatcher, testing::Values(World::dispatcher), world_name);
 
-// Nobody looks at crossings there: contacts are all that there is.
+// This world prevents no crossings: it has contacts only.
 TEST_P(TouchingUnderADispatcher, have_contacts) {
   add_floor();
   const btSoftBody& cloth = add_valley();
@@ -123,8 +123,8 @@ TEST_P(TouchingBodies, that_are_through_each_other_there_come_apart) {
   EXPECT_NE(warnings[0].find("soft bodies 0 and 1 "), std::string::npos) << warnings[0];
 }
 
-/// A cloth that touches the floor, and one that is through it, over and over: Bullet answers contacts of deformable
-/// bodies in an order of its own, which is another one each time.
+/// A cloth that touches the floor, and one that intersects it, many times: Bullet solves contacts of deformable bodies
+/// in a different order each time.
 class TouchingBodiesAgain : public TouchingBodies {
  protected:
   template <class Visit>

@@ -45,7 +45,7 @@ std::unique_ptr<btTriangleMesh> mesh_of(const RigidTriangles& triangles) {
   return mesh;
 }
 
-/// Of all steps.
+/// The result of all steps.
 struct Tumbling {
   std::size_t most_edges = 0;         ///< that intersect triangles after a step
   std::size_t most_edges_in_box = 0;  ///< of the cloth or of the box in the other
@@ -55,7 +55,7 @@ struct Tumbling {
   long answered_steps = 0;
   std::uint64_t rounds = 0, most_rounds = 0, unavoidable = 0, excepted = 0;
   double most_energy = 0;  ///< kinetic, J
-  double most_given = 0;   ///< by one step's answers, J
+  double most_given = 0;   ///< by the responses of one step, J
 };
 
 class TumblingCloth : public testing::TestWithParam<World> {

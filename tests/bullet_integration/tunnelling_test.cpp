@@ -1,4 +1,4 @@
-// What is thrown at a cloth must not pass through it, however fast it is. Crossings are counted in exact arithmetic.
+// Bodies that are thrown at a cloth must not pass through it, at any speed. Crossings are counted in exact arithmetic.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,8 @@
 #include "softcd/bullet/dispatcher.hpp"
 #include "softcd/bullet/soft_worlds.hpp"
 
-// Meters per second: in a step two edges of what is thrown, nearly the held sheet's side, and far beyond all there is.
+// Meters per second. In a step the thrown body moves by two of its edges, by nearly the held sheet's side, and far
+// beyond all bodies.
 #ifndef SOFTCD_SPEEDS
 #define SOFTCD_SPEEDS 10, 100, 300
 #endif
@@ -29,7 +30,7 @@ using demo::Simulation;
 
 enum class Missile { cloth, ball };
 
-/// Of all steps: nodes that meet a face of the other body, and edges in its faces after each.
+/// Sums over all steps: nodes that meet a face of the other body, and edges in its faces after each step.
 struct Passages {
   std::size_t crossings = 0;
   std::size_t edges = 0;
@@ -125,7 +126,7 @@ TEST_P(Tunnelling, none_in_the_classic_world) {
                       count_crossings(ours, missile(), speed()));
 }
 
-// With answers to edges, what is tangled is let go: nothing may become so.
+// With responses to edges, tangled features are released. So none may become tangled.
 TEST_P(Tunnelling, none_where_edges_are_answered) {
   bullet::Settings answered = settings();
   answered.edge_contacts = bullet::EdgeContacts::respond;
@@ -205,7 +206,7 @@ std::size_t count_crossings_in_a_pile(AnySimulation& simulation) {
   return crossings;
 }
 
-// The answer moves the sheet that was met into the next one, which had met nothing yet, and so on.
+// The response moves the sheet that was hit into the next one, and so on.
 TEST(Piles, what_is_pushed_does_not_pass_through_the_next) {
   Simulation classic(PlugIn::one_line_world, cpu_settings(Detection::ccd));
   EXPECT_EQ(count_crossings_in_a_pile(classic), 0U);

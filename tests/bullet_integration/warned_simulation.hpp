@@ -11,7 +11,7 @@
 
 namespace softcd::test {
 
-/// A world without gravity, and what it warns of.
+/// A world without gravity, and its warnings.
 class WarnedSimulation : public testing::TestWithParam<World> {
  protected:
   explicit WarnedSimulation(const bullet::Settings& settings = careful_settings())
@@ -19,7 +19,7 @@ class WarnedSimulation : public testing::TestWithParam<World> {
     simulation.set_gravity(btVector3(0, 0, 0));
   }
 
-  /// Of one body in triangles of another: no body here asks for contacts within itself.
+  /// Counts edges of one body in triangles of another. No body here asks for contacts within itself.
   static std::size_t count_edges(const std::vector<const btSoftBody*>& bodies) {
     return demo::find_intersections(bodies, [](const btSoftBody& a, const btSoftBody& b) { return &a != &b; })
         .edge_count;

@@ -1,4 +1,4 @@
-// What an app can ask a world about softcd's part in it.
+// The reports on softcd's part in a world.
 
 #include <gtest/gtest.h>
 

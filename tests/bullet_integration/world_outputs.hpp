@@ -11,7 +11,7 @@
 #include "LinearMath/btIDebugDraw.h"
 #include "LinearMath/btSerializer.h"
 
-/// What Bullet saves and draws of a world.
+/// Bullet's serialized data and debug drawing of a world.
 namespace softcd::test {
 
 struct SavedWorld {

@@ -1,4 +1,4 @@
-// What apps ask of worlds with soft bodies, whoever made these, against brute force and analytic distances.
+// Questions about worlds with soft bodies, of softcd's class or not, compared with brute force and analytic distances.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ namespace {
 /// A node, face or edge of each side.
 using Features = std::array<int, 4>;
 
-/// What a contact test's callback was told.
+/// A contact as a contact test's callback received it.
 struct Told {
   const btCollisionObject *object, *other;
   Features features;  ///< part and index of the object, then of the other
@@ -179,7 +179,7 @@ TEST_P(WorldProbes, tell_what_a_body_touches_of_itself) {
   EXPECT_EQ(std::adjacent_find(features.begin(), features.end()), features.end());
 }
 
-/// Each node's least distance, of those that were told.
+/// Returns each node's least distance among the reported contacts.
 std::map<int, double> least_distances(const Listener& listener, const btCollisionObject* soft) {
   std::map<int, double> least;
   for (const Told& one : listener.told) {
@@ -193,7 +193,8 @@ std::map<int, double> least_distances(const Listener& listener, const btCollisio
   return least;
 }
 
-/// Nodes within `threshold` of the surface that `signed_distance` measures, and no others, are told at that distance.
+/// Expects that the nodes within `threshold` of the surface that `signed_distance` measures, and no others, are
+/// reported at that distance.
 template <class SignedDistance>
 void expect_distances(const Listener& listener, const btSoftBody& soft, double threshold,
                       const SignedDistance& signed_distance) {

@@ -38,7 +38,7 @@ class WorldProbes : public testing::TestWithParam<std::optional<World>> {
   btSoftBody& add_ball(const btVector3& center) {
     btSoftBody& ball = simulation.add(demo::make_ball(simulation.world_info(), center, btScalar(0.5), 1));
     ball.getCollisionShape()->setMargin(btScalar(0.03));
-    // As an app may move nodes.
+    // Moves nodes as an app may do.
     Random random(std::uint64_t(ball.m_nodes.size()) + std::uint64_t(simulation.world().getNumCollisionObjects()));
     for (int i = 0; i < ball.m_nodes.size(); ++i) {
       const Vec3d by = random.in_box(0.05);

@@ -1,4 +1,4 @@
-// A Probe's questions about the soft bodies of a world, whoever made it, against every face tried by itself.
+// A Probe's questions about the soft bodies of a world, of softcd's class or not, compared with tests of every face.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ using Corners = std::array<Vec3d, 3>;
 
 class WorldQuestions : public WorldProbes {
  protected:
-  /// With nodes that float32 has exactly, in whatever precision Bullet is.
+  /// Adds a ball whose nodes are float32 numbers, in either precision of Bullet.
   btSoftBody& add_exact_ball(const btVector3& centre) {
     btSoftBody& ball = add_ball(centre);
     for (int i = 0; i < ball.m_nodes.size(); ++i) {
@@ -73,7 +73,7 @@ FacePairs intersecting_faces(const btSoftBody& a, const btSoftBody& b) {
   return pairs;
 }
 
-/// Of triangles that do not intersect.
+/// Returns the distance of triangles that do not intersect.
 double distance_of(const Corners& a, const Corners& b) {
   long double least = std::numeric_limits<long double>::infinity();
   for (std::size_t i = 0; i < 3; ++i) {
@@ -150,7 +150,7 @@ struct Split {
   }
   ProbeChange question(BodyId body) const { return {body, removed, added, new_vertices}; }
 
-  /// Halves take the places of what was removed, and those behind the last.
+  /// Halves replace removed triangles; further ones follow the last triangle.
   void make(btSoftBody& body) const {
     const Vec3d x = new_vertices[0];
     body.appendNode(btVector3(btScalar(x.x), btScalar(x.y), btScalar(x.z)), 1);

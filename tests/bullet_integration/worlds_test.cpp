@@ -1,4 +1,4 @@
-// Simulations that run for a while: does what should rest on something rest there?
+// Simulations that run for a while: bodies come to rest where they should.
 
 #include <gtest/gtest.h>
 
@@ -162,12 +162,12 @@ TEST(Bullet, does_not_throw_apart_what_flies_side_by_side) {
   EXPECT_LT(vertical_energy_side_by_side(PlugIn::none), 0.2);
 }
 
-// Bullet's margin grows by all of a node's motion, but its trees do not find what is sideways of it.
+// Bullet's margin grows by all of a node's motion, but its trees do not find features sideways of it.
 TEST_P(PluggedIn, what_flies_side_by_side_is_not_thrown_apart) {
   EXPECT_LT(vertical_energy_side_by_side(GetParam()), 0.2);
 }
 
-// Bullet's soft-rigid test reads the node trees that softcd leaves alone as long as nobody reads them.
+// Bullet's soft-rigid test reads the node trees that softcd does not update until they are needed.
 TEST_P(PluggedIn, a_cloth_rests_on_a_rigid_box_as_with_bullet) {
   const auto rest_height = [](PlugIn plug_in) {
     Simulation simulation(plug_in, test_settings());

@@ -11,7 +11,7 @@
 #include "queries.hpp"
 #include "query_detector.hpp"
 
-// Checks the guarantees of docs/accuracy.md, through the public interface and against exact arithmetic.
+// Checks the guarantees of docs/measured/accuracy.md, through the public interface and against exact arithmetic.
 namespace softcd::test {
 namespace {
 

@@ -273,7 +273,7 @@ TEST(ChangedMeshes, keep_rings_of_neighbours_from_touching) {
   EXPECT_GT(contacts, 1000U);
 }
 
-// Where there are or were segments, all triangles are read.
+// All triangles are read if a body has or had segments.
 TEST(ChangedMeshes, with_segments_are_taken_anew) {
   const std::vector<Segment> ropes = {{{0, 20}}, {{33, 5}}, {{33, 60}}};
   SceneBody body = rough_cloth();

@@ -11,7 +11,8 @@
 #include "mesh_generators.hpp"
 #include "random.hpp"
 
-// Scenes at the limits of what a simulation may pass, each judged by exact arithmetic. docs/accuracy.md lists them.
+// Scenes at the limits of what a simulation may pass, each judged by exact arithmetic. docs/measured/accuracy.md lists
+// them.
 namespace softcd::test {
 namespace {
 

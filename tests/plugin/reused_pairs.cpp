@@ -147,7 +147,7 @@ TEST(ReusedPairs, of_looks_with_margins_serve_those_without_in_a_step) {
     }
     EXPECT_GT(watched.expect_contacts(contacts), 100U);
     EXPECT_FALSE(contacts.statistics().reused_pairs);
-    // As if a response to contacts had moved the bodies.
+    // Moves the bodies as a response to contacts would.
     for (std::size_t i = 0; i < 2; ++i) {
       watched.body(i).x_t1 = jittered(watched.body(i).x_t1, 0.02, 100 * step + i);
       watched.move(i);

@@ -98,7 +98,7 @@ TEST_F(MeshWriting, gives_stl_corners_and_normals) {
       expect_at(read_back.mVertices[read_back.mFaces[f].mIndices[i]], mesh.positions[mesh.triangles[f].v[i]]);
     }
   }
-  // Of (1, 0, 0) x (0, 2, 0.1), and of the sliver none.
+  // The normal is that of (1, 0, 0) x (0, 2, 0.1); the sliver adds none.
   EXPECT_NEAR(read_back.mNormals[0].y, -0.1 / std::hypot(0.1, 2), 1e-7);
   EXPECT_NEAR(read_back.mNormals[0].z, 2 / std::hypot(0.1, 2), 1e-7);
   EXPECT_EQ(number_at(folder_.read("mesh.stl"), 84 + 2 * 50), 0u);

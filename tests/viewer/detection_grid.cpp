@@ -116,7 +116,7 @@ TEST_P(DetectionGridOf, triangles_lie_in_their_cells) {
       const OccupiedCell* around = grid.cell_around(triangle);
       ASSERT_NE(around, nullptr);
       EXPECT_NE(std::find(cells.begin(), cells.end(), around), cells.end());
-      // Where the grid wraps around, a cell is drawn at its first entry.
+      // If the grid wraps around, a cell is drawn at its first entry.
       if (is_in(*around, grid.cell_size(), centroid)) ++found;
     }
   }

@@ -45,14 +45,14 @@ bool has_same_segments(const BodyMesh& mesh, const btSoftBody& body) {
                     [](const Segment& a, const Segment& b) { return a.v[0] == b.v[0] && a.v[1] == b.v[1]; });
 }
 
-/// One for each edge, which segments may have in common.
+/// Adds one face for each edge; segments may share an edge.
 void add_link_faces(BodyMesh& mesh, const btSoftBody& body) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> known;
   for (const Segment& segment : mesh.segments) {
     const auto [low, high] = std::minmax(segment.v[0], segment.v[1]);
     if (high >= mesh.node_count || low == high || !known.emplace(low, high).second) continue;
     btSoftBody::Face face{};
-    // Bullet's deformable solver takes a node that a face has twice for two.
+    // Bullet's deformable solver would count a node that the face has twice as two nodes.
     const std::uint32_t third = high + 1 < mesh.node_count ? high + 1 : (low > 0 ? low - 1 : high);
     auto& nodes = const_cast<btSoftBody&>(body).m_nodes;
     face.m_n[0] = &nodes[static_cast<int>(low)];

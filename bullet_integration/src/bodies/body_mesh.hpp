@@ -12,20 +12,20 @@ inline Span<btSoftBody* const> span_of(const btAlignedObjectArray<btSoftBody*>& 
   return {&bodies[0], static_cast<std::size_t>(bodies.size())};
 }
 
-/// A soft body's triangles and segments as node indices. Segments are the links of a body that has nothing else, a
-/// rope: no faces, no tetrahedra; but for bending links, which join nodes beyond their neighbours. Nodes without a face
-/// and a segment collide as points: each gets a triangle {n, n, n} behind the faces'.
+/// A soft body's triangles and segments as node indices. Segments are the links of a rope: a body without faces and
+/// tetrahedra. Bending links, which join nodes beyond their neighbours, are left out. Nodes without a face or a segment
+/// collide as points: each gets a triangle {n, n, n} after the faces' triangles.
 struct BodyMesh {
   std::vector<Triangle> triangles;
   std::vector<Segment> segments;
-  std::uint32_t face_count = 0;  ///< triangles from here on stand for single nodes
+  std::uint32_t face_count = 0;  ///< triangles from here on represent single nodes
   std::uint32_t node_count = 0;
-  const btSoftBody::Node* first_node = nullptr;  ///< where the nodes were
-  /// What is around node n are faces_of_nodes[first_face_of_node[n]] and on: faces, and behind all triangles segments.
-  /// WorldMirror fills them.
+  const btSoftBody::Node* first_node = nullptr;  ///< address of the first node when the mesh was read
+  /// The faces and segments at node n begin at faces_of_nodes[first_face_of_node[n]]. Segments are numbered after all
+  /// triangles. WorldMirror fills both arrays.
   std::vector<std::uint32_t> first_face_of_node, faces_of_nodes;
-  /// Of links: faces that Bullet's contacts can be with, in the order of their edges as in Contact; a body that has
-  /// some has no other edges. The third node is another one of the body, where there is one, and has no weight in them.
+  /// Faces that represent links in Bullet's contacts, in the order of their edges as in Contact. A body with link faces
+  /// has no other edges. The third node is another node of the body if there is one, and its weight is 0.
   std::vector<btSoftBody::Face> link_faces;
 
   /// Returns the nodes of a face or segment, by its number in faces_of_nodes.
@@ -36,20 +36,20 @@ struct BodyMesh {
   }
 };
 
-/// Whether the body's faces, or links, still join the nodes that `mesh` says. Bullet leaves no reliable trace of a
-/// change: refine() and randomizeConstraints() reorder them in place, so all of them are compared.
+/// Returns whether the body's faces or links still join the nodes that `mesh` says. Bullet leaves no reliable trace of
+/// a change: refine() and randomizeConstraints() reorder them in place. So all of them are compared.
 bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body);
 
 BodyMesh read_mesh(const btSoftBody& body);
-/// Fills first_face_of_node and faces_of_nodes. No face has a node that is not the body's.
+/// Fills first_face_of_node and faces_of_nodes. All faces' nodes must be the body's.
 void add_faces_of_nodes(BodyMesh& mesh);
-/// Returns the first of the faces that have both nodes, kNoIndex where there is none.
+/// Returns the first face that has both nodes, or kNoIndex.
 std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other);
 
-/// Those that join other nodes now, of the triangles that there were and are, ascending.
+/// Returns the indices of triangles that both meshes have and whose nodes differ, ascending.
 std::vector<std::uint32_t> changed_triangles(const BodyMesh& before, const BodyMesh& now);
 
-/// The nodes' m_x or m_q, a view of the body's own memory.
+/// Returns the nodes' m_x or m_q as a view of the body's own memory.
 Positions positions_of(const btSoftBody& body, btVector3 btSoftBody::Node::*position);
 
 }  // namespace softcd::bullet

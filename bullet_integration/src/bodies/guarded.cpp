@@ -19,7 +19,7 @@ void Failures::note(const Settings& settings) {
   } catch (const Error& error) {
     go_on(settings, error.what());
   } catch (const std::bad_alloc&) {
-    go_on(settings, "there is not enough memory");
+    go_on(settings, "out of memory");
   }
 }
 
@@ -27,9 +27,10 @@ void Failures::go_on(const Settings& settings, const char* cause) {
   ++count_;
   if (settings.on_error == OnError::throw_error) throw;
   if (std::exchange(has_warned_, true) || !settings.log) return;
-  // Without an allocation: it may be memory that is missing.
+  // Allocates nothing, because memory may have run out.
   std::array<char, 512> text{};
-  std::snprintf(text.data(), text.size(), "%s, of which nothing is said again: %s", outcome_, cause);
+  std::snprintf(text.data(), text.size(), "%s, because softcd failed (later failures are not logged): %s", outcome_,
+                cause);
   settings.log(LogLevel::warning, text.data());
 }
 

@@ -10,10 +10,10 @@
 
 namespace softcd::bullet {
 
-/// The failures of one part of softcd, of which the log names the first.
+/// The failures of one part of softcd. The log names the first.
 class Failures {
  public:
-  /// `outcome` begins the warning: what goes on, and with what.
+  /// `outcome` begins the warning, as in "the step has Bullet's own contacts".
   explicit Failures(const char* outcome) : outcome_(outcome) {}
 
   /// Counts and logs the exception that is being handled. Rethrows it if it is not softcd's, or with
@@ -29,14 +29,15 @@ class Failures {
   bool has_warned_ = false;
 };
 
-/// What is known of a detector, whether it is there or has failed.
+/// Reports on a detector, also when it has failed and is gone.
 class DetectorRecord {
  public:
   DetectorRecord(const char* outcome_of_failures, const Scene& scene) : failures_(outcome_of_failures), scene_(scene) {}
 
   using Explain = std::function<std::vector<StageReport>()>;
 
-  /// The detector's; null and none when there is none. They are kept until the next call.
+  /// Sets the detector's query and explanation, or null and none if there is no detector. They must live until the next
+  /// call.
   void set_detector(const Query* query, Explain explain);
   void note_failure(const Settings& settings) { failures_.note(settings); }
 
@@ -53,7 +54,8 @@ class DetectorRecord {
   Statistics statistics_;  ///< of the query before
 };
 
-/// A detector that no failure leaves half done: it is thrown away then, and made anew when it is needed again.
+/// Owns a detector that no failure leaves half done: a failed detector is destroyed, and made anew when it is needed
+/// again.
 template <class Detector>
 class Guarded {
  public:
@@ -65,7 +67,7 @@ class Guarded {
     make();
   }
 
-  /// Calls work(Detector&). False when it has failed, and the step goes on without.
+  /// Calls work(Detector&). Returns false if it has failed; the step then continues without it.
   template <class Work>
   bool run(Work work) {
     try {
@@ -81,12 +83,12 @@ class Guarded {
     }
   }
 
-  /// The settings have changed.
+  /// Applies changed settings.
   void follow_settings() {
     if (detector_ != nullptr) detector_->follow_settings();
   }
 
-  /// Null after a failure.
+  /// Returns null after a failure.
   Detector* get() const { return detector_.get(); }
   const DetectorRecord& record() const { return record_; }
 

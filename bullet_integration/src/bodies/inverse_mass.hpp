@@ -4,9 +4,9 @@
 
 namespace softcd::bullet {
 
-/// How an impulse at two points moves them apart: the sum of weight^2 * inverse mass over their nodes, but at least a
-/// tenth of the lightest node's inverse mass. Where only nodes with small weights can move, the full answer would throw
-/// them (by 1 / weight; past all bounds for a weight of 0): so they give way bit by bit.
+/// The effective inverse mass of two points in contact: the sum of weight^2 * inverse mass over their nodes, but at
+/// least a tenth of the lightest node's inverse mass. If only nodes with small weights can move, the full response
+/// would throw them (by 1 / weight, unbounded for a weight of 0). With the lower bound they give way gradually.
 class ContactInverseMass {
  public:
   void add(btScalar weight, btScalar node_inverse_mass) {

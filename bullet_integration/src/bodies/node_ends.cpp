@@ -5,7 +5,7 @@
 namespace softcd::bullet {
 namespace {
 
-// Every node is fixed: contacts move none of them.
+// All nodes are fixed, so contacts move none of them.
 bool is_immovable(const btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     if (body.m_nodes[i].m_im > 0) return false;

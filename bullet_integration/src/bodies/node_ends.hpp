@@ -8,28 +8,30 @@ namespace softcd::bullet {
 
 using NodePosition = btVector3 btSoftBody::Node::*;
 
-/// Which soft bodies of a kind of world are softcd's, and where their nodes are at the ends of a step.
+/// Selects the soft bodies of a kind of world that softcd handles, and names the members with their nodes' positions at
+/// the ends of a step.
 struct NodeEnds {
-  /// The flag of btSoftBody::fCollision whose bodies get vertex-face contacts from softcd.
+  /// The flag of btSoftBody::fCollision: bodies that have it get vertex-face contacts from softcd.
   int vertex_face_flag;
-  /// The members with the positions at the step's ends, while softcd looks for contacts and crossings.
+  /// The members that have the positions at the step's ends while softcd detects contacts and crossings.
   NodePosition start, end;
 };
 
-/// btSoftRigidDynamicsWorld and btSoftMultiBodyDynamicsWorld: contacts are found when the nodes have been moved.
+/// btSoftRigidDynamicsWorld and btSoftMultiBodyDynamicsWorld. They detect contacts after the nodes have moved.
 inline constexpr NodeEnds kClassicEnds = {btSoftBody::fCollision::VF_SS, &btSoftBody::Node::m_q,
                                           &btSoftBody::Node::m_x};
-/// btDeformableMultiBodyDynamicsWorld: contacts are found before the nodes move.
+/// btDeformableMultiBodyDynamicsWorld. It detects contacts before the nodes move.
 inline constexpr NodeEnds kDeformableEnds = {btSoftBody::fCollision::VF_DD, &btSoftBody::Node::m_x,
                                              &btSoftBody::Node::m_q};
 
-/// Returns where the body's nodes are when the step begins. A body that sleeps was not predicted: its m_q means
-/// nothing.
+/// Returns the member with the nodes' positions at the start of the step. Sleeping bodies have no prediction: their m_q
+/// has no meaning.
 inline NodePosition start_of(const NodeEnds& ends, const btSoftBody& body) {
   return body.isActive() ? ends.start : &btSoftBody::Node::m_x;
 }
 
-/// Whether softcd, not Bullet, is responsible for the contacts of a pair, or of a body with itself: Bullet's own rule.
+/// Returns whether softcd, not Bullet, detects the contacts of a pair, or of a body with itself. This is Bullet's own
+/// rule.
 inline bool is_vertex_face_pair(const NodeEnds& ends, const btSoftBody& a, const btSoftBody& b) {
   return (a.m_cfg.collisions & b.m_cfg.collisions & btSoftBody::fCollision::SVSmask) == ends.vertex_face_flag;
 }
@@ -38,7 +40,7 @@ inline bool has_vertex_face_contacts(const NodeEnds& ends, const btSoftBody& bod
   return (body.m_cfg.collisions & ends.vertex_face_flag) != 0 && body.m_nodes.size() > 0;
 }
 
-/// Returns margin, self-collision, features and whether contacts can move the body, as they are now.
+/// Returns the body's present margin, self-collision and features, and whether contacts can move it.
 BodySettings read_settings(const NodeEnds& ends, const btSoftBody& body, const Settings& settings);
 
 }  // namespace softcd::bullet

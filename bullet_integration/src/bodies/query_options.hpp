@@ -10,12 +10,13 @@ inline SceneOptions scene_options(const Settings& settings) {
   return options;
 }
 
-/// Whether softcd finds contacts of soft bodies with rigid objects of any kind.
+/// Returns whether softcd detects contacts of soft bodies with any kind of rigid objects.
 inline bool finds_rigid_contacts(const Settings& settings) {
   return settings.rigid_meshes || settings.convex_shapes != ConvexShapes::nodes;
 }
 
-/// What all queries of a world have in common: how precisely they compute, and that edges are what few ask for.
+/// Returns the options that all queries of a world share: the accuracy, and contacts of edges only if EdgeContacts asks
+/// for them.
 inline QueryOptions query_options(const Settings& settings) {
   QueryOptions options;
   options.accuracy = settings.accuracy;
@@ -26,15 +27,15 @@ inline QueryOptions query_options(const Settings& settings) {
   return options;
 }
 
-/// For queries that look at the way of a step, whatever Settings::detection is.
+/// Returns the options of queries that are continuous whatever Settings::detection is.
 inline QueryOptions continuous_options(const Settings& settings) {
   QueryOptions options = query_options(settings);
   options.detection = Detection::ccd;
   return options;
 }
 
-/// Whether the query's next detection may be left out where there is nothing to look for: its statistics say so
-/// already.
+/// Returns whether the query's last detection had no bodies. A next one without bodies can be skipped, as the
+/// statistics already say so.
 inline bool has_looked_at_nothing(const Query& query) {
   return query.statistics().bodies == 0;
 }

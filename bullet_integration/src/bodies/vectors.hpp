@@ -16,7 +16,7 @@ inline Vec3d to_doubles(const btVector3& v) {
   return {double(v.x()), double(v.y()), double(v.z())};
 }
 
-/// Of a vertex-triangle contact: where on the triangle.
+/// Returns the weights of the triangle's vertices in a vertex-triangle contact.
 inline btVector3 triangle_weights(const float (&weights)[4]) {
   return {btScalar(weights[1]), btScalar(weights[2]), btScalar(weights[3])};
 }

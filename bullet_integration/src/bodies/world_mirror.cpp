@@ -15,15 +15,15 @@
 namespace softcd::bullet {
 namespace {
 
-/// Where more than one in so many triangles is another one, all are taken anew, which costs less then.
+/// If more than one in this many triangles has changed, updating all of them costs less.
 constexpr std::size_t kOneChangedIn = 8;
 
-/// As what scenes throw, before there is a body in one.
+/// Throws the errors that a scene would throw, before the scene has the body.
 void validate(const btSoftBody& body, const BodyFilters& filters) {
   const auto node_count = static_cast<std::size_t>(body.m_nodes.size());
   if (!filters.nodes.empty() && filters.nodes.size() != node_count) {
     throw InvalidInput("softcd::bullet::BodyFilters: there are " + std::to_string(filters.nodes.size()) +
-                       " of nodes, but the body has " + std::to_string(node_count) + " nodes");
+                       " filters of nodes, but the body has " + std::to_string(node_count) + " nodes");
   }
   BodySettings settings;
   settings.neighbour_rings = filters.neighbour_rings;
@@ -32,7 +32,7 @@ void validate(const btSoftBody& body, const BodyFilters& filters) {
   if (!problem.empty()) throw InvalidInput("softcd::bullet::BodyFilters: " + problem);
 }
 
-/// None unless they are asked for.
+/// Returns no positions unless the filters need them.
 std::vector<Vec3d> rest_positions(const btSoftBody& body, const BodyFilters& filters) {
   std::vector<Vec3d> x_rest;
   if (!(filters.rest_distance > 0.0F)) return x_rest;
@@ -41,7 +41,7 @@ std::vector<Vec3d> rest_positions(const btSoftBody& body, const BodyFilters& fil
     x_rest.push_back(to_doubles(x));
     if (std::isfinite(x.x()) && std::isfinite(x.y()) && std::isfinite(x.z())) continue;
     throw InvalidInput("softcd::bullet::BodyFilters: node " + std::to_string(i) +
-                       " is not at a finite place, from which rest_distance is measured");
+                       " has a position that is not finite, but rest_distance is measured from it");
   }
   return x_rest;
 }
@@ -68,7 +68,7 @@ void WorldMirror::set_filters(const btSoftBody& body, BodyFilters filters) {
   ++last_filters_;
 }
 
-/// Forgets those of others.
+/// Removes the filters of all other bodies.
 void WorldMirror::keep_filters_of(Span<btSoftBody* const> bodies) noexcept {
   if (filters_.empty()) return;
   for (const btSoftBody* body : bodies) {
@@ -90,7 +90,7 @@ void WorldMirror::drop_unfit_filters(const btSoftBody& body) {
   filters_.erase(known);
   if (!settings_.log) return;
   settings_.log(LogLevel::warning,
-                "the filters of a soft body are forgotten: it has another number of nodes than when they were set");
+                "the filters of a soft body were removed, because its number of nodes has changed since they were set");
 }
 
 BodySettings WorldMirror::settings_of(const btSoftBody& body) const {
@@ -102,7 +102,7 @@ BodySettings WorldMirror::settings_of(const btSoftBody& body) const {
   return settings;
 }
 
-/// To the scene, which has forgotten them where it has 0.
+/// Passes the body's filters to the scene. The scene has none where `member.filters` is 0.
 void WorldMirror::pass_on_filters(Member& member) {
   const auto known = filters_.find(member.body);
   const std::uint64_t number = known == filters_.end() ? 0 : known->second.number;
@@ -114,7 +114,7 @@ void WorldMirror::pass_on_filters(Member& member) {
   member.filters = number;
 }
 
-/// Removes the members that are none of these bodies, and those for which is_kept(member) is false.
+/// Removes the members that are not among these bodies, and those for which is_kept(member) is false.
 template <class Predicate>
 void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins, Predicate is_kept) noexcept {
   for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {

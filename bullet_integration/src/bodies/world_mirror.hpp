@@ -12,9 +12,9 @@
 
 namespace softcd::bullet {
 
-/// A world's soft bodies as a scene that all of the world's queries look at. What an app may do to them between two
-/// steps (adding, removing, deleting them, new faces, flags, margins) is noticed once a step. Bodies that no query asks
-/// for are not in it.
+/// A world's soft bodies as a scene that all of the world's queries share. Once a step it notices what an app has done
+/// to them between two steps (adding, removing, deleting them, new faces, flags, margins). It has only bodies that a
+/// query needs.
 class WorldMirror {
  public:
   struct Member {
@@ -22,17 +22,17 @@ class WorldMirror {
     BodyId id;
     BodyMesh mesh;
     BodySettings settings;
-    std::uint64_t filters = 0;  ///< the number of those that the scene has; 0 where it has none
+    std::uint64_t filters = 0;  ///< the number of the filters that the scene has, or 0
     FaceTreeWatch face_tree;
-    bool is_outdated = false;         ///< the mesh, when it was compared
-    bool topology_changed = false;    ///< since the step before
-    std::uint64_t last_compared = 0;  ///< step; 0 where it is to be compared again
-    std::uint64_t last_step = 0;      ///< in which a query asked for it
-    bool has_way = false;             ///< the scene has both ends of this step's
+    bool is_outdated = false;         ///< whether the mesh differed when it was last compared
+    bool topology_changed = false;    ///< since the last step
+    std::uint64_t last_compared = 0;  ///< the step, or 0 to compare again
+    std::uint64_t last_step = 0;      ///< in which a query needed it
+    bool has_way = false;             ///< whether the scene has both ends of this step
     bool is_in_world = false;
 
-    /// The face at an edge, which is numbered as in Contact and joins two nodes, for a contact of Bullet's: one of the
-    /// body's, or one that stands for a link.
+    /// Returns a face for Bullet's contacts at an edge that joins two nodes and is numbered as in Contact. The face is
+    /// one of the body's, or one that represents a link.
     btSoftBody::Face& face_at_edge(std::uint32_t edge, const std::uint32_t* nodes) const {
       if (!mesh.link_faces.empty()) return link_face(edge);
       return body->m_faces[static_cast<int>(bullet::face_at_edge(mesh, nodes[0], nodes[1]))];
@@ -42,46 +42,48 @@ class WorldMirror {
     }
   };
 
-  /// `ends` and `settings`, the world's, outlive it. Throws as Scene's constructor.
+  /// `ends` and `settings` are the world's and must outlive it. Throws as Scene's constructor does.
   WorldMirror(const NodeEnds& ends, const Settings& settings);
   WorldMirror(const WorldMirror&) = delete;
   WorldMirror& operator=(const WorldMirror&) = delete;
 
-  /// The settings have changed. Throws as Scene::set_options.
+  /// Applies changed settings. Throws as Scene::set_options does.
   void follow_settings();
   /// Throws InvalidInput; see WorldDetection.
   void set_filters(const btSoftBody& body, BodyFilters filters);
   Scene& scene() { return scene_; }
 
-  /// Before anything is asked for in a step: these are the world's soft bodies now. Stand-ins are bodies of ours that
-  /// may be asked for, too, and are in no world.
+  /// Begins a step: `bodies` are the world's soft bodies now. Call it before require(). `stand_ins` are proxy bodies:
+  /// bodies of softcd's that require() accepts too, and that are in no world.
   void begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins = {}) noexcept;
-  /// The app has had the world since begin_step(): these bodies are still there, and may have other faces and settings.
+  /// Resumes a step after the app could change the world: `bodies` are still there, and may have other faces and
+  /// settings.
   void resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins = {}) noexcept;
-  /// What takes longest in require(), for all of them in parallel: to compare topologies.
+  /// Compares topologies of all bodies in parallel. This is the longest part of require().
   void compare(Span<btSoftBody* const> bodies);
-  /// Sees to it that the body is in the scene as it is in this step, with where it is at the step's start, and, when
+  /// Brings the body in the scene up to date with this step: with its positions at the step's start and, if
   /// `needs_way`, at its end.
   Member& require(btSoftBody& body, bool needs_way);
-  /// Whether it was asked for in this step.
+  /// Returns whether require() was called for the body in this step.
   bool has(const btSoftBody& body) const;
-  /// Where the nodes of a body that is there go in this step has changed.
+  /// Updates both ends of a member's step after the nodes' end positions have changed.
   void update_way(Member& member);
 
-  /// A query has failed, perhaps before positions that it had set were read: all bodies are new in the next step.
+  /// Makes all bodies new in the next step. Needed after a query has failed, as the scene may not have read all
+  /// positions.
   void forget_all() { forgets_all_ = true; }
 
-  /// Null where the id is none of a soft body.
+  /// Returns null if no soft body has the id.
   const Member* find(BodyId id) const;
   Member& member(BodyId id) const { return *members_by_id_.at(id.value); }
   Member& member(const btSoftBody& body) { return members_.at(&body); }
 
-  /// Calls visit(const MemberContact&) for contacts between soft bodies, in their order.
+  /// Calls visit(const MemberContact&) for each contact between soft bodies, in order.
   template <class Visit>
   void for_each_contact(Span<const Contact> contacts, Visit visit) const;
 
  private:
-  /// A body's filters, and where its nodes were when they were set.
+  /// A body's filters, and its nodes' positions when the filters were set.
   struct KeptFilters {
     BodyFilters filters;
     std::vector<Vec3d> x_rest;
@@ -112,20 +114,21 @@ class WorldMirror {
   bool forgets_all_ = false;
 };
 
-/// A contact whose sides are looked up.
+/// A contact with the members that its two sides belong to.
 struct MemberContact {
   const Contact& contact;
   const WorldMirror::Member& a;
   const WorldMirror::Member& b;
 };
 
-/// Triangles behind a body's faces stand for single nodes, which Bullet has no contacts with.
+/// Returns whether side b is a face. Triangles after a body's faces represent single nodes, and Bullet has no contacts
+/// with these.
 inline bool is_with_face(const MemberContact& found) {
   return found.contact.feature_b < found.b.mesh.face_count;
 }
 
-/// Returns what a query of the mirror's scene asks, whose rule this is. `mirror` and `rule` outlive the filter. A body
-/// may touch itself where its settings say so.
+/// Returns `rule` as a filter for queries of the mirror's scene. `mirror` and `rule` must outlive it. It admits a body
+/// with itself, which the body's settings decide.
 inline PairFilter pair_filter(const WorldMirror& mirror, const PairRule& rule) {
   return [&](BodyId a, BodyId b) {
     if (a == b) return true;

@@ -6,7 +6,8 @@
 #include "bodies/query_options.hpp"
 #include "contacts/contact_walks.hpp"
 
-// Defined by the libraries of both precisions: the linker refuses a program that holds parts of both, by this name.
+// The libraries of both precisions define this function. So the linker refuses a program that contains parts of both,
+// and names the reason.
 extern "C" void one_program_cannot_link_both_softcd_bullet_and_softcd_bullet_float64() {}
 
 namespace softcd::bullet {
@@ -22,7 +23,7 @@ bool is_finite(const btSoftBody& body) {
   return true;
 }
 
-/// Whether solving it spreads what is no number over its links.
+/// Returns whether solving the body would spread values that are not numbers over its links.
 bool is_spoilt(const btSoftBody& body) {
   return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
 }
@@ -46,7 +47,7 @@ std::vector<StageReport> ContactDetection::explain() const {
   return stages;
 }
 
-/// Else it looks at where the nodes are at one time.
+/// Returns whether the query needs both ends of the step.
 bool ContactDetection::looks_at_way() const {
   return query_.options().detection == Detection::ccd || query_.options().motion_margin > 0;
 }
@@ -93,7 +94,7 @@ void ContactDetection::finish(bool looks_at_crossings) {
   list_edge_contacts(contacts);
   const bool keeps_notes = settings_.read_out != ReadOut::off;
   notes_.reset(keeps_notes ? contacts.size() : 0);
-  // Nothing throws from here on: Bullet's arrays get all contacts or none.
+  // Nothing throws below: Bullet's arrays get all contacts or none.
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     const auto i = static_cast<std::size_t>(&found.contact - contacts.begin());
     const ContactShare share = economy_.share_of(i);
@@ -119,20 +120,23 @@ void ContactDetection::find_spoilt(Span<const Contact> contacts) {
   });
 }
 
-/// A discrete detection looks at one time alone, and holds nothing on a side. That of the deformable world looks for
-/// tangles where edges are answered with Detection::ccd: where they pass through each other, tangles come and go.
+/// Returns whether contacts may be tangled. A discrete detection uses positions at one time and keeps no sides, so it
+/// looks for no tangles. The exception is the deformable world's with Detection::ccd and responses to edges: without
+/// these responses edges pass through each other, and tangles come and go.
 bool ContactDetection::looks_for_tangles() const {
   return query_.options().detection == Detection::ccd ||
          (settings_.detection == Detection::ccd && settings_.edge_contacts == EdgeContacts::respond);
 }
 
-/// A discrete detection of the deformable world is of the step's start.
+/// Returns whether the contact exists at the step's start. Discrete detections are the deformable world's, at the
+/// start.
 bool ContactDetection::has_begun_before(const Contact& contact) const {
   return query_.options().detection == Detection::dcd || contact.time_of_impact <= 0;
 }
 
-/// In the deformable world nodes keep theirs: like Bullet's own, they hold tangled bodies against their weight. Those
-/// of edges, whose normals may be any in a tangle, drive it.
+/// Returns whether a contact is left out because of a tangle. In the deformable world nodes keep their contacts: like
+/// Bullet's own, these hold tangled bodies against their weight. Contacts of edges would drive the tangle, as their
+/// normals may be any.
 bool ContactDetection::is_released_from_tangles(const MemberContact& found) const {
   const bool is_kept =
       query_.options().detection == Detection::dcd && found.contact.kind == ContactKind::vertex_triangle;
@@ -166,7 +170,7 @@ ContactUse ContactDetection::use_of(const MemberContact& found, bool chooses) co
   return kind_.may_close(found) ? ContactUse::may_close : ContactUse::cannot_close;
 }
 
-/// A contact stands with the nodes of one side, which for edges may be either.
+/// The contact is in the array of one of the two bodies, for edges of either.
 void ContactDetection::write_and_note(const MemberContact& found, const ContactShare& share) {
   const bool is_edges = found.contact.kind == ContactKind::edge_edge;
   const btSoftBody* const sides[2] = {found.a.body, found.b.body};
@@ -183,8 +187,8 @@ void ContactDetection::write_and_note(const MemberContact& found, const ContactS
   }
 }
 
-/// Its features are through each other, and shall come apart; or they touch, on a side that no distance tells, where
-/// the look at crossings keeps them; or the one body would spoil the other.
+/// Returns whether the contact is left out, for one of three reasons. Its features touch, so their sides are unknown,
+/// and crossing prevention handles them. One body would spoil the other. Or its features are tangled.
 bool ContactDetection::is_released(const MemberContact& found) const {
   if (releases_touches_ && is_touching(found, kind_.ends)) return true;
   const bool would_spoil =

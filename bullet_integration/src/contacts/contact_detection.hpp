@@ -10,13 +10,13 @@
 
 namespace softcd::bullet {
 
-/// Finds the vertex-face contacts of a world's soft bodies, all in one batch: start() when Bullet has predicted,
-/// finish() before its solver.
+/// Finds all vertex-face contacts of a world's soft bodies in one detection. start() follows Bullet's prediction, and
+/// finish() precedes its solver.
 class ContactDetection {
  public:
   using Kind = ContactsOfKind;
 
-  /// `kind`, `mirror` and `settings` outlive it.
+  /// `kind`, `mirror` and `settings` must outlive it.
   ContactDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
   ContactDetection(const ContactDetection&) = delete;
   ContactDetection& operator=(const ContactDetection&) = delete;
@@ -25,16 +25,17 @@ class ContactDetection {
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const;
   const std::vector<EdgeContact>& edge_contacts() const { return edge_contacts_; }
-  /// With Settings::read_out: about the contacts that the last finish() wrote.
+  /// Returns notes on the contacts that the last finish() wrote, if Settings::read_out is on.
   const ContactNotes& notes() const { return notes_; }
 
-  /// Asks for the bodies that have the world's flag and starts the detection. The rule is asked during the call.
+  /// Starts the detection for bodies that have the world's flag. Calls the rule only until it returns.
   void start(Span<btSoftBody* const> bodies, const PairRule& rule);
-  /// Waits for the detection and writes its contacts into the bodies, which have not changed meanwhile. What touches
-  /// gets none where crossings are looked for when the step ends.
+  /// Waits for the detection and writes its contacts into the bodies, which must not have changed since start(). If
+  /// `looks_at_crossings`, crossing prevention follows at the step's end, and touching features get no contacts with
+  /// `ccd`.
   void finish(bool looks_at_crossings);
 
-  /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Between start() and finish().
+  /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Call it between start() and finish().
   void drop_unread_face_trees(Span<btSoftBody* const> bodies);
   /// Keeps Bullet's next prediction from building trees without end; see FaceTreeWatch. After finish().
   void hide_flags_of_endless_trees(Span<btSoftBody* const> bodies);
@@ -57,12 +58,13 @@ class ContactDetection {
   WorldMirror& mirror_;
   const Settings& settings_;
   Query query_;
-  std::optional<Ticket> ticket_;  ///< none where there is nothing to look for
+  std::optional<Ticket> ticket_;  ///< none if no body needs a detection
   bool releases_touches_ = false;
   std::vector<EdgeContact> edge_contacts_;
-  std::unordered_set<const btSoftBody*> spoilt_;  ///< of their nodes some are not finite, and more will be
+  std::unordered_set<const btSoftBody*>
+      spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
-  /// The use of each of the step's contacts. Without economy, none of them counts as one that cannot close.
+  /// The use of each of the step's contacts. Without economy no contact counts as `cannot_close`.
   std::vector<ContactUse> uses_;
   ContactEconomy economy_;
   ContactNotes notes_;

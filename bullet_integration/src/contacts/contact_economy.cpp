@@ -17,8 +17,9 @@ namespace {
 using Nearest = ContactEconomy::Nearest;
 using ContactRange = tbb::blocked_range<std::size_t>;
 
-/// Whether a node gets one contact for its nearest places. Bullet's solver of classic worlds answers contacts in turns:
-/// with `dcd`, a node's contacts of one normal push by Bullet's growing margin more than once.
+/// Returns whether a node gets one contact for each place where the surface is nearest. Bullet's solver of classic
+/// worlds treats contacts in turn: with `dcd`, several contacts with one normal would each push by Bullet's growing
+/// margin.
 bool wants_closest(const ContactsOfKind& kind, const Settings& settings) {
   if (settings.contacts != Contacts::automatic) return settings.contacts == Contacts::closest_feature;
   return kind.solves_in_turns && settings.detection == Detection::dcd;
@@ -30,8 +31,9 @@ Vec3d position_of(const WorldMirror::Member& member, std::uint32_t node) {
   return to_doubles(member.body->m_nodes[static_cast<int>(node)].m_x);
 }
 
-/// Weights below 0 are of ContactRule::slab, in the deformable world: the node's foot in the face's plane lies beside
-/// the face, and the contact's distance is the one from the plane.
+/// Computes the nearest point if weights are below 0. Such contacts are those of ContactRule::slab in the deformable
+/// world: the node's projection onto the face's plane lies beside the face, and the contact's distance is that from the
+/// plane.
 Nearest nearest_of(const MemberContact& found, ContactUse use) {
   const Contact& contact = found.contact;
   const float(&w)[4] = contact.weights;
@@ -49,13 +51,13 @@ bool are_of_one_node_and_body(const Contact& a, const Contact& b) {
   return a.feature_a == b.feature_a && a.body_a == b.body_a && a.body_b == b.body_b;
 }
 
-/// Whether a push along the one normal moves out of the other contact, too.
+/// Returns whether a push along the one contact's normal also moves out of the other contact.
 bool are_on_one_side(const Contact& a, const Contact& b) {
   return dot(a.normal, b.normal) > 0;
 }
 
-/// Chooses among one node's contacts with one body, of which each array has `count`. A contact's owner is the one that
-/// answers for it, maybe itself.
+/// Chooses among one node's contacts with one body; each array has `count` elements. A contact's owner is the contact
+/// that carries its push, possibly itself.
 class NodeChoice {
  public:
   NodeChoice(const ContactsOfKind& kind, const WorldMirror& mirror, const Settings& settings)
@@ -97,9 +99,9 @@ class NodeChoice {
     }
   }
 
-  /// That of the nearest of the nearer faces that have the edge or corner at which the contact is, with an owner on the
-  /// contact's side. A point at a feature is a point of all its faces, so that their nearest points are no farther:
-  /// from face to face this leads to where the distance has a minimum.
+  /// Returns the owner of the nearest contact whose face has the edge or corner at which contact `order_[place]` lies,
+  /// if that owner is on the same side. A point of a feature is a point of all its faces, so their nearest points are
+  /// no farther away. From face to face this leads to a minimum of the distance.
   std::uint32_t owner_of(std::size_t place) const {
     const std::uint32_t i = order_[place];
     const std::array<bool, 3>& has_corner = nearest_[i].has_corner;
@@ -111,7 +113,7 @@ class NodeChoice {
     return i;
   }
 
-  /// Whether the face of contact `other` has the feature of contact `i`.
+  /// Returns whether the face of contact `other` has the feature of contact `i`.
   bool has_feature(std::uint32_t other, std::uint32_t i) const {
     const std::uint32_t(&v)[4] = contacts_[other].vertices;
     const Triangle face{{v[1], v[2], v[3]}};
@@ -121,7 +123,7 @@ class NodeChoice {
     return true;
   }
 
-  /// A contact may close where one of those that it stands for may.
+  /// A contact may close if one of the contacts that it carries may.
   void drop_those_that_cannot_close(std::size_t count) {
     may_close_.assign(count, 0);
     for (const std::uint32_t i : order_) {
@@ -142,7 +144,8 @@ class NodeChoice {
     }
   }
 
-  /// Contacts of one normal are of one point of the body: the first that is answered ends the approach for all.
+  /// Cuts the margin of an owner with contacts of several normals. Contacts of one normal are with one point of the
+  /// body: the first one to be solved ends the approach for all.
   void cut_margin(std::uint32_t owner, std::size_t count) {
     const WorldMirror::Member& a = mirror_.member(contacts_[owner].body_a);
     const WorldMirror::Member& b = mirror_.member(contacts_[owner].body_b);
@@ -213,14 +216,14 @@ void ContactEconomy::choose_edges(Span<const Contact> contacts) {
 
 StageReport ContactEconomy::report() const {
   const char* const stage = "contact economy";
-  if (!is_choosing_) return {stage, false, "Bullet's solver is given all contacts"};
+  if (!is_choosing_) return {stage, false, "Bullet's solver gets all contacts"};
   const auto given_of = [](auto begin, auto end) {
     const auto given = std::count_if(begin, end, [](const ContactShare& share) { return share.count > 0; });
     return std::to_string(given) + " of " + std::to_string(end - begin);
   };
   const auto edges = shares_.begin() + static_cast<std::ptrdiff_t>(nearest_.size());
   return {stage, true,
-          "Bullet's solver is given " + given_of(shares_.begin(), edges) + " contacts of nodes with faces, and " +
+          "Bullet's solver gets " + given_of(shares_.begin(), edges) + " contacts of nodes with faces, and " +
               given_of(edges, shares_.end()) + " of edges"};
 }
 

@@ -8,36 +8,36 @@
 
 namespace softcd::bullet {
 
-/// What a contact is to Bullet's solver.
+/// The use of a contact for Bullet's solver.
 enum class ContactUse : std::uint8_t {
-  none,          ///< it is not written
-  cannot_close,  ///< node and face stay away from each other
+  none,          ///< not written
+  cannot_close,  ///< node and face stay apart in this step
   may_close,
 };
 
-/// Chooses which of a step's contacts Bullet's solver is given: see Settings::contacts and contacts_per_node. A node's
-/// contacts with one body are judged by themselves, and so is each of two edges, so that threads share the work; what
-/// is chosen depends on the contacts alone.
+/// Chooses the contacts that Bullet's solver gets: see Settings::contacts and contacts_per_node. It judges a node's
+/// contacts with one body, and each contact of two edges, separately, so that threads share the work. The choice
+/// depends on the contacts alone.
 class ContactEconomy {
  public:
-  /// `kind`, `mirror` and `settings` outlive it.
+  /// `kind`, `mirror` and `settings` must outlive it.
   ContactEconomy(const ContactsOfKind& kind, const WorldMirror& mirror, const Settings& settings)
       : kind_(kind), mirror_(mirror), settings_(settings) {}
 
-  /// Whether it leaves any contact out with the settings.
+  /// Returns whether the settings leave out any contact.
   bool chooses() const;
   /// Chooses among contacts, in the order in which a query returns them, with the use of each.
   void choose(Span<const Contact> contacts, const std::vector<ContactUse>& uses);
-  /// Of the contact at this place.
+  /// Returns the share of the contact at this index.
   ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
-  /// A line of explain() about what was chosen last.
+  /// Returns the line of explain() about the last choice.
   StageReport report() const;
 
-  /// Where on its face a contact's point lies, and how early and how near it is.
+  /// The place of a contact's point on its face, its time and its distance.
   struct Nearest {
     double distance;
     float time;
-    std::array<bool, 3> has_corner;  ///< of the smallest feature with the point: the face, an edge or a corner
+    std::array<bool, 3> has_corner;  ///< the corners of the smallest feature with the point: face, edge or corner
     ContactUse use;
   };
 
@@ -49,8 +49,8 @@ class ContactEconomy {
   const WorldMirror& mirror_;
   const Settings& settings_;
   bool is_choosing_ = false;
-  std::vector<Nearest> nearest_;      ///< of vertex-face contacts, which come first
-  std::vector<ContactShare> shares_;  ///< of all contacts; empty: each is given
+  std::vector<Nearest> nearest_;      ///< of the vertex-face contacts, which precede those of edges
+  std::vector<ContactShare> shares_;  ///< of all contacts; if empty, the solver gets each
 };
 
 }  // namespace softcd::bullet

@@ -8,8 +8,8 @@
 
 namespace softcd::bullet {
 
-/// Which of a soft body's arrays: with faces of soft bodies (m_scontacts, m_faceNodeContacts); of nodes with rigid
-/// objects (m_rcontacts, m_nodeRigidContacts); of faces with them (m_faceRigidContacts).
+/// Names an array of a soft body's contacts: with faces of soft bodies (m_scontacts, m_faceNodeContacts); of nodes with
+/// rigid objects (m_rcontacts, m_nodeRigidContacts); of faces with rigid objects (m_faceRigidContacts).
 enum class ContactArray : std::uint32_t { soft, rigid_node, rigid_face };
 
 /// The place of a contact in Bullet's arrays: one entry, or the two of an edge-edge contact.
@@ -20,7 +20,7 @@ struct ContactSource {
   int count = 1;
 };
 
-/// Notes about softcd's entries in Bullet's arrays, which these have no members for.
+/// Data on softcd's entries in Bullet's arrays for which these have no members.
 class ContactNotes {
  public:
   struct Note {
@@ -30,10 +30,10 @@ class ContactNotes {
     Contact contact;
   };
 
-  /// Forgets all; up to `count` can be added then, which throws nothing.
+  /// Removes all notes. Then add() throws nothing for up to `count` notes.
   void reset(std::size_t count);
   void add(const Note& note) { notes_.push_back(note); }
-  /// Before find(), when all have been added.
+  /// Sorts the notes. Call it before find(), after all have been added.
   void arrange();
   /// Returns the note on the entry at `index`; null if there is none.
   const Note* find(const btSoftBody& owner, ContactArray array, int index) const;

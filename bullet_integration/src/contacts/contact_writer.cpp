@@ -22,7 +22,7 @@ btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
 }
 
 // Bullet's margin for a contact of `node`: both bodies' margins, plus a multiple of the node's motion in a discrete
-// detection. Not so within a body, where it is motion relative to the face that counts, and Bullet has no rule.
+// detection. Within a body the motion relative to the face matters, and Bullet has no rule, so nothing is added.
 btScalar contact_margin(const btSoftBody& node_body, const btSoftBody& face_body, const btSoftBody::Node& node,
                         Detection detection) {
   const btScalar margins = margin_sum(node_body, face_body);
@@ -30,7 +30,7 @@ btScalar contact_margin(const btSoftBody& node_body, const btSoftBody& face_body
   return margins + (node.m_x - node.m_q).length() * btScalar(kBulletMotionMargin);
 }
 
-// As the solver sees the face at the contact: immovable as soon as one of its nodes is.
+// Returns the face's inverse mass at the contact as Bullet's solver computes it: 0 if one of its nodes is immovable.
 btScalar inverse_mass_of(const btSoftBody::Face& face, const btVector3& weights) {
   btScalar inverse_mass = 0;
   for (int i = 0; i < 3; ++i) {
@@ -40,15 +40,15 @@ btScalar inverse_mass_of(const btSoftBody::Face& face, const btVector3& weights)
   return inverse_mass;
 }
 
-// An edge-edge contact as Bullet's vertex-face contacts see it: the nodes of one edge, and a face at the other with the
-// contact's weights at that edge's nodes and none at the third. The nodes are those of the edge that is easier to move:
-// Bullet's deformable response knows no other mass than the node's.
+// An edge-edge contact in the form of Bullet's vertex-face contacts: the nodes of one edge, and a face at the other
+// edge. The weights are the contact's at that edge's nodes and 0 at the face's third node. The nodes are those of the
+// edge that is easier to move, because Bullet's deformable response uses no other mass than the node's.
 struct EdgeOnFace {
   btSoftBody* node_body;
   btSoftBody* face_body;
   btSoftBody::Node* nodes[2];
   btScalar node_weights[2];
-  btScalar further[2];  ///< how much further than the contact's point the nodes lie along the normal
+  btScalar further[2];  ///< how much farther along the normal the nodes lie than the contact's point
   btSoftBody::Face* face;
   btVector3 weights;
   btVector3 normal;  ///< towards the nodes' edge
@@ -91,7 +91,7 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   return result;
 }
 
-// Immovable as soon as one of its nodes is: Bullet's solver would move that one too.
+// Returns 0 if one of the edge's nodes is immovable: Bullet's solver would move that one too.
 btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
   btScalar inverse_mass = 0;
   for (int corner = 0; corner < 3; ++corner) {
@@ -102,8 +102,8 @@ btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
   return inverse_mass;
 }
 
-/// Whether Bullet's deformable response can do with the velocities: what is no number it passes on, even where it has
-/// no weight.
+/// Returns whether all velocities are finite. Bullet's deformable response would spread other values, even from a node
+/// with weight 0.
 bool have_velocities(const btSoftBody::Node& node, const btSoftBody::Face& face) {
   return std::isfinite(node.m_v.length2()) &&
          std::all_of(std::begin(face.m_n), std::end(face.m_n),
@@ -124,7 +124,7 @@ btSoftBody::DeformableFaceNodeContact deformable_contact(btSoftBody& node_body, 
   return result;
 }
 
-// Bullet's choice: the face's normal, on the node's side unless the face bounds a volume.
+// Returns Bullet's choice of a normal: the face's, on the node's side unless the face bounds a volume.
 btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& node, const btSoftBody::Face& face) {
   const bool has_normal = face.m_normal.length2() > btScalar(0.5);
   if (!has_normal) return to_bullet(found.contact.normal);
@@ -132,7 +132,7 @@ btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& 
   return !bounds_volume && face.m_normal.dot(node.m_x - face.m_n[2]->m_x) < 0 ? -face.m_normal : face.m_normal;
 }
 
-/// A leaf of Bullet's face tree: the box around the face's predicted motion, enlarged by its body's margin.
+/// Returns the box of a leaf of Bullet's face tree: around the face's predicted motion, enlarged by its body's margin.
 btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
   btVector3 ends[6];
   for (int i = 0; i < 3; ++i) {
@@ -145,7 +145,7 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
   return box;
 }
 
-/// The same of Bullet's node tree.
+/// Returns the same for a leaf of Bullet's node tree.
 btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
   const btVector3 ends[] = {node.m_x, node.m_q};
   const btScalar margin = body.getCollisionShape()->getMargin();
@@ -154,8 +154,8 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
   return box;
 }
 
-/// Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node is near it and
-/// shares no node with it. Nodes that no face has do not touch their own body's faces.
+/// Follows Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node is
+/// near it and shares no node with it. Nodes without faces do not touch their own body's faces.
 bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::uint32_t face) {
   const BodyMesh& mesh = member.mesh;
   const auto box = [&](std::uint32_t each) {
@@ -168,8 +168,8 @@ bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::u
       });
 }
 
-/// Bullet finds contacts by its trees. ContactRule::slab reaches farther beyond the edges of a face that is small
-/// compared with the margins, and there the face would push away what is not over it.
+/// Returns whether Bullet's trees would find the pair. ContactRule::slab reaches farther beyond the edges of a face
+/// that is small compared with the margins, and would push away nodes that are beside the face.
 bool are_near_for_bullet(const MemberContact& found) {
   const Contact& contact = found.contact;
   if (&found.a == &found.b) return has_face_near(found.a, contact.feature_a, contact.feature_b);
@@ -177,9 +177,9 @@ bool are_near_for_bullet(const MemberContact& found) {
                    box_of(*found.b.body, found.b.body->m_faces[static_cast<int>(contact.feature_b)]));
 }
 
-/// How node and face move towards each other in the step, along the contact's normal.
+/// The motion of node and face towards each other in the step, along the contact's normal.
 struct Approach {
-  btScalar separation;  ///< when the step ends
+  btScalar separation;  ///< at the end of the step
   btScalar of_node, of_face;
 
   explicit Approach(const MemberContact& found) {
@@ -202,9 +202,10 @@ struct Approach {
   }
 };
 
-/// Bullet lets the margin grow by the node's motion in any direction, but finds pairs by its trees, whose boxes reach
-/// ahead of what moves. Without the trees, its solver throws apart what moves along together; with fewer pairs, what
-/// falls is stopped late and bounces.
+/// Returns whether Bullet's trees would find the pair. Bullet enlarges the margin by the node's motion in any
+/// direction, but finds pairs by its trees, whose boxes reach ahead along the motion. Without this test, Bullet's
+/// solver would throw apart features that move together. With fewer pairs, it would stop falling bodies late, and these
+/// would bounce.
 bool are_in_boxes_of_classic_trees(const MemberContact& found) {
   const btSoftBody& node_body = *found.a.body;
   const btSoftBody& face_body = *found.b.body;
@@ -212,7 +213,7 @@ bool are_in_boxes_of_classic_trees(const MemberContact& found) {
                    classic_leaf(face_body, face_body.m_faces[static_cast<int>(found.contact.feature_b)]));
 }
 
-/// As Bullet's CollideVF_SS has it; none where it has none.
+/// Returns the contact that Bullet's CollideVF_SS would make, or none if it would make none.
 std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
   btSoftBody& node_body = *found.a.body;

@@ -6,46 +6,45 @@
 #include "bodies/world_mirror.hpp"
 #include "softcd/bullet/edge_contact.hpp"
 
-/// Puts contacts into Bullet's own arrays, so that its solvers treat them as theirs. Nothing is appended when no node
-/// of either side can move, nor to a body that sleeps: Bullet neither applies nor clears its contacts, they would pile
-/// up.
+/// Puts contacts into Bullet's own arrays, so that its solvers treat them as their own. Appends nothing if no node of
+/// either side can move. Appends nothing to sleeping bodies either: Bullet neither applies nor clears their contacts,
+/// which would pile up.
 namespace softcd::bullet {
 
-/// CollideVF_SS lets a node's margin grow by this many times the distance that it moves.
+/// Factor of a node's motion by which Bullet's CollideVF_SS enlarges the node's margin.
 inline constexpr float kBulletMotionMargin = 2.0F;
 
-/// How a contact that is written answers for others of its node, which are not.
+/// The share of a written contact, which may carry other contacts of its node that are not written.
 struct ContactShare {
-  std::uint32_t count = 1;  ///< of contacts that it answers for, itself included; 0: it is not written
-  btScalar margin_cut = 0;  ///< by how much its margin is smaller than by Bullet's formulas
+  std::uint32_t count = 1;  ///< contacts that it carries, itself included; 0: it is not written
+  btScalar margin_cut = 0;  ///< subtracted from the margin of Bullet's formulas
 };
 
 EdgeContact edge_contact_of(const MemberContact& found);
 
-/// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body with the formulas of Bullet's
-/// CollideVF_SS, where these have one. With `dcd` the boxes of node and face in Bullet's trees have to overlap, too.
-/// Where it answers for several, its friction, the part of the sideways motion that Bullet's solver takes away for
-/// each, is that of all of them.
+/// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body by the formulas of Bullet's
+/// CollideVF_SS, if these make a contact. With `dcd` the boxes of node and face in Bullet's trees have to overlap, too.
+/// Friction is the part of the sideways motion that Bullet's solver removes for a contact. A contact that carries
+/// several removes as much as all of them.
 bool is_soft_contact(const MemberContact& found, Detection detection);
 void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share);
 
-/// Classic worlds: the margin_cut with which `one` of `several` contacts that are written pushes as all of them would.
-/// Only what the node's motion adds to both bodies' margins is cut.
+/// Classic worlds: returns the margin_cut with which `one` of the `several` written contacts pushes as all of them
+/// would. It is at most what the node's motion adds to both bodies' margins.
 btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberContact>& several, Detection detection);
 
-/// Classic worlds: whether node and face may come within both bodies' margins by moving twice as far towards each other
-/// as in this step, whatever stops either. That is what Bullet lets a node's margin grow for by its motion, also where
-/// this is sideways or away.
+/// Classic worlds: returns whether node and face would come within both bodies' margins if they moved twice as far
+/// towards each other as in this step. Bullet enlarges a node's margin for this case, even where the motion is sideways
+/// or away.
 bool may_close(const MemberContact& found);
 
-/// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, against a face at the
-/// other. Together they push the contact's points apart as one contact would.
+/// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, with a face at the other
+/// edge. Together they push the contact's points apart as one contact would.
 void write_soft_edge_contact(const MemberContact& found);
 
-/// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body with the
-/// formulas of Bullet's CollideVF_DD, where Bullet's rule within a body (CollideFF_DD) has such contacts. Where it
-/// answers for several, its margin is as much larger as makes Bullet's
-/// spring push as hard as theirs.
+/// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body by the formulas
+/// of Bullet's CollideVF_DD. Within a body, only where Bullet's rule (CollideFF_DD) has such contacts. A contact that
+/// carries several has a larger margin, so that Bullet's spring pushes as hard as all of them.
 bool is_deformable_contact(const MemberContact& found);
 void write_deformable_contact(const MemberContact& found, const ContactShare& share);
 

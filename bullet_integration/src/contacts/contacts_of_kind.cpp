@@ -12,7 +12,7 @@ QueryOptions classic_options(const Settings& settings) {
   return options;
 }
 
-/// Bullet's rule looks at where the nodes are when the step begins.
+/// Bullet's rule uses the nodes' positions at the start of the step.
 QueryOptions deformable_options(const Settings& settings) {
   QueryOptions options = query_options(settings);
   options.contact_rule = ContactRule::slab;
@@ -35,7 +35,8 @@ const ContactsOfKind kClassicContacts = {
     .count = [](const btSoftBody& body) { return body.m_scontacts.size(); },
 };
 
-// All contacts of a query are within their margins. Springs push at once, and none ends the approach for another.
+// All contacts of a query are within their margins. Springs push at the same time, so no contact ends the approach for
+// another.
 const ContactsOfKind kDeformableContacts = {
     .ends = kDeformableEnds,
     .solves_in_turns = false,

@@ -12,8 +12,8 @@ namespace softcd::bullet {
 struct ContactsOfKind {
   const NodeEnds& ends;
 
-  /// Whether bodies are solved in turns, with the links of each: what is not a number in a body is so everywhere in it
-  /// when the step ends, and in all that it touches.
+  /// Whether Bullet solves bodies in turn, each with its links. Then a value that is not a number spreads over its
+  /// whole body by the end of the step, and to all bodies that it touches.
   bool solves_in_turns;
 
   /// Returns the options of the query for contacts between soft bodies.
@@ -22,11 +22,11 @@ struct ContactsOfKind {
   bool (*asks_gate)(const Settings&);
   /// Whether write() would put a contact into Bullet's arrays.
   bool (*is_written)(const MemberContact&, Detection);
-  /// Whether Bullet's solver may have something to do for a contact that is written.
+  /// Whether Bullet's solver may have to push for a contact that is written.
   bool (*may_close)(const MemberContact&);
-  /// Returns by how much to cut the margin of a contact that stands for several, itself included.
+  /// Returns the amount to subtract from the margin of a contact that carries several, itself included.
   btScalar (*margin_cut)(const MemberContact& one, const std::vector<MemberContact>& several, Detection);
-  /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may answer for several.
+  /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may carry several.
   void (*write)(const MemberContact&, Detection, const ContactShare&);
   void (*write_edges)(const MemberContact&);
   /// Returns the number of contacts with faces of soft bodies in the body's array.
@@ -35,7 +35,7 @@ struct ContactsOfKind {
 
 extern const ContactsOfKind kClassicContacts, kDeformableContacts;
 
-/// The PairRule of a world: Bullet's own, and where the world asks it the gate. All outlive it.
+/// The PairRule of a world: Bullet's own rule, and the gate if the world asks it. The members must outlive it.
 struct WorldPairs {
   const ContactsOfKind& kind;
   const PairGate& gate;

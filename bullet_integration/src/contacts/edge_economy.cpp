@@ -11,7 +11,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// Of differences of positions, relative to the positions.
+/// Bound on the rounding error of differences of positions, relative to the positions.
 constexpr double kPositionRounding = 1e-14;
 
 /// One side of a contact of edges at the time of impact.
@@ -24,7 +24,7 @@ class EdgeSide {
   Vec3d place(int end) const { return place_of(nodes_[end]); }
   bool has_faces() const { return bullet::face_at_edge(member_.mesh, nodes_[0], nodes_[1]) != kNoIndex; }
 
-  /// Whether a face at the edge leads from the point on it, certainly, in the direction.
+  /// Returns whether a face at the edge certainly leads from the point on it in the direction.
   bool has_face_towards(Vec3d point, Vec3d direction) const {
     const BodyMesh& mesh = member_.mesh;
     for (std::uint32_t i = mesh.first_face_of_node[nodes_[0]]; i < mesh.first_face_of_node[nodes_[0] + 1]; ++i) {
@@ -56,7 +56,8 @@ class EdgeSide {
   NodePosition start_, end_;
 };
 
-/// Whether a node at the end of an edge is nearest, with a contact of its own with a face of the other body.
+/// Returns whether a node at the end of the edge is nearest. That node has a contact of its own with a face of the
+/// other body.
 bool is_contact_of_node(const EdgeSide& side, const double* weights, const EdgeSide& other) {
   return (weights[0] <= 0 || weights[1] <= 0) && side.body().isActive() && other.has_faces();
 }

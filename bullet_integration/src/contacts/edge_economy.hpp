@@ -4,13 +4,13 @@
 
 namespace softcd::bullet {
 
-/// Returns whether another contact of the step is nearer, or as near and of a node, where the surfaces of two bodies
-/// lead away from this contact of their edges. False within a body, where neighbours are in no contact. Contacts go
-/// by distance.
+/// Returns whether the step has a better contact than this one of edges of two bodies: a nearer one, or an equally near
+/// one of a node. The surfaces lead from this contact to that one. Returns false within a body, where neighbouring
+/// features have no contacts. Contacts go by distance.
 ///
-/// A face at one edge leads to the other edge where the angle between them is less than a right one: from there the
-/// distance falls until it is least, at a contact that was found earlier or is nearer. Where an end of an edge is
-/// nearest, its node has a contact with the face at the other edge.
+/// A face at one edge leads to the other edge if the angle between them is less than a right angle. From there the
+/// distance falls to a minimum, at a contact that was found earlier or is nearer. If an end of an edge is nearest, its
+/// node has a contact with the face at the other edge.
 bool has_nearer_contact(const MemberContact& edges, const NodeEnds& ends);
 
 }  // namespace softcd::bullet

@@ -10,14 +10,14 @@ namespace {
 using Node = btSoftBody::Node;
 using SContact = btSoftBody::SContact;
 
-/// How far the node is from the point of its face.
+/// Returns the vector from the contact's point on the face to the node.
 btVector3 apart(const SContact& contact, btVector3 Node::*position) {
   btVector3 apart = contact.m_node->*position;
   for (int i = 0; i < 3; ++i) apart -= contact.m_weights[i] * (contact.m_face->m_n[i]->*position);
   return apart;
 }
 
-/// A node and the faces that it has contacts with, moved by these alone.
+/// Simulates Bullet's solver for a node and the faces that it touches, with no other forces.
 class Turns {
  public:
   explicit Turns(Span<const SContact> several) {
@@ -30,7 +30,7 @@ class Turns {
     }
   }
 
-  /// Answers each once as btSoftBody::PSolve_SContacts does.
+  /// Solves each contact once, as btSoftBody::PSolve_SContacts does.
   void answer() {
     for (const Turn& turn : turns_) {
       const SContact& contact = *turn.contact;
@@ -47,7 +47,7 @@ class Turns {
     }
   }
 
-  /// How far the node is from its face along the normal.
+  /// Returns the distance of the node from its face along the normal.
   btScalar separation(std::size_t i) const { return turns_[i].contact->m_normal.dot(apart_now(turns_[i])); }
 
  private:
@@ -57,7 +57,7 @@ class Turns {
     std::array<std::size_t, 3> corners;  ///< in places_
   };
 
-  /// The faces of a node's contacts have few nodes.
+  /// Searches linearly, as a node's contacts have few nodes.
   std::size_t place_of(const Node& node) {
     const auto found = std::find(nodes_.begin(), nodes_.end(), &node);
     const auto place = static_cast<std::size_t>(found - nodes_.begin());
@@ -77,11 +77,11 @@ class Turns {
   }
 
   std::vector<const Node*> nodes_;
-  std::vector<btVector3> places_;  ///< of nodes_, of which the first is the contacts' own
+  std::vector<btVector3> places_;  ///< of nodes_; the first is the node of all contacts
   std::vector<Turn> turns_;
 };
 
-/// Which part of what it lacks to its margin one answer gives to a contact.
+/// Returns the part of the missing distance to the margin that solving the contact once restores.
 btScalar gain_of(const SContact& contact) {
   return contact.m_cfm[0] + contact.m_cfm[1] * contact.m_weights.length2();
 }
@@ -100,8 +100,9 @@ btScalar joint_margin(Span<const SContact> several, std::size_t one, int rounds)
   const btScalar start = turns.separation(one);
   for (int round = 0; round < rounds; ++round) turns.answer();
   const btScalar push = btMax(btScalar(0), turns.separation(one) - start);
-  // A contact by itself is answered in each round until the approach has ended. What the several leave of it, contacts
-  // of the face's other nodes end: one that pushes no farther would pull its node back then.
+  // Bullet solves a contact in each round until its approach has ended. If the several contacts leave a part of the
+  // approach, contacts of the face's other nodes end that part. A contact that pushes no farther than the several would
+  // then pull its node back.
   btScalar lacking = 1;
   for (int round = 1; round <= rounds; ++round) {
     const btScalar lacking_before = lacking;

@@ -18,14 +18,15 @@ namespace {
 
 using Corners = std::array<Vec3d, 3>;
 
-/// Relative to what is computed with, whose terms have at most eight roundings each, six of them in a determinant.
+/// Bound on rounding errors, relative to the operands. Each term has at most eight roundings, six of them in a
+/// determinant.
 constexpr double kRounding = 1e-14;
 
-/// Relative to the distance of the furthest points: what is further apart along an axis does not touch, whatever
-/// rounding does.
+/// Points that are farther apart along an axis than this certainly do not touch. Relative to the distance of the
+/// farthest points.
 constexpr double kClearGap = 1e-12;
 
-/// Whether the first `count_a` points lie beyond the others along x, y or z, with a clear gap.
+/// Returns whether the first `count_a` points lie beyond the others along x, y or z, with a clear gap.
 template <std::size_t kCount>
 bool are_clear_along_an_axis(const std::array<Vec3d, kCount>& x, std::size_t count_a) {
   double widest_gap = 0;
@@ -56,16 +57,16 @@ Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, NodePo
 
 class Plane {
  public:
-  /// Along two directions.
+  /// Makes the plane through `origin` along the directions `u` and `w`.
   Plane(Vec3d origin, Vec3d u, Vec3d w)
       : origin_(origin), normal_(cross(u, w)), error_(kRounding * max_norm(u) * max_norm(w)) {}
 
   static Plane through(Vec3d a, Vec3d b, Vec3d c) { return {a, b - a, c - a}; }
 
-  /// Of parallel directions, up to rounding.
+  /// Returns whether the directions are parallel, up to rounding.
   bool is_degenerate() const { return !(max_norm(normal_) > error_); }
 
-  /// 1 or -1, or 0 where rounding may have decided.
+  /// Returns 1 or -1, or 0 if rounding may have decided.
   int side_of(Vec3d point) const {
     const Vec3d offset = point - origin_;
     const double volume = dot(normal_, offset);
@@ -82,7 +83,8 @@ std::array<int, 3> sides_of(const Corners& corners, const Plane& plane) {
   return {plane.side_of(corners[0]), plane.side_of(corners[1]), plane.side_of(corners[2])};
 }
 
-/// Turns the corner to the front that is alone on its side. False where not two are on different sides.
+/// Rotates the corners so that the one that is alone on its side is first. Returns false if no two are on different
+/// sides.
 bool put_lone_corner_first(Corners& corners, std::array<int, 3>& sides) {
   const auto count = [&sides](int side) { return std::count(sides.begin(), sides.end(), side); };
   if (count(1) == 0 || count(-1) == 0) return false;
@@ -92,10 +94,10 @@ bool put_lone_corner_first(Corners& corners, std::array<int, 3>& sides) {
   return true;
 }
 
-/// Whether the insides of the triangles, borders left out, have points in common, but for those in one plane: Guigue
-/// and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates (2003). With the lone
-/// corners in front and on the other's positive side, on the line that the planes share, each triangle begins before
-/// the other ends.
+/// Returns whether the insides of the triangles, without borders, have points in common. Triangles in one plane do not
+/// count. Method: Guigue and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates
+/// (2003). The lone corners are first, and on the other triangle's positive side. On the line that the planes share,
+/// each triangle then begins before the other ends.
 bool do_triangles_intersect(Corners a, Corners b) {
   std::array<int, 3> sides_of_a = sides_of(a, Plane::through(b[0], b[1], b[2]));
   if (!put_lone_corner_first(a, sides_of_a)) return false;
@@ -106,12 +108,12 @@ bool do_triangles_intersect(Corners a, Corners b) {
   return Plane::through(a[0], a[1], b[0]).side_of(b[1]) < 0 && Plane::through(a[0], a[2], b[2]).side_of(b[0]) < 0;
 }
 
-/// Links are triangles that repeat their second corner.
+/// Links are represented as triangles that repeat their second corner.
 bool is_link(const Corners& corners) {
   return corners[1] == corners[2];
 }
 
-/// Whether a link goes through the inside of a triangle.
+/// Returns whether a link passes through the inside of a triangle.
 bool goes_through(const Corners& link, const Corners& face) {
   const Plane plane = Plane::through(face[0], face[1], face[2]);
   if (plane.side_of(link[0]) * plane.side_of(link[1]) >= 0) return false;
@@ -120,13 +122,13 @@ bool goes_through(const Corners& link, const Corners& face) {
          Plane::through(link[0], link[1], face[2]).side_of(face[0]) == side;
 }
 
-/// Of two links that is not known.
+/// Returns false for two links, for which this cannot be decided.
 bool intersect(const Corners& a, const Corners& b) {
   if (is_link(a)) return !is_link(b) && goes_through(a, b);
   return is_link(b) ? goes_through(b, a) : do_triangles_intersect(a, b);
 }
 
-/// Whether `holds` for one of the body's faces that have both nodes.
+/// Returns whether `holds` for one of the body's faces that have both nodes.
 template <class Predicate>
 bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
   for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
@@ -148,7 +150,7 @@ bool any_node(const MemberContact& found, Visit visit) {
   return false;
 }
 
-/// Whether `holds` for a face at the one feature and a face at the other that share no node.
+/// Returns whether `holds` for a face at one feature and a face at the other that share no node.
 template <class Predicate>
 bool any_two_faces(const MemberContact& found, Predicate holds) {
   const Contact& contact = found.contact;
@@ -167,11 +169,11 @@ bool any_two_faces(const MemberContact& found, Predicate holds) {
   return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], holds_for_one_at_a);
 }
 
-/// The faces around a point of a mesh: all that have the smallest feature with it.
+/// The faces around a point of a mesh: all faces that have the smallest feature with the point.
 struct Fan {
   std::vector<Triangle> triangles;
   std::vector<Corners> faces;
-  std::vector<Vec3d> edges;  ///< of these, at the feature, each direction once
+  std::vector<Vec3d> edges;  ///< of these faces, at the feature; each direction once
 };
 
 void add_direction(std::vector<Vec3d>& directions, Vec3d direction) {
@@ -200,7 +202,7 @@ Fan fan_of(const WorldMirror::Member& member, const std::vector<std::uint32_t>& 
   return fan;
 }
 
-/// The least and the greatest side of a plane that a fan has corners on.
+/// Returns the least and the greatest side of a plane that the fan's corners are on.
 std::pair<int, int> sides_of(const Fan& fan, const Plane& plane) {
   std::pair<int, int> sides{0, 0};
   for (const Corners& corners : fan.faces) {
@@ -213,8 +215,9 @@ std::pair<int, int> sides_of(const Fan& fan, const Plane& plane) {
   return sides;
 }
 
-/// Whether a plane through the point that they share has each fan on a side of its own, or in it. Where convex cones
-/// have one, there is one along two of their edges; where features cross that are no nodes, it holds both.
+/// Returns whether a plane through the shared point separates the fans; a fan may lie in the plane. If convex cones can
+/// be separated, some plane along two of their edges separates them. If the features cross at no node, that plane
+/// contains both.
 bool are_separable(const Fan& a, const Fan& b, Vec3d point) {
   std::vector<Vec3d> edges = a.edges;
   for (const Vec3d edge : b.edges) add_direction(edges, edge);
@@ -230,13 +233,13 @@ bool are_separable(const Fan& a, const Fan& b, Vec3d point) {
   return false;
 }
 
-/// Where features touch.
+/// A point at which features touch.
 struct Touch {
-  std::vector<std::uint32_t> nodes_a, nodes_b;  ///< of the smallest features there
-  Vec3d point;                                  ///< or, where none of these is a node, one of the first feature
+  std::vector<std::uint32_t> nodes_a, nodes_b;  ///< of the smallest features at the point
+  Vec3d point;                                  ///< a node at the point; if there is none, a node of the first feature
 };
 
-/// Two bodies with their nodes where the step begins.
+/// Two bodies with their nodes' positions at the start of the step.
 struct Sides {
   Sides(const MemberContact& found, const NodeEnds& ends)
       : a(found.a), b(found.b), start_a(start_of(ends, *a.body)), start_b(start_of(ends, *b.body)) {}
@@ -245,7 +248,8 @@ struct Sides {
   NodePosition start_a, start_b;
 };
 
-/// A feature of the first side, its nodes before those of the other one's; what they are, and where.
+/// A feature of the first side and one of the second, as four nodes and their positions. The first `count_a` nodes are
+/// the first side's.
 class FeaturePair {
  public:
   FeaturePair(const Sides& sides, std::size_t count_a, const std::array<std::uint32_t, 4>& nodes)
@@ -266,7 +270,7 @@ class FeaturePair {
     for (std::size_t i = 0; i < 4; ++i) {
       if (closest.weights[i] > kRounding) (i < count_a_ ? touch.nodes_a : touch.nodes_b).push_back(nodes_[i]);
     }
-    if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // of what is no number
+    if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // a coordinate is not a number
     const bool is_node_of_b = touch.nodes_b.size() == 1 && touch.nodes_a.size() > 1;
     touch.point = is_node_of_b ? place_of(sides_.b, touch.nodes_b[0], sides_.start_b)
                                : place_of(sides_.a, touch.nodes_a[0], sides_.start_a);
@@ -289,7 +293,7 @@ class FeaturePair {
   double extent_;
 };
 
-/// Where the contact's features touch when the step begins.
+/// Returns where the contact's features touch at the start of the step.
 std::optional<Touch> touch_of(const MemberContact& found, const NodeEnds& ends) {
   const Contact& contact = found.contact;
   const std::uint32_t(&v)[4] = contact.vertices;
@@ -300,7 +304,7 @@ std::optional<Touch> touch_of(const MemberContact& found, const NodeEnds& ends) 
   return features.touch();
 }
 
-/// Whether `holds` for a place at which a corner of the one face is on the other, or edges of both meet.
+/// Returns whether `holds` for a point at which a corner of one face is on the other, or edges of both meet.
 template <class Predicate>
 bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, Predicate holds) {
   const Triangle triangle_a = sides.a.mesh.corners(face_a);
@@ -320,8 +324,8 @@ bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, P
   return false;
 }
 
-/// Whether a face lies beyond the other along an axis, or on one side of its plane, without touching it. False where
-/// rounding may have decided.
+/// Returns whether a face lies beyond the other along an axis, or on one side of its plane, without touching it.
+/// Returns false if rounding may have decided.
 bool are_apart(const Corners& a, const Corners& b) {
   const auto is_beside = [](const Corners& face, const Corners& other) {
     const std::array<int, 3> sides = sides_of(face, Plane::through(other[0], other[1], other[2]));
@@ -338,16 +342,16 @@ bool are_neighbours(const Fan& a, const Fan& b) {
   });
 }
 
-/// Whether faces around a point at which features touch are on both sides of each other. Of those that share nodes that
-/// is not known.
+/// Returns whether the faces around a point of touch are on both sides of each other. Returns false if some of them
+/// share nodes, for which this cannot be decided.
 bool are_through_at(const Touch& touch, const Sides& sides) {
   const Fan a = fan_of(sides.a, touch.nodes_a, sides.start_a);
   const Fan b = fan_of(sides.b, touch.nodes_b, sides.start_b);
   return !(&sides.a == &sides.b && are_neighbours(a, b)) && !are_separable(a, b, touch.point);
 }
 
-/// Whether they intersect, or touch where the faces around are through each other: what goes through a face along its
-/// border, or at a corner of it, intersects the insides of none.
+/// Returns whether the faces intersect, or touch at a point where the faces around them intersect. The second case
+/// finds a body that passes through a face along its border or at a corner: it meets the inside of no face.
 bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b) {
   const Corners a = corners_of(sides.a, face_a, sides.start_a);
   const Corners b = corners_of(sides.b, face_b, sides.start_b);
@@ -356,8 +360,8 @@ bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint3
          any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
 }
 
-/// Whether a gap across the contact's normal lies between all faces at the one feature and all at the other, for
-/// certain: none of these has a point in common with another.
+/// Returns whether a gap along the contact's normal certainly separates all faces at one feature from all faces at the
+/// other. Then none of them have points in common.
 bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) {
   const Contact& contact = found.contact;
   const std::uint32_t(&v)[4] = contact.vertices;
@@ -389,7 +393,8 @@ bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) 
   return !any_face_with(found.a.mesh, v[0], v[is_vertex ? 0 : 1], is_in_the_way);
 }
 
-/// Of these it is never known whether they are through each other. A body has links or faces.
+/// Returns whether both features are links, for which intersections cannot be decided. A body has either links or
+/// faces.
 bool are_links(const MemberContact& found) {
   return found.a.mesh.triangles.empty() && found.b.mesh.triangles.empty();
 }

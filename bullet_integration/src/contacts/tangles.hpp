@@ -5,32 +5,34 @@
 
 #include "bodies/world_mirror.hpp"
 
-/// What is through each other already when a step begins. On which side of each other such features belong cannot be
-/// told. Held where they are they could never come apart, and contacts that push some of their nodes to one side and
-/// some to the other would drive them for ever.
+/// Tangles: features that already intersect when a step begins. Their sides cannot be known. If contacts held them
+/// where they are, they could never come apart. Contacts that push some of their nodes to one side and some to the
+/// other would drive them for ever.
 namespace softcd::bullet {
 
-/// Whether a face at the one feature (around the vertex, at the edge) and a face at the other (the triangle, at the
-/// edge) that share no node intersect at the start of the step, certainly; or they touch then, up to the rounding of
-/// double, and all faces around a point that they share are on both sides of each other, as where a sheet goes through
-/// another along its edges. What touches from one side, or in one plane, does not count, nor do two links.
+/// Returns whether any two faces that share no node are tangled at the start of the step. One is at the first feature
+/// (around the vertex, or at the edge), the other at the second (the triangle, or at the edge). They are tangled if
+/// - they certainly intersect, or
+/// - they touch, up to the rounding of double, and the faces around the shared point are on both sides of each other.
+///   This is the case where a sheet passes through another along its edges.
+/// Faces that touch from one side or lie in one plane do not count, nor do two links.
 bool is_tangled(const MemberContact& found, const NodeEnds& ends);
 
-/// Whether the features touch when the step begins, up to the rounding of double, and are not both links.
+/// Returns whether the features touch at the start of the step, up to the rounding of double, and are not both links.
 bool is_touching(const MemberContact& found, const NodeEnds& ends);
 
-/// Whether such faces intersect at the step's end, certainly, or both features are links. What touches when the step
-/// begins is through nothing afterwards unless this is so, or something else has met on the way: an edge gets into a
-/// face at one of its ends, or at an edge of the face, and the features there are found.
+/// Returns whether such faces certainly intersect at the end of the step, or both features are links. If features touch
+/// at the start and this is false, they intersect nothing at the end, unless other features have met in between. For an
+/// edge enters a face at one of its ends, or at an edge of the face, and the features there are found.
 bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends);
 
 /// The nodes of tangled features, each with the body that it is tangled with.
 class TangledNodes {
  public:
   void clear() { nodes_.clear(); }
-  /// Adds the nodes of a contact where its features are tangled.
+  /// Adds the nodes of the contact if its features are tangled.
   void add(const MemberContact& found, const NodeEnds& ends);
-  /// Whether one of the contact's nodes is tangled with the other side's body.
+  /// Returns whether one of the contact's nodes is tangled with the other side's body.
   bool has_one_of(const MemberContact& found) const;
 
  private:

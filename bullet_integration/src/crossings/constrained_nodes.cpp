@@ -3,9 +3,10 @@
 namespace softcd::bullet {
 namespace {
 
-/// Of normals that are nearly those that are there already, the rest is rounding, or the curvature of what is rigid.
+/// Least part of a normal that counts as a new direction. A smaller part is rounding, or comes from the curvature of
+/// the rigid object.
 constexpr btScalar kNewDirection = btScalar(0.1);
-/// What is left of a change in a direction that there is already is rounding below this share.
+/// A remaining part of a change below this share is rounding: the change lies in known directions.
 constexpr btScalar kRounding = btScalar(1e-3);
 
 }  // namespace

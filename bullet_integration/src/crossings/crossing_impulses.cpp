@@ -38,7 +38,7 @@ void CrossingImpulses::measure(const CrossingsOfKind& kind, const AnsweredBodies
       const btSoftBody::Node& node = body->m_nodes[i];
       const btVector3 change = kind.velocity_change(node, before, static_cast<std::size_t>(i), time_step);
       if (!(node.m_im > 0) || change.isZero()) continue;
-      // A node that would have met nothing is held only together with its whole body.
+      // A node without an impact was held together with its whole body.
       const auto known = others_.find(&node);
       const Objects& others = known != others_.end() ? known->second : all;
       for (const btCollisionObject* other : others) {

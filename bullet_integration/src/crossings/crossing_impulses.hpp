@@ -14,17 +14,17 @@ struct CrossingImpulse {
   btVector3 on_body;
 };
 
-/// Measures what the last pass of a step gives, pair by pair: by what it changes the momentum of each node, which the
-/// objects that the node would have met share equally.
+/// Measures the impulses of the last pass for each pair of objects. The change of a node's momentum is divided equally
+/// among the objects that the node would have met.
 class CrossingImpulses {
  public:
   void clear();
-  /// Notes that the node would have met the object.
+  /// Records that the node would have met the object.
   void add(const btSoftBody::Node& node, const btCollisionObject& other);
-  /// When the pass is over.
+  /// Computes the impulses, after the pass.
   void measure(const CrossingsOfKind& kind, const AnsweredBodies& answered, btScalar time_step);
 
-  /// One for each body and object that meet.
+  /// Returns one impulse for each body and object that would have met.
   const std::vector<CrossingImpulse>& impulses() const { return impulses_; }
 
  private:

@@ -11,8 +11,8 @@
 namespace softcd::bullet {
 namespace {
 
-/// Of where nodes are, by how much what moves as one and still meets is set apart, and what that grows by each time:
-/// well above the rounding of positions, which may close a gap that is no wider.
+/// Gap by which set_apart() separates zones that still meet, relative to the nodes' coordinates, and its growth with
+/// each attempt. It is well above the rounding of positions, which could close a narrower gap.
 constexpr btScalar kLeastGap = 16 * btScalar(std::numeric_limits<float>::epsilon());
 constexpr btScalar kGapGrowth = 4;
 constexpr int kMostGaps = 4;
@@ -25,8 +25,8 @@ bool answers_edges(const Settings& settings) {
   return !looks_at_soft_pairs(settings) || settings.edge_contacts == EdgeContacts::respond;
 }
 
-/// Whatever Settings::accuracy is: nothing may be overlooked, of a body's own features neither that are near each
-/// other.
+/// Ignores Settings::accuracy and the filters of neighbouring features: no crossing may be missed, also not within a
+/// body.
 QueryOptions crossing_options(const Settings& settings) {
   QueryOptions options = continuous_options(settings);
   options.accuracy = Accuracy::conservative;
@@ -36,7 +36,7 @@ QueryOptions crossing_options(const Settings& settings) {
   return options;
 }
 
-/// Of the nodes' own velocities.
+/// Adds the change of momentum and energy of the nodes' own velocities.
 void add_gain(const btSoftBody& body, const NodeStates& before, CrossingAnswers& answers) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     const btSoftBody::Node& node = body.m_nodes[i];
@@ -135,19 +135,20 @@ void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
   obstacles_.follow({bodies.data(), bodies.size()});
 }
 
-/// Where no edge passes through another, what is tangled was so from the beginning and could not come apart otherwise.
-/// Where edges do, tangles come and go, and vertices still must not pass through faces.
+/// Returns whether the features are released as tangled. If edges get responses, no edge passes through another. So
+/// tangled features were tangled from the beginning, and must be able to separate. Without these responses tangles come
+/// and go, and vertices must still not pass through faces.
 bool CrossingPrevention::is_let_go(const MemberContact& found) const {
   return answers_edges(settings_) && is_tangled(found, kind_.ends);
 }
 
-/// Links of ropes meet edges where the app has asked for that alone.
+/// Links of ropes get responses only with EdgeContacts::respond.
 bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const {
   return found.contact.kind == ContactKind::edge_edge && settings_.edge_contacts != EdgeContacts::respond &&
          !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty());
 }
 
-/// It touches when the step begins, and may come apart, slide or stay.
+/// Returns whether the features touch at the start and stay untangled: they may separate, slide or stay.
 bool CrossingPrevention::may_stay(const MemberContact& found) const {
   return found.contact.time_of_impact <= 0 && !may_be_tangled_at_the_end(found, kind_.ends);
 }
@@ -169,8 +170,8 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   return impacts;
 }
 
-/// As they go when nothing is answered, with the obstacles in their way.
-/// False where there are none.
+/// Puts the bodies into the mirror with their paths before any response, and the obstacles near them. Returns false if
+/// there are no bodies.
 bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
   std::vector<btSoftBody*> looked_after;
   for (btSoftBody* body : bodies) {
@@ -224,7 +225,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   while (!impacts.empty() && answers_.rounds < rounds_.last) {
     for (Impact& impact : impacts) take_up(impact, time_step);
     if (answers_.rounds < rounds_.impulses) {
-      // Together with the earlier rounds' impacts: alone, the answer to one can bring back another.
+      // Also applies the earlier rounds' impacts: the response to one impact alone can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
       apply_inelastic_impulses(answered);
     } else if (answers_.rounds < rounds_.zones && held.empty() && zones.join(impacts)) {
@@ -245,7 +246,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
-/// Of those that are left when all nodes that could be are held.
+/// Counts the impacts that remain after all movable nodes are held.
 void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
   for (const Impact& impact : impacts) {
     const bool moves =
@@ -263,20 +264,19 @@ void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const 
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,
                 "prevention of crossings: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
-                    " something passes through nodes that were held where they were: nodes without mass that the app "
-                    "moves, nodes on anchors, or rigid meshes that move; move them less in a step, or leave more room "
-                    "before them (of these "
-                    "bodies nothing is said again until they are apart)");
+                    " a body is crossed by features that the app moves (nodes without mass, nodes on anchors, or rigid "
+                    "meshes) and has no place to go; move them less in a step, or leave more space in front of them "
+                    "(reported once until these bodies separate)");
 }
 
 void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
   const std::string pairs = settings_.log ? tangled_.describe_new(TangleReason::start, mirror_, bodies) : std::string();
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,
-                "prevention of crossings: bodies are through each other when a step begins, so that they may move on "
-                "through each other there until they are apart, in " +
+                "prevention of crossings: bodies already intersect at the start of the step, and may move through each "
+                "other there until they separate, in " +
                     std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
-                    " (of these nothing is said again until they are apart; nothing else is let go)");
+                    " (reported once until these bodies separate; their other crossings are still prevented)");
 }
 
 }  // namespace softcd::bullet

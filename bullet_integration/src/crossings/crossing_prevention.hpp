@@ -13,8 +13,9 @@
 
 namespace softcd::bullet {
 
-/// Of answers to what would meet, after how many rounds the next kind begins: impulses, as often as Bullet's own loop
-/// in the deformable world tries; zones; single nodes that are held; then whole bodies, until `last`.
+/// The number of rounds after which each stronger response to impacts starts: zones after `impulses` (as many as
+/// Bullet's own loop in the deformable world tries), single held nodes after `zones`, whole held bodies after `nodes`.
+/// The search ends after `last`.
 struct AnswerRounds {
   std::uint64_t impulses = 5;
   std::uint64_t zones = 25;
@@ -22,18 +23,20 @@ struct AnswerRounds {
   std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// The last word of a step with continuous detection: changes where the nodes are going until no node passes through a
-/// face on its straight way (nor an edge through an edge, where edge contacts are responded to). Margins do not count.
-/// Rigid triangle meshes are obstacles, which others move. With discrete detection it looks at obstacles alone, at
-/// their edges as well. Looks again only at what bodies that it changed may meet: others are where they were when they
-/// were found not to. Impulses come first, then zones that move as one, then a
-/// little room for what these leave within the rounding of positions; what still meets then stays where the step began,
-/// where nothing was through anything else, and more and more around it, until nothing meets.
+/// Last pass of a step with continuous detection. Changes the nodes' end positions until no node crosses a face on its
+/// straight path. If edge contacts get responses, no edge crosses an edge either. Margins do not count. Rigid triangle
+/// meshes are obstacles that are not changed. With discrete detection the pass prevents only crossings with obstacles,
+/// including those of their edges.
+///
+/// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
+/// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
+/// anything there. More and more nodes around them stay, until nothing meets. Each later query tests only pairs with a
+/// changed body: the other pairs have not moved since they were found free of crossings.
 class CrossingPrevention {
  public:
   using Kind = CrossingsOfKind;
 
-  /// `kind` and `mirror` outlive it.
+  /// `kind`, `mirror` and `settings` must outlive it.
   CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings,
                      const AnswerRounds& rounds = {});
   CrossingPrevention(const CrossingPrevention&) = delete;
@@ -43,23 +46,24 @@ class CrossingPrevention {
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
 
-  /// In classic worlds, when the nodes have been predicted: Bullet's solver puts its own result in place of where a
-  /// body started where that is to drift back (Config::diterations).
+  /// Saves the nodes' start positions in classic worlds. Call it after Bullet's prediction: if a body is to drift back
+  /// (Config::diterations), Bullet's solver overwrites its start positions with its result.
   void keep_starts(Span<btSoftBody* const> bodies);
 
-  /// Before Bullet moves rigid objects in a step; without it their meshes are where they end.
+  /// Saves the poses of rigid meshes. Call it before Bullet moves rigid objects in a step; otherwise their meshes count
+  /// as standing where they end.
   void keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
     obstacles_.keep_starts(objects, time_step);
   }
-  /// Soft bodies of ours that stand for rigid meshes in the mirror.
+  /// Returns the proxy bodies, which represent rigid meshes in the mirror.
   Span<btSoftBody* const> stand_ins() const { return obstacles_.stand_ins(); }
 
   /// Changes m_v and NodeEnds::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
-  /// flags. True when anything was changed. When it throws, the nodes go on as they were about to.
+  /// flags. Returns whether there were impacts. If it throws, the nodes keep their motion from before the call.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
            const Surroundings& surroundings = {});
 
-  /// Of the last step.
+  /// Returns the responses of the last step.
   const CrossingAnswers& answers() const { return answers_; }
   /// Returns the impulses of the last step. Empty without ReadOut::impulses.
   const std::vector<CrossingImpulse>& impulses() const { return impulses_.impulses(); }

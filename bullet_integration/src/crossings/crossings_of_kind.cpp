@@ -7,13 +7,13 @@ using Node = btSoftBody::Node;
 
 namespace classic {
 
-/// A body that sleeps was not predicted: where it was at the start of its last step means nothing now.
+/// Sleeping bodies have no prediction: their m_q, from their last step, has no meaning.
 void set_out(btSoftBody& body, btScalar /*time_step*/) {
   if (body.isActive()) return;
   for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_q = body.m_nodes[i].m_x;
 }
 
-/// The nodes' velocities become the mean ones of the step.
+/// Sets the nodes' velocities to the mean ones of the step.
 void take_up(btSoftBody& body, btScalar time_step) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     Node& node = body.m_nodes[i];
@@ -28,9 +28,9 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
-/// Answers the nodes' own velocities, which need not be the mean ones: Bullet moves a body's nodes, for the contacts of
-/// the bodies after it, when it has its velocities already. Changed by what the mean ones were changed by, they could
-/// gain energy.
+/// Applies the responses to the nodes' own velocities. These may differ from the mean ones: Bullet moves a body's nodes
+/// for the contacts of later bodies after it has set the body's velocities. If the changes of the mean velocities were
+/// added to them, they could gain energy.
 void settle(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
   for (const auto& [body, before] : answered) {
     int node = 0;
@@ -47,7 +47,7 @@ void settle(const AnsweredBodies& answered, const std::vector<Impact>& impacts, 
 
 namespace deformable {
 
-/// As Bullet will when it moves the nodes, whose rigid objects it has moved.
+/// Moves the nodes' ends as Bullet will. Bullet has already moved the rigid objects of anchors.
 void move_end(btSoftBody& body, btScalar time_step) {
   const btScalar fastest = body.getWorldInfo()->m_maxDisplacement / time_step;
   for (int i = 0; i < body.m_nodes.size(); ++i) {
@@ -61,13 +61,13 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
-/// Split velocities end with the step.
+/// Cancels the velocity by the split velocity, which ends with the step.
 void hold(Node& node) {
   node.m_splitv = -node.m_v;
   node.m_q = node.m_x;
 }
 
-/// Nodes on anchors go where these are, whatever their velocities, which get them there until they are put back.
+/// Gives nodes on anchors the velocities that lead to their anchors. Their own velocities are restored in settle().
 void take_up(btSoftBody& body, btScalar time_step) {
   for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
     Node& node = *body.m_deformableAnchors[i].m_node;
@@ -75,7 +75,7 @@ void take_up(btSoftBody& body, btScalar time_step) {
   }
 }
 
-/// The velocities of others are those that were answered.
+/// Restores the velocities of nodes on anchors. All other nodes keep the velocities that the responses gave them.
 void settle(const AnsweredBodies& answered, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {
   for (const auto& [body, before] : answered) {
     for (int i = 0; i < body->m_deformableAnchors.size(); ++i) {

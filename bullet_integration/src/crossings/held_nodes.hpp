@@ -7,24 +7,24 @@
 
 namespace softcd::bullet {
 
-/// Nodes that stay where the step began, where no node passed through anything: the answer that ends the search for
-/// one, as they only become more. Their velocities are those of the answers before, so that holding them takes no
-/// momentum; only the way of this step is given up.
+/// Nodes that stay where the step began, where no node crossed anything. This response always ends the search, because
+/// the set only grows. The nodes keep the velocities of the earlier responses, so that holding them removes no
+/// momentum. Only this step's motion is lost.
 class HeldNodes {
  public:
-  /// `kind` and `constrained` outlive it.
+  /// `kind` and `constrained` must outlive it.
   HeldNodes(const CrossingsOfKind& kind, const ConstrainedNodes& constrained)
       : kind_(kind), constrained_(constrained) {}
 
   bool empty() const { return nodes_.empty(); }
   std::size_t size() const { return nodes_.size(); }
 
-  /// Holds the impacts' nodes. False when all are held already that nobody else moves: the rest only whoever moves
-  /// nodes without mass and anchors could prevent.
+  /// Holds the impacts' nodes. Returns false if all nodes that can be held are held already. Only the app, or the
+  /// anchors' objects, could prevent the remaining impacts.
   bool add(const std::vector<Impact>& impacts);
-  /// And all other nodes of the impacts' bodies.
+  /// Holds all nodes of the impacts' bodies. Returns false as add() does.
   bool add_bodies(const std::vector<Impact>& impacts);
-  /// Brings the nodes back, after CrossingsOfKind::move_end.
+  /// Moves the held nodes' ends back. Call it after CrossingsOfKind::move_end.
   void put_back() const;
 
  private:

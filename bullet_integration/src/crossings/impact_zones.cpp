@@ -10,11 +10,12 @@
 namespace softcd::bullet {
 namespace {
 
-/// Radians that a zone turns in a step: what turns on straight ways grows by the root of 1 + turn^2, 3 % for this.
+/// Most radians that a zone turns in a step. A body that turns on straight paths grows by the factor sqrt(1 + turn^2),
+/// here 3 %.
 constexpr double kMostTurn = 0.25;
-/// Where nodes are carried along, of which the sine is known.
+/// Most sine of the turn of a zone that prescribed nodes carry along.
 constexpr double kMostSineOfTurn = 0.9;
-/// Of an inertia's trace: an axis about which there is less stays as it is.
+/// Least inertia about an axis, relative to the trace. Axes with less do not turn.
 constexpr double kLeastInertia = 1e-9;
 constexpr int kConstraintSweeps = 100;
 constexpr int kChordIterations = 8;
@@ -32,7 +33,7 @@ struct SymmetricMatrix {
   }
 };
 
-/// Zero where there is none.
+/// Returns zero if there is no inverse.
 SymmetricMatrix inverse_of(const SymmetricMatrix& m) {
   SymmetricMatrix minors;
   minors.xx = m.yy * m.zz - m.yz * m.yz;
@@ -88,8 +89,8 @@ class RigidMotion {
 
   Vec3d velocity_at(Vec3d position) const { return velocity_ + cross(angular_velocity_, position - center_); }
 
-  /// Of what turns in a step, on chords, by the angle whose sine is the angular velocity times the step: what is added
-  /// to velocity_at(), inward.
+  /// Returns the velocity to add to velocity_at() for points that move on chords of a turn. It points inward. The sine
+  /// of the turn's angle is the angular velocity times the step's length.
   Vec3d inward_velocity_at(Vec3d position, double time_step) const {
     const double rate = std::sqrt(squared_norm(angular_velocity_));
     if (!(rate > 0)) return {};
@@ -98,8 +99,8 @@ class RigidMotion {
     return inward * cross(angular_velocity_, cross(angular_velocity_, position - center_));
   }
 
-  /// Makes the velocity of a point along a unit vector at most `wanted` in size, and of its sign: so energy is only
-  /// taken.
+  /// Limits the velocity of a point along a unit vector to at most `wanted` in size, and to its sign. So energy is only
+  /// removed.
   void keep_within(Vec3d position, Vec3d direction, double wanted) {
     const double now = dot(velocity_at(position), direction);
     const double then = std::clamp(now, std::min(0.0, wanted), std::max(0.0, wanted));
@@ -117,7 +118,7 @@ class RigidMotion {
 
 namespace {
 
-/// Of points on chords.
+/// Returns the rigid motion of points that move on chords.
 RigidMotion motion_on_chords(const std::vector<PointMass>& points, double time_step) {
   const auto fit = [time_step](const std::vector<PointMass>& turning) {
     RigidMotion motion(turning);

@@ -11,19 +11,22 @@ namespace softcd::bullet {
 
 class RigidMotion;
 
-/// Nodes that impacts connect move on as one rigid body (impact zones, Provot 1997; Bridson et al. 2002): with the
-/// velocity and the angular velocity of their common momentum, or with those of nodes that others move where a zone has
-/// such. All ways are straight, so that a zone's nodes go through affine images of where they were, none of which is
-/// singular: nothing within a zone can meet. Of velocities v(i) = V + w x r(i), momentum and angular momentum are
-/// those of before, and kinetic energy is the least for them.
+/// Moves nodes that impacts connect as one rigid body (impact zones; Provot 1997; Bridson, Fedkiw and Anderson 2002). A
+/// zone has the velocity and angular velocity of its nodes' common momentum. If it has prescribed nodes (massless or
+/// anchored ones), it follows their motion.
+///
+/// All paths are straight, so a zone's nodes pass through affine images of their start. None of these is singular, so
+/// features within a zone cannot meet. The velocities v(i) = V + w x r(i) keep momentum and angular momentum, and have
+/// the least kinetic energy for these.
 class ImpactZones {
  public:
-  /// `start` is where the nodes are when the step begins, which takes `time_step`.
+  /// `start` is the member with the nodes' positions at the start of the step, which takes `time_step`.
   ImpactZones(NodePosition start, btScalar time_step) : start_(start), time_step_(double(time_step)) {}
 
-  /// Joins each impact's nodes into one zone. False when all were in one zone already.
+  /// Joins each impact's nodes into one zone. Returns false if this changes nothing.
   bool join(const std::vector<Impact>& impacts);
-  /// In the deformable world split velocities become one motion apart: they end with the step.
+  /// Gives each zone one motion. In the deformable world split velocities, which end with the step, become one motion
+  /// separately.
   void move_as_one();
 
  private:
@@ -40,7 +43,7 @@ class ImpactZones {
   double time_step_;
   std::unordered_map<Node*, Node*> parents_;
   std::unordered_map<const Node*, const NodeConstraint*> constraints_;
-  std::vector<Node*> nodes_;  ///< the keys in the order in which they came
+  std::vector<Node*> nodes_;  ///< the keys in the order of their insertion
 };
 
 }  // namespace softcd::bullet

@@ -12,7 +12,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// Boxes are around what touches, too: by their margins, and by the rounding of a mesh's own.
+/// Enlarges boxes for rounding, so that they also contain objects that only touch at their margins.
 constexpr btScalar kBoxRounding = 16 * std::numeric_limits<btScalar>::epsilon();
 
 RigidBox reach_of(const btSoftBody& body) {
@@ -21,7 +21,7 @@ RigidBox reach_of(const btSoftBody& body) {
   return {box.low - growth, box.high + growth};
 }
 
-/// A soft body that nothing moves and nothing collides with by itself.
+/// Makes a soft body that nothing moves and that collides with nothing by itself.
 std::unique_ptr<btSoftBody> make_stand_in(btSoftBodyWorldInfo& world_info) {
   auto body = std::make_unique<btSoftBody>(&world_info);
   body->m_cfg.collisions = 0;

@@ -14,39 +14,39 @@
 
 namespace softcd::bullet {
 
-/// What else there is in the world of a look at crossings.
+/// The other objects of the world for crossing prevention.
 struct Surroundings {
-  const btCollisionObjectArray* objects = nullptr;                ///< null: nothing
-  std::function<bool(btSoftBody&, btCollisionObject&)> collides;  ///< whether they do in Bullet
+  const btCollisionObjectArray* objects = nullptr;                ///< null if there are none
+  std::function<bool(btSoftBody&, btCollisionObject&)> collides;  ///< whether Bullet lets them collide
 };
 
-/// Rigid triangle meshes as the look at crossings sees them: soft bodies of nodes without mass, in no world, which
-/// stand in the mirror beside the others. Who answers an impact with one needs to know no more than that others move
-/// it. Each is the part of a mesh that the soft bodies can meet in a step.
+/// Rigid triangle meshes in crossing prevention, each represented by a proxy body: a soft body of massless nodes that
+/// is in no world. Proxies are in the mirror beside the soft bodies. Responses to impacts need to know only that the
+/// app moves them. Each proxy has the part of a mesh that soft bodies can meet in a step.
 class RigidObstacles {
  public:
-  /// `ends` and `mirror` outlive it.
+  /// `ends` and `mirror` must outlive it.
   RigidObstacles(const NodeEnds& ends, WorldMirror& mirror) : ends_(ends), mirror_(mirror) {}
 
   void keep_starts(const btCollisionObjectArray& objects, btScalar time_step) { ways_.keep_starts(objects, time_step); }
-  /// Those of the last step and this one's.
+  /// Returns the proxies of the last step and of this one.
   Span<btSoftBody* const> stand_ins() const { return {stand_ins_.data(), stand_ins_.size()}; }
   bool has(const btSoftBody& body) const { return partners_.count(&body) != 0; }
-  /// The object whose stand-in the body is; else the body.
+  /// Returns the object that the body represents, or the body itself if it is no proxy.
   const btCollisionObject& object_of(const btSoftBody& body) const;
-  /// Of bodies one of which is a stand-in.
+  /// Returns whether a proxy and a soft body, in any order, may collide.
   bool collide(const btSoftBody& a, const btSoftBody& b) const;
 
-  /// Puts in the mirror, with both ends of their ways, what these bodies can meet on theirs. `surroundings` are there
-  /// until end_step(), or the next call.
+  /// Puts the parts of meshes that these bodies can meet on their paths into the mirror, with both ends of their own
+  /// paths. `surroundings` must live until end_step(), or the next call.
   void begin_step(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
-  /// And what they can meet now, on other ways.
+  /// Adds the parts that the bodies can meet on their changed paths.
   void follow(Span<btSoftBody* const> bodies);
   void end_step();
 
  private:
-  /// A mesh by its object, its shape, and its number among the object's meshes; and among the parts of it, of which a
-  /// step has more than one where bodies are sent beyond the first.
+  /// Identifies a part: object, shape, number of the mesh within the object, number of the part within the mesh. A step
+  /// needs further parts if bodies are moved beyond the first one.
   using Key = std::tuple<const btCollisionObject*, const btConcaveShape*, int, int>;
   using Partners = std::unordered_set<const btSoftBody*>;
   struct Part {
@@ -74,8 +74,8 @@ class RigidObstacles {
   MeshWays ways_;
   std::map<Key, Part> parts_;
   std::vector<btSoftBody*> stand_ins_;                        ///< of all parts
-  std::unordered_map<const btSoftBody*, Partners> partners_;  ///< of the stand-ins of this step
-  // Of this step:
+  std::unordered_map<const btSoftBody*, Partners> partners_;  ///< of this step's proxies
+  // Members of this step:
   Surroundings surroundings_;
   btScalar time_step_ = 0;
   std::vector<Mesh> meshes_;

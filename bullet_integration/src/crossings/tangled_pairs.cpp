@@ -11,7 +11,7 @@ namespace softcd::bullet {
 namespace {
 
 constexpr std::size_t kMostNamed = 8;
-/// A body that is none of the world's stands for one.
+/// Name of a proxy body, which is none of the world's bodies.
 constexpr const char* kObstacle = "a rigid mesh";
 
 auto feature_of(const Contact& contact) {
@@ -19,13 +19,13 @@ auto feature_of(const Contact& contact) {
   return std::make_tuple(contact.kind, contact.body_a.value, v[0], v[1], v[2], v[3]);
 }
 
-/// Null where it is not there in this step.
+/// Returns null if the body is not in this step.
 const WorldMirror::Member* present(BodyId id, const WorldMirror& mirror) {
   const WorldMirror::Member* const member = mirror.find(id);
   return member != nullptr && mirror.has(*member->body) ? member : nullptr;
 }
 
-/// Both are there, and one has other faces than before, to which no features can be traced.
+/// Returns whether both bodies are present and one has other faces than before. Its features then cannot be traced.
 bool have_other_faces(BodyId id_a, BodyId id_b, const WorldMirror& mirror) {
   const WorldMirror::Member* const a = present(id_a, mirror);
   const WorldMirror::Member* const b = present(id_b, mirror);
@@ -39,7 +39,7 @@ bool is_still_tangled(const Contact& contact, const WorldMirror& mirror, const N
          is_tangled(MemberContact{contact, *a, *b}, ends);
 }
 
-/// In the order of their keys, each once.
+/// Keeps the contacts that are still tangled, each feature pair once, sorted.
 void keep_tangled(std::vector<Contact>& contacts, const WorldMirror& mirror, const NodeEnds& ends) {
   const auto is_before = [](const Contact& a, const Contact& b) { return feature_of(a) < feature_of(b); };
   const auto is_same = [](const Contact& a, const Contact& b) { return feature_of(a) == feature_of(b); };

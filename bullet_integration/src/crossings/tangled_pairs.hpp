@@ -10,23 +10,22 @@
 
 namespace softcd::bullet {
 
-/// Why a pair of bodies is through each other.
+/// The reason why a pair of bodies intersects.
 enum class TangleReason : std::uint8_t {
-  start,        ///< it was so when a step began, so that it was let go
-  unavoidable,  ///< somebody else has moved the one through the other
+  start,        ///< the bodies intersected at the start of a step and were released
+  unavoidable,  ///< the app has moved one body through the other
 };
 
-/// Pairs of bodies with features that are through each other: each from the step in which this is so for the first time
-/// until none of the features that were added since is through anything. So a pair that stays tangled is new once, for
-/// one reason. Bodies that are gone are none any more; ones with other faces are where none of these is through
-/// anything in the step in which they are new.
+/// Pairs of bodies with tangled features. A pair stays from the first step in which it is tangled until none of the
+/// features added since then is tangled. So a pair is new once, for one reason. Pairs with removed bodies are dropped.
+/// If a body gets other faces, its pair is dropped unless new features are tangled in that step.
 class TangledPairs {
  public:
-  /// Before add(), when the mirror has the bodies as they are in this step.
+  /// Begins a step. Call it before add(), when the mirror has the bodies of this step.
   void begin_step(const WorldMirror& mirror, const NodeEnds& ends);
   void add(const Contact& found, TangleReason reason);
-  /// "soft bodies 0 and 3, 2 within itself" of those that are new in this step for this reason, by their numbers in
-  /// `bodies`; what is none of these stands for a rigid mesh. Empty where none are.
+  /// Describes the pairs that are new in this step for this reason, such as "soft bodies 0 and 3, 2 within itself".
+  /// Numbers are indices in `bodies`; other bodies are named as rigid meshes. Returns an empty text if there are none.
   std::string describe_new(TangleReason reason, const WorldMirror& mirror, Span<btSoftBody* const> bodies) const;
 
  private:
@@ -36,7 +35,7 @@ class TangledPairs {
     bool is_new = true;
   };
 
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Features> pairs_;  ///< by the bodies' ids, the smaller one first
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Features> pairs_;  ///< by the bodies' ids, smaller id first
 };
 
 }  // namespace softcd::bullet

@@ -10,22 +10,24 @@ constexpr int kMostSweeps = 10;
 /// Sweeps end when no approach is faster than this share of the fastest.
 constexpr btScalar kNegligibleApproach = btScalar(1e-3);
 
-/// Of an impulse along a unit vector upon a node, what moves it. What is left of rounding depends on the direction: so
-/// impulses are added when each has been freed, or they would move nodes that were not counted.
+/// Returns the part of a unit vector along which an impulse can move the node. Rounding errors in this part depend on
+/// the direction. So each impulse is reduced to its free part before impulses are added; otherwise they would move
+/// nodes that were not counted.
 btVector3 free_part(const Impact& impact, int node, const btVector3& direction) {
   const NodeConstraint* constraint = impact.constraints[node];
   return constraint == nullptr ? direction : constraint->free_part(direction);
 }
 
-/// Of the first point relative to the second, along a unit vector.
+/// The motion of the first point relative to the second, along a unit vector.
 struct RelativeMotion {
   btScalar speed;
   btScalar inverse_mass;
 };
 
-/// What nodes do in the directions of contacts with rigid objects does not count: an impulse in other directions that
-/// made up for it would add energy. Who moves nodes without mass and anchors may do so. A node that can move along a
-/// small part of the direction alone counts with that part of its weight, so that it is not thrown.
+/// Leaves out motion in the directions of contacts with rigid objects: an impulse in other directions that compensates
+/// it would add energy. Massless and anchored nodes count with their whole motion, since the app or the anchor moves
+/// them. A node that can move along a small part of the direction counts with that part of its weight, so that it is
+/// not thrown.
 RelativeMotion motion_along(const Impact& impact, const btVector3& direction) {
   btScalar speed = 0;
   ContactInverseMass inverse_mass;
@@ -40,8 +42,8 @@ RelativeMotion motion_along(const Impact& impact, const btVector3& direction) {
   return {speed, inverse_mass.value()};
 }
 
-// Returns how fast the points approached each other. What an answer of nodes with small weights does not prevent the
-// zones do.
+// Returns the speed at which the points approached each other. If nodes with small weights cannot stop the approach,
+// the zones do.
 btScalar make_inelastic(const Impact& impact) {
   btVector3 velocity(0, 0, 0);
   for (int i = 0; i < 4; ++i) velocity += impact.nodes[i]->m_v * impact.weights[i];

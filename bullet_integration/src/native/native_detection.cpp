@@ -8,20 +8,20 @@
 namespace softcd::bullet {
 namespace {
 
-/// Bullet's handler asks whether the second body is to be tested.
+/// Bullet's handler reads the flag of the second body only.
 void collide_deformable(btSoftBody& a, btSoftBody& b) {
   const bool was_on = std::exchange(b.m_softSoftCollision, true);
   a.defaultCollisionHandler(&b);
   b.m_softSoftCollision = was_on;
 }
 
-/// A bit of btSoftBody::m_cfg.collisions, which nothing in Bullet reads.
+/// A bit of btSoftBody::m_cfg.collisions that nothing in Bullet reads.
 constexpr int kFaceTreeIsOurs = 1 << 27;
 
-/// Bullet finds vertex-face contacts between construction and destruction: the bodies have face trees.
+/// Gives bodies without a face tree one for its lifetime, so that Bullet can find vertex-face contacts.
 class NativeTreesBuilt {
  public:
-  /// Calls refit(body) for all of them.
+  /// Calls refit(body) for each body.
   NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) : bodies_(bodies) {
     for (btSoftBody* body : bodies_) {
       if (body->m_fdbvt.empty()) {

@@ -16,7 +16,7 @@ using Flags = btSoftBody::fCollision;
 
 // Bullet's own flags end at bit 10.
 constexpr int kHiddenSoftSoftCollision = 1 << 28;
-/// Times a body's margin: what leaves of its trees reach beyond nodes and faces in classic worlds.
+/// Factor of a body's margin by which Bullet enlarges the leaves of its trees in classic worlds.
 constexpr btScalar kLeafMargin = btScalar(1.25);
 
 void replace_bits(int& flags, int bits, int by) {
@@ -43,7 +43,7 @@ NeighbourLists neighbours_of_nodes(const btSoftBody& body) {
   return {body.m_nodes.size(), pairs};
 }
 
-/// Faces at a common edge are neighbours; of more than two there, those that follow each other in the body.
+/// Faces at a common edge are neighbours. If an edge has more than two faces, only consecutive ones are.
 NeighbourLists neighbours_of_faces(const btSoftBody& body) {
   struct Side {
     const btSoftBody::Node* ends[2];
@@ -111,8 +111,8 @@ void build_tree(btDbvt& tree, Things& things, const TreeShape& shape) {
   tree.m_leaves = things.size();
 }
 
-/// Gives the body the node tree that Bullet's prediction builds together with a face tree. Where memory does not
-/// suffice the tree stays as it is.
+/// Gives the body the node tree that Bullet's prediction builds together with a face tree. If memory runs out, the tree
+/// stays as it is.
 void rebuild_node_tree(btSoftBody& body) {
   try {
     build_tree(body.m_ndbvt, body.m_nodes, tree_shape(neighbours_of_nodes(body)));
@@ -121,7 +121,7 @@ void rebuild_node_tree(btSoftBody& body) {
   }
 }
 
-/// The body has no face tree. Where memory does not suffice it gets one of another shape than Bullet's.
+/// Adds a face tree to a body without one. If memory runs out, its shape differs from Bullet's.
 void add_face_tree(btSoftBody& body) {
   try {
     build_tree(body.m_fdbvt, body.m_faces, tree_shape(neighbours_of_faces(body)));
@@ -133,7 +133,7 @@ void add_face_tree(btSoftBody& body) {
   }
 }
 
-/// The twin of a face tree that has room for normals, as Bullet makes it.
+/// Returns the twin of a face tree, which has space for normals, as Bullet makes it.
 btDbvntNode* copy_with_normals(const btDbvtNode* node) {
   if (node == nullptr) return nullptr;
   auto* copy = new btDbvntNode(node);
@@ -143,7 +143,7 @@ btDbvntNode* copy_with_normals(const btDbvtNode* node) {
   return copy;
 }
 
-/// A body that sleeps was not predicted, and moves nowhere.
+/// Sleeping bodies have no prediction, and do not move.
 btDbvtVolume predicted_leaf(const btSoftBody& body, btDbvtVolume box, const btVector3& velocity) {
   const btScalar growth = body.getCollisionShape()->getMargin() * kLeafMargin;
   box.Expand(btVector3(growth, growth, growth));
@@ -207,8 +207,8 @@ ClassicTreesAtRest::ClassicTreesAtRest(Span<btSoftBody* const> bodies) : bodies_
     kept.boundless.parent = nullptr;
     kept.boundless.childs[0] = nullptr;
     kept.boundless.childs[1] = nullptr;
-    // The leaf is a whole tree, not a loose node: a position that is not finite is in no volume, and Bullet then
-    // takes the leaf out of the tree and puts it back.
+    // The leaf is a whole tree, not a loose node. A position that is not finite lies in no volume, so Bullet takes its
+    // leaf out of the tree and puts it back.
     kept.body->m_ndbvt.m_root = &kept.boundless;
     btSoftBody::tNodeArray& nodes = kept.body->m_nodes;
     for (int n = 0; n < nodes.size(); ++n) nodes[n].m_leaf = &kept.boundless;
@@ -263,7 +263,8 @@ void FaceTreesAway::give_back(const btSoftBody& body) {
   taken_.erase(taken);
 }
 
-/// Where an app has cast a ray at the body meanwhile, it has a new tree, which its faces point into.
+/// If an app has cast a ray at the body since take(), the body has a new tree, and its faces point to that tree's
+/// leaves. The new tree then stays.
 void FaceTreesAway::give_back(const Taken& taken) {
   btDbvt old;
   (taken.body->m_fdbvt.m_root == nullptr ? taken.body->m_fdbvt : old).m_root = taken.root;
@@ -292,7 +293,7 @@ void refit_deformable_trees(btSoftBody& body) {
   const int with_faces = Flags::SDF_RDF | Flags::SDF_MDF;
   if ((body.m_cfg.collisions & with_faces) == 0 || !body.m_fdbvt.empty()) return;
   add_face_tree(body);
-  // Its twin with normals serves only Bullet's self-collision, and is of faces that may be gone.
+  // The twin with normals serves only Bullet's self-collision, and may be of faces that are gone.
   delete body.m_fdbvnt;
   body.m_fdbvnt = nullptr;
   body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
@@ -319,7 +320,7 @@ void refit_classic_trees(btSoftBody& body) {
 
 void refit_face_trees(Span<btSoftBody* const> bodies) {
   for (btSoftBody* body : bodies) {
-    // Where faces have changed, the next prediction throws the tree away.
+    // If faces have changed, the next prediction discards the tree.
     if (!body->isActive() || body->m_fdbvt.empty() || body->m_bUpdateRtCst) continue;
     body->updateFaceTree(/*use_velocity=*/false, /*margin=*/false);
   }
@@ -355,7 +356,8 @@ void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
 
 }  // namespace softcd::bullet
 
-// Only where Bullet itself builds one: in classic worlds for VF_SS, in the deformable one for SDF_RD.
+// Builds one only for bodies for which Bullet itself would: with VF_SS in classic worlds, with SDF_RD in the deformable
+// one.
 void softcd::bullet::give_face_tree(btSoftBody& body) {
   const bool is_wanted = (body.m_cfg.collisions & (Flags::VF_SS | Flags::SDF_RD)) != 0;
   if (!is_wanted || body.m_bUpdateRtCst) return;

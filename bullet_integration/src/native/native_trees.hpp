@@ -9,11 +9,11 @@
 #include "native/pair_gate.hpp"
 #include "softcd/core/types.hpp"
 
-/// Keeps Bullet from building and updating the bounding volume trees of soft bodies that nobody reads any more.
+/// Keeps Bullet from building and updating bounding volume trees of soft bodies that have no reader.
 namespace softcd::bullet {
 
-/// With its twin for self-collision. Its faces name no leaves of it any more: Bullet writes into those that are named
-/// whenever a node is appended.
+/// Removes the face tree and its twin for self-collision. Also clears the faces' pointers to leaves, because Bullet
+/// writes through these whenever a node is appended.
 void remove_face_tree(btSoftBody& body);
 
 /// A flag of btSoftBody::fCollision for which Bullet's prediction builds a face tree, in time quadratic in the faces,
@@ -24,8 +24,8 @@ struct TreeFlag {
 inline constexpr TreeFlag kClassicTreeFlag = {btSoftBody::fCollision::VF_SS, 1 << 30};
 inline constexpr TreeFlag kDeformableTreeFlag = {btSoftBody::fCollision::SDF_RD, 1 << 29};
 
-/// Hides the flag. Removes the face tree of changed faces, which the prediction clears. If the app assigns its flags
-/// anew before restore_flag(), the bit is gone and the app's flags stay.
+/// Hides the flag. If the faces have changed, removes the face tree, which Bullet's prediction clears. If the app
+/// assigns its flags anew before restore_flag(), the bit is gone and the app's flags stay.
 void hide_flag(btSoftBody& body, TreeFlag flag);
 /// Restores a hidden flag. In the deformable world, builds the node tree that the prediction would have built with the
 /// face tree.
@@ -35,9 +35,9 @@ void restore_flag(btSoftBody& body, TreeFlag flag);
 void hide_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
 void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
 
-/// Bullet's prediction in classic worlds builds no face tree and updates no node tree between construction and
-/// destruction: each body has a node tree of one boundless leaf, which every node takes for its own. Bodies, and their
-/// nodes, stay where they are in memory. If memory for this class runs out, Bullet updates the node trees.
+/// Keeps Bullet's prediction in classic worlds from building face trees and updating node trees. While an object of
+/// this class lives, each body has a node tree of one boundless leaf, which is the leaf of every node. Bodies and nodes
+/// must not move in memory meanwhile. If memory for this class runs out, Bullet updates the node trees.
 class ClassicTreesAtRest {
  public:
   explicit ClassicTreesAtRest(Span<btSoftBody* const> bodies);
@@ -56,7 +56,7 @@ class ClassicTreesAtRest {
   std::vector<Kept> kept_;
 };
 
-/// Does the same for the deformable world's prediction, which sees the node trees empty.
+/// Does the same for the deformable world's prediction: it finds empty node trees.
 class DeformableTreesAtRest {
  public:
   explicit DeformableTreesAtRest(Span<btSoftBody* const> bodies);
@@ -69,8 +69,8 @@ class DeformableTreesAtRest {
   std::vector<std::pair<btDbvt*, btDbvtNode*>> kept_;  ///< node trees with their roots
 };
 
-/// Face trees that Bullet sees empty, with their twins for self-collision, until they are given back. Their bodies live
-/// until then.
+/// Hides face trees, and their twins for self-collision, until give_back(): Bullet finds empty trees. The bodies must
+/// live until then.
 class FaceTreesAway {
  public:
   FaceTreesAway() = default;
@@ -79,7 +79,7 @@ class FaceTreesAway {
   FaceTreesAway(const FaceTreesAway&) = delete;
   FaceTreesAway& operator=(const FaceTreesAway&) = delete;
 
-  /// If memory runs out, removes the trees for good: only ray tests read them, which build new ones.
+  /// If memory runs out, removes the trees for good: only ray tests read them, and these build new ones.
   void take(Span<btSoftBody* const> bodies) noexcept;
   void give_back();
   void give_back(const btSoftBody& body);
@@ -95,8 +95,8 @@ class FaceTreesAway {
   std::vector<Taken> taken_;
 };
 
-/// Bullet's dispatch finds no vertex-face contacts (VF_DD) in the deformable world between construction and
-/// destruction: a bit of ours stands for btSoftBody::m_softSoftCollision.
+/// Keeps Bullet's dispatch from finding vertex-face contacts (VF_DD) in the deformable world while it lives. A bit of
+/// softcd's replaces btSoftBody::m_softSoftCollision.
 class VertexFaceTestsOff {
  public:
   explicit VertexFaceTestsOff(Span<btSoftBody* const> bodies);
@@ -108,8 +108,8 @@ class VertexFaceTestsOff {
   Span<btSoftBody* const> bodies_;
 };
 
-/// Calls refit(body) for the soft bodies whose boxes overlap a rigid one's, at least once each: Bullet's soft-rigid
-/// test is about to read their trees.
+/// Calls refit(body), at least once, for each soft body whose box overlaps a rigid one's: Bullet's soft-rigid test is
+/// about to read its trees.
 template <class Refit>
 void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
   const btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
@@ -124,24 +124,24 @@ void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
   }
 }
 
-/// Brings the trees up to date that the deformable soft-rigid test reads: of nodes, and with SDF_RDF or SDF_MDF of
-/// faces.
+/// Refits the trees that the deformable soft-rigid test reads: that of the nodes, and with SDF_RDF or SDF_MDF that of
+/// the faces.
 void refit_deformable_trees(btSoftBody& body);
 
-/// The boxes that Bullet's prediction in classic worlds gives to leaves of its trees when it makes them anew: around
-/// the step's end, with 1.25 times the body's margin, and on along the motion of three steps.
+/// Returns the box that Bullet's prediction in classic worlds gives to a new leaf: around the step's end, enlarged by
+/// 1.25 times the body's margin and by the motion of three steps.
 btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Node& node);
 btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face);
 
-/// As Bullet's prediction in classic worlds does. The body has a face tree.
+/// Refits node and face tree as Bullet's prediction in classic worlds does. The body has a face tree.
 void refit_classic_trees(btSoftBody& body);
 
 /// Gives the body a face tree and its twin for self-collision, as Bullet's prediction does.
 void build_face_tree(btSoftBody& body);
 
-/// Brings the face trees that there are to where the nodes are. After the deformable world's step: ray tests read them,
-/// and Bullet's prediction refitted them before it was known where the nodes go. (Bullet itself refits them once more
-/// in its continuous pass.)
+/// Refits existing face trees to the nodes' positions, after the deformable world's step. Ray tests read them, and
+/// Bullet's prediction refitted them before the solver moved the nodes. (Bullet itself refits them once more in its
+/// continuous pass.)
 void refit_face_trees(Span<btSoftBody* const> bodies);
 
 /// Decides, step by step, whether a body's face tree has a reader. Bullet builds one in its prediction after a
@@ -149,8 +149,8 @@ void refit_face_trees(Span<btSoftBody* const> bodies);
 /// one when there is none.
 class FaceTreeWatch {
  public:
-  /// To be called once a step, after Bullet's prediction. Removes a tree that the prediction built. A tree that
-  /// comes back with the same topology belongs to ray tests and is left to Bullet.
+  /// Removes a tree that Bullet's prediction built. Call it once a step, after the prediction. A tree that comes back
+  /// with the same topology belongs to ray tests and stays.
   ///
   /// Bullet's construction never ends for a body in several parts: where common edges do not connect all faces, or
   /// links all nodes. Such a body gets a tree of softcd's, so that ray tests build none.

@@ -9,7 +9,7 @@
 namespace softcd::bullet {
 namespace {
 
-// Notes that the near callback lets a pair through, instead of processing it.
+// Records that the near callback admits a pair, instead of processing the pair.
 class RecordingAlgorithm : public btCollisionAlgorithm {
  public:
   RecordingAlgorithm(const btCollisionAlgorithmConstructionInfo& info, bool& admitted)
@@ -40,8 +40,7 @@ struct RecordingCreateFunc : public btCollisionAlgorithmCreateFunc {
   }
 };
 
-/// A pair of its own for the callback: one that the app's broad phase has not found (a fast body) must be judged as
-/// well.
+/// A pair made for the callback only: it must also judge pairs that the app's broad phase has not found (fast bodies).
 class AskedPair {
  public:
   AskedPair(btDispatcher& dispatcher, btBroadphaseProxy& a, btBroadphaseProxy& b)

@@ -8,7 +8,7 @@
 
 namespace softcd::bullet {
 
-/// Whether softcd looks after the contacts of two soft bodies.
+/// Returns whether softcd detects the contacts of two soft bodies.
 using PairRule = std::function<bool(btSoftBody&, btSoftBody&)>;
 
 /// Returns the soft bodies of a pair; null for objects of other kinds.
@@ -17,7 +17,7 @@ inline std::pair<btSoftBody*, btSoftBody*> soft_bodies_of(const btBroadphasePair
           btSoftBody::upcast(static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject))};
 }
 
-/// Asks everything but the bodies' flags that decides in Bullet whether two objects may collide: filter groups and
+/// Decides whether two objects may collide, by everything that Bullet asks except the bodies' flags: filter groups and
 /// masks or the overlap filter callback, the dispatcher's near callback, and through it activation and ignored pairs.
 class PairGate {
  public:

@@ -8,8 +8,8 @@
 
 namespace softcd::bullet {
 
-/// As btHashedOverlappingPairCache::processAllOverlappingPairs goes through them: by their place in the cache, or the
-/// youngest first. What has left the cache meanwhile, through an app's callback, is last.
+/// Follows btHashedOverlappingPairCache::processAllOverlappingPairs: pairs go by their place in the cache, or the
+/// youngest first. A pair that an app's callback has removed from the cache is last.
 std::pair<int, int> turn_of(const btCollisionObject& a, const btCollisionObject& b, const PairGate& gate) {
   constexpr std::pair<int, int> kLast(std::numeric_limits<int>::max(), 0);
   auto* proxy_a = const_cast<btBroadphaseProxy*>(a.getBroadphaseHandle());

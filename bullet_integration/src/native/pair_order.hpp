@@ -8,10 +8,10 @@
 
 namespace softcd::bullet {
 
-/// Returns the place of a pair in the order in which one thread comes upon the pairs of the gate's world.
+/// Returns the place of a pair in the order in which a single thread visits the pairs of the gate's world.
 std::pair<int, int> turn_of(const btCollisionObject& a, const btCollisionObject& b, const PairGate& gate);
 
-/// Sorts pairs into that order. Several threads come upon them in another one in every run. Several pairs of two
+/// Sorts pairs into that order. Several threads visit them in another order in every run. Several pairs of the same two
 /// objects (of a compound's children) keep their order: one thread found all of them. Throws nothing.
 template <class Pair>
 void restore_order(std::vector<Pair>& pairs, const PairGate& gate) {

@@ -5,7 +5,7 @@
 namespace softcd::bullet {
 namespace {
 
-// The table can be written through a function of Bullet's, and read by derived classes only.
+// Bullet has a public function that writes the table, but only derived classes can read it.
 struct Table : btCollisionDispatcher {
   static btCollisionAlgorithmCreateFunc*& entry(btCollisionDispatcher& dispatcher, int type0, int type1) {
     return (dispatcher.*&Table::m_doubleDispatchContactPoints)[type0][type1];

@@ -5,8 +5,8 @@ struct btCollisionAlgorithmCreateFunc;
 
 namespace softcd::bullet {
 
-/// While it lives `dispatcher` makes the algorithms for pairs of these types of shapes with `create`. Afterwards as
-/// before, but where somebody has registered something else meanwhile.
+/// While it lives, `dispatcher` makes the algorithms for pairs of these types of shapes with `create`. Its destructor
+/// restores the former entry, unless the entry has changed again.
 class RegisteredAlgorithm {
  public:
   RegisteredAlgorithm(btCollisionDispatcher& dispatcher, int type0, int type1, btCollisionAlgorithmCreateFunc& create);
@@ -14,7 +14,7 @@ class RegisteredAlgorithm {
   RegisteredAlgorithm(const RegisteredAlgorithm&) = delete;
   RegisteredAlgorithm& operator=(const RegisteredAlgorithm&) = delete;
 
-  /// What stood there before.
+  /// Returns the former entry.
   btCollisionAlgorithmCreateFunc& original() const { return *original_; }
 
  private:

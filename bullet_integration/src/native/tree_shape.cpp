@@ -7,7 +7,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// A cloth of a million nodes takes about 30; a star would take as many as it has nodes.
+/// Limits the rounds. A cloth of a million nodes takes about 30; a star would take as many as it has nodes.
 constexpr int kMostRounds = 64;
 constexpr int kNone = -1;
 
@@ -34,7 +34,7 @@ Pairs pairs_in_order(int count) {
   return pairs;
 }
 
-/// Pairs are neighbours where some of their members are.
+/// Two pairs are neighbours if a member of one is a neighbour of a member of the other.
 NeighbourLists lists_of_pairs(const NeighbourLists& lists, const Pairs& pairs) {
   std::vector<int> pair_of(static_cast<std::size_t>(lists.count()));
   for (std::size_t p = 0; p < pairs.size(); ++p) {

@@ -16,7 +16,7 @@ namespace {
 
 using ContactCallback = btCollisionWorld::ContactResultCallback;
 
-/// Where the nodes are now, or the shape, grown by the margin and more.
+/// Returns the box of the nodes' present positions, or of the shape, enlarged by the margin and `more`.
 RigidBox box_of(btCollisionObject& object, btScalar more) {
   RigidBox box = {btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT),
                   -btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
@@ -33,14 +33,15 @@ RigidBox box_of(btCollisionObject& object, btScalar more) {
   return {box.low - growth, box.high + growth};
 }
 
-/// One side of a contact as a callback is told of it.
+/// One side of a contact as reported to a callback.
 struct ToldSide {
   btCollisionObject* object;
   int part, index;
   Vec3d point;
 };
 
-/// Of the points at the margins, and the normal towards `a`.
+/// Reports a contact to the callback. `distance` is that between the points at the margins; the normal points towards
+/// `a`.
 void tell(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance, ContactCallback& callback) {
   const btVector3 on_a = to_bullet(a.point);
   const btVector3 on_b = to_bullet(b.point);
@@ -61,12 +62,12 @@ void tell(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance, C
   callback.addSingleResult(point, &wrapped_a, a.part, a.index, &wrapped_b, b.part, b.index);
 }
 
-/// A body of the scene: a soft one, or one of the shapes that a rigid object's shape is made of.
+/// A body of the scene: a soft body, or one of the simple shapes of a rigid object.
 struct Part {
   BodyId id;
   btCollisionObject* object;
-  const SoftBodyScene::Member* soft;  ///< null where it is rigid
-  const RigidSurface* surface;        ///< null where it is soft
+  const SoftBodyScene::Member* soft;  ///< null for a rigid part
+  const RigidSurface* surface;        ///< null for a soft body
 
   Vec3d vertex(std::uint32_t v) const {
     return soft != nullptr ? to_doubles(soft->body->m_nodes[static_cast<int>(v)].m_x) : surface->x()[v];
@@ -105,7 +106,7 @@ class ContactTest {
   btScalar threshold_;
   bool is_with_itself_ = false;
   std::deque<RigidSurface> surfaces_;
-  std::vector<Part> parts_;  ///< those of `object_` first
+  std::vector<Part> parts_;  ///< parts of `object_` come first
 };
 
 void ContactTest::run(const std::vector<btCollisionObject*>& others) {
@@ -137,7 +138,7 @@ void ContactTest::run(const std::vector<btCollisionObject*>& others) {
   }
 }
 
-/// Into the scene.
+/// Puts the object into the scene.
 void ContactTest::take(btCollisionObject& object, const RigidBox& box) {
   Scene& scene = bodies_.scene();
   if (btSoftBody* const soft = btSoftBody::upcast(&object)) {
@@ -162,7 +163,7 @@ void ContactTest::take(btCollisionObject& object, const RigidBox& box) {
   }
 }
 
-/// Margins are those of the object and of the threshold, which counts on one side.
+/// Returns the object's settings. The threshold is added to the margin of one side only.
 BodySettings ContactTest::settings_of(const btCollisionObject& object, btScalar margin) const {
   const double share = is_with_itself_ ? 0.5 : (&object == &object_ ? 1.0 : 0.0);
   BodySettings settings;
@@ -180,7 +181,7 @@ std::vector<BodyPair> ContactTest::pairs() const {
       if (is_asked) pairs.push_back({a.id, b.id});
     }
   }
-  // None would be all.
+  // An empty list would mean all pairs.
   if (pairs.empty()) pairs.push_back({BodyId(), BodyId()});
   return pairs;
 }
@@ -189,7 +190,7 @@ const Part& ContactTest::part(BodyId id) const {
   return *std::find_if(parts_.begin(), parts_.end(), [id](const Part& part) { return part.id == id; });
 }
 
-/// What a callback is told of one side, the contact's vertices from `begin` to `end`.
+/// Returns one side of the contact, with its vertices from `begin` to `end`, for a callback.
 ToldSide told_side(const Contact& contact, const Part& part, int begin, int end) {
   const bool is_edges = contact.kind == ContactKind::edge_edge;
   ToldSide told = {part.object, -1, -1, {0, 0, 0}};
@@ -200,7 +201,7 @@ ToldSide told_side(const Contact& contact, const Part& part, int begin, int end)
   const std::uint32_t feature = begin == 0 ? contact.feature_a : contact.feature_b;
   told.part = is_edges ? kEdgePart : (begin == 0 ? kNodePart : kFacePart);
   told.index = static_cast<int>(feature);
-  // Triangles behind the faces stand for single nodes.
+  // Triangles after the faces represent single nodes.
   if (told.part == kFacePart && feature >= part.soft->mesh.face_count) {
     told.part = kNodePart;
     told.index = static_cast<int>(contact.vertices[1]);
@@ -219,7 +220,7 @@ void ContactTest::report(const Contact& contact) {
                    (b.surface != nullptr && !b.surface->is_edge(v[2], v[3])))) {
     return;
   }
-  // Such nodes are told with the face that is nearest outside.
+  // report_nodes_inside() reports nodes inside a core, with the nearest face.
   if (!is_edges && b.surface != nullptr && b.surface->depth_of(a.vertex(v[0])).is_inside) return;
   const int middle = is_edges ? 2 : 1;
   tell_in_order(told_side(contact, a, 0, middle), told_side(contact, b, middle, 4), vec3_cast<double>(contact.normal),
@@ -242,7 +243,7 @@ void ContactTest::report_nodes_inside(const Part& soft, const Part& rigid) {
   }
 }
 
-/// The object that the test is of first.
+/// Reports a contact with the tested object as side a.
 void ContactTest::tell_in_order(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance) {
   if (a.object == &object_) {
     tell(a, b, normal, distance, callback_);

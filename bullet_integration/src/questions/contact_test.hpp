@@ -7,8 +7,8 @@
 
 namespace softcd::bullet {
 
-/// Tells the callback what of the object touches the others, of which it may be the only one itself: see WorldProbe. In
-/// each pair there is a soft body; rigid objects are in the scene for the length of the call.
+/// Reports the contacts of `object` with `others` to the callback: see WorldProbe. `others` may be only the object
+/// itself. One object of each pair is a soft body. Rigid objects are in the scene only during the call.
 void test_contacts(SoftBodyScene& bodies, btCollisionObject& object, const std::vector<btCollisionObject*>& others,
                    btCollisionWorld::ContactResultCallback& callback);
 

@@ -16,7 +16,7 @@ Vec3<btScalar> vec3_of(const btVector3& x) {
   return {x.x(), x.y(), x.z()};
 }
 
-/// Of the same bytes, so that what is not a number equals itself.
+/// Compares bytes, so that a value that is not a number equals itself.
 bool are_same(const Vec3<btScalar>& a, const btVector3& b) {
   using Bits = std::array<std::conditional_t<sizeof(btScalar) == 8, std::uint64_t, std::uint32_t>, 3>;
   return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(vec3_of(b));
@@ -105,7 +105,7 @@ void RayMesh::read_triangles(const btSoftBody& body) {
 void RayMesh::read_positions(const btSoftBody& body) {
   if (corners_.empty()) return;
   const auto node = [&](std::size_t i) { return vec3_of(body.m_nodes[static_cast<int>(i)].m_x); };
-  // Floats stay what they are.
+  // Positions in float need no origin.
   if (std::is_same_v<btScalar, double>) origin_ = vec3_cast<double>(node(triangles_[0].v[0]));
   if (!is_usable(origin_)) origin_ = {0, 0, 0};
   for (std::size_t i = 0; i < positions_.size(); ++i) {

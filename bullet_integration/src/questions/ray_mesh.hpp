@@ -11,26 +11,26 @@
 
 namespace softcd::bullet {
 
-/// Which elements of a soft body Bullet's ray tests of a world look at.
+/// The elements of a soft body that a world's ray tests in Bullet hit.
 enum class RayTargets : bool { faces, faces_and_tetrahedra };
 
-/// A soft body's triangles as they were when it was read, and the hierarchy that rays search. Triangles are the faces
-/// and, behind them, the four sides of each tetrahedron.
+/// A soft body's triangles when it was last read, and the hierarchy that rays search. Triangles are the faces and,
+/// after them, the four sides of each tetrahedron.
 class RayMesh {
  public:
   explicit RayMesh(RayTargets targets) : targets_(targets) {}
 
-  /// Reads the body, unless it is as it was. Throws InvalidInput where a triangle has a node that is not the body's.
+  /// Reads the body if it has changed. Throws InvalidInput if a triangle has a node that is not the body's.
   void update(const btSoftBody& body);
   /// Compares every node and triangle.
   bool is_up_to_date(const btSoftBody& body) const { return has_same_corners(body) && has_same_positions(body); }
-  /// Compares, in constant time, what Bullet's own functions change when they move the body as a whole, and when they
-  /// add or remove nodes and triangles.
+  /// Compares sizes and bounds, in constant time. Bullet's own functions change these when they move the body as a
+  /// whole, and when they add or remove nodes and triangles.
   bool seems_up_to_date(const btSoftBody& body) const;
   /// Compares one triangle.
   bool is_up_to_date(const btSoftBody& body, std::uint32_t triangle) const;
 
-  /// The first triangle that the ray meets; the hit's body means nothing.
+  /// Returns the first triangle that the ray hits. The hit's body has no meaning.
   RayHit first_hit(const Ray& ray) const;
   std::uint32_t face_count() const { return face_count_; }
 
@@ -47,7 +47,7 @@ class RayMesh {
 
   RayTargets targets_;
   std::uint32_t face_count_ = 0;
-  const Node* first_node_ = nullptr;  ///< where the nodes were
+  const Node* first_node_ = nullptr;  ///< address of the first node when the body was read
   std::vector<Vec3<btScalar>> positions_;
   Vec3<btScalar> bounds_[2] = {};
   std::vector<Corners> corners_;

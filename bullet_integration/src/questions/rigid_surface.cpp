@@ -39,7 +39,7 @@ RigidSurface::Depth RigidSurface::depth_of(Vec3d point) const {
     const double twice_area = std::sqrt(squared_norm(across));
     if (!(twice_area > 0)) continue;
     const double height = dot(across, corner - middle);
-    // A core that is flat has no inside.
+    // A flat core has no inside.
     if (!(std::abs(height) > 1e-9 * std::pow(twice_area, 1.5))) return {};
     const Vec3d normal = ((height < 0 ? -1.0 : 1.0) / twice_area) * across;
     const double depth = dot(normal, corner - point);

@@ -7,10 +7,10 @@
 
 namespace softcd::bullet {
 
-/// One of the shapes that an object's shape is made of, as triangles where it is now.
+/// A simple shape of an object, as triangles at its present place.
 class RigidSurface {
  public:
-  /// How deep a point is in a convex core, and under which of its faces.
+  /// The depth of a point in a convex core, and the normal of the nearest face.
   struct Depth {
     bool is_inside = false;
     double depth = 0;
@@ -18,13 +18,13 @@ class RigidSurface {
   };
 
   RigidSurface(const btConvexShape& shape, const btTransform& place);
-  /// Those of its triangles that a box in the world's coordinates overlaps.
+  /// Reads the triangles that `box`, in the world's coordinates, overlaps.
   RigidSurface(const btConcaveShape& shape, const btTransform& place, const RigidBox& box);
 
   const std::vector<Triangle>& triangles() const { return shape().triangles(); }
   const std::vector<Vec3d>& x() const { return shape().x_t1(); }
   btScalar margin() const { return margin_; }
-  /// Whether these vertices are an edge's, not a diagonal's of one of a convex core's faces.
+  /// Returns whether these vertices are joined by an edge, not by a diagonal of a face of a convex core.
   bool is_edge(std::uint32_t low, std::uint32_t high) const { return !is_convex_ || core_.is_edge(low, high); }
   Depth depth_of(Vec3d point) const;
 
@@ -37,7 +37,7 @@ class RigidSurface {
   RigidMesh mesh_;
 };
 
-/// Of all that has triangles in an object's shape.
+/// Returns the surfaces of all simple shapes of the object that have triangles.
 std::vector<RigidSurface> rigid_surfaces(const btCollisionObject& object, const RigidBox& box);
 
 }  // namespace softcd::bullet

@@ -8,8 +8,7 @@
 
 namespace softcd::bullet {
 
-/// Soft bodies in a scene, on the CPU, as they are whenever they are asked for: what an app may have done to a body is
-/// noticed then.
+/// Soft bodies in a scene on the CPU. A body's changes by the app are noticed whenever update() is called for it.
 class SoftBodyScene {
  public:
   struct Member {
@@ -22,13 +21,13 @@ class SoftBodyScene {
   explicit SoftBodyScene(LogCallback log);
 
   Scene& scene() { return scene_; }
-  /// The body with its nodes where they are now.
+  /// Brings the body up to date with its nodes' present positions.
   const Member& update(btSoftBody& body);
-  /// Forgets bodies that are not among these, once there are some.
+  /// Removes the bodies that are not among these, if there are more than these.
   void keep(Span<btSoftBody* const> all);
-  /// Null where it was not asked for, or is forgotten.
+  /// Returns null if the body is unknown.
   const Member* find(const btSoftBody& body) const;
-  /// Null where the id is none of a soft body.
+  /// Returns null if no soft body has the id.
   const Member* find(BodyId id) const;
 
  private:

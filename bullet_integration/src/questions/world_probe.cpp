@@ -14,7 +14,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// Passes on what Bullet finds between objects that are not soft.
+/// Passes on Bullet's contacts between rigid objects.
 class OfRigidObjects final : public btCollisionWorld::ContactResultCallback {
  public:
   explicit OfRigidObjects(btCollisionWorld::ContactResultCallback& callback) : callback_(callback) {
@@ -91,7 +91,7 @@ WorldProbe& WorldProbe::operator=(WorldProbe&&) noexcept = default;
 Probe& WorldProbe::soft_bodies() {
   const std::vector<btSoftBody*> all = implementation_->all_soft_bodies();
   for (btSoftBody* body : all) implementation_->bodies.update(*body);
-  // All of them are known now: whatever is more has left the world.
+  // All of the world's bodies are known now. Any others have left the world.
   implementation_->bodies.keep(all);
   return implementation_->probe;
 }

@@ -11,7 +11,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// What a ray comes near, by the broad phase.
+/// Collects the objects that a ray comes near, by the broad phase.
 class NearRay final : public btBroadphaseRayCallback {
  public:
   NearRay(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback,
@@ -52,7 +52,7 @@ btTransform at(const btVector3& origin) {
   return btTransform(btQuaternion::getIdentity(), origin);
 }
 
-/// Between its ends.
+/// Returns the segment without its ends.
 Ray open_segment(const btVector3& from, const btVector3& to) {
   Ray ray = segment(to_doubles(from), to_doubles(to));
   ray.t_min = 0x1p-1074;
@@ -70,7 +70,7 @@ void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> 
   NearRay near(from, to, callback, memory);
   broadphase.rayTest(from, to, near);
   const auto test_object = [&](btCollisionObject& object) {
-    // Nothing is nearer than 0.
+    // No hit is nearer than 0.
     if (callback.m_closestHitFraction != 0) test_natively(object, at(from), at(to));
   };
   for (btCollisionObject* object : near.others()) test_object(*object);

@@ -13,36 +13,36 @@
 
 namespace softcd::bullet {
 
-/// Tests rays against a world's soft bodies where their nodes are now. Rays come one at a time, so each is traced on
-/// the calling thread, in a hierarchy that the body keeps.
+/// Tests rays against a world's soft bodies at their nodes' present positions. Rays come one at a time. So each is
+/// traced on the calling thread, in a hierarchy that is kept for the body.
 ///
-/// While nodes may move, every ray compares all nodes and triangles of the bodies that it comes near with what was
-/// read. In between a ray looks at the bodies' sizes, bounds, and the triangles that it meets.
+/// While nodes may move, every ray compares all nodes and triangles of nearby bodies with those read last. Otherwise a
+/// ray compares the bodies' sizes and bounds, and the triangles that it hits.
 ///
-/// As Bullet's ray tests, from any number of threads at once, as long as nothing else changes the world.
+/// Like Bullet's ray tests, usable from any number of threads at once, as long as nothing else changes the world.
 class WorldRays {
  public:
-  /// `settings` outlives it.
+  /// `settings` must outlive it.
   WorldRays(RayTargets targets, const Settings& settings) : targets_(targets), settings_(settings) {}
   WorldRays(const WorldRays&) = delete;
   WorldRays& operator=(const WorldRays&) = delete;
 
-  /// Nodes may move from now on, as they may before the first end_motion().
+  /// Nodes may move from now on. This also holds before the first end_motion().
   void begin_motion() { may_move_ = true; }
-  /// Nodes stay where they are until begin_motion().
+  /// Nodes do not move until begin_motion().
   void end_motion() {
     may_move_ = false;
     ++revision_;
   }
-  /// The app has moved nodes, or changed triangles, since the last ray.
+  /// Makes the next ray read bodies again, after the app has moved nodes or changed triangles.
   void forget_positions() { ++revision_; }
 
-  /// Bullet's own test of one object.
+  /// Tests one object by Bullet's own function.
   using NativeTest = std::function<void(btCollisionObject&, const btTransform& from, const btTransform& to)>;
 
-  /// btCollisionWorld::rayTest, of a world with these soft bodies. Of each soft body the callback is told the first
-  /// face that the ray meets: part 0, triangle index as in m_faces (or m_tetras), normal towards the ray's origin. All
-  /// else, and everything where softcd fails, is tested natively.
+  /// Does btCollisionWorld::rayTest for a world with these soft bodies. For each soft body the callback gets the first
+  /// face that the ray hits: part 0, triangle index as in m_faces (or m_tetras), normal towards the ray's origin. Other
+  /// objects are tested natively; so are soft bodies if softcd fails.
   void test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> bodies, const btVector3& from,
             const btVector3& to, btCollisionWorld::RayResultCallback& callback, const NativeTest& test_natively);
 
@@ -51,18 +51,18 @@ class WorldRays {
     btSoftBody* body;
     double t;
     btVector3 normal;
-    int index;  ///< of the face, or of the tetrahedron
+    int index;  ///< of the face or the tetrahedron
   };
   using Hits = std::pmr::vector<Hit>;
   struct Member {
     RayMesh mesh;
-    std::uint64_t revision = 0;  ///< at which it was read last
-    int proxy_id = 0;            ///< of its broad-phase proxy then: another body may have come to its address
+    std::uint64_t revision = 0;  ///< when it was last read
+    int proxy_id = 0;            ///< of its broad-phase proxy then; a later body at its address has another
   };
 
-  /// False where softcd has failed, and the settings say to go on.
+  /// Returns false if softcd has failed and the settings say to continue.
   bool find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> all, const Ray& ray, Hits& hits);
-  /// False where a body is not as it was read, which is known of bodies that were read just now.
+  /// Returns false if a body has changed since it was read. Bodies that were read just now have not.
   bool find_hits_as_read(Span<btSoftBody* const> near, const Ray& ray, bool is_read_now, Hits& hits) const;
   bool is_as_read(const Member& member, const btSoftBody& body) const;
   void read(Span<btSoftBody* const> near, Span<btSoftBody* const> all);
@@ -74,11 +74,11 @@ class WorldRays {
   bool may_move_ = true;
   std::uint64_t revision_ = 1;
   std::unordered_map<const btSoftBody*, Member> members_;  ///< bodies that rays have come near
-  std::shared_mutex mutex_;                                ///< of the members and failures
-  Failures failures_{"a ray test goes on as Bullet's own"};
+  std::shared_mutex mutex_;                                ///< protects the members and failures
+  Failures failures_{"the ray test is Bullet's own"};
 };
 
-/// A time in which nodes may move.
+/// Nodes may move while an object of this class lives.
 class NodesInMotion {
  public:
   explicit NodesInMotion(WorldRays& rays) : rays_(rays) { rays.begin_motion(); }

@@ -12,7 +12,7 @@ namespace {
 
 using State = BodyPairContacts::State;
 
-/// Which parts of the two bodies touch.
+/// Identifies the touching features of two bodies.
 using FeatureKey = std::array<int, 6>;
 
 FeatureKey key_of(const BodyContact& contact) {
@@ -46,7 +46,7 @@ void compare_contacts(BodyPairContacts& now, const std::vector<BodyContact>& bef
   }
 }
 
-/// All of a broad phase's objects.
+/// Lists all objects of a broad phase.
 class Listing : public btBroadphaseAabbCallback {
  public:
   bool process(const btBroadphaseProxy* proxy) override {
@@ -131,8 +131,8 @@ void ContactReadOut::read(ReadContacts read_contacts, Span<btSoftBody* const> bo
   is_unread_ = true;
 }
 
-/// Bullet neither solves nor clears the entries of a body that sleeps. What they point to may be gone. They go on to
-/// carry what they carried when it fell asleep.
+/// Keeps the contacts of sleeping bodies, with their impulses. Bullet neither solves nor clears their entries, and
+/// these may point to objects that are gone.
 void ContactReadOut::keep_contacts_of_sleepers(const std::vector<KeyedPair>& before, Span<btSoftBody* const> bodies,
                                                btBroadphaseInterface& broadphase) {
   std::set<BodyKey> sleepers;
@@ -182,8 +182,8 @@ void ContactReadOut::set_impulses(const ContactImpulses& impulses) {
   }
 }
 
-/// Adds what prevention of crossings gave. An object that no impulse moves gets the opposite of what the soft body
-/// gets.
+/// Adds the impulses of crossing prevention. An object that no impulse moves gets the opposite of the soft body's
+/// impulse.
 void ContactReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies) {
   for (const CrossingImpulse& crossing : crossings) {
     const btRigidBody* rigid = btRigidBody::upcast(crossing.other);

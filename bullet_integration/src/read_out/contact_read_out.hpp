@@ -13,7 +13,7 @@ class btBroadphaseInterface;
 
 namespace softcd::bullet {
 
-/// Tells a body from another one at the same address later: by its proxy's number.
+/// Identifies a body by its address and its proxy's number. A later body at the same address has another number.
 struct BodyKey {
   const btCollisionObject* object = nullptr;
   int proxy = 0;
@@ -27,11 +27,11 @@ struct BodyKey {
 };
 using BodyPairKey = std::pair<BodyKey, BodyKey>;
 
-/// The impulses that the solver gave through the entries of Bullet's arrays.
+/// The solver's impulses for the entries of Bullet's arrays.
 class ContactImpulses {
  public:
   struct Impulse {
-    btVector3 on_owner{0, 0, 0};  ///< on the entry's node, or on the soft body where it touches a rigid object
+    btVector3 on_owner{0, 0, 0};  ///< on the entry's node, or, for rigid objects, on the soft body
     btVector3 on_other{0, 0, 0};
 
     Impulse& operator+=(const Impulse& more) {
@@ -46,15 +46,15 @@ class ContactImpulses {
     doubtful_.clear();
   }
   std::vector<Impulse>& of(const btSoftBody& owner, ContactArray array) { return impulses_[{&owner, array}]; }
-  /// Null when nobody knows them.
+  /// Returns null if they are not known.
   std::vector<Impulse>* find(const btSoftBody& owner, ContactArray array) {
     const auto known = impulses_.find({&owner, array});
     return known != impulses_.end() ? &known->second : nullptr;
   }
-  /// Adds the impulses of all the source's entries. False when they are not known.
+  /// Adds the impulses of all the source's entries. Returns false if they are not known.
   bool add_to(Impulse& sum, const ContactSource& source) const;
 
-  /// No impulse on this body is known.
+  /// Marks all impulses on this body as not known.
   void doubt(const btCollisionObject* body) { doubtful_.insert(body); }
   bool is_doubtful(const btCollisionObject& body) const { return doubtful_.count(&body) != 0; }
 
@@ -63,46 +63,49 @@ class ContactImpulses {
   std::set<const btCollisionObject*> doubtful_;
 };
 
-/// The contacts of a pair, with where they stand in Bullet's arrays.
+/// The contacts of a pair, with their places in Bullet's arrays.
 struct KeyedPair {
   BodyPairKey key;
   BodyPairContacts pair;
   struct Origin {
     ContactSource source;
     bool owner_is_b;
-    /// The impulse with which a sleeping owner's contact fell asleep, if it is known.
+    /// The contact's impulse when its owner fell asleep, if it is known.
     std::optional<ContactImpulses::Impulse> of_sleeper = std::nullopt;
   };
-  std::vector<Origin> origins;  ///< of pair.contacts
+  std::vector<Origin> origins;  ///< one for each of pair.contacts
 };
 
-/// What has begun, persists and has ended between two lists of pairs.
+/// Compares two lists of pairs: contacts that have begun, persist and have ended.
 class ContactEvents {
  public:
-  /// Compares with the list of the last call, which may be of many steps ago.
+  /// Compares with the list of the last call, which may be many steps old.
   void update(const std::vector<KeyedPair>& now);
   const std::vector<BodyPairContacts>& pairs() const { return pairs_; }
-  /// Nulls bodies that are not in it: the rest of a pair stays readable. Null: there are none any more.
+  /// Sets pointers to bodies that are not in the broad phase to null. The rest of a pair stays readable. If
+  /// `broadphase` is null, no bodies are left.
   void forget_what_is_gone(btBroadphaseInterface* broadphase);
 
  private:
   std::vector<KeyedPair> before_;
   std::vector<BodyPairContacts> pairs_;
-  std::vector<BodyPairKey> keys_;  ///< of pairs_
+  std::vector<BodyPairKey> keys_;  ///< one for each of pairs_
 };
 
 /// The contacts of a world's soft bodies in its last step.
 class ContactReadOut {
  public:
-  /// As the contacts stand in the arrays of these bodies, all of the world's. `broadphase` is theirs.
+  /// Reads the contacts from the arrays of `bodies`, which are all of the world's. `broadphase` is the world's.
   void read(ReadContacts read_contacts, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
             const NotesOfStep& notes);
-  /// The same contacts' impulses, as far as they are known.
+  /// Sets the impulses of the same contacts, if they are known.
   void set_impulses(const ContactImpulses& impulses);
-  /// Then: what the last pass of the step gave to these bodies, all of the world's, as impulses of pairs.
+  /// Adds the impulses of the step's last pass to the pairs. Call it after set_impulses(). `bodies` are all of the
+  /// world's.
   void add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies);
 
-  /// Since the step before, and since the last call. `broadphase` has what is in the world; null: nothing is.
+  /// Returns the events since the last step, or since the last call. `broadphase` has the world's bodies; null if there
+  /// are none.
   const std::vector<BodyPairContacts>& since_last_step(btBroadphaseInterface* broadphase);
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);
 

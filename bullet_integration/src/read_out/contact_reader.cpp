@@ -37,7 +37,7 @@ ContactSide face_side(const btSoftBody& body, const btSoftBody::Face& face, cons
   return side;
 }
 
-/// Of an edge-edge contact, whose first vertex on this side is contact.vertices[first].
+/// Returns the side of an edge-edge contact whose first vertex is contact.vertices[first].
 ContactSide edge_side(const btSoftBody& body, const Contact& contact, int first) {
   ContactSide side;
   side.feature = Feature::edge;
@@ -53,12 +53,12 @@ btScalar margin_of(const btSoftBody& body) {
   return body.getCollisionShape()->getMargin();
 }
 
-/// How far apart the solver wants node and face to be.
+/// Returns the distance at which the solver holds the node from the face.
 btScalar margin_at(const btSoftBody::SContact& entry, const btSoftBody& /*owner*/, const btSoftBody& /*other*/) {
   return entry.m_margin;
 }
 
-/// That of an entry that stands for several is larger: see write_deformable_contact().
+/// Ignores the entry's own margin, which is larger if it carries several contacts: see write_deformable_contact().
 btScalar margin_at(const btSoftBody::DeformableFaceNodeContact& /*entry*/, const btSoftBody& owner,
                    const btSoftBody& other) {
   return margin_of(owner) + margin_of(other);
@@ -115,7 +115,7 @@ ReadContact ContactReader::rigid_contact(const btSoftBody::sCti& contact, const 
   return read;
 }
 
-/// `node` is that of the first of its entries.
+/// `node` belongs to the first of the contact's entries.
 ReadContact ContactReader::edge_contact(const btSoftBody::Node& node, const ContactNotes::Note& note) const {
   ReadContact read{note.a, note.b, {}, note.source};
   const int index = index_of(*note.source.owner, node);
@@ -162,7 +162,7 @@ void ContactReader::read_classic(const btSoftBody& owner, std::vector<ReadContac
   for (int i = 0; i < owner.m_rcontacts.size(); ++i) {
     const btSoftBody::RContact& entry = owner.m_rcontacts[i];
     const ContactSource source = {&owner, ContactArray::rigid_node, i};
-    // What stands for a contact of a face, or link, has a plane that says nothing about where the node should be.
+    // An entry for a contact of a face or link has a plane that does not say where the node should be.
     const ContactNotes::Note* of_face = note_on_rigid(source);
     const btScalar distance = of_face != nullptr ? btScalar(of_face->contact.distance)
                                                  : entry.m_cti.m_normal.dot(entry.m_node->m_x) + entry.m_cti.m_offset;

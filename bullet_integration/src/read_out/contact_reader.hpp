@@ -6,17 +6,17 @@
 #include "contacts/contact_notes.hpp"
 #include "softcd/bullet/body_contacts.hpp"
 
-/// Reads the contacts that Bullet's solver gets back from Bullet's own arrays, whoever has put them there.
+/// Reads the contacts for Bullet's solver from Bullet's arrays, whether Bullet or softcd has written them.
 namespace softcd::bullet {
 
-/// What softcd's detectors have noted about the entries in Bullet's arrays, each about its own.
+/// The notes of softcd's detectors, each on its own entries in Bullet's arrays.
 struct NotesOfStep {
   const ContactNotes& soft;
   const ContactNotes& rigid_meshes;
   const ContactNotes& convex_shapes;
 };
 
-/// A contact with the bodies of its sides. `owner_is_b`: the entry's node, or its soft body, is on side b.
+/// A contact with the bodies of its sides. `owner_is_b` says whether the owner of the entry is on side b.
 struct ReadContact {
   const btSoftBody* a;
   const btCollisionObject* b;
@@ -25,14 +25,14 @@ struct ReadContact {
   bool owner_is_b = false;
 };
 
-/// Of a step of one world: `bodies` are its soft bodies, which do not change meanwhile. A contact between two of them
-/// has the one that comes first there on side a.
+/// Reads the contacts of one step of a world. `bodies` are its soft bodies, and must not change. In a contact between
+/// two of them, side a is the one that comes first in `bodies`.
 class ContactReader {
  public:
-  /// All outlive it.
+  /// All arguments must outlive it.
   ContactReader(Span<btSoftBody* const> bodies, const NotesOfStep& notes);
 
-  /// The contacts in the arrays of the classic worlds, or of the deformable one.
+  /// Appends the contacts in the arrays of the classic worlds, or of the deformable one.
   void read_classic(const btSoftBody& owner, std::vector<ReadContact>& contacts) const;
   void read_deformable(const btSoftBody& owner, std::vector<ReadContact>& contacts) const;
 
@@ -51,11 +51,11 @@ class ContactReader {
                  btVector3 SoftContact::*weights, std::vector<ReadContact>& contacts) const;
   ReadContact edge_contact(const btSoftBody::Node& node, const ContactNotes::Note& note) const;
   const ContactNotes::Note* note_on_rigid(const ContactSource& source) const;
-  /// `distance` is between `side` and where the solver wants it to be.
+  /// `distance` is that between `side` and the place to which the solver moves it.
   ReadContact rigid_contact(const btSoftBody::sCti& contact, const ContactSide& side, btScalar distance,
                             const ContactSource& source) const;
 
-  std::vector<FaceRange> faces_;  ///< by address
+  std::vector<FaceRange> faces_;  ///< sorted by address
   std::unordered_map<const btSoftBody*, std::size_t> orders_;
   NotesOfStep notes_;
 };

@@ -44,8 +44,8 @@ struct RigidConstraints {
   const btAlignedObjectArray<btDeformableFaceRigidContactConstraint>& of_faces;
 };
 
-/// Whether the constraints are about these contacts. A body may have come since then, to where another one was that is
-/// deleted.
+/// Returns whether the constraints belong to these contacts. They may belong to a deleted body whose address a new body
+/// has.
 template <class Entry, class Constraint>
 bool are_about(const btAlignedObjectArray<Constraint>& constraints, const btAlignedObjectArray<Entry>& entries) {
   if (constraints.size() == 0) return true;
@@ -55,7 +55,7 @@ bool are_about(const btAlignedObjectArray<Constraint>& constraints, const btAlig
   return !is_before(first, &entries[0]) && is_before(first, &entries[0] + entries.size());
 }
 
-/// None for a body that has come since the solve. The solver numbers bodies as they were then.
+/// Returns none for a body that was added after the solve. The solver numbers bodies as they were then.
 std::optional<RigidConstraints> rigid_constraints_of(const btSoftBody& body, const btDeformableBodySolver& solver,
                                                      std::size_t likely_place) {
   const btDeformableContactProjection& kept = solver.m_objective->m_projection;
@@ -70,8 +70,9 @@ std::optional<RigidConstraints> rigid_constraints_of(const btSoftBody& body, con
   return are_its ? std::optional(constraints) : std::nullopt;
 }
 
-/// A constraint keeps by what its impulses have changed the velocity of the soft body at the contact (m_total_normal_dv
-/// and m_total_tangent_dv); m_c5 is the inverse mass there. Bullet's weights give a face less than that.
+/// Computes impulses from constraints. A constraint stores the change of the soft body's velocity at the contact by its
+/// impulses (m_total_normal_dv and m_total_tangent_dv); m_c5 is the inverse mass there. Bullet's weights give a face
+/// less than that.
 template <class Entry, class Constraint>
 void read_constraints(const btAlignedObjectArray<Entry>& entries, const btAlignedObjectArray<Constraint>& constraints,
                       Impulses& impulses) {
@@ -86,7 +87,7 @@ void read_constraints(const btAlignedObjectArray<Entry>& entries, const btAligne
   }
 }
 
-/// The impulse on a node that its contacts' constraints do not account for, and the number of these contacts.
+/// The impulse on a node that its contacts' constraints do not explain, and the number of these contacts.
 struct Reaction {
   btVector3 rest{0, 0, 0};
   int contact_count = 0;
@@ -104,7 +105,7 @@ void take_from_rests(const btAlignedObjectArray<Constraint>& constraints, Reacti
   }
 }
 
-/// The contacts of a node have equal shares of its rest.
+/// Divides a node's unexplained impulse equally among its contacts.
 template <class Entry, class Constraint>
 void add_rests(const btAlignedObjectArray<Entry>& entries, const btAlignedObjectArray<Constraint>& constraints,
                const Reactions& reactions, Impulses& impulses) {
@@ -125,13 +126,13 @@ void oppose_immovable(const btAlignedObjectArray<Entry>& entries, Impulses& impu
   }
 }
 
-/// Whether none has come or gone since the solve.
+/// Returns whether no body was added or removed since the solve.
 bool has_these(const btDeformableBodySolver& solver, Span<btSoftBody* const> bodies) {
   const Span<btSoftBody* const> solved = span_of(solver.m_objective->m_projection.m_softBodies);
   return std::equal(bodies.begin(), bodies.end(), solved.begin(), solved.end());
 }
 
-/// The impulses of the damping within the bodies on their nodes, in a step of the explicit solver. That solver's
+/// Returns the impulses on the nodes of the damping within the bodies, in a step of the explicit solver. That solver's
 /// velocities include those of split impulses.
 btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
                                                  btScalar time_step) {
@@ -151,7 +152,7 @@ btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver,
   return impulses;
 }
 
-/// Appends 0 to count - 1, shuffled in Bullet's way.
+/// Appends 0 to count - 1, shuffled as Bullet does.
 void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& order) {
   const auto first = static_cast<std::ptrdiff_t>(order.size());
   order.resize(order.size() + static_cast<std::size_t>(count));
@@ -193,8 +194,8 @@ void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar tim
   }
 }
 
-/// Adds the impulses that constraints do not account for to the contacts of each node. A node on an anchor gets none:
-/// there the anchor gives them.
+/// Adds the impulses that constraints do not explain to the contacts of each node. Nodes on anchors are left out,
+/// because their anchors give these impulses.
 void DeformableImpulses::add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
                                        btScalar time_step) {
   const btAlignedObjectArray<btVector3> damping = damping_impulses(solver, bodies, time_step);

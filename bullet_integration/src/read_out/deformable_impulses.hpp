@@ -9,22 +9,22 @@ class btDeformableBodySolver;
 
 namespace softcd::bullet {
 
-/// What contacts give in the deformable world.
+/// Measures the impulses of contacts in the deformable world.
 ///
-/// Bullet's constraints keep what contacts with rigid objects gave. The solver then goes on with the damping within the
-/// soft bodies while it holds nodes in the directions of their contacts: what holds them against that is an impulse of
-/// the contacts, too. It is what a node's momentum has changed by without its share of the damping.
+/// Bullet's constraints store the impulses of contacts with rigid objects. The solver then applies the damping within
+/// the soft bodies, while it holds nodes in the directions of their contacts. The contacts resist the damping by a
+/// further impulse. It is the change of a node's momentum without the damping's share and without the stored impulses.
 class DeformableImpulses {
  public:
-  /// Right before Bullet's solver.
+  /// Saves the nodes' velocities. Call it right before Bullet's solver.
   void keep_velocities(Span<btSoftBody* const> bodies);
-  /// After Bullet's solver, which keeps what contacts with rigid objects gave until the next step: these impulses;
-  /// `bodies` are all of the world's, in its order. `time_step` is 0 where velocities have been changed since: the soft
-  /// bodies' impulses are those of the constraints alone then.
+  /// Reads the impulses of contacts with rigid objects. Call it after Bullet's solver, which stores them until the next
+  /// step. `bodies` are all of the world's, in its order. Pass 0 as `time_step` if velocities have changed since: the
+  /// soft bodies' impulses are then those of the constraints alone.
   void read_rigid(Span<btSoftBody* const> bodies, btScalar time_step);
-  /// And what apply_repulsion() needs, after the same.
+  /// Does the same, and prepares apply_repulsion().
   void prepare(Span<btSoftBody* const> bodies, btScalar time_step);
-  /// Does what applyRepulsionForce of Bullet's world does, with one contact at a time. Throws nothing.
+  /// Does the work of applyRepulsionForce of Bullet's world, one contact at a time. Throws nothing.
   void apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 
   const ContactImpulses& impulses() const { return impulses_; }
@@ -34,7 +34,7 @@ class DeformableImpulses {
 
   ContactImpulses impulses_;
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> velocities_;  ///< before Bullet's solver
-  std::vector<int> order_;  ///< of all active bodies' contacts, one body's after the other's
+  std::vector<int> order_;  ///< of all active bodies' contacts, body by body
   std::minstd_rand random_;
 };
 

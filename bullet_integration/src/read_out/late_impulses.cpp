@@ -8,10 +8,10 @@
 namespace softcd::bullet {
 namespace {
 
-/// Several contacts of one node want their turns.
+/// Number of rounds, since a node may have several contacts.
 constexpr int kRounds = 4;
 
-/// Adds to `impulses`, of the contacts one by one, unless that is null.
+/// Adds each contact's impulse to `impulses`, unless that is null.
 void solve_once(btSoftBody& body, std::vector<ContactImpulses::Impulse>* impulses) {
   if (impulses == nullptr) {
     btSoftBody::PSolve_RContacts(&body, 1, 0);
@@ -24,7 +24,7 @@ void solve_once(btSoftBody& body, std::vector<ContactImpulses::Impulse>* impulse
   }
 }
 
-/// `before` has room for the body's nodes.
+/// `before` has capacity for the body's nodes.
 void solve_contacts(btSoftBody& body, std::vector<btVector3>& before, std::vector<ContactImpulses::Impulse>* impulses) {
   before.clear();
   for (int i = 0; i < body.m_nodes.size(); ++i) before.push_back(body.m_nodes[i].m_x);
@@ -39,7 +39,8 @@ bool is_among(const btCollisionObjectArray& objects, const btCollisionObject* ob
   return objects.findLinearSearch(const_cast<btCollisionObject*>(object)) != objects.size();
 }
 
-/// Where a body is to drift back the solver has put its result in place of where the nodes started.
+/// Returns false for bodies that drift back (diterations): the solver has overwritten their nodes' start positions with
+/// its result.
 bool can_be_solved(const btSoftBody& body, const btCollisionObjectArray& objects) {
   if (!is_among(objects, &body) || !body.isActive() || body.m_cfg.diterations > 0) return false;
   const btCollisionObject* last_seen = nullptr;  // contacts with one object follow each other
@@ -51,7 +52,7 @@ bool can_be_solved(const btSoftBody& body, const btCollisionObjectArray& objects
   return true;
 }
 
-/// Whether a node is deeper than the body's margin, where the next step could find it on the other side.
+/// Returns whether a node is deeper than the body's margin. The next step could find it on the other side.
 bool has_deep_node(const btSoftBody& body) {
   const btScalar margin = body.getCollisionShape()->getMargin();
   for (int i = 0; i < body.m_rcontacts.size(); ++i) {

@@ -9,24 +9,26 @@
 
 namespace softcd::bullet {
 
-/// What ends a step of Bullet's classic worlds where soft bodies and convex shapes have met on their way.
-/// Bullet moves rigid bodies first and solves soft bodies then, so that what stops a rigid body does so from the next
-/// step on, when it is through; and solves contacts before links, which pull nodes back through what they were pushed
-/// out of. Here contacts are solved once more, last of all, and rigid bodies go back to where their new velocities
-/// would have led.
+/// Solves contacts once more at the end of a step in Bullet's classic worlds, for soft bodies that have met convex
+/// shapes.
+///
+/// Bullet moves rigid bodies before it solves soft bodies. So a soft body stops a rigid one only from the next step on,
+/// when it may be through. Bullet also solves contacts before links, which may pull nodes back into the shape. Here
+/// contacts come last, and rigid bodies are moved to where their new velocities would have led.
 class LateImpulses {
  public:
   void clear();
-  /// Throws std::bad_alloc. Each may be told several times.
+  /// Adds a soft body and the object that it meets. A pair may be added several times. Throws std::bad_alloc.
   void add(btSoftBody& soft, const btCollisionObject& object);
-  /// For a body with contacts on rigid meshes: solves them once more where the links have pulled a node deeper than the
+  /// Adds a body with contacts on rigid meshes. They are solved again if links have pulled a node deeper than the
   /// body's margin. Throws std::bad_alloc.
   void add_on_mesh(btSoftBody& soft);
 
-  /// When rigid bodies have been moved, before soft bodies are solved.
+  /// Saves the rigid bodies' velocities. Call it after Bullet has moved rigid bodies, before it solves soft bodies.
   void keep_velocities();
-  /// Afterwards, once. What is not among the world's objects any more is left alone, and so is what touches it. Adds
-  /// what contacts give to `impulses`, unless that is null, where those of the solver before are known.
+  /// Solves the contacts. Call it once, after Bullet's solver. Skips bodies that are no longer among the world's
+  /// objects, and bodies that touch such objects. Adds the impulses to `impulses` for bodies whose solver impulses are
+  /// known there, unless it is null.
   void answer(const btCollisionObjectArray& objects, btScalar time_step, ContactImpulses* impulses);
 
  private:
@@ -36,8 +38,8 @@ class LateImpulses {
   };
   std::vector<Rigid> rigid_;
   std::vector<btSoftBody*> soft_;
-  std::vector<btSoftBody*> on_meshes_;  ///< solved once more only where they are deep
-  std::vector<btVector3> before_;       ///< reserved where a body is added, so that answer() needs no memory
+  std::vector<btSoftBody*> on_meshes_;  ///< solved again only if a node is deep
+  std::vector<btVector3> before_;       ///< reserved by add(), so that answer() allocates nothing
 };
 
 }  // namespace softcd::bullet

@@ -5,11 +5,11 @@
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "read_out/contact_read_out.hpp"
 
-/// Makes Bullet's functions that answer all entries of an array answer one at a time, so that each one's impulse can be
-/// told from what its nodes had before and have after it.
+/// Makes Bullet's functions, which solve all entries of an array, solve one at a time. The nodes' states before and
+/// after then give each entry's impulse.
 namespace softcd::bullet {
 
-/// Calls visit(entry) while the array has no other entry than the i-th, which stands first in it.
+/// Calls visit(entry) while the i-th entry is the array's first and only one.
 template <class Entry, class Visit>
 void with_single_entry(btAlignedObjectArray<Entry>& array, int i, Visit visit) {
   const int count = array.size();
@@ -21,8 +21,8 @@ void with_single_entry(btAlignedObjectArray<Entry>& array, int i, Visit visit) {
   if (i > 0) btSwap(entries[0], entries[i]);
 }
 
-/// What solve() gives to the node and to the face of an entry, as changes of `moved`; mass times that times `unit` is
-/// momentum. Nodes without mass are given nothing.
+/// Returns the impulses of solve() on an entry's node and face, from the changes of the member `moved`. Mass times that
+/// change times `unit` is momentum. Nodes without mass get no impulse.
 template <class SoftEntry, class Solve>
 ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSoftBody::Node::*moved, btScalar unit,
                                           Solve solve) {
@@ -33,7 +33,7 @@ ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSo
   solve();
   ContactImpulses::Impulse impulse;
   for (int i = 0; i < 4; ++i) {
-    // What stands for a link may have a node twice.
+    // A face that represents a link may have a node twice.
     const bool is_counted = std::find(nodes, nodes + i, nodes[i]) != nodes + i;
     if (!(nodes[i]->m_im > 0) || is_counted) continue;
     (i == 0 ? impulse.on_owner : impulse.on_other) += (nodes[i]->*moved - before[i]) * (unit / nodes[i]->m_im);
@@ -41,8 +41,8 @@ ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSo
   return impulse;
 }
 
-/// Solves the only contact of a body with a rigid object, and returns what that gives to the node and to the object. A
-/// node without mass is given nothing, and what an object that no impulse moves is given is told from the node.
+/// Solves the only contact of a body with a rigid object, and returns the impulses on the node and on the object. A
+/// node without mass gets none. An object that no impulse moves gets the opposite of the node's.
 inline ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, const btSoftBody::RContact& contact,
                                                           btScalar progress) {
   const btSoftBody::Node& node = *contact.m_node;

@@ -20,7 +20,8 @@ Span<Node> nodes_of(btSoftBody& body) {
   return {&body.m_nodes[0], static_cast<std::size_t>(body.m_nodes.size())};
 }
 
-/// Puts back, when it goes, what the solver changes: nodes of soft bodies, velocities of what they touch or hang on.
+/// Restores everything that the solver changes when it is destroyed: nodes of soft bodies, and velocities of the
+/// objects that they touch or are anchored to.
 class StateKept {
  public:
   explicit StateKept(Span<btSoftBody* const> bodies) {
@@ -71,7 +72,7 @@ class StateKept {
   std::unordered_map<btMultiBody*, std::vector<btScalar>> multibodies_;
 };
 
-/// Solves one body as btSoftBody::solveConstraints does, but for its clusters.
+/// Solves one body as btSoftBody::solveConstraints does, without clusters.
 class BodySolver {
  public:
   BodySolver(btSoftBody& body, Impulses& soft, Impulses& rigid) : body_(body), soft_(soft), rigid_(rigid) {

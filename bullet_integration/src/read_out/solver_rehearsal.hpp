@@ -4,24 +4,26 @@
 
 namespace softcd::bullet {
 
-/// What each contact gives in the coming run of Bullet's soft body solver in a classic world, which keeps no impulses.
+/// Simulates the coming run of Bullet's soft body solver in a classic world, to learn the impulse of each contact.
+/// Bullet itself stores no impulses.
 ///
-/// All bodies are solved as btSoftBody::solveConstraints would, by Bullet's own functions for each kind of constraint,
-/// with the contacts one after the other; the positions before and after a contact tell its impulse. Then everything is
-/// put back as it was. Where Bullet's solver has come to other positions than the rehearsal afterwards (clusters, a
-/// solver of the app's, a callback that moved something in between), the impulses of those bodies are not known.
+/// Each body is solved as btSoftBody::solveConstraints would, by Bullet's own functions for each kind of constraint,
+/// but with one contact after the other. The positions before and after a contact give its impulse. Then everything is
+/// restored. If Bullet's solver then arrives at other positions (because of clusters, the app's own solver, or a
+/// callback that moves bodies), the impulses of those bodies are not known.
 class SolverRehearsal {
  public:
-  /// When the solver is about to run for these bodies, all of the world's.
+  /// Runs the simulation. Call it when the solver is about to run. `bodies` are all of the world's.
   void run(Span<btSoftBody* const> bodies);
-  /// When it has run, and these are the bodies in the world: drops the impulses of bodies that went elsewhere.
+  /// Drops the impulses of bodies with other positions than simulated. Call it after the solver. `bodies` are the
+  /// world's bodies now.
   void confirm(Span<btSoftBody* const> bodies);
   ContactImpulses& impulses() { return impulses_; }
 
  private:
   struct Ends {
     const btSoftBody* body;
-    const btCollisionObject* object;  ///< the same
+    const btCollisionObject* object;  ///< the same object
     std::vector<btVector3> positions;
   };
 

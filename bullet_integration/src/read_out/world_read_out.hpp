@@ -7,47 +7,50 @@
 
 namespace softcd::bullet {
 
-/// What Settings::read_out asks for, in the course of a step. Does nothing where that is off.
+/// Reads contacts and impulses in the course of a step as Settings::read_out says. Does nothing if it is off.
 class WorldReadOut {
  public:
-  /// `settings` outlives it.
+  /// `settings` must outlive it.
   WorldReadOut(ReadContacts read_contacts, const Settings& settings)
       : read_contacts_(read_contacts), settings_(settings) {}
 
   void follow_settings();
 
-  /// A world's step begins, which calls finish() at its end. Without, the step is over when contacts are read.
+  /// Begins a step of a world that calls finish() at its end. Without this call, read() ends the step.
   void begin_step() {
     is_in_step_ = true;
     rehearsal_ = {};
   }
-  /// When all contacts stand in the arrays of these bodies, all of the world's, and before the solver moves them.
+  /// Reads the contacts. Call it when all of them are in the arrays of `bodies`, all of the world's, and before the
+  /// solver moves these.
   void read(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, const NotesOfStep& notes);
   void finish(btBroadphaseInterface& broadphase);
 
-  /// Classic worlds: right before the solver of soft bodies runs, and when it has run. `bodies` are in the world then.
+  /// Classic worlds: call these right before the solver of soft bodies runs, and right after. `bodies` are in the world
+  /// at that time.
   void rehearse_solver(Span<btSoftBody* const> bodies);
   void confirm_rehearsal(Span<btSoftBody* const> bodies);
-  /// What the solver gave, to which others add what they give; null where nobody asks for it.
+  /// Returns the solver's impulses, for others to add theirs; null if the settings need no impulses.
   ContactImpulses* rehearsed_impulses() {
     return settings_.read_out == ReadOut::impulses ? &rehearsal_.impulses() : nullptr;
   }
   void take_rehearsed_impulses();
-  /// When the impulses are known: what the last pass of the step gave, to these bodies, all of the world's.
+  /// Adds the impulses of the step's last pass. Call it when the contacts' impulses are known. `bodies` are all of the
+  /// world's.
   void add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies);
-  /// Deformable world: right before Bullet's solver.
+  /// Deformable world: call it right before Bullet's solver.
   void keep_velocities(Span<btSoftBody* const> bodies);
-  /// Deformable world: in place of applyRepulsionForce; false where that is to be called.
+  /// Deformable world: replaces applyRepulsionForce. If it returns false, call that instead.
   bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 
-  /// Deformable world, where applyRepulsionForce was called: what contacts with rigid objects gave, as long as Bullet's
-  /// solver keeps it.
+  /// Deformable world, if applyRepulsionForce was called: reads the impulses of contacts with rigid objects while
+  /// Bullet's solver stores them.
   void take_rigid_impulses(Span<btSoftBody* const> bodies);
 
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);
 
  private:
-  /// False when it has failed: there are no contacts then.
+  /// Returns false after a failure; the contacts are then empty.
   template <class Work>
   bool run(Work work) {
     try {
@@ -59,7 +62,7 @@ class WorldReadOut {
       return false;
     }
   }
-  /// Returns false also where impulses are not asked for.
+  /// Also returns false if the settings need no impulses.
   template <class Work>
   bool run_for_impulses(Work work) {
     return settings_.read_out == ReadOut::impulses && run(work);
@@ -67,7 +70,7 @@ class WorldReadOut {
 
   ReadContacts read_contacts_;
   const Settings& settings_;
-  Failures failures_{"a step goes on without a list of what touches"};
+  Failures failures_{"the step has no list of contacts"};
   ContactReadOut contacts_;
   SolverRehearsal rehearsal_;
   DeformableImpulses deformable_impulses_;

@@ -15,7 +15,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// Points nearer than this share of the core's extent are one, as rounding has made them two.
+/// Points closer than this share of the core's extent count as one point: only rounding separates them.
 constexpr btScalar kSamePoint = btScalar(1e-5);
 
 class MeshCorners : public btInternalTriangleIndexCallback {
@@ -53,7 +53,7 @@ Directions all_around() {
   return around(1, latitudes);
 }
 
-/// The rims of cylinders and cones, and a cone's tip.
+/// Returns the directions of the rims of cylinders and cones, and of a cone's tip.
 const Directions& towards_rims(int axis) {
   static const auto make = [](int of) { return around(of, {-SIMD_PI / 4, SIMD_PI / 4, SIMD_HALF_PI}); };
   static const std::array<Directions, 3> made = {make(0), make(1), make(2)};
@@ -69,7 +69,7 @@ Directions towards_corners() {
   return directions;
 }
 
-/// In which the shape has all points that it is to be told by farthest.
+/// Returns directions whose farthest points represent the shape.
 const Directions& directions_of(const btConvexShape& shape) {
   static const Directions corners = towards_corners();
   static const Directions all = all_around();
@@ -87,7 +87,7 @@ const Directions& directions_of(const btConvexShape& shape) {
   }
 }
 
-/// A box's own vertices have its margin in them.
+/// Returns the core's points. A box's own vertices include its margin, so they are not used.
 std::vector<btVector3> points_of(const btConvexShape& shape) {
   std::vector<btVector3> points;
   if (shape.getShapeType() == CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE) {

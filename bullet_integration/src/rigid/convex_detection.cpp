@@ -29,8 +29,8 @@ bool wants_faces(const btSoftBody& soft, const btCollisionObject& object) {
   }
 }
 
-/// Whether the object can be touched there: its point is the farthest along the normal. Points deeper in the shape, or
-/// on its other side, are near for another reason.
+/// Returns whether the object can be touched there: its point has to be the farthest along the normal. Points deeper in
+/// the shape, or on its other side, are near for another reason.
 bool can_touch(const ConvexCore& core, const RigidTouch& touch) {
   const btVector3 point = lerp(touch.object_point_t0, touch.object_point_t1, btScalar(touch.time_of_impact));
   return core.is_farthest(point, touch.normal, double(touch.time_of_impact));
@@ -55,7 +55,7 @@ void ConvexDetection::follow_settings() {
   shapes_.end_step();
 }
 
-/// With all the soft bodies that the object may touch.
+/// Puts the object's shapes into the scene, for all soft bodies that it may touch.
 void ConvexDetection::require_shapes(Span<const RigidPair> pairs, btScalar time_step) {
   const btCollisionObject& object = *pairs[0].object;
   std::vector<RigidBox> boxes;
@@ -87,7 +87,7 @@ void ConvexDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_
   BT_PROFILE("softcd convex shapes");
   touches_.forget_notes();
   meetings_.clear();
-  // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
+  // Skips sleeping bodies: Bullet neither solves nor clears their contacts, which would pile up.
   std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_faces.size() == 0; });
   shapes_.begin_step();
   native_.clear();
@@ -96,7 +96,7 @@ void ConvexDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_
     if (read.insert(pair.soft).second) native_.read(*pair.soft);
     mirror_.require(*pair.soft, /*needs_way=*/true);
   }
-  // Objects in the order in which Bullet came upon them: addresses differ from run to run.
+  // Takes objects in the order in which Bullet dispatched them, because addresses differ from run to run.
   for (auto begin = pairs.begin(); begin != pairs.end();) {
     const btCollisionObject* const object = begin->object;
     const auto end =
@@ -130,7 +130,7 @@ void ConvexDetection::find_corner(const ShapeContact& found) {
   btSoftBody& soft = *found.soft.body;
   if (!wants_faces(soft, *found.part.object) || contact.feature_b >= found.soft.mesh.face_count) return;
   btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
-  // At a border it comes up for the faces on both sides.
+  // A corner at a border has a contact with each of the faces there.
   const void* nodes[3];
   for (int i = 0; i < 3; ++i) nodes[i] = contact.weights[1 + i] > float(kLeastWeight) ? face.m_n[i] : nullptr;
   std::sort(nodes, nodes + 3, std::less<>());
@@ -155,7 +155,7 @@ void ConvexDetection::find_edge(const ShapeContact& found) {
 void ConvexDetection::add_face_touch(const ShapeContact& found, btSoftBody::Face& face, const btVector3& weights) {
   const ConvexCore& core = found.part.shape;
   RigidTouch touch = found.touch(found.margin());
-  // Bodies that intersect already, as Bullet's solver left them, part along the shorter way.
+  // Bodies that already intersect, because Bullet's solver left them so, part along the shorter way.
   const bool may_be_inside = !(touch.time_of_impact > 0);
   if (may_be_inside && core.is_pierced(point_on(face, weights, ends_.start), touch.normal))
     touch.normal = -touch.normal;
@@ -165,7 +165,7 @@ void ConvexDetection::add_face_touch(const ShapeContact& found, btSoftBody::Face
   meetings_.emplace_back(found.soft.body, touch.object);
 }
 
-/// Bullet's own test looks at where nodes are, not at their way.
+/// Finds nodes that Bullet's own test misses, as it uses their positions at one time and not their paths.
 void ConvexDetection::find_node(const ShapeContact& found) {
   btSoftBody& soft = *found.soft.body;
   btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
@@ -173,7 +173,7 @@ void ConvexDetection::find_node(const ShapeContact& found) {
   const RigidTouch touch = found.touch(found.margin());
   if (depth(touch, node.*ends_.end, touch.object_point_t1) >= 0 || !can_touch(found.part.shape, touch)) return;
   if (native_.hold(node, touch)) return;
-  // At edges it comes up for the triangles on both sides.
+  // A node at an edge has a contact with each of the triangles there.
   if (!known_.emplace(found.part.id.value, kNoIndex, &node, nullptr, nullptr).second) return;
   native_.doubt(node, *found.part.object);
   touches_.add(soft, node, touch);

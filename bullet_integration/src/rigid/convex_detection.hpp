@@ -14,13 +14,13 @@
 
 namespace softcd::bullet {
 
-/// Finds what Bullet's test of nodes with convex shapes leaves out, on the way of a step: corners of the shapes against
-/// faces of soft bodies, edges against edges, and nodes that the test has missed.
+/// Finds contacts that Bullet's test of nodes with convex shapes misses during a step: corners of shapes on faces of
+/// soft bodies, edges on edges, and missed nodes.
 class ConvexDetection {
  public:
   using Kind = NodeEnds;
 
-  /// `ends`, `mirror` and `settings` outlive it.
+  /// `ends`, `mirror` and `settings` must outlive it.
   ConvexDetection(const NodeEnds& ends, WorldMirror& mirror, const Settings& settings);
   ConvexDetection(const ConvexDetection&) = delete;
   ConvexDetection& operator=(const ConvexDetection&) = delete;
@@ -28,22 +28,22 @@ class ConvexDetection {
   void follow_settings();
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
-  /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
+  /// Returns notes on the contacts that the last find_contacts() wrote, if Settings::read_out is on.
   const ContactNotes& notes() const { return touches_.notes(); }
-  /// When Bullet has processed these pairs: appends what it has no contacts for to the bodies' m_rcontacts (with
-  /// SDF_RS), or m_nodeRigidContacts and m_faceRigidContacts (with SDF_RD and SDF_RDN; SDF_RDF for rigid bodies,
+  /// Appends missing contacts of these pairs, which Bullet has processed. They go to the bodies' m_rcontacts (with
+  /// SDF_RS), or to m_nodeRigidContacts and m_faceRigidContacts (with SDF_RD and SDF_RDN; SDF_RDF for rigid bodies,
   /// SDF_MDF for links of multibodies).
   void find_contacts(std::vector<RigidPair> pairs, btScalar time_step);
   using Meeting = std::pair<btSoftBody*, const btCollisionObject*>;
-  /// Returns the pairs that the last find_contacts() has found to meet on their way, or to be in each other.
+  /// Returns the pairs that, by the last find_contacts(), meet on their paths or intersect.
   Span<const Meeting> meetings() const { return meetings_; }
 
  private:
-  /// A convex part of an object, numbered through the compounds that it is made of.
+  /// Identifies a convex part of an object by its number among the simple shapes of the object's compounds.
   using PartKey = std::pair<const btCollisionObject*, int>;
   using Shapes = RigidParts<PartKey, ConvexCore>;
   using ShapeContact = RigidContact<Shapes::Part>;
-  /// A shape's id, its vertex, and the soft body's nodes there. Several pairs of triangles have it in common.
+  /// A shape's id, its vertex, and the soft body's nodes there. Several pairs of triangles can have the same place.
   using Place = std::tuple<std::uint32_t, std::uint32_t, const void*, const void*, const void*>;
 
   void require_shapes(Span<const RigidPair> pairs, btScalar time_step);

@@ -74,7 +74,7 @@ btTransform MeshWays::start_of(const btCollisionObject& object, btScalar time_st
   return is_moving(object) || !has_jumped(*object.getCollisionShape(), last, now) ? last : now;
 }
 
-/// As btRigidBody::saveKinematicState does for bodies that are awake.
+/// Sets velocities as btRigidBody::saveKinematicState does for bodies that are awake.
 void MeshWays::lend_velocity(btCollisionObject& object, const btTransform& start, btScalar time_step) {
   btRigidBody* body = btRigidBody::upcast(&object);
   if (body == nullptr || start == object.getWorldTransform() || !(time_step > 0)) return;

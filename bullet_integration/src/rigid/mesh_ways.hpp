@@ -11,33 +11,33 @@ class btRigidBody;
 
 namespace softcd::bullet {
 
-/// A rigid triangle mesh, and where it is at both ends of a step.
+/// A rigid triangle mesh and its poses at both ends of a step.
 struct MeshWay {
   btCollisionObject* object;
   const btConcaveShape* shape;
-  int child;  ///< which of the object's meshes
+  int child;  ///< number of the mesh among the object's
   RigidPoses poses;
-  RigidBox box;  ///< around both
+  RigidBox box;  ///< around both poses
 };
 
-/// The ways of a world's rigid triangle meshes when Bullet has moved them. A step begins where the one before has
-/// ended, so that nothing is between two ways: Bullet moves kinematic objects in the first of a frame's steps, and
-/// keeps no more than their velocities.
+/// The paths of a world's rigid triangle meshes in a step. Each path begins where the last one ended, so that paths
+/// have no gaps between them. This class keeps these ends, because Bullet moves kinematic objects in the first step of
+/// a frame and keeps only their velocities.
 ///
-/// Bullet knows no velocity of a kinematic body that sleeps, nor where the app sets the interpolation transform as
-/// well. Such a body gets its velocity for the length of a step. Where it is further away than its own size it has
-/// jumped instead, and nothing is between the two places.
+/// Bullet knows no velocity of a kinematic body that sleeps, or whose interpolation transform the app sets as well.
+/// Such a body gets its velocity for the length of a step. If it has moved by more than its own size, it has jumped
+/// instead, and has no path.
 class MeshWays {
  public:
-  /// Before Bullet moves rigid objects in a step.
+  /// Saves where the meshes are. Call it before Bullet moves rigid objects in a step.
   void keep_starts(const btCollisionObjectArray& objects, btScalar time_step);
-  /// Afterwards, once.
+  /// Returns the meshes with their paths. Call it once, after Bullet has moved the objects.
   std::vector<MeshWay> find(const btCollisionObjectArray& objects);
 
  private:
   struct Lent {
     btRigidBody* body;
-    btVector3 linear, angular;  ///< its velocities before
+    btVector3 linear, angular;  ///< its own velocities, to be restored
   };
 
   btTransform start_of(const btCollisionObject& object, btScalar time_step) const;
@@ -46,7 +46,7 @@ class MeshWays {
 
   struct Track {
     btTransform start;  ///< of this step
-    btTransform last;   ///< where the object was seen last
+    btTransform last;   ///< the object's last known place
   };
   std::unordered_map<const btCollisionObject*, Track> tracks_;  ///< of objects that have meshes and may move
   std::vector<Lent> lent_;                                      ///< in this step

@@ -6,7 +6,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// Keeps the order of the others.
+/// Removes one contact and keeps the order of the others.
 template <class RigidContact>
 void remove_at(btAlignedObjectArray<RigidContact>& contacts, int index) {
   for (int i = index; i + 1 < contacts.size(); ++i) contacts.swap(i, i + 1);

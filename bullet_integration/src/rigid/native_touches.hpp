@@ -14,18 +14,18 @@ class NativeTouches {
   void clear();
   void read(btSoftBody& body);
 
-  /// Whether the node has a contact with the touch's object that pushes it to the same side.
+  /// Returns whether the node has a contact with the touch's object that pushes it to the same side.
   bool hold(const btSoftBody::Node& node, const RigidTouch& touch) const;
-  /// Whether the face has one, or all of its nodes that have a weight are kept off in nearly the touch's direction, so
-  /// that what is between them is, too.
+  /// Returns whether the face has such a contact, or all its nodes with a weight are pushed in nearly the touch's
+  /// direction. In the second case the surface between them is, too.
   bool hold(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch) const;
 
-  /// What stands in the way of a touch that they do not hold: contacts of the node with the object, of classic worlds,
-  /// that push through it. Bullet takes those from the end of a step, where what is fast has passed already. Those of
-  /// the deformable world have the normal of the start: one that differs is of another side of the object, around which
-  /// the body is bent, and without it the object sinks in.
+  /// Marks contacts of the node with the object that work against a new touch, in classic worlds only. There Bullet
+  /// takes contacts from the end of the step, when a fast node has already passed, so their normals may push through
+  /// the object. Contacts of the deformable world have the normal of the step's start. One that differs belongs to
+  /// another side of the object, around which the body is bent; without it the object would sink in.
   void doubt(const btSoftBody::Node& node, const btCollisionObject& object);
-  /// Takes what is doubted out of Bullet's arrays.
+  /// Removes the marked contacts from Bullet's arrays.
   void remove_doubted();
 
  private:

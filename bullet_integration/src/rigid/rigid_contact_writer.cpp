@@ -7,7 +7,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// What the formulas need of a rigid object; one that is no btRigidBody does not move.
+/// The data of a rigid object for the formulas. Objects that are no btRigidBody do not move.
 struct RigidPart {
   btRigidBody* body;
   btScalar inverse_mass = 0;
@@ -26,15 +26,15 @@ btScalar hardness(const btSoftBody& body, const btCollisionObject& object) {
   return object.isStaticOrKinematicObject() ? body.m_cfg.kKHR : body.m_cfg.kCHR;
 }
 
-// Bullet reads them for multibody links only.
+// Bullet reads these members for multibody links only.
 template <class RigidContact>
 void clear_tangents(RigidContact& contact) {
   contact.t1.setZero();
   contact.t2.setZero();
 }
 
-/// How a link, and all that it hangs on, answers an impulse at `point`; `inverse_mass` is the soft body's there, zero
-/// where the contact's matrix is to be of the link alone.
+/// Sets the response of a link, and of its whole multibody, to an impulse at `point`. `inverse_mass` is the soft body's
+/// there; it is ignored for reduced bodies, whose contact matrix is that of the link alone.
 template <class RigidContact>
 void set_link_response(const btMultiBodyLinkCollider& link, const btVector3& point, const btMatrix3x3& inverse_mass,
                        bool is_reduced, RigidContact& contact) {
@@ -55,8 +55,8 @@ void set_link_response(const btMultiBodyLinkCollider& link, const btVector3& poi
   contact.m_c0 = to_local.transpose() * (is_reduced ? of_link : Add(inverse_mass, of_link).inverse()) * to_local;
 }
 
-/// All of a contact of the point x of a soft body, which has moved by `motion`, but for its node, its plane and how
-/// much of the impulse moves the node.
+/// Makes a contact of the point x of a soft body, which has moved by `motion`. Leaves out its node, its plane and the
+/// part of the impulse that moves the node.
 btSoftBody::RContact contact_of_point(const btSoftBody& body, const btVector3& x, const btVector3& motion,
                                       btScalar inverse_mass, const RigidPart& rigid, const RigidTouch& touch) {
   const btScalar time_step = body.m_sst.sdt;
@@ -79,17 +79,17 @@ btSoftBody::RContact contact_of_point(const btSoftBody& body, const btVector3& x
   return contact;
 }
 
-/// Of the margin: leaves a node that was stopped with a motion away from the object, so that Bullet's solver lets go of
-/// it.
+/// Least depth, relative to the margin. It gives a stopped node a motion away from the object, so that Bullet's solver
+/// releases it.
 constexpr btScalar kLeastDepth = btScalar(1e-3);
-/// So small that the motion of a step makes no difference.
+/// Hardness so small that the motion of a step makes no difference.
 constexpr btScalar kFaceHardness = btScalar(1e-3);
 
-/// A point on a face that is pushed at its nodes by their weights.
+/// A point on a face whose nodes are pushed by their weights.
 struct WeightedPoint {
   btVector3 x{0, 0, 0}, motion{0, 0, 0};
-  /// At least half of what the node that gives way most has: where other nodes have no mass, and it has hardly any
-  /// weight, it does not move by more than twice what the point should.
+  /// At least half of the part of the node that gives way most. If the other nodes have no mass and this one has hardly
+  /// any weight, it then moves by at most twice what the point should.
   btScalar inverse_mass = 0;
 
   WeightedPoint(const btSoftBody::Face& face, const btVector3& weights) {
@@ -121,8 +121,9 @@ void write_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVecto
   const WeightedPoint point(face, weights);
   if (!(point.inverse_mass + rigid.inverse_mass > 0)) return;
   const btSoftBody::RContact whole = contact_of_point(body, point.x, point.motion, point.inverse_mass, rigid, touch);
-  // Beside what stops the approach, Bullet's solver adds m_c4 times the depth where the nodes are by then, and draws
-  // near what is not deep. Here it adds its hardness times the depth at which the step began, wherever the nodes are.
+  // Bullet's solver stops the approach, and adds m_c4 times the depth of the nodes at that time, so that it attracts
+  // nodes that are not deep. Here it adds the hardness times the depth at the start of the step, independent of the
+  // nodes' positions.
   const btScalar depth_at_start = depth(touch, point.x - point.motion, touch.object_point_t0);
   const btScalar depth_to_answer = btMin(depth_at_start, -kLeastDepth * touch.margin) * whole.m_c4 / kFaceHardness;
   for (int i = 0; i < 3; ++i) {
@@ -167,7 +168,7 @@ void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Node& node, co
 void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVector3& weights,
                                     const RigidTouch& touch) {
   const RigidPart rigid(*touch.object);
-  // Bullet's weights: of the impulse at the face's nodes.
+  // Bullet's weights of the impulse at the face's nodes.
   const btVector3 impulse_weights = 2 / (1 + weights.length2()) * weights;
   btScalar inverse_mass = 0;
   btVector3 point(0, 0, 0);
@@ -197,7 +198,7 @@ void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Face& face, co
     set_link_response(*link, point, Diagonal(inverse_mass), /*is_reduced=*/false, contact);
   }
   body.m_faceRigidContacts.push_back(contact);
-  // Bullet's cached contact point of the face, which it forgets whenever it looks for contacts.
+  // Clears Bullet's cached contact point of the face, as Bullet does when it detects contacts.
   face.m_pcontact[3] = 0;
 }
 

@@ -9,7 +9,7 @@
 namespace softcd::bullet {
 namespace {
 
-/// Regions reach beyond their boxes by this share of the boxes' size, so that what moves stays in them for some steps.
+/// Share of a box's size by which its region is larger on each side, so that moving bodies stay in it for some steps.
 constexpr btScalar kRegionGrowth = btScalar(0.25);
 
 bool contains(const RigidBox& outer, const RigidBox& inner) {
@@ -54,7 +54,7 @@ bool RigidMesh::read(const btConcaveShape& shape, const std::vector<RigidBox>& b
   return true;
 }
 
-// Corners at the same place become one vertex; a triangle that several regions have found stays once.
+// Merges corners at the same place into one vertex. A triangle that several regions have found is kept once.
 void RigidMesh::weld() {
   clear();
   std::map<decltype(coordinates(btVector3())), std::uint32_t> places;

@@ -8,20 +8,21 @@ class btConcaveShape;
 
 namespace softcd::bullet {
 
-/// The part of a rigid triangle mesh that soft bodies can touch, read anew in every step: meshes deform, are scaled, or
-/// make way for others at the same address. Which part that is changes rarely.
+/// The part of a rigid triangle mesh that soft bodies can touch. It is read in every step, because meshes deform, are
+/// scaled, or are replaced at the same address. The part itself rarely changes.
 class RigidMesh : public RigidShape {
  public:
-  /// Boxes of all that may touch it, in the shape's coordinates. True when the triangles are no longer the same.
+  /// Reads the triangles near `boxes`, which contain all bodies that may touch the mesh, in the shape's coordinates.
+  /// Returns whether the triangles have changed.
   bool read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes);
-  /// Whether all triangles that overlap this box have been read.
+  /// Returns whether all triangles that overlap this box have been read.
   bool covers(const RigidBox& box) const;
 
  private:
   void weld();
 
   std::vector<RigidBox> regions_;
-  std::vector<btVector3> corners_;  ///< of the triangles in the regions, three each
+  std::vector<btVector3> corners_;  ///< three for each triangle in the regions
 };
 
 }  // namespace softcd::bullet

@@ -11,18 +11,19 @@ namespace {
 
 using Flags = btSoftBody::fCollision;
 
-/// One node's contacts with one mesh whose normals are closer than that (8 degrees) are one: on a smooth surface a node
-/// touches several triangles at once.
+/// Contacts of a node with a mesh whose normals are closer than this (8 degrees) count as one: on a smooth surface a
+/// node touches several triangles at the same time.
 constexpr btScalar kSameNormal = btScalar(0.99);
 
-/// Nodes that are kept off nearly in a touch's direction (within 26 degrees) keep off what is between them, too.
+/// Nodes that contacts push in nearly a touch's direction (within 26 degrees) also keep off the surface between them.
 constexpr btScalar kNearlySameNormal = btScalar(0.9);
 
-/// Share of the margin at which corners and edges of a mesh hold faces. The nodes have contacts at the whole margin:
-/// on ground that is coarser than a cloth, corners are within the margin of most faces and need no contact.
+/// Share of the margin at which corners and edges of a mesh hold faces. Nodes are held at the whole margin. On ground
+/// that is coarser than a cloth, corners are within the margin of most faces, and need no contact of their own.
 constexpr btScalar kFaceMarginShare = btScalar(0.5);
 
-/// Whether edges of faces touch edges of meshes. In classic worlds CrossingPrevention keeps them apart.
+/// Returns whether edges of faces get contacts with edges of meshes. In classic worlds CrossingPrevention keeps them
+/// apart.
 bool holds_faces(const ContactsOfKind& kind) {
   return !kind.solves_in_turns;
 }
@@ -33,7 +34,7 @@ QueryOptions mesh_options(const ContactsOfKind& kind, const Settings& settings) 
   return options;
 }
 
-/// Whether Bullet's solver would see contacts of faces and links, where it is the deformable one.
+/// Returns whether Bullet's solver would use contacts of faces and links, if it is the deformable one.
 bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
   return !has_deformable_contacts(soft) || ((soft.m_cfg.collisions & (Flags::SDF_RDN | Flags::SDF_RDF)) != 0 &&
                                             object.getInternalType() == btCollisionObject::CO_RIGID_BODY);
@@ -73,11 +74,11 @@ void RigidMeshDetection::require_mesh(const MeshKey& key, Span<const RigidPair> 
 
 void RigidMeshDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_step) {
   touches_.forget_notes();
-  // Bullet neither solves nor clears the contacts of a body that sleeps: they would pile up.
+  // Skips sleeping bodies: Bullet neither solves nor clears their contacts, which would pile up.
   std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
   for (const RigidPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
   meshes_.begin_step();
-  // Meshes in the order in which Bullet came upon them: addresses, which make the key, differ from run to run.
+  // Takes meshes in the order in which Bullet dispatched them. Addresses, which make the key, differ from run to run.
   const auto key_of = [](const RigidPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
   for (auto begin = pairs.begin(); begin != pairs.end();) {
     const MeshKey key = key_of(*begin);
@@ -120,7 +121,7 @@ void RigidMeshDetection::find_touches() {
   add_edge_touches();
 }
 
-/// Adds, of one node's touches with one mesh, those with a direction of their own, the deepest.
+/// Adds the deepest touch in each distinct direction, of one node's touches with one mesh.
 void RigidMeshDetection::add_node_touches() {
   std::stable_sort(node_touches_.begin(), node_touches_.end(),
                    [](const NodeTouch& a, const NodeTouch& b) { return a.depth_at_end < b.depth_at_end; });
@@ -179,8 +180,8 @@ void RigidMeshDetection::find_edge_touch(const MeshContact& found) {
   }
 }
 
-/// Whether all nodes that have a weight have contacts that hold them off the object in that direction, as on a flat
-/// surface, whose triangles have corners and edges, too.
+/// Returns whether all nodes with a weight have contacts that push them off the object in that direction. This is the
+/// case on a flat surface, whose triangles have corners and edges, too.
 bool RigidMeshDetection::are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
                                   btScalar least_cosine) const {
   const auto is_held = [&](const btSoftBody::Node* node) {
@@ -193,7 +194,7 @@ bool RigidMeshDetection::are_held(const btSoftBody::Face& face, const btVector3&
   return true;
 }
 
-/// Keeps, of one edge's touches with one mesh, the deepest of each direction.
+/// Adds the deepest touch in each distinct direction, of one edge's touches with one mesh.
 void RigidMeshDetection::add_edge_touches() {
   for (auto& [key, touches] : edge_touches_) {
     const WorldMirror::Member& member = mirror_.member(BodyId{std::get<0>(key)});

@@ -13,13 +13,13 @@
 
 namespace softcd::bullet {
 
-/// Finds the contacts of soft bodies with rigid triangle meshes on the way of a step, whatever Settings::detection is:
-/// a surface has no inside, and what has passed through one cannot be told from what was always there.
+/// Finds the contacts of soft bodies with rigid triangle meshes along the paths of a step, whatever Settings::detection
+/// is. A surface has no inside, so positions alone do not tell whether a body has passed through it.
 class RigidMeshDetection {
  public:
   using Kind = ContactsOfKind;
 
-  /// `kind`, `mirror` and `settings` outlive it.
+  /// `kind`, `mirror` and `settings` must outlive it.
   RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings);
   RigidMeshDetection(const RigidMeshDetection&) = delete;
   RigidMeshDetection& operator=(const RigidMeshDetection&) = delete;
@@ -27,9 +27,9 @@ class RigidMeshDetection {
   void follow_settings();
   const Query& query() const { return query_; }
   std::vector<StageReport> explain() const { return query_.explain(); }
-  /// With Settings::read_out: about the contacts that the last find_contacts() wrote.
+  /// Returns notes on the contacts that the last find_contacts() wrote, if Settings::read_out is on.
   const ContactNotes& notes() const { return touches_.notes(); }
-  /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or m_nodeRigidContacts and
+  /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or to m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
   void find_contacts(std::vector<RigidPair> pairs, btScalar time_step);
 
@@ -42,7 +42,7 @@ class RigidMeshDetection {
     btScalar depth_at_end;
   };
   struct EdgeTouch {
-    btSoftBody::Face* face;  ///< at the edge, or standing for the link
+    btSoftBody::Face* face;  ///< at the edge, or representing the link
     RigidTouch touch;
     btVector3 weights;
     btScalar depth_at_end;
@@ -69,9 +69,9 @@ class RigidMeshDetection {
   Meshes meshes_;
   std::vector<NodeTouch> node_touches_;                  ///< of one node with one mesh
   std::vector<RigidTouches::FaceTouch> corner_touches_;  ///< corners of meshes on faces, in this step
-  /// Of this step: by edges, as ids of bodies and edges, and ids of meshes.
+  /// The touches of this step by the body's id, the edge, and the mesh's id.
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, EdgeTouches> edge_touches_;
-  /// By nodes and objects.
+  /// Normals of contacts by node and object.
   std::multimap<std::pair<const btSoftBody::Node*, const btCollisionObject*>, btVector3> node_normals_;
   RigidTouches touches_;
 };

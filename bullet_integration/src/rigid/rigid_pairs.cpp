@@ -23,7 +23,7 @@ bool meets_rigid_bodies(const btSoftBody& soft) {
   return kind == Flags::SDF_RS || kind == Flags::SDF_RD;
 }
 
-/// Links of multibodies too; not what does not respond to contacts.
+/// Admits links of multibodies, but no objects without response to contacts.
 bool takes_convex_shapes_of(const btSoftBody& soft, const btCollisionObject& object) {
   const int type = object.getInternalType();
   return meets_rigid_bodies(soft) && object.hasContactResponse() &&
@@ -31,8 +31,8 @@ bool takes_convex_shapes_of(const btSoftBody& soft, const btCollisionObject& obj
           type == btCollisionObject::CO_COLLISION_OBJECT);
 }
 
-/// Stands where another algorithm would have stood for a pair, for as long as Bullet keeps it, and does what that does
-/// where the pair is not taken over.
+/// Replaces another algorithm of a pair for as long as Bullet keeps it. Calls that algorithm for pairs that softcd does
+/// not take.
 class AlgorithmInFront : public btCollisionAlgorithm {
  public:
   /// Owns `original`.
@@ -85,7 +85,7 @@ bool RigidPairs::take(btSoftBody& soft, const btCollisionObjectWrapper& other) n
   const RigidPair pair = {&soft, &object, other.getCollisionShape(),
                           object.getWorldTransform().inverseTimes(other.getWorldTransform()), other.m_index};
   if (is_mesh) return takes_meshes_of(soft, object) && add(kind, pair);
-  // A compound's children come with a parent: it was told of as a whole.
+  // A compound's child has a parent. The compound itself was collected as a whole.
   if (other.m_parent == nullptr && takes_convex_shapes_of(soft, object)) add(kind, pair);
   return false;
 }
@@ -116,7 +116,7 @@ btCollisionAlgorithm* CollectingRigidPairs::CreateFunc::CreateCollisionAlgorithm
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* body0,
     const btCollisionObjectWrapper* body1) {
   btCollisionAlgorithm* original = registered_.original().CreateCollisionAlgorithm(info, body0, body1);
-  // Not from the dispatcher's pool, which does not look at sizes.
+  // Does not use the dispatcher's pool, which ignores sizes.
   void* memory = btAlignedAlloc(sizeof(AlgorithmInFront), 16);
   return new (memory) AlgorithmInFront(info, original, pairs_, is_swapped_);
 }

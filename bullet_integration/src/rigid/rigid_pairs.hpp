@@ -22,35 +22,36 @@ struct RigidPair {
   btSoftBody* soft;
   const btCollisionObject* object;
   const btCollisionShape* shape;  ///< a triangle mesh; or the object's whole shape, convex or a compound
-  btTransform shape_in_object;    ///< a compound's child is not at its object's origin
-  int child;                      ///< which of the object's children; -1 where the shape is the object's own
+  btTransform shape_in_object;    ///< differs from the identity for a compound's child
+  int child;                      ///< number among the object's children; -1 if the shape is the object's own
 };
 
 /// The kind of contacts that softcd detects in a pair.
 enum class RigidPairKind : std::uint8_t {
-  mesh,    ///< with a triangle mesh; Bullet does not process what is collected
-  convex,  ///< with an object that is convex or a compound; Bullet processes it as ever
+  mesh,    ///< with a triangle mesh; Bullet does not process collected pairs
+  convex,  ///< with a convex object or a compound; Bullet processes it as usual
 };
 
-/// Whether the shape is a btBvhTriangleMeshShape, one of its scaled and multi-material forms, GImpact or a
+/// Returns whether the shape is a btBvhTriangleMeshShape, one of its scaled and multi-material forms, GImpact or a
 /// btHeightfieldTerrainShape.
 bool is_triangle_mesh(const btCollisionShape& shape);
-/// Whether softcd looks after the soft body (which has SDF_RS or SDF_RD) and the object's meshes: not after those of
-/// multibody links, nor of what the body is anchored to without colliding with it.
+/// Returns whether softcd detects contacts of the soft body (with SDF_RS or SDF_RD) with the object's meshes. Not for
+/// meshes of multibody links, nor for objects to which the body is anchored with collisions disabled.
 bool takes_meshes_of(const btSoftBody& soft, const btCollisionObject& object);
 
-/// The pairs that come up while Bullet dispatches. Thread-safe: some dispatchers call from several threads.
+/// Collects pairs while Bullet dispatches. Thread-safe, because some dispatchers use several threads.
 class RigidPairs {
  public:
   struct Collected {
     std::vector<RigidPair> pairs;
-    bool is_complete = true;  ///< false where memory did not suffice
+    bool is_complete = true;  ///< false if memory ran out
   };
 
   void set_collecting(RigidPairKind kind, bool is_collecting) { list(kind).is_collecting = is_collecting; }
-  /// Adds the pair where its kind is collected and softcd looks after it. True where Bullet is not to process it.
+  /// Adds the pair if its kind is collected and softcd detects its contacts. Returns whether Bullet must not process
+  /// it.
   bool take(btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept;
-  /// Returns those since the last call, in the order in which threads came upon them: see restore_order().
+  /// Returns the pairs since the last call, in the order in which threads found them: see restore_order().
   Collected take_collected(RigidPairKind kind);
 
  private:
@@ -65,8 +66,8 @@ class RigidPairs {
   std::array<List, 2> lists_;
 };
 
-/// Between construction and destruction `dispatcher` hands over the pairs of these kinds whose algorithm it makes now,
-/// or made in such a time before. Allocates nothing.
+/// Makes `dispatcher` pass pairs of these kinds to `pairs` while it lives. This applies to pairs whose algorithm is
+/// made now, or was made while an earlier object of this class lived. Allocates nothing.
 class CollectingRigidPairs {
  public:
   CollectingRigidPairs(btCollisionDispatcher& dispatcher, std::shared_ptr<RigidPairs> pairs, bool meshes, bool convex);
@@ -75,7 +76,7 @@ class CollectingRigidPairs {
   CollectingRigidPairs& operator=(const CollectingRigidPairs&) = delete;
 
  private:
-  /// Makes algorithms in front of those that would have been made without it.
+  /// Makes algorithms that wrap those of the former create function.
   class CreateFunc : public btCollisionAlgorithmCreateFunc {
    public:
     CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, std::shared_ptr<RigidPairs> pairs);
@@ -91,16 +92,16 @@ class CollectingRigidPairs {
   void stand_before(btCollisionDispatcher& dispatcher, int type);
 
   std::shared_ptr<RigidPairs> pairs_;
-  /// Two for each type of shape. Bullet has fewer types than that.
+  /// Two for each type of shape; Bullet has fewer types.
   std::array<std::optional<CreateFunc>, 2 * std::size_t{MAX_BROADPHASE_COLLISION_TYPES}> creators_;
   std::size_t creator_count_ = 0;
 };
 
-/// Has Bullet, or the app where that has registered an algorithm, process a pair with a mesh. Not while pairs are
+/// Processes a pair with a mesh by the registered algorithm, Bullet's or the app's. Must not be called while pairs are
 /// collected.
 void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
 
-/// Frees the algorithms of pairs of soft bodies and others: the next dispatch makes new ones.
+/// Frees the algorithms of pairs of a soft body and another object. The next dispatch makes new ones.
 void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher);
 
 }  // namespace softcd::bullet

@@ -15,8 +15,8 @@
 
 namespace softcd::bullet {
 
-/// Calls visit(shape, place) for the shape, or for all that its compound is made of, in their order, until one returns
-/// true. Returns whether one did. `place` is of `shape`.
+/// Calls visit(shape, place) for the shape, or for all simple shapes of its compound in order, until one call returns
+/// true. Returns whether one did. `place` is the shape's transform.
 template <class Visit>
 bool any_simple_shape(const btCollisionShape& shape, const btTransform& place, Visit&& visit) {
   if (!shape.isCompound()) return visit(shape, place);
@@ -33,12 +33,12 @@ struct RigidContact {
   const Contact& contact;
   const Part& part;
   const WorldMirror::Member& soft;
-  bool is_part_a;  ///< which side of the contact is the part's
+  bool is_part_a;  ///< whether side a of the contact is the part
 
   int first_of_part() const { return is_part_a ? 0 : count_a(); }
   int first_of_soft() const { return is_part_a ? count_a() : 0; }
 
-  /// The contact as the soft body touches the part within `margin`.
+  /// Returns the contact as a touch of the part by the soft body within `margin`.
   RigidTouch touch(btScalar margin) const {
     const int first = first_of_part();
     const int count = is_part_a ? count_a() : 4 - count_a();
@@ -50,19 +50,20 @@ struct RigidContact {
         part.object,           is_part_a ? -normal : normal, margin, point(part.shape.x_t0()), point(part.shape.x_t1()),
         contact.time_of_impact};
   }
-  /// Tells of a contact of two edges whether its points are inside both. Contacts at an end belong to the vertex there.
+  /// Returns whether the points of a contact of two edges are inside both edges. Contacts at an end belong to the
+  /// vertex there.
   bool is_inside_edges() const {
     return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
   }
-  /// Both margins together.
+  /// Returns the sum of both margins.
   btScalar margin() const { return soft.body->getCollisionShape()->getMargin() + part.margin; }
 
  private:
   int count_a() const { return contact.kind == ContactKind::edge_edge ? 2 : 1; }
 };
 
-/// The triangles of rigid shapes in the scene of a world's soft bodies. A part is there while pairs require it, step by
-/// step. `Shape` is a RigidMesh or a ConvexCore.
+/// The triangles of rigid shapes in the scene of a world's soft bodies. A part stays as long as pairs require it in
+/// every step. `Shape` is a RigidMesh or a ConvexCore.
 template <class Key, class Shape>
 class RigidParts {
  public:
@@ -83,10 +84,10 @@ class RigidParts {
   RigidParts(const RigidParts&) = delete;
   RigidParts& operator=(const RigidParts&) = delete;
 
-  /// Before require() and want() in a step.
+  /// Begins a step. Call it before require() and want().
   void begin_step() { wanted_.clear(); }
-  /// Brings the part up to date, the first time in a step: its triangles, which read(Shape&) reads and returns whether
-  /// they have changed, its margin, and where it is at both ends.
+  /// Brings the part up to date at the first call in a step: its triangles, its margin, and its poses at both ends.
+  /// `read` reads the triangles into a Shape& and returns whether they have changed.
   template <class Read>
   Part& require(const Key& key, const btCollisionObject& object, btScalar margin, bool has_edges,
                 const RigidPoses& poses, Read read) {
@@ -102,11 +103,11 @@ class RigidParts {
     }
     return part;
   }
-  /// This soft body is to be tested against the part.
+  /// Makes the next query test this soft body against the part.
   void want(const Part& part, const btSoftBody& soft) {
     wanted_.emplace_back(std::minmax(part.id.value, mirror_.member(soft).id.value));
   }
-  /// Removes the parts that were not required. Returns whether any are wanted.
+  /// Removes parts that no pair required. Returns whether any pair is to be tested.
   bool end_step() {
     for (auto entry = parts_.begin(); entry != parts_.end();) {
       if (std::exchange(entry->second.is_required, false)) {
@@ -121,7 +122,7 @@ class RigidParts {
     return !wanted_.empty();
   }
 
-  /// Whether this pair of a soft body and a part is wanted.
+  /// Returns whether this pair of a soft body and a part is to be tested.
   bool wants(BodyId a, BodyId b) const {
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
   }
@@ -157,7 +158,7 @@ class RigidParts {
   WorldMirror& mirror_;
   std::map<Key, Part> parts_;
   std::unordered_map<std::uint32_t, const Part*> by_id_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, the smaller one first, ascending
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted_;  ///< ids of pairs, smaller id first, ascending
 };
 
 }  // namespace softcd::bullet

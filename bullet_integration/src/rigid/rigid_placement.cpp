@@ -21,10 +21,11 @@ RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in
 
 namespace {
 
-/// By how much what vertices of a turning shape reach may be outside of what they reach at the step's ends. At the time
-/// s a vertex v is at M v + p, where in the plane of the turn, by an angle of 2 a, M = cos(a) + (2 s - 1) sin(a) J in
-/// the axes half-way and J is the quarter turn. So where it meets x differs from (1 - s) and s times where the ends
-/// would by at most tan(a)^2 (cos(a) + sin(a)) |x - p| + sin(a) |p1 - p0| / 2.
+/// Returns a bound on how far the box, in the coordinates of a turning shape, may leave its boxes at the step's ends.
+/// The shape turns by an angle of 2 a. At the time s a vertex v is at M v + p. In the plane of the turn, M = cos(a) +
+/// (2 s - 1) sin(a) J in the axes half-way, where J is the quarter turn. The vertex that meets a point x differs from
+/// the mean, by weights (1 - s) and s, of those that meet it at the ends. The difference is at most tan(a)^2 (cos(a) +
+/// sin(a)) |x - p| + sin(a) |p1 - p0| / 2.
 btScalar bulge(const RigidBox& box, const RigidPoses& poses) {
   if (poses.t0.getBasis() == poses.t1.getBasis()) return 0;
   const btScalar angle = poses.t0.getRotation().angleShortestPath(poses.t1.getRotation()) / 2;

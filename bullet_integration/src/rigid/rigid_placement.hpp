@@ -7,23 +7,25 @@
 
 namespace softcd::bullet {
 
-/// Whether nobody moves the object. Bullet's usual way to make a body of mass 0 kinematic leaves it static as well.
+/// Returns whether the object stands still. Bullet's usual way to make a body of mass 0 kinematic leaves it static as
+/// well.
 inline bool is_standing(const btCollisionObject& object) {
   return object.isStaticObject() && !object.isKinematicObject();
 }
 
-/// Where a rigid shape is at both ends of a step. Bullet's objects that somebody else moves (kinematic ones) are
-/// already where they will be at the end, all others are where they were at the start.
+/// The poses of a rigid shape at both ends of a step. In Bullet, kinematic objects are already at their end, all others
+/// still at their start.
 struct RigidPoses {
   btTransform t0, t1;
 };
 RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in_object, btScalar time_step);
 
-/// A box of what may touch something.
+/// A box of objects that may touch something.
 struct RigidBox {
   btVector3 low, high;
 };
-/// Around the box as it is seen from a shape during the step, while each of its vertices moves straight.
+/// Returns a box, in a shape's coordinates, around `box` as the shape moves during the step and each of its vertices
+/// moves straight.
 RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses);
 
 /// The triangles of a rigid shape, and its vertices at both ends of the step.
@@ -39,7 +41,7 @@ class RigidShape {
   const std::vector<Vec3d>& x_t1() const { return x_t1_; }
 
  protected:
-  /// Forgets all but where the shape was.
+  /// Removes everything but the last poses.
   void clear();
 
   std::vector<btVector3> vertices_;
@@ -50,7 +52,7 @@ class RigidShape {
   std::vector<Vec3d> x_t0_, x_t1_;
 };
 
-/// Whether these are the same points, in the same order.
+/// Returns whether these are the same points, in the same order.
 bool are_equal(const std::vector<btVector3>& a, const std::vector<btVector3>& b);
 
 }  // namespace softcd::bullet

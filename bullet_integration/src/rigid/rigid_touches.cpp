@@ -101,7 +101,7 @@ void RigidTouches::write() {
   notes_.arrange();
 }
 
-/// Of the entries from `count_before` to `count`, each for itself.
+/// Adds a note for each entry from `count_before` to `count`.
 void RigidTouches::note(const btSoftBody& body, ContactArray array, int count_before, int count,
                         const RigidTouch& touch, btScalar distance) {
   if (!keeps_notes_) return;

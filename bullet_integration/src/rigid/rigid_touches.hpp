@@ -9,13 +9,14 @@
 
 namespace softcd::bullet {
 
-/// Which of Bullet's arrays its contacts with rigid objects belong into is the body's own affair.
+/// Returns whether the body's contacts with rigid objects belong into the deformable world's arrays. The body's flags
+/// decide, not the world.
 bool has_deformable_contacts(const btSoftBody& body);
 
-/// Whether contacts of the node with rigid objects are asked for.
+/// Returns whether the node may have contacts with rigid objects.
 bool takes_node_contacts(const btSoftBody& body, const btSoftBody::Node& node);
 
-/// Of everything that the body's nodes meet in the step. It has nodes.
+/// Returns the box around the nodes' positions at both ends of the step, enlarged by `margin`. The body has nodes.
 RigidBox swept_box(const btSoftBody& body, btScalar margin);
 
 /// Returns the point with these weights of the face's nodes, at one end of the step.
@@ -26,7 +27,7 @@ btVector3 weights_on_edge(const btSoftBody::Face& face, const btSoftBody& body, 
 
 btVector3 weighted_point(const std::vector<Vec3d>& x, const std::uint32_t* vertices, const float* weights, int count);
 
-/// Where soft bodies touch rigid objects in a step, until all of it is written into Bullet's arrays at once.
+/// The contacts of soft bodies with rigid objects in a step, until write() puts all of them into Bullet's arrays.
 class RigidTouches {
  public:
   struct FaceTouch {
@@ -38,14 +39,14 @@ class RigidTouches {
 
   void clear();
   void add(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch);
-  /// `weights` of the face's nodes, which sum to 1.
+  /// Adds a point of a face. `weights` are those of the face's nodes and sum to 1.
   void add(btSoftBody& body, btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch);
 
-  /// Before write(), which then throws nothing. Throws std::bad_alloc.
+  /// Reserves memory for write(), which then throws nothing. Throws std::bad_alloc.
   void prepare_to_write(bool keeps_notes);
-  /// Puts them into m_rcontacts, or m_nodeRigidContacts and m_faceRigidContacts.
+  /// Writes the contacts into m_rcontacts, or m_nodeRigidContacts and m_faceRigidContacts.
   void write();
-  /// What write() noted.
+  /// Returns the notes of write().
   const ContactNotes& notes() const { return notes_; }
   void forget_notes() { notes_.reset(0); }
 
@@ -55,7 +56,7 @@ class RigidTouches {
     btSoftBody::Node* node;
     RigidTouch touch;
   };
-  /// `distance` is between the soft body and where the solver wants it to be.
+  /// `distance` is that between the soft body and the place to which the solver moves it.
   void note(const btSoftBody& body, ContactArray array, int count_before, int count, const RigidTouch& touch,
             btScalar distance);
 

@@ -48,7 +48,7 @@ Attachment::~Attachment() {
   try {
     attached_->detach();
   } catch (...) {
-    // It is detached all the same.
+    // The world is detached nevertheless.
   }
 }
 
@@ -80,7 +80,7 @@ const WorldDetection& Attachment::detection() const {
 
 softcd::bullet::Attachment softcd::bullet::attach(btDynamicsWorld& world, const Settings& settings) {
   if (detects_already(world)) {
-    throw InvalidInput("softcd::bullet::attach: softcd detects in this world already");
+    throw InvalidInput("softcd::bullet::attach: softcd already detects in this world");
   }
   return Attachment(make_attached(world, settings));
 }

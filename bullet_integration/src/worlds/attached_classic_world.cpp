@@ -8,9 +8,8 @@ Span<const Limitation> AttachedClassicWorld::limitations() const {
   static constexpr Limitation kLimitations[] = {
       kTreesLimitation,
       {Limit::ends_steps_late,
-       "What softcd does when Bullet's solver of soft bodies has run (Detection::ccd's last word, impulses, "
-       "on_contacts) "
-       "waits for finish_step() or the beginning of the next step."},
+       "The part of softcd's step after Bullet's solver of soft bodies (the last pass of Detection::ccd, impulses, "
+       "on_contacts) waits for finish_step() or the beginning of the next step."},
       kRigidMeshesLimitation,
   };
   return {kLimitations, std::size(kLimitations) - (sees_pairs() ? 1 : 0)};
@@ -18,7 +17,7 @@ Span<const Limitation> AttachedClassicWorld::limitations() const {
 
 void AttachedClassicWorld::make_up_for_pairs() {
   for (btSoftBody* body : span_of(bodies())) {
-    if (body->isActive()) body->m_scontacts.resize(0);  // those that Bullet has found
+    if (body->isActive()) body->m_scontacts.resize(0);  // Bullet's own contacts
   }
   queries().begin_step(span_of(bodies()));
   find_soft_contacts(step());

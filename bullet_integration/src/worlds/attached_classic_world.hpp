@@ -4,8 +4,8 @@
 
 namespace softcd::bullet {
 
-/// btSoftRigidDynamicsWorld or btSoftMultiBodyDynamicsWorld. They call nothing that can be set from outside when their
-/// solver of soft bodies has run, so that steps end late.
+/// An attached btSoftRigidDynamicsWorld or btSoftMultiBodyDynamicsWorld. After their solver of soft bodies, they call
+/// nothing that can be set from outside. So steps end late.
 class AttachedClassicWorld final : public AttachedWorld {
  public:
   AttachedClassicWorld(btDynamicsWorld& world, const SoftBodies& bodies, const Settings& settings)

@@ -5,11 +5,11 @@
 
 namespace softcd::bullet {
 
-/// Puts nodes back to where the step began, from where Bullet has moved them, and lets them go, when it goes, to where
-/// they are to be instead: to m_q, and those of anchors to where these hold them.
+/// Moves nodes back to the start of the step, after Bullet has moved them. Its destructor moves them to their new ends:
+/// to m_q, and nodes on anchors to their anchors.
 class AttachedDeformableWorld::NodesPutBack {
  public:
-  /// `has_integrated`: Bullet has moved all nodes, those that rest by nothing.
+  /// `has_integrated` says that Bullet has moved all nodes, even if resting nodes have not changed.
   NodesPutBack(std::vector<Way>& ways, bool has_integrated) : ways_(ways), has_moved_(has_integrated) {
     for (Way& way : ways_) {
       int i = 0;
@@ -39,7 +39,7 @@ class AttachedDeformableWorld::NodesPutBack {
   NodesPutBack(const NodesPutBack&) = delete;
   NodesPutBack& operator=(const NodesPutBack&) = delete;
 
-  /// False: an exception may have left the step before anything moved.
+  /// Returns false if no node has moved: an exception may have left the step before.
   bool has_moved() const { return has_moved_; }
 
  private:
@@ -56,8 +56,8 @@ Span<const Limitation> AttachedDeformableWorld::limitations() const {
   static constexpr Limitation kLimitations[] = {
       kTreesLimitation,
       {Limit::no_impulses_between_soft_bodies,
-       "What contacts between soft bodies gave is not known, as Bullet answers all of them in one call that nobody can "
-       "replace: has_impulses is false for these pairs."},
+       "The impulses of contacts between soft bodies are not known, because Bullet solves all of them in one call that "
+       "cannot be replaced: has_impulses is false for these pairs."},
       kRigidMeshesLimitation,
   };
   return {kLimitations, std::size(kLimitations) - (sees_pairs() ? 1 : 0)};
@@ -69,7 +69,7 @@ void AttachedDeformableWorld::prepare_solver() {
   keep_starts();
 }
 
-/// Bullet calls actions when it has integrated all bodies.
+/// Bullet calls actions after it has integrated all bodies.
 void AttachedDeformableWorld::updateAction(btCollisionWorld* /*world*/, btScalar /*time_step*/) {
   has_integrated_ = true;
   finish_step();
@@ -97,7 +97,7 @@ void AttachedDeformableWorld::end_step(btScalar time_step) {
   queries().read_out.finish(*world().getBroadphase());
 }
 
-/// Actions of the app's that were called before may have changed bodies, and taken some away.
+/// The app's actions, called before, may have changed and removed bodies.
 void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
   const Span<btSoftBody* const> all = span_of(bodies());
   const auto is_lost = [&](const Way& way) {

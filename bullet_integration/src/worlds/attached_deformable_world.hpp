@@ -8,9 +8,9 @@
 
 namespace softcd::bullet {
 
-/// btDeformableMultiBodyDynamicsWorld. Contacts between soft bodies, which depend on where nodes are when the step
-/// begins, are written before its solver runs, which leaves them alone, and Bullet's own looks find no face trees. What
-/// comes after is done in an action, when Bullet has moved the nodes.
+/// An attached btDeformableMultiBodyDynamicsWorld. Contacts between soft bodies depend on the nodes' positions at the
+/// start of the step. They are written before Bullet's solver runs, which does not change them. Bullet's own detection
+/// then finds no face trees. The rest of softcd's step runs in an action, after Bullet has moved the nodes.
 class AttachedDeformableWorld final : public AttachedWorld, private btActionInterface {
  public:
   AttachedDeformableWorld(btDeformableMultiBodyDynamicsWorld& world, const Settings& settings);
@@ -18,7 +18,7 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   Span<const Limitation> limitations() const override;
 
  private:
-  /// A body's nodes before and after Bullet has moved them.
+  /// A body's node positions before and after Bullet has moved them.
   struct Way {
     btSoftBody* body;
     std::vector<btVector3> starts, ends;

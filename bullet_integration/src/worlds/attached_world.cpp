@@ -27,7 +27,7 @@ AttachedWorld* AttachedWorld::of(btDynamicsWorld& world) {
   return broadphase != nullptr ? static_cast<AttachedWorld*>(&broadphase->hooks()) : nullptr;
 }
 
-/// The app's callback may detach.
+/// The app's callback may detach, so the attachment is looked up again.
 void AttachedWorld::call_pre_tick(btDynamicsWorld* world, btScalar time_step) {
   if (AttachedWorld* attached = of(*world)) {
     attached->begin_step();
@@ -46,7 +46,7 @@ void AttachedWorld::begin_step() {
   start_over();
 }
 
-/// Whatever the step before was: an exception may have left it in the middle.
+/// Resets the state of the last step, which an exception may have left in the middle.
 void AttachedWorld::start_over() {
   face_trees_.give_back();
   stage_ = Stage::none;
@@ -65,7 +65,7 @@ void AttachedWorld::before_pairs() {
   if (stage_ == Stage::begun) prepare_pairs(step());
 }
 
-/// The app has set a tick callback of its own in place of ours.
+/// Begins a step after the app has replaced softcd's tick callback by its own.
 void AttachedWorld::begin_without_tick() {
   const bool has_end_to_come = ends_steps_late() && is_solved();
   start_over();
@@ -97,7 +97,7 @@ void AttachedWorld::miss_pairs() {
   if (std::exchange(sees_pairs_, false)) {
     const Settings& settings = queries().settings();
     const auto fail = [](auto& /*detection*/) {
-      throw Error("the world's dispatcher does not have pairs processed by the pair cache");
+      throw Error("the world's dispatcher does not process pairs through the pair cache");
     };
     if (settings.rigid_meshes) queries().rigid_meshes.run(fail);
     if (settings.convex_shapes != ConvexShapes::nodes) queries().convex_shapes.run(fail);
@@ -138,7 +138,7 @@ void AttachedWorld::leave_world() {
   world_ = nullptr;
 }
 
-/// A world that is being destroyed calls this for the objects in it when it is no more than a btCollisionWorld.
+/// During its destruction a world calls this for its objects when it is only a btCollisionWorld any more.
 void AttachedWorld::before_removal(const btCollisionObject& object) {
   if (auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(&object))) {
     restore_flag(*body, tree_flag_);

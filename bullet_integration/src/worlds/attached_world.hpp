@@ -7,42 +7,42 @@
 
 namespace softcd::bullet {
 
-/// In every kind of world.
+/// Applies to every kind of world.
 inline constexpr Limitation kTreesLimitation = {
     Limit::updates_trees,
-    "Bullet goes on updating the trees of the bodies' nodes, and those of faces that were there before, which nobody "
-    "reads: a step takes longer than in softcd's own worlds."};
-/// Where pairs are not seen.
-inline constexpr Limitation kRigidMeshesLimitation = {
-    Limit::leaves_rigid_meshes,
-    "The world's dispatcher does not have pairs processed by the pair cache, so that contacts with rigid meshes are "
-    "Bullet's, and none with convex shapes are added to its own."};
+    "Bullet still updates the trees of the bodies' nodes, and existing trees of faces, although nothing reads them: a "
+    "step takes longer than in softcd's own worlds."};
+/// Applies to worlds whose dispatcher bypasses the pair cache.
+inline constexpr Limitation kRigidMeshesLimitation = {Limit::leaves_rigid_meshes,
+                                                      "The world's dispatcher does not process pairs through the pair "
+                                                      "cache: contacts with rigid meshes are Bullet's, and "
+                                                      "softcd adds none with convex shapes."};
 
-/// softcd in a world that somebody else made, from construction to detach(). What its own worlds do in functions that
-/// they override is done where Bullet's step, which nobody can override from outside, calls something that can be set
-/// through Bullet's public functions:
+/// softcd in a world that other code has made, from construction to detach(). Bullet's step cannot be overridden from
+/// outside. So softcd's part of the step runs in objects that Bullet's step calls and that public functions of Bullet
+/// can set:
 ///
 ///     tick callback before the step    begin_step(), the app's, then prediction
 ///     broad phase                      before_pairs()
 ///     pair cache                       process_pairs(), in the dispatcher's dispatchAllCollisionPairs
 ///     tick callback                    the app's, then before_solver()
 ///
-/// and what comes after Bullet's solver is where the derived classes find a place for it.
+/// The derived classes find a place for the part after Bullet's solver.
 class AttachedWorld : protected BroadphaseHooks {
  public:
-  /// Puts the hooks in. `bodies` are the world's, `kind` outlives it.
+  /// Installs the hooks. `bodies` are the world's. `kind` must outlive it.
   AttachedWorld(btDynamicsWorld& world, const SoftBodies& bodies, const WorldKind& kind, const Settings& settings);
   virtual ~AttachedWorld() = default;  ///< detached
   AttachedWorld(const AttachedWorld&) = delete;
   AttachedWorld& operator=(const AttachedWorld&) = delete;
 
-  /// Null where none is attached to it.
+  /// Returns null if none is attached to the world.
   static AttachedWorld* of(btDynamicsWorld& world);
 
   WorldDetection& detection() { return detection_; }
   bool is_attached() const { return world_ != nullptr; }
   virtual Span<const Limitation> limitations() const = 0;
-  /// As Attachment's.
+  /// See Attachment::detach() and Attachment::finish_step().
   void detach();
   void finish_step();
 
@@ -52,17 +52,18 @@ class AttachedWorld : protected BroadphaseHooks {
   WorldQueries& queries() const { return *detection_.queries_; }
   WorldStep step() const { return {*world_, bodies_, queries()}; }
 
-  /// The face trees that are out of Bullet's sight between prepare_solver() and end_step(). None in classic worlds.
+  /// Returns the face trees that are hidden from Bullet between prepare_solver() and end_step(). None in classic
+  /// worlds.
   FaceTreesAway& face_trees() { return face_trees_; }
-  /// Contacts with rigid objects, and those of soft bodies where the kind of world has them now.
+  /// Detects contacts with rigid objects, and those of soft bodies if the kind of world detects them at this time.
   virtual void process_step_pairs(const Processing& process_natively) = 0;
-  /// The same, when the dispatcher has processed the pairs already and they did not come by.
+  /// Does the same after the dispatcher has processed the pairs without softcd's pair cache.
   virtual void make_up_for_pairs() = 0;
-  /// Between the app's tick callback and Bullet's solver.
+  /// Runs between the app's tick callback and Bullet's solver.
   virtual void prepare_solver() = 0;
-  /// When Bullet's solver has run.
+  /// Runs after Bullet's solver.
   virtual void end_step(btScalar time_step) = 0;
-  /// Whether nothing calls finish_step() in the step itself.
+  /// Returns whether nothing calls finish_step() within the step itself.
   virtual bool ends_steps_late() const = 0;
   virtual void remove_hooks();
   bool is_solved() const { return stage_ == Stage::is_solved; }
@@ -86,7 +87,7 @@ class AttachedWorld : protected BroadphaseHooks {
 
   void leave_world();
 
-  /// How far a step is that began with begin_step(), and was not finished.
+  /// The progress of a step that has begun with begin_step() and is not finished.
   enum class Stage : std::uint32_t { none, begun, has_pairs, is_solved };
 
   btDynamicsWorld* world_;  ///< null when detached
@@ -98,7 +99,7 @@ class AttachedWorld : protected BroadphaseHooks {
   HookedBroadphase broadphase_;
   TickCallback pre_tick_, tick_;
   Stage stage_ = Stage::none;
-  bool sees_pairs_;  ///< whether the dispatcher has them processed by the pair cache
+  bool sees_pairs_;  ///< whether the dispatcher processes pairs by the pair cache
   btScalar time_step_ = 0;
 };
 

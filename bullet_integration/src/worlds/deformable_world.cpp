@@ -46,7 +46,7 @@ void DeformableWorld::detect_rigid_contacts() {
       step, [this] { getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher()); });
 }
 
-// The steps of Bullet's internalSingleStepSimulation.
+// Follows Bullet's internalSingleStepSimulation.
 void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   const WorldStep step{*this, getSoftBodyArray(), *detection_.queries_};
   WorldQueries& queries = step.queries;
@@ -66,9 +66,9 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   find_soft_contacts(step);
   if (!queries.read_out.apply_repulsion(step.body_span(), time_step)) applyRepulsionForce(time_step);
 
-  // Bullet's integrateTransforms(); where rigid objects go, anchors take their nodes.
+  // Bullet's integrateTransforms(). Anchors follow their rigid objects and take their nodes along.
   positionCorrection(time_step);
-  // NOLINTNEXTLINE(bugprone-parent-virtual-call): that of the class between would do the other two as well
+  // NOLINTNEXTLINE(bugprone-parent-virtual-call): the class in between would do the other two as well
   btMultiBodyDynamicsWorld::integrateTransforms(time_step);
   queries.prevent_crossings(step.body_span(), getCollisionObjectArray(), step.gate(), time_step);
   deformable_solver_->applyTransforms(time_step);

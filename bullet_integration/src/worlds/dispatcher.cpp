@@ -7,7 +7,7 @@
 namespace softcd::bullet {
 namespace {
 
-// Bullet's part of the pairs: everything but the vertex-face pairs of soft bodies.
+// Processes Bullet's pairs: all but the vertex-face pairs of soft bodies.
 class NativePairs : public btOverlapCallback {
  public:
   NativePairs(btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) : dispatcher_(dispatcher), info_(info) {}
@@ -66,9 +66,9 @@ void Dispatcher::warn_of_crossings() {
   if (settings.detection != Detection::ccd || !settings.log || std::exchange(has_warned_, true)) return;
   settings.log(LogLevel::warning,
                "continuous detection: a softcd::bullet::Dispatcher under a world of Bullet's own is not called after "
-               "the solver, so that what the solver leaves on its way through something can pass through it; to "
-               "prevent that make the world a softcd::bullet::SoftRigidDynamicsWorld or SoftMultiBodyDynamicsWorld, or "
-               "use a btCollisionDispatcher and softcd::bullet::attach (this is not said again)");
+               "the solver, so nodes that the solver moves through another surface still pass through it; to prevent "
+               "this make the world a softcd::bullet::SoftRigidDynamicsWorld or SoftMultiBodyDynamicsWorld, or use a "
+               "btCollisionDispatcher and softcd::bullet::attach (reported once)");
 }
 
 bool Dispatcher::serves(const btBroadphaseInterface& broadphase) const {

@@ -7,18 +7,18 @@
 
 namespace softcd::bullet {
 
-/// What a world calls of its broad phase in the course of a step.
+/// The calls of a world to its broad phase during a step.
 class BroadphaseHooks {
  public:
-  /// The processing of all pairs that a dispatcher has asked for.
+  /// Processes all pairs, as the dispatcher has asked for.
   using Processing = std::function<void()>;
 
-  /// Boxes are up to date.
+  /// Called when boxes are up to date.
   virtual void before_pairs() = 0;
-  /// In place of the processing.
+  /// Called instead of the processing.
   virtual void process_pairs(const Processing& process_natively) = 0;
   virtual void before_removal(const btCollisionObject& object) = 0;
-  /// Around a ray test of the world's.
+  /// Called before and after a ray test of the world.
   virtual void before_ray_test() = 0;
   virtual void after_ray_test() noexcept = 0;
 
@@ -26,7 +26,7 @@ class BroadphaseHooks {
   ~BroadphaseHooks() = default;
 };
 
-/// A broad phase's pair cache that lets hooks into a dispatch. Everything else is the original's.
+/// A broad phase's pair cache that calls hooks during a dispatch. Passes everything else to the original.
 class HookedPairCache : public btOverlappingPairCache {
  public:
   /// Both outlive it.
@@ -76,7 +76,7 @@ class HookedPairCache : public btOverlappingPairCache {
   BroadphaseHooks& hooks_;
 };
 
-/// A world's broad phase that lets hooks in. Everything else is the original's, the proxies among it.
+/// A world's broad phase that calls hooks. Passes everything else to the original, which also owns the proxies.
 class HookedBroadphase : public Broadphase {
  public:
   /// Both outlive it.

@@ -6,13 +6,13 @@
 namespace softcd::bullet {
 namespace {
 
-/// That of a softcd::bullet::Dispatcher that serves the broad phase; else null.
+/// Returns the detection of a softcd::bullet::Dispatcher that serves the broad phase, or null.
 WorldDetection* detection_of(btDispatcher* dispatcher, const btBroadphaseInterface* broadphase) {
   auto* ours = dynamic_cast<Dispatcher*>(dispatcher);
   return ours != nullptr && ours->serves(*broadphase) ? &ours->detection() : nullptr;
 }
 
-/// The first half of btCollisionWorld::performDiscreteCollisionDetection.
+/// Does the first half of btCollisionWorld::performDiscreteCollisionDetection.
 void find_pairs(const WorldStep& step) {
   step.world.updateAabbs();
   prepare_pairs(step);
@@ -21,7 +21,7 @@ void find_pairs(const WorldStep& step) {
                       [](btSoftBody& body) { body.updateNodeTree(/*use_velocity=*/false, /*margin=*/true); });
 }
 
-/// The second half.
+/// Does the second half.
 void process_pairs(btCollisionWorld& world) {
   world.getDispatcher()->dispatchAllCollisionPairs(world.getPairCache(), world.getDispatchInfo(),
                                                    world.getDispatcher());
@@ -84,7 +84,7 @@ void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
   finish_classic_step(step, time_step);
 }
 
-/// The last that Bullet's step does before it solves its soft bodies.
+/// Bullet's step calls this last before it solves its soft bodies.
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::updateActivationState(btScalar time_step) {
   BulletWorld::updateActivationState(time_step);

@@ -3,7 +3,7 @@
 namespace softcd::bullet {
 namespace {
 
-// Bullet has a function to set them, and none to ask for those that are set. An app's own must go on being called.
+// Bullet has a function to set tick callbacks, but none to read them. The app's own must still be called.
 struct Callbacks : btDynamicsWorld {
   static btInternalTickCallback of(btDynamicsWorld& world, TickCallback::Place place) {
     return world.*(place == TickCallback::Place::before ? &Callbacks::m_internalPreTickCallback

@@ -4,18 +4,18 @@
 
 namespace softcd::bullet {
 
-/// Stands in one of the world's two places for tick callbacks, from construction to give_back(), and keeps the app's.
+/// Replaces one of the world's two tick callbacks from construction to give_back(), and keeps the app's.
 class TickCallback {
  public:
   enum class Place : bool { after, before };  ///< prediction and detection; as Bullet's isPreTick
 
   TickCallback(btDynamicsWorld& world, Place place, btInternalTickCallback ours);
 
-  /// True where it did not stand there yet, or not any more: what the app has set since is kept now.
+  /// Installs softcd's callback. Returns whether it was missing; a callback that the app has set is kept then.
   bool stand();
-  /// Puts the app's back, unless it has set another one since.
+  /// Restores the app's callback, unless the app has set another one since.
   void give_back();
-  /// Calls the app's, if there is one, which may destroy this.
+  /// Calls the app's callback, if there is one. That call may destroy this object.
   void call_apps(btScalar time_step) const;
 
  private:

@@ -16,7 +16,8 @@ struct WorldKind {
   TreeFlag tree_flag;
   /// The features that the world's ray tests hit.
   RayTargets ray_targets;
-  /// Whether what soft bodies do to rigid ones in a step moves these from the next step on.
+  /// Whether Bullet moves rigid bodies before it solves soft ones. Then impulses of soft bodies move rigid ones from
+  /// the next step on.
   bool moves_rigid_bodies_first;
   /// Reads a body's contacts, of all kinds, from Bullet's arrays.
   ReadContacts read_contacts;

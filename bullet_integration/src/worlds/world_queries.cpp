@@ -12,12 +12,12 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
     : kind_(kind),
       settings_(settings),
       mirror_(kind.contacts.ends, settings_),
-      contacts("a step goes on with Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
-      crossings("a step goes on without softcd's look at crossings", kind.crossings, mirror_, settings_),
-      rigid_meshes("a step goes on with Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_,
+      contacts("the step has Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
+      crossings("the step prevents no crossings", kind.crossings, mirror_, settings_),
+      rigid_meshes("the step has Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_,
                    settings_),
-      convex_shapes("a step goes on with Bullet's own contacts of soft bodies with convex shapes alone",
-                    kind.contacts.ends, mirror_, settings_),
+      convex_shapes("the step has only Bullet's own contacts of soft bodies with convex shapes", kind.contacts.ends,
+                    mirror_, settings_),
       read_out(kind.read_contacts, settings_),
       rays(kind.ray_targets, settings_) {}
 

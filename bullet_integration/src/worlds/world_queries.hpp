@@ -18,20 +18,20 @@
 
 namespace softcd::bullet {
 
-/// What softcd looks for in one world, whose kind and settings all of it follows, and what the world's step goes on
-/// with where it fails.
+/// All detections of softcd in one world, with one kind and one copy of the settings, and Bullet's own detection where
+/// they fail.
 class WorldQueries {
  public:
-  /// `kind` outlives it.
+  /// `kind` must outlive it.
   WorldQueries(const WorldKind& kind, const Settings& settings);
 
   const Settings& settings() const { return settings_; }
-  /// Throws as Scene::set_options and Query::set_options; the settings are then as before.
+  /// Throws as Scene::set_options and Query::set_options do. The old settings then stay.
   void set_settings(const Settings& settings);
   void set_filters(const btSoftBody& body, BodyFilters filters) { mirror_.set_filters(body, std::move(filters)); }
 
-  /// Between Bullet's prediction and its solver: finds the contacts of soft bodies, and those with rigid meshes, while
-  /// `process_natively` makes Bullet process all other pairs that the gate's dispatcher knows.
+  /// Detects contacts of soft bodies with each other and with rigid objects, between Bullet's prediction and its
+  /// solver. `process_natively` makes Bullet process all other pairs of the gate's dispatcher.
   template <class Native>
   void process_pairs(Span<btSoftBody* const> bodies, const PairGate& gate, Native process_natively) {
     begin_step(bodies);
@@ -39,7 +39,7 @@ class WorldQueries {
     process_rigid_pairs(gate, process_natively);
     finish_contacts(has_started, bodies, gate);
   }
-  /// The part of it that is about rigid bodies.
+  /// Does the part for rigid objects only.
   template <class Native>
   void process_rigid_pairs(const PairGate& gate, Native process_natively) {
     auto* dispatcher =
@@ -55,50 +55,52 @@ class WorldQueries {
       process_natively();
     }
     late_impulses_.clear();
-    // First, while the arrays have nothing but Bullet's own contacts, of which it may take some out.
+    // Comes first, while the arrays have only Bullet's own contacts, because it may remove some of them.
     if (settings_.convex_shapes != ConvexShapes::nodes) find_convex_contacts(gate);
     if (settings_.rigid_meshes) find_mesh_contacts(*dispatcher, gate);
   }
-  /// The other part, after the solver.
+  /// Does the part for soft bodies only.
   void find_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
     finish_contacts(start_contacts(bodies, gate), bodies, gate);
   }
-  /// In classic worlds before the solver: see CrossingPrevention.
+  /// Classic worlds: call it before the solver; see CrossingPrevention.
   void keep_starts(Span<btSoftBody* const> bodies);
-  /// In classic worlds when rigid bodies have been moved, before soft bodies are solved, and afterwards.
+  /// Classic worlds: call keep_velocities() after Bullet has moved rigid bodies and before it solves soft bodies, and
+  /// answer_late() after that; see LateImpulses.
   void keep_velocities() { late_impulses_.keep_velocities(); }
   void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
     late_impulses_.answer(objects, time_step, read_out.rehearsed_impulses());
   }
-  /// Whether the step's last pass moves the body's nodes where they would cross something. With dcd it does so near
-  /// rigid meshes only: links and self-contacts there pull nodes through meshes after contacts have held them off.
+  /// Returns whether the step's last pass prevents crossings of the body's nodes. With dcd it does so only near rigid
+  /// meshes, where links and self-contacts can pull nodes through a mesh after its contacts were solved.
   bool prevents_crossings(const btSoftBody& body) const;
-  /// The last word about where the nodes go: see CrossingPrevention. Does nothing unless prevents_crossings().
+  /// Runs the step's last pass: see CrossingPrevention. Does nothing unless prevents_crossings().
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
                          btScalar time_step);
-  /// Before Bullet moves rigid objects in a step.
+  /// Call it before Bullet moves rigid objects in a step.
   void keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step);
 
-  /// When all contacts of a step stand in Bullet's arrays: see WorldReadOut.
+  /// Call it when all contacts of a step are in Bullet's arrays: see WorldReadOut.
   void read_contacts(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
 
-  /// Bullet has processed pairs, and keeps the algorithms that it made for them, while nothing was collected.
+  /// Makes the next step discard the algorithms of pairs. Call it after Bullet has processed pairs that were not
+  /// collected, as it keeps the algorithms that it made for them.
   void forget_algorithms() { may_have_foreign_algorithms_ = true; }
 
-  /// Before process_rigid_pairs, where that is called for itself.
+  /// Call it before process_rigid_pairs() if that is not called by process_pairs().
   void begin_step(Span<btSoftBody* const> bodies) {
     near_meshes_.clear();
     mirror_.begin_step(bodies, stand_ins());
   }
-  /// Before prevent_crossings, where the app has had the world in between.
+  /// Call it before prevent_crossings() if the app could change the world in between.
   void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies, stand_ins()); }
 
  private:
   void follow_settings();
 
   const WorldKind& kind_;
-  Settings settings_;   ///< all that follows sees it
-  WorldMirror mirror_;  ///< before what looks at it
+  Settings settings_;   ///< all members below refer to it
+  WorldMirror mirror_;  ///< declared before its users
 
  public:
   Guarded<ContactDetection> contacts;
@@ -107,9 +109,9 @@ class WorldQueries {
   Guarded<ConvexDetection> convex_shapes;
   WorldReadOut read_out;
   WorldRays rays;
-  /// Where the world's bodies are; null when that is gone.
+  /// Returns the world's broad phase, or null if that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
-  /// Whether the step that runs will call prevent_crossings(). A world that leaves its contacts to a Dispatcher sets it
+  /// Whether the present step will call prevent_crossings(). A world that leaves its contacts to a Dispatcher sets it
   /// before each dispatch.
   bool prevents_crossings_later = true;
 

@@ -5,9 +5,9 @@
 namespace softcd::bullet {
 namespace {
 
-/// Makes the body's box in the broad phase one around the whole step, from m_q to m_x or back.
+/// Enlarges the body's box in the broad phase to the whole step, from m_q to m_x or back.
 void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
-  // A body that sleeps was not predicted: its m_q means nothing.
+  // Sleeping bodies have no prediction: their m_q has no meaning.
   if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
   btVector3 low = body.m_nodes[0].m_q;
   btVector3 high = low;

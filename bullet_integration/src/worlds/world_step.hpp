@@ -4,12 +4,12 @@
 #include "native/native_trees.hpp"
 #include "worlds/world_queries.hpp"
 
-/// The parts of a step that are the same in softcd's own worlds and in one that softcd is attached to.
+/// The parts of a step that softcd's own worlds and attached worlds share.
 namespace softcd::bullet {
 
 using SoftBodies = btAlignedObjectArray<btSoftBody*>;
 
-/// What a step is of. All of it outlives the step.
+/// The objects of a step. All must outlive it.
 struct WorldStep {
   btCollisionWorld& world;
   const SoftBodies& bodies;
@@ -19,18 +19,18 @@ struct WorldStep {
   PairGate gate() const { return {*world.getDispatcher(), *world.getPairCache(), world.getDispatchInfo()}; }
 };
 
-/// Makes soft bodies' boxes in the broad phase enclose the whole step, if softcd finds contacts with rigid objects.
-/// Bullet's own boxes enclose one end. A body that moves farther than its size would not be paired with objects that it
-/// passes.
+/// Enlarges soft bodies' boxes in the broad phase to the whole step, if softcd detects contacts with rigid objects.
+/// Bullet's own boxes enclose one end only. So a body that moves farther than its size would not be paired with objects
+/// that it passes.
 void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBroadphaseInterface& broadphase,
                  btDispatcher* dispatcher);
 
-/// Before pairs are calculated, when boxes are up to date and rigid objects are where the step begins: keeps these
-/// places, and sweeps boxes.
+/// Saves the poses of rigid objects and sweeps boxes. Call it before pairs are calculated, when boxes are up to date
+/// and rigid objects are at the start of the step.
 void prepare_pairs(const WorldStep& step);
 
-/// Between Bullet's prediction and its solver in a classic world. `process_natively` makes Bullet process the pairs,
-/// which finds no contacts of vertices with faces.
+/// Detects contacts in a classic world, between Bullet's prediction and its solver. `process_natively` makes Bullet
+/// process the pairs; it finds no vertex-face contacts.
 template <class Native>
 void process_classic_pairs(const WorldStep& step, Native process_natively) {
   step.queries.process_pairs(step.body_span(), step.gate(), [&] {
@@ -41,14 +41,14 @@ void process_classic_pairs(const WorldStep& step, Native process_natively) {
   step.queries.keep_starts(step.body_span());
 }
 
-/// When Bullet has moved rigid bodies in a classic world, before its solver of soft bodies.
+/// Call it in a classic world after Bullet has moved rigid bodies, before its solver of soft bodies.
 void prepare_classic_solver(const WorldStep& step);
 
-/// When Bullet's solver of soft bodies has run in a classic world.
+/// Call it in a classic world after Bullet's solver of soft bodies.
 void finish_classic_step(const WorldStep& step, btScalar time_step);
 
-/// Between Bullet's prediction and its solver in a deformable world: the part that is about rigid bodies. Clusters of
-/// soft bodies go on.
+/// Detects contacts with rigid objects in a deformable world, between Bullet's prediction and its solver. Bullet's
+/// contacts of clusters stay.
 template <class Native>
 void process_deformable_pairs(const WorldStep& step, Native process_natively) {
   for_each_near_rigid(*step.world.getPairCache(), refit_deformable_trees);
@@ -59,7 +59,7 @@ void process_deformable_pairs(const WorldStep& step, Native process_natively) {
   });
 }
 
-/// The part that is about soft bodies alone, before their contacts are answered.
+/// Detects contacts between soft bodies, before the solver responds to them.
 void find_soft_contacts(const WorldStep& step);
 
 }  // namespace softcd::bullet

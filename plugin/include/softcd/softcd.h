@@ -298,7 +298,7 @@ enum {
   SOFTCD_CCD = 1  /**< straight-line motion from t0 to t1 */
 };
 
-/** The narrow phase's arithmetic, and what it guarantees: docs/accuracy.md. */
+/** The narrow phase's arithmetic, and what it guarantees: docs/measured/accuracy.md. */
 typedef uint32_t softcd_accuracy;
 enum {
   SOFTCD_FAST = 0,         /**< float32 */

@@ -85,9 +85,8 @@ class SOFTCD_EXPORT Attachment {
 /// While attached:
 /// - world.getBroadphase() and getPairCache() return softcd's, which forward to the originals. Do not keep these
 ///   pointers, and do not call setBroadphase().
-/// - softcd calls the app's tick callbacks. The app may set others; a step that was not finished by then misses its
-/// last
-///   pass, which WorldDetection::crossing_report().failed_steps() counts.
+/// - softcd calls the app's tick callbacks. The app may set others. A step that was not finished by then misses its
+///   last pass, and WorldDetection::crossing_report().failed_steps() counts it.
 /// - The deformable world has one more action. Actions that the app added earlier see nodes before the last pass of
 ///   Detection::ccd. Removing softcd's action changes the order of actions added later.
 ///

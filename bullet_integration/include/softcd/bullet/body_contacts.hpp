@@ -39,7 +39,7 @@ struct BodyContact {
   /// and rigid meshes. Otherwise 1.
   btScalar time_of_impact = 1;
   /// Impulses on a and b from this contact in the step, kg m/s, friction included. Divided by the step's length they
-  /// are mean forces. 0 for nodes without mass. [In a Bullet world](docs/bullet.md) says how exact they are in each
+  /// are mean forces. 0 for nodes without mass. [In a Bullet world](docs/use/bullet.md) says how exact they are in each
   /// kind of world. Valid if BodyPairContacts::has_impulses.
   btVector3 impulse_a{0, 0, 0};
   btVector3 impulse_b{0, 0, 0};  ///< see impulse_a

@@ -64,7 +64,7 @@ class SOFTCD_EXPORT Broadphase : public btBroadphaseInterface {
   /// Restores all hidden flags.
   void restore_vertex_face_flags();
 
-  std::shared_ptr<Broadphase> self_{this, [](Broadphase*) {}};  ///< tells a Dispatcher whether it still lives
+  std::shared_ptr<Broadphase> self_{this, [](Broadphase*) {}};  ///< lets a Dispatcher notice its end
   std::unique_ptr<btBroadphaseInterface> owned_;
   btBroadphaseInterface& original_;
   std::vector<btSoftBody*> soft_bodies_;

@@ -41,7 +41,7 @@ class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
   WorldDetection& detection() { return detection_; }
   /// Returns the same.
   const WorldDetection& detection() const { return detection_; }
-  /// Whether it finds the contacts of the world that uses this broad phase.
+  /// Returns whether it detects the contacts of the world that uses this broad phase.
   bool serves(const btBroadphaseInterface& broadphase) const;
 
  private:

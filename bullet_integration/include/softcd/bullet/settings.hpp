@@ -37,8 +37,7 @@ enum class Contacts : std::uint32_t {
   all,  ///< all within the margin: a node over an edge has two, over a corner about six, with the same normal
   /// One for each place where the body's surface is nearest to the node, such as each layer of a fold. The kept contact
   /// carries the push and friction of those dropped. Classic worlds also drop contacts that cannot close within twice
-  /// this step's motion, and choose among contacts of edges. docs/bullet.md has
-  /// the rule.
+  /// this step's motion, and choose among contacts of edges. docs/use/bullet.md has the rule.
   closest_feature,
   automatic,  ///< closest_feature in classic worlds with Detection::dcd, otherwise all
 };
@@ -52,8 +51,8 @@ enum class ConvexShapes : std::uint32_t {
 
 /// The response to a step in which softcd fails with an Error or std::bad_alloc.
 enum class OnError : std::uint32_t {
-  /// The step goes on with Bullet's own detection, without contacts of edges and, in classic worlds, within bodies; or
-  /// without the last pass. Each detector warns once, and counts such steps.
+  /// The step continues with Bullet's own detection, without contacts of edges and, in classic worlds, within bodies;
+  /// or without the last pass. Each detector warns once, and counts such steps.
   fall_back,
   /// The exception passes through Bullet and ends the step in the middle.
   throw_error,
@@ -82,14 +81,15 @@ inline namespace compiled_without_bt_use_double_precision_so_link_softcd_bullet 
 
 /// Settings of softcd in a Bullet world. softcd replaces the vertex-face detection between and within soft bodies
 /// (VF_SS in classic worlds, VF_DD in the deformable world). Bullet keeps all other kinds of collision, clusters among
-/// them. Exceptions from the app's own callbacks (near callback, log) pass through Bullet. docs/bullet.md has examples.
+/// them. Exceptions from the app's own callbacks (near callback, log) pass through Bullet. docs/use/bullet.md has
+/// examples.
 struct Settings {
   Backend backend = Backend::automatic;  ///< where detections run
-  /// dcd detects contacts by Bullet's own rules, at one end of the step. ccd detects along the whole step, and its last
-  /// pass stops nodes that would cross a face (with EdgeContacts::respond also edges that would cross edges), at any
-  /// speed. A Dispatcher under a world of Bullet's own class has no last pass. Only massless nodes and rigid meshes
-  /// that the app moves can still cross a body: see WorldDetection::crossing_answers(). docs/bullet.md has the exact
-  /// rules.
+  /// dcd detects contacts by Bullet's own rules, at one end of the step. ccd detects along the whole step. Its last
+  /// pass stops nodes that would cross a face at any speed, and with EdgeContacts::respond edges that would cross
+  /// edges. A Dispatcher under a world of Bullet's own class has no last pass. Only massless nodes and rigid meshes
+  /// that the app moves can still cross a body: see WorldDetection::crossing_answers(). docs/use/bullet.md has the
+  /// exact rules.
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;                  ///< of contacts; the last pass is always conservative
   BroadPhase broad_phase = BroadPhase::exact;             ///< changes the number of tests, not the contacts
@@ -107,8 +107,8 @@ struct Settings {
   /// triangle as with a plate 0.12 thick.
   bool rigid_meshes = true;
   /// faces_and_edges adds contacts that Bullet's test of nodes misses: shapes' corners on faces, edges on edges, and
-  /// nodes that are too fast. Not for planes, ghost objects and soft bodies without faces. docs/bullet.md says how it
-  /// works and what it does not prevent.
+  /// nodes that are too fast. Not for planes, ghost objects and soft bodies without faces. docs/use/bullet.md says how
+  /// it works and what it does not prevent.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback apply to pairs of soft
   /// bodies. Bullet ignores them there; classic worlds always apply them.

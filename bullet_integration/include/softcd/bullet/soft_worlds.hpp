@@ -26,7 +26,7 @@ class Dispatcher;
 template <class BulletWorld>
 class SOFTCD_EXPORT SoftWorld : public BulletWorld {
  public:
-  /// What the constructor of Bullet's world takes.
+  /// The type of solver that the constructor of Bullet's world takes.
   using ConstraintSolver = std::conditional_t<std::is_base_of_v<btMultiBodyDynamicsWorld, BulletWorld>,
                                               btMultiBodyConstraintSolver, btConstraintSolver>;
 

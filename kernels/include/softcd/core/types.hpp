@@ -76,7 +76,8 @@ enum class BroadPhase : std::uint32_t {
 
 /// The narrow phase's arithmetic, and what it guarantees. `fast` and `precise` guarantee it for the detector's
 /// positions (see Positions), `conservative` for the given ones. S is the sum of the largest components of three
-/// vectors: the features' edges and the distances between them. docs/accuracy.md has the reasons and measurements.
+/// vectors: the features' edges and the distances between them. docs/measured/accuracy.md has the reasons and
+/// measurements.
 enum class Accuracy : std::uint32_t {
   /// Computes the coplanarity cubic and the proximity in float32. Finds all features that touch during a step, usually
   /// a little early. Also reports features that pass within 4e-6 S of each other, or nearly touch for longer than its

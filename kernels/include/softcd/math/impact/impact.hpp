@@ -39,8 +39,8 @@
 ///
 /// `first_approach` follows the distance over the whole step instead. All features that come within the margin are
 /// hits, and `time` is not later than that. At `time` the distance is at most reach, with twice the tolerance and a
-/// millionth of the margin. Where kMostApproachSteps steps do not decide, it may be somewhat more. docs/accuracy.md has
-/// the proof.
+/// millionth of the margin. Where kMostApproachSteps steps do not decide, it may be somewhat more.
+/// docs/measured/accuracy.md has the proof.
 ///
 /// In float the same bounds hold for float coordinates; tolerance and coplanar stretches are 2^29 times as wide.
 /// Coordinates' differences must be finite.

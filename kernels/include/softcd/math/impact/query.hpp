@@ -15,7 +15,8 @@ constexpr T kCoefficientError = T(40) * epsilon<T>();
 /// Roundings of the cubic's values and of where it is split, relative to the volume: see make_query.
 template <class T>
 constexpr T kCubicError = T(192) * epsilon<T>();
-/// Roundings of a height over a plane, of its coefficients too, relative to the volume: docs/accuracy.md counts them.
+/// Roundings of a height over a plane, of its coefficients too, relative to the volume. docs/measured/accuracy.md
+/// counts them.
 template <class T>
 constexpr T kHeightError = T(64) * epsilon<T>();
 /// Roundings of the length of a cross product of two vectors, relative to it.
