@@ -1,7 +1,6 @@
 #include "program.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <exception>
@@ -9,6 +8,7 @@
 #include <set>
 
 #include "command_line.hpp"
+#include "command_line/progress_line.hpp"
 #include "command_line/standard_output.hpp"
 #include "measurement.hpp"
 #include "mesh_io/mesh_io.hpp"
@@ -17,23 +17,6 @@
 namespace softcd::demo {
 namespace {
 
-// Shows the progress in one line that is overwritten, if the output is a terminal.
-class Progress {
- public:
-  Progress() = default;
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-  ~Progress() { clear(); }
-
-  void show(const std::string& text) {
-    if (is_terminal_) fmt::print(stderr, "\r\x1b[K{}", text);
-  }
-  void clear() { show(""); }
-
- private:
-  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
-};
-
 struct Frames {
   Mesh first;
   std::optional<Mesh> second;
@@ -41,7 +24,7 @@ struct Frames {
   const Mesh& last() const { return second ? *second : first; }
 };
 
-Frames read_frames(const DetectCommand& command, Progress& progress) {
+Frames read_frames(const DetectCommand& command, ProgressLine& progress) {
   const auto read = [&progress](const std::string& file) {
     progress.show("reading " + file);
     return read_mesh(file);
@@ -55,7 +38,7 @@ Frames read_frames(const DetectCommand& command, Progress& progress) {
 }
 
 void run(DetectCommand command) {
-  Progress progress;
+  ProgressLine progress;
   const Frames frames = read_frames(command, progress);
 
   std::set<std::string, std::less<>> warned;  // repetitions repeat their warnings

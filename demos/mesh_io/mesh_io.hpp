@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -25,6 +26,13 @@ class MeshError : public std::runtime_error {
 /// the format. Polygons become triangle fans. Indices are checked; positions may be NaN or infinite. Reads files and
 /// pipes of up to 16 GiB. Throws MeshError.
 Mesh read_mesh(const std::filesystem::path& path);
+
+/// Returns the content of a file or pipe of up to 16 GiB, as read_mesh() reads it. Throws MeshError.
+std::string read_mesh_content(const std::filesystem::path& path);
+
+/// Reads a mesh from a file's content, as read_mesh() does. The path decides the format, with the first line, and is
+/// the name in messages. Throws MeshError.
+Mesh parse_mesh(const std::filesystem::path& path, std::string_view content);
 
 /// The extensions of files that write_mesh writes.
 constexpr std::array<std::string_view, 3> kWrittenExtensions = {".ply", ".stl", ".glb"};

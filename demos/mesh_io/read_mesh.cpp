@@ -27,7 +27,20 @@ namespace fs = std::filesystem;
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 34;
 constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
 
-std::string read_file(const fs::path& path) {
+bool has_obj_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".obj";
+}
+
+bool same_triangle(const Triangle& a, const Triangle& b) {
+  return std::equal(a.v, a.v + 3, b.v);
+}
+
+}  // namespace
+
+std::string read_mesh_content(const fs::path& path) {
   const auto require = [&](bool condition, const char* problem) {
     if (!condition) throw MeshError(fmt::format("{}: {}", path.string(), problem));
   };
@@ -53,25 +66,15 @@ std::string read_file(const fs::path& path) {
   return content;
 }
 
-bool has_obj_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".obj";
-}
-
-bool same_triangle(const Triangle& a, const Triangle& b) {
-  return std::equal(a.v, a.v + 3, b.v);
-}
-
-}  // namespace
-
-Mesh read_mesh(const fs::path& path) {
-  const std::string content = read_file(path);
+Mesh parse_mesh(const fs::path& path, std::string_view content) {
   std::string_view rest = content;
   if (take_line(rest) == "ply") return read_ply(path.string(), content);
   if (has_obj_extension(path)) return read_obj(path.string(), content);
   throw MeshError(fmt::format("{}: is neither PLY (first line 'ply') nor OBJ (name ending in .obj)", path.string()));
+}
+
+Mesh read_mesh(const fs::path& path) {
+  return parse_mesh(path, read_mesh_content(path));
 }
 
 void require_same_topology(const Mesh& a, const fs::path& path_a, const Mesh& b, const fs::path& path_b) {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <string>
+
+namespace softcd::demo {
+
+/// Shows the progress in one line on standard error that is overwritten, if that is a terminal.
+class ProgressLine {
+ public:
+  ProgressLine() = default;
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+  ~ProgressLine() { clear(); }
+
+  void show(const std::string& text) {
+    if (is_terminal_) fmt::print(stderr, "\r\x1b[K{}", text);
+  }
+  void clear() { show(""); }
+
+ private:
+  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+};
+
+}  // namespace softcd::demo
