@@ -137,4 +137,11 @@ bool intersects(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle) {
   return low == 0 && high == 0 && intersects_in_plane(p, q, triangle);
 }
 
+bool passes_through(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle) {
+  const auto& [a, b, c] = triangle;
+  if (orientation(a, b, c, p) * orientation(a, b, c, q) >= 0) return false;
+  const int first = orientation(p, q, a, b);
+  return first != 0 && orientation(p, q, b, c) == first && orientation(p, q, c, a) == first;
+}
+
 }  // namespace softcd::demo

@@ -198,6 +198,11 @@ TEST_F(CommandLines, of_softcd_detect_are_answered) {
   expect_answers(SOFTCD_DETECT, {}, {});
 }
 
+TEST_F(CommandLines, of_softcd_certify_are_answered) {
+  expect_answers(SOFTCD_CERTIFY, {}, {"mesh.obj", "mesh.obj"});
+  expect_answers(SOFTCD_CERTIFY, {}, {});
+}
+
 #ifdef SOFTCD_DEMO
 TEST_F(CommandLines, of_softcd_demo_are_answered) {
   expect_answers(SOFTCD_DEMO, {}, {"--steps", "1", "--size", "8"});

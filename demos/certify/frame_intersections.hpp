@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "certificate.hpp"
+#include "mesh_sequence.hpp"
+#include "softcd/softcd.hpp"
+
+namespace softcd::demo {
+
+/// Finds the triangles that have a point in common with each other, in exact arithmetic of the positions as given.
+class FrameIntersections {
+ public:
+  /// `scene` must outlive the object. Mesh i of `meshes` is body i of `bodies`, with positions from previous() to
+  /// current().
+  FrameIntersections(Scene& scene, const std::vector<BodyId>& bodies) : probe_(scene), bodies_(bodies) {}
+
+  /// Compares the triangles of mesh 0 with each other and with those of all other meshes, at the end of the step.
+  /// Returns pairs in ascending order.
+  std::vector<TrianglePair> find(const std::vector<MeshSequence>& meshes);
+
+ private:
+  Probe probe_;
+  std::vector<BodyId> bodies_;
+};
+
+}  // namespace softcd::demo
