@@ -1,7 +1,7 @@
 #include "frame_intersections.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <limits>
 
 #include "triangle_meeting.hpp"
@@ -51,16 +51,41 @@ Face face_of(const Mesh& mesh, std::uint64_t first_vertex, std::uint32_t triangl
   return face;
 }
 
+bool is_float(const Vec3d& x) {
+  return x == vec3_cast<double>(vec3_cast<float>(x));
+}
+
+bool are_floats(const std::vector<MeshSequence>& meshes) {
+  return std::all_of(meshes.begin(), meshes.end(), [](const MeshSequence& mesh) {
+    const auto& positions = mesh.current().positions;
+    return std::all_of(positions.begin(), positions.end(), is_float);
+  });
+}
+
 }  // namespace
 
-std::vector<TrianglePair> FrameIntersections::find(const std::vector<MeshSequence>& meshes) {
-  std::vector<std::uint64_t> first_vertex = {0};
-  for (const MeshSequence& mesh : meshes) {
-    first_vertex.push_back(first_vertex.back() + mesh.current().positions.size());
+std::uint32_t FrameIntersections::mesh_of(BodyId body) const {
+  return static_cast<std::uint32_t>(std::find(bodies_.begin(), bodies_.end(), body) - bodies_.begin());
+}
+
+void FrameIntersections::visit_intersecting(const Visit& visit) {
+  const std::array<ProbeBodies, 2> bodies = {{{bodies_[0], bodies_[0]}, {bodies_[0], BodyId()}}};
+  // Most frames have none, and finding that takes half of the time that listing takes.
+  if (std::none_of(bodies.begin(), bodies.end(), [&](const ProbeBodies& p) { return probe_.has_intersections(p); })) {
+    return;
   }
+  for (const TriangleIntersection& found : probe_.intersections(Span<const ProbeBodies>(bodies)).all()) {
+    if (found.body_a == bodies_[0]) {
+      visit(found.triangle_a, mesh_of(found.body_b), found.triangle_b);
+    } else {
+      visit(found.triangle_b, mesh_of(found.body_a), found.triangle_a);
+    }
+  }
+}
+
+void FrameIntersections::visit_near(const std::vector<MeshSequence>& meshes, const Visit& visit) {
   const double slack = rounding_of(meshes);
   const Mesh& mesh = meshes[0].current();
-  std::vector<TrianglePair> pairs;
   std::vector<ProbeBox> boxes;
   for (std::size_t begin = 0; begin < mesh.triangles.size(); begin += kTrianglesAtOnce) {
     const std::size_t end = std::min(begin + kTrianglesAtOnce, mesh.triangles.size());
@@ -69,17 +94,29 @@ std::vector<TrianglePair> FrameIntersections::find(const std::vector<MeshSequenc
     const AnswerLists<TriangleOverlap> near = probe_.overlaps(Span<const ProbeBox>(boxes));
     for (std::size_t t = begin; t < end; ++t) {
       const auto triangle = static_cast<std::uint32_t>(t);
-      const Face face = face_of(mesh, 0, triangle);
       for (const TriangleOverlap& overlap : near[t - begin]) {
-        const auto found = std::find(bodies_.begin(), bodies_.end(), overlap.body);
-        const auto other = static_cast<std::uint32_t>(found - bodies_.begin());
-        if (other == 0 && overlap.triangle <= triangle) continue;
-        const Meeting meeting =
-            meeting_of(face, face_of(meshes[other].current(), first_vertex[other], overlap.triangle));
-        if (meeting == Meeting::apart) continue;
-        pairs.push_back({triangle, other, overlap.triangle, meeting == Meeting::through});
+        const std::uint32_t other = mesh_of(overlap.body);
+        if (other != 0 || overlap.triangle > triangle) visit(triangle, other, overlap.triangle);
       }
     }
+  }
+}
+
+std::vector<TrianglePair> FrameIntersections::find(const std::vector<MeshSequence>& meshes) {
+  std::vector<std::uint64_t> first_vertex = {0};
+  for (const MeshSequence& mesh : meshes) {
+    first_vertex.push_back(first_vertex.back() + mesh.current().positions.size());
+  }
+  std::vector<TrianglePair> pairs;
+  const Visit add = [&](std::uint32_t triangle_a, std::uint32_t mesh_b, std::uint32_t triangle_b) {
+    const Meeting meeting = meeting_of(face_of(meshes[0].current(), 0, triangle_a),
+                                       face_of(meshes[mesh_b].current(), first_vertex[mesh_b], triangle_b));
+    if (meeting != Meeting::apart) pairs.push_back({triangle_a, mesh_b, triangle_b, meeting == Meeting::through});
+  };
+  if (are_floats(meshes)) {
+    visit_intersecting(add);
+  } else {
+    visit_near(meshes, add);
   }
   std::sort(pairs.begin(), pairs.end());
   return pairs;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "certificate.hpp"
@@ -20,6 +22,16 @@ class FrameIntersections {
   std::vector<TrianglePair> find(const std::vector<MeshSequence>& meshes);
 
  private:
+  /// Receives a triangle of mesh 0, and another mesh with a triangle of it.
+  using Visit = std::function<void(std::uint32_t triangle_a, std::uint32_t mesh_b, std::uint32_t triangle_b)>;
+
+  /// Passes all pairs that have a point in common to `visit`. Only for positions that are floats: the scene does not
+  /// round these.
+  void visit_intersecting(const Visit& visit);
+  /// Passes all pairs that may have a point in common to `visit`.
+  void visit_near(const std::vector<MeshSequence>& meshes, const Visit& visit);
+  std::uint32_t mesh_of(BodyId body) const;
+
   Probe probe_;
   std::vector<BodyId> bodies_;
 };

@@ -73,6 +73,7 @@ bool is_before(std::string_view a, std::string_view b) {
 
 std::vector<fs::path> files_of(const fs::path& file_or_folder) {
   std::error_code error;
+  if (!fs::exists(file_or_folder, error)) throw MeshError(fmt::format("{}: does not exist", file_or_folder.string()));
   if (!fs::is_directory(file_or_folder, error)) return {file_or_folder};
   std::vector<fs::path> files;
   for (fs::directory_iterator entry(file_or_folder, error); !error && entry != fs::directory_iterator();

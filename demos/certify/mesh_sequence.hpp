@@ -14,7 +14,8 @@ namespace softcd::demo {
 bool is_before(std::string_view a, std::string_view b);
 
 /// Returns the files that a word of the command line stands for: the file itself, or all meshes of a folder (names that
-/// end in .ply or .obj) in the order of is_before(). Throws MeshError when a folder has none or cannot be read.
+/// end in .ply or .obj) in the order of is_before(). Throws MeshError when it does not exist or
+/// cannot be read, or the folder has no mesh.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& file_or_folder);
 
 /// The frames of one mesh, of which two are in memory: the last one that was read and the one before it.

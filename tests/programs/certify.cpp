@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ground_truth.hpp"
+#include "mesh_io/mesh_io.hpp"
 #include "recorded_steps.hpp"
 #include "run_program.hpp"
 #include "temporary_folder.hpp"
@@ -256,6 +257,31 @@ TEST_F(Certify, lists_as_many_pairs_as_wanted) {
   EXPECT_TRUE(short_one["steps"][0]["pairs"]["listed"].empty());
 }
 
+// Writes a mesh, and a vertex without triangles.
+std::string with_vertex(const demo::Mesh& mesh, const std::string& vertex) {
+  std::string text;
+  for (const Vec3d& x : mesh.positions) text += fmt::format("v {} {} {}\n", x.x, x.y, x.z);
+  text += "v " + vertex + "\n";
+  for (const Triangle& t : mesh.triangles) text += fmt::format("f {} {} {}\n", t.v[0] + 1, t.v[1] + 1, t.v[2] + 1);
+  return text;
+}
+
+// Where one coordinate is no float, triangles are found in another way.
+TEST_F(Certify, finds_the_same_triangles_of_floats_and_of_doubles) {
+  std::vector<std::string> floats;
+  std::vector<std::string> doubles;
+  for (const char* file : {"t0.ply", "t1.ply"}) {
+    const demo::Mesh mesh = demo::read_mesh(recorded_step_folder("n-body") / file);
+    floats.push_back(with_vertex(mesh, "0.5 0.5 0.5"));
+    doubles.push_back(with_vertex(mesh, "0.1 0.1 0.1"));
+  }
+  const nlohmann::json of_floats = certificate(write_frames("floats", floats) + " --list 1000", 1);
+  const nlohmann::json of_doubles = certificate(write_frames("doubles", doubles) + " --list 1000", 1);
+  EXPECT_GT(of_floats["frames"][1]["intersections"], 100);
+  EXPECT_EQ(of_floats["frames"], of_doubles["frames"]);
+  EXPECT_EQ(of_floats["steps"], of_doubles["steps"]);
+}
+
 TEST_F(Certify, proves_recorded_steps_without_a_crossing) {
   for (const char* name : {"reef-knot", "tube"}) certificate(recorded_step_folder(name).string(), 0);
 }
@@ -353,7 +379,7 @@ TEST_F(Certify, errors_name_the_file_and_what_to_do) {
   const std::string frame = frames + "/frame0.obj";
   expect_refused(frame, "frame0.obj: is the only frame; give at least two");
   expect_refused(frames + " --every 2", "frame0.obj: is the only frame; give at least two, or a smaller --every");
-  expect_refused(frame + " " + folder_.file("absent.ply"), "absent.ply: cannot be opened");
+  expect_refused(frame + " " + folder_.file("absent.ply"), "absent.ply: does not exist");
   expect_refused(frame + " " + folder_.write("nan.obj", standing_at("nan")), "nan.obj: vertex 3 is not finite");
   expect_refused(frame + " " + folder_.write("far.obj", standing_at("1e38")),
                  "far.obj: vertex 3 is not finite or beyond 1e37");
@@ -362,7 +388,7 @@ TEST_F(Certify, errors_name_the_file_and_what_to_do) {
   expect_refused(folder_.file("none"), "none: has no files with names ending in .ply or .obj");
   expect_refused(frames + " --against " + write_frames("three", {frame, frame, frame}),
                  "three: has 3 meshes, but there are 2 frames");
-  expect_refused(frames + " --against " + folder_.file("absent.obj"), "absent.obj: cannot be opened");
+  expect_refused(frames + " --against " + folder_.file("absent.obj"), "absent.obj: does not exist");
 }
 
 TEST_F(Certify, refuses_command_lines) {

@@ -198,10 +198,12 @@ TEST_F(CommandLines, of_softcd_detect_are_answered) {
   expect_answers(SOFTCD_DETECT, {}, {});
 }
 
+#ifdef SOFTCD_CERTIFY
 TEST_F(CommandLines, of_softcd_certify_are_answered) {
   expect_answers(SOFTCD_CERTIFY, {}, {"mesh.obj", "mesh.obj"});
   expect_answers(SOFTCD_CERTIFY, {}, {});
 }
+#endif
 
 #ifdef SOFTCD_DEMO
 TEST_F(CommandLines, of_softcd_demo_are_answered) {
