@@ -10,8 +10,8 @@ Configures and builds softcd (Release, with the CUDA backend where there is an n
 benchmarks/performance.sh. Fetches nothing and writes only below --build and to --output.
 
   --prefix DIR        a folder with the dependencies (Bullet, oneTBB, Highway, Eigen, CLI11, fmt, nlohmann_json,
-                      GoogleTest, Boost, GMP, libpng) in DIR/include and DIR/lib, or unpacked from Debian packages: DIR/usr/include,
-                      DIR/usr/lib/x86_64-linux-gnu. Left out: the system's
+                      GoogleTest, Boost, GMP, libpng; for softcd-certify OpenSSL) in DIR/include and DIR/lib, or unpacked
+                      from Debian packages: DIR/usr/include, DIR/usr/lib/x86_64-linux-gnu. Left out: the system's
   --build DIR         where to build; default build/offline
   --arch ARCHS        CUDA architectures, e.g. 90; default native, this machine's GPU, where there is one
   --backend BACKENDS  what to measure: cpu, cuda or cpu,cuda; default: cuda too where it is built and there is a GPU

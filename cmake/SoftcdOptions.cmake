@@ -7,7 +7,7 @@ option(SOFTCD_BULLET "Build softcd::bullet, the integration with Bullet's soft b
 option(SOFTCD_BULLET_FLOAT64 "Build softcd::bullet-float64 too, where Bullet's double-precision libraries are" ON)
 set(SOFTCD_PYBULLET_SOURCE "" CACHE PATH
     "Sources of the PyBullet that a plugin for it is built for (docs/use/pybullet.md); empty builds none")
-option(SOFTCD_DEMOS "Build the programs softcd-detect and softcd-demo" ${PROJECT_IS_TOP_LEVEL})
+option(SOFTCD_DEMOS "Build the programs softcd-detect, softcd-certify and softcd-demo" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_BENCHMARKS "Build the benchmarks" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_QUICK_PROGRAMS "Compile programs, but not the scenes, without optimization: only what they do is looked at" OFF)

@@ -39,7 +39,7 @@ set(CPACK_COMPONENT_RUNTIME_DESCRIPTION
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
     "Contacts between deformable triangle meshes: headers, and what CMake and\npkg-config find the libraries by.")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION
-    "Contacts between deformable triangle meshes: softcd-detect for two frames of a\nmesh, and softcd-demo, scenes of Bullet's soft bodies.")
+    "Contacts between deformable triangle meshes: softcd-detect for two frames of a\nmesh, softcd-certify for proofs that frames do not cross, and softcd-demo, scenes\nof Bullet's soft bodies.")
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

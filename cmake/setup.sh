@@ -20,7 +20,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 packages=(
   cmake ninja-build g++ pkg-config
   libtbb-dev libhwy-dev libbullet-dev libeigen3-dev
-  libcli11-dev libfmt-dev nlohmann-json3-dev libpng-dev
+  libcli11-dev libfmt-dev nlohmann-json3-dev libpng-dev libssl-dev
   libglfw3-dev libimgui-dev libepoxy-dev libegl-dev libgl1-mesa-dri
   libgtest-dev libgmock-dev libboost-dev libgmp-dev libbenchmark-dev libassimp-dev
 )

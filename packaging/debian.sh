@@ -7,7 +7,8 @@ usage() {
 usage: packaging/debian.sh [--try]
 
 Builds Debian packages, with what is installed here, into build/packages: libsoftcd0.1 (shared libraries, named by their
-binary interface), libsoftcd-dev (headers, CMake, pkg-config) and softcd-tools (softcd-detect, softcd-demo).
+binary interface), libsoftcd-dev (headers, CMake, pkg-config) and softcd-tools (softcd-detect, softcd-certify and
+softcd-demo).
 
   --try    then installs them, builds and runs the programs of tests/package against them, runs the tools, removes the
            packages and looks for what they have left behind. As root, where no softcd is installed
@@ -30,7 +31,8 @@ build_packages() {
   cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DBUILD_SHARED_LIBS=ON \
     -DCMAKE_INSTALL_PREFIX=/usr -DSOFTCD_TESTS=OFF -DSOFTCD_BENCHMARKS=OFF -DSOFTCD_CUDA=OFF ${SOFTCD_CMAKE_ARGS:-} >&2
   # Builds only the installed targets: demos/all would also build the scenes in both precisions.
-  cmake --build "$build" --parallel "$(nproc)" --target plugin/all bullet_integration/all softcd_detect softcd_demo >&2
+  cmake --build "$build" --parallel "$(nproc)" --target plugin/all bullet_integration/all softcd_detect \
+    softcd_certify softcd_demo >&2
   rm -f "$build"/*.deb
   (cd "$build" && cpack >&2)
   ls -l "$build"/*.deb
@@ -55,6 +57,8 @@ try_packages() {
   "$work/one_line_app"
   softcd-demo two-cloths --size 8 --steps 2 --picture "$work/picture.png" --export-step 2 "$work/step"
   softcd-detect "$work/step/t0.ply" "$work/step/t1.ply"
+  softcd-certify "$work/step" --json "$work/certificate.json"
+  softcd-certify --check "$work/certificate.json" "$work/step"
 
   trap - EXIT
   remove_packages
