@@ -143,35 +143,32 @@ bool Certificate::is_proved() const {
 }
 
 std::string claim_of(const CertifyOptions& options) {
-  const std::string frames = ", and no triangles have a point in common in any frame";
-  if (options.margin == 0) {
-    return "On straight paths from each frame to the next, no vertex touches a triangle and no edge an edge" + frames;
-  }
-  const double distance = 2 * options.margin;
-  return fmt::format(
-      "On straight paths from each frame to the next, every vertex stays more than {} away from triangles, and every "
-      "edge from edges{}",
-      distance, frames);
+  const std::string stays =
+      options.margin == 0
+          ? std::string("no vertex touches a triangle and no edge an edge")
+          : fmt::format("vertices stay more than {} away from triangles and edges from edges", 2 * options.margin);
+  return "While all vertices move straight and evenly from each frame to the next, " + stays +
+         ", unless they share a vertex; in no frame do triangles intersect";
 }
 
 std::string text_of(const Certificate& certificate) {
   const CertifyOptions& options = certificate.options;
-  Json json = {{"format", kFormat},
-               {"softcd", SOFTCD_VERSION_STRING},
-               {"verdict", certificate.is_proved() ? "proved" : "not proved"},
-               {"claim", claim_of(options)},
-               {"scope",
-                "Positions are the files' as doubles. Features that share a vertex are not compared, nor are further "
-                "meshes with each other"},
-               {"arithmetic", {{"steps", "conservative"}, {"frames", "exact"}}},
-               {"options", {{"margin", options.margin}, {"every", options.every}, {"list", options.list}}},
-               {"proved_steps", count_of(certificate, Verdict::proved)},
-               {"crossed_steps", count_of(certificate, Verdict::crossed)},
-               {"not_proved_steps", count_of(certificate, Verdict::not_proved)},
-               {"intersecting_frames", intersecting_frames(certificate)},
-               {"meshes", Json::array()},
-               {"frames", Json::array()},
-               {"steps", Json::array()}};
+  Json json = {
+      {"format", kFormat},
+      {"softcd", SOFTCD_VERSION_STRING},
+      {"verdict", certificate.is_proved() ? "proved" : "not proved"},
+      {"claim", claim_of(options)},
+      {"scope",
+       "Positions are those of the files, as doubles. Mesh 0 is compared with itself and with each other mesh"},
+      {"arithmetic", {{"steps", "conservative"}, {"frames", "exact"}}},
+      {"options", {{"margin", options.margin}, {"every", options.every}, {"list", options.list}}},
+      {"proved_steps", count_of(certificate, Verdict::proved)},
+      {"crossed_steps", count_of(certificate, Verdict::crossed)},
+      {"not_proved_steps", count_of(certificate, Verdict::not_proved)},
+      {"intersecting_frames", intersecting_frames(certificate)},
+      {"meshes", Json::array()},
+      {"frames", Json::array()},
+      {"steps", Json::array()}};
   for (const CertifiedMesh& mesh : certificate.meshes) json["meshes"].push_back(json_of(mesh));
   for (std::size_t i = 0; i < certificate.frames.size(); ++i) {
     Json frame = {{"frame", i}, {"intersections", certificate.frames[i].count}};

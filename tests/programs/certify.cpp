@@ -106,8 +106,8 @@ TEST_F(Certify, proves_that_nothing_crosses) {
   const nlohmann::json json = certificate(frames, 0);
   EXPECT_EQ(json["format"], "softcd-certificate 1");
   EXPECT_EQ(json["claim"],
-            "On straight paths from each frame to the next, no vertex touches a triangle and no edge an edge, and no "
-            "triangles have a point in common in any frame");
+            "While all vertices move straight and evenly from each frame to the next, no vertex touches a triangle and "
+            "no edge an edge, unless they share a vertex; in no frame do triangles intersect");
   EXPECT_EQ(json["arithmetic"]["steps"], "conservative");
   EXPECT_EQ(json["meshes"][0]["vertices"], 6);
   EXPECT_EQ(json["meshes"][0]["triangles"], 2);
@@ -187,7 +187,7 @@ TEST_F(Certify, bodies_that_stay_intersected_are_found_in_the_frames) {
 TEST_F(Certify, proves_distances) {
   const std::string frames = write_frames("frames", {standing_at("1"), standing_at("0.5")});
   const nlohmann::json json = certificate(frames + " --margin 0.2499", 0);
-  EXPECT_THAT(json["claim"].get<std::string>(), HasSubstr("every vertex stays more than 0.4998 away from triangles"));
+  EXPECT_THAT(json["claim"].get<std::string>(), HasSubstr("vertices stay more than 0.4998 away from triangles"));
   EXPECT_EQ(json["options"]["margin"], 0.2499);
   const nlohmann::json near = certificate(frames + " --margin 0.25", 1);
   EXPECT_EQ(near["steps"][0]["verdict"], "not proved");
