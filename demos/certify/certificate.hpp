@@ -1,9 +1,9 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstddef>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "softcd/core/types.hpp"
@@ -32,8 +32,9 @@ struct TrianglePair {
   std::uint32_t mesh_b, triangle_b;
   bool is_through;  ///< a side passes through the other triangle's inside; else they touch
 
-  friend bool operator==(const TrianglePair&, const TrianglePair&) = default;
-  friend auto operator<=>(const TrianglePair&, const TrianglePair&) = default;
+  friend bool operator<(const TrianglePair& a, const TrianglePair& b) {
+    return std::tie(a.triangle_a, a.mesh_b, a.triangle_b) < std::tie(b.triangle_a, b.mesh_b, b.triangle_b);
+  }
 };
 
 /// The number of pairs, and those of them that are listed.

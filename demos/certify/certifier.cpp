@@ -31,10 +31,6 @@ PairList<Pair> start_of(std::vector<Pair> pairs, std::size_t most) {
   return {count, std::move(pairs)};
 }
 
-bool is_same(const TrianglePair& a, const TrianglePair& b) {
-  return a.triangle_a == b.triangle_a && a.mesh_b == b.mesh_b && a.triangle_b == b.triangle_b;
-}
-
 bool has_same_features(const ReportedPair& a, const ReportedPair& b) {
   return a.kind == b.kind && a.mesh_a == b.mesh_a && a.mesh_b == b.mesh_b && a.vertices == b.vertices;
 }
@@ -43,11 +39,7 @@ bool has_same_features(const ReportedPair& a, const ReportedPair& b) {
 void append_through(const std::vector<TrianglePair>& pairs, const std::vector<TrianglePair>& others,
                     std::vector<TrianglePair>& found) {
   for (const TrianglePair& pair : pairs) {
-    if (!pair.is_through) continue;
-    TrianglePair least = pair;
-    least.is_through = false;
-    const auto other = std::lower_bound(others.begin(), others.end(), least);
-    if (other == others.end() || !is_same(*other, pair)) found.push_back(pair);
+    if (pair.is_through && !std::binary_search(others.begin(), others.end(), pair)) found.push_back(pair);
   }
 }
 

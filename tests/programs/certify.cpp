@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "ground_truth.hpp"
 #include "mesh_io/mesh_io.hpp"
+#include "queries.hpp"
 #include "recorded_steps.hpp"
 #include "run_program.hpp"
 #include "temporary_folder.hpp"
@@ -176,6 +178,62 @@ TEST_F(Certify, touching_is_not_proved_and_not_called_a_crossing) {
   EXPECT_EQ(json["frames"][1]["intersections"], 1);
   EXPECT_EQ(json["frames"][1]["pairs"][0]["through"], false);
   EXPECT_EQ(json["crossed_steps"], 0);
+}
+
+// Many difficult queries side by side: the mesh of query i has the vertices from 4 i on. Vertices and edges are
+// triangles without area.
+struct QueryMesh {
+  std::vector<Query> queries;
+  std::string t0, t1;
+
+  explicit QueryMesh(std::uint32_t count) {
+    Random random(3);
+    std::string triangles;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const ContactKind kind = i % 2 == 0 ? ContactKind::vertex_triangle : ContactKind::edge_edge;
+      Query query = make_query(random, kind, Family{i / 2 % kFamilies}, false);
+      for (Vec3d& x : query.rows) x = x + Vec3d{16.0 * (i % 20), 16.0 * (i / 20), 0};
+      for (std::size_t row = 0; row < 8; ++row) {
+        (row < 4 ? t0 : t1) += fmt::format("v {} {} {}\n", query.rows[row].x, query.rows[row].y, query.rows[row].z);
+      }
+      const std::uint32_t v = 4 * i + 1;
+      triangles += kind == ContactKind::vertex_triangle
+                       ? fmt::format("f {0} {0} {0}\nf {1} {2} {3}\n", v, v + 1, v + 2, v + 3)
+                       : fmt::format("f {0} {1} {1}\nf {2} {3} {3}\n", v, v + 1, v + 2, v + 3);
+      queries.push_back(query);
+    }
+    t0 += triangles;
+    t1 += triangles;
+  }
+};
+
+TEST_F(Certify, reports_all_that_touches_and_calls_nothing_else_crossed) {
+  const QueryMesh mesh(400);
+  const nlohmann::json json = certificate(write_frames("frames", {mesh.t0, mesh.t1}) + " --list 10000", 1);
+  std::set<std::uint32_t> reported;
+  std::set<std::uint32_t> crossed;
+  for (const nlohmann::json& pair : json["steps"][0]["pairs"]["listed"]) {
+    const std::uint32_t first = pair["a"]["vertices"][0];
+    const std::uint32_t query = first / 4;
+    const bool is_vertex_triangle = mesh.queries[query].kind == ContactKind::vertex_triangle;
+    if (pair["kind"] != (is_vertex_triangle ? "vt" : "ee")) continue;
+    if (is_vertex_triangle && first % 4 != 0) continue;  // a corner of the triangle
+    reported.insert(query);
+    if (pair["crossed"] == true) crossed.insert(query);
+  }
+  std::uint32_t touching = 0;
+  for (std::uint32_t i = 0; i < mesh.queries.size(); ++i) {
+    if (collides(mesh.queries[i])) {
+      ++touching;
+      EXPECT_EQ(reported.count(i), 1U) << "missed: query " << i;
+    } else {
+      EXPECT_EQ(crossed.count(i), 0U) << "does not touch: query " << i;
+    }
+  }
+  EXPECT_GT(touching, 100U);
+  EXPECT_LT(touching, 300U);
+  EXPECT_GT(crossed.size(), 20U);
+  EXPECT_LT(crossed.size(), touching) << "some only touch";
 }
 
 TEST_F(Certify, bodies_that_stay_intersected_are_found_in_the_frames) {
