@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "triangle_meeting.hpp"
+#include "scenes/triangle_meeting.hpp"
 
 namespace softcd::demo {
 namespace {

@@ -4,8 +4,13 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
+#include <optional>
 #include <set>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "certifier.hpp"
 #include "command_line.hpp"
@@ -21,6 +26,13 @@ void warn(std::string_view text) {
   fmt::print(stderr, "softcd-certify: warning: {}\n", text);
 }
 
+/// Returns whether a file comes before another one of its folder, by the numbers in their names.
+bool comes_before(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return a.parent_path() == b.parent_path() && fs::is_regular_file(a, ignored) &&
+         is_before(a.filename().string(), b.filename().string());
+}
+
 /// Returns the files that the words stand for. Warns where numbers in names descend, as a shell sorts frame10 before
 /// frame9.
 std::vector<fs::path> frames_of(const std::vector<std::string>& words) {
@@ -29,7 +41,7 @@ std::vector<fs::path> frames_of(const std::vector<std::string>& words) {
     for (fs::path& file : files_of(word)) files.push_back(std::move(file));
   }
   for (std::size_t i = 1; i < files.size(); ++i) {
-    if (!is_before(files[i].string(), files[i - 1].string())) continue;
+    if (!comes_before(files[i], files[i - 1])) continue;
     warn(fmt::format("{} comes before {}: give the folder to sort frames by number", files[i - 1].string(),
                      files[i].string()));
     break;

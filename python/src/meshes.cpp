@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@
 #include "mesh_io/mesh_io.hpp"
 #include "owned_arrays.hpp"
 #include "program.hpp"
-#include "scenes/exact_intersection.hpp"
+#include "scenes/triangle_meeting.hpp"
 
 namespace softcd::python {
 namespace {
@@ -35,44 +34,15 @@ using TriangleIndices = nb::ndarray<const std::uint32_t, nb::shape<-1, 3>, nb::c
 using Begins = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-/// A triangle of a mesh.
-struct Face {
-  const std::uint32_t* v;
-  std::array<Vec3d, 3> x;
-
-  Face(const Doubles& vertices, const TriangleIndices& triangles, std::size_t t) : v(triangles.data() + 3 * t), x{} {
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (v[i] >= vertices.shape(0)) throw InvalidInput("triangles: an index has no vertex");
-      const double* const p = vertices.data() + 3 * static_cast<std::size_t>(v[i]);
-      x[i] = {p[0], p[1], p[2]};
-    }
-  }
-  bool has(std::uint32_t vertex) const { return v[0] == vertex || v[1] == vertex || v[2] == vertex; }
-};
-
-/// Returns whether a plane across the line between their middles separates pq from the triangle, with an allowance for
-/// rounding.
-bool are_certainly_apart(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle) {
-  const Vec3d from[5] = {
-      p - triangle[0], q - triangle[0], {0, 0, 0}, triangle[1] - triangle[0], triangle[2] - triangle[0]};
-  const Vec3d normal = 0.5 * (from[0] + from[1]) - (1.0 / 3.0) * (from[3] + from[4]);
-  double height[5];
-  double error = 0;
-  for (int i = 0; i < 5; ++i) {
-    height[i] = dot(normal, from[i]);
-    for (int axis = 0; axis < 3; ++axis) error += 1e-15 * std::abs(normal[axis] * from[i][axis]);
-  }
-  return std::min(height[0], height[1]) > std::max({height[2], height[3], height[4]}) + error;
-}
-
-/// Returns whether one of a's edges that has no vertex of b meets b.
-bool side_meets(const Face& a, const Face& b) {
+demo::Face face_of(const Doubles& vertices, const TriangleIndices& triangles, std::size_t t) {
+  demo::Face face{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t j = (i + 1) % 3;
-    if (b.has(a.v[i]) || b.has(a.v[j]) || are_certainly_apart(a.x[i], a.x[j], b.x)) continue;
-    if (demo::intersects(a.x[i], a.x[j], b.x)) return true;
+    const std::uint32_t v = triangles(t, i);
+    if (v >= vertices.shape(0)) throw InvalidInput("triangles: an index has no vertex");
+    face.v[i] = v;
+    face.x[i] = {vertices(v, 0), vertices(v, 1), vertices(v, 2)};
   }
-  return false;
+  return face;
 }
 
 /// Compares triangle first + i with the candidates from begins[i] up to begins[i + 1] that come after it.
@@ -84,15 +54,16 @@ nb::object intersecting_pairs(const Doubles& vertices, const TriangleIndices& tr
   {
     const nb::gil_scoped_release no_interpreter;
     for (std::size_t i = 0; i < count; ++i) {
-      const Face a(vertices, triangles, first + i);
+      const demo::Face a = face_of(vertices, triangles, first + i);
       for (std::int64_t j = begins(i); j < begins(i + 1); ++j) {
         if (j < 0 || static_cast<std::size_t>(j) >= candidates.shape(0))
           throw InvalidInput("begins: not in candidates");
         const std::uint32_t other = candidates(static_cast<std::size_t>(j));
         if (other <= first + i) continue;
         if (other >= triangles.shape(0)) throw InvalidInput("candidates: an index has no triangle");
-        const Face b(vertices, triangles, other);
-        if (side_meets(a, b) || side_meets(b, a)) pairs.push_back({static_cast<std::uint32_t>(first + i), other});
+        const demo::Face b = face_of(vertices, triangles, other);
+        if (demo::meeting_of(a, b) == demo::Meeting::apart) continue;
+        pairs.push_back({static_cast<std::uint32_t>(first + i), other});
       }
     }
   }

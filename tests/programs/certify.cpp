@@ -433,6 +433,17 @@ TEST_F(Certify, a_folder_is_sorted_by_number_and_other_files_in_it_do_not_count)
   EXPECT_THAT(sorted_by_shell.errors, HasSubstr("frame10.obj comes before"));
 }
 
+TEST_F(Certify, frames_may_come_from_pipes) {
+  const std::string frame = folder_.write("frame.obj", standing_at("1"));
+  const std::string first = folder_.file("pipe2.obj");
+  const std::string second = folder_.file("pipe1.obj");
+  const Result result = run_shell("mkfifo " + first + " " + second + "; cat " + frame + " >" + first + " & cat " +
+                                      frame + " >" + second + " & '" SOFTCD_CERTIFY "' " + first + " " + second,
+                                  folder_);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.errors, IsEmpty()) << "the order of pipes is meant";
+}
+
 TEST_F(Certify, names_both_files_where_the_topology_differs) {
   const std::string first = folder_.write("first.obj", standing_at("1"));
   const std::string other = folder_.write("other.obj", standing_at("1") + "f 1 2 4\n");

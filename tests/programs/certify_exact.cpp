@@ -8,8 +8,8 @@
 #include "exact_motion.hpp"
 #include "mesh_sequence.hpp"
 #include "queries.hpp"
+#include "scenes/triangle_meeting.hpp"
 #include "sha256.hpp"
-#include "triangle_meeting.hpp"
 
 namespace softcd::test {
 namespace {

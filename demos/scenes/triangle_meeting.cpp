@@ -1,4 +1,4 @@
-#include "triangle_meeting.hpp"
+#include "scenes/triangle_meeting.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,8 +42,9 @@ Meeting sides_with(const Face& a, const Face& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     if (has(b, a.v[i]) || has(b, a.v[j]) || are_certainly_apart(a.x[i], a.x[j], b.x)) continue;
-    if (!intersects(a.x[i], a.x[j], b.x)) continue;
-    if (passes_through(a.x[i], a.x[j], b.x)) return Meeting::through;
+    // Qualified, because a source that is compiled as one with this one has an overload of its own.
+    if (!demo::intersects(a.x[i], a.x[j], b.x)) continue;
+    if (demo::passes_through(a.x[i], a.x[j], b.x)) return Meeting::through;
     meeting = Meeting::touching;
   }
   return meeting;
