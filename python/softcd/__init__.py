@@ -28,7 +28,7 @@ from ._core import (
 from ._core import contact_dtype as _contact_dtype
 from ._core import version as __version__
 from ._errors import BackendError, Error, InvalidInput, MeshError, OutOfMemory
-from ._helpers import collision_free_step, detect, self_intersections
+from ._helpers import Certificate, certify, collision_free_step, detect, self_intersections
 from ._probe import AnswerLists, Probe
 
 contact_dtype = _contact_dtype()
@@ -41,6 +41,7 @@ __all__ = [
     "Backend",
     "BackendError",
     "BroadPhase",
+    "Certificate",
     "ContactKind",
     "ContactRule",
     "Detection",
@@ -65,6 +66,7 @@ __all__ = [
     "StepEnd",
     "Ticket",
     "__version__",
+    "certify",
     "collision_free_step",
     "contact_dtype",
     "detect",

@@ -89,3 +89,51 @@ def test_touching_triangles_intersect():
     assert softcd.self_intersections(vertices, triangles).tolist() == [[0, 1]]
     vertices[3, 2] = np.nextafter(np.float32(0), np.float32(1))
     assert softcd.self_intersections(vertices, triangles).tolist() == []
+
+
+def falling(heights):
+    """Returns frames of the piercing triangles, with vertex 3 at these heights."""
+    frames = np.repeat(PIERCING_T0[None], len(heights), axis=0)
+    frames[:, 3, 2] = heights
+    return frames
+
+
+def test_frames_that_do_not_cross_are_proved():
+    certificate = softcd.certify(falling([1, 0.5, 1e-12]), PIERCING_TRIANGLES)
+    assert certificate.proved
+    assert [len(contacts) for contacts in certificate.contacts] == [0, 0]
+    assert [len(pairs) for pairs in certificate.intersections] == [0, 0, 0]
+
+
+def test_frames_that_cross_or_touch_are_not_proved():
+    for heights in ([1, -1e-12], [1, 0], [-1, -1]):
+        assert not softcd.certify(falling(heights), PIERCING_TRIANGLES).proved
+    certificate = softcd.certify((frame for frame in falling([2, 1, -1])), PIERCING_TRIANGLES)
+    assert [len(contacts) for contacts in certificate.contacts] == [0, 1]
+    assert certificate.contacts[1]["vertices"].tolist() == [[3, 0, 1, 2]]
+    assert [pairs.tolist() for pairs in certificate.intersections] == [[], [], [[0, 1]]]
+
+
+def test_distances_are_proved():
+    frames = falling([1, 0.5]).astype(np.float32)
+    assert softcd.certify(frames, PIERCING_TRIANGLES, margin=0.2499).proved
+    certificate = softcd.certify(frames, PIERCING_TRIANGLES, margin=0.25)
+    assert not certificate.proved and [len(pairs) for pairs in certificate.intersections] == [0, 0]
+
+
+def test_frames_that_cannot_be_proved_are_refused():
+    frames = falling([1, 0.5, np.nan])
+    with pytest.raises(softcd.InvalidInput, match="frame 2 has a position that is not finite"):
+        softcd.certify(frames, PIERCING_TRIANGLES)
+    with pytest.raises(softcd.InvalidInput, match="there are 1; give at least two"):
+        softcd.certify(frames[:1], PIERCING_TRIANGLES)
+    with pytest.raises(softcd.InvalidInput, match="there are 0; give at least two"):
+        softcd.certify([], PIERCING_TRIANGLES)
+    with pytest.raises(softcd.InvalidInput, match=r"frame 1 has the shape \(5, 3\), not \(6, 3\)"):
+        softcd.certify([frames[0], frames[1, :5]], PIERCING_TRIANGLES)
+    with pytest.raises(softcd.InvalidInput, match="nothing to prove"):
+        softcd.certify(frames[:2], np.empty((0, 3), int))
+    with pytest.raises(softcd.InvalidInput, match="frames"):
+        softcd.certify(frames[:2, 0], PIERCING_TRIANGLES)
+    with pytest.raises(TypeError, match="margin"):
+        softcd.certify(frames[:2], PIERCING_TRIANGLES, margins=1)
