@@ -14,7 +14,6 @@ class Cells;
 struct Scheme {
   using Control = paper::Control;
   static constexpr bool kMayBePartitioned = false;
-  static constexpr bool kMayBeSwept = false;
   static constexpr bool kMayHavePatches = false;
   using Split = paper::Split;
   template <class Backend>

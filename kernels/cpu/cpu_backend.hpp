@@ -36,7 +36,6 @@ class CpuBackend {
  public:
   /// Counts are in host memory: a list that overflowed can grow at once.
   static constexpr bool kKnowsCounts = true;
-  static constexpr bool kSweepsFewTriangles = true;
   /// Patches stand for triangles in the grid.
   static constexpr bool kHasPatches = true;
 

@@ -162,9 +162,8 @@ TEST_P(GoldenContacts, from_floats) {
   expect_golden(GetParam(), 0, Given::as_floats);
 }
 
-// Most scenes have so few triangles that they are swept, unless the options ask for cells.
-TEST_P(GoldenContacts, in_the_grid) {
-  expect_golden(GetParam(), 0, Given::as_doubles, 1.8F);
+TEST_P(GoldenContacts, in_smaller_cells) {
+  expect_golden(GetParam(), 0, Given::as_doubles, 0.6F);
 }
 
 TEST_P(GoldenContacts, on_1_to_16_threads) {

@@ -84,7 +84,6 @@ concept RunsDetections = std::default_initializable<typename B::Session> &&
              Count count, typename B::template Buffer<Counters> counters,
              typename B::template Buffer<Contact> contacts) {
   { B::kKnowsCounts } -> std::convertible_to<bool>;
-  { B::kSweepsFewTriangles } -> std::convertible_to<bool>;
   { B::kHasPatches } -> std::convertible_to<bool>;
   b.begin_detection(session);
   b.begin(Stage::volumes);

@@ -4,7 +4,6 @@
 #include "softcd/pipeline/exact_cells.hpp"
 #include "softcd/pipeline/produce.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
-#include "softcd/pipeline/sweep_stages.hpp"
 #include "softcd/pipeline/workspace.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_assignment.hpp"
@@ -55,10 +54,6 @@ class BroadPhaseStages {
   enum class Wanted { overlapping_volumes, meeting_triangles };
   void prepare(Wanted wanted) {
     const bool compares_ends = scene_.is_swept && wanted == Wanted::meeting_triangles;
-    if constexpr (Backend::kSweepsFewTriangles && Scheme::kMayBeSwept) {
-      SweepStages<Backend, Scheme> sweep(backend_, w_, scene_, settings_);
-      if (compares_ends ? sweep.template prepare<true>() : sweep.template prepare<false>()) return;
-    }
     prepare_grid(compares_ends);
   }
 

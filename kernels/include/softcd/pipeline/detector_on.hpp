@@ -430,11 +430,12 @@ class DetectorOn final : public Detector {
     w_.contact_order.reserve(backend_, count, 0);
   }
 
-  /// What the lists of the largest chunk need. Candidates that were not looked for yet are as many as there can be.
+  /// What the lists of the largest chunk need. Pairs and candidates that were not looked for yet are as many as there
+  /// can be.
   std::uint64_t bytes_of_chunk(const Counters& reached) const {
     ChunkCounts most = reached.chunk;
     for_each_count(KeepLargerCount{}, most, reached.most);
-    if (most.pairs == 0) most.pairs = 4 * most.patch_pairs;
+    if (most.pairs == 0) most.pairs = kPatchSize * kPatchSize * most.patch_pairs;
     if (most.vt_candidates == 0 && settings_.vertex_triangle) most.vt_candidates = 6 * most.pairs;
     if (most.ee_candidates == 0 && settings_.edge_edge) most.ee_candidates = 9 * most.pairs;
     return (most.patch_pairs + most.pairs + most.vt_candidates + most.ee_candidates) * sizeof(std::uint64_t);

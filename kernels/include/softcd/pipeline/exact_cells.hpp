@@ -22,8 +22,6 @@ struct ExactScheme {
   using Control = ExactControl;
   /// Several ranks may have a part each.
   static constexpr bool kMayBePartitioned = true;
-  /// Few triangles may be swept instead.
-  static constexpr bool kMayBeSwept = true;
   /// Patches of triangles may stand for these.
   static constexpr bool kMayHavePatches = true;
   /// A triangle that is represented by children.

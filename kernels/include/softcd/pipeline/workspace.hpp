@@ -17,7 +17,6 @@
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/patches.hpp"
 #include "softcd/stages/split_cells.hpp"
-#include "softcd/stages/sweep.hpp"
 
 namespace softcd {
 
@@ -461,7 +460,6 @@ struct Workspace {
   Buffer<BoxedEntry> boxed_entries;
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
-  Buffer<Sweep> sweep;  ///< one, of a scene of few triangles
   // Per contact:
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;

@@ -70,6 +70,10 @@ struct SizeHistograms {
   const std::uint32_t* cell_extent;
   const std::uint32_t* distance;         ///< of the largest coordinate magnitude
   const std::uint32_t* triangle_radius;  ///< of triangles, where `radius` is that of patches
+
+  SOFTCD_HD bool has(int bin) const {
+    return (radius[bin] | swept_radius[bin] | cell_extent[bin] | distance[bin] | triangle_radius[bin]) != 0U;
+  }
 };
 
 /// Children of all split triangles, per triangle.
@@ -154,6 +158,7 @@ struct ChooseGrid {
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
+    team.skip_zeros(kSizeBins, [&](int bin) { return sizes.has(bin); });
     const std::uint64_t active = count_active(team, sizes.radius);
     const std::uint64_t triangles = count_active(team, sizes.triangle_radius);
     const float triangle_mean = clipped_mean(team, sizes.triangle_radius);

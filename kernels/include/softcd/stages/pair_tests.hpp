@@ -213,7 +213,6 @@ struct TestAgainstBig {
 
   template <class Pairs, class PatchPairs>
   SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs, PatchPairs& patch_pairs) const {
-    if (big_count.get() == 0) return;  // triangles that were swept have no patches with bounds
     if (test.scene.patch_count == 0) return against_all(first + i, pairs, patch_pairs);
     const std::uint32_t patch = test.scene.patch_element(first + i);
     if ((test.shapes[patch].flags & kLoosePatch) == 0U) return against_all(patch, pairs, patch_pairs);
