@@ -138,7 +138,7 @@ class Hospital {
     for (const Detection detection : {Detection::dcd, Detection::ccd}) {
       QueryOptions options = looking_for(detection);
       queries_.emplace_back(scene_, options);
-      options.lambda = 1.8F;  // in the grid, where few triangles are swept otherwise
+      options.cell_size_factor = 1.8F;  // in the grid, where few triangles are swept otherwise
       queries_.emplace_back(scene_, options);
     }
     for (const SceneBody& body : bodies_) add(body);

@@ -27,7 +27,7 @@ Scene crowd(double size_ratio = 4.0) {
 Outcome detect_within(std::uint64_t limit, Detection detection, double size_ratio = 4.0) {
   PipelineOptions options = test_options(detection);
   options.memory_limit = limit;
-  options.lambda = size_ratio > 4.0 ? 1.2F : 1.8F;
+  options.cell_size_factor = size_ratio > 4.0 ? 1.2F : 1.8F;
   return outcome_of(crowd(size_ratio), options);
 }
 

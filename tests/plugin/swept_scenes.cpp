@@ -11,7 +11,7 @@ namespace {
 
 /// Returns options that ask for cells and therefore use the grid.
 PipelineOptions in_the_grid(PipelineOptions options) {
-  options.lambda = 1.8F;
+  options.cell_size_factor = 1.8F;
   return options;
 }
 

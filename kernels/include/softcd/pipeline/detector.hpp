@@ -102,7 +102,7 @@ struct DetectionSettings {
   Accuracy accuracy;
   BroadPhase broad_phase;
   bool subdivision;
-  float lambda;  ///< 0: see ChooseGrid
+  float cell_size_factor;  ///< 0: see ChooseGrid
   float motion_margin;
   ContactRule contact_rule;
   bool vertex_triangle;  ///< some pair of bodies wants these candidates

@@ -52,7 +52,7 @@ class ExactCells {
   bool subdivides() const { return settings_.subdivision && settings_.broad_phase != BroadPhase::uniform; }
 
   ChooseGrid choose_grid(const SizeHistograms& sizes) const {
-    return {sizes, settings_.broad_phase, settings_.subdivision, settings_.lambda, &counters_->grid};
+    return {sizes, settings_.broad_phase, settings_.subdivision, settings_.cell_size_factor, &counters_->grid};
   }
 
   /// Entries of whole triangles, and the lists of those to split and of those tested against all.

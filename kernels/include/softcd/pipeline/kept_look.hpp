@@ -170,7 +170,7 @@ class LookKeeping {
   /// Others have no other contacts, but want to be seen at work.
   bool covers_settings() const {
     return kept_.settings.broad_phase == settings_.broad_phase && kept_.settings.subdivision == settings_.subdivision &&
-           kept_.settings.lambda == settings_.lambda;
+           kept_.settings.cell_size_factor == settings_.cell_size_factor;
   }
 
   /// Whether all pairs of bodies, and kinds of features, were looked for.

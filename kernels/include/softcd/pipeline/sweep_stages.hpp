@@ -45,7 +45,8 @@ class SweepStages {
   /// Who wants to see other cells than those chosen here sees the grid, and batches and ranks are told apart by it.
   bool is_asked_for() const {
     return scene_.triangle_count <= kMostSweptTriangles && settings_.broad_phase == BroadPhase::exact &&
-           settings_.subdivision && !(settings_.lambda > 0.0F) && !scene_.has_batches && settings_.partition.is_whole();
+           settings_.subdivision && !(settings_.cell_size_factor > 0.0F) && !scene_.has_batches &&
+           settings_.partition.is_whole();
   }
 
   bool choose() {

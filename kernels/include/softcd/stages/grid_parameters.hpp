@@ -76,10 +76,10 @@ struct SizeHistograms {
 constexpr int kChildBudget = 8;
 /// The mean number of entries beyond which larger cells pay: an entry costs as much as 6 (H200) to 11 (16 cores)
 /// tests, and what is in many cells meets the same partners in larger ones. A recorded step of balls has 4.5M entries
-/// and 45M tests at lambda 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
+/// and 45M tests at cell_size_factor 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
 constexpr std::uint64_t kEntryTarget = 5;
 constexpr std::uint64_t kEntryTargetSlack = 4096;
-/// With a lambda that was asked for the mean number of entries is bound for memory's sake alone.
+/// With a given cell_size_factor the mean number of entries is bound for memory's sake alone.
 constexpr std::uint64_t kEntryBudget = 256;
 constexpr std::uint64_t kEntrySlack = 65536;
 
@@ -136,20 +136,20 @@ SOFTCD_HD inline GridParameters grid_of_size(float size, float mean_radius, std:
           static_cast<std::uint32_t>(active_elements)};
 }
 
-/// The lambda that stands for 0.
-constexpr float kExactLambda = 1.8F;
+/// The factor that replaces 0.
+constexpr float kExactCellSizeFactor = 1.8F;
 
 /// Chooses the cell size of `exact` and `uniform`.
 ///
-/// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum of what is at rest 1.8, flat
-/// from 1.2 to 2.4); `uniform`: 3 largest swept radii. Enlarged where the children of split triangles, or the entries
-/// of triangles that move far or have large margins, would outnumber a budget per triangle, where the mean triangle
-/// moves many cells, and where the grid would not reach the furthest of all but stray triangles.
+/// `exact`: cell_size_factor times the clipped mean of the margin-inflated radii (measured optimum of what is at
+/// rest 1.8, flat from 1.2 to 2.4); `uniform`: 3 largest swept radii. Enlarged where the children of split triangles,
+/// or the entries of triangles that move far or have large margins, would outnumber a budget per triangle, where the
+/// mean triangle moves many cells, and where the grid would not reach the furthest of all but stray triangles.
 struct ChooseGrid {
   SizeHistograms sizes;
   BroadPhase broad_phase;
   bool subdivision;
-  float lambda;  ///< 0: chosen here
+  float cell_size_factor;  ///< 0: chosen here
   GridParameters* grid;
 
   template <class Team>
@@ -159,9 +159,9 @@ struct ChooseGrid {
     const float triangle_mean = clipped_mean(team, sizes.triangle_radius);
     const float mean = clipped_mean(team, sizes.radius);
     const bool fit_largest = broad_phase == BroadPhase::uniform;
-    const bool is_chosen = !fit_largest && !(lambda > 0.0F);
-    float size =
-        fit_largest ? 3.0F * largest_size(team, sizes.swept_radius) : (is_chosen ? kExactLambda : lambda) * mean;
+    const bool is_chosen = !fit_largest && !(cell_size_factor > 0.0F);
+    float size = fit_largest ? 3.0F * largest_size(team, sizes.swept_radius)
+                             : (is_chosen ? kExactCellSizeFactor : cell_size_factor) * mean;
     size = within_grid_extent(team, sizes, size);
     if (!fit_largest) {
       size = larger(size, clipped_mean(team, sizes.swept_radius) / 8.0F);

@@ -27,7 +27,7 @@ constexpr int kSweepKeyBits = 16;
 /// Cells along the longest side of all triangles' box: half of those that a BoxedEntry reaches to either side.
 constexpr float kSweepCells = 60.0F;
 /// A triangle that is larger than this many mean ones is better off in the grid: it may be split there.
-constexpr float kLargestOfSweep = 0.5F * kWholeSize * kExactLambda;
+constexpr float kLargestOfSweep = 0.5F * kWholeSize * kExactCellSizeFactor;
 /// A triangle's share of the tests beyond which the grid costs less. On one core 16 tests of a sweep took about 10 ns,
 /// and a triangle's entries in the grid 400 ns.
 constexpr std::uint64_t kMostSweepTests = 384;
