@@ -11,8 +11,8 @@ namespace softcd {
 /// Most triangles of a scene that is swept.
 constexpr std::uint32_t kMostSweptTriangles = 4096;
 
-/// In place of the grid for a scene of few triangles, where the host knows counts at once: triangles in, entries with
-/// their partners out. The pair tests are those of the grid.
+/// Replaces the grid for a scene of few triangles, if the host knows counts at once: triangles in, entries with their
+/// partners out. The pair tests are those of the grid.
 template <class Backend, class Scheme>
 class SweepStages {
  public:
@@ -25,7 +25,7 @@ class SweepStages {
         scene_(scene),
         settings_(settings) {}
 
-  /// Whether entries are prepared. Where not, nothing has changed but the counters' grid, and the grid has to do it.
+  /// Prepares entries. Returns false if the grid has to do it; then only the counters' grid has changed.
   template <bool kSwept>
   bool prepare() {
     if (!is_asked_for() || !choose()) return false;
@@ -42,7 +42,7 @@ class SweepStages {
   }
 
  private:
-  /// Who wants to see other cells than those chosen here sees the grid, and batches and ranks are told apart by it.
+  /// Whether no option asks for the grid's own cells, and no batches or ranks need the grid to separate them.
   bool is_asked_for() const {
     return scene_.triangle_count <= kMostSweptTriangles && settings_.broad_phase == BroadPhase::exact &&
            settings_.subdivision && !(settings_.cell_size_factor > 0.0F) && !scene_.has_batches &&
