@@ -12,7 +12,7 @@
 /// partners are the entries behind it that begin before it ends.
 namespace softcd {
 
-/// Lives in the backend's memory: chosen there, read there.
+/// The parameters of a sweep, which are chosen and read in the backend's memory.
 struct Sweep {
   bool is_possible;
   int axis;
@@ -26,13 +26,13 @@ struct Sweep {
 constexpr int kSweepKeyBits = 16;
 /// Cells along the longest side of all triangles' box: half of those that a BoxedEntry reaches to either side.
 constexpr float kSweepCells = 60.0F;
-/// A triangle that is larger than this many mean ones is better off in the grid: it may be split there.
+/// A triangle that is larger than this many mean ones needs the grid, which may split it.
 constexpr float kLargestOfSweep = 0.5F * kWholeSize * kExactCellSizeFactor;
-/// A triangle's share of the tests beyond which the grid costs less. On one core 16 tests of a sweep took about 10 ns,
-/// and a triangle's entries in the grid 400 ns.
+/// Tests per triangle beyond which the grid costs less. On one core 16 tests of a sweep took about 10 ns, and a
+/// triangle's entries in the grid 400 ns.
 constexpr std::uint64_t kMostSweepTests = 384;
 
-/// What a sweep has to know of all triangles' volumes.
+/// Bounds and sums of all triangles' volumes.
 struct SweptBox {
   float lo[3] = {FLT_MAX, FLT_MAX, FLT_MAX};
   float hi[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
@@ -54,7 +54,7 @@ struct SweptBox {
 
   SOFTCD_HD float extent(int axis) const { return hi[axis] - lo[axis]; }
 
-  /// The axis along which a triangle begins before the fewest others end.
+  /// Returns the axis along which a triangle begins before the fewest others end.
   SOFTCD_HD int best_axis() const {
     int best = 0;
     for (int axis = 1; axis < 3; ++axis) {
@@ -70,7 +70,7 @@ struct ChooseSweep {
   const TriangleShape* shapes;
   Count triangles;
   Sweep* sweep;
-  GridParameters* grid;  ///< gets what statistics say of triangles; it has no cells
+  GridParameters* grid;  ///< gets the statistics of triangles; it has no cells
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
@@ -107,7 +107,7 @@ struct ChooseSweep {
   }
 };
 
-/// Ascends with the coordinate along the sweep's axis.
+/// Returns a key that ascends with the coordinate along the sweep's axis.
 SOFTCD_HD inline std::uint32_t sweep_key(const Sweep& sweep, float coordinate) {
   constexpr float kLast = static_cast<float>((1 << kSweepKeyBits) - 1);
   return static_cast<std::uint32_t>(smaller((coordinate - sweep.begin) * sweep.keys_per_unit, kLast));
@@ -130,7 +130,7 @@ struct RegisterForSweep {
   }
 
  private:
-  /// As ExactControl skips entries with a common bit, a bit of its own keeps a body from being tested with itself.
+  /// Returns a body's own bit unless it collides with itself. ExactControl skips entries with a common bit.
   SOFTCD_HD std::uint32_t mask_of(std::uint32_t body) const {
     const std::uint32_t own_class = body % kBodyClasses;
     const bool may_touch_itself = ((scene.class_may_touch[own_class] >> own_class) & 1U) != 0U;
@@ -138,7 +138,7 @@ struct RegisterForSweep {
   }
 };
 
-/// Prepares each sorted entry for its tests, as PrepareEntry.
+/// Prepares each sorted entry for its tests, like PrepareEntry.
 template <bool kSwept>
 struct PrepareSweptEntry {
   const Kdop18* volumes;
