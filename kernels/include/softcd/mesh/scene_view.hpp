@@ -78,7 +78,7 @@ struct SceneView {
   const Edge* edges = nullptr;
   const Ownership* ownership = nullptr;
   /// The triangles of patch p are patch_triangles[kPatchSize * p] and the following ones, all of one body. kNoIndex
-  /// fills patches of fewer; the first is a triangle, unless there is none at all.
+  /// fills patches of fewer triangles. The first one is a triangle, unless there is none at all.
   const std::uint32_t* patch_triangles = nullptr;
   const std::uint32_t* triangle_body = nullptr;
   const std::uint32_t* vertex_body = nullptr;
@@ -93,7 +93,7 @@ struct SceneView {
   std::uint32_t class_may_touch[kBodyClasses] = {};
   std::uint32_t vertex_count = 0;
   std::uint32_t triangle_count = 0;
-  std::uint32_t patch_count = 0;  ///< 0 where the broad phase is about single triangles
+  std::uint32_t patch_count = 0;  ///< 0 if the broad phase has single triangles only
   std::uint32_t edge_count = 0;
   std::uint32_t body_count = 0;
   bool is_swept = false;         ///< some vertex moves, and the detection covers its path
@@ -111,7 +111,7 @@ struct SceneView {
   SOFTCD_HD std::uint32_t element_count() const { return triangle_count + patch_count; }
   SOFTCD_HD std::uint32_t patch_element(std::uint32_t patch) const { return triangle_count + patch; }
   SOFTCD_HD bool is_patch(std::uint32_t element) const { return element >= triangle_count; }
-  /// Triangle i of a patch, kNoIndex where it has fewer; of a triangle, itself.
+  /// Returns triangle i of a patch, kNoIndex if it has fewer; of a triangle, itself.
   SOFTCD_HD std::uint32_t element_triangle(std::uint32_t element, std::uint32_t i) const {
     return is_patch(element) ? patch_triangles[kPatchSize * (element - triangle_count) + i] : element;
   }
