@@ -94,8 +94,8 @@ SOFTCD_HD std::uint32_t question_of(const Question* questions, std::uint32_t cou
   return first;
 }
 
-/// Finds where each question's answers begin. Its items' answers begin at that of Question::first_item. Behind the last
-/// question it writes where all answers end.
+/// Finds where each question's answers begin: where those of its first item do, see Question::first_item. Behind the
+/// last question's it writes where all answers end.
 template <class Question>
 struct GatherBegins {
   const Question* questions;

@@ -40,7 +40,7 @@ SOFTCD_HD inline BodyClasses other_bodies(const BodiesQuestion& question, const 
   return static_cast<BodyClasses>((question.partners & ~class_of(own.body)) | question.repeated_partners);
 }
 
-/// Whether the question is about these two triangles, in this order. It is for one of a pair's two orders.
+/// Whether the question is about these two triangles, in this order. A pair counts in one order only.
 SOFTCD_HD inline bool are_asked_together(const BodiesQuestion& question, const BvhLeaf& own, const BvhLeaf& other) {
   if (question.b != kNoIndex && other.body != question.b) return false;
   if (question.a == question.b) return own.triangle < other.triangle;

@@ -47,8 +47,9 @@ SOFTCD_HD inline NearestOnLeaf nearest_on(const BvhLeaf& leaf, std::uint32_t pla
           inverse * points.offset};
 }
 
-/// Returns the squared distance of boxes whose triangles are computed to be within `squared_distance`. Rounding moves a
-/// distance d by at most 2^-50 (d + extent), its square by less than 2^-39 of it and 2^-57 of the extent's.
+/// Returns a bound on the squared distance of boxes whose triangles are computed to be within `squared_distance`.
+/// Rounding moves a distance d by at most 2^-50 (d + extent), its square by less than 2^-39 of it and 2^-57 of the
+/// extent's.
 SOFTCD_HD inline double reach_of(double squared_distance, const ProbedSceneView& scene) {
   return squared_distance * (1.0 + 0x1p-38) + 0x1p-57 * scene.extent * scene.extent;
 }

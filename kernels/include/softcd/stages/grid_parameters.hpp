@@ -80,7 +80,7 @@ constexpr int kChildBudget = 8;
 /// tests at cell_size_factor 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
 constexpr std::uint64_t kEntryTarget = 5;
 constexpr std::uint64_t kEntryTargetSlack = 4096;
-/// The mean number of entries with a given cell_size_factor. Its only reason is memory.
+/// Bounds the mean number of entries with a given cell_size_factor, to limit memory alone.
 constexpr std::uint64_t kEntryBudget = 256;
 constexpr std::uint64_t kEntrySlack = 65536;
 

@@ -62,7 +62,8 @@ SOFTCD_HD inline void mark_bits(std::uint32_t* word, std::uint32_t bits) {
 #endif
 }
 
-/// Marks the cells of one child. Roundings lead to cells outside the triangle's own box: no point of it lies there.
+/// Marks the cells of one child. Skips cells outside the triangle's own box, which come from roundings: no point of the
+/// triangle lies there.
 struct MarkChild {
   SceneView scene;
   const TriangleShape* shapes;
