@@ -43,7 +43,7 @@ std::vector<Mesh> meshes() {
           tangled_soup(2)};
 }
 
-/// Returns every side of every triangle in `wanted`, in the simplest way.
+/// Returns every side of every triangle in `wanted`, by the simplest method.
 std::map<Ends, std::uint32_t> sides_of(const std::vector<Triangle>& triangles,
                                        const std::vector<std::uint8_t>& left_out) {
   std::map<Ends, std::uint32_t> sides;

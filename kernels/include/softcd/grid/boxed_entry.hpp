@@ -79,7 +79,7 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
 #ifdef SOFTCD_SSE2
   const __m128 scale = _mm_set1_ps(inverse_cell_size);
   const __m128 steps_of_a_cell = _mm_set1_ps(static_cast<float>(1 << kBoxStepBits));
-  // Of 32 bits each: t0_lo, t0_hi, t1_lo, t1_hi.
+  // Four values of 32 bits: t0_lo, t0_hi, t1_lo, t1_hi.
   __m128i on_grid[3];
   int firsts[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -97,7 +97,7 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
     const int high = origins[first_of_diagonal(axis)] + origins[second_of_diagonal(axis)] - kBoxOrigin;
     return _mm_sub_epi32(on_grid[axis], _mm_setr_epi32(low, low, high, high));
   };
-  // Of 32 bits each: first axis' lo and hi, second one's.
+  // Four values of 32 bits: the first axis' lo and hi, then the second one's.
   const auto words = [&](__m128i first, __m128i second) {
     const __m128i halves = _mm_max_epi16(_mm_packs_epi32(first, second), _mm_setzero_si128());
     constexpr int kByBound = _MM_SHUFFLE(3, 1, 2, 0);

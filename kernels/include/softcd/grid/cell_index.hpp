@@ -20,7 +20,7 @@ constexpr int kCellBits = 27;
 constexpr std::uint32_t kCellCount = 1U << kCellBits;
 constexpr std::uint32_t kCellMask = kCellCount - 1U;
 
-/// What numbers rise by along y and z. Rows of up to 5967 cells, and layers of up to 47 rows, have ascending numbers;
+/// The steps of numbers along y and z. Rows of up to 5967 cells, and layers of up to 47 rows, have ascending numbers;
 /// along each axis 2^27 cells have numbers of their own.
 constexpr std::uint32_t kCellRow = 5967;
 constexpr std::uint32_t kCellLayer = 285923;
