@@ -8,7 +8,7 @@
 /// index 2^27.
 ///
 /// The lattice has no short vector, so that triangles which share a cell meet nowhere else. It has no vector near an
-/// axis and only long ones in the planes of two axes, so that a road, a river or a wide sheet does not meet itself.
+/// axis, and only long ones in the planes of two axes. So a road, a river or a wide sheet does not meet itself.
 namespace softcd {
 
 /// A cell's integer coordinates: cell i covers [i s, (i + 1) s) on each axis, s the cell size.

@@ -49,8 +49,8 @@ struct CellRow {
   }
 };
 
-/// K: bit a is set when the lower face neighbour along axis a is NOT in S. Two entries of a cell can pass the mask test
-/// only if K_a | K_b == 7, since a face neighbour common to both is a common mask bit.
+/// K: bit a is set when the lower face neighbour along axis a is NOT in S. A face neighbour common to both entries of a
+/// pair is a common mask bit. So the pair can pass the mask test only if K_a | K_b == 7.
 SOFTCD_HD constexpr std::uint32_t missing_face_neighbours(std::uint32_t mask) {
   return ((~mask >> 12) & 1U) | (((~mask >> 10) & 1U) << 1) | (((~mask >> 4) & 1U) << 2);
 }

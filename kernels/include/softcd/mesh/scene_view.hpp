@@ -30,8 +30,8 @@ struct SceneBody {
   Box partner_box;
   /// Offset of the cells of the body's batch, see moved_cell. It separates batches in the grid, wherever they are.
   std::uint32_t cell_offset = 0;
-  /// Exclusions within the body: features that the scene's rings say are near each other on the mesh, and features at
-  /// most `rest_distance` apart in the rest positions (0: none).
+  /// Exclusions within the body. `excludes_rings` leaves out features that the scene's rings say are near each other on
+  /// the mesh. `rest_distance` leaves out features that are at most this far apart in the rest positions (0: none).
   bool excludes_rings = false;
   float rest_distance = 0.0F;
   /// Whether the detection compensates the rounding of the body's positions, and some position was rounded.
@@ -60,8 +60,8 @@ SOFTCD_HD inline float rounding_bound(const Vec3f& rounded) {
   return kLargestShare * max_norm(rounded) + FLT_MIN;
 }
 
-/// Triangles of a patch. A patch has one box and one set of cells: with 8 triangles a recorded cloth on a ball has an
-/// eighth of the entries and a tenth of the tests in cells that single triangles have.
+/// Triangles of a patch, which has one box and one set of cells. With 8 triangles, a recorded cloth on a ball has an
+/// eighth of the entries of single triangles, and a tenth of the tests in cells.
 constexpr std::uint32_t kPatchSize = 8;
 
 /// All bodies concatenated in ascending order of ids, in the backend's memory. Positions are float32, relative to the

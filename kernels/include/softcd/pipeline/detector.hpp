@@ -204,7 +204,7 @@ class DevicePositionReader {
   /// says.
   virtual ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen,
                                const Foreseen& scene, bool needs_t0) = 0;
-  /// Waits for the last look() and returns its result. Valid until the next call.
+  /// Waits for the survey of look(), and returns its result. Valid until the next call.
   virtual SeenPositions seen() = 0;
   /// Copies positions to the host, one behind the other.
   virtual void copy(const GivenPositions& from, std::uint64_t count, void* to) = 0;
@@ -218,9 +218,9 @@ using DetectorFactory = std::function<std::unique_ptr<Detector>()>;
 
 std::unique_ptr<Detector> make_cpu_detector();
 
-/// Returns a factory of detectors on a CUDA device, whichever device is current when they are made and used. -1 is the
-/// device that is current during this call. `stream` is a cudaStream_t of that device to enqueue on, null for one of
-/// their own. Empty if the library was built without CUDA. Throws DeviceError.
+/// Returns a factory of detectors on a CUDA device. They use it whichever device is current when they are made and
+/// used. -1 is the device that is current during this call. `stream` is a cudaStream_t of that device to enqueue on,
+/// null for one of their own. Empty if the library was built without CUDA. Throws DeviceError.
 DetectorFactory cuda_detector_factory(int device, void* stream);
 
 /// Returns a factory of readers on a CUDA device; see cuda_detector_factory.

@@ -361,9 +361,10 @@ class Usefulness {
   float slack_ = 0.0F;
 };
 
-/// The results that a detection keeps for later ones, of the same query and of others: the volumes of all triangles,
-/// grown by some slack, and, if likely to be of use, all pairs of triangles whose volumes overlap. As long as each
-/// triangle's volume lies within the kept one, all pairs of a detection are among the kept pairs.
+/// The results that a detection keeps for later ones, of the same query and of others:
+/// - the volumes of all triangles, grown by some slack;
+/// - if likely to be of use, all pairs of triangles whose volumes overlap.
+/// All pairs of a detection are among the kept pairs as long as each triangle's volume lies within the kept one.
 template <class Backend>
 struct KeptLook {
   template <class T>

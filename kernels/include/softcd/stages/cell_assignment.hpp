@@ -177,8 +177,8 @@ struct RegisterTriangle {
   }
 
  private:
-  /// Estimates the number of cells of a split triangle: a disc of its size, half filled, as thick as its margin on both
-  /// sides, which also meets cells in part.
+  /// Estimates the number of cells of a split triangle. They are those of a disc of its size, half filled, as thick as
+  /// its margin on both sides. It also meets cells in part.
   SOFTCD_HD float split_cells(const TriangleShape& shape) const {
     const float inverse_size = registrar.grid->inverse_cell_size;
     const float across = 2.0F * inverse_size * (shape.radius + shape.growth);

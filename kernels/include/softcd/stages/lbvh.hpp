@@ -7,8 +7,8 @@
 #include "softcd/math/box.hpp"
 
 /// A linear bounding volume hierarchy: triangles in the order of their centres' Morton codes, and the binary radix tree
-/// over them (Karras, Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees, 2012). It depends on
-/// the triangles alone, not on the backend.
+/// over them. Karras describes it (Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees, 2012).
+/// It depends on the triangles alone, not on the backend.
 namespace softcd {
 
 /// Bits of a Morton code.

@@ -11,8 +11,8 @@ namespace softcd {
 /// Decides about triangles with a vertex in common. Their volumes overlap wherever they are: of n triangles around one
 /// vertex all n^2 / 2 pairs.
 ///
-/// Features with a common vertex are no candidates. Of two others, one of each triangle, one at least lacks the vertex
-/// that the triangles share, and so lies in its triangle's edge opposite to that vertex. Hence the triangles can be in
+/// Features with a common vertex are no candidates. Of two others, one of each triangle, at least one lacks the vertex
+/// that the triangles share. It lies in its triangle's edge opposite to that vertex. Hence the triangles can be in
 /// contact only where the opposite edge of one comes near the other. Triangles that share two vertices always do.
 template <bool kSwept>
 struct SharedVertexTest {

@@ -8,8 +8,8 @@
 #include "softcd/stages/cell_assignment.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 
-/// A sweep along one axis, which takes the grid's place where triangles are few: a triangle has one entry, and its
-/// partners are the entries behind it that begin before it ends.
+/// A sweep along one axis, which replaces the grid if triangles are few. A triangle has one entry. Its partners are the
+/// entries behind it that begin before it ends.
 namespace softcd {
 
 /// The parameters of a sweep, which are chosen and read in the backend's memory.
