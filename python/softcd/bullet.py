@@ -26,16 +26,16 @@ def attach(client: int = 0, **settings: str | float | bool) -> Attachment:
 
     The world has soft bodies (the default) or deformable ones (RESET_USE_DEFORMABLE_WORLD). It may be new or in use.
     settings are those of softcd::bullet::Settings: backend ("automatic", "cpu", "cuda"), detection ("dcd", "ccd"),
-    accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), lambda_, reuse_pairs,
-    self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond"), contacts ("all",
-    "closest_feature", "automatic"), contacts_per_node, rigid_meshes, convex_shapes ("nodes", "faces_and_edges"),
-    filter_deformables. Not available: callbacks, the read-out that they receive, and on_error.
+    accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), cell_size_factor,
+    reuse_pairs, self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond"), contacts
+    ("all", "closest_feature", "automatic"), contacts_per_node, rigid_meshes, convex_shapes ("nodes",
+    "faces_and_edges"), filter_deformables. Not available: callbacks, the read-out that they receive, and on_error.
 
     Raises softcd.Error where softcd was built without the plugin or for another version of PyBullet, where a setting
     is invalid, and where softcd is attached already.
     """
     plugin = _load(client)
-    words = [f"{name.removesuffix('_')}={value}" for name, value in settings.items()]
+    words = [f"{name}={value}" for name, value in settings.items()]
     attachment = Attachment(client, plugin)
     attachment._execute(" ".join(["attach", *words]))
     return attachment

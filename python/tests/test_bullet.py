@@ -173,10 +173,10 @@ def test_wrong_settings_are_named(world):
         softcd.bullet.attach(world.client, speed=3)
     with pytest.raises(softcd.Error, match="contacts_per_node: '-1' is no count"):
         softcd.bullet.attach(world.client, contacts_per_node=-1)
-    with pytest.raises(softcd.Error, match="lambda is 1000, but must be 0, or 0.1 to 100"):
-        softcd.bullet.attach(world.client, lambda_=1000)
+    with pytest.raises(softcd.Error, match="cell_size_factor is 1000, but must be 0, or 0.1 to 100"):
+        softcd.bullet.attach(world.client, cell_size_factor=1000)
     settings = {"contacts": "closest_feature", "contacts_per_node": 4, "rigid_meshes": False, "backend": "cpu"}
-    settings |= {"lambda_": 1.5, "convex_shapes": "faces_and_edges", "reuse_pairs": False}
+    settings |= {"cell_size_factor": 1.5, "convex_shapes": "faces_and_edges", "reuse_pairs": False}
     with softcd.bullet.attach(world.client, **settings) as attachment:
         with pytest.raises(softcd.Error, match="attached"):
             softcd.bullet.attach(world.client)

@@ -75,9 +75,9 @@ TEST(Settings, of_clients_that_are_wrong_are_named) {
   EXPECT_EQ(problem_with("on_error=throw_error"), "on_error: there is no such setting.");
   EXPECT_EQ(problem_with("contacts_per_node=-1"), "contacts_per_node: '-1' is no count.");
   EXPECT_EQ(problem_with("contacts_per_node"), "contacts_per_node: '' is no count.");
-  EXPECT_EQ(problem_with("lambda=x"), "lambda: 'x' is no number.");
-  EXPECT_EQ(problem_with("lambda=1000"), "lambda is 1000, but must be 0, or 0.1 to 100.");
-  EXPECT_EQ(problem_with("lambda=1.5 convex_shapes=faces_and_edges"), "");
+  EXPECT_EQ(problem_with("cell_size_factor=x"), "cell_size_factor: 'x' is no number.");
+  EXPECT_EQ(problem_with("cell_size_factor=1000"), "cell_size_factor is 1000, but must be 0, or 0.1 to 100.");
+  EXPECT_EQ(problem_with("cell_size_factor=1.5 convex_shapes=faces_and_edges"), "");
 }
 
 }  // namespace

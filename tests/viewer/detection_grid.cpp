@@ -51,7 +51,7 @@ PipelineOptions uniform() {
 PipelineOptions slab() {
   PipelineOptions options = on_cpu(Detection::dcd);
   options.contact_rule = ContactRule::slab;
-  options.lambda = 2.2F;
+  options.cell_size_factor = 2.2F;
   return options;
 }
 
