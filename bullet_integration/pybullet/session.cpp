@@ -61,13 +61,12 @@ Session::~Session() {
   }
 }
 
-void Session::attach(PhysicsCommandProcessorInterface& server, const Settings& settings) {
-  btDynamicsWorld& world = world_of(server);
+void Session::attach(PhysicsCommandProcessorInterface& server, Settings settings) {
+  btDynamicsWorld& present = world(server);
   if (attachment() != nullptr) throw InvalidInput("softcd is attached to this world already; detach it first.");
-  attachment_.emplace(bullet::attach(world, settings));
-  world_ = &world;
-  sentinel_ = new Sentinel(*this);
-  world.addCollisionObject(sentinel_, 0, 0);
+  settings.log = log();
+  attachment_.emplace(bullet::attach(present, settings));
+  watch(present);
 }
 
 void Session::detach() {
@@ -80,11 +79,44 @@ Attachment* Session::attachment() {
   return attachment_.has_value() ? &*attachment_ : nullptr;
 }
 
-/// The sentinel goes, and the world is still there.
+void Session::set_settings(Settings settings) {
+  settings.log = log();
+  attachment_->detection().set_settings(settings);
+}
+
+btDynamicsWorld& Session::world(PhysicsCommandProcessorInterface& server) {
+  return world_ != nullptr ? *world_ : world_of(server);
+}
+
+WorldProbe& Session::probe(PhysicsCommandProcessorInterface& server) {
+  if (!probe_.has_value()) {
+    btDynamicsWorld& present = world(server);
+    probe_.emplace(present, log());
+    watch(present);
+  }
+  return *probe_;
+}
+
+/// Learns from now on when the world is deleted.
+void Session::watch(btDynamicsWorld& world) {
+  if (sentinel_ != nullptr) return;
+  world_ = &world;
+  sentinel_ = new Sentinel(*this);
+  world.addCollisionObject(sentinel_, 0, 0);
+}
+
+/// Called when the sentinel is destroyed, while the world still exists.
 void Session::lose_world() {
   sentinel_ = nullptr;
   world_ = nullptr;
   attachment_.reset();
+  probe_.reset();
+}
+
+LogCallback Session::log() {
+  return [this](LogLevel level, std::string_view message) {
+    if (messages_.size() < kMostMessages) messages_.emplace_back(level, message);
+  };
 }
 
 }  // namespace softcd::bullet::pybullet
