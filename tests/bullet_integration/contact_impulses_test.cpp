@@ -8,6 +8,9 @@
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "BulletDynamics/Featherstone/btMultiBody.h"
+#include "BulletDynamics/Featherstone/btMultiBodyLinkCollider.h"
+#include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
 #include "any_simulation.hpp"
 #include "small_scenes.hpp"
 
@@ -132,6 +135,46 @@ TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
     greatest = btMax(greatest, given.length());
   }
   EXPECT_GT(greatest, 0.02);
+}
+
+/// Bullet's classic solver gives a link half the length of what a node gets, along the normal.
+TEST(ContactImpulses, are_what_a_link_gets) {
+  AnySimulation simulation(World::multi_body, reading_impulses());
+  SheetOptions options;
+  options.fixed = true;
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+  for (int i = 0; i < sheet.m_nodes.size(); ++i) {
+    const btVector3& x = sheet.m_nodes[i].m_x;
+    if (btMax(btFabs(x.x()), btFabs(x.z())) < btScalar(0.45)) sheet.setMass(i, btScalar(0.02));
+  }
+  constexpr btScalar kMass = btScalar(0.5);
+  btBoxShape shape(btVector3(btScalar(0.2), btScalar(0.1), btScalar(0.2)));
+  btVector3 inertia;
+  shape.calculateLocalInertia(kMass, inertia);
+  btMultiBody body(0, kMass, inertia, /*fixedBase=*/false, /*canSleep=*/false);
+  body.setBasePos(btVector3(0, btScalar(0.2), 0));
+  body.setLinearDamping(0);
+  body.finalizeMultiDof();
+  btMultiBodyLinkCollider collider(&body, -1);
+  collider.setCollisionShape(&shape);
+  collider.setWorldTransform(body.getBaseWorldTransform());
+  body.setBaseCollider(&collider);
+  auto& world = dynamic_cast<btSoftMultiBodyDynamicsWorld&>(simulation.world());
+  world.addCollisionObject(&collider);
+  world.addMultiBody(&body);
+  body.setBaseVel(btVector3(0, -2, 0));
+  btScalar greatest = 0;
+  for (int step = 0; step < 40; ++step) {
+    const btVector3 before = body.getBaseVel() * kMass;
+    world.stepSimulation(kStep, 0);
+    const btVector3 given = given_to(collider, simulation.detection().body_contacts());
+    const btVector3 expected = before + btVector3(0, -kGravity * kStep * kMass, 0) + given;
+    EXPECT_NEAR((body.getBaseVel() * kMass).distance(expected), 0, 1e-5) << "in step " << step;
+    greatest = btMax(greatest, given.length());
+  }
+  EXPECT_GT(greatest, 0.02);
+  world.removeMultiBody(&body);
+  world.removeCollisionObject(&collider);
 }
 
 /// A free sheet that falls onto the corner of a box.

@@ -4,6 +4,7 @@
 
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "read_out/contact_read_out.hpp"
+#include "read_out/link_impulse.hpp"
 
 /// Makes Bullet's functions that answer all entries of an array answer one at a time, so that each one's impulse can be
 /// told from what its nodes had before and have after it.
@@ -41,8 +42,8 @@ ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSo
   return impulse;
 }
 
-/// Solves the only contact of a body with a rigid object, and returns what that gives to the node and to the object. A
-/// node without mass is given nothing, and what an object that no impulse moves is given is told from the node.
+/// Solves the only contact of a body with a rigid object, and returns the impulses on the node and on the object. A
+/// node without mass gets none. An object that no impulse moves gets the opposite of the node's.
 inline ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, const btSoftBody::RContact& contact,
                                                           btScalar progress) {
   const btSoftBody::Node& node = *contact.m_node;
@@ -50,10 +51,15 @@ inline ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, cons
   const bool is_moved = rigid != nullptr && rigid->getInvMass() > 0;
   const btVector3 x = node.m_x;
   const btVector3 velocity = is_moved ? rigid->getLinearVelocity() : btVector3(0, 0, 0);
+  const LinkImpulse on_link(contact);
   btSoftBody::PSolve_RContacts(&body, 1, progress);
   ContactImpulses::Impulse impulse;
   if (node.m_im > 0) impulse.on_owner = (node.m_x - x) * (body.m_sst.isdt / node.m_im);
-  impulse.on_other = is_moved ? (rigid->getLinearVelocity() - velocity) / rigid->getInvMass() : -impulse.on_owner;
+  if (is_moved) {
+    impulse.on_other = (rigid->getLinearVelocity() - velocity) / rigid->getInvMass();
+  } else {
+    impulse.on_other = on_link.is_moved() ? on_link.since_begin() : -impulse.on_owner;
+  }
   return impulse;
 }
 
