@@ -110,6 +110,7 @@ std::string bytes_of_contacts(const std::vector<BodyPairContacts>& pairs, double
   std::vector<ContactRecord> contacts, ended;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const BodyPairContacts& pair = pairs[i];
+    const bool has_ended = pair.state == BodyPairContacts::State::ended;
     PairRecord of_pair{};
     of_pair.a = ids_of(pair.a);
     of_pair.b = ids_of(pair.b);
@@ -117,7 +118,7 @@ std::string bytes_of_contacts(const std::vector<BodyPairContacts>& pairs, double
     of_pair.has_impulses = pair.has_impulses ? 1 : 0;
     of_pair.contact_count = static_cast<std::int32_t>(pair.contacts.size());
     of_pair.ended_count = static_cast<std::int32_t>(pair.ended.size());
-    set_impulses(of_pair, pair.has_impulses, pair.impulse_a, pair.impulse_b, step_length);
+    set_impulses(of_pair, pair.has_impulses || has_ended, pair.impulse_a, pair.impulse_b, step_length);
     records.push_back(of_pair);
     for (const BodyContact& contact : pair.contacts) {
       contacts.push_back(record(pair, i, contact));

@@ -11,7 +11,7 @@ namespace softcd::bullet::pybullet {
 
 /// Returns the number of pairs, of contacts and of ended contacts, as three 64-bit integers; then the pairs, and the
 /// contacts of all pairs, those that have ended behind the others. Forces are impulses over the step's length in
-/// seconds. Unknown impulses and forces are NaN.
+/// seconds. Unknown impulses and forces are NaN; those of pairs that have ended are 0.
 std::string bytes_of_contacts(const std::vector<BodyPairContacts>& pairs, double step_length);
 
 /// Returns the edge contacts.
