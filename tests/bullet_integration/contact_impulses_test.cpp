@@ -35,6 +35,13 @@ class ContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ContactImpulses,
                          testing::Values(World::one_line, World::multi_body, World::deformable), world_name);
 
+/// Contacts between soft bodies have no impulses where softcd is attached to a deformable world.
+class ImpulsesOfRigidObjects : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ImpulsesOfRigidObjects,
+                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
+                                         World::attached_deformable),
+                         world_name);
+
 class ClassicContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicContactImpulses, testing::Values(World::one_line, World::multi_body),
                          world_name);
@@ -51,7 +58,7 @@ btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity
 /// Of a step of `time` in which the body was at `start` before. In classic worlds the solver moves nodes; Bullet takes
 /// velocities from that when it is through with a body, which the contacts of the bodies after it may move once more.
 btVector3 momentum_at_end(World world, const btSoftBody& body, const btVector3& start, btScalar time) {
-  if (world == World::deformable) return momentum(body, &btSoftBody::Node::m_v);
+  if (is_deformable(world)) return momentum(body, &btSoftBody::Node::m_v);
   return (momentum(body, &btSoftBody::Node::m_x) - start) / time;
 }
 
@@ -110,7 +117,7 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
   }
 }
 
-TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
+TEST_P(ImpulsesOfRigidObjects, are_what_a_rigid_body_gets) {
   AnySimulation simulation(GetParam(), reading_impulses());
   SheetOptions options;
   options.fixed = true;
@@ -124,11 +131,11 @@ TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
       simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.2), btScalar(0.1), btScalar(0.2))),
                            btVector3(0, btScalar(0.2), 0), btScalar(0.5));
   box.setLinearVelocity(btVector3(0, -2, 0));
-  const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+  const btScalar time = simulation.step_length();
   btScalar greatest = 0;
   for (int step = 0; step < 40; ++step) {
     const btVector3 before = box.getLinearVelocity() / box.getInvMass();
-    simulation.world().stepSimulation(time, 0);
+    simulation.step(time);
     const btVector3 given = given_to(box, simulation.detection().body_contacts());
     const btVector3 expected = before + btVector3(0, -kGravity * time / 2, 0) + given;
     EXPECT_NEAR((box.getLinearVelocity() / box.getInvMass()).distance(expected), 0, 2e-6) << "in step " << step;
@@ -178,19 +185,19 @@ TEST(ContactImpulses, are_what_a_link_gets) {
 }
 
 /// A free sheet that falls onto the corner of a box.
-TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
+TEST_P(ImpulsesOfRigidObjects, are_what_the_soft_body_gets) {
   AnySimulation simulation(GetParam(), reading_impulses());
   simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))),
                        btVector3(btScalar(0.3), btScalar(-0.5), btScalar(0.3)));
   SheetOptions options;
   options.height = btScalar(0.1);
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
-  const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+  const btScalar time = simulation.step_length();
   btScalar greatest = 0, worst = 0;
   for (int step = 0; step < 60; ++step) {
     const btVector3 before = momentum(sheet, &btSoftBody::Node::m_v);
     const btVector3 start = momentum(sheet, &btSoftBody::Node::m_x);
-    simulation.world().stepSimulation(time, 0);
+    simulation.step(time);
     const btVector3 given = given_to(sheet, simulation.detection().body_contacts());
     const btVector3 expected = before + btVector3(0, -kGravity * time, 0) + given;
     const btScalar difference = momentum_at_end(GetParam(), sheet, start, time).distance(expected);

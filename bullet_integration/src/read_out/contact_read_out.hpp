@@ -97,6 +97,9 @@ class ContactReadOut {
   /// As the contacts stand in the arrays of these bodies, all of the world's. `broadphase` is theirs.
   void read(ReadContacts read_contacts, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
             const NotesOfStep& notes);
+  /// Bullet's solver may put bodies to sleep after read(), and leaves them alone then. Gives such a body the contacts
+  /// of the step before.
+  void keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
   /// The same contacts' impulses, as far as they are known.
   void set_impulses(const ContactImpulses& impulses);
   /// Then: what the last pass of the step gave to these bodies, all of the world's, as impulses of pairs.
@@ -107,11 +110,14 @@ class ContactReadOut {
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);
 
  private:
-  void keep_contacts_of_sleepers(const std::vector<KeyedPair>& before, Span<btSoftBody* const> bodies,
-                                 btBroadphaseInterface& broadphase);
+  using Keys = std::set<BodyKey>;
+
+  void keep_contacts_of(const Keys& sleepers, btBroadphaseInterface& broadphase);
+  void drop_contacts_of(const Keys& sleepers);
   KeyedPair& pair_of(const BodyPairKey& key);
 
-  std::vector<KeyedPair> now_;
+  std::vector<KeyedPair> now_, before_;
+  Keys read_;                                  ///< the bodies whose contacts were read in this step, as they were awake
   std::map<BodyPairKey, std::size_t> places_;  ///< in now_
   bool is_unread_ = false;
   ContactEvents step_events_, call_events_;

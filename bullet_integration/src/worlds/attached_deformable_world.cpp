@@ -65,6 +65,7 @@ Span<const Limitation> AttachedDeformableWorld::limitations() const {
 
 void AttachedDeformableWorld::prepare_solver() {
   find_soft_contacts(step());
+  queries().read_out.keep_starts(span_of(bodies()));
   face_trees().take(span_of(bodies()));
   keep_starts();
 }
@@ -91,7 +92,7 @@ void AttachedDeformableWorld::keep_starts() {
 
 void AttachedDeformableWorld::end_step(btScalar time_step) {
   face_trees().give_back();
-  queries().read_out.take_rigid_impulses(span_of(bodies()));
+  queries().read_out.take_rigid_impulses(span_of(bodies()), *world().getBroadphase(), has_integrated_ ? time_step : 0);
   prevent_crossings(time_step);
   refit_face_trees(span_of(bodies()));
   queries().read_out.finish(*world().getBroadphase());
