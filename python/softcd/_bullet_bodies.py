@@ -80,7 +80,8 @@ class SoftBodies(Questions):
         """
         if not (isinstance(max_distance, (int, float, np.number)) and 0 <= max_distance < math.inf):
             raise InvalidInput(f"max_distance: expected a finite number of at least 0, got {max_distance!r}")
-        return read_array(self._plugin.execute(f"near_features {_id('body', body)} {float(max_distance)!r}"), near_dtype)
+        command = f"near_features {_id('body', body)} {float(max_distance)!r}"
+        return read_array(self._plugin.execute(command), near_dtype)
 
     def __repr__(self) -> str:
         return f"<softcd.bullet.SoftBodies {self.ids} of client {self._plugin.client}>"
