@@ -90,6 +90,7 @@ std::string input_at(const Call& call) {
   const auto address = call.read<std::uintptr_t>("address");
   const auto size = call.read<std::size_t>("size");
   call.session.take_input();
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): Python passes its array's address
   call.session.add_input({reinterpret_cast<const char*>(address), size});
   return {};
 }

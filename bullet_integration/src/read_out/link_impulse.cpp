@@ -11,7 +11,8 @@ LinkImpulse::LinkImpulse(const btSoftBody::RContact& contact) : normal_(contact.
   const auto* const link = btMultiBodyLinkCollider::upcast(contact.m_cti.m_colObj);
   if (link == nullptr) return;
   body_ = link->m_multiBody;
-  const auto count = static_cast<std::size_t>(body_->getNumDofs() + 6);
+  constexpr std::size_t kBaseDofs = 6;
+  const std::size_t count = static_cast<std::size_t>(body_->getNumDofs()) + kBaseDofs;
   before_.assign(body_->getVelocityVector(), body_->getVelocityVector() + count);
   std::vector<btScalar> jacobian(count);
   change_of_unit_impulse_.resize(count);
