@@ -110,11 +110,12 @@ def _answer_dtypes() -> dict[str, np.dtype]:
     return {name: _with_signed_bodies(answer.dtype) for name, answer in answers.items()}
 
 
-def _with_signed_bodies(dtype: np.dtype) -> np.dtype:
-    fields = [(name, *dtype.fields[name]) for name in dtype.names]
-    formats = [np.dtype(np.int32) if name.startswith("body") else field for name, field, *_ in fields]
-    offsets = [field[2] for field in fields]
-    return np.dtype({"names": dtype.names, "formats": formats, "offsets": offsets, "itemsize": dtype.itemsize})
+def _with_signed_bodies(dtype: Any) -> np.dtype:
+    names = list(dtype.names)
+    formats = [np.dtype(np.int32) if name.startswith("body") else dtype.fields[name][0] for name in names]
+    offsets = [dtype.fields[name][1] for name in names]
+    layout: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": dtype.itemsize}
+    return np.dtype(layout)
 
 
 class _AskedPlugin:
