@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -10,6 +11,9 @@
 
 /// Structs as bytes in a plugin's answers and input. Python reads and writes them as structured arrays.
 namespace softcd::bullet::pybullet {
+
+/// A number that is not known, in answers.
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Returns the bytes of an array.
 template <class Range>

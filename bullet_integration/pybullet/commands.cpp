@@ -61,6 +61,14 @@ std::string contacts(const Call& call) {
   return bytes_of(std::array{step_length}) + bytes_of_contacts(call.detection().body_contacts(), step_length);
 }
 
+std::string impulses(const Call& call) {
+  if (call.detection().settings().read_out != ReadOut::impulses) {
+    throw InvalidInput("impulses: read_out is not 'impulses'; attach with read_out='impulses'.");
+  }
+  call.attachment().finish_step();
+  return call.session.take_impulses();
+}
+
 std::string edge_contacts(const Call& call) {
   if (call.detection().settings().edge_contacts == EdgeContacts::off) {
     throw InvalidInput("edge_contacts: the setting is 'off'; attach with edge_contacts='report' or 'respond'.");
@@ -141,6 +149,7 @@ const std::map<std::string, Command>& commands() {
       {"stages", [](const Call& call) { return json_of_stages(call.detection()); }},
       {"messages", [](const Call& call) { return json_of(call.session.take_messages()); }},
       {"contacts", contacts},
+      {"impulses", impulses},
       {"edge_contacts", edge_contacts},
       {"set_filters", set_filters},
       {"detach", silent([](const Call& call) { call.session.detach(); })},

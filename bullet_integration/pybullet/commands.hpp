@@ -22,6 +22,7 @@ namespace softcd::bullet::pybullet {
 ///     report, stages, messages          JSON
 ///     contacts                          finishes the step; the step's length in seconds as a double, then see
 ///                                       bytes_of_contacts()
+///     impulses                          finishes the step, then see ImpulseSums::take()
 ///     edge_contacts                     see bytes_of_edge_contacts()
 ///     set_filters BODY RINGS DISTANCE   a VertexFilter for each node as input, or none
 ///     detach

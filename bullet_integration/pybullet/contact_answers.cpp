@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <limits>
 
 #include "body_ids.hpp"
 #include "bytes.hpp"
@@ -12,8 +11,7 @@ namespace softcd::bullet::pybullet {
 namespace {
 
 using Vector = std::array<double, 3>;
-constexpr Vector kUnknown = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::quiet_NaN()};
+constexpr Vector kUnknownVector = {kUnknown, kUnknown, kUnknown};
 
 struct PairRecord {
   ObjectIds a, b;
@@ -97,10 +95,10 @@ ContactRecord record(const BodyPairContacts& pair, std::size_t place, const Body
 template <class Record>
 void set_impulses(Record& record, bool are_known, const btVector3& a, const btVector3& b, double step_length) {
   const auto force = [&](const btVector3& impulse) { return vector(impulse * btScalar(1 / step_length)); };
-  record.impulse_a = are_known ? vector(a) : kUnknown;
-  record.impulse_b = are_known ? vector(b) : kUnknown;
-  record.force_a = are_known ? force(a) : kUnknown;
-  record.force_b = are_known ? force(b) : kUnknown;
+  record.impulse_a = are_known ? vector(a) : kUnknownVector;
+  record.impulse_b = are_known ? vector(b) : kUnknownVector;
+  record.force_a = are_known ? force(a) : kUnknownVector;
+  record.force_b = are_known ? force(b) : kUnknownVector;
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <CommonInterfaces/CommonGUIHelperInterface.h>
 #include <SharedMemory/PhysicsCommandProcessorInterface.h>
 
+#include <new>
+
 #include "softcd/error.hpp"
 
 namespace softcd::bullet::pybullet {
@@ -64,7 +66,7 @@ Session::~Session() {
 void Session::attach(PhysicsCommandProcessorInterface& server, Settings settings) {
   btDynamicsWorld& present = world(server);
   if (attachment() != nullptr) throw InvalidInput("softcd is attached to this world already; detach it first.");
-  settings.log = log();
+  add_callbacks(settings);
   attachment_.emplace(bullet::attach(present, settings));
   watch(present);
 }
@@ -80,7 +82,7 @@ Attachment* Session::attachment() {
 }
 
 void Session::set_settings(Settings settings) {
-  settings.log = log();
+  add_callbacks(settings);
   attachment_->detection().set_settings(settings);
 }
 
@@ -108,14 +110,28 @@ void Session::watch(btDynamicsWorld& world) {
 /// Called when the sentinel is destroyed, while the world still exists.
 void Session::lose_world() {
   sentinel_ = nullptr;
-  world_ = nullptr;
-  attachment_.reset();
+  attachment_.reset();  // may finish a step
   probe_.reset();
+  world_ = nullptr;
+  impulses_ = {};
 }
 
+/// An exception would pass through PyBullet's server and end the process. A message without memory is lost.
 LogCallback Session::log() {
   return [this](LogLevel level, std::string_view message) {
-    if (messages_.size() < kMostMessages) messages_.emplace_back(level, message);
+    try {
+      if (messages_.size() < kMostMessages) messages_.emplace_back(level, message);
+    } catch (const std::bad_alloc&) {
+    }
+  };
+}
+
+void Session::add_callbacks(Settings& settings) {
+  settings.log = log();
+  settings.on_contacts = {};
+  if (settings.read_out != ReadOut::impulses) return;
+  settings.on_contacts = [this](const std::vector<BodyPairContacts>& pairs) {
+    impulses_.add(pairs, world_->getDispatchInfo().m_timeStep);
   };
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "impulse_sums.hpp"
 #include "softcd/bullet/attach.hpp"
 #include "softcd/bullet/world_probe.hpp"
 
@@ -33,6 +34,9 @@ class Session {
   /// Changes the attachment's settings. Throws as WorldDetection::set_settings().
   void set_settings(Settings settings);
 
+  /// Returns the impulses of pairs since the last call, as ImpulseSums::take().
+  std::string take_impulses() { return impulses_.take(); }
+
   /// Returns the server's present world.
   btDynamicsWorld& world(PhysicsCommandProcessorInterface& server);
   /// Returns the probe of the server's present world, whether softcd is attached or not.
@@ -52,11 +56,13 @@ class Session {
   void watch(btDynamicsWorld& world);
   void lose_world();
   LogCallback log();
+  void add_callbacks(Settings& settings);
 
   std::optional<Attachment> attachment_;
   std::optional<WorldProbe> probe_;
   btDynamicsWorld* world_ = nullptr;  ///< where the sentinel is
   Sentinel* sentinel_ = nullptr;      ///< owned by the world, which deletes all its objects
+  ImpulseSums impulses_;
   std::string input_;
   std::vector<std::pair<LogLevel, std::string>> messages_;
 };

@@ -64,6 +64,61 @@ edge_contact_dtype = np.dtype(_edge_contact_fields(), align=True)
 """The fields of Attachment.edge_contacts()."""
 
 
+impulse_dtype = np.dtype(
+    [(f"{name}_{side}", "i4") for side in "ab" for name in ("body", "link")]
+    + [("impulse_a", "f8", 3), ("impulse_b", "f8", 3)],
+    align=True,
+)
+"""The fields of Impulses.pairs."""
+
+
+def _is_integer(name: str, value: object) -> None:
+    if value is not None and not isinstance(value, (int, np.integer)):
+        raise InvalidInput(f"{name}: expected an integer, got {value!r}")
+
+
+def _is_side(rows: np.ndarray, side: str, body: int, link: int | None, other: int | None) -> np.ndarray:
+    """Returns which rows have the body, or its link, on that side, and the other body on the other one."""
+    _is_integer("body", body)
+    _is_integer("link", link)
+    _is_integer("other", other)
+    is_side = rows[f"body_{side}"] == body
+    if link is not None:
+        is_side &= rows[f"link_{side}"] == link
+    if other is not None:
+        is_side &= rows["body_b" if side == "a" else "body_a"] == other
+    return is_side
+
+
+def _sum_on(rows: np.ndarray, field: str, body: int, link: int | None, by: int | None) -> np.ndarray:
+    sides = [rows[_is_side(rows, side, body, link, by)][f"{field}_{side}"] for side in "ab"]
+    return np.concatenate(sides).sum(axis=0)
+
+
+class Impulses:
+    """The impulses that soft bodies and what they touch gave each other since the previous call, in kg m/s."""
+
+    pairs: np.ndarray
+    """A row for each pair that has touched: `body_a`, `link_a`, `body_b`, `link_b` as in StepContacts.pairs, and the
+    sums of its impulses over all steps, `impulse_a` on a and `impulse_b` on b. NaN where one was not known."""
+    seconds: float
+    """The length of these steps."""
+
+    def __init__(self, data: bytes) -> None:
+        self.seconds = float(np.frombuffer(data, np.float64, 1)[0])
+        self.pairs = read_array(data, impulse_dtype, 8)
+
+    def on(self, body: int, *, link: int | None = None, by: int | None = None) -> np.ndarray:
+        """Returns the sum of impulses on a body, or on one of its links, of shape (3,). `by` selects the other body.
+
+        >>> impulses.on(gripper, by=cloth) / impulses.seconds  # the mean force in N
+        """
+        return _sum_on(self.pairs, "impulse", body, link, by)
+
+    def __repr__(self) -> str:
+        return f"<softcd.bullet.Impulses of {len(self.pairs)} pairs in {self.seconds:.4g} s>"
+
+
 class StepContacts:
     """The contacts that Bullet's solver got in a step, by pairs of bodies. `a` is a soft body; `b` is another soft
     body, the same one, or a rigid body or link.
@@ -106,8 +161,8 @@ class StepContacts:
 
         >>> contacts.between(cloth, table)["position_a"].mean(axis=0)
         """
-        return self.contacts[self._is_side(self.contacts, "a", body, link, other)
-                             | self._is_side(self.contacts, "b", body, link, other)]  # fmt: skip
+        is_a = _is_side(self.contacts, "a", body, link, other)
+        return self.contacts[is_a | _is_side(self.contacts, "b", body, link, other)]
 
     def force_on(self, body: int, *, link: int | None = None, by: int | None = None) -> np.ndarray:
         """Returns the force of all contacts on a body in N, of shape (3,): the sum of its pairs' forces.
@@ -117,22 +172,7 @@ class StepContacts:
 
         >>> contacts.force_on(gripper, link=left_finger, by=cloth)
         """
-        force = np.zeros(3)
-        for side in "ab":
-            force += self.pairs[self._is_side(self.pairs, side, body, link, by)][f"force_{side}"].sum(axis=0)
-        return force
-
-    @staticmethod
-    def _is_side(rows: np.ndarray, side: str, body: int, link: int | None, other: int | None) -> np.ndarray:
-        for name, value in ("body", body), ("other", other), ("link", link):
-            if value is not None and not isinstance(value, (int, np.integer)):
-                raise InvalidInput(f"{name}: expected an integer, got {value!r}")
-        is_side = rows[f"body_{side}"] == body
-        if link is not None:
-            is_side &= rows[f"link_{side}"] == link
-        if other is not None:
-            is_side &= rows["body_b" if side == "a" else "body_a"] == other
-        return is_side
+        return _sum_on(self.pairs, "force", body, link, by)
 
     def __repr__(self) -> str:
         return f"<softcd.bullet.StepContacts: {len(self.contacts)} contacts of {len(self.pairs)} pairs>"

@@ -18,10 +18,12 @@ import pybullet
 from ._bullet_bodies import SoftBodies, _id, near_dtype, node_dtype
 from ._bullet_contacts import (
     Feature,
+    Impulses,
     PairState,
     StepContacts,
     contact_dtype,
     edge_contact_dtype,
+    impulse_dtype,
     pair_dtype,
 )
 from ._bullet_plugin import PLUGIN, Plugin, read_array
@@ -48,6 +50,7 @@ __all__ = [
     "ConvexShapes",
     "EdgeContacts",
     "Feature",
+    "Impulses",
     "PairState",
     "Preset",
     "ReadOut",
@@ -58,6 +61,7 @@ __all__ = [
     "attach",
     "contact_dtype",
     "edge_contact_dtype",
+    "impulse_dtype",
     "near_dtype",
     "node_dtype",
     "pair_dtype",
@@ -139,6 +143,17 @@ class Attachment:
         >>> began = contacts.pairs[contacts.pairs["state"] == softcd.bullet.PairState.begun]
         """
         return StepContacts(self._plugin.execute("contacts"))
+
+    def impulses(self) -> Impulses:
+        """Returns the impulses of all pairs since the previous call, over all steps. Finishes the step first.
+
+        For clients that read less often than PyBullet steps, also with numSubSteps. Raises InvalidInput unless the
+        setting read_out is "impulses".
+
+        >>> impulses = attachment.impulses()
+        >>> mean_force = impulses.on(table, by=cloth) / impulses.seconds
+        """
+        return Impulses(self._plugin.execute("impulses"))
 
     def edge_contacts(self) -> np.ndarray:
         """Returns the contacts between edges in the last step, a row each: for each side `body_a`, PyBullet's id,

@@ -284,6 +284,40 @@ def test_the_step_is_the_last_one_of_several(make_scene, kind):
     assert np.mean(forces) == pytest.approx(-0.7 * GRAVITY, rel=0.02)
 
 
+def test_impulses_add_up_over_all_steps(make_scene, kind):
+    scene = make_scene(kind)
+    pybullet.setPhysicsEngineParameter(numSubSteps=3, physicsClientId=scene.client)
+    table = scene.add_two_links()
+    cloth = scene.add_cloth(0.1)
+    assert len(scene.attachment.impulses().pairs) == 0
+    for count in (40, 1, 10, 25):
+        before = scene.momentum(cloth)
+        for _ in range(count):
+            pybullet.stepSimulation(physicsClientId=scene.client)
+        impulses = scene.attachment.impulses()
+        assert impulses.seconds == pytest.approx(count / STEPS_A_SECOND)
+        gained = scene.momentum(cloth) - before + [0, 0, GRAVITY * impulses.seconds]
+        np.testing.assert_allclose(impulses.on(cloth), gained, atol=1e-6)
+        assert len(impulses.pairs) == 2 and set(impulses.pairs["link_b"]) == {0, 1}
+        of_links = [impulses.on(table, link=link, by=cloth) for link in (0, 1)]
+        np.testing.assert_allclose(sum(of_links), -gained, atol=1e-6)
+    assert scene.attachment.impulses().seconds == 0
+    pybullet.stepSimulation(physicsClientId=scene.client)
+    scene.attachment.set_settings(read_out="contacts")
+    with pytest.raises(softcd.InvalidInput, match="impulses: read_out is not 'impulses'; .*read_out='impulses'"):
+        scene.attachment.impulses()
+
+
+def test_impulses_of_a_body_that_was_removed_keep_its_id(make_scene, kind):
+    scene = make_scene(kind)
+    table = scene.add_box([1, 1, 0.1], [0, 0, -0.1])
+    cloth = scene.add_cloth(0.01)
+    scene.step(30)
+    pybullet.removeBody(table, physicsClientId=scene.client)
+    scene.step()
+    assert scene.attachment.impulses().on(cloth, by=table)[2] > 0
+
+
 def test_a_sleeping_cloth_keeps_its_forces(make_scene):
     scene = make_scene("deformable")
     pybullet.setPhysicsEngineParameter(numSubSteps=4, physicsClientId=scene.client)
