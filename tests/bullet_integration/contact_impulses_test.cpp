@@ -208,6 +208,30 @@ TEST_P(ImpulsesOfRigidObjects, are_what_the_soft_body_gets) {
   EXPECT_LT(worst, btScalar(3e-5));
 }
 
+/// Bullet does so after the contacts of the step are known, and solves none of them.
+TEST(ImpulsesOfRigidObjects, of_a_body_that_falls_asleep_within_a_step_stay) {
+  for (const World world : {World::deformable, World::attached_deformable}) {
+    AnySimulation simulation(world, reading_impulses());
+    simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.5), 1)), btVector3(0, btScalar(-0.5), 0));
+    SheetOptions options;
+    options.height = btScalar(0.06);
+    btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+    for (int step = 0; step < 20; ++step) simulation.step_once();
+    ASSERT_EQ(simulation.detection().body_contacts().size(), 1U);
+    const btVector3 before = simulation.detection().body_contacts()[0].impulse_a;
+    EXPECT_GT(before.y(), 0);
+    sheet.setActivationState(WANTS_DEACTIVATION);
+    for (int step = 0; step < 3; ++step) {
+      simulation.step_once();
+      EXPECT_FALSE(sheet.isActive());
+      const Pairs& pairs = simulation.detection().body_contacts();
+      ASSERT_EQ(pairs.size(), 1U);
+      EXPECT_TRUE(pairs[0].has_impulses);
+      EXPECT_EQ(pairs[0].impulse_a, before);
+    }
+  }
+}
+
 void add_box(btTriangleMesh& mesh, btScalar half_side) {
   const auto corner = [&](int i) {
     return half_side * btVector3(btScalar(i & 1) * 2 - 1, btScalar(i & 2) - 1, btScalar(i & 4) / 2 - 1);
