@@ -99,7 +99,7 @@ class Settings(TypedDict, total=False):
     convex_shapes: ConvexShapes | Literal["nodes", "faces_and_edges"]
     """Which features touch boxes, spheres and other convex shapes."""
     filter_deformables: bool
-    """Whether collision groups and masks apply between deformable bodies, which Bullet ignores there."""
+    """Whether setCollisionFilterPair applies between deformable bodies, where Bullet ignores it."""
     read_out: ReadOut | Literal["off", "contacts", "impulses"]
     """What Attachment.contacts() returns."""
 

@@ -382,6 +382,16 @@ def test_filters_let_nodes_through(make_scene, kind):
     assert height_after(True) < -1 < -0.5 < height_after(False)
 
 
+@pytest.mark.parametrize("is_followed", [True, False])
+def test_pairs_that_pybullet_filters_do_not_touch(make_scene, kind, is_followed):
+    scene = make_scene(kind, filter_deformables=is_followed)
+    lower, upper = scene.add_cloth(0), scene.add_cloth(0.05)
+    scene.hold_border(lower)
+    pybullet.setCollisionFilterPair(lower, upper, -1, -1, 0, physicsClientId=scene.client)
+    contacts = scene.step(60)
+    assert (len(contacts.between(lower, upper)) == 0) == (is_followed or kind == "soft")
+
+
 @pytest.mark.parametrize("is_near", [True, False])
 def test_wrong_filters_are_named(make_scene, is_near):
     scene = make_scene("soft")
