@@ -126,8 +126,8 @@ class StepContacts:
     Bodies are PyBullet's unique ids, -1 for a body that was removed since. Links are PyBullet's indices, -1 for a base
     or a soft body. Nodes are the indices that getMeshData with MESH_DATA_SIMULATION_MESH and SoftBodies.nodes() have,
     faces those of SoftBodies.faces(). Lengths are in metres, impulses in kg m/s, forces in N, in world coordinates.
-    What is not known is NaN: with read_out="contacts" all impulses and forces, and those between soft bodies in
-    deformable worlds.
+    What is not known is NaN: with read_out="contacts" all impulses and forces, otherwise those of reduced bodies with
+    rigid ones.
     """
 
     pairs: np.ndarray

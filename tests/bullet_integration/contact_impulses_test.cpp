@@ -33,11 +33,6 @@ bullet::Settings reading_impulses(bullet::EdgeContacts edges = bullet::EdgeConta
 
 class ContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ContactImpulses,
-                         testing::Values(World::one_line, World::multi_body, World::deformable), world_name);
-
-/// Contacts between soft bodies have no impulses where softcd is attached to a deformable world.
-class ImpulsesOfRigidObjects : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ImpulsesOfRigidObjects,
                          testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
                                          World::attached_deformable),
                          world_name);
@@ -95,7 +90,7 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
       sheets[i]->setVelocity(btVector3(btScalar(0.3), i == 0 ? 1 : -1, 0));
       sheets[i]->m_cfg.kDF = btScalar(0.5);
     }
-    const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+    const btScalar time = simulation.step_length();
     btScalar greatest = 0;
     for (int step = 0; step < 30; ++step) {
       btVector3 before[2], start[2];
@@ -103,7 +98,7 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
         before[i] = momentum(*sheets[i], &btSoftBody::Node::m_v);
         start[i] = momentum(*sheets[i], &btSoftBody::Node::m_x);
       }
-      simulation.world().stepSimulation(time, 0);
+      simulation.step(time);
       const Pairs& pairs = simulation.detection().body_contacts();
       for (int i = 0; i < 2; ++i) {
         const btVector3 given = given_to(*sheets[i], pairs);
@@ -117,7 +112,7 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
   }
 }
 
-TEST_P(ImpulsesOfRigidObjects, are_what_a_rigid_body_gets) {
+TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
   AnySimulation simulation(GetParam(), reading_impulses());
   SheetOptions options;
   options.fixed = true;
@@ -185,7 +180,7 @@ TEST(ContactImpulses, are_what_a_link_gets) {
 }
 
 /// A free sheet that falls onto the corner of a box.
-TEST_P(ImpulsesOfRigidObjects, are_what_the_soft_body_gets) {
+TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
   AnySimulation simulation(GetParam(), reading_impulses());
   simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))),
                        btVector3(btScalar(0.3), btScalar(-0.5), btScalar(0.3)));
@@ -209,7 +204,7 @@ TEST_P(ImpulsesOfRigidObjects, are_what_the_soft_body_gets) {
 }
 
 /// Bullet does so after the contacts of the step are known, and solves none of them.
-TEST(ImpulsesOfRigidObjects, of_a_body_that_falls_asleep_within_a_step_stay) {
+TEST(ContactImpulses, of_a_body_that_falls_asleep_within_a_step_stay) {
   for (const World world : {World::deformable, World::attached_deformable}) {
     AnySimulation simulation(world, reading_impulses());
     simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.5), 1)), btVector3(0, btScalar(-0.5), 0));
@@ -300,7 +295,7 @@ class HeldCloth {
       }
       const btVector3 before = momentum(*cloth_, &btSoftBody::Node::m_v);
       const btVector3 start = momentum(*cloth_, &btSoftBody::Node::m_x);
-      simulation_.world().stepSimulation(time, 0);
+      simulation_.step(time);
       if (step < 2 * per_second) continue;
       const Pairs& pairs = simulation_.detection().body_contacts();
       sums.on_cloth += given_to(*cloth_, pairs, /*has_crossings=*/true);
@@ -357,7 +352,7 @@ TEST_P(ContactImpulses, of_a_gripper_are_what_the_cloth_gets) {
 
 // Without friction for faces the classic solver lets go of it; the last pass holds the nodes around the fingers.
 TEST_P(ContactImpulses, of_a_gripper_of_meshes_are_what_the_cloth_gets_to_be_held) {
-  const int nodes_per_side = GetParam() == World::deformable ? 4 : 16;
+  const int nodes_per_side = is_deformable(GetParam()) ? 4 : 16;
   const HeldCloth::Forces forces = HeldCloth(GetParam(), Detection::ccd, /*has_meshes=*/true, nodes_per_side).forces();
   expect_what_the_cloth_gets(forces);
   EXPECT_TRUE(forces.has_crossings);
@@ -425,12 +420,14 @@ TEST_P(ContactImpulses, carry_the_weight_of_a_cloth_that_rests) {
 
 // Soft bodies fall asleep in the deformable world, and rest on rigid bodies as before.
 TEST(ContactImpulses, carry_the_weight_of_a_cloth_that_sleeps) {
-  for (const Floor ground : {Floor::box, Floor::mesh}) {
-    SCOPED_TRACE(static_cast<int>(ground));
-    LyingSheet lying(World::deformable, ground);
-    lying.run(300);
-    ASSERT_FALSE(lying.sheet().isActive());
-    EXPECT_NEAR(lying.mean_force(), kGravity, 0.01 * kGravity);
+  for (const World world : {World::deformable, World::attached_deformable}) {
+    for (const Floor ground : {Floor::box, Floor::mesh}) {
+      SCOPED_TRACE(static_cast<int>(ground));
+      LyingSheet lying(world, ground);
+      lying.run(300);
+      ASSERT_FALSE(lying.sheet().isActive());
+      EXPECT_NEAR(lying.mean_force(), kGravity, 0.01 * kGravity);
+    }
   }
 }
 

@@ -162,48 +162,6 @@ btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver,
   return impulses;
 }
 
-/// Puts nodes back to where the step began, and to where they are now when it is destroyed.
-class NodesAtStart {
- public:
-  template <class Starts>
-  NodesAtStart(const Starts& starts, Span<btSoftBody* const> bodies) {
-    for (btSoftBody* body : bodies) {
-      const auto known = starts.find(body);
-      if (known == starts.end() || known->second.size() != static_cast<std::size_t>(body->m_nodes.size())) continue;
-      for (std::size_t i = 0; i < known->second.size(); ++i) {
-        Node& node = body->m_nodes[static_cast<int>(i)];
-        ends_.emplace_back(&node, node.m_x);
-        node.m_x = known->second[i].position;
-      }
-    }
-  }
-  ~NodesAtStart() {
-    for (const auto& [node, end] : ends_) node->m_x = end;
-  }
-  NodesAtStart(const NodesAtStart&) = delete;
-  NodesAtStart& operator=(const NodesAtStart&) = delete;
-
- private:
-  std::vector<std::pair<Node*, btVector3>> ends_;
-};
-
-/// Returns the bodies that have a contact with a soft body.
-std::set<const btSoftBody*> bodies_with_soft_contacts(Span<btSoftBody* const> bodies) {
-  std::set<const btSoftBody*> found;
-  std::set<const btSoftBody::Face*> faces;
-  for (const btSoftBody* body : bodies) {
-    for (int i = 0; i < body->m_faceNodeContacts.size(); ++i) faces.insert(body->m_faceNodeContacts[i].m_face);
-    if (body->m_faceNodeContacts.size() > 0) found.insert(body);
-  }
-  for (const btSoftBody* body : bodies) {
-    if (body->m_faces.size() == 0) continue;
-    const auto first = faces.lower_bound(&body->m_faces[0]);
-    const std::less<> is_before;
-    if (first != faces.end() && is_before(*first, &body->m_faces[0] + body->m_faces.size())) found.insert(body);
-  }
-  return found;
-}
-
 /// Appends 0 to count - 1, shuffled in Bullet's way.
 void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& order) {
   const auto first = static_cast<std::ptrdiff_t>(order.size());
@@ -215,20 +173,15 @@ void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& orde
 
 }  // namespace
 
-void DeformableImpulses::keep_starts(Span<btSoftBody* const> bodies) {
-  starts_.clear();
+void DeformableImpulses::keep_velocities(Span<btSoftBody* const> bodies) {
+  velocities_.clear();
   for (const btSoftBody* body : bodies) {
-    std::vector<Start>& starts = starts_[body];
-    for (int i = 0; i < body->m_nodes.size(); ++i) starts.push_back({body->m_nodes[i].m_x, body->m_nodes[i].m_v});
+    std::vector<btVector3>& velocities = velocities_[body];
+    for (int i = 0; i < body->m_nodes.size(); ++i) velocities.push_back(body->m_nodes[i].m_v);
   }
 }
 
-void DeformableImpulses::read_rigid_at_end(Span<btSoftBody* const> bodies, btScalar time_step) {
-  const NodesAtStart at_start(starts_, bodies);
-  read_rigid(bodies, time_step, bodies_with_soft_contacts(bodies));
-}
-
-void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar time_step, const Bodies& changed) {
+void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar time_step) {
   impulses_.clear();
   btDeformableBodySolver* explicit_solver = nullptr;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -242,7 +195,7 @@ void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar tim
     if (!solver->m_objective->m_implicit) explicit_solver = solver;
   }
   if (explicit_solver != nullptr && time_step > 0 && has_these(*explicit_solver, bodies)) {
-    add_reactions(*explicit_solver, bodies, time_step, changed);
+    add_reactions(*explicit_solver, bodies, time_step);
   }
   for (const btSoftBody* body : bodies) {
     if (impulses_.find(*body, ContactArray::rigid_node) == nullptr) continue;
@@ -254,13 +207,13 @@ void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar tim
 /// Adds the impulses that constraints do not account for to the contacts of each node. A node on an anchor gets none:
 /// there the anchor gives them.
 void DeformableImpulses::add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies,
-                                       btScalar time_step, const Bodies& changed) {
+                                       btScalar time_step) {
   const btAlignedObjectArray<btVector3> damping = damping_impulses(solver, bodies, time_step);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const btSoftBody& body = *bodies[i];
-    const auto starts = starts_.find(&body);
-    if (!body.isActive() || starts == starts_.end() || changed.count(&body) != 0) continue;
-    if (starts->second.size() != static_cast<std::size_t>(body.m_nodes.size())) continue;  // memory ran out
+    const auto velocities = velocities_.find(&body);
+    if (!body.isActive() || velocities == velocities_.end()) continue;
+    if (velocities->second.size() != static_cast<std::size_t>(body.m_nodes.size())) continue;  // memory ran out
     const std::optional<RigidConstraints> constraints = rigid_constraints_of(body, solver, i);
     if (!constraints.has_value()) continue;
     Reactions reactions;
@@ -268,7 +221,7 @@ void DeformableImpulses::add_reactions(btDeformableBodySolver& solver, Span<btSo
     take_from_rests(constraints->of_faces, reactions);
     for (auto& [node, reaction] : reactions) {
       const auto index = static_cast<std::size_t>(node - &body.m_nodes[0]);
-      reaction.rest += (node->m_v - starts->second[index].velocity) / node->m_im - damping[node->index];
+      reaction.rest += (node->m_v - velocities->second[index]) / node->m_im - damping[node->index];
       if (node->m_battach != 0) reaction.rest.setZero();
     }
     add_rests(body.m_nodeRigidContacts, constraints->of_nodes, reactions, impulses_.of(body, ContactArray::rigid_node));

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <random>
-#include <set>
 #include <unordered_map>
 
 #include "read_out/contact_read_out.hpp"
@@ -18,14 +17,11 @@ namespace softcd::bullet {
 class DeformableImpulses {
  public:
   /// Right before Bullet's solver.
-  void keep_starts(Span<btSoftBody* const> bodies);
+  void keep_velocities(Span<btSoftBody* const> bodies);
   /// After Bullet's solver, which keeps what contacts with rigid objects gave until the next step: these impulses;
   /// `bodies` are all of the world's, in its order. `time_step` is 0 where velocities have been changed since: the soft
   /// bodies' impulses are those of the constraints alone then.
-  void read_rigid(Span<btSoftBody* const> bodies, btScalar time_step) { read_rigid(bodies, time_step, {}); }
-  /// Does the same when Bullet has also answered contacts between soft bodies, and moved all nodes. Impulses on soft
-  /// bodies with such contacts are those of the constraints alone.
-  void read_rigid_at_end(Span<btSoftBody* const> bodies, btScalar time_step);
+  void read_rigid(Span<btSoftBody* const> bodies, btScalar time_step);
   /// And what apply_repulsion() needs, after the same.
   void prepare(Span<btSoftBody* const> bodies, btScalar time_step);
   /// Does what applyRepulsionForce of Bullet's world does, with one contact at a time. Throws nothing.
@@ -34,18 +30,10 @@ class DeformableImpulses {
   const ContactImpulses& impulses() const { return impulses_; }
 
  private:
-  using Bodies = std::set<const btSoftBody*>;
-  struct Start {
-    btVector3 position, velocity;
-  };
-
-  /// Bodies whose velocities something else has changed since the solver are `changed`.
-  void read_rigid(Span<btSoftBody* const> bodies, btScalar time_step, const Bodies& changed);
-  void add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies, btScalar time_step,
-                     const Bodies& changed);
+  void add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies, btScalar time_step);
 
   ContactImpulses impulses_;
-  std::unordered_map<const btSoftBody*, std::vector<Start>> starts_;  ///< of nodes, before Bullet's solver
+  std::unordered_map<const btSoftBody*, std::vector<btVector3>> velocities_;  ///< before Bullet's solver
   std::vector<int> order_;  ///< of all active bodies' contacts, one body's after the other's
   std::minstd_rand random_;
 };

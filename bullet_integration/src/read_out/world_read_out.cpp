@@ -36,8 +36,8 @@ void WorldReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, 
   run_for_impulses([&] { contacts_.add_crossings(crossings, bodies); });
 }
 
-void WorldReadOut::keep_starts(Span<btSoftBody* const> bodies) {
-  run_for_impulses([&] { deformable_impulses_.keep_starts(bodies); });
+void WorldReadOut::keep_velocities(Span<btSoftBody* const> bodies) {
+  run_for_impulses([&] { deformable_impulses_.keep_velocities(bodies); });
 }
 
 bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
@@ -47,16 +47,14 @@ bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time
   return true;
 }
 
-void WorldReadOut::take_rigid_impulses(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
-                                       btScalar time_step) {
+void WorldReadOut::keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase) {
   if (settings_.read_out == ReadOut::off) return;
   run([&] { contacts_.keep_contacts_of_new_sleepers(bodies, broadphase); });
+}
+
+void WorldReadOut::take_rigid_impulses(Span<btSoftBody* const> bodies) {
   run_for_impulses([&] {
-    if (time_step > 0) {
-      deformable_impulses_.read_rigid_at_end(bodies, time_step);
-    } else {
-      deformable_impulses_.read_rigid(bodies, 0);
-    }
+    deformable_impulses_.read_rigid(bodies, /*time_step=*/0);
     contacts_.set_impulses(deformable_impulses_.impulses());
   });
 }

@@ -36,13 +36,15 @@ class WorldReadOut {
   /// When the impulses are known: what the last pass of the step gave, to these bodies, all of the world's.
   void add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies);
   /// Deformable world: right before Bullet's solver.
-  void keep_starts(Span<btSoftBody* const> bodies);
+  void keep_velocities(Span<btSoftBody* const> bodies);
   /// Deformable world: in place of applyRepulsionForce; false where that is to be called.
   bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 
-  /// Reads what contacts with rigid objects gave, as long as Bullet's solver keeps it. For deformable worlds that have
-  /// called applyRepulsionForce and moved the nodes; `time_step` is 0 where they have not.
-  void take_rigid_impulses(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase, btScalar time_step);
+  /// Deformable world, whose solver has run: gives bodies that it has put to sleep the contacts of the step before.
+  void keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
+  /// Deformable world, where applyRepulsionForce was called: what contacts with rigid objects gave, as long as Bullet's
+  /// solver keeps it.
+  void take_rigid_impulses(Span<btSoftBody* const> bodies);
 
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);
 

@@ -59,7 +59,7 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   detect_rigid_contacts();
   calculateSimulationIslands();
   beforeSolverCallbacks(time_step);
-  queries.read_out.keep_starts(step.body_span());
+  queries.read_out.keep_velocities(step.body_span());
   solveConstraints(time_step);
   afterSolverCallbacks(time_step);
 

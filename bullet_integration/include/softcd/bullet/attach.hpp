@@ -19,7 +19,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 enum class Limit : std::uint32_t {
   updates_trees,                    ///< Bullet still updates trees that are never read
   ends_steps_late,                  ///< see Attachment::finish_step()
-  no_impulses_between_soft_bodies,  ///< BodyPairContacts::has_impulses is false for pairs of them
+  no_impulses_between_soft_bodies,  ///< not reported any more: these impulses are known
   /// Bullet alone finds contacts with rigid meshes and convex shapes, whatever the settings are.
   leaves_rigid_meshes,
 };
@@ -88,6 +88,9 @@ class SOFTCD_EXPORT Attachment {
 /// - softcd calls the app's tick callbacks. The app may set others; a step that was not finished by then misses its
 /// last
 ///   pass, which WorldDetection::crossing_report().failed_steps() counts.
+/// - softcd calls the app's solver callback of the deformable world, too. With ReadOut::impulses, softcd answers
+/// contacts
+///   between soft bodies itself after Bullet's solver, one at a time.
 /// - The deformable world has one more action. Actions that the app added earlier see nodes before the last pass of
 ///   Detection::ccd. Removing softcd's action changes the order of actions added later.
 ///
