@@ -68,7 +68,7 @@ void AttachedDeformableWorld::prepare_solver() {
   hidden_.clear();  // of a step that an exception has left
   solver_callback_.stand();
   solver_calls_ = 0;
-  has_answered_ = false;
+  has_responded_ = false;
   face_trees().take(span_of(bodies()));
   keep_starts();
 }
@@ -80,7 +80,7 @@ void AttachedDeformableWorld::call_solver_callback(btScalar time, btDeformableMu
   if (attached->is_solved() && ++attached->solver_calls_ == 2) attached->after_solver();
 }
 
-/// Answers contacts between soft bodies in Bullet's place, where their impulses are to be known: one at a time.
+/// Responds to contacts between soft bodies in Bullet's place, one at a time, if their impulses are to be known.
 void AttachedDeformableWorld::after_solver() {
   const Span<btSoftBody* const> all = span_of(bodies());
   queries().read_out.keep_contacts_of_new_sleepers(all, *world().getBroadphase());
@@ -90,7 +90,7 @@ void AttachedDeformableWorld::after_solver() {
     return;
   }
   if (!queries().read_out.apply_repulsion(all, step_length())) return;
-  has_answered_ = true;
+  has_responded_ = true;
   for (btSoftBody* body : all) {
     hidden_.push_back({body, body->m_faceNodeContacts.size()});
     body->m_faceNodeContacts.resizeNoInitialize(0);
@@ -131,7 +131,7 @@ void AttachedDeformableWorld::keep_starts() {
 void AttachedDeformableWorld::end_step(btScalar time_step) {
   face_trees().give_back();
   show_soft_contacts();
-  if (!has_answered_) queries().read_out.take_rigid_impulses(span_of(bodies()));
+  if (!has_responded_) queries().read_out.take_rigid_impulses(span_of(bodies()));
   prevent_crossings(time_step);
   refit_face_trees(span_of(bodies()));
   queries().read_out.finish(*world().getBroadphase());

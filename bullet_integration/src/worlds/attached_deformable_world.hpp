@@ -26,7 +26,7 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   };
   class NodesPutBack;
 
-  /// The number of a body's contacts with soft bodies, which Bullet does not see after softcd has answered them.
+  /// The number of a body's contacts with soft bodies, which Bullet does not see after softcd has responded to them.
   struct HiddenContacts {
     btSoftBody* body;
     int count;
@@ -53,8 +53,8 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   void prevent_crossings(btScalar time_step);
 
   SolverCallback solver_callback_;
-  int solver_calls_ = 0;       ///< of the callback in this step
-  bool has_answered_ = false;  ///< whether softcd has answered contacts between soft bodies in this step
+  int solver_calls_ = 0;        ///< of the callback in this step
+  bool has_responded_ = false;  ///< whether softcd has responded to contacts between soft bodies in this step
   std::vector<HiddenContacts> hidden_;
   std::vector<Way> ways_;        ///< of the bodies that the step's last pass may change
   bool has_integrated_ = false;  ///< whether the step that ends has moved all bodies

@@ -88,9 +88,8 @@ class SOFTCD_EXPORT Attachment {
 /// - softcd calls the app's tick callbacks. The app may set others; a step that was not finished by then misses its
 /// last
 ///   pass, which WorldDetection::crossing_report().failed_steps() counts.
-/// - softcd calls the app's solver callback of the deformable world, too. With ReadOut::impulses, softcd answers
-/// contacts
-///   between soft bodies itself after Bullet's solver, one at a time.
+/// - softcd calls the app's solver callback, too, which the deformable world has. With ReadOut::impulses, softcd
+///   responds to contacts between soft bodies itself after Bullet's solver, one at a time.
 /// - The deformable world has one more action. Actions that the app added earlier see nodes before the last pass of
 ///   Detection::ccd. Removing softcd's action changes the order of actions added later.
 ///
