@@ -33,8 +33,8 @@ class SoftBodies(Questions):
     """The soft bodies of a PyBullet client: their meshes, and spatial questions about them.
 
     softcd need not be attached. Every call sees the nodes where they are now. Bodies are PyBullet's unique ids; answers
-    have -1 where there is none. Triangles are faces, as in faces(), followed by stand-ins for nodes without a face and
-    for the links of ropes. Lengths are in metres.
+    have -1 where there is none. Triangles are faces, as in faces(); further ones are nodes without a face, then links of
+    ropes. Lengths are in metres.
 
     >>> bodies = softcd.bullet.SoftBodies(client)
     >>> hit = bodies.first_hits([0, 0, 2], [0, 0, -1])[0]
