@@ -17,6 +17,21 @@ def run(name, capsys, *packages):
     return capsys.readouterr().out
 
 
+def test_a_cloth_drapes_over_a_sphere_without_crossings(capsys):
+    torch = pytest.importorskip("torch")
+    code = (EXAMPLES / "drape.py").read_text().replace("ITERATIONS, SIDE, RADIUS = 150,", "ITERATIONS, SIDE, RADIUS = 25,")
+    thread_count, dtype = torch.get_num_threads(), torch.get_default_dtype()
+    try:
+        exec(compile(code, "drape.py", "exec"), {})
+    finally:
+        torch.set_num_threads(thread_count)
+        torch.set_default_dtype(dtype)
+    text = capsys.readouterr().out
+    figures = re.fullmatch(r"25 iterations, .* 0 crossings, smallest gap (0\.\d+), lowest point (-?0\.\d+)\n", text)
+    assert figures, text
+    assert 0 < float(figures[1]) < 0.02 and float(figures[2]) < 0.2
+
+
 def counts(text, name):
     """Returns a row's counts of every audit in a text."""
     return [[int(word) for word in row.split()] for row in re.findall(rf"^  {name}((?: +\d+)+)", text, re.MULTILINE)]
