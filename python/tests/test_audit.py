@@ -1,5 +1,8 @@
 """Tests softcd.audit with lists that brute force makes, and with lists that are wrong on purpose."""
 
+import json
+import pathlib
+
 import numpy as np
 import pytest
 
@@ -367,6 +370,30 @@ def test_a_mesh_far_from_the_origin_is_judged_as_at_it():
         assert features(getattr(near, name)) == features(getattr(far, name))
     assert len(near.missed) > 50 and len(near.invented) > 0
     assert far.invented["distance"] == pytest.approx(near.invented["distance"], rel=1e-9)
+
+
+RECORDED = pathlib.Path(__file__).resolve().parents[2] / "build/data/ccd-steps/armadillo-rollers"
+
+
+@pytest.mark.skipif(not RECORDED.exists(), reason="tests/fetch_data.sh has not fetched the recorded steps")
+def test_the_exact_list_of_a_recorded_step_is_confirmed():
+    x_t0, triangles = softcd.read_mesh(RECORDED / "frames/326.ply")
+    x_t1, _ = softcd.read_mesh(RECORDED / "frames/327.ply")
+    edges = np.array(oracle.edges_of(triangles))
+    edges = edges[np.lexsort((edges[:, 0], edges[:, 1]))]  # as the data numbers them
+    pairs = {}
+    for kind in ("vf", "ee"):
+        candidates = np.array(json.loads((RECORDED / f"boxes/326{kind}.json").read_text()))
+        pairs[kind] = candidates[json.loads((RECORDED / f"mma_bool/326{kind}_mma_bool.json").read_text())]
+    audit = softcd.audit(
+        x_t0,
+        triangles,
+        x_t1,
+        vertex_triangle_pairs=pairs["vf"] - [0, len(x_t0) + len(edges)],
+        edge_edge_pairs=pairs["ee"] - len(x_t0),
+        edges=edges,
+    )
+    assert audit.is_correct and len(audit.undecided) == 0 and len(audit.confirmed) == 4650 + 19308
 
 
 def test_the_text_says_what_was_found():
