@@ -317,10 +317,10 @@ def audit(
 
     softcd judges with Accuracy.conservative. A verdict stands only where no vertex, moved by half of `tolerance`, would
     change it. Other pairs are `undecided`. The default `tolerance` is what an engine that computes in the positions'
-    type cannot be blamed for: 16 units in the last place of the largest coordinate. With 0 only softcd's own roundings in float64
-    count, and a smaller value than those is raised to them. Where the contact distance is not larger than `tolerance`,
-    as without a margin, a pair of a step is missed only if it certainly crosses; a discrete audit then finds no missed
-    pair. So give discrete audits a margin.
+    type cannot be blamed for: 16 units in the last place of the largest coordinate. With 0 only softcd's own roundings
+    in float64 count, and a smaller value than those is raised to them. Where the contact distance is not larger than
+    `tolerance`, as without a margin, a pair of a step is missed only if it certainly crosses; a discrete audit then
+    finds no missed pair. So give discrete audits a margin.
 
     Raises InvalidInput or TypeError, which name the argument. Further keywords are those of `Scene`.
 
