@@ -19,7 +19,7 @@ constexpr bool is_for_clients(std::string_view name) {
 /// numbers. preset=fast, balanced or safe replaces all settings of clients; it comes first. Throws InvalidInput.
 Settings read_settings(std::istream& words, Settings settings = {});
 
-/// Returns the client's settings: {"backend": "automatic", "reuse_pairs": true, "lambda": 0, ...}.
+/// Returns the client's settings: {"backend": "automatic", "reuse_pairs": true, "cell_size_factor": 0, ...}.
 std::string json_of(const Settings& settings);
 
 /// Returns all settings of clients by name, each with its allowed words and its value in each preset:

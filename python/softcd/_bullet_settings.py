@@ -82,8 +82,8 @@ class Settings(TypedDict, total=False):
     """The arithmetic of contacts."""
     broad_phase: BroadPhase | Literal["exact", "uniform"]
     """How candidates are found; changes no contact."""
-    lambda_: float
-    """The cell size in mean triangle sizes: 0.1 to 100, or 0 to let softcd choose."""
+    cell_size_factor: float
+    """The cell size in mean sizes of triangles, on the CPU of patches: 0.1 to 100, or 0 to let softcd choose."""
     reuse_pairs: bool
     """Whether pairs found in one step serve later ones; changes no contact."""
     self_collision: SelfCollision | Literal["flagged", "all", "none"]

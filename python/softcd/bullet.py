@@ -74,8 +74,8 @@ def attach(client: int = 0, *, preset: Preset = "balanced", **settings: Unpack[S
     The world has soft bodies (the default) or deformable ones (RESET_USE_DEFORMABLE_WORLD). It may be new or in use.
     preset, "fast", "balanced" or "safe", chooses settings to begin with; settings are those of softcd::bullet::Settings
     by keyword, enumerators by name or as enumerations: backend ("automatic", "cpu", "cuda"), detection ("dcd", "ccd"),
-    accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), lambda_, reuse_pairs,
-    self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond"), contacts ("all",
+    accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), cell_size_factor,
+    reuse_pairs, self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond"), contacts ("all",
     "closest_feature", "automatic"), contacts_per_node, rigid_meshes, convex_shapes ("nodes", "faces_and_edges"),
     filter_deformables, read_out ("off", "contacts", "impulses"). The class Settings says what each does. In place of
     C++'s callbacks there are Attachment.contacts() and Attachment.messages(). A step in which softcd fails goes on with
@@ -114,8 +114,7 @@ class Attachment:
     @property
     def settings(self) -> dict[str, str | float | bool]:
         """The current settings by keyword, enumerators by name."""
-        settings = json.loads(self._plugin.text("settings"))
-        return {"lambda_" if name == "lambda" else name: value for name, value in settings.items()}
+        return json.loads(self._plugin.text("settings"))
 
     def set_settings(self, *, preset: Preset | None = None, **settings: Unpack[Settings]) -> None:
         """Changes settings from the next step on, by the keywords of attach(); others stay. A preset replaces all

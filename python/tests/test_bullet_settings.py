@@ -22,8 +22,7 @@ def client():
 @pytest.fixture
 def schema(client):
     """All settings that C++ lists, by keyword, with their words and their values in each preset."""
-    schema = json.loads(softcd._bullet_plugin.Plugin(client).text("all_settings"))
-    return {"lambda_" if name == "lambda" else name: setting for name, setting in schema.items()}
+    return json.loads(softcd._bullet_plugin.Plugin(client).text("all_settings"))
 
 
 def words_and_enumeration(annotation):
@@ -85,13 +84,13 @@ def test_presets_differ(schema):
 def test_settings_change_while_attached(client):
     with softcd.bullet.attach(client, preset="safe", read_out="contacts") as attachment:
         before = attachment.settings
-        attachment.set_settings(edge_contacts="report", lambda_=2.5)
-        assert attachment.settings == before | {"edge_contacts": "report", "lambda_": 2.5}
+        attachment.set_settings(edge_contacts="report", cell_size_factor=2.5)
+        assert attachment.settings == before | {"edge_contacts": "report", "cell_size_factor": 2.5}
         attachment.set_settings(preset="balanced", read_out=softcd.bullet.ReadOut.impulses)
         changed = attachment.settings
-        assert changed["detection"] == "dcd" and changed["read_out"] == "impulses" and changed["lambda_"] == 0
-        with pytest.raises(softcd.InvalidInput, match="lambda is 1000"):
-            attachment.set_settings(detection="ccd", lambda_=1000)
+        assert changed["detection"] == "dcd" and changed["read_out"] == "impulses" and changed["cell_size_factor"] == 0
+        with pytest.raises(softcd.InvalidInput, match="cell_size_factor is 1000"):
+            attachment.set_settings(detection="ccd", cell_size_factor=1000)
         assert attachment.settings == changed
     with pytest.raises(softcd.Error, match="not attached"):
         attachment.set_settings(detection="ccd")
@@ -109,7 +108,7 @@ def test_settings_change_while_attached(client):
         ({"detection": ""}, softcd.InvalidInput, "detection: '' is no value"),
         ({"rigid_meshes": 1}, softcd.InvalidInput, "rigid_meshes: '1' is none of False, True"),
         ({"contacts_per_node": 1.5}, softcd.InvalidInput, "contacts_per_node: '1.5' is no count"),
-        ({"lambda_": float("nan")}, softcd.InvalidInput, "lambda"),
+        ({"cell_size_factor": float("nan")}, softcd.InvalidInput, "cell_size_factor"),
         ({"preset": "best"}, softcd.InvalidInput, "preset: 'best' is none of fast, balanced, safe"),
         ({"preset": 1}, softcd.InvalidInput, "preset: '1' is none of fast, balanced, safe"),
         ({"log": print}, softcd.InvalidInput, "log: .* read Attachment.messages"),

@@ -77,7 +77,7 @@ TEST(Settings, that_are_not_named_stay) {
 TEST(Settings, are_shown_as_json_with_their_words_and_presets) {
   const std::string now = pybullet::json_of(Settings::safe());
   EXPECT_EQ(now.substr(0, 46), R"({"backend": "automatic", "detection": "ccd", ")");
-  EXPECT_NE(now.find(R"("lambda": 0, "reuse_pairs": true)"), std::string::npos) << now;
+  EXPECT_NE(now.find(R"("cell_size_factor": 0, "reuse_pairs": true)"), std::string::npos) << now;
   const std::string all = pybullet::json_of_all_settings();
   EXPECT_NE(all.find(R"("detection": {"values": ["dcd", "ccd"], "fast": "dcd", "balanced": "dcd", "safe": "ccd"})"),
             std::string::npos)
