@@ -24,17 +24,17 @@ using demo::name_of;
 
 constexpr std::array<demo::Choice<Sweep>, 7> kSweeps = {{{"stages", Sweep::stages},
                                                          {"subdivision", Sweep::subdivision},
-                                                         {"lambda", Sweep::lambda},
+                                                         {"cell_size_factor", Sweep::cell_size_factor},
                                                          {"scaling", Sweep::scaling},
                                                          {"threads", Sweep::threads},
                                                          {"ends", Sweep::ends},
                                                          {"reuse", Sweep::reuse}}};
 
-// Values of lambda, in tenths.
-constexpr int kLeastLambda = 8;
-constexpr int kMostLambdaExact = 24;
-constexpr int kMostLambdaPaper = 20;
-constexpr int kLambdaStep = 2;
+// Cell size factors, in tenths.
+constexpr int kLeastTenths = 8;
+constexpr int kMostTenthsExact = 24;
+constexpr int kMostTenthsPaper = 20;
+constexpr int kTenthsStep = 2;
 
 constexpr double kLeastScalingTriangles = 8000;
 constexpr double kScalingFactor = 4;
@@ -86,7 +86,7 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
                                  {"accuracy", name_of(demo::kAccuracies, m.options.accuracy)},
                                  {"broad_phase", broad_phase_of(m)},
                                  {"subdivision", m.options.subdivision},
-                                 {"lambda", m.options.lambda},
+                                 {"cell_size_factor", m.options.cell_size_factor},
                                  {"ends", m.options.on_device ? "device" : "host"},
                                  {"reuse_pairs", m.options.reuse_pairs},
                                  {"rocks", m.options.rocks},
@@ -145,10 +145,10 @@ class Benchmark {
             for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
               return with_every_broad_phase(scene, options);
             }));
-      case Sweep::lambda:
-        return report_lambdas(
+      case Sweep::cell_size_factor:
+        return report_cell_sizes(
             for_each_scene_and_mode(backend, [this](const DetectorScene& scene, const MeasuredOptions& options) {
-              return all_lambdas(scene, options);
+              return all_cell_sizes(scene, options);
             }));
       case Sweep::scaling:
         return report_scaling(all_sizes(backend));
@@ -221,13 +221,13 @@ class Benchmark {
     return results;
   }
 
-  Measurements all_lambdas(const DetectorScene& scene, MeasuredOptions options) const {
+  Measurements all_cell_sizes(const DetectorScene& scene, MeasuredOptions options) const {
     Measurements results;
     for (const bool is_paper : {false, true}) {
       options.is_paper = is_paper;
-      const int most = is_paper ? kMostLambdaPaper : kMostLambdaExact;
-      for (int tenths = kLeastLambda; tenths <= most; tenths += kLambdaStep) {
-        options.lambda = static_cast<float>(tenths) / 10.0F;
+      const int most = is_paper ? kMostTenthsPaper : kMostTenthsExact;
+      for (int tenths = kLeastTenths; tenths <= most; tenths += kTenthsStep) {
+        options.cell_size_factor = static_cast<float>(tenths) / 10.0F;
         results.push_back(measure_one(scene, options));
       }
     }
@@ -348,19 +348,20 @@ class Benchmark {
     record(measurements);
   }
 
-  void report_lambdas(const Measurements& measurements) {
-    Table table({"scene", "detection", "broad phase", "lambda", "children/triangles", "entries", "tests", "ms"}, 3);
+  void report_cell_sizes(const Measurements& measurements) {
+    Table table(
+        {"scene", "detection", "broad phase", "cell_size_factor", "children/triangles", "entries", "tests", "ms"}, 3);
     for (const Measurement& m : measurements) {
       if (!m.left_out.empty()) {
         table.add({m.scene, detection_of(m), broad_phase_of(m), "", "", "", m.left_out});
         continue;
       }
-      table.add({m.scene, detection_of(m), broad_phase_of(m), decimals(static_cast<double>(m.options.lambda), 1),
-                 decimals(children_ratio(m), 3), fmt::to_string(m.statistics.entries),
-                 fmt::to_string(m.statistics.tests), decimals(work_ms(m), 3)});
+      table.add({m.scene, detection_of(m), broad_phase_of(m),
+                 decimals(static_cast<double>(m.options.cell_size_factor), 1), decimals(children_ratio(m), 3),
+                 fmt::to_string(m.statistics.entries), fmt::to_string(m.statistics.tests), decimals(work_ms(m), 3)});
     }
-    add_section("Cell size", "A cell is lambda mean radii wide for `exact`, three times as wide for `paper`.", table,
-                measurements);
+    add_section("Cell size", "A cell is cell_size_factor mean radii wide for `exact`, three times as wide for `paper`.",
+                table, measurements);
     record(measurements);
   }
 
@@ -489,12 +490,14 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
   command->add_option("--scale", options.scale, "Multiplies the generated scenes' triangle counts, roughly")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
-  demo::add_choices(*command, "--sweep", kSweeps, options.sweeps,
-                    "stages: time and work per stage. subdivision: with and without virtual subdivision, and the\n"
-                    "uniform grid. lambda: cell sizes, of broad phases exact and paper. scaling: cloth-on-ball from\n"
-                    "about 10K triangles to --most. threads: on 1, 2, 4 ... threads of the CPU. ends: positions and\n"
-                    "contacts in the host's memory and in the device's (with --backend cuda). reuse: without and with\n"
-                    "pairs that earlier detections have found, of the same step and of one to and fro");
+  demo::add_choices(
+      *command, "--sweep", kSweeps, options.sweeps,
+      "stages: time and work per stage. subdivision: with and without virtual subdivision, and the\n"
+      "uniform grid. cell_size_factor: smaller and larger cells, of broad phases exact and paper. scaling:\n"
+      "cloth-on-ball from about 10K triangles to --most. threads: on 1, 2, 4 ... threads of the CPU. ends: positions "
+      "and\n"
+      "contacts in the host's memory and in the device's (with --backend cuda). reuse: without and with\n"
+      "pairs that earlier detections have found, of the same step and of one to and fro");
   demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
                     "The backends to measure, one after the other");
   command

@@ -27,7 +27,7 @@ inline constexpr std::array<demo::Choice<Mode>, 3> kModes = {
      {"ccd-precise", kContinuousPrecise},
      {"ccd-conservative", {Detection::ccd, Accuracy::conservative}}}};
 
-enum class Sweep { stages, subdivision, lambda, scaling, threads, ends, reuse };
+enum class Sweep { stages, subdivision, cell_size_factor, scaling, threads, ends, reuse };
 
 struct DetectorOptions {
   std::vector<MakeScene> scenes = {make_funnel, make_cloth_on_ball, make_n_body};

@@ -50,7 +50,7 @@ measure() {
 
 repeat=(--repeat "${SOFTCD_REPEAT:-50}")
 measure detector --backend "$backends" "${repeat[@]}" --sweep stages,subdivision
-measure detector --backend "$backends" "${repeat[@]}" --sweep lambda --scene cloth-on-ball,n-body
+measure detector --backend "$backends" "${repeat[@]}" --sweep cell_size_factor --scene cloth-on-ball,n-body
 measure detector --backend "$backends" "${repeat[@]}" --sweep scaling --most "${SOFTCD_MOST:-1000000}"
 if "$bench" bullet --help >/dev/null 2>&1; then
   for world in soft deformable; do

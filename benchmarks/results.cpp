@@ -20,14 +20,22 @@ constexpr const char* kCounts[] = {"split_triangles", "children",      "big_tria
                                    "cells",           "tests",         "triangle_pairs", "flagged_pairs",
                                    "vt_candidates",   "ee_candidates", "vt_contacts",    "ee_contacts"};
 
+/// The name of the option `cell_size_factor` in results of before it was renamed.
+constexpr const char* kOldCellSizeFactor = "lambda";
+
+double cell_size_factor_of(const json& row) {
+  return row.contains(kOldCellSizeFactor) ? row.at(kOldCellSizeFactor) : row.at("cell_size_factor");
+}
+
 std::string dials_of(const json& row) {
   std::vector<std::string> dials;
-  const std::string sweep = row.at("sweep");
+  std::string sweep = row.at("sweep");
+  if (sweep == kOldCellSizeFactor) sweep = "cell_size_factor";
   if (sweep != "stages") dials.push_back(sweep);
   const std::string broad_phase = row.at("broad_phase");
   if (broad_phase != "exact") dials.push_back(broad_phase);
   if (!row.at("subdivision").get<bool>()) dials.emplace_back("subdivision off");
-  if (const auto lambda = row.at("lambda").get<double>(); lambda != 0) dials.push_back(fmt::format("{:.1f}", lambda));
+  if (const double factor = cell_size_factor_of(row); factor != 0) dials.push_back(fmt::format("{:.1f}", factor));
   if (row.value("ends", "host") == "device") dials.emplace_back("ends on device");
   if (row.value("reuse_pairs", false)) dials.emplace_back("reuse of pairs");
   if (row.value("rocks", false)) dials.emplace_back("to and fro");

@@ -159,8 +159,8 @@ class Benchmark {
         "### Simulated scenes\n\nMeans over {} steps at equal distances in {} steps of 1/120 second. Milliseconds "
         "without transfers. The paper's are of a GTX 470.\n\n{}\n### Shares of a continuous detection\n\nPer "
         "cent.\n\n{}\n### Cell size\n\nPairs tested in the continuous detection of the last of these steps, in "
-        "thousands, over lambda: cells are so many mean radii wide.\n\n{}\n",
-        options_.samples, options_.steps, table_.text(), shares_.text(), lambdas_.text());
+        "thousands, over cell_size_factor: the cells' width in mean radii.\n\n{}\n",
+        options_.samples, options_.steps, table_.text(), shares_.text(), cell_sizes_.text());
     fmt::print("\n{}", report);
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report);
     if (!options_.json_file.empty()) write_json(options_.json_file, json_);
@@ -172,7 +172,7 @@ class Benchmark {
     fmt::print(stderr, "{}: simulating {} steps\n", name, options_.steps);
     const Recording recording = record(name, options_);
     const std::optional<double> uniform_tests = tests_of_uniform_grid(recording);
-    add_lambdas(name, recording.steps.back());
+    add_cell_sizes(name, recording.steps.back());
     for (const Backend backend : options_.backends) {
       fmt::print(stderr, "{}: measuring on {}\n", name, name_of(demo::kBackends, backend));
       const Means dcd = means(recording, Detection::dcd, Accuracy::fast, backend);
@@ -216,21 +216,21 @@ class Benchmark {
     return tests / static_cast<double>(measure(recording.steps.back(), options, 1).statistics.tests);
   }
 
-  void add_lambdas(const std::string& name, const DetectorScene& step) {
+  void add_cell_sizes(const std::string& name, const DetectorScene& step) {
     MeasuredOptions options;
     options.backend = options_.backends.front();
     options.detection = Detection::ccd;
     std::vector<std::string> row = {name};
-    for (const float lambda : kLambdas) {
-      options.lambda = lambda;
+    for (const float factor : kCellSizeFactors) {
+      options.cell_size_factor = factor;
       row.push_back(fmt::format("{:.0f}", static_cast<double>(measure(step, options, 1).statistics.tests) / 1000));
     }
-    lambdas_.add(row);
+    cell_sizes_.add(row);
   }
 
-  static std::vector<std::string> lambda_header() {
+  static std::vector<std::string> cell_sizes_header() {
     std::vector<std::string> header = {"scene"};
-    for (const float lambda : kLambdas) header.push_back(decimals(static_cast<double>(lambda), 1));
+    for (const float factor : kCellSizeFactors) header.push_back(decimals(static_cast<double>(factor), 1));
     return header;
   }
 
@@ -269,14 +269,14 @@ class Benchmark {
                                                               {"features", &StageTimes::features},
                                                               {"narrow", &StageTimes::narrow}}};
 
-  static constexpr std::array<float, 7> kLambdas = {0.8F, 1.2F, 1.5F, 1.8F, 2.1F, 2.4F, 3.0F};
+  static constexpr std::array<float, 7> kCellSizeFactors = {0.8F, 1.2F, 1.5F, 1.8F, 2.1F, 2.4F, 3.0F};
 
   const SimulatedScenesOptions& options_;
   Table table_{{"scene", "backend", "triangles", "dcd ms", "ccd ms", "children/triangles", "tests", "uniform/exact",
                 "dcd contacts", "ccd contacts", "MB", "step ms", "paper", "its dcd ms", "its ccd ms"},
                2};
   Table shares_{{"scene", "backend", "volumes", "subdivision", "assignment", "sort", "tests", "features", "narrow"}, 2};
-  Table lambdas_{lambda_header(), 1};
+  Table cell_sizes_{cell_sizes_header(), 1};
   nlohmann::ordered_json json_ = describe_run("scenes", options_.machine);
 };
 

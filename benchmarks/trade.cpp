@@ -97,7 +97,7 @@ ordered_json to_json(const SimulationResult& r) {
           {"backend", name_of(demo::kBackends, r.backend)},
           {"steps_per_second", r.steps_per_second},
           {"margin_in_cells", r.margin_in_cells},
-          {"lambda", r.lambda},
+          {"cell_size_factor", r.cell_size_factor},
           {"iterations", r.iterations},
           {"seconds", r.seconds},
           {"vertices", r.vertices},

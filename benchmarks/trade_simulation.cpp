@@ -34,7 +34,7 @@ struct Setting {
   bullet::EdgeContacts edge_contacts = bullet::EdgeContacts::off;
   Accuracy accuracy = Accuracy::precise;
   double margin_in_cells = 0.25;
-  float lambda = 0;
+  float cell_size_factor = 0;
   int iterations = 4;
   bullet::Contacts contacts = bullet::Contacts::all;
   std::uint32_t contacts_per_node = 0;
@@ -82,7 +82,9 @@ std::vector<Setting> settings(demo::World world) {
   for (const double margin : {0.0625, 0.125, 0.5}) {
     turn("margin", fmt::format("{} cells", margin), &Setting::margin_in_cells, margin);
   }
-  for (const float lambda : {1.2F, 2.4F}) turn("lambda", fmt::format("{:.1f}", lambda), &Setting::lambda, lambda);
+  for (const float factor : {1.2F, 2.4F}) {
+    turn("cell size factor", fmt::format("{:.1f}", factor), &Setting::cell_size_factor, factor);
+  }
   turn("contacts", "closest feature", &Setting::contacts, bullet::Contacts::closest_feature);
   for (const std::uint32_t most : {1U, 2U}) {
     turn("contacts", fmt::format("{} a node", most), &Setting::contacts_per_node, most);
@@ -99,7 +101,7 @@ demo::SoftWorld make_simulation(const Setting& setting, const SimulationOptions&
   ours.backend = options.backend;
   ours.detection = setting.detector == Setting::Detector::ccd ? Detection::ccd : Detection::dcd;
   ours.accuracy = setting.accuracy;
-  ours.lambda = setting.lambda;
+  ours.cell_size_factor = setting.cell_size_factor;
   ours.edge_contacts = setting.edge_contacts;
   ours.contacts = setting.contacts;
   ours.contacts_per_node = setting.contacts_per_node;
@@ -275,7 +277,7 @@ SimulationResult describe(const SceneChoice& scene, const Setting& setting, cons
   result.backend = options.backend;
   result.steps_per_second = setting.steps_per_second;
   result.margin_in_cells = setting.margin_in_cells;
-  result.lambda = static_cast<double>(setting.lambda);
+  result.cell_size_factor = static_cast<double>(setting.cell_size_factor);
   result.iterations = setting.iterations;
   result.seconds = std::min(options.seconds, scene.most_seconds);
   return result;

@@ -28,9 +28,9 @@ struct SimulationResult {
   std::string accuracy;
   Backend backend;
   int steps_per_second = 0;
-  double margin_in_cells = 0;  ///< of each body, in cells of its cloths
-  double lambda = 0;           ///< 0: the detector's choice
-  int iterations = 0;          ///< of the solver, positions
+  double margin_in_cells = 0;   ///< of each body, in cells of its cloths
+  double cell_size_factor = 0;  ///< 0: the detector's choice
+  int iterations = 0;           ///< of the solver, positions
   double seconds = 0;
   std::size_t vertices = 0;
   std::size_t penetrating = 0;       ///< vertices with an edge through a triangle, at the end

@@ -6,23 +6,24 @@
 
 namespace softcd::paper {
 
-/// The lambda that replaces 0.
-constexpr float kLambda = 1.2F;
+/// The factor that replaces 0.
+constexpr float kCellSizeFactor = 1.2F;
 
-/// Chooses cells of 3 lambda mean swept radii (the paper, equation 1), or, without subdivision, of 3 largest radii.
-/// Enlarges them as softcd::ChooseGrid does, with a bound on entries that only limits memory.
+/// Chooses cells of 3 times `cell_size_factor` (the paper's lambda, equation 1) mean swept radii. Without subdivision,
+/// cells are 3 largest radii wide. Enlarges them as softcd::ChooseGrid does, with a bound on entries that only limits
+/// memory.
 struct ChooseGrid {
   SizeHistograms sizes;
   bool subdivision;
-  float lambda;  ///< 0: chosen here
+  float cell_size_factor;  ///< 0: chosen here
   GridParameters* grid;
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
     const std::uint64_t active = count_active(team, sizes.radius);
     const float mean = clipped_mean(team, sizes.swept_radius);
-    float size =
-        subdivision ? 3.0F * (lambda > 0.0F ? lambda : kLambda) * mean : 3.0F * largest_size(team, sizes.swept_radius);
+    float size = subdivision ? 3.0F * (cell_size_factor > 0.0F ? cell_size_factor : kCellSizeFactor) * mean
+                             : 3.0F * largest_size(team, sizes.swept_radius);
     size = within_grid_extent(team, sizes, size);
     if (subdivision) {
       const auto level = [](float radius, float cell_size) { return subdivision_level(radius, cell_size / 3.0F); };

@@ -14,7 +14,6 @@ class Cells;
 struct Scheme {
   using Control = paper::Control;
   static constexpr bool kMayBePartitioned = false;
-  static constexpr bool kMayBeSwept = false;
   static constexpr bool kMayHavePatches = false;
   using Split = paper::Split;
   template <class Backend>
@@ -41,7 +40,7 @@ class Cells {
   bool subdivides() const { return settings_.subdivision; }
 
   ChooseGrid choose_grid(const SizeHistograms& sizes) const {
-    return {sizes, settings_.subdivision, settings_.lambda, &counters_->grid};
+    return {sizes, settings_.subdivision, settings_.cell_size_factor, &counters_->grid};
   }
 
   void register_triangles() {

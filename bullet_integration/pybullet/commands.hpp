@@ -1,6 +1,5 @@
 #pragma once
 
-#include <istream>
 #include <string>
 #include <string_view>
 
@@ -8,26 +7,34 @@
 
 namespace softcd::bullet::pybullet {
 
-/// Returns whether a client of PyBullet can set the member of Settings. It cannot set callbacks. No command returns the
-/// contacts of `read_out`. Exceptions of `on_error` would pass through PyBullet's server and end the process.
-constexpr bool is_for_clients(std::string_view name) {
-  return name != "on_contacts" && name != "log" && name != "read_out" && name != "on_error";
-}
-
-/// Reads words of the form name=value: enumerators by name, True and False, numbers. Throws InvalidInput.
-Settings read_settings(std::istream& words);
-
-/// Executes a plugin's command, as python/softcd/bullet.py sends it, and returns its result:
+/// Executes a plugin's command, as python/softcd/_bullet_plugin.py sends it, and returns its answer. `input` are the
+/// bytes that came with it. A client cannot send many at once, so it sends `input` commands first, and the command that
+/// needs all of it then.
 ///
-///     version           of PyBullet that this was built for
-///     attach K=V K=V    see read_settings()
-///     is_attached       0 or 1
-///     limitations       one a line
+///     version                           of PyBullet that this was built for
+///     all_settings                      JSON, see json_of_all_settings()
+///     attach K=V K=V                    see read_settings()
+///     set K=V K=V                       changes settings of the attachment
+///     settings                          JSON
+///     is_attached                       0 or 1
+///     limitations                       one a line
 ///     finish_step
-///     report            JSON
+///     report, stages, messages          JSON
+///     contacts                          finishes the step; the step's length in seconds as a double, then see
+///                                       bytes_of_contacts()
+///     impulses                          finishes the step, then see ImpulseSums::take()
+///     edge_contacts                     see bytes_of_edge_contacts()
+///     set_filters BODY RINGS DISTANCE   a VertexFilter for each node as input, or none
 ///     detach
+///     input [new]                       appends to the session's input, or begins a new one
+///     input_at ADDRESS SIZE             begins a new input with bytes of this process
+///     soft_bodies                       their unique ids as 32-bit integers
+///     nodes BODY, faces BODY            see bytes_of_nodes(), bytes_of_faces()
+///     ask NAME                          questions as input, see ask()
+///     near_features BODY DISTANCE       see bytes_of_near_features()
 ///
 /// Throws softcd::Error.
-std::string execute(Session& session, PhysicsCommandProcessorInterface& server, std::string_view command);
+std::string execute(Session& session, PhysicsCommandProcessorInterface& server, std::string_view command,
+                    std::string_view input);
 
 }  // namespace softcd::bullet::pybullet

@@ -5,6 +5,8 @@
 #include <CommonInterfaces/CommonGUIHelperInterface.h>
 #include <SharedMemory/PhysicsCommandProcessorInterface.h>
 
+#include <new>
+
 #include "softcd/error.hpp"
 
 namespace softcd::bullet::pybullet {
@@ -61,13 +63,12 @@ Session::~Session() {
   }
 }
 
-void Session::attach(PhysicsCommandProcessorInterface& server, const Settings& settings) {
-  btDynamicsWorld& world = world_of(server);
+void Session::attach(PhysicsCommandProcessorInterface& server, Settings settings) {
+  btDynamicsWorld& present = world(server);
   if (attachment() != nullptr) throw InvalidInput("softcd is attached to this world already; detach it first.");
-  attachment_.emplace(bullet::attach(world, settings));
-  world_ = &world;
-  sentinel_ = new Sentinel(*this);
-  world.addCollisionObject(sentinel_, 0, 0);
+  add_callbacks(settings);
+  attachment_.emplace(bullet::attach(present, settings));
+  watch(present);
 }
 
 void Session::detach() {
@@ -80,11 +81,58 @@ Attachment* Session::attachment() {
   return attachment_.has_value() ? &*attachment_ : nullptr;
 }
 
-/// The sentinel is being removed, while the world still exists.
+void Session::set_settings(Settings settings) {
+  add_callbacks(settings);
+  attachment_->detection().set_settings(settings);
+}
+
+btDynamicsWorld& Session::world(PhysicsCommandProcessorInterface& server) {
+  return world_ != nullptr ? *world_ : world_of(server);
+}
+
+WorldProbe& Session::probe(PhysicsCommandProcessorInterface& server) {
+  if (!probe_.has_value()) {
+    btDynamicsWorld& present = world(server);
+    probe_.emplace(present, log());
+    watch(present);
+  }
+  return *probe_;
+}
+
+/// Learns from now on when the world is deleted.
+void Session::watch(btDynamicsWorld& world) {
+  if (sentinel_ != nullptr) return;
+  world_ = &world;
+  sentinel_ = new Sentinel(*this);
+  world.addCollisionObject(sentinel_, 0, 0);
+}
+
+/// Called when the sentinel is destroyed, while the world still exists.
 void Session::lose_world() {
   sentinel_ = nullptr;
+  attachment_.reset();  // may finish a step
+  probe_.reset();
   world_ = nullptr;
-  attachment_.reset();
+  impulses_ = {};
+}
+
+/// An exception would pass through PyBullet's server and end the process. A message without memory is lost.
+LogCallback Session::log() {
+  return [this](LogLevel level, std::string_view message) {
+    try {
+      if (messages_.size() < kMostMessages) messages_.emplace_back(level, message);
+    } catch (const std::bad_alloc&) {
+    }
+  };
+}
+
+void Session::add_callbacks(Settings& settings) {
+  settings.log = log();
+  settings.on_contacts = {};
+  if (settings.read_out != ReadOut::impulses) return;
+  settings.on_contacts = [this](const std::vector<BodyPairContacts>& pairs) {
+    impulses_.add(pairs, world_->getDispatchInfo().m_timeStep);
+  };
 }
 
 }  // namespace softcd::bullet::pybullet

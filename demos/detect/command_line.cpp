@@ -57,7 +57,7 @@ void add_detection_options(CLI::App& app, DetectCommand& command) {
                  "The surface's margin, in the positions' unit. Two features are in contact when their\n"
                  "distance is at most the sum of both sides' margins: twice this, in one mesh")
       ->option_text("M [0]");
-  app.add_option("--lambda", options.lambda,
+  app.add_option("--cell-size-factor", options.cell_size_factor,
                  "Cell size of broad phase exact: this times the mean bounding radius of the triangles, on the\n"
                  "CPU of patches of up to 8 triangles. 0 chooses")
       ->option_text("L [0]");

@@ -46,7 +46,7 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
                                  {"accuracy", name_of(kAccuracies, command.options.accuracy)},
                                  {"margin", command.settings.margin},
                                  {"subdivision", command.options.subdivision},
-                                 {"lambda", command.options.lambda},
+                                 {"cell_size_factor", command.options.cell_size_factor},
                                  {"memory_limit", command.options.memory_limit}};
   add_statistics(json, statistics);
   // File names may hold any bytes.

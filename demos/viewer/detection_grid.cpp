@@ -29,8 +29,7 @@ std::vector<T> copy_of(const T* values, std::uint64_t count) {
 /// The CPU backend, which also records the intermediate results.
 class RecordingBackend : public CpuBackend {
  public:
-  /// The viewer shows triangles in the grid, so no scene is swept instead, or put into the grid by patches.
-  static constexpr bool kSweepsFewTriangles = false;
+  /// The viewer shows single triangles in the grid.
   static constexpr bool kHasPatches = false;
 
   RecordingBackend(MemoryAccount& account, GridRecord* record) : CpuBackend(account), record_(*record) {}

@@ -30,20 +30,19 @@
 
 namespace softcd {
 
-/// The stages' primitives on the host with oneTBB. Everything runs to its end before the call returns, except launch,
-/// which runs the whole detection as a task.
+/// The stages' primitives on the host with oneTBB. All work is done when a call returns, except launch(), which runs
+/// the whole detection as a task.
 class CpuBackend {
  public:
   /// Counts are in host memory: a list that overflowed can grow at once.
   static constexpr bool kKnowsCounts = true;
-  static constexpr bool kSweepsFewTriangles = true;
   /// Patches stand for triangles in the grid.
   static constexpr bool kHasPatches = true;
 
-  /// What it keeps of one query.
+  /// The backend's data for one query.
   struct Session {};
 
-  /// An array of the host, where it is.
+  /// Refers to a host array, which it does not copy.
   template <class T>
   class Mirror {
    public:
@@ -60,7 +59,7 @@ class CpuBackend {
     static_assert(std::is_trivially_copyable_v<T>);
 
    public:
-    /// Keeps the first `kept` values. Where there are none, what was held is given back first.
+    /// Grows the buffer and keeps the first `kept` values. If none are kept, frees the old memory first.
     void reserve(CpuBackend& backend, std::uint64_t capacity, std::uint64_t kept) {
       if (capacity <= capacity_) return;
       if (kept == 0) *this = {};
@@ -82,11 +81,12 @@ class CpuBackend {
     std::uint64_t capacity_ = 0;
   };
 
-  /// What the host reads of a buffer, where it is.
+  /// Refers to a buffer that the host reads, which it does not copy.
   template <class T>
   class Readback {
    public:
-    /// The first `count` values, once all that writes them is done. Valid until the buffer is written to again.
+    /// Returns the first `count` values. All work that writes them must be done. Valid until the buffer is written to
+    /// again.
     Span<const T> read(CpuBackend& /*backend*/, const Buffer<T>& buffer, std::uint64_t count) {
       return {buffer.data(), count};
     }
@@ -114,7 +114,7 @@ class CpuBackend {
   explicit CpuBackend(MemoryAccount& account) : account_(account) {}
   CpuBackend(const CpuBackend&) = delete;
   CpuBackend& operator=(const CpuBackend&) = delete;
-  /// A detection that nobody waited for is waited for; its result, or its failure, interests nobody.
+  /// Waits for a detection that the caller did not wait for. Drops its result, or its failure.
   ~CpuBackend() noexcept {
     task_.cancel();
     try {
@@ -130,7 +130,7 @@ class CpuBackend {
     });
   }
 
-  /// f(team), once.
+  /// Calls f(team) once.
   template <class F>
   void run_once(const char* /*label*/, const F& f) {
     SerialTeam team;
@@ -149,7 +149,7 @@ class CpuBackend {
     });
   }
 
-  /// Calls f.begin(item, search, lists...), and unless that returns true f.advance(search) until it does and then
+  /// Calls f.begin(item, search, lists...). Unless that returns true, calls f.advance(search) until it does, and then
   /// f.finish(search, lists...).
   template <class F, class... Targets>
   void for_each_search(const char* label, Count count, const F& f, Appender<Targets>... lists) {
@@ -163,23 +163,23 @@ class CpuBackend {
     for_each_append(label, count, search_to_the_end, lists...);
   }
 
-  /// f(i, k, lists...) for every item i and k < its share of work; offsets[i] is the work of the items before. Work is
-  /// distributed evenly, however unevenly the items have it.
+  /// Calls f(i, k, lists...) for every item i and k < its share of work; offsets[i] is the work of the items before.
+  /// Distributes the work evenly, however unevenly the items have it.
   template <class F, class... Targets>
   void for_each_work(const char* /*label*/, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
     cpu::distribute<cpu::AllUnits<F>>(items, offsets, total, Share{0, 1}, f, lists...);
   }
 
-  /// The same, for a share of the work, with f.test(candidate, lists...) for what f.filter(f.load_item(i), k,
-  /// candidate) lets through.
+  /// Does the same for a share of the work. Calls f.test(candidate, lists...) for each candidate that
+  /// f.filter(f.load_item(i), k, candidate) lets through.
   template <class F, class... Targets>
   void for_each_work_filtered(const char* /*label*/, Count items, const std::uint64_t* offsets,
                               const std::uint64_t* total, Share share, const F& f, Appender<Targets>... lists) {
     cpu::distribute<cpu::FilteredUnits<F>>(items, offsets, total, share, f, lists...);
   }
 
-  /// f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count().
+  /// Calls f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count().
   template <class F, class... Targets>
   void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     const auto all_parts = [&f](std::uint32_t i, auto&... outputs) {
@@ -190,7 +190,8 @@ class CpuBackend {
     for_each_append(label, count, all_parts, lists...);
   }
 
-  /// The same with f.test(candidate, lists...) for what f.filter(item, part, candidate) lets through.
+  /// Does the same, and calls f.test(candidate, lists...) for each candidate that f.filter(item, part, candidate) lets
+  /// through.
   template <class F, class... Targets>
   void for_each_part_filtered(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
     cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
@@ -209,7 +210,7 @@ class CpuBackend {
     });
   }
 
-  /// Both, in any order: what one appends to the other does not read.
+  /// Calls both, in any order: neither reads what the other appends to.
   template <class F, class G>
   void concurrently(const F& f, const G& g) {
     f();
@@ -288,7 +289,7 @@ class CpuBackend {
     task_.run(std::move(f));
   }
 
-  /// What has been counted so far.
+  /// Returns the counts so far.
   Counters read(const Buffer<Counters>& counters) const { return *counters.data(); }
 
   void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count /*count*/, bool /*to_host*/) {

@@ -9,7 +9,7 @@
 
 namespace softcd::cpu {
 
-/// Collects a task's values and takes room for them in the shared list a block at a time.
+/// Collects a task's values, and reserves places for them in the shared list a block at a time.
 template <class Target>
 class Output {
  public:
@@ -23,7 +23,7 @@ class Output {
     block_[size_++] = value;
   }
 
-  /// Room for `count` values, put one after the other.
+  /// Places for `count` values, written one after the other.
   class Room {
    public:
     explicit Room(Output& output) : output_(output) {}

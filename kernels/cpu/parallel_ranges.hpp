@@ -8,12 +8,13 @@
 
 namespace softcd::cpu {
 
-/// Whether so much work is done best by the calling thread alone.
+/// Whether the calling thread alone does so much work best.
 inline bool is_one_range(std::uint64_t count, std::uint64_t grain) {
   return count <= grain || tbb::this_task_arena::max_concurrency() == 1;
 }
 
-/// f(begin, end) for ranges of 0 <= i < count that make up all of it; of at least `grain`, where there are several.
+/// Calls f(begin, end) for ranges that make up 0 <= i < count. If there are several, they have at least `grain`
+/// elements.
 template <class F>
 void parallel_ranges(std::uint64_t count, std::uint64_t grain, const F& f) {
   if (count == 0) return;

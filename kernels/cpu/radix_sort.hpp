@@ -20,7 +20,8 @@ constexpr int kSmallDigitBits = 8;
 constexpr std::uint64_t kManyKeys = 4096;
 using Histogram = std::array<std::uint64_t, std::size_t{1} << kLargeDigitBits>;
 
-/// Turns the blocks' counts into where each block's first key of each digit goes. False when one digit has all keys.
+/// Turns the blocks' counts into the places of each block's first key of each digit. Returns false if one digit has all
+/// keys.
 inline bool scan_counts(std::vector<Histogram>& blocks, std::size_t digits, std::uint64_t count) {
   std::uint64_t at = 0;
   for (std::size_t digit = 0; digit < digits; ++digit) {
@@ -35,8 +36,8 @@ inline bool scan_counts(std::vector<Histogram>& blocks, std::size_t digits, std:
   return true;
 }
 
-/// Sorts by the lowest `bits` bits; move(from, to, is_flipped) moves a value along with its key. True when the result
-/// is in `scratch`.
+/// Sorts by the lowest `bits` bits. move(from, to, is_flipped) moves a value along with its key. Returns true if the
+/// result is in `scratch`.
 template <class Key, class Move>
 bool sort(Key* keys, Key* scratch, std::uint64_t count, int bits, const Move& move) {
   if (count < 2) return false;
@@ -82,13 +83,13 @@ bool sort(Key* keys, Key* scratch, std::uint64_t count, int bits, const Move& mo
 
 }  // namespace radix
 
-/// True when the sorted keys are in `scratch`.
+/// Sorts keys. Returns true if they are in `scratch` then.
 template <class Key>
 bool radix_sort_keys(Key* keys, Key* scratch, std::uint64_t count, int bits) {
   return radix::sort(keys, scratch, count, bits, [](std::uint64_t, std::uint64_t, bool) {});
 }
 
-/// True when the sorted keys and values are in the scratches.
+/// Sorts keys and their values. Returns true if they are in the scratches then.
 template <class Key, class Value>
 bool radix_sort_pairs(Key* keys, Key* key_scratch, Value* values, Value* value_scratch, std::uint64_t count, int bits) {
   return radix::sort(keys, key_scratch, count, bits, [&](std::uint64_t from, std::uint64_t to, bool is_flipped) {

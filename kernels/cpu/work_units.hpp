@@ -13,7 +13,7 @@
 
 namespace softcd::cpu {
 
-/// Every unit of an item's work.
+/// Calls the functor for every unit of an item's work.
 template <class F>
 struct AllUnits {
   const F& f;
@@ -28,8 +28,8 @@ struct AllUnits {
 
 constexpr std::uint32_t kUnitsAtOnce = 64;
 
-/// For functors whose filter can be asked about several units of an item at once: bit k of may_pass(f, item, begin,
-/// count), where count <= kUnitsAtOnce, is clear only where f.filter(item, begin + k, candidate) is false.
+/// Tests several units of an item at once, for functors whose filter allows that. Bit k of may_pass(f, item, begin,
+/// count), where count <= kUnitsAtOnce, is clear only if f.filter(item, begin + k, candidate) is false.
 template <class F>
 struct UnitLanes;
 
@@ -38,8 +38,7 @@ concept HasUnitLanes = requires(const F& f, const typename F::Item& item) {
   { UnitLanes<F>::may_pass(f, item, 0U, 0U) } -> std::same_as<std::uint64_t>;
 };
 
-/// Calls offer(k) for the units from `begin` to `end` of an item, but for those of which it is known that they do not
-/// pass the filter.
+/// Calls offer(k) for the units from `begin` to `end` of an item, except those that are known not to pass the filter.
 template <class F, class Offer>
 void for_each_unit_that_may_pass(const F& f, const typename F::Item& item, std::uint32_t begin, std::uint32_t end,
                                  const Offer& offer) {
@@ -53,8 +52,8 @@ void for_each_unit_that_may_pass(const F& f, const typename F::Item& item, std::
   }
 }
 
-/// Units of work that pass f's filter, gathered before they are tested: whether one passes is hard to foresee, and
-/// here decides about no jump.
+/// Gathers units of work that pass f's filter before they are tested. Whether one passes is hard to predict, and here
+/// decides about no jump.
 template <class F>
 class Survivors {
  public:
@@ -62,7 +61,7 @@ class Survivors {
 
   template <class... Outputs>
   void offer(const typename F::Item& item, std::uint32_t unit, Outputs&... outputs) {
-    // Where it is stored depends on the last unit's outcome, which the filter must not wait for.
+    // The next place depends on the last unit's outcome, which the filter must not wait for.
     typename F::Candidate candidate{};
     const bool passes = f_.filter(item, unit, candidate);
     candidates_[size_] = candidate;
@@ -85,9 +84,9 @@ class Survivors {
 
 constexpr std::uint32_t kCandidatesAtOnce = 64;
 
-/// For functors whose filter and test are one test of a candidate, which f.list(item, unit, candidate) makes and
-/// f.append(candidate, outputs...) writes, and that can be made of several candidates at once: bit i of keep(f,
-/// candidates, count), where count <= kCandidatesAtOnce, is set where candidate i passes both.
+/// Tests several candidates at once, for functors whose filter and test are one test of a candidate. f.list(item, unit,
+/// candidate) makes a candidate, and f.append(candidate, outputs...) writes it. Bit i of keep(f, candidates, count),
+/// where count <= kCandidatesAtOnce, is set if candidate i passes both.
 template <class F>
 struct CandidateLanes;
 
@@ -96,7 +95,7 @@ concept HasCandidateLanes = requires(const F& f, const typename F::Candidate* ca
   { CandidateLanes<F>::keep(f, candidates, 0U) } -> std::same_as<std::uint64_t>;
 };
 
-/// Instead of Survivors where candidates can be tested several at once: all are gathered.
+/// Replaces Survivors if several candidates can be tested at once: gathers all of them.
 template <class F>
 class Candidates {
  public:
@@ -123,12 +122,12 @@ class Candidates {
   std::array<typename F::Candidate, kCandidatesAtOnce> candidates_;
 };
 
-/// For functors whose UnitLanes leave nothing to the filter: f.list(item, unit, candidate) makes a candidate that
+/// Functors whose UnitLanes leave nothing to the filter. f.list(item, unit, candidate) makes a candidate that
 /// f.test_meeting(candidate, outputs...) tests.
 template <class F>
 concept HasDecidingLanes = HasUnitLanes<F> && UnitLanes<F>::kDecides;
 
-/// Instead of Survivors where lanes have decided: there is nothing to gather.
+/// Replaces Survivors if lanes have decided: there is nothing to gather.
 template <class F>
 class DecidedUnits {
  public:
@@ -162,7 +161,7 @@ struct Gathering<F> {
 template <class F>
 using GatheredUnits = typename Gathering<F>::Type;
 
-/// The units of an item's work that pass the filter.
+/// Runs the units of an item's work that pass the filter.
 template <class F>
 class FilteredUnits {
  public:
@@ -183,8 +182,8 @@ class FilteredUnits {
   Survivors<F> survivors_;
 };
 
-/// Units::run(item, begin, end, outputs...) for shares of items' work that add up to all of it, in parallel, by
-/// Units{f} of each task.
+/// Calls Units::run(item, begin, end, outputs...) in parallel, for shares of items' work that add up to all of it. Each
+/// task has its own Units{f}.
 template <class Units, class F, class... Targets>
 void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, const F& f,
                 Appender<Targets>... lists) {

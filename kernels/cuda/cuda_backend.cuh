@@ -33,7 +33,6 @@ namespace softcd {
 class CudaBackend {
  public:
   static constexpr bool kKnowsCounts = false;
-  static constexpr bool kSweepsFewTriangles = false;
   /// Sorting entries costs so little on a GPU that patches did not pay: an H100 took 1.2 to 1.5 times as long with
   /// them.
   static constexpr bool kHasPatches = false;

@@ -6,8 +6,8 @@
 namespace softcd {
 namespace {
 
-/// The triangles at each side of each triangle: at most two of a side are joined, so that a side of many triangles
-/// costs no more than others.
+/// The triangles at each side of each triangle. At most two triangles are joined at a side, so that a side of many
+/// triangles costs no more than others.
 class SideNeighbours {
  public:
   explicit SideNeighbours(const MeshView& mesh) : neighbours_(mesh.triangles.size(), {{kNoIndex, kNoIndex, kNoIndex}}) {
@@ -47,7 +47,7 @@ class PatchGrowth {
   PatchOrder run() {
     for (std::uint32_t t = 0; t < is_placed_.size(); ++t) {
       if (is_placed_[t] == 0) grow_from(t);
-      // Patches beside the first ones leave the fewest triangles over between them.
+      // Patches beside the first ones leave the fewest triangles between them.
       for (; next_ < placed_.size(); ++next_) {
         for (const std::uint32_t beside : sides_.of(placed_[next_])) {
           if (beside != kNoIndex && is_placed_[beside] == 0) grow_from(beside);
@@ -60,7 +60,7 @@ class PatchGrowth {
   }
 
  private:
-  /// Fewer are put together with others: they need not be near each other.
+  /// The fewest triangles of a patch. Those of smaller ones are put together, and need not be near each other.
   static constexpr std::size_t kFewest = 3;
 
   /// A triangle beside the patch that grows.
@@ -78,7 +78,7 @@ class PatchGrowth {
     const std::size_t first = placed_.size();
     place(seed);
     while (placed_.size() - first < kPatchSize && !rim_.empty()) {
-      // Of equal ones the first found, which is nearest to the seed.
+      // Of equal ones this is the first found, which is nearest to the seed.
       const auto best = std::max_element(rim_.begin(), rim_.end(),
                                          [](const Rim& a, const Rim& b) { return a.shared_sides < b.shared_sides; });
       const std::uint32_t t = best->triangle;
@@ -109,7 +109,7 @@ class PatchGrowth {
   std::vector<std::uint8_t> is_placed_;
   PatchOrder order_;
   std::vector<std::uint32_t> placed_;  ///< in order
-  std::size_t next_ = 0;               ///< in placed_: triangles beside those before are placed
+  std::size_t next_ = 0;               ///< in placed_: the triangles beside those before it are placed
   std::vector<std::uint32_t> few_;
   std::vector<Rim> rim_;
 };

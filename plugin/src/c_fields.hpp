@@ -23,7 +23,7 @@ template <>
 inline constexpr auto kFields<softcd_query_options> = fields_of<
     softcd_query_options, &softcd_query_options::struct_size, &softcd_query_options::detection,
     &softcd_query_options::accuracy, &softcd_query_options::broad_phase, &softcd_query_options::contact_rule,
-    &softcd_query_options::step_end, &softcd_query_options::subdivision, &softcd_query_options::lambda,
+    &softcd_query_options::step_end, &softcd_query_options::subdivision, &softcd_query_options::cell_size_factor,
     &softcd_query_options::motion_margin, &softcd_query_options::margins, &softcd_query_options::vertex_triangle,
     &softcd_query_options::edge_edge, &softcd_query_options::reuse_pairs, &softcd_query_options::contacts_on_device,
     &softcd_query_options::neighbour_filters>();

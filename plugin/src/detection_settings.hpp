@@ -80,7 +80,7 @@ inline DetectionSettings detection_settings(const QueryOptions& options, const P
           .accuracy = options.accuracy,
           .broad_phase = options.broad_phase,
           .subdivision = options.subdivision,
-          .lambda = options.lambda,
+          .cell_size_factor = options.cell_size_factor,
           .motion_margin = has_pairs ? options.motion_margin : 0.0F,
           .contact_rule = options.contact_rule,
           .vertex_triangle = pairs.vertex_triangle,

@@ -15,11 +15,6 @@ StageReport explain_grid(const QueryOptions& options, const Statistics& statisti
     return {"broad phase: uniform", true,
             fmt::format("asked for; cells of {:.4g} fit the largest triangle", statistics.cell_size)};
   }
-  if (statistics.cell_size == 0) {
-    return {"broad phase: exact", true,
-            fmt::format("few triangles, swept along an axis without a grid; {} of {} can reach a partner",
-                        statistics.active_triangles, statistics.triangles)};
-  }
   return {"broad phase: exact", true,
           fmt::format("cells of {:.4g}, {} of {} triangles can reach a partner", statistics.cell_size,
                       statistics.active_triangles, statistics.triangles)};

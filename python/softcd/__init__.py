@@ -27,6 +27,7 @@ from ._core import (
 )
 from ._core import contact_dtype as _contact_dtype
 from ._core import version as __version__
+from ._audit import Audit, audit, audit_dtype
 from ._errors import BackendError, Error, InvalidInput, MeshError, OutOfMemory
 from ._helpers import Certificate, certify, collision_free_step, detect, self_intersections
 from ._probe import AnswerLists, Probe
@@ -38,6 +39,7 @@ __all__ = [
     "NO_BODY",
     "Accuracy",
     "AnswerLists",
+    "Audit",
     "Backend",
     "BackendError",
     "BroadPhase",
@@ -66,6 +68,8 @@ __all__ = [
     "StepEnd",
     "Ticket",
     "__version__",
+    "audit",
+    "audit_dtype",
     "certify",
     "collision_free_step",
     "contact_dtype",

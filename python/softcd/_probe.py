@@ -76,19 +76,15 @@ class AnswerLists(Sequence[np.ndarray]):
         return f"<softcd.AnswerLists, {len(self.all)} answers to {len(self)} questions>"
 
 
-class Probe:
-    """Answers spatial questions about a scene's bodies, in batches: one result or one list for each question.
+class Questions:
+    """Spatial questions about bodies, in batches: one result or one list for each question.
 
-    Kinematic bodies count too; groups, masks and margins do not. Bodies whose positions were never set are left
-    out, and so are triangles with a vertex that is not finite. Every call reads positions that were set, and waits for
-    a running detection. Points and directions are of shape (n, 3), or (3,) for one, or one for all; numbers are of
-    shape (n,), or one number for all.
-
-    Answers are structured arrays of their own. Where there is none `body` is softcd.NO_BODY.
+    Points and directions are of shape (n, 3), or (3,) for one, or one for all; numbers are of shape (n,), or one number
+    for all. Answers are structured arrays of their own.
     """
 
-    def __init__(self, scene: Scene, *, step_end: StepEnd | str = StepEnd.t1) -> None:
-        self._core = _core.Probe(scene, step_end)
+    def __init__(self, core: Any) -> None:
+        self._core = core
 
     def first_hits(
         self, origins: Numbers, directions: Numbers, t_min: Numbers = 0.0, t_max: Numbers = np.inf
@@ -160,6 +156,21 @@ class Probe:
     def has_intersections(self, a: int | None = None, b: int | None = None) -> bool:
         """Returns whether an intersection exists. Stops at the first one."""
         return self._core.has_intersections(a, b)
+
+
+class Probe(Questions):
+    """Answers spatial questions about a scene's bodies, in batches: one result or one list for each question.
+
+    Kinematic bodies count too; groups, masks and margins do not. Bodies whose positions were never set are left
+    out, and so are triangles with a vertex that is not finite. Every call reads positions that were set, and waits for
+    a running detection. Points and directions are of shape (n, 3), or (3,) for one, or one for all; numbers are of
+    shape (n,), or one number for all.
+
+    Answers are structured arrays of their own. Where there is none `body` is softcd.NO_BODY.
+    """
+
+    def __init__(self, scene: Scene, *, step_end: StepEnd | str = StepEnd.t1) -> None:
+        super().__init__(_core.Probe(scene, step_end))
 
     def intersections_after(self, changes: Sequence[MeshChange]) -> AnswerLists:
         """Finds the triangles that each change's new triangles would intersect. `added` is the new triangle's index.

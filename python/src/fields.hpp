@@ -17,11 +17,6 @@ namespace softcd::python {
 
 namespace nb = nanobind;
 
-/// Returns the keyword for a member; a reserved word of Python gets an underscore.
-constexpr const char* keyword_of(const char* member) {
-  return member == std::string_view("lambda") ? "lambda_" : member;
-}
-
 /// Whether Python has members of this type. It has no CUDA streams and no communicators.
 template <class Value>
 inline constexpr bool kIsSeen = !std::is_pointer_v<Value> && !std::is_same_v<Value, Communicator>;
@@ -95,7 +90,7 @@ class Fields {
   template <class Visit>
   void for_each(const Visit& visit) const {
     for_each_field<Struct>([&](auto field) {
-      if constexpr (kIsSeen<typename decltype(field)::Value>) visit(field, keyword_of(field.kName));
+      if constexpr (kIsSeen<typename decltype(field)::Value>) visit(field, field.kName);
     });
   }
 

@@ -64,7 +64,7 @@ CALLS = {
     "set_rest_positions": lambda world: world.scene.set_rest_positions(world.body, PIERCING_T0),
     "set_pair_filter": lambda world: world.query.set_pair_filter(lambda a, b: False),
     "set_body_filter": lambda world: world.probe.set_body_filter(lambda body: False),
-    "options": lambda world: setattr(world.query, "options", softcd.QueryOptions(lambda_=2.0)),
+    "options": lambda world: setattr(world.query, "options", softcd.QueryOptions(cell_size_factor=2.0)),
     "detect": lambda world: world.query.detect().tobytes(),
     "start, wait": lambda world: world.query.start().wait().tobytes(),
     "first_hits": lambda world: world.probe.first_hits(*RAY).tobytes(),

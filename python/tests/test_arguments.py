@@ -118,7 +118,7 @@ def test_changes_that_cannot_be_read_are_named(error, text, changed):
     [
         (softcd.InvalidInput, "margin is nan", lambda: softcd.Scene().add_body(PIERCING_TRIANGLES, 6, margin=np.nan)),
         (softcd.InvalidInput, "margin is -1", lambda: softcd.detect(GOOD, PIERCING_TRIANGLES, margin=-1)),
-        (softcd.InvalidInput, "lambda is 1000", lambda: softcd.Query(softcd.Scene(), lambda_=1000)),
+        (softcd.InvalidInput, "cell_size_factor is 1000", lambda: softcd.Query(softcd.Scene(), cell_size_factor=1000)),
         (softcd.InvalidInput, "motion_margin", lambda: softcd.Query(softcd.Scene(), motion_margin=-0.5)),
         (softcd.InvalidInput, "body 7 is not in the scene", lambda: softcd.Scene().remove_body(7)),
         (softcd.InvalidInput, "^vertices_t1: expected 1", lambda: softcd.detect([GOOD], [PIERCING_TRIANGLES], [])),
@@ -162,7 +162,7 @@ def test_names_of_enumerators_are_enumerators():
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
 def test_options_and_statistics_are_copied_and_pickled(duplicate):
-    query = softcd.QueryOptions(detection="ccd", lambda_=2.0, margins=False)
+    query = softcd.QueryOptions(detection="ccd", cell_size_factor=2.0, margins=False)
     scene = softcd.SceneOptions(backend="cpu", memory_limit=10**12)
     assert duplicate(query) == query and duplicate(scene) == scene
     world = softcd.Scene(backend="cpu")
@@ -271,7 +271,7 @@ def test_random_arguments_only_raise():
     scene.add_body(PIERCING_TRIANGLES, 6, self_collision=True)
     calls = {
         softcd.Scene: ["log", "backend", "memory_limit", "max_threads", "cuda_device"],
-        softcd.Query: ["detection", "accuracy", "margins", "motion_margin", "lambda_", "edge_edge"],
+        softcd.Query: ["detection", "accuracy", "margins", "motion_margin", "cell_size_factor", "edge_edge"],
         softcd.QueryOptions: ["detection", "step_end", "contact_rule"],
         query.options.replace: ["detection", "margins", "nonsense"],
         scene.set_positions: ["vertices_t1", "check_finite"],

@@ -1,4 +1,4 @@
-"""Tests softcd's plugin for PyBullet. Skipped where the wheel has no plugin, or PyBullet is not installed."""
+"""Tests softcd's plugin for PyBullet: detection, and what attaching and detaching leave."""
 
 import pathlib
 import re
@@ -6,75 +6,9 @@ import re
 import numpy as np
 import pytest
 
-pybullet = pytest.importorskip("pybullet", reason="PyBullet is not installed")
-
-import softcd  # noqa: E402
-import softcd.bullet  # noqa: E402
-from meshes import sheet  # noqa: E402
-
-if not softcd.bullet.PLUGIN.exists():
-    pytest.skip("the wheel was built without SOFTCD_PYBULLET_SOURCE", allow_module_level=True)
-
-SIDE = 11
-WORLDS = {"soft": 0, "deformable": pybullet.RESET_USE_DEFORMABLE_WORLD}
-
-
-class World:
-    """A cloth with a held border, and a cloth above it. Both have sides of 1 m."""
-
-    def __init__(self, folder, kind):
-        self.client = pybullet.connect(pybullet.DIRECT)
-        pybullet.setAdditionalSearchPath(str(folder), physicsClientId=self.client)
-        self.kind = kind
-        self.folder = folder
-        self.reset()
-
-    def reset(self):
-        pybullet.resetSimulation(WORLDS[self.kind], physicsClientId=self.client)
-        pybullet.setTimeStep(1 / 60, physicsClientId=self.client)
-        self.lower = self.add_cloth("lower.obj", 0, 0)
-        self.upper = self.add_cloth("upper.obj", 0.5, 0.03)
-        place = np.arange(SIDE * SIDE)
-        border = (place % SIDE % (SIDE - 1) == 0) | (place // SIDE % (SIDE - 1) == 0)
-        for node in np.flatnonzero(border):
-            pybullet.createSoftBodyAnchor(self.lower, int(node), -1, -1, physicsClientId=self.client)
-
-    def add_cloth(self, name, height, shift):
-        vertices, triangles = sheet(SIDE)
-        vertices = vertices / (SIDE - 1) - [0.5 - shift, 0.5 - 0.7 * shift, 0]
-        lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
-        (self.folder / name).write_text("\n".join(lines) + "\n")
-        return pybullet.loadSoftBody(
-            name, basePosition=[0, 0, height], mass=1, useMassSpring=1, useNeoHookean=0, useBendingSprings=1,
-            springElasticStiffness=100, springDampingStiffness=0.1, collisionMargin=0.02, frictionCoeff=0.5,
-            useFaceContact=1, physicsClientId=self.client)  # fmt: skip
-
-    def positions(self, body):
-        flags = pybullet.MESH_DATA_SIMULATION_MESH
-        return np.array(pybullet.getMeshData(body, -1, flags=flags, physicsClientId=self.client)[1])
-
-    def throw(self, speed, steps, attachment=None):
-        pybullet.resetBaseVelocity(self.upper, [0, 0, -speed], physicsClientId=self.client)
-        for _ in range(steps):
-            self.step(attachment)
-
-    def step(self, attachment=None):
-        pybullet.stepSimulation(physicsClientId=self.client)
-        if attachment is not None:
-            attachment.finish_step()
-
-    def intersections(self):
-        """Returns the exact number of pairs of triangles, one of each cloth, that intersect."""
-        triangles = sheet(SIDE)[1]
-        positions = np.concatenate([self.positions(self.lower), self.positions(self.upper)])
-        pairs = softcd.self_intersections(positions, np.concatenate([triangles, triangles + SIDE * SIDE]))
-        return int(np.sum((pairs < len(triangles)).sum(axis=1) == 1))
-
-    def nodes_below(self):
-        """Returns the number of the upper cloth's nodes that are clearly below the lower cloth's lowest node."""
-        lower, upper = self.positions(self.lower), self.positions(self.upper)
-        return int(np.sum(upper[:, 2] < lower[:, 2].min() - 0.05))
-
+from bullet_worlds import SIDE, WORLDS, World, pybullet
+import softcd
+import softcd.bullet
 
 @pytest.fixture(params=list(WORLDS))
 def world(request, tmp_path):
@@ -147,7 +81,7 @@ def test_clients_do_not_share_anything(world, tmp_path):
     other = World(tmp_path, world.kind)
     try:
         attachments = [softcd.bullet.attach(each.client, detection="ccd") for each in (world, other)]
-        pybullet.unloadPlugin(attachments[1]._plugin, physicsClientId=other.client)
+        pybullet.unloadPlugin(attachments[1]._plugin.id, physicsClientId=other.client)
         for each in (world, other):
             each.throw(60, 2)
         assert world.nodes_below() == 0 and other.nodes_below() == SIDE * SIDE
@@ -173,10 +107,10 @@ def test_wrong_settings_are_named(world):
         softcd.bullet.attach(world.client, speed=3)
     with pytest.raises(softcd.Error, match="contacts_per_node: '-1' is no count"):
         softcd.bullet.attach(world.client, contacts_per_node=-1)
-    with pytest.raises(softcd.Error, match="lambda is 1000, but must be 0, or 0.1 to 100"):
-        softcd.bullet.attach(world.client, lambda_=1000)
+    with pytest.raises(softcd.Error, match="cell_size_factor is 1000, but must be 0, or 0.1 to 100"):
+        softcd.bullet.attach(world.client, cell_size_factor=1000)
     settings = {"contacts": "closest_feature", "contacts_per_node": 4, "rigid_meshes": False, "backend": "cpu"}
-    settings |= {"lambda_": 1.5, "convex_shapes": "faces_and_edges", "reuse_pairs": False}
+    settings |= {"cell_size_factor": 1.5, "convex_shapes": "faces_and_edges", "reuse_pairs": False}
     with softcd.bullet.attach(world.client, **settings) as attachment:
         with pytest.raises(softcd.Error, match="attached"):
             softcd.bullet.attach(world.client)
@@ -184,10 +118,10 @@ def test_wrong_settings_are_named(world):
 
 
 def test_a_plugin_that_does_not_fit_is_refused(world, monkeypatch, tmp_path):
-    monkeypatch.setattr(softcd.bullet.importlib.metadata, "version", lambda name: "3.2.6")
+    monkeypatch.setattr(softcd._bullet_plugin.importlib.metadata, "version", lambda name: "3.2.6")
     with pytest.raises(softcd.Error, match="built for PyBullet .*, but this is 3.2.6"):
         softcd.bullet.attach(world.client)
-    monkeypatch.setattr(softcd.bullet, "PLUGIN", tmp_path / "none.so")
+    monkeypatch.setattr(softcd._bullet_plugin, "PLUGIN", tmp_path / "none.so")
     with pytest.raises(softcd.Error, match="SOFTCD_PYBULLET_SOURCE"):
         softcd.bullet.attach(world.client)
 
@@ -198,11 +132,12 @@ def test_worlds_without_soft_bodies_are_refused(world):
         softcd.bullet.attach(world.client)
 
 
-def test_the_documents_example_runs(capfd):
-    document = pathlib.Path(__file__).resolve().parents[2] / "docs" / "use" / "pybullet.md"
-    example = re.search(r"^```python\n(.*?)^```", document.read_text(), re.MULTILINE | re.DOTALL)[1]
+def test_the_documents_examples_run(capfd):
+    document = next((pathlib.Path(__file__).resolve().parents[2] / "docs").rglob("pybullet.md"))
+    examples = re.findall(r"^```python\n(.*?)^```", document.read_text(), re.MULTILINE | re.DOTALL)
+    assert len(examples) >= 5
     try:
-        exec(compile(example, "docs/use/pybullet.md", "exec"), {})
+        exec(compile("\n".join(examples), "pybullet.md", "exec"), {})
     finally:
         pybullet.disconnect()
     assert "'vt_contacts': " in capfd.readouterr().out

@@ -13,7 +13,7 @@ import pytest
 import softcd
 from meshes import PIERCING_T0, PIERCING_T1, PIERCING_TRIANGLES
 
-COINCIDENT = 25000  # triangles, each of which is compared with all others
+COINCIDENT = 200000  # triangles; each patch of eight is compared with all others
 LONG = np.tile(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), (COINCIDENT, 1))
 LONG_TRIANGLES = np.arange(3 * COINCIDENT).reshape(-1, 3) % 3  # of the same vertices, hence without contacts
 

@@ -21,7 +21,7 @@ def members(header, struct):
 @pytest.mark.parametrize(
     "header, struct, only_cpp, only_python",
     [
-        ("plugin/include/softcd/query.hpp", "QueryOptions", {"features", "lambda"}, {"lambda_", "replace", *FEATURES}),
+        ("plugin/include/softcd/query.hpp", "QueryOptions", {"features"}, {"replace", *FEATURES}),
         ("plugin/include/softcd/query.hpp", "StageReport", set(), set()),
         ("plugin/include/softcd/scene.hpp", "SceneOptions", {"cuda_stream", "communicator"}, {"replace"}),
         ("kernels/include/softcd/core/statistics.hpp", "StageTimes", set(), set()),

@@ -54,7 +54,7 @@ def test_contacts_are_the_same_beside_other_packages(package, order):
 def test_everything_public_is_there():
     assert all(hasattr(softcd, name) for name in softcd.__all__)
     names = {name for name in vars(softcd) if not name.startswith("_")}
-    assert names <= {*softcd.__all__, "bullet"}  # "bullet" only where softcd.bullet has been imported
+    assert names <= {*softcd.__all__, "bullet", "torch"}  # these two only where they have been imported
 
 
 def test_licences_of_what_is_bundled_are_installed():

@@ -237,10 +237,10 @@ def test_options_can_be_read_compared_and_replaced():
 
 def test_reprs_can_be_read():
     scene, _ = piercing_scene(backend=softcd.Backend.cpu)
-    query = ccd(scene, lambda_=1.5, reuse_pairs=False)
+    query = ccd(scene, cell_size_factor=1.5, reuse_pairs=False)
     assert repr(scene) == "<softcd.Scene of 1 body, Backend.cpu>"
     assert repr(query).startswith("<softcd.Query QueryOptions(detection=Detection.ccd, ")
-    assert "lambda_=1.5" in repr(query)
+    assert "cell_size_factor=1.5" in repr(query)
     query.detect()
     assert "vt_contacts=1" in repr(query.statistics) and "ms=StageTimes(total=" in repr(query.statistics)
     assert repr(query.explain()[0]).startswith("StageReport(stage='backend: cpu', ran=True, reason='")

@@ -43,6 +43,28 @@ TEST(AttachDeformable, gives_back_trees_in_which_bullet_finds_contacts_within_a_
   EXPECT_NE(sheets.free->m_fdbvnt, nullptr);
 }
 
+TEST(AttachDeformable, goes_on_calling_an_apps_solver_callback) {
+  static int first_calls, second_calls;
+  first_calls = second_calls = 0;
+  Sheets sheets(World::deformable);
+  auto& world = dynamic_cast<btDeformableMultiBodyDynamicsWorld&>(sheets.world());
+  world.setSolverCallback([](btScalar, btDeformableMultiBodyDynamicsWorld*) { ++first_calls; });
+  sheets.step();
+  const int calls_of_step = first_calls;
+  EXPECT_EQ(calls_of_step, 2) << "before the solver and after it";
+  Attachment attachment = attach(sheets.world(), cpu_settings());
+  sheets.step();
+  EXPECT_EQ(first_calls, 2 * calls_of_step);
+  attachment.detach();
+  sheets.step();
+  EXPECT_EQ(first_calls, 3 * calls_of_step);
+  const Attachment again = attach(sheets.world(), cpu_settings());
+  world.setSolverCallback([](btScalar, btDeformableMultiBodyDynamicsWorld*) { ++second_calls; });
+  for (int step = 0; step < 3; ++step) sheets.step();
+  EXPECT_EQ(first_calls, 3 * calls_of_step);
+  EXPECT_EQ(second_calls, 3 * calls_of_step);
+}
+
 /// Vehicles do.
 TEST(AttachDeformable, casts_rays_in_actions_at_the_trees_that_there_are) {
   Sheets sheets(World::deformable);

@@ -8,6 +8,9 @@
 #include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "BulletDynamics/Featherstone/btMultiBody.h"
+#include "BulletDynamics/Featherstone/btMultiBodyLinkCollider.h"
+#include "BulletSoftBody/btSoftMultiBodyDynamicsWorld.h"
 #include "any_simulation.hpp"
 #include "small_scenes.hpp"
 
@@ -30,7 +33,9 @@ bullet::Settings reading_impulses(bullet::EdgeContacts edges = bullet::EdgeConta
 
 class ContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ContactImpulses,
-                         testing::Values(World::one_line, World::multi_body, World::deformable), world_name);
+                         testing::Values(World::one_line, World::multi_body, World::deformable, World::attached,
+                                         World::attached_deformable),
+                         world_name);
 
 class ClassicContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicContactImpulses, testing::Values(World::one_line, World::multi_body),
@@ -49,7 +54,7 @@ btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity
 /// classic worlds the solver moves nodes. Bullet computes a body's velocities after solving it, but the contacts of
 /// later bodies may still move its nodes.
 btVector3 momentum_at_end(World world, const btSoftBody& body, const btVector3& start, btScalar time) {
-  if (world == World::deformable) return momentum(body, &btSoftBody::Node::m_v);
+  if (is_deformable(world)) return momentum(body, &btSoftBody::Node::m_v);
   return (momentum(body, &btSoftBody::Node::m_x) - start) / time;
 }
 
@@ -86,7 +91,7 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
       sheets[i]->setVelocity(btVector3(btScalar(0.3), i == 0 ? 1 : -1, 0));
       sheets[i]->m_cfg.kDF = btScalar(0.5);
     }
-    const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+    const btScalar time = simulation.step_length();
     btScalar greatest = 0;
     for (int step = 0; step < 30; ++step) {
       btVector3 before[2], start[2];
@@ -94,7 +99,7 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
         before[i] = momentum(*sheets[i], &btSoftBody::Node::m_v);
         start[i] = momentum(*sheets[i], &btSoftBody::Node::m_x);
       }
-      simulation.world().stepSimulation(time, 0);
+      simulation.step(time);
       const Pairs& pairs = simulation.detection().body_contacts();
       for (int i = 0; i < 2; ++i) {
         const btVector3 given = given_to(*sheets[i], pairs);
@@ -122,17 +127,57 @@ TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
       simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(btScalar(0.2), btScalar(0.1), btScalar(0.2))),
                            btVector3(0, btScalar(0.2), 0), btScalar(0.5));
   box.setLinearVelocity(btVector3(0, -2, 0));
-  const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+  const btScalar time = simulation.step_length();
   btScalar greatest = 0;
   for (int step = 0; step < 40; ++step) {
     const btVector3 before = box.getLinearVelocity() / box.getInvMass();
-    simulation.world().stepSimulation(time, 0);
+    simulation.step(time);
     const btVector3 given = given_to(box, simulation.detection().body_contacts());
     const btVector3 expected = before + btVector3(0, -kGravity * time / 2, 0) + given;
     EXPECT_NEAR((box.getLinearVelocity() / box.getInvMass()).distance(expected), 0, 2e-6) << "in step " << step;
     greatest = btMax(greatest, given.length());
   }
   EXPECT_GT(greatest, 0.02);
+}
+
+/// Bullet's classic solver gives a link half the length of what a node gets, along the normal.
+TEST(ContactImpulses, are_what_a_link_gets) {
+  AnySimulation simulation(World::multi_body, reading_impulses());
+  SheetOptions options;
+  options.fixed = true;
+  btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+  for (int i = 0; i < sheet.m_nodes.size(); ++i) {
+    const btVector3& x = sheet.m_nodes[i].m_x;
+    if (btMax(btFabs(x.x()), btFabs(x.z())) < btScalar(0.45)) sheet.setMass(i, btScalar(0.02));
+  }
+  constexpr btScalar kMass = btScalar(0.5);
+  btBoxShape shape(btVector3(btScalar(0.2), btScalar(0.1), btScalar(0.2)));
+  btVector3 inertia;
+  shape.calculateLocalInertia(kMass, inertia);
+  btMultiBody body(0, kMass, inertia, /*fixedBase=*/false, /*canSleep=*/false);
+  body.setBasePos(btVector3(0, btScalar(0.2), 0));
+  body.setLinearDamping(0);
+  body.finalizeMultiDof();
+  btMultiBodyLinkCollider collider(&body, -1);
+  collider.setCollisionShape(&shape);
+  collider.setWorldTransform(body.getBaseWorldTransform());
+  body.setBaseCollider(&collider);
+  auto& world = dynamic_cast<btSoftMultiBodyDynamicsWorld&>(simulation.world());
+  world.addCollisionObject(&collider);
+  world.addMultiBody(&body);
+  body.setBaseVel(btVector3(0, -2, 0));
+  btScalar greatest = 0;
+  for (int step = 0; step < 40; ++step) {
+    const btVector3 before = body.getBaseVel() * kMass;
+    world.stepSimulation(kStep, 0);
+    const btVector3 given = given_to(collider, simulation.detection().body_contacts());
+    const btVector3 expected = before + btVector3(0, -kGravity * kStep * kMass, 0) + given;
+    EXPECT_NEAR((body.getBaseVel() * kMass).distance(expected), 0, 1e-5) << "in step " << step;
+    greatest = btMax(greatest, given.length());
+  }
+  EXPECT_GT(greatest, 0.02);
+  world.removeMultiBody(&body);
+  world.removeCollisionObject(&collider);
 }
 
 /// A free sheet that falls onto the corner of a box.
@@ -143,12 +188,12 @@ TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
   SheetOptions options;
   options.height = btScalar(0.1);
   btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
-  const btScalar time = GetParam() == World::deformable ? kStep / 4 : kStep;
+  const btScalar time = simulation.step_length();
   btScalar greatest = 0, worst = 0;
   for (int step = 0; step < 60; ++step) {
     const btVector3 before = momentum(sheet, &btSoftBody::Node::m_v);
     const btVector3 start = momentum(sheet, &btSoftBody::Node::m_x);
-    simulation.world().stepSimulation(time, 0);
+    simulation.step(time);
     const btVector3 given = given_to(sheet, simulation.detection().body_contacts());
     const btVector3 expected = before + btVector3(0, -kGravity * time, 0) + given;
     const btScalar difference = momentum_at_end(GetParam(), sheet, start, time).distance(expected);
@@ -157,6 +202,30 @@ TEST_P(ContactImpulses, of_a_rigid_object_are_what_the_soft_body_gets) {
   }
   EXPECT_GT(greatest, 0.1);
   EXPECT_LT(worst, btScalar(3e-5));
+}
+
+/// Bullet does so after the contacts of the step are known, and solves none of them.
+TEST(ContactImpulses, of_a_body_that_falls_asleep_within_a_step_stay) {
+  for (const World world : {World::deformable, World::attached_deformable}) {
+    AnySimulation simulation(world, reading_impulses());
+    simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.5), 1)), btVector3(0, btScalar(-0.5), 0));
+    SheetOptions options;
+    options.height = btScalar(0.06);
+    btSoftBody& sheet = simulation.add(make_sheet(simulation.world_info(), options));
+    for (int step = 0; step < 20; ++step) simulation.step_once();
+    ASSERT_EQ(simulation.detection().body_contacts().size(), 1U);
+    const btVector3 before = simulation.detection().body_contacts()[0].impulse_a;
+    EXPECT_GT(before.y(), 0);
+    sheet.setActivationState(WANTS_DEACTIVATION);
+    for (int step = 0; step < 3; ++step) {
+      simulation.step_once();
+      EXPECT_FALSE(sheet.isActive());
+      const Pairs& pairs = simulation.detection().body_contacts();
+      ASSERT_EQ(pairs.size(), 1U);
+      EXPECT_TRUE(pairs[0].has_impulses);
+      EXPECT_EQ(pairs[0].impulse_a, before);
+    }
+  }
 }
 
 void add_box(btTriangleMesh& mesh, btScalar half_side) {
@@ -227,7 +296,7 @@ class HeldCloth {
       }
       const btVector3 before = momentum(*cloth_, &btSoftBody::Node::m_v);
       const btVector3 start = momentum(*cloth_, &btSoftBody::Node::m_x);
-      simulation_.world().stepSimulation(time, 0);
+      simulation_.step(time);
       if (step < 2 * per_second) continue;
       const Pairs& pairs = simulation_.detection().body_contacts();
       sums.on_cloth += given_to(*cloth_, pairs, /*has_crossings=*/true);
@@ -284,7 +353,7 @@ TEST_P(ContactImpulses, of_a_gripper_are_what_the_cloth_gets) {
 
 // Without friction for faces the classic solver lets go of it; the last pass holds the nodes around the fingers.
 TEST_P(ContactImpulses, of_a_gripper_of_meshes_are_what_the_cloth_gets_to_be_held) {
-  const int nodes_per_side = GetParam() == World::deformable ? 4 : 16;
+  const int nodes_per_side = is_deformable(GetParam()) ? 4 : 16;
   const HeldCloth::Forces forces = HeldCloth(GetParam(), Detection::ccd, /*has_meshes=*/true, nodes_per_side).forces();
   expect_what_the_cloth_gets(forces);
   EXPECT_TRUE(forces.has_crossings);
@@ -352,12 +421,14 @@ TEST_P(ContactImpulses, carry_the_weight_of_a_cloth_that_rests) {
 
 // Soft bodies fall asleep in the deformable world, and rest on rigid bodies as before.
 TEST(ContactImpulses, carry_the_weight_of_a_cloth_that_sleeps) {
-  for (const Floor ground : {Floor::box, Floor::mesh}) {
-    SCOPED_TRACE(static_cast<int>(ground));
-    LyingSheet lying(World::deformable, ground);
-    lying.run(300);
-    ASSERT_FALSE(lying.sheet().isActive());
-    EXPECT_NEAR(lying.mean_force(), kGravity, 0.01 * kGravity);
+  for (const World world : {World::deformable, World::attached_deformable}) {
+    for (const Floor ground : {Floor::box, Floor::mesh}) {
+      SCOPED_TRACE(static_cast<int>(ground));
+      LyingSheet lying(world, ground);
+      lying.run(300);
+      ASSERT_FALSE(lying.sheet().isActive());
+      EXPECT_NEAR(lying.mean_force(), kGravity, 0.01 * kGravity);
+    }
   }
 }
 

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "../../bullet_integration/pybullet/commands.hpp"
+#include "../../bullet_integration/pybullet/settings.hpp"
 #include "softcd/fields/settings.hpp"
 
 namespace softcd::bullet {
@@ -50,7 +50,39 @@ TEST(Settings, all_can_be_set_by_clients_of_pybullet_but_for_those_that_are_said
       EXPECT_FALSE(pybullet::is_for_clients(field.kName)) << field.kName;
     }
   });
-  EXPECT_EQ(read_settings, 13);
+  EXPECT_EQ(read_settings, 14);
+}
+
+TEST(Settings, of_a_preset_are_those_of_its_function_and_may_change) {
+  EXPECT_EQ(read("preset=safe").detection, Detection::ccd);
+  EXPECT_EQ(read("preset=safe").contacts, Settings::safe().contacts);
+  EXPECT_EQ(read("preset=fast").accuracy, Settings::fast().accuracy);
+  EXPECT_EQ(read("preset=safe detection=dcd").detection, Detection::dcd);
+  EXPECT_EQ(read("preset=safe detection=dcd").edge_contacts, EdgeContacts::respond);
+  EXPECT_EQ(read("preset=safe preset=balanced").edge_contacts, EdgeContacts::off);
+  EXPECT_EQ(problem_with("preset=best"), "preset: 'best' is none of fast, balanced, safe.");
+}
+
+TEST(Settings, that_are_not_named_stay) {
+  Settings before;
+  before.detection = Detection::ccd;
+  before.log = [](LogLevel, std::string_view) {};
+  std::istringstream words("edge_contacts=report");
+  const Settings after = pybullet::read_settings(words, before);
+  EXPECT_EQ(after.detection, Detection::ccd);
+  EXPECT_EQ(after.edge_contacts, EdgeContacts::report);
+  EXPECT_TRUE(after.log);
+}
+
+TEST(Settings, are_shown_as_json_with_their_words_and_presets) {
+  const std::string now = pybullet::json_of(Settings::safe());
+  EXPECT_EQ(now.substr(0, 46), R"({"backend": "automatic", "detection": "ccd", ")");
+  EXPECT_NE(now.find(R"("cell_size_factor": 0, "reuse_pairs": true)"), std::string::npos) << now;
+  const std::string all = pybullet::json_of_all_settings();
+  EXPECT_NE(all.find(R"("detection": {"values": ["dcd", "ccd"], "fast": "dcd", "balanced": "dcd", "safe": "ccd"})"),
+            std::string::npos)
+      << all;
+  EXPECT_EQ(all.find("on_error"), std::string::npos);
 }
 
 TEST(Settings, all_of_clients_are_documented_in_python) {
@@ -72,12 +104,12 @@ TEST(Settings, of_clients_that_are_wrong_are_named) {
   EXPECT_EQ(problem_with("detection=often"), "detection: 'often' is none of dcd, ccd.");
   EXPECT_EQ(problem_with("rigid_meshes=0"), "rigid_meshes: '0' is none of False, True.");
   EXPECT_EQ(problem_with("speed=3"), "speed: there is no such setting.");
-  EXPECT_EQ(problem_with("on_error=throw_error"), "on_error: there is no such setting.");
+  EXPECT_EQ(problem_with("on_error=throw_error").substr(0, 46), "on_error: in PyBullet a step that fails always");
   EXPECT_EQ(problem_with("contacts_per_node=-1"), "contacts_per_node: '-1' is no count.");
   EXPECT_EQ(problem_with("contacts_per_node"), "contacts_per_node: '' is no count.");
-  EXPECT_EQ(problem_with("lambda=x"), "lambda: 'x' is no number.");
-  EXPECT_EQ(problem_with("lambda=1000"), "lambda is 1000, but must be 0, or 0.1 to 100.");
-  EXPECT_EQ(problem_with("lambda=1.5 convex_shapes=faces_and_edges"), "");
+  EXPECT_EQ(problem_with("cell_size_factor=x"), "cell_size_factor: 'x' is no number.");
+  EXPECT_EQ(problem_with("cell_size_factor=1000"), "cell_size_factor is 1000, but must be 0, or 0.1 to 100.");
+  EXPECT_EQ(problem_with("cell_size_factor=1.5 convex_shapes=faces_and_edges"), "");
 }
 
 }  // namespace

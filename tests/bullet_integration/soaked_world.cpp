@@ -351,7 +351,7 @@ void SoakedWorld::change_settings() {
   settings_.backend = any(test_settings().backend, Backend::cpu, Backend::automatic);
   settings_.accuracy = any(Accuracy::fast, Accuracy::precise, Accuracy::conservative);
   settings_.broad_phase = any(BroadPhase::exact, BroadPhase::uniform);
-  settings_.lambda = any(0.0F, 1.0F, 3.0F);
+  settings_.cell_size_factor = any(0.0F, 1.0F, 3.0F);
   settings_.reuse_pairs = random_.chance(0.7);
   settings_.self_collision =
       any(bullet::SelfCollision::flagged, bullet::SelfCollision::all, bullet::SelfCollision::none);

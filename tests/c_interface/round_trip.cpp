@@ -134,7 +134,7 @@ TEST(CRoundTrip, each_option_arrives) {
                                    with("contact_rule", &QueryOptions::contact_rule, ContactRule::slab, true),
                                    with("step_end", &QueryOptions::step_end, StepEnd::t0, true),
                                    with("subdivision", &QueryOptions::subdivision, false, false),
-                                   with("lambda", &QueryOptions::lambda, 2.2F, false),
+                                   with("cell_size_factor", &QueryOptions::cell_size_factor, 2.2F, false),
                                    with("motion_margin", &QueryOptions::motion_margin, 0.5F, true),
                                    with("margins", &QueryOptions::margins, false, true),
                                    with("neighbour_filters", &QueryOptions::neighbour_filters, false, false),

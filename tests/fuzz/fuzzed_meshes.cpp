@@ -126,7 +126,8 @@ QueryOptions fuzzed_options(Bytes& bytes) {
   options.accuracy = fuzzed_choice<Accuracy>(bytes, 3);
   options.broad_phase = fuzzed_choice<BroadPhase>(bytes, 2);
   options.subdivision = !bytes.one_in(4);
-  if (bytes.one_in(6)) options.lambda = bytes.one_in(8) ? bytes.take<float>() : 0.1F * float(1 + bytes.below(40));
+  if (bytes.one_in(6))
+    options.cell_size_factor = bytes.one_in(8) ? bytes.take<float>() : 0.1F * float(1 + bytes.below(40));
   if (bytes.one_in(6)) options.motion_margin = fuzzed_length(bytes);
   if (bytes.one_in(6)) options.contact_rule = fuzzed_choice<ContactRule>(bytes, 2);
   if (bytes.one_in(6)) options.step_end = fuzzed_choice<StepEnd>(bytes, 2);

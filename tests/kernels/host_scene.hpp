@@ -50,8 +50,8 @@ struct HostBody {
   bool edge_edge = true;
 };
 
-/// The detector's input for the stages, made in a simple way: bodies are concatenated, coordinates are converted to
-/// float (the tests' are on a grid), and every body may touch every other.
+/// The detector's input for the stages, made simply. Bodies are concatenated, and every body may touch every other.
+/// Coordinates are converted to float; the tests' are on a grid.
 class HostScene {
  public:
   HostScene(std::vector<HostBody> bodies, bool continuous) : bodies_(std::move(bodies)), continuous_(continuous) {

@@ -196,7 +196,7 @@ TEST(Twins, merged_volumes) {
 TEST(Twins, integer_volumes) {
   Random random(7);
   for (int round = 0; round < kRounds / 4; ++round) {
-    // As far from the origin as a grid reaches, or on the borders of its cells.
+    // Points are as far from the origin as a grid reaches, or on the borders of its cells.
     const float scale = random.chance(0.5) ? 1.0F : 130000.0F;
     const auto coordinate = [&] {
       const auto steps = static_cast<int>(random.below(65)) - 32;

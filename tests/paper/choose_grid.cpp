@@ -23,12 +23,13 @@ struct Sizes {
     ++swept[size_bin(static_cast<float>(s))];
   }
 
-  GridParameters choose(bool subdivision, float lambda) const {
+  GridParameters choose(bool subdivision, float cell_size_factor) const {
     GridParameters grid{};
     SerialTeam team;
     const std::vector<std::uint32_t> near(kSizeBins, 0);
     ChooseGrid{
-        {radius.data(), swept.data(), swept.data(), near.data(), radius.data()}, subdivision, lambda, &grid}(team);
+        {radius.data(), swept.data(), swept.data(), near.data(), radius.data()}, subdivision, cell_size_factor, &grid}(
+        team);
     return grid;
   }
 };
@@ -43,12 +44,12 @@ Sizes ordinary() {
   return sizes;
 }
 
-TEST(PaperGrid, cell_is_three_lambda_mean_ways) {
+TEST(PaperGrid, cell_is_three_factors_of_the_mean_way) {
   const Sizes sizes = ordinary();
-  for (const float lambda : {1.1F, 1.2F, 1.3F}) {
-    const GridParameters grid = sizes.choose(true, lambda);
+  for (const float factor : {1.1F, 1.2F, 1.3F}) {
+    const GridParameters grid = sizes.choose(true, factor);
     EXPECT_NEAR(grid.mean_radius, 2.0F, 0.3F);
-    EXPECT_FLOAT_EQ(grid.cell_size, 3.0F * lambda * grid.mean_radius);
+    EXPECT_FLOAT_EQ(grid.cell_size, 3.0F * factor * grid.mean_radius);
     EXPECT_FLOAT_EQ(grid.inverse_cell_size, 1.0F / grid.cell_size);
   }
   EXPECT_EQ(sizes.choose(true, 0.0F).cell_size, sizes.choose(true, 1.2F).cell_size);

@@ -135,12 +135,8 @@ class Surgeon {
 class Hospital {
  public:
   Hospital(std::uint64_t seed, Scene bodies) : random_(seed), bodies_(std::move(bodies)), scene_(scene_options()) {
-    for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-      QueryOptions options = looking_for(detection);
-      queries_.emplace_back(scene_, options);
-      options.lambda = 1.8F;  // in the grid, where few triangles are swept otherwise
-      queries_.emplace_back(scene_, options);
-    }
+    for (const Detection detection : {Detection::dcd, Detection::ccd})
+      queries_.emplace_back(scene_, looking_for(detection));
     for (const SceneBody& body : bodies_) add(body);
   }
 

@@ -123,7 +123,7 @@ TEST_P(ControlBits, counter_example_is_found) {
   rules.absolute_band = 1e-5;
   for (const double factor : {1.0, 0.9, 0.97, 1.03, 1.1}) {
     PipelineOptions options = test_options(Detection::dcd);
-    options.lambda = static_cast<float>(factor / mean_radius);
+    options.cell_size_factor = static_cast<float>(factor / mean_radius);
     loaded.pipeline.set_options(options);
     loaded.pipeline.detect();
     EXPECT_NEAR(loaded.pipeline.query.statistics().cell_size, factor, 1e-5);
@@ -154,7 +154,7 @@ TEST(CellWalls, corners_on_them) {
     const double mean_radius = loaded.pipeline.query.statistics().mean_radius;
     for (const double cell_size : {0.25, 0.5, 1.0}) {
       PipelineOptions options = test_options(Detection::ccd);
-      options.lambda = static_cast<float>(cell_size / mean_radius);
+      options.cell_size_factor = static_cast<float>(cell_size / mean_radius);
       SCOPED_TRACE(testing::Message() << "seed " << seed << ", cell size " << cell_size);
       expect_continuous_contacts(scene, options);
     }
@@ -287,11 +287,11 @@ constexpr std::uint32_t kPairsPerBatch = 50000;
 class MillionPairs : public testing::TestWithParam<int> {};
 
 TEST_P(MillionPairs, none_is_missed) {
-  constexpr float kLambdas[] = {0.0F, 1.2F, 2.4F, 1.8F, 0.8F};
+  constexpr float kCellSizeFactors[] = {0.0F, 1.2F, 2.4F, 1.8F, 0.8F};
   const auto number = static_cast<std::uint64_t>(GetParam());
   const PairBatch batch(kPairsPerBatch, 77 + number);
   PipelineOptions options = test_options(number % 2 == 0 ? Detection::dcd : Detection::ccd);
-  options.lambda = kLambdas[number % 5];
+  options.cell_size_factor = kCellSizeFactors[number % 5];
   LoadedScene loaded = load(batch.scene(), options);
   const Span<const Contact> contacts = loaded.pipeline.detect();
   const Difference difference = compare({sorted(batch.expected()), {}}, features_of(contacts));

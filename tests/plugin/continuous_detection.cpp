@@ -101,10 +101,10 @@ TEST_P(ContinuousSoup, other_ways_give_the_same_bytes) {
   EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "without subdivision";
   options = test_options(Detection::ccd, BroadPhase::uniform);
   EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "uniform grid";
-  for (const float lambda : {0.8F, 1.3F, 2.4F}) {
+  for (const float factor : {0.8F, 1.3F, 2.4F}) {
     options = test_options(Detection::ccd);
-    options.lambda = lambda;
-    EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "lambda " << lambda;
+    options.cell_size_factor = factor;
+    EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "cell_size_factor " << factor;
   }
 }
 

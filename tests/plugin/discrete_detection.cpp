@@ -71,16 +71,16 @@ INSTANTIATE_TEST_SUITE_P(Sizes, DiscreteSoup,
                          testing::Values(SoupCase{200, 1.0, 1}, SoupCase{600, 3.0, 2}, SoupCase{1000, 30.0, 3},
                                          SoupCase{2000, 1000.0, 4}, SoupCase{1000, 10000.0, 5}));
 
-TEST(DiscreteDetection, every_lambda_gives_the_same_contacts) {
+TEST(DiscreteDetection, every_cell_size_factor_gives_the_same_contacts) {
   const Scene scene{still(soup({800, 100.0, 6}), everything(0.01F))};
   const std::vector<Contact> expected = detect_once(scene, test_options(Detection::dcd));
   ASSERT_FALSE(expected.empty());
-  for (const float lambda : {0.8F, 1.0F, 1.2F, 1.5F, 1.8F, 2.1F, 2.4F}) {
+  for (const float factor : {0.8F, 1.0F, 1.2F, 1.5F, 1.8F, 2.1F, 2.4F}) {
     for (const bool subdivision : {true, false}) {
       PipelineOptions options = test_options(Detection::dcd);
-      options.lambda = lambda;
+      options.cell_size_factor = factor;
       options.subdivision = subdivision;
-      EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "lambda " << lambda;
+      EXPECT_TRUE(identical(expected, detect_once(scene, options))) << "cell_size_factor " << factor;
     }
   }
 }

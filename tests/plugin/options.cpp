@@ -74,9 +74,9 @@ TEST(Options, have_the_names_of_members_and_enumerators) {
 TEST(Options, are_refused_by_name_value_and_range) {
   QueryOptions options;
   EXPECT_EQ(problem_of(options), "");
-  options.lambda = 0.05F;
-  EXPECT_EQ(problem_of(options), "lambda is 0.05, but must be 0, or 0.1 to 100");
-  options.lambda = 0.1F;
+  options.cell_size_factor = 0.05F;
+  EXPECT_EQ(problem_of(options), "cell_size_factor is 0.05, but must be 0, or 0.1 to 100");
+  options.cell_size_factor = 0.1F;
   options.motion_margin = -1.0F;
   EXPECT_EQ(problem_of(options), "motion_margin is -1, but must be finite and at least 0");
   options.contact_rule = ContactRule{7};

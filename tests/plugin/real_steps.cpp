@@ -109,8 +109,8 @@ TEST_P(RealSteps, other_ways_give_the_same_bytes) {
   options.subdivision = false;
   EXPECT_TRUE(identical(expected, detect_once(truth_.scene, options))) << "without subdivision";
   options.subdivision = true;
-  options.lambda = 1.2F;
-  EXPECT_TRUE(identical(expected, detect_once(truth_.scene, options))) << "lambda 1.2";
+  options.cell_size_factor = 1.2F;
+  EXPECT_TRUE(identical(expected, detect_once(truth_.scene, options))) << "cell_size_factor 1.2";
 }
 
 TEST_P(RealSteps, discrete_detection_at_a_tenth_of_the_mean_edge) {

@@ -74,7 +74,7 @@ TEST_P(StatisticsOf, each_stage_hands_on_less_than_it_got) {
 }
 
 // On the CPU the mean radius is that of patches, where there are some.
-TEST_P(StatisticsOf, cell_size_is_in_proportion_to_lambda) {
+TEST_P(StatisticsOf, cell_size_is_in_proportion_to_cell_size_factor) {
   PipelineOptions options = test_options(GetParam());
   const Scene scene = uneven_scene();
   const Statistics by_default = statistics_of(scene, options);
@@ -82,11 +82,11 @@ TEST_P(StatisticsOf, cell_size_is_in_proportion_to_lambda) {
   EXPECT_LE(by_default.cell_size, 3.6 * by_default.mean_radius);
   double radii[2];
   for (const int i : {0, 1}) {
-    const double lambda = i == 0 ? 1.25 : 1.8;
-    options.lambda = static_cast<float>(lambda);
+    const double factor = i == 0 ? 1.25 : 1.8;
+    options.cell_size_factor = static_cast<float>(factor);
     const Statistics chosen = statistics_of(scene, options);
     EXPECT_EQ(chosen.mean_radius, by_default.mean_radius);
-    radii[i] = chosen.cell_size / lambda;
+    radii[i] = chosen.cell_size / factor;
   }
   EXPECT_NEAR(radii[0], radii[1], 1e-4 * radii[0]);
   EXPECT_GT(radii[0], 0.8 * by_default.mean_radius);

@@ -58,7 +58,7 @@ TEST_F(Bench, every_scene_has_contacts_and_near_misses_in_both_modes) {
 TEST_F(Bench, ways_to_the_same_contacts_find_the_same) {
   std::map<std::pair<std::string, std::string>, std::set<std::string>> checksums;
   std::size_t exact_and_uniform = 0, paper = 0;
-  for (const auto& row : rows("--scale 0.05 --sweep stages,subdivision,lambda")) {
+  for (const auto& row : rows("--scale 0.05 --sweep stages,subdivision,cell_size_factor")) {
     if (row["broad_phase"] == "paper") {
       ++paper;
       continue;
@@ -66,7 +66,7 @@ TEST_F(Bench, ways_to_the_same_contacts_find_the_same) {
     ++exact_and_uniform;
     checksums[{row["scene"], row["detection"]}].insert(row["contacts_checksum"].get<std::string>());
   }
-  // For three scenes and two modes: 1 of stages, 3 of subdivision, 9 lambdas; 1 of subdivision, 7 lambdas.
+  // For three scenes and two modes: 1 of stages, 3 of subdivision, 9 cell sizes; 1 of subdivision, 7 cell sizes.
   EXPECT_EQ(exact_and_uniform, 6u * (1 + 3 + 9));
   EXPECT_EQ(paper, 6u * (1 + 7));
   EXPECT_EQ(checksums.size(), 6u);
@@ -181,7 +181,7 @@ TEST_F(Bench, refuses_command_lines) {
   expect_refused("", "A subcommand is required");
   expect_refused("detector --scene bunny", "'bunny' is not one of funnel, cloth-on-ball, n-body, many-bodies");
   expect_refused("detector --sweep everything",
-                 "'everything' is not one of stages, subdivision, lambda, scaling, threads");
+                 "'everything' is not one of stages, subdivision, cell_size_factor, scaling, threads");
   expect_refused("detector --backend gpu", "'gpu' is not one of auto, cpu, cuda");
   expect_refused("detector --repeat 0", "--repeat");
   expect_refused("detector --scale 0", "--scale");

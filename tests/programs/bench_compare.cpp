@@ -31,7 +31,7 @@ json row(const std::string& scene, double ms) {
                  {"accuracy", "precise"},
                  {"broad_phase", "exact"},
                  {"subdivision", true},
-                 {"lambda", 0.0},
+                 {"cell_size_factor", 0.0},
                  {"threads", 2},
                  {"repetitions", 5},
                  {"triangles", 1000},
@@ -159,10 +159,10 @@ TEST_F(BenchCompare, rows_are_matched_by_every_setting_and_those_of_one_file_are
                                                                             {"backend", "cuda"},
                                                                             {"detection", "dcd"},
                                                                             {"accuracy", "fast"},
-                                                                            {"sweep", "lambda"},
+                                                                            {"sweep", "cell_size_factor"},
                                                                             {"broad_phase", "uniform"},
                                                                             {"subdivision", false},
-                                                                            {"lambda", 1.2}}) {
+                                                                            {"cell_size_factor", 1.2}}) {
     json other = row("funnel", 90);
     other[key] = value;
     const Result result = compare({base}, {other, base});
@@ -174,6 +174,21 @@ TEST_F(BenchCompare, rows_are_matched_by_every_setting_and_those_of_one_file_are
   one_thread["sweep"] = two_threads["sweep"] = "threads";
   one_thread["threads"] = 1;
   EXPECT_THAT(compare({one_thread, two_threads}, {two_threads, one_thread}).output, HasSubstr("no loss: of 2 rows"));
+}
+
+TEST_F(BenchCompare, results_that_call_the_cell_size_factor_lambda_are_read) {
+  json with_new_name = row("funnel", 10);
+  with_new_name["sweep"] = "cell_size_factor";
+  with_new_name["cell_size_factor"] = 1.2;
+  json with_old_name = with_new_name;
+  with_old_name.erase("cell_size_factor");
+  with_old_name["sweep"] = "lambda";
+  with_old_name["lambda"] = 1.2;
+  const Result result = compare({with_old_name}, {with_new_name});
+  EXPECT_THAT(result.output,
+              AllOf(HasSubstr("no loss: of 1 rows"), HasSubstr("cell_size_factor, 1.2"), Not(HasSubstr("Only in"))));
+  with_old_name["lambda"] = 2.4;
+  EXPECT_THAT(compare({with_old_name}, {with_new_name}).errors, HasSubstr("there is nothing to compare"));
 }
 
 TEST_F(BenchCompare, what_is_not_measured_any_more_is_a_loss) {

@@ -37,7 +37,8 @@ TEST(BenchTradeSimulation, bullet_tunnels_where_softcd_does_not) {
   EXPECT_GT(of_bullet, 0U);
   EXPECT_EQ(worlds, (std::set<std::string>{"deformable", "soft"}));
   EXPECT_EQ(scenes, (std::set<std::string>{"cloth-on-ball", "folded", "throw", "two-cloths"}));
-  EXPECT_EQ(knobs, (std::set<std::string>{"accuracy", "contacts", "iterations", "lambda", "margin", "time step"}));
+  EXPECT_EQ(knobs,
+            (std::set<std::string>{"accuracy", "contacts", "iterations", "cell size factor", "margin", "time step"}));
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ class Detect : public testing::Test {
 TEST_F(Detect, help_names_every_option) {
   const Result result = run("--help");
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* option : {"--backend", "--detection", "--features", "--accuracy", "--margin", "--lambda",
+  for (const char* option : {"--backend", "--detection", "--features", "--accuracy", "--margin", "--cell-size-factor",
                              "--subdivision", "--broad-phase", "--memory-limit", "--contacts", "--json", "--repeat"}) {
     EXPECT_THAT(result.output, HasSubstr(option));
   }
@@ -118,7 +118,7 @@ TEST_F(Detect, every_broad_phase_finds_the_same_here) {
   EXPECT_THAT(expected, testing::Contains(is_contact("vt,3,,0,1,2", 0.5F, 0.0F)));
   EXPECT_EQ(contacts(frames + " --broad-phase uniform"), expected);
   EXPECT_EQ(contacts(frames + " --subdivision off"), expected);
-  EXPECT_EQ(contacts(frames + " --lambda 2.4"), expected);
+  EXPECT_EQ(contacts(frames + " --cell-size-factor 2.4"), expected);
   EXPECT_EQ(contacts(frames + " --backend cpu --features vt,ee"), expected);
   EXPECT_EQ(contacts(frames + " --repeat 3"), expected);
 }
@@ -145,7 +145,7 @@ TEST_F(Detect, json_holds_every_figure) {
   EXPECT_LE(json["earliest_toi"], 0.5) << "never late";
   EXPECT_NEAR(json["earliest_toi"], 0.5, 1e-7);
   EXPECT_EQ(json["repeat"], 2);
-  for (const char* key : {"lambda", "cell_size", "children", "entries", "cells", "tests", "triangle_pairs",
+  for (const char* key : {"cell_size_factor", "cell_size", "children", "entries", "cells", "tests", "triangle_pairs",
                           "vt_candidates", "ee_candidates", "peak_bytes"}) {
     EXPECT_TRUE(json[key].is_number()) << key;
   }
@@ -205,7 +205,7 @@ TEST_F(Detect, refuses_command_lines) {
   expect_refused(frames + " --subdivision maybe", "'maybe' is not one of on, off");
   expect_refused(frames + " --margin -1", "margin");
   expect_refused(frames + " --margin nan", "margin");
-  expect_refused(frames + " --lambda -1", "lambda");
+  expect_refused(frames + " --cell-size-factor -1", "cell_size_factor");
   expect_refused(frames + " --repeat 0", "--repeat");
   expect_refused(frames + " --speed 9", "--speed");
   expect_refused(frames + " --memory-limit lots", "--memory-limit");

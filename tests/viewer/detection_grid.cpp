@@ -51,7 +51,7 @@ PipelineOptions uniform() {
 PipelineOptions slab() {
   PipelineOptions options = on_cpu(Detection::dcd);
   options.contact_rule = ContactRule::slab;
-  options.lambda = 2.2F;
+  options.cell_size_factor = 2.2F;
   return options;
 }
 
@@ -67,7 +67,7 @@ TEST_P(DetectionGridOf, counts_what_the_detector_counts) {
   EXPECT_GT(counts.tests, 0U);
   EXPECT_EQ(counts.triangle_pairs, expected.triangle_pairs);
   EXPECT_EQ(counts.active_triangles, expected.active_triangles);
-  // Few triangles need no grid, and on the CPU `exact` has one of patches.
+  // On the CPU the detector's own `exact` grid has patches.
   if (GetParam().options.broad_phase == BroadPhase::exact) return;
   EXPECT_EQ(counts.cell_size, expected.cell_size);
   EXPECT_EQ(counts.split_triangles, expected.split_triangles);

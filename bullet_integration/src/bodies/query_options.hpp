@@ -21,7 +21,7 @@ inline QueryOptions query_options(const Settings& settings) {
   QueryOptions options;
   options.accuracy = settings.accuracy;
   options.broad_phase = settings.broad_phase;
-  options.lambda = settings.lambda;
+  options.cell_size_factor = settings.cell_size_factor;
   options.reuse_pairs = settings.reuse_pairs;
   options.features.edge_edge = settings.edge_contacts != EdgeContacts::off;
   return options;

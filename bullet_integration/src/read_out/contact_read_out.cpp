@@ -115,8 +115,11 @@ KeyedPair& ContactReadOut::pair_of(const BodyPairKey& key) {
 
 void ContactReadOut::read(ReadContacts read_contacts, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
                           const NotesOfStep& notes) {
-  const std::vector<KeyedPair> before = std::exchange(now_, {});
+  before_ = std::exchange(now_, {});
   places_.clear();
+  read_.clear();
+  Keys sleepers;
+  for (const btSoftBody* body : bodies) (body->isActive() ? read_ : sleepers).emplace(*body);
   const ContactReader reader(bodies, notes);
   std::vector<ReadContact> contacts;
   for (const btSoftBody* body : bodies) {
@@ -127,21 +130,39 @@ void ContactReadOut::read(ReadContacts read_contacts, Span<btSoftBody* const> bo
     pair.pair.contacts.push_back(read.contact);
     pair.origins.push_back({read.source, read.owner_is_b});
   }
-  keep_contacts_of_sleepers(before, bodies, broadphase);
+  keep_contacts_of(sleepers, broadphase);
   is_unread_ = true;
 }
 
-/// Keeps the contacts of sleeping bodies, with their impulses. Bullet neither solves nor clears their entries, and
-/// these may point to objects that are gone.
-void ContactReadOut::keep_contacts_of_sleepers(const std::vector<KeyedPair>& before, Span<btSoftBody* const> bodies,
-                                               btBroadphaseInterface& broadphase) {
-  std::set<BodyKey> sleepers;
+void ContactReadOut::keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase) {
+  Keys sleepers;
   for (const btSoftBody* body : bodies) {
-    if (!body->isActive()) sleepers.emplace(*body);
+    if (!body->isActive() && read_.count(BodyKey(*body)) != 0) sleepers.emplace(*body);
   }
-  if (sleepers.empty() || before.empty()) return;
-  const std::set<BodyKey> living = objects_in(broadphase);
-  for (const KeyedPair& pair : before) {
+  if (sleepers.empty()) return;
+  drop_contacts_of(sleepers);
+  keep_contacts_of(sleepers, broadphase);
+}
+
+void ContactReadOut::drop_contacts_of(const Keys& sleepers) {
+  const std::vector<KeyedPair> all = std::exchange(now_, {});
+  places_.clear();
+  for (const KeyedPair& pair : all) {
+    for (std::size_t i = 0; i < pair.origins.size(); ++i) {
+      if (sleepers.count(pair.origins[i].owner_is_b ? pair.key.second : pair.key.first) != 0) continue;
+      KeyedPair& kept = pair_of(pair.key);
+      kept.pair.contacts.push_back(pair.pair.contacts[i]);
+      kept.origins.push_back(pair.origins[i]);
+    }
+  }
+}
+
+/// Bullet neither solves nor clears the entries of a body that sleeps. What they point to may be gone. They go on to
+/// carry what they carried when it fell asleep.
+void ContactReadOut::keep_contacts_of(const Keys& sleepers, btBroadphaseInterface& broadphase) {
+  if (sleepers.empty() || before_.empty()) return;
+  const Keys living = objects_in(broadphase);
+  for (const KeyedPair& pair : before_) {
     if (living.count(pair.key.first) == 0 || living.count(pair.key.second) == 0) continue;
     for (std::size_t i = 0; i < pair.origins.size(); ++i) {
       const KeyedPair::Origin& origin = pair.origins[i];

@@ -98,7 +98,10 @@ class ContactReadOut {
   /// Reads the contacts from the arrays of `bodies`, which are all of the world's. `broadphase` is the world's.
   void read(ReadContacts read_contacts, Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase,
             const NotesOfStep& notes);
-  /// Sets the impulses of the same contacts, if they are known.
+  /// Bullet's solver may put bodies to sleep after read(), and leaves them alone then. Gives such a body the contacts
+  /// of the step before.
+  void keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
+  /// The same contacts' impulses, as far as they are known.
   void set_impulses(const ContactImpulses& impulses);
   /// Adds the impulses of the step's last pass to the pairs. Call it after set_impulses(). `bodies` are all of the
   /// world's.
@@ -110,11 +113,14 @@ class ContactReadOut {
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);
 
  private:
-  void keep_contacts_of_sleepers(const std::vector<KeyedPair>& before, Span<btSoftBody* const> bodies,
-                                 btBroadphaseInterface& broadphase);
+  using Keys = std::set<BodyKey>;
+
+  void keep_contacts_of(const Keys& sleepers, btBroadphaseInterface& broadphase);
+  void drop_contacts_of(const Keys& sleepers);
   KeyedPair& pair_of(const BodyPairKey& key);
 
-  std::vector<KeyedPair> now_;
+  std::vector<KeyedPair> now_, before_;
+  Keys read_;                                  ///< the bodies whose contacts were read in this step, as they were awake
   std::map<BodyPairKey, std::size_t> places_;  ///< in now_
   bool is_unread_ = false;
   ContactEvents step_events_, call_events_;

@@ -4,6 +4,7 @@
 
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "read_out/contact_read_out.hpp"
+#include "read_out/link_impulse.hpp"
 
 /// Makes Bullet's functions, which solve all entries of an array, solve one at a time. The nodes' states before and
 /// after then give each entry's impulse.
@@ -50,10 +51,15 @@ inline ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, cons
   const bool is_moved = rigid != nullptr && rigid->getInvMass() > 0;
   const btVector3 x = node.m_x;
   const btVector3 velocity = is_moved ? rigid->getLinearVelocity() : btVector3(0, 0, 0);
+  const LinkImpulse on_link(contact);
   btSoftBody::PSolve_RContacts(&body, 1, progress);
   ContactImpulses::Impulse impulse;
   if (node.m_im > 0) impulse.on_owner = (node.m_x - x) * (body.m_sst.isdt / node.m_im);
-  impulse.on_other = is_moved ? (rigid->getLinearVelocity() - velocity) / rigid->getInvMass() : -impulse.on_owner;
+  if (is_moved) {
+    impulse.on_other = (rigid->getLinearVelocity() - velocity) / rigid->getInvMass();
+  } else {
+    impulse.on_other = on_link.is_moved() ? on_link.since_begin() : -impulse.on_owner;
+  }
   return impulse;
 }
 

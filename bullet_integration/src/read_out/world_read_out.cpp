@@ -47,6 +47,11 @@ bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time
   return true;
 }
 
+void WorldReadOut::keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase) {
+  if (settings_.read_out == ReadOut::off) return;
+  run([&] { contacts_.keep_contacts_of_new_sleepers(bodies, broadphase); });
+}
+
 void WorldReadOut::take_rigid_impulses(Span<btSoftBody* const> bodies) {
   run_for_impulses([&] {
     deformable_impulses_.read_rigid(bodies, /*time_step=*/0);

@@ -43,8 +43,10 @@ class WorldReadOut {
   /// Deformable world: replaces applyRepulsionForce. If it returns false, call that instead.
   bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 
-  /// Deformable world, if applyRepulsionForce was called: reads the impulses of contacts with rigid objects while
-  /// Bullet's solver stores them.
+  /// Deformable world, whose solver has run: gives bodies that it has put to sleep the contacts of the step before.
+  void keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
+  /// Deformable world, where applyRepulsionForce was called: what contacts with rigid objects gave, as long as Bullet's
+  /// solver keeps it.
   void take_rigid_impulses(Span<btSoftBody* const> bodies);
 
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);

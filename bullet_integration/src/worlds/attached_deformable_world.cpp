@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <new>
 
 namespace softcd::bullet {
 
@@ -48,16 +49,14 @@ class AttachedDeformableWorld::NodesPutBack {
 };
 
 AttachedDeformableWorld::AttachedDeformableWorld(btDeformableMultiBodyDynamicsWorld& world, const Settings& settings)
-    : AttachedWorld(world, world.getSoftBodyArray(), kDeformableWorld, settings) {
+    : AttachedWorld(world, world.getSoftBodyArray(), kDeformableWorld, settings),
+      solver_callback_(world, call_solver_callback) {
   world.addAction(this);
 }
 
 Span<const Limitation> AttachedDeformableWorld::limitations() const {
   static constexpr Limitation kLimitations[] = {
       kTreesLimitation,
-      {Limit::no_impulses_between_soft_bodies,
-       "The impulses of contacts between soft bodies are not known, because Bullet solves all of them in one call that "
-       "cannot be replaced: has_impulses is false for these pairs."},
       kRigidMeshesLimitation,
   };
   return {kLimitations, std::size(kLimitations) - (sees_pairs() ? 1 : 0)};
@@ -65,8 +64,48 @@ Span<const Limitation> AttachedDeformableWorld::limitations() const {
 
 void AttachedDeformableWorld::prepare_solver() {
   find_soft_contacts(step());
+  queries().read_out.keep_velocities(span_of(bodies()));
+  hidden_.clear();  // of a step that an exception has left
+  solver_callback_.stand();
+  solver_calls_ = 0;
+  has_responded_ = false;
   face_trees().take(span_of(bodies()));
   keep_starts();
+}
+
+void AttachedDeformableWorld::call_solver_callback(btScalar time, btDeformableMultiBodyDynamicsWorld* world) {
+  auto* const attached = static_cast<AttachedDeformableWorld*>(AttachedWorld::of(*world));
+  if (attached == nullptr) return;
+  attached->solver_callback_.call_apps(time);
+  if (attached->is_solved() && ++attached->solver_calls_ == 2) attached->after_solver();
+}
+
+/// Responds to contacts between soft bodies in Bullet's place, one at a time, if their impulses are to be known.
+void AttachedDeformableWorld::after_solver() {
+  const Span<btSoftBody* const> all = span_of(bodies());
+  queries().read_out.keep_contacts_of_new_sleepers(all, *world().getBroadphase());
+  try {
+    hidden_.reserve(all.size());
+  } catch (const std::bad_alloc&) {
+    return;
+  }
+  if (!queries().read_out.apply_repulsion(all, step_length())) return;
+  has_responded_ = true;
+  for (btSoftBody* body : all) {
+    hidden_.push_back({body, body->m_faceNodeContacts.size()});
+    body->m_faceNodeContacts.resizeNoInitialize(0);
+  }
+}
+
+/// The entries are still there, unless Bullet has written others.
+void AttachedDeformableWorld::show_soft_contacts() {
+  const Span<btSoftBody* const> all = span_of(bodies());
+  for (const HiddenContacts& hidden : hidden_) {
+    const bool is_there = std::find(all.begin(), all.end(), hidden.body) != all.end();
+    if (!is_there || hidden.body->m_faceNodeContacts.size() > 0) continue;
+    hidden.body->m_faceNodeContacts.resizeNoInitialize(hidden.count);
+  }
+  hidden_.clear();
 }
 
 /// Bullet calls actions after it has integrated all bodies.
@@ -91,7 +130,8 @@ void AttachedDeformableWorld::keep_starts() {
 
 void AttachedDeformableWorld::end_step(btScalar time_step) {
   face_trees().give_back();
-  queries().read_out.take_rigid_impulses(span_of(bodies()));
+  show_soft_contacts();
+  if (!has_responded_) queries().read_out.take_rigid_impulses(span_of(bodies()));
   prevent_crossings(time_step);
   refit_face_trees(span_of(bodies()));
   queries().read_out.finish(*world().getBroadphase());
@@ -113,6 +153,7 @@ void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
 
 void AttachedDeformableWorld::remove_hooks() {
   AttachedWorld::remove_hooks();
+  solver_callback_.give_back();
   world().removeAction(this);
 }
 

@@ -5,6 +5,7 @@
 #include "BulletDynamics/Dynamics/btActionInterface.h"
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
 #include "worlds/attached_world.hpp"
+#include "worlds/solver_callback.hpp"
 
 namespace softcd::bullet {
 
@@ -25,6 +26,12 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   };
   class NodesPutBack;
 
+  /// The number of a body's contacts with soft bodies, which Bullet does not see after softcd has responded to them.
+  struct HiddenContacts {
+    btSoftBody* body;
+    int count;
+  };
+
   void process_step_pairs(const Processing& process_natively) override {
     process_deformable_pairs(step(), process_natively);
   }
@@ -39,9 +46,16 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   void updateAction(btCollisionWorld* world, btScalar time_step) override;
   void debugDraw(btIDebugDraw* /*drawer*/) override {}
 
+  static void call_solver_callback(btScalar time, btDeformableMultiBodyDynamicsWorld* world);
+  void after_solver();
+  void show_soft_contacts();
   void keep_starts();
   void prevent_crossings(btScalar time_step);
 
+  SolverCallback solver_callback_;
+  int solver_calls_ = 0;        ///< of the callback in this step
+  bool has_responded_ = false;  ///< whether softcd has responded to contacts between soft bodies in this step
+  std::vector<HiddenContacts> hidden_;
   std::vector<Way> ways_;        ///< of the bodies that the step's last pass may change
   bool has_integrated_ = false;  ///< whether the step that ends has moved all bodies
 };

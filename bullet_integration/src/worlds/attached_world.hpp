@@ -67,6 +67,7 @@ class AttachedWorld : protected BroadphaseHooks {
   virtual bool ends_steps_late() const = 0;
   virtual void remove_hooks();
   bool is_solved() const { return stage_ == Stage::is_solved; }
+  btScalar step_length() const { return time_step_; }
   bool sees_pairs() const { return sees_pairs_; }
 
  private:

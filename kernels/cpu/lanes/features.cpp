@@ -77,7 +77,8 @@ HWY_INLINE Float max_norm(const Vector& a) {
   return larger(larger(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
 }
 
-/// x, y, y, z of every fourth candidate's vertex, one in each block of four lanes. Nothing beyond the vertex is read.
+/// Returns x, y, y, z of every fourth candidate's vertex, one in each block of four lanes. Reads nothing beyond the
+/// vertex.
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> rows(Tag tag, const Vec3f* x, const FeatureCandidate* candidates, int vertex) {
   if constexpr (hn::MaxLanes(Tag()) == 4) {
@@ -125,7 +126,7 @@ HWY_INLINE Float project(const Vector& p) {
   }
 }
 
-/// Which candidates' features a, and b, end before the other begins.
+/// The candidates whose feature a, or b, ends before the other begins.
 struct Gaps {
   Mask below, above;
 };
@@ -150,7 +151,7 @@ HWY_INLINE Gaps gaps(const Points& points, Float distance) {
   return {hn::Lt(outward_up(hn::Add(a_hi, distance)), b_lo), hn::Lt(outward_up(hn::Add(b_hi, distance)), a_lo)};
 }
 
-/// At one time unless swept, then at both: the same points.
+/// Returns the candidates whose features are apart along an axis: swept, at both times, else at t1.
 template <ContactKind kKind, bool kSwept, int kAxis>
 HWY_INLINE Mask apart_on_axis(const Points& t0, const Points& t1, Float distance) {
   const Gaps end = gaps<kKind, kAxis>(t1, distance);
@@ -194,7 +195,7 @@ HWY_INLINE RelativePair relative_pair(const Points& x) {
   return {x.p[0] - x.p[2], x.p[1] - x.p[0], x.p[3] - x.p[2]};
 }
 
-/// Sizes of the features that a plane's test goes by.
+/// The sizes of the features, for the tests of planes.
 struct Sizes {
   Float a, b, c;
 
@@ -225,7 +226,7 @@ HWY_INLINE Mask cannot_reach(Float height, const Vector& plane, Float reach) {
   return hn::And(hn::Gt(height, hn::Zero(Floats())), hn::Gt(hn::Mul(height, height), reachable));
 }
 
-/// detail::is_certainly_apart.
+/// Does the same as detail::is_certainly_apart.
 HWY_INLINE Mask certainly_apart(const RelativePair& pair, const Sizes& size, Float margin) {
   const Vector plane = cross(pair.b, pair.c);
   const Float error = hn::Mul(all(detail::kCoefficientError<float>), size.volume());
@@ -233,7 +234,7 @@ HWY_INLINE Mask certainly_apart(const RelativePair& pair, const Sizes& size, Flo
   return hn::And(size.has_volume(), cannot_reach(height, plane, size.reach(margin)));
 }
 
-/// certainly_outside_slab, of pairs whose scale is 1.
+/// Does the same as certainly_outside_slab, for pairs whose scale is 1.
 HWY_INLINE Mask certainly_outside_slab(const RelativePair& pair, const Sizes& size, Float margin) {
   const Float zero = hn::Zero(Floats());
   const Vector normal = cross(pair.b, pair.c);
@@ -257,12 +258,13 @@ HWY_INLINE Mask certainly_outside_slab(const RelativePair& pair, const Sizes& si
   return hn::And(has_area, is_outside);
 }
 
-/// Whether all that lies between the two is further than `bound` to one side of 0.
+/// Returns whether everything between `lowest` and `highest` is further than `bound` to one side of 0.
 HWY_INLINE Mask is_beyond(Float lowest, Float highest, Float bound) {
   return hn::Or(hn::Gt(lowest, bound), hn::Lt(highest, hn::Neg(bound)));
 }
 
-/// detail::make_query, of it is_apart_throughout where the accuracy is conservative, else is_apart_when_coplanar().
+/// Does the same as detail::make_query. Returns its is_apart_throughout if the accuracy is conservative, else its
+/// is_apart_when_coplanar().
 HWY_INLINE Mask certainly_apart_in_motion(const RelativePair& t0, const RelativePair& t1, const Sizes& size,
                                           Float margin, bool is_conservative) {
   const Float reach = size.reach(margin);
@@ -303,7 +305,7 @@ HWY_INLINE Float slab_margins(const FeatureTest<ContactKind::vertex_triangle, fa
   return hn::Load(Floats(), margins);
 }
 
-/// Bits of as many candidates as registers have lanes.
+/// Returns bits of as many candidates as registers have lanes.
 template <ContactKind kKind, bool kSwept>
 HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates) {
   const Floats floats;
@@ -343,7 +345,7 @@ std::uint64_t keep(const FeatureTest<kKind, kSwept>& test, const FeatureCandidat
   std::uint32_t i = 0;
   for (; i + kLanes <= count; i += kLanes) bits |= keep_register(test, candidates + i) << i;
   if (i == count) return bits;
-  // The lanes that are left have the last candidate.
+  // The remaining lanes have the last candidate.
   std::array<FeatureCandidate, kLanes> padded;
   padded.fill(candidates[count - 1]);
   std::copy(candidates + i, candidates + count, padded.begin());

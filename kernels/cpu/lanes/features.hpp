@@ -7,7 +7,7 @@
 
 namespace softcd::cpu {
 
-/// How many candidates candidates_to_keep() takes at most.
+/// Most candidates in a call of candidates_to_keep().
 constexpr std::uint32_t kMostCandidates = 64;
 
 namespace generic {
@@ -23,7 +23,7 @@ std::uint64_t candidates_to_keep(const FeatureTest<kKind, kSwept>& test, const F
 }
 }  // namespace generic
 
-/// Of the candidates with these bits, which pass the filter, those that the test keeps.
+/// Returns the candidates that the test keeps among those with these bits, which pass the filter.
 template <class Test>
 std::uint64_t kept_one_by_one(const Test& test, const FeatureCandidate* candidates, std::uint64_t bits) {
   for (std::uint64_t left = bits; left != 0; left &= left - 1) {
@@ -32,7 +32,8 @@ std::uint64_t kept_one_by_one(const Test& test, const FeatureCandidate* candidat
   return bits;
 }
 
-/// Which candidates the test keeps, bit i for candidates[i]. Several at once, in whatever registers the processor has.
+/// Returns which candidates the test keeps, bit i for candidates[i]. Tests several at once, in whatever registers the
+/// processor has.
 template <ContactKind kKind, bool kSwept>
 std::uint64_t candidates_to_keep(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates,
                                  std::uint32_t count);

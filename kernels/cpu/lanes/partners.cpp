@@ -21,12 +21,12 @@ std::uint64_t partners_in_lanes(const BoxedEntry& entry, const BoxedEntry* partn
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// An entry takes two lanes: an even one has what is in its lower row, the next one what is in its upper row.
+/// An entry takes two lanes: an even one has values of its lower row, the next one values of its upper row.
 using Rows = hn::ScalableTag<std::uint32_t>;
 using Entries = hn::ScalableTag<std::uint64_t>;
 using Words = hn::Vec<Rows>;
 
-/// What the entry to be tested has for all of its partners.
+/// Values of the tested entry that are the same for all of its partners.
 struct Tester {
   Words is_lower;  ///< all bits set in lower rows
   Words minuend[3];
@@ -44,7 +44,7 @@ struct Tester {
   }
 };
 
-/// The top bit is set where the one ends above where the other begins, see generic::boxes_certainly_apart.
+/// Sets the top bit where the one ends above where the other begins; see generic::boxes_certainly_apart.
 template <bool kSwept>
 HWY_INLINE Words meets(const Tester& tester, int axis, Words partners) {
   const Words difference = hn::Add(hn::Xor(partners, tester.is_lower), tester.minuend[axis]);
@@ -52,7 +52,7 @@ HWY_INLINE Words meets(const Tester& tester, int axis, Words partners) {
   return kSwept ? hn::Or(difference, low_half) : hn::And(difference, low_half);
 }
 
-/// Bits of as many partners as registers hold.
+/// Returns bits of as many partners as registers hold.
 template <bool kSwept>
 HWY_INLINE std::uint64_t register_of_partners(const Tester& tester, const BoxedEntry* partners) {
   const Rows rows;

@@ -6,7 +6,7 @@
 
 namespace softcd::cpu {
 
-/// How many partners partners_to_test() takes at most.
+/// Most partners in a call of partners_to_test().
 constexpr std::uint32_t kMostPartners = 64;
 
 namespace generic {
@@ -22,9 +22,9 @@ std::uint64_t partners_to_test(const BoxedEntry& entry, const BoxedEntry* partne
 }
 }  // namespace generic
 
-/// Which partners of an entry have to be tested as far as boxes and masks tell: bit k is clear where the box of
-/// partners[k] is certainly apart from the entry's, and where ExactControl skips the pair. Several at once, in whatever
-/// registers the processor has.
+/// Return which partners of an entry have to be tested, as far as boxes and masks tell. Bit k is clear if the box of
+/// partners[k] is certainly apart from the entry's, and if ExactControl skips the pair. Test several at once, in
+/// whatever registers the processor has.
 std::uint64_t partners_to_test_swept(const BoxedEntry& entry, const BoxedEntry* partners, std::uint32_t count);
 std::uint64_t partners_to_test_at_rest(const BoxedEntry& entry, const BoxedEntry* partners, std::uint32_t count);
 

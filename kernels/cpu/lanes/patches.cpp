@@ -24,7 +24,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Columns = hn::CappedTag<float, kPatchSize>;
 
-/// Which of a register's columns, from `first` on, lie beyond the row along the axis, at all ends of the step.
+/// Returns which of a register's columns, from `first` on, lie beyond the row along the axis, at all ends of the step.
 template <bool kSwept>
 HWY_INLINE hn::Mask<Columns> apart_on(const PatchBounds<kSwept>& a, std::uint32_t row, const PatchBounds<kSwept>& b,
                                       std::size_t first, int axis) {

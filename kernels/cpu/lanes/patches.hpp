@@ -35,10 +35,11 @@ std::uint64_t triangles_that_meet(const PatchBounds<kSwept>& a, std::uint32_t ro
 }
 }  // namespace generic
 
-/// Which triangles of two patches meet: bit kPatchSize * r + c is clear only where the volumes of the triangle in the
-/// r-th of `rows`, which are bits, and of triangle c of `b` are apart along an axis, and at both ends of the step, and
-/// where the two share a vertex if such neighbours are left out. Several columns at once, in whatever registers the
-/// processor has.
+/// Return which triangles of two patches meet. Bit kPatchSize * r + c is about the triangle in the r-th of `rows`,
+/// which are bits, and triangle c of `b`. It is clear only if
+/// - their volumes are apart along an axis, in one direction at both ends of the step;
+/// - or they share a vertex, and such neighbours are left out.
+/// Test several columns at once, in whatever registers the processor has.
 std::uint64_t triangles_that_meet(const PatchBounds<true>& a, std::uint32_t rows, const PatchBounds<true>& b,
                                   bool leaves_neighbours);
 std::uint64_t triangles_that_meet(const PatchBounds<false>& a, std::uint32_t rows, const PatchBounds<false>& b,
@@ -49,7 +50,7 @@ struct UnitLanes<ExpandPatchPair<kSwept>> {
   using F = ExpandPatchPair<kSwept>;
   static constexpr bool kDecides = true;
 
-  /// Asked about all parts of an item.
+  /// Called for all parts of an item.
   static std::uint64_t may_pass(const F& f, const PatchWork& work, std::uint32_t /*begin*/, std::uint32_t /*count*/) {
     static_assert(kPatchSize * kPatchSize <= kUnitsAtOnce);
     if (!f.pair_test.scene.is_patch(work.a)) {
@@ -63,7 +64,7 @@ struct UnitLanes<ExpandPatchPair<kSwept>> {
   }
 
  private:
-  /// Of a patch and itself each pair once: in a row the columns behind it.
+  /// Returns bits of the columns behind the row in each row, so that a patch and itself have each pair once.
   static std::uint64_t above_diagonal(std::uint32_t rows) {
     std::uint64_t bits = 0;
     for (std::uint32_t part = 0; rows != 0; rows &= rows - 1U, part += kPatchSize) {

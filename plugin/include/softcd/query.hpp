@@ -40,9 +40,8 @@ struct QueryOptions {
   bool subdivision = true;
   /// Cell size of `exact` in units of the clipped mean bounding radius of what the grid holds: triangles on a GPU,
   /// patches of up to 8 neighbouring triangles on the CPU. Useful from 1.2 to 2.4, allowed from 0.1 to 100. 0 chooses
-  /// 1.8, or more where triangles move many cells or have large margins. On the CPU, 0 also replaces the grid by a
-  /// sweep where it would have up to 4096 triangles of similar size.
-  float lambda = 0.0F;
+  /// 1.8, or more where triangles move many cells or have large margins.
+  float cell_size_factor = 0.0F;
   /// Discrete detection only: enlarges a vertex's margin against triangles of other bodies by this many times its
   /// distance from t0 to t1 (Bullet's classic soft bodies use 2). At least 0; must be 0 with StepEnd::t0.
   float motion_margin = 0.0F;

@@ -338,7 +338,7 @@ typedef struct softcd_query_options {
   /** If 0, no triangle is split. Changes only the number of tests, not the contacts. Default: 1. */
   uint32_t subdivision;
   /** Cell size of SOFTCD_EXACT in mean bounding radii of triangles, 0.1 to 100; 0, the default, chooses one. */
-  float lambda;
+  float cell_size_factor;
   /** Discrete detection only: enlarges a vertex's margin against triangles of other bodies by this many times its
    *  distance from t0 to t1. At least 0, the default. */
   float motion_margin;

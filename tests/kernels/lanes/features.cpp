@@ -129,7 +129,7 @@ class FeaturesInLanes : public testing::TestWithParam<Input> {
       expect_the_generic_answer<ContactKind::vertex_triangle, true>(GetParam(), settings, tally);
       expect_the_generic_answer<ContactKind::edge_edge, false>(GetParam(), settings, tally);
       expect_the_generic_answer<ContactKind::edge_edge, true>(GetParam(), settings, tally);
-      // Of 4 x 4 x 2080 candidates.
+      // There are 4 x 4 x 2080 candidates.
       EXPECT_GT(tally.kept, 500);
       EXPECT_GT(tally.left_out, 500);
     });

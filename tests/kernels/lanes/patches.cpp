@@ -11,7 +11,7 @@
 namespace softcd::test {
 namespace {
 
-/// Bounds of few values, so that they touch; some triangles share vertices, some have no volume.
+/// Returns bounds of few values, so that they touch; some triangles share vertices, some have no volume.
 template <bool kSwept>
 PatchBounds<kSwept> random_bounds(Random& random) {
   PatchBounds<kSwept> bounds{};

@@ -48,7 +48,7 @@ TEST(Advancement, finds_edges_that_touch_at_the_very_end_of_a_step) {
   expect_that_hits_need_the_whole_step<ContactKind::edge_edge>();
 }
 
-// Edges that lie close beside each other, and turn: of some no step is long enough to tell that they stay apart.
+// Edges lie close beside each other and turn. For some, no step is long enough to show that they stay apart.
 TEST(Advancement, counts_as_a_hit_what_its_steps_do_not_settle) {
   Random random(1);
   int used_up = 0;

@@ -41,7 +41,7 @@ double distance_of(const Vec3f (&x)[4]) {
       .distance();
 }
 
-// A needle's normal is mostly rounding: what floats make of the height above its plane may be far off.
+// A needle's normal is mostly rounding, so that floats may compute a very wrong height above its plane.
 TEST(ErrorBounds, no_vertex_within_the_margin_of_a_needle_is_lost) {
   Random random(1);
   constexpr float kMargin = 0.01F;
@@ -82,7 +82,7 @@ Bezout bezout(Integer a, Integer b) {
   return {a, x, y};
 }
 
-/// w less multiples of u and v, so that little of it is left along both.
+/// Returns w less multiples of u and v, so that little of it is left along both.
 IntegerVector reduced(IntegerVector w, const IntegerVector& u, const IntegerVector& v) {
   const Integer uu = dot_of(u, u), uv = dot_of(u, v), vv = dot_of(v, v);
   const Integer whole = uu * vv - uv * uv;

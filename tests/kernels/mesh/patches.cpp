@@ -62,7 +62,7 @@ TEST(PatchOrder, fills_patches_of_a_mesh) {
   }
 }
 
-// Whatever the order of its triangles is.
+// The order of the triangles does not matter.
 TEST(PatchOrder, has_triangles_of_a_patch_near_each_other) {
   Mesh mesh = grid_cloth(50, 50, 1.0);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {

@@ -43,7 +43,7 @@ std::vector<Mesh> meshes() {
           tangled_soup(2)};
 }
 
-/// Returns every side of every triangle in `wanted`, in the simplest way.
+/// Returns every side of every triangle in `wanted`, by the simplest method.
 std::map<Ends, std::uint32_t> sides_of(const std::vector<Triangle>& triangles,
                                        const std::vector<std::uint8_t>& left_out) {
   std::map<Ends, std::uint32_t> sides;
@@ -177,7 +177,7 @@ std::vector<std::uint32_t> owners(const Topology& topology, const std::vector<Ow
   return owner;
 }
 
-/// Finds them by comparing every vertex with every triangle, and every edge with every other one.
+/// Finds neighbours' features by comparing every vertex with every triangle, and every edge with every other one.
 NeighbourFeatures neighbours_by_trial(const Topology& topology, const std::vector<Ownership>& ownership) {
   NeighbourFeatures out;
   const std::vector<std::uint32_t> vertex_owner = owners(topology, ownership, false);

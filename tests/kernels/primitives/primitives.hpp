@@ -156,8 +156,8 @@ inline bool all_units(std::uint64_t /*key*/) {
   return true;
 }
 
-/// Expects `run(list)` to append the units that `is_wanted`. Where half of them fit, it must store that half, count
-/// all, and append all to a list that has grown to the count. make_list(capacity) makes a list.
+/// Expects `run(list)` to append the units that `is_wanted`. If half of them fit, it must store that half and count
+/// all. It must append all to a list that has grown to the count. make_list(capacity) makes a list.
 template <class MakeList, class IsWanted, class Run>
 void expect_units_in_any_room(std::uint32_t item_count, const MakeList& make_list, const IsWanted& is_wanted,
                               const Run& run) {

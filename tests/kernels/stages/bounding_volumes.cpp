@@ -152,7 +152,7 @@ TEST(BoundTriangle, end_volumes_are_those_of_the_two_ends) {
   }
 }
 
-// Corners anywhere that rounds to where the scene has them: none of their triangles is smaller than it was given.
+// Corners are given anywhere that rounds to the scene's positions. The volumes contain the given triangles.
 TEST(BoundTriangle, covers_where_rounded_positions_were_given) {
   HostScene host({{uneven_soup(3), {}, 0.0F}}, false);
   host.body(0).is_rounded = true;
@@ -173,7 +173,7 @@ TEST(BoundTriangle, covers_where_rounded_positions_were_given) {
   }
 }
 
-// At the lower end of its power of two a float is farthest, relative to itself, from what was rounded to it.
+// At the lower end of its power of two a float has the largest rounding error, relative to itself.
 TEST(RoundingBound, covers_positions_half_way_between_floats) {
   for (const double size : {1.0, 0x1p-40, 0x1p+60}) {
     const double step = size * 0x1p-24;

@@ -181,7 +181,7 @@ TEST_F(CellAssignment, split_triangles_are_in_every_cell_of_their_children) {
   expect_the_cells_of_children(scene_, bounds_, splits_.items, parameters);
 }
 
-/// One triangle of about this many units, along x and a little of y and z.
+/// Returns one triangle of about this many units, along x and a little of y and z.
 HostScene scene_of_one_triangle(double length) {
   const Mesh mesh{{{{0, 1, 2}}}, {{-0.5 * length, 0, 0}, {0.5 * length, 3, 1}, {0, 2, 4}}};
   return HostScene({{mesh, {}, 0.0F}}, false);

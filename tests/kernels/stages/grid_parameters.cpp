@@ -26,13 +26,13 @@ struct Sizes {
     ++distance[size_bin(static_cast<float>(d))];
   }
 
-  GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float lambda = 0.0F) const {
+  GridParameters choose(BroadPhase broad_phase, bool subdivision = true, float cell_size_factor = 0.0F) const {
     GridParameters grid{};
     SerialTeam team;
     ChooseGrid{{radius.data(), swept.data(), extent.data(), distance.data(), radius.data()},
                broad_phase,
                subdivision,
-               lambda,
+               cell_size_factor,
                &grid}(team);
     return grid;
   }
@@ -48,12 +48,12 @@ Sizes ordinary() {
   return sizes;
 }
 
-TEST(ChooseGrid, cell_is_lambda_means) {
+TEST(ChooseGrid, cell_is_factor_times_mean) {
   const Sizes sizes = ordinary();
-  for (const float lambda : {0.8F, 1.2F, 1.8F, 2.4F}) {
-    const GridParameters grid = sizes.choose(BroadPhase::exact, true, lambda);
+  for (const float factor : {0.8F, 1.2F, 1.8F, 2.4F}) {
+    const GridParameters grid = sizes.choose(BroadPhase::exact, true, factor);
     EXPECT_NEAR(grid.mean_radius, 1.0F, 0.15F);
-    EXPECT_FLOAT_EQ(grid.cell_size, lambda * grid.mean_radius);
+    EXPECT_FLOAT_EQ(grid.cell_size, factor * grid.mean_radius);
     EXPECT_FLOAT_EQ(grid.inverse_cell_size, 1.0F / grid.cell_size);
   }
   EXPECT_EQ(sizes.choose(BroadPhase::exact).cell_size, sizes.choose(BroadPhase::exact, true, 1.8F).cell_size);
@@ -103,10 +103,10 @@ TEST(ChooseGrid, entries_of_fast_triangles_stay_within_their_budget) {
   Sizes sizes;
   for (int i = 0; i < 20000; ++i) sizes.add(0.5, i % 10 == 0 ? 50.0 : 0.5, 1.0);
   const double most = 20000.0 / double(kTestsPerCell);  // triangles that take more are tested against all
-  for (const float lambda : {0.0F, 0.2F, 0.8F, 1.8F}) {
-    const double size = double(sizes.choose(BroadPhase::exact, true, lambda).cell_size);
+  for (const float factor : {0.0F, 0.2F, 0.8F, 1.8F}) {
+    const double size = double(sizes.choose(BroadPhase::exact, true, factor).cell_size);
     const double cells = std::pow(2 / std::sqrt(3.0) * 50.0 / size, 3) / 8;
-    EXPECT_LE(2000.0 * std::min(cells, most), 256.0 * 20000.0 + 65536.0) << lambda;
+    EXPECT_LE(2000.0 * std::min(cells, most), 256.0 * 20000.0 + 65536.0) << factor;
   }
 }
 

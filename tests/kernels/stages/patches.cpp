@@ -13,7 +13,7 @@
 namespace softcd::test {
 namespace {
 
-/// A cloth folded upon itself, a ball in it, triangles here and there, and a ground with few, large ones.
+/// Returns a cloth folded upon itself, a ball in it, triangles here and there, and a ground with few, large ones.
 HostScene host_scene(bool continuous) {
   Mesh cloth = crumpled_cloth(16, 12, 0.25, 0.1, 3);
   Mesh ball = moved(icosphere(2, 0.5), {1.5, 1.2, 0.1});
@@ -122,7 +122,7 @@ class SerialPatches {
   Collector<std::uint64_t> pairs_, patch_pairs_;
 };
 
-/// Every pair that passes PairTest, and those of them that have a point in common for certain.
+/// The pairs that pass PairTest, and those of them that certainly have a point in common.
 template <bool kSwept>
 struct AllPairs {
   std::set<std::uint64_t> passing, touching;
@@ -156,7 +156,8 @@ class PatchStages : public testing::Test {};
 using Kinds = testing::Types<std::false_type, std::true_type>;
 TYPED_TEST_SUITE(PatchStages, Kinds, );
 
-// As volumes may overlap along all nine axes and yet have no point in common, sharing a cell asks a little more.
+// Volumes may overlap along all nine axes and still have no point in common. So sharing a cell is a slightly stronger
+// condition.
 TYPED_TEST(PatchStages, find_each_pair_of_triangles_once) {
   const HostScene host = host_scene(TypeParam::value);
   const SceneView scene = host.view_with_patches();
@@ -200,7 +201,7 @@ TYPED_TEST(PatchStages, bound_all_triangles_of_a_patch) {
   EXPECT_GT(whole, 40);
 }
 
-/// Finite ones of either sign.
+/// Returns a volume of finite numbers of either sign.
 template <class Volume>
 Volume random_volume(Random& random) {
   Volume volume{};

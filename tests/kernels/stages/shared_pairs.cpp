@@ -14,7 +14,7 @@
 namespace softcd::test {
 namespace {
 
-/// A whole triangle's cells, or a split one's, of which some share of the cells around it is marked.
+/// The cells of a whole triangle, or of a split one with some share of the cells around it marked.
 class SomeCells {
  public:
   SomeCells(Random& random, Vec3d lo, Vec3d hi, bool is_split) : volume_(empty_kdop()) {

@@ -141,7 +141,8 @@ TEST(VirtualSubdivision, volumes_of_children_cover_the_moving_triangle) {
   }
 }
 
-// Corners far to either side of 0, between which children's are hardly more than what their sums were rounded by.
+// Corners lie far to either side of 0. Between them, children's corners are hardly larger than the rounding of their
+// sums.
 TEST(VirtualSubdivision, volumes_of_children_cover_corners_that_are_near_0) {
   Random random(4);
   for (int i = 0; i < 2000; ++i) {

@@ -19,7 +19,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 enum class Limit : std::uint32_t {
   updates_trees,                    ///< Bullet still updates trees that are never read
   ends_steps_late,                  ///< see Attachment::finish_step()
-  no_impulses_between_soft_bodies,  ///< BodyPairContacts::has_impulses is false for pairs of them
+  no_impulses_between_soft_bodies,  ///< not reported any more: these impulses are known
   /// Bullet alone finds contacts with rigid meshes and convex shapes, whatever the settings are.
   leaves_rigid_meshes,
 };
@@ -87,6 +87,8 @@ class SOFTCD_EXPORT Attachment {
 ///   pointers, and do not call setBroadphase().
 /// - softcd calls the app's tick callbacks. The app may set others. A step that was not finished by then misses its
 ///   last pass, and WorldDetection::crossing_report().failed_steps() counts it.
+/// - softcd calls the app's solver callback, too, which the deformable world has. With ReadOut::impulses, softcd
+///   responds to contacts between soft bodies itself after Bullet's solver, one at a time.
 /// - The deformable world has one more action. Actions that the app added earlier see nodes before the last pass of
 ///   Detection::ccd. Removing softcd's action changes the order of actions added later.
 ///

@@ -93,7 +93,7 @@ struct Settings {
   Detection detection = Detection::dcd;
   Accuracy accuracy = Accuracy::precise;                  ///< of contacts; the last pass is always conservative
   BroadPhase broad_phase = BroadPhase::exact;             ///< changes the number of tests, not the contacts
-  float lambda = 0.0F;                                    ///< cell size, see QueryOptions::lambda; 0 chooses
+  float cell_size_factor = 0.0F;                          ///< cell size, see QueryOptions::cell_size_factor; 0 chooses
   bool reuse_pairs = true;                                ///< caches found pairs, see QueryOptions::reuse_pairs
   SelfCollision self_collision = SelfCollision::flagged;  ///< which bodies collide with themselves
   EdgeContacts edge_contacts = EdgeContacts::off;         ///< whether edges touch edges

@@ -38,12 +38,10 @@ struct Statistics {
   std::uint64_t active_triangles = 0;    ///< those whose body's box and filters allow a partner
   std::uint64_t left_out_triangles = 0;  ///< those with a vertex that is not finite
   double mean_radius = 0;                ///< clipped mean of the active triangles' bounding radii
-  /// Unit: the positions'. 0 where the CPU sweeps a scene of few triangles along an axis instead of a grid. Each active
-  /// triangle has one entry then, and there are no cells.
-  double cell_size = 0;
-  std::uint64_t split_triangles = 0;  ///< those registered by their virtual children
-  std::uint64_t children = 0;         ///< virtual triangles that represent the split ones
-  std::uint64_t big_triangles = 0;    ///< those tested against all others, outside of the grid
+  double cell_size = 0;                  ///< in the positions' unit
+  std::uint64_t split_triangles = 0;     ///< those registered by their virtual children
+  std::uint64_t children = 0;            ///< virtual triangles that represent the split ones
+  std::uint64_t big_triangles = 0;       ///< those tested against all others, outside of the grid
   /// Registrations of a triangle in a cell. On the CPU a patch of up to 8 neighbouring triangles is registered as one.
   std::uint64_t entries = 0;
   std::uint64_t cells = 0;  ///< occupied cells

@@ -68,7 +68,7 @@ enum class ContactRule : std::uint32_t {
   slab,
 };
 
-/// How candidate triangle pairs are found. No choice ever loses one; see docs/inside/grid.md.
+/// The search for candidate triangle pairs. No choice ever loses one; see docs/inside/grid.md.
 enum class BroadPhase : std::uint32_t {
   exact,    ///< virtual subdivision with exact control bits
   uniform,  ///< one grid sized by the largest triangle, no subdivision: many more tests

@@ -9,10 +9,10 @@
 
 namespace softcd {
 
-/// A sorted entry and bounds of its triangle, all that most of its tests read, in two rows of four: where something is
-/// swept along x, y and z at t0, in the low halves of words, and at t1, in the high ones; else along x, y and z in the
-/// low halves, along x+y, x+z and y+z in the high ones. They are counted from the entry's cell in steps, 15 bits each.
-/// The top bits of halves are 0 in `lo` and 1 in `hi`.
+/// A sorted entry and the bounds of its triangle, in two rows of four. Most of its tests read nothing else. Swept, the
+/// low halves of words have bounds along x, y and z at t0, and the high halves those at t1. Otherwise the low halves
+/// have bounds along x, y and z, and the high halves those along x+y, x+z and y+z. Bounds are counted from the entry's
+/// cell in steps, 15 bits each. The top bits of halves are 0 in `lo` and 1 in `hi`.
 struct alignas(16) BoxedEntry {
   std::uint32_t lo[3];
   std::uint32_t root;
@@ -24,15 +24,16 @@ struct alignas(16) BoxedEntry {
 
 /// Steps of a box's bounds in a cell: 2^kBoxStepBits.
 constexpr int kBoxStepBits = 8;
-/// The cell's lower corner, in the middle of the 15 bits: 64 cells to either side. What lies beyond is at the border.
+/// The step of the cell's lower corner, in the middle of the 15 bits: 64 cells to either side. Bounds beyond are at the
+/// border.
 constexpr int kBoxOrigin = 1 << 14;
 constexpr int kLastBoxStep = (1 << 15) - 1;
 constexpr std::uint32_t kTopBits = 0x80008000U;
 
-/// What the halves of a BoxedEntry are made of, as they stand in it: unless swept, t1 stands for a diagonal axis.
+/// The values of a BoxedEntry's halves, in its order: unless swept, t1 stands for a diagonal axis.
 using BoxedBounds = EndVolumes::Axis[3];
 
-/// Of the axes that the high halves of a BoxedEntry are along unless swept.
+/// Return the two axes of a diagonal one. Unless swept, the high halves of a BoxedEntry are along diagonal axes.
 SOFTCD_HD constexpr int first_of_diagonal(int i) {
   return i == 2 ? 1 : 0;
 }
@@ -70,14 +71,15 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
 }
 }  // namespace generic
 
-/// The entry in the cell with this index of a triangle that is within_grid(), given its bounds. Steps are rounded down,
-/// lower and upper bounds alike: what is above in steps is above. `Control` knows how cells are numbered.
+/// Returns the entry of a triangle in the cell with this index, given its bounds. The triangle is within_grid(). Lower
+/// and upper bounds are rounded down alike: a bound that is above another in steps is above it. `Control` knows how
+/// cells are numbered.
 template <bool kSwept, class Control = ExactControl>
 SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float inverse_cell_size, Entry entry) {
 #ifdef SOFTCD_SSE2
   const __m128 scale = _mm_set1_ps(inverse_cell_size);
   const __m128 steps_of_a_cell = _mm_set1_ps(static_cast<float>(1 << kBoxStepBits));
-  // Of 32 bits each: t0_lo, t0_hi, t1_lo, t1_hi.
+  // Four values of 32 bits: t0_lo, t0_hi, t1_lo, t1_hi.
   __m128i on_grid[3];
   int firsts[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -88,14 +90,14 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
   }
   const Cell own = Control::cell_near(cell, {firsts[0], firsts[1], firsts[2]});
   const int origins[3] = {own.x << kBoxStepBits, own.y << kBoxStepBits, own.z << kBoxStepBits};
-  // What 15 bits do not hold is brought to their border.
+  // Steps that 15 bits do not hold are brought to their border.
   const auto steps = [&](int axis) {
     const int low = origins[axis] - kBoxOrigin;
     if (kSwept) return _mm_sub_epi32(on_grid[axis], _mm_set1_epi32(low));
     const int high = origins[first_of_diagonal(axis)] + origins[second_of_diagonal(axis)] - kBoxOrigin;
     return _mm_sub_epi32(on_grid[axis], _mm_setr_epi32(low, low, high, high));
   };
-  // Of 32 bits each: first axis' lo and hi, second one's.
+  // Four values of 32 bits: the first axis' lo and hi, then the second one's.
   const auto words = [&](__m128i first, __m128i second) {
     const __m128i halves = _mm_max_epi16(_mm_packs_epi32(first, second), _mm_setzero_si128());
     constexpr int kByBound = _MM_SHUFFLE(3, 1, 2, 0);
@@ -117,9 +119,9 @@ SOFTCD_HD BoxedEntry boxed(const BoxedBounds& bounds, std::uint32_t cell, float 
 #endif
 }
 
-/// Whether one lies beyond the other: along x, y or z at both ends of the step, see EndVolumes, or, unless swept, along
-/// any axis that they have bounds of. For entries of one cell: of other triangles with its index, which share no cell
-/// with this one's, anything may be said.
+/// Whether one lies beyond the other: along x, y or z at both ends of the step (see EndVolumes), or, unless swept,
+/// along any axis of their bounds. Both entries are of one cell. Triangles of another cell with the same index share no
+/// cell with this one's, so that any result is right for them.
 template <bool kSwept>
 SOFTCD_HD bool boxes_certainly_apart(const BoxedEntry& a, const BoxedEntry& b) {
   bool is_apart = false;

@@ -8,7 +8,7 @@
 /// index 2^27.
 ///
 /// The lattice has no short vector, so that triangles which share a cell meet nowhere else. It has no vector near an
-/// axis and only long ones in the planes of two axes, so that a road, a river or a wide sheet does not meet itself.
+/// axis, and only long ones in the planes of two axes. So a road, a river or a wide sheet does not meet itself.
 namespace softcd {
 
 /// A cell's integer coordinates: cell i covers [i s, (i + 1) s) on each axis, s the cell size.
@@ -20,26 +20,26 @@ constexpr int kCellBits = 27;
 constexpr std::uint32_t kCellCount = 1U << kCellBits;
 constexpr std::uint32_t kCellMask = kCellCount - 1U;
 
-/// What numbers rise by along y and z. Rows of up to 5967 cells, and layers of up to 47 rows, have ascending numbers;
+/// The steps of numbers along y and z. Rows of up to 5967 cells, and layers of up to 47 rows, have ascending numbers;
 /// along each axis 2^27 cells have numbers of their own.
 constexpr std::uint32_t kCellRow = 5967;
 constexpr std::uint32_t kCellLayer = 285923;
 
-/// A cell of a triangle is at most so many cells from any other of its cells along each axis, less one.
+/// Most cells that the cells of a triangle span along each axis.
 constexpr int kMaxSpan = 128;
 
-/// The cell's number.
+/// Returns the cell's number.
 SOFTCD_HD constexpr std::uint32_t cell_index(Cell cell) {
   return (static_cast<std::uint32_t>(cell.x) + kCellRow * static_cast<std::uint32_t>(cell.y) +
           kCellLayer * static_cast<std::uint32_t>(cell.z)) &
          kCellMask;
 }
 
-/// The number of the cell with number `cell`, moved from the origin to the cell with number `offset`.
+/// Returns the number of the cell with number `cell`, moved from the origin to the cell with number `offset`.
 SOFTCD_HD constexpr std::uint32_t moved_cell(std::uint32_t cell, std::uint32_t offset) {
   return (cell + offset) & kCellMask;
 }
-/// The opposite of `offset`.
+/// Returns the opposite of `offset`.
 SOFTCD_HD constexpr std::uint32_t opposite_cell(std::uint32_t offset) {
   return (0U - offset) & kCellMask;
 }
@@ -52,7 +52,8 @@ SOFTCD_HD constexpr Cell lattice_vector(int i) {
   return i == 0 ? Cell{-8, -68, -468} : i == 1 ? Cell{493, -48, 1} : Cell{-51, -575, 12};
 }
 
-/// The cross product of the other two vectors, in cyclic order. Divided by 2^27 it gives coordinate `i` of a cell.
+/// Returns the cross product of the other two vectors, in cyclic order. Divided by 2^27 it gives coordinate `i` of a
+/// cell.
 SOFTCD_HD constexpr Cell dual_vector(int i) {
   const Cell a = lattice_vector((i + 1) % 3);
   const Cell b = lattice_vector((i + 2) % 3);
@@ -79,7 +80,7 @@ static_assert(fits_window(0) && fits_window(1) && fits_window(2));
 
 }  // namespace detail
 
-/// The cell with this number that is at most kMaxSpan from `near` along each axis, if there is one.
+/// Returns the cell with this number that is at most kMaxSpan from `near` along each axis, if there is one.
 SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) {
   constexpr std::int64_t kHalf = kCellCount / 2;
   // Away from `near`: `along` cells along x, but for a vector of the lattice.

@@ -14,8 +14,9 @@ namespace softcd {
 ///
 /// Complete: the lexicographically lowest cell common to both sets has no lower common neighbour, so it always passes.
 /// Once: if both sets are integer DOPs, or one fits into 2 x 2 x 2 cells, every other common cell has a lower common
-/// neighbour (a step towards the lowest cell by the signs of the difference changes none of the nine forms by more than
-/// their total difference, so it stays inside). Other pairs, of split triangles, are flagged and made unique.
+/// neighbour. Between DOPs it is a step towards the lowest cell, by the signs of the difference. The step changes none
+/// of the nine forms by more than their total difference, so it stays inside both. Other pairs, of split triangles, are
+/// flagged and made unique.
 ///
 /// Mask bits: dz = -1: bit 3 (dy + 1) + (dx + 1), bits 0 to 8;  dz = 0, dy = -1: bit 9 + dx + 1;  dz = dy = 0, dx = -1:
 /// bit 12.
@@ -36,7 +37,7 @@ struct CellRow {
       : cells(volume.row(y, z)),
         below{volume.row(y - 1, z - 1), volume.row(y, z - 1), volume.row(y + 1, z - 1), volume.row(y - 1, z)} {}
 
-  /// The mask of cell x.
+  /// Returns the mask of cell x.
   SOFTCD_HD constexpr std::uint32_t mask(int x) const {
     std::uint32_t bits = cells.contains(x - 1) ? 1U << 12 : 0U;
     for (int r = 0; r < 4; ++r) {
@@ -48,8 +49,8 @@ struct CellRow {
   }
 };
 
-/// K: bit a is set when the lower face neighbour along axis a is NOT in S. Two entries of a cell can pass the mask test
-/// only if K_a | K_b == 7, since a face neighbour common to both is a common mask bit.
+/// K: bit a is set when the lower face neighbour along axis a is NOT in S. A face neighbour common to both entries of a
+/// pair is a common mask bit. So the pair can pass the mask test only if K_a | K_b == 7.
 SOFTCD_HD constexpr std::uint32_t missing_face_neighbours(std::uint32_t mask) {
   return ((~mask >> 12) & 1U) | (((~mask >> 10) & 1U) << 1) | (((~mask >> 4) & 1U) << 2);
 }
@@ -66,8 +67,8 @@ SOFTCD_HD constexpr std::uint32_t key_rank(std::uint32_t key) {
   return key & 7U;
 }
 
-/// What an entry carries besides its key, 64 bits: root:32 | control:19 | body class:5 | owned features:6 | spare:2
-/// from low to high. Of ExactControl, `control` is a 13-bit mask | split:1 | fits 2x2x2:1.
+/// An entry's data besides its key, 64 bits: root:32 | control:19 | body class:5 | owned features:6 | spare:2 from low
+/// to high. In ExactControl, `control` is a 13-bit mask | split:1 | fits 2x2x2:1.
 struct alignas(8) Entry {
   std::uint32_t root;
   std::uint32_t bits;
@@ -75,7 +76,7 @@ struct alignas(8) Entry {
 
 constexpr std::uint32_t kBodyClasses = 32;
 
-/// `owned`: the owned features that somebody wants contacts of, bits as Ownership.
+/// `owned`: the owned features of wanted kinds, bits as in Ownership.
 SOFTCD_HD constexpr std::uint32_t entry_bits(std::uint32_t control, std::uint32_t body, std::uint32_t owned) {
   return control | ((body % kBodyClasses) << 19) | ((owned & 63U) << 24);
 }
@@ -89,7 +90,7 @@ SOFTCD_HD constexpr std::uint32_t owned_edges(Entry e) {
   return (e.bits >> 27) & 7U;
 }
 
-/// The pair's fate in a cell.
+/// The outcome for a pair in a cell.
 enum class Verdict : std::uint32_t { skip, execute, execute_and_flag };
 
 struct ExactControl {

@@ -8,9 +8,9 @@
 
 namespace softcd {
 
-/// Which part of a detection one of several ranks does, all of which have the whole scene and choose the same grid.
-/// Control bits let each pair of triangles be tested in one cell, so that it is tested by the rank that has this cell.
-/// What is not found in cells is shared out by numbers.
+/// The part of a detection that one of several ranks does. All ranks have the whole scene and choose the same grid.
+/// Control bits let each pair of triangles be tested in one cell, and the rank that has this cell tests it. Work
+/// outside of cells is divided by numbers.
 struct Partition {
   Share rank{0, 1};
   /// The rank's cells: first_cell <= index < end_cell. Together all ranks have all cells, in the order of ranks.

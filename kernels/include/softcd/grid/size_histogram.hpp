@@ -12,7 +12,7 @@ namespace softcd {
 /// counts, so every order of counting gives the same histogram, and one value of 1e30 occupies one bin.
 constexpr int kSizeBins = 1024;
 constexpr int kBinsPerOctave = 4;
-/// Of those with a finite upper edge: the next one has that of infinity, whose octave is the last.
+/// The last bin with a finite upper edge. The upper edge of the next one is infinity, whose octave is the last.
 constexpr int kLastFiniteBin = kSizeBins - kBinsPerOctave - 2;
 
 SOFTCD_HD inline std::uint32_t size_bin(float value) {
@@ -21,7 +21,7 @@ SOFTCD_HD inline std::uint32_t size_bin(float value) {
   return (bits >> 21) & (kSizeBins - 1U);
 }
 
-/// The lower edge of a bin.
+/// Returns the lower edge of a bin.
 SOFTCD_HD inline float size_bin_edge(std::uint32_t bin) {
   const std::uint32_t bits = bin << 21;
   float value = 0.0F;
@@ -29,8 +29,8 @@ SOFTCD_HD inline float size_bin_edge(std::uint32_t bin) {
   return value;
 }
 
-/// Mean of the values with each one cut to eight medians: a robust scale, to about 10 %. 0 when there are none.
-/// Sums are kept as integers in units of 2^-28 of the cut, so that they do not depend on the order of summation.
+/// Returns the mean of the values with each one cut to eight medians: a robust scale, to about 10 %. Returns 0 if there
+/// are none. Sums are integers in units of 2^-28 of the cut, so that they do not depend on the order of summation.
 template <class Team>
 SOFTCD_HD float clipped_mean(Team& team, const std::uint32_t* bins) {
   const auto count_in = [bins](int bin) { return static_cast<std::uint64_t>(bins[bin]); };
@@ -52,7 +52,7 @@ SOFTCD_HD float clipped_mean(Team& team, const std::uint32_t* bins) {
   return static_cast<float>(static_cast<double>(sum) * unit / static_cast<double>(total));
 }
 
-/// An upper bound of the largest value counted, at most a quarter octave above it; 0 when there are none.
+/// Returns an upper bound of the largest value counted, at most a quarter octave above it; 0 if there are none.
 template <class Team>
 SOFTCD_HD float largest_size(Team& team, const std::uint32_t* bins) {
   const std::uint64_t total = team.sum(kSizeBins, [bins](int bin) { return static_cast<std::uint64_t>(bins[bin]); });

@@ -14,7 +14,7 @@ namespace softcd {
 /// of two is exact in float32.
 constexpr float kGridExtent = 1048576.0F;  // 2^20
 
-/// The cell that holds `point`; `inverse_size` is 1 / s, and a fraction rounds down on both sides of zero.
+/// Returns the cell that holds `point`; `inverse_size` is 1 / s, and a fraction rounds down on both sides of zero.
 SOFTCD_HD inline Cell cell_of(Vec3f point, float inverse_size) {
   return {static_cast<int>(floorf(point.x * inverse_size)), static_cast<int>(floorf(point.y * inverse_size)),
           static_cast<int>(floorf(point.z * inverse_size))};
@@ -33,12 +33,12 @@ struct IntegerDop {
   int lo[kKdopAxes];
   int hi[kKdopAxes];
 
-  /// Cells along y that may be non-empty in layer z.
+  /// Returns the cells along y that may be non-empty in layer z.
   SOFTCD_HD constexpr CellInterval column(int z) const {
     return {larger(lo[1], larger(lo[5] - z, lo[8] + z)), smaller(hi[1], smaller(hi[5] - z, hi[8] + z))};
   }
 
-  /// Cells along x in row (y, z); empty when the row is outside.
+  /// Returns the cells along x in row (y, z); empty if the row is outside.
   SOFTCD_HD constexpr CellInterval row(int y, int z) const {
     const bool inside = lo[1] <= y && y <= hi[1] && lo[2] <= z && z <= hi[2] && lo[5] <= y + z && y + z <= hi[5] &&
                         lo[8] <= y - z && y - z <= hi[8];
@@ -49,11 +49,11 @@ struct IntegerDop {
 
   SOFTCD_HD constexpr bool contains(Cell cell) const { return row(cell.y, cell.z).contains(cell.x); }
 
-  /// Number of cells along the longest of x, y, z.
+  /// Returns the number of cells along the longest of x, y, z.
   SOFTCD_HD constexpr int span() const { return 1 + larger(hi[0] - lo[0], larger(hi[1] - lo[1], hi[2] - lo[2])); }
 };
 
-/// True when every projection of the volume lies within kGridExtent cells of the origin.
+/// Whether every projection of the volume lies within kGridExtent cells of the origin.
 SOFTCD_HD inline bool within_grid(const Kdop18& dop, float inverse_size) {
   const float furthest = furthest_coordinate(dop);
   return furthest * inverse_size <= kGridExtent;
@@ -61,13 +61,13 @@ SOFTCD_HD inline bool within_grid(const Kdop18& dop, float inverse_size) {
 
 namespace detail {
 
-/// Covers the roundings of a projection onto a diagonal and of its scaling, in cells.
+/// Returns a bound on the roundings of a projection onto a diagonal and of its scaling, in cells.
 SOFTCD_HD inline float projection_slack(const Kdop18& dop, float inverse_size) {
   return kCoordinateError * furthest_coordinate(dop) * inverse_size;
 }
 
 #ifdef SOFTCD_SSE2
-/// The floor of numbers that an int holds.
+/// Returns the floor of numbers that an int holds.
 inline __m128i floor_of(__m128 x) {
   const __m128i truncated = _mm_cvttps_epi32(x);
   // All bits set, -1, where truncation went up.
@@ -94,7 +94,7 @@ SOFTCD_HD inline IntegerDop integer_dop(const Kdop18& dop, float inverse_size) {
 }
 }  // namespace generic
 
-/// The cells of an 18-DOP that is within_grid().
+/// Returns the cells of an 18-DOP that is within_grid().
 ///
 /// With u = p / s and i = floor(u): x, y and z are scaled and floored monotonely, so touching volumes share a cell
 /// without padding. For a sum, u_x + u_y - 2 < i + j <= u_x + u_y; for a difference,

@@ -37,9 +37,9 @@ class NearestSimplex {
     return is_there;
   }
 
-  /// Adds a point, and drops those that the nearest point does not lie between. The new point always stays: it is
-  /// further towards the origin than the others, so the nearest point is on a side with it, even where rounding hides
-  /// that.
+  /// Adds a point, and drops those that the nearest point does not lie between. The new point always stays, because it
+  /// is further towards the origin than the others. So the nearest point is on a side with it, even where rounding
+  /// hides that.
   SOFTCD_HD void add(Vec3d x) {
     if (count_ < 3) {
       keep_nearest({{x_[0], x_[count_ - 1], x}});

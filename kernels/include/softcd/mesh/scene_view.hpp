@@ -30,8 +30,8 @@ struct SceneBody {
   Box partner_box;
   /// Offset of the cells of the body's batch, see moved_cell. It separates batches in the grid, wherever they are.
   std::uint32_t cell_offset = 0;
-  /// Exclusions within the body: features that the scene's rings say are near each other on the mesh, and features at
-  /// most `rest_distance` apart in the rest positions (0: none).
+  /// Exclusions within the body. `excludes_rings` leaves out features that the scene's rings say are near each other on
+  /// the mesh. `rest_distance` leaves out features that are at most this far apart in the rest positions (0: none).
   bool excludes_rings = false;
   float rest_distance = 0.0F;
   /// Whether the detection compensates the rounding of the body's positions, and some position was rounded.
@@ -60,8 +60,8 @@ SOFTCD_HD inline float rounding_bound(const Vec3f& rounded) {
   return kLargestShare * max_norm(rounded) + FLT_MIN;
 }
 
-/// Triangles of a patch. A patch has one box and one set of cells: with 8 triangles a recorded cloth on a ball has an
-/// eighth of the entries and a tenth of the tests in cells that single triangles have.
+/// Triangles of a patch, which has one box and one set of cells. With 8 triangles, a recorded cloth on a ball has an
+/// eighth of the entries of single triangles, and a tenth of the tests in cells.
 constexpr std::uint32_t kPatchSize = 8;
 
 /// All bodies concatenated in ascending order of ids, in the backend's memory. Positions are float32, relative to the
@@ -78,7 +78,7 @@ struct SceneView {
   const Edge* edges = nullptr;
   const Ownership* ownership = nullptr;
   /// The triangles of patch p are patch_triangles[kPatchSize * p] and the following ones, all of one body. kNoIndex
-  /// fills patches of fewer; the first is a triangle, unless there is none at all.
+  /// fills patches of fewer triangles. The first one is a triangle, unless there is none at all.
   const std::uint32_t* patch_triangles = nullptr;
   const std::uint32_t* triangle_body = nullptr;
   const std::uint32_t* vertex_body = nullptr;
@@ -93,7 +93,7 @@ struct SceneView {
   std::uint32_t class_may_touch[kBodyClasses] = {};
   std::uint32_t vertex_count = 0;
   std::uint32_t triangle_count = 0;
-  std::uint32_t patch_count = 0;  ///< 0 where the broad phase is about single triangles
+  std::uint32_t patch_count = 0;  ///< 0 if the broad phase has single triangles only
   std::uint32_t edge_count = 0;
   std::uint32_t body_count = 0;
   bool is_swept = false;         ///< some vertex moves, and the detection covers its path
@@ -111,7 +111,7 @@ struct SceneView {
   SOFTCD_HD std::uint32_t element_count() const { return triangle_count + patch_count; }
   SOFTCD_HD std::uint32_t patch_element(std::uint32_t patch) const { return triangle_count + patch; }
   SOFTCD_HD bool is_patch(std::uint32_t element) const { return element >= triangle_count; }
-  /// Triangle i of a patch, kNoIndex where it has fewer; of a triangle, itself.
+  /// Returns triangle i of a patch, kNoIndex if it has fewer; of a triangle, itself.
   SOFTCD_HD std::uint32_t element_triangle(std::uint32_t element, std::uint32_t i) const {
     return is_patch(element) ? patch_triangles[kPatchSize * (element - triangle_count) + i] : element;
   }

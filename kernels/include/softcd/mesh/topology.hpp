@@ -16,8 +16,8 @@ inline std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
 
 /// A mesh's triangles by patches; see patch_order().
 struct PatchOrder {
-  /// The triangles of patch p are triangles[kPatchSize * p] and the following ones. The first is one; kNoIndex fills
-  /// patches of fewer.
+  /// The triangles of patch p are triangles[kPatchSize * p] and the following ones. kNoIndex fills patches of fewer
+  /// triangles, never the first place.
   std::vector<std::uint32_t> triangles;
   std::uint32_t triangle_count = 0;  ///< of the mesh: each is in one patch
 };

@@ -12,8 +12,8 @@
 #include "softcd/pipeline/stage_clock.hpp"
 #include "softcd/pipeline/workspace.hpp"
 
-/// What a detection asks of a backend. cpu/cpu_backend.hpp says what each does, and is the shorter one to read;
-/// tests/kernels/primitives run every backend's. Labels name what runs in errors, in profiles and in timelines.
+/// The primitives that a detection needs of a backend. cpu/cpu_backend.hpp, the shorter one, describes each of them.
+/// tests/kernels/primitives run those of every backend. Labels name the work in errors, profiles and timelines.
 namespace softcd {
 namespace probe {
 
@@ -62,7 +62,7 @@ concept RunsStages = requires(B b, const char* label, Count count, Share share, 
   b.concurrently(f, f);
 };
 
-/// Primitives that put values in order or make one of many, enqueued like stages.
+/// Primitives that sort, scan or reduce values, enqueued like stages.
 template <class B>
 concept RunsOrders = requires(B b, const char* label, Count count, probe::Functor f, const std::uint32_t* values,
                               std::uint64_t* sums, std::uint32_t* bins, float* least,
@@ -75,16 +75,15 @@ concept RunsOrders = requires(B b, const char* label, Count count, probe::Functo
   b.minimum(label, count, f, least);
 };
 
-/// A detection from its beginning to its results. launch() runs a callable that enqueues and may return early; read()
-/// and finish() wait, mark_end() says by what others may wait, or null where they need not. Session is what the backend
-/// keeps of one query.
+/// A detection from its beginning to its results. launch() runs a callable that enqueues work, and may return early.
+/// read() and finish() wait. mark_end() returns an event that others can wait for, or null if they need not. Session is
+/// a query's memory on the backend.
 template <class B>
 concept RunsDetections = std::default_initializable<typename B::Session> &&
     requires(B b, const B& observed, typename B::Session session, const Signature& signature, probe::Functor f,
              Count count, typename B::template Buffer<Counters> counters,
              typename B::template Buffer<Contact> contacts) {
   { B::kKnowsCounts } -> std::convertible_to<bool>;
-  { B::kSweepsFewTriangles } -> std::convertible_to<bool>;
   { B::kHasPatches } -> std::convertible_to<bool>;
   b.begin_detection(session);
   b.begin(Stage::volumes);

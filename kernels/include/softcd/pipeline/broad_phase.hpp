@@ -4,7 +4,6 @@
 #include "softcd/pipeline/exact_cells.hpp"
 #include "softcd/pipeline/produce.hpp"
 #include "softcd/pipeline/stage_clock.hpp"
-#include "softcd/pipeline/sweep_stages.hpp"
 #include "softcd/pipeline/workspace.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_assignment.hpp"
@@ -26,7 +25,7 @@ constexpr int bits_for(std::uint64_t count) {
   return bits;
 }
 
-/// `Scheme` says how triangles get their cells, and in which of them a pair is tested; as ExactScheme.
+/// `Scheme`, such as ExactScheme, says how triangles get their cells, and in which of them a pair is tested.
 template <class Backend, class Scheme>
 class BroadPhaseStages {
  public:
@@ -40,7 +39,7 @@ class BroadPhaseStages {
         settings_(settings) {}
 
   void bound_triangles() { bound_triangles(scene_); }
-  /// As if the scene's bodies were those of `scene`.
+  /// Bounds triangles as if the scene's bodies were those of `scene`.
   void bound_triangles(const SceneView& scene) {
     backend_.begin(Stage::volumes);
     w_.volumes.reserve(backend_, scene_.element_count(), 0);
@@ -50,19 +49,16 @@ class BroadPhaseStages {
                       BoundTriangle{scene, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
   }
 
-  /// Of triangles that are bounded: everything before the pair tests. All pairs whose volumes overlap are wanted, or
-  /// only those that may meet where their triangles are at both ends of the step.
+  /// The wanted pairs: all with overlapping volumes, or only those that may meet where their triangles are at both ends
+  /// of the step.
   enum class Wanted { overlapping_volumes, meeting_triangles };
+  /// Does everything before the pair tests. The triangles must be bounded.
   void prepare(Wanted wanted) {
     const bool compares_ends = scene_.is_swept && wanted == Wanted::meeting_triangles;
-    if constexpr (Backend::kSweepsFewTriangles && Scheme::kMayBeSwept) {
-      SweepStages<Backend, Scheme> sweep(backend_, w_, scene_, settings_);
-      if (compares_ends ? sweep.template prepare<true>() : sweep.template prepare<false>()) return;
-    }
     prepare_grid(compares_ends);
   }
 
-  /// A share of the pairs that meet in cells.
+  /// Tests a share of the pairs that meet in cells.
   void test_pairs(Share share) {
     if (scene_.is_swept) {
       test_share<true>(share, lists_.pairs);
@@ -71,7 +67,8 @@ class BroadPhaseStages {
     }
   }
 
-  /// The pairs of triangles of the pairs with patches, once for each chunk, when all of these are found.
+  /// Expands pairs with patches into pairs of triangles: once for each chunk, when all its pairs with patches are
+  /// found.
   void expand_patch_pairs() {
     if (scene_.is_swept) {
       expand_patch_pairs<true>(lists_.pairs);
@@ -80,7 +77,7 @@ class BroadPhaseStages {
     }
   }
 
-  /// Once all shares are tested: the pairs that had to be made unique, and those with the BIG list.
+  /// Adds the pairs that had to be made unique, and those with the BIG list. All shares must be tested.
   void add_remaining_pairs() {
     if (scene_.is_swept) {
       add_remaining<true>(lists_.pairs);
@@ -89,7 +86,7 @@ class BroadPhaseStages {
     }
   }
 
-  /// Counts the triangles that are not within the kept look's volumes.
+  /// Counts the triangles that are not within the kept volumes.
   void find_escaped() {
     const auto counter = [](std::uint64_t& count) { return Appender<CountTarget>{{}, &count, 0}; };
     backend_.for_each_append("find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept.volumes.data()},
@@ -107,14 +104,14 @@ class BroadPhaseStages {
     backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data(), slack});
   }
 
-  /// Of triangles that are prepared: all pairs whose volumes overlap, wherever in these the triangles are.
+  /// Keeps all pairs whose volumes overlap, wherever in these the triangles are. prepare() must have run.
   void keep_pairs() {
     test_share<false>({0, 1}, w_.kept.pairs);
     add_remaining<false>(w_.kept.pairs);
     expand_patch_pairs<false>(w_.kept.pairs);
   }
 
-  /// The pairs among those kept.
+  /// Finds the pairs among the kept ones.
   void test_kept_pairs() {
     if (scene_.is_swept) {
       test_kept_pairs<true>();

@@ -9,7 +9,7 @@
 
 namespace softcd {
 
-/// A hierarchy over a scene's triangles in a backend's memory, as long as they stay where they are.
+/// A hierarchy over a scene's triangles in a backend's memory, valid while these do not move.
 template <class Backend>
 class Bvh {
   template <class T>
@@ -18,7 +18,7 @@ class Bvh {
   using SortBuffer = typename Backend::template SortBuffer<T>;
 
  public:
-  /// Unless it is that revision's. Throws as backends do; there is none then.
+  /// Builds the hierarchy, unless it has this revision. Throws what the backend throws; there is no hierarchy then.
   void build(Backend& backend, const BvhInput& input, std::uint64_t revision) {
     if (revision == revision_) return;
     revision_ = 0;

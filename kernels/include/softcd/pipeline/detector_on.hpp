@@ -18,7 +18,8 @@
 
 namespace softcd {
 
-/// A query's part of a backend's memory. The session is the last, so that it goes first: work may still use all else.
+/// A query's memory on a backend. `session` is the last member, so that it is destroyed first: its work may still use
+/// the others.
 template <class Backend>
 struct QueryOn final : QueryMemory {
   template <class T>
@@ -37,21 +38,21 @@ struct QueryOn final : QueryMemory {
   }
 
   std::shared_ptr<MemoryAccount> account;  ///< of the buffers
-  std::uint64_t bodies_number = 0;         ///< of what these three have; see SceneBodies
+  std::uint64_t bodies_number = 0;         ///< SceneBodies::number of what the next three hold
   Buffer<SceneBody> bodies;
   Buffer<std::uint64_t> partner_begin;
   Buffer<std::uint32_t> partners;
   Buffer<Contact> contacts;
-  // Where contacts stay; see DeviceContacts and PendingContacts:
+  // Only if contacts stay on the backend; see DeviceContacts and PendingContacts:
   Buffer<std::uint64_t> body_begin;
   Buffer<ContactCounts> contact_counts;
   std::array<std::uint64_t, kListCount> capacities{};  ///< of the lists, after the last detection
   std::uint64_t guessed_for = 0;                       ///< triangles that the first capacities were guessed for
   std::uint64_t chunks = 1;                            ///< parts that the last detection's pair tests were made in
-  std::uint64_t revision = 0;                          ///< of the detector, then
-  bool orders_in_runs = true;                          ///< until there are too long ones
+  std::uint64_t revision = 0;                          ///< the detector's, during the last detection
+  bool orders_in_runs = true;                          ///< until some were too long
   ChunkCounts total{};                                 ///< of the last detection
-  std::shared_ptr<Usefulness> usefulness = std::make_shared<Usefulness>();  ///< of what its looks leave
+  std::shared_ptr<Usefulness> usefulness = std::make_shared<Usefulness>();  ///< of what its detections keep
   typename Backend::Session session;
 };
 
@@ -61,10 +62,10 @@ class DetectorOn final : public Detector {
   using Wanted = typename BroadPhaseStages<Backend, Scheme>::Wanted;
 
   static constexpr std::uint64_t kMostChunks = 4096;
-  /// Where memory is short and counts are known at once chunks have no more tests than this, some 20 milliseconds'
-  /// worth: what they lead to is known before they are all made.
+  /// Most tests of a chunk if memory is short and counts are known at once: about 20 milliseconds of work. So the first
+  /// chunks show what tests lead to before all are made.
   static constexpr std::uint64_t kMostTestsOfChunk = 1ULL << 22;
-  /// As found, as given to the user, and its key and place, which are sorted.
+  /// Memory of one contact: as found, as given to the user, and twice its key and place, which are sorted.
   static constexpr std::uint64_t kBytesOfContact =
       sizeof(FeatureContact) + sizeof(Contact) + 2 * (sizeof(std::uint64_t) + sizeof(std::uint32_t));
 
@@ -155,7 +156,7 @@ class DetectorOn final : public Detector {
         backend_.count_rerun();
       });
     }
-    if (counters.all == 0) {  // nothing was looked at, and nothing is learnt
+    if (counters.all == 0) {  // nothing was detected, and nothing is learnt
       may_keep_ = false;
       is_all_enqueued_ = true;
       backend_.contacts(0);
@@ -253,7 +254,7 @@ class DetectorOn final : public Detector {
                       followed(mirror_.x_rest, filters.x_rest, changes.filters)};
   }
 
-  /// Null where there are none.
+  /// Returns the values in the backend's memory; null if there are none.
   template <class T>
   const T* followed(typename Backend::template Mirror<T>& mirror, Span<const T> values, bool have_changed) {
     const Range all = {0, have_changed ? values.size() : 0};
@@ -291,7 +292,7 @@ class DetectorOn final : public Detector {
     scene_.contact_rule = continuous ? ContactRule::distance : settings_.contact_rule;
   }
 
-  /// The uniform grid is there to be compared with.
+  /// The uniform grid, which exists for comparison, has no patches.
   bool has_patches() const {
     return Backend::kHasPatches && Scheme::kMayHavePatches && settings_.broad_phase == softcd::BroadPhase::exact;
   }
@@ -303,7 +304,7 @@ class DetectorOn final : public Detector {
     scene_.full_t0 = settings_.both_ends ? mirror_.full_t0.data() : scene_.full_t1;
   }
 
-  /// With the hierarchy of that end.
+  /// Builds the hierarchy of the probed end of the step, unless it is up to date.
   ProbedSceneView probed_view(const ProbedScene& scene, const ProbeOn<Backend>& probe) {
     const Vec3f* const x = scene.at_t0 ? mirror_.x_t0.data() : mirror_.x_t1.data();
     Bvh<Backend>& bvh = bvhs_[scene.at_t0 ? 0 : 1];
@@ -324,7 +325,7 @@ class DetectorOn final : public Detector {
             0.5 * max_norm(hi - lo)};
   }
 
-  /// Lists are shared by all queries, which need them of different sizes.
+  /// All queries share the lists, but need different capacities.
   void restore_capacities() {
     w_.lists.with_all([&](auto&... lists) {
       std::size_t i = 0;
@@ -332,14 +333,14 @@ class DetectorOn final : public Detector {
     });
   }
 
-  /// Everything but the scene and queries' contacts.
+  /// Releases everything but the scene and the queries' contacts.
   void release_lists() {
     backend_.give_scratch_back();
     w_ = {};
     bvhs_ = {};
   }
 
-  /// Runs f, which takes memory for the scene; again without the lists when it does not suffice.
+  /// Runs f, which takes memory for the scene. If memory does not suffice, releases the lists and runs f again.
   template <class F>
   void with_lists_or_without(const F& f) {
     try {
@@ -350,9 +351,9 @@ class DetectorOn final : public Detector {
     }
   }
 
-  /// First guesses, so that an ordinary first detection need not repeat a stage. None where memory is limited, or does
-  /// not suffice. Small scenes get what takes no memory worth mentioning; what is large is guessed to need what a cloth
-  /// on a ball does, as memory that a first detection takes is kept: where it needs more it repeats a stage once.
+  /// Guesses first capacities, so that an ordinary first detection need not repeat a stage. Guesses nothing if memory
+  /// is limited or does not suffice. Small scenes get much, as it takes little memory. Large scenes get what a cloth on
+  /// a ball needs, because memory that a first detection takes is kept. A scene that needs more repeats a stage once.
   void guess_lists() {
     constexpr std::uint64_t kOrdinaryScene = 1ULL << 18;
     const std::uint64_t triangles = scene_.triangle_count / settings_.partition.rank.count;
@@ -376,8 +377,8 @@ class DetectorOn final : public Detector {
     }
   }
 
-  /// Whether f succeeds. When memory does not suffice there is more for the next attempt. Throws std::bad_alloc when no
-  /// further one can succeed.
+  /// Runs f and returns whether it succeeds. If memory runs out, prepares another attempt. Throws std::bad_alloc if no
+  /// further attempt can succeed.
   template <class F>
   bool attempt(const F& f) {
     try {
@@ -396,9 +397,9 @@ class DetectorOn final : public Detector {
     return false;
   }
 
-  /// Gives all lists back, takes what contacts, and whatever else more chunks cannot make smaller, are known to need,
-  /// and divides chunks so that theirs should fit into half of what is left. Throws std::bad_alloc when that is
-  /// nothing.
+  /// Releases all lists. Then reserves what is known to be needed for contacts, and for other lists that more chunks
+  /// cannot make smaller. Divides the detection into so many chunks that the lists of one should fit into half of the
+  /// remaining memory. Throws std::bad_alloc if that cannot help.
   void make_room() {
     may_keep_ = has_reused_ = false;
     const Counters reached = counters_reached();
@@ -418,7 +419,7 @@ class DetectorOn final : public Detector {
     if (Backend::kKnowsCounts) first_chunk_ = static_cast<std::uint32_t>(failed_chunk * chunks_ / kMostChunks);
   }
 
-  /// Where the list is of the whole detection, not of one chunk.
+  /// Reserves a list of the whole detection. Leaves the list of a chunk alone.
   template <class List>
   void reserve_whole(List& list, const Counters& reached) {
     if constexpr (!List::kIsOfChunk) list.reserve(backend_, list.counted(reached), 0);
@@ -430,17 +431,19 @@ class DetectorOn final : public Detector {
     w_.contact_order.reserve(backend_, count, 0);
   }
 
-  /// What the lists of the largest chunk need. Candidates that were not looked for yet are as many as there can be.
+  /// Returns the memory of the largest chunk's lists. Pairs and candidates that were not counted yet are estimated as
+  /// the most that there can be.
   std::uint64_t bytes_of_chunk(const Counters& reached) const {
     ChunkCounts most = reached.chunk;
     for_each_count(KeepLargerCount{}, most, reached.most);
-    if (most.pairs == 0) most.pairs = 4 * most.patch_pairs;
+    if (most.pairs == 0) most.pairs = kPatchSize * kPatchSize * most.patch_pairs;
     if (most.vt_candidates == 0 && settings_.vertex_triangle) most.vt_candidates = 6 * most.pairs;
     if (most.ee_candidates == 0 && settings_.edge_edge) most.ee_candidates = 9 * most.pairs;
     return (most.patch_pairs + most.pairs + most.vt_candidates + most.ee_candidates) * sizeof(std::uint64_t);
   }
 
-  /// Of the attempt that failed, as far as they are known. Those of lists that overflowed count what they lacked too.
+  /// Returns the counters of the failed attempt, as far as they are known. For lists that overflowed they include what
+  /// did not fit.
   Counters counters_reached() {
     if constexpr (Backend::kKnowsCounts) {
       if (w_.counters.capacity() > 0) return *w_.counters.data();
@@ -448,7 +451,7 @@ class DetectorOn final : public Detector {
     return reached_;
   }
 
-  /// As if the lists of the largest chunk had been the last one's.
+  /// Waits for the counters. Replaces the counts of the last chunk by the largest ones of any chunk.
   Counters read_counters() {
     Counters counters = backend_.finish();
     query_->total = counters.done;
@@ -461,8 +464,8 @@ class DetectorOn final : public Detector {
   using BroadPhase = BroadPhaseStages<Backend, Scheme>;
   using NarrowPhase = NarrowPhaseStages<Backend, Scheme>;
 
-  /// In one launch, or, where the host waits for what tells whether pairs that are kept serve, in two. When it is
-  /// repeated that is known.
+  /// Launches a detection. There are two launches if the host first waits for the comparison that tells whether kept
+  /// pairs can be reused. A repeated detection knows the result.
   template <class Launch>
   void detect(const Launch& launch) {
     const bool waits = may_keep_ && (has_reused_ || keeping_->waits_for_comparison());
@@ -478,7 +481,7 @@ class DetectorOn final : public Detector {
     });
   }
 
-  /// And compares them with what is kept.
+  /// Bounds the triangles, and compares their volumes with the kept ones.
   void bound_triangles() {
     w_.lists.with_all([](auto&... lists) { (lists.rewind(), ...); });
     w_.contact_keys.rewind();
@@ -489,7 +492,7 @@ class DetectorOn final : public Detector {
     if (may_keep_) keeping_->enqueue_comparison(broad_phase);
   }
 
-  /// Of triangles that are bounded.
+  /// Finds the contacts. The triangles must be bounded.
   void find_contacts() {
     BroadPhase broad_phase(backend_, w_, scene_, settings_);
     NarrowPhase narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
@@ -512,7 +515,7 @@ class DetectorOn final : public Detector {
     backend_.download(w_.counters, query_->contacts, found, !settings_.contacts_stay);
   }
 
-  /// For who reads contacts where they are.
+  /// Prepares ranges of bodies and counts for callers that read contacts in the backend's memory.
   void conclude_contacts(Count found) {
     const std::uint64_t ranges = 2 * std::uint64_t{body_ids_} + 1;
     query_->body_begin.reserve(backend_, ranges, 0);
@@ -532,7 +535,7 @@ class DetectorOn final : public Detector {
     });
   }
 
-  /// Where memory is short contacts are sorted.
+  /// Returns whether there is memory to order contacts in runs. Otherwise contacts are sorted by keys.
   template <class NarrowPhase>
   bool has_runs(NarrowPhase& narrow_phase) {
     if (account_->is_limited()) return false;
@@ -546,7 +549,8 @@ class DetectorOn final : public Detector {
     }
   }
 
-  /// Among those that an earlier look has kept, where these are all that there can be.
+  /// Finds pairs among those that an earlier detection kept, if all possible ones are among them. Otherwise finds them
+  /// anew.
   void find_pairs_or_reuse(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     if (has_reused_) return keeping_->enqueue_reuse(broad_phase);
     bool has_found = false;
@@ -567,7 +571,7 @@ class DetectorOn final : public Detector {
     find_pairs(broad_phase, narrow_phase);
   }
 
-  /// In chunks: those of all but the last were narrowed down.
+  /// Finds pairs in chunks, and the contacts of all chunks but the last.
   void find_pairs(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     const auto chunks = static_cast<std::uint32_t>(chunks_);
     for (std::uint32_t i = 0; i < chunks; ++i) {
@@ -600,7 +604,7 @@ class DetectorOn final : public Detector {
     is_all_enqueued_ = !Backend::kKnowsCounts;
   }
 
-  /// While the detection is started; where all runs on the host, until it is finished.
+  /// Returns the bodies on the host. Valid while the detection is started; on the CPU until it is finished.
   SceneBodies host_bodies() const {
     if constexpr (Backend::kKnowsCounts) {
       const std::size_t count = scene_.body_count;
@@ -625,7 +629,7 @@ class DetectorOn final : public Detector {
             w_.lists.with_all([](auto&... lists) { return std::array{lists.capacity()...}; })};
   }
 
-  /// They are the first.
+  /// Counts vertex-triangle contacts, which come first.
   static std::uint64_t vertex_triangle_count(Span<const Contact> contacts) {
     const auto* end = std::partition_point(contacts.begin(), contacts.end(), [](const Contact& contact) {
       return contact.kind == ContactKind::vertex_triangle;
@@ -666,26 +670,27 @@ class DetectorOn final : public Detector {
   ForeseenVerdict verdict_;           ///< see SceneChanges
   std::uint64_t scene_revision_ = 0;  ///< see SceneArrays
   std::uint64_t revision_ = 1;        ///< changes with the triangles and the memory that there is for them
-  // Of the detection that was started last:
+  // About the detection that was started last:
   QueryOn<Backend>* query_ = nullptr;
   DetectionSettings settings_{};
-  std::uint64_t chunks_ = 1;       ///< parts that the pair tests are made in
-  std::uint32_t chunk_ = 0;        ///< the one that is worked on, or was when memory ran out
-  std::uint32_t first_chunk_ = 0;  ///< to be worked on: what did not fit before shows at once whether it does now
-  Counters reached_{};             ///< by the detection's last attempt that was finished; 0 at its start
-  bool has_released_ = false;      ///< the detection's lists have only what it needs itself
+  std::uint64_t chunks_ = 1;  ///< parts that the pair tests are made in
+  std::uint32_t chunk_ = 0;   ///< the current one, or the one in which memory ran out
+  std::uint32_t first_chunk_ =
+      0;                       ///< the one that runs first: what did not fit before shows at once whether it does now
+  Counters reached_{};         ///< of its last attempt that was finished; 0 at its start
+  bool has_released_ = false;  ///< its lists have only what it needs itself
   bool is_launched_ = false;
-  bool is_all_enqueued_ = false;  ///< by the last attempt; where work enqueues itself, once it has run
-  void* ready_ = nullptr;         ///< see StayingContacts
-  std::uint32_t body_ids_ = 0;    ///< where contacts stay; see DeviceContacts
-  bool may_keep_ = false;         ///< pairs, for later looks, or reuse those of an earlier one
-  bool has_reused_ = false;       ///< pairs of an earlier look
-  SceneBodies given_bodies_;      ///< until it is started
-  std::optional<LookKeeping<Backend, Scheme>> keeping_;  ///< what it does for others, where it may
+  bool is_all_enqueued_ = false;                         ///< by the last attempt; on the CPU, once it has run
+  void* ready_ = nullptr;                                ///< see StayingContacts
+  std::uint32_t body_ids_ = 0;                           ///< where contacts stay; see DeviceContacts
+  bool may_keep_ = false;                                ///< it may keep pairs for later detections, or reuse kept ones
+  bool has_reused_ = false;                              ///< it reuses pairs of an earlier detection
+  SceneBodies given_bodies_;                             ///< until it is started
+  std::optional<LookKeeping<Backend, Scheme>> keeping_;  ///< set if may_keep_
   MemoryNeed::For needs_ = MemoryNeed::For::scene;       ///< what is being done
   std::uint64_t found_ = 0;                              ///< contacts, when memory ran out
   TestSamples test_samples_;
-  Backend backend_;  ///< the last, so that it goes first: it waits for work that uses all the others
+  Backend backend_;  ///< last, so that it is destroyed first: it waits for work that uses the others
 };
 
 }  // namespace softcd

@@ -16,14 +16,12 @@ namespace softcd {
 template <class Backend>
 class ExactCells;
 
-/// What a detector is told of the broad phases `exact` and `uniform`: how triangles get their cells, and in which of
-/// those that they share two of them are tested.
+/// The scheme of the broad phases `exact` and `uniform`: how triangles get their cells, and in which of their common
+/// cells two triangles are tested.
 struct ExactScheme {
   using Control = ExactControl;
   /// Several ranks may have a part each.
   static constexpr bool kMayBePartitioned = true;
-  /// Few triangles may be swept instead.
-  static constexpr bool kMayBeSwept = true;
   /// Patches of triangles may stand for these.
   static constexpr bool kMayHavePatches = true;
   /// A triangle that is represented by children.
@@ -52,10 +50,10 @@ class ExactCells {
   bool subdivides() const { return settings_.subdivision && settings_.broad_phase != BroadPhase::uniform; }
 
   ChooseGrid choose_grid(const SizeHistograms& sizes) const {
-    return {sizes, settings_.broad_phase, settings_.subdivision, settings_.lambda, &counters_->grid};
+    return {sizes, settings_.broad_phase, settings_.subdivision, settings_.cell_size_factor, &counters_->grid};
   }
 
-  /// Entries of whole triangles, and the lists of those to split and of those tested against all.
+  /// Registers whole triangles. Lists those to split and those to test against all others.
   void register_triangles() {
     if constexpr (Backend::kHasPatches) {
       if (scene_.patch_count > 0) {
@@ -67,7 +65,7 @@ class ExactCells {
     register_triangles({&counters_->scene.triangles, scene_.triangle_count}, nullptr);
   }
 
-  /// Entries of split triangles, one per cell, whose children were counted.
+  /// Registers split triangles, whose children must be counted, with one entry per cell.
   void register_children(Count split_count) {
     const SplitRoot* roots = lists_.splits.template column<0>().data();
     if (!settings_.partition.is_whole()) number_splits(split_count);
@@ -98,7 +96,7 @@ class ExactCells {
         lists_.entries);
   }
 
-  /// As KeepFirst, where there are several ranks.
+  /// Does the work of KeepFirst if there are several ranks.
   template <class Pairs, class PatchPairs>
   void keep_own_first(Count count, const std::uint64_t* sorted, Pairs pairs, PatchPairs patch_pairs) {
     backend_.for_each_append("keep_own_first", count,
@@ -124,7 +122,7 @@ class ExactCells {
         lists_.entries, lists_.loose, lists_.patch_pairs);
   }
 
-  /// Of all triangles, or of a list of them.
+  /// Registers all triangles, or those of a list.
   void register_triangles(Count count, const std::uint32_t* triangles) {
     const RegisterTriangle register_triangle{registrar(), subdivides(), triangles};
     produce(

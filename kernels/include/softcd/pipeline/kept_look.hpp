@@ -12,15 +12,15 @@
 
 namespace softcd {
 
-/// What one look does with the kept one: finds its pairs among those, or else leaves something itself. What is decided
-/// and what is enqueued are apart, as the host of some backends decides before anything runs.
+/// The part of a detection that reuses kept pairs, or keeps something for later ones. Decisions and enqueued work are
+/// separate, because the host of some backends decides before anything runs.
 template <class Backend, class Scheme>
 class LookKeeping {
   using Stages = BroadPhaseStages<Backend, Scheme>;
 
  public:
-  /// `bodies` as the scene's, on the host, for what is decided; `revision` is the detector's, `usefulness` of what the
-  /// query's looks leave.
+  /// `bodies` are the scene's, on the host, for decisions. `revision` is the detector's. `usefulness` is that of what
+  /// the query's detections keep.
   LookKeeping(Backend& backend, Workspace<Backend, Scheme>& workspace, const SceneView& scene,
               const SceneBodies& bodies, const DetectionSettings& settings, std::uint64_t revision,
               std::shared_ptr<Usefulness> usefulness)
@@ -38,12 +38,12 @@ class LookKeeping {
     work_.measures_headroom = work_.compares && is_own();
   }
 
-  /// What is to be enqueued, as far as it is decided.
+  /// Returns the work to be enqueued, as far as it is decided.
   const KeepingWork& work() const { return work_; }
-  /// Whether it is worth while to wait for what a comparison tells: that costs nothing where counts are known at once.
+  /// Whether it pays to wait for the comparison. Waiting costs nothing if counts are known at once.
   bool waits_for_comparison() const { return work_.compares && (Backend::kKnowsCounts || kept_.has_pairs); }
 
-  /// Of triangles that are bounded. What it finds is among the counts.
+  /// Enqueues the comparison with the kept volumes. The triangles must be bounded. The results are among the counts.
   void enqueue_comparison(Stages& stages) const {
     if (!work_.compares) return;
     stages.find_escaped();
@@ -53,7 +53,7 @@ class LookKeeping {
     if (work_.measures_headroom) stages.measure_headroom();
   }
 
-  /// Once it was waited for: whether all pairs of this look are among those kept.
+  /// Whether all pairs of this detection are among the kept ones, by the counts of the comparison.
   bool is_served(const Counters& counters) {
     learn(lesson(), counters);
     if (counters.escaped > 0) return false;
@@ -67,8 +67,10 @@ class LookKeeping {
     stages.test_kept_pairs();
   }
 
-  /// Decides what a look that finds its pairs anew leaves: volumes, which tell whether pairs would have been of use, by
-  /// a detector's first look nothing, and pairs where these are likely to be of use.
+  /// Decides what a detection that finds its pairs anew keeps:
+  /// - nothing if it is the detector's first;
+  /// - volumes, which tell later whether pairs would have been of use;
+  /// - pairs, too, if these are likely to be of use.
   void begin() {
     if (work_.compares && !waits_for_comparison()) lesson_ = lesson();
     if (!std::exchange(kept_.has_looked, true) || kept_.has_split || is_others()) return;
@@ -91,7 +93,7 @@ class LookKeeping {
     if (!Backend::kKnowsCounts) kept_.pairs.reserve(backend_, w_.lists.pairs.capacity(), 0);
   }
 
-  /// Of triangles that are bounded, and compared.
+  /// Keeps the volumes. The triangles must be bounded and compared.
   void enqueue_volumes(Stages& stages) const {
     if (!work_.keeps_volumes) return;
     if (is_grown()) {
@@ -102,7 +104,7 @@ class LookKeeping {
     stages.keep_volumes(kept_.slack);
   }
 
-  /// The stages in between see grown volumes, where the look keeps pairs of such.
+  /// Runs f. Its stages use grown volumes if the detection keeps pairs of these.
   template <class F>
   void with_kept_volumes(const F& f) {
     const bool swaps = work_.keeps_pairs && is_grown();
@@ -111,22 +113,22 @@ class LookKeeping {
     if (swaps) std::swap(w_.volumes, kept_.volumes);
   }
 
-  /// Of triangles that are prepared: not if it is known already that some were split.
+  /// Whether pairs may be kept, after prepare(): not if triangles are known to be split.
   bool may_keep_pairs() const {
     if constexpr (Backend::kKnowsCounts) return w_.counters.data()->splits == 0;
     return true;
   }
 
-  /// Within with_kept_volumes(): all pairs whose volumes overlap.
+  /// Keeps all pairs whose volumes overlap. Called within with_kept_volumes().
   void enqueue_pairs(Stages& stages) const {
     stages.keep_pairs();
     backend_.run_once("store_kept_counts", StoreKeptCounts{w_.counters.data(), kept_.counts.data()});
   }
 
-  /// What was left is not complete.
+  /// Discards the kept pairs, which are not complete.
   void drop() { kept_.has_pairs = false; }
 
-  /// Once all has run. Triangles that were split are not where their volumes are: nothing is kept of such looks.
+  /// Called when all has run. Keeps nothing if triangles were split: these are not where their volumes are.
   void conclude(const Counters& counters) {
     if (lesson_) learn(*lesson_, counters);
     if (!work_.keeps_volumes || counters.splits > 0) return;
@@ -139,10 +141,10 @@ class LookKeeping {
   }
 
  private:
-  /// Looks in a row that the kept one is of no use to before another query's may take its place.
+  /// Detections in a row that the kept pairs do not serve, before those of another query may replace them.
   static constexpr int kMostMisses = 4;
 
-  /// What is to be remembered of the kept look to learn from a comparison with it.
+  /// Properties of the kept detection that are needed to learn from a comparison with it.
   struct Lesson {
     std::shared_ptr<Usefulness> usefulness;
     float slack, mean_radius;
@@ -153,7 +155,7 @@ class LookKeeping {
   bool is_own() const { return kept_.usefulness == usefulness_; }
   bool is_grown() const { return kept_.slack > 0.0F; }
 
-  /// Another query has left pairs that still are of use.
+  /// Whether another query has kept pairs that are still of use.
   bool is_others() const { return is_kept() && kept_.has_pairs && !is_own() && kept_.misses < kMostMisses; }
 
   Lesson lesson() const { return {kept_.usefulness, kept_.slack, kept_.mean_radius, kept_.age}; }
@@ -167,13 +169,13 @@ class LookKeeping {
     }
   }
 
-  /// Others have no other contacts, but want to be seen at work.
+  /// Whether the grid's settings are the same. Other settings give the same contacts, but their work is to be seen.
   bool covers_settings() const {
     return kept_.settings.broad_phase == settings_.broad_phase && kept_.settings.subdivision == settings_.subdivision &&
-           kept_.settings.lambda == settings_.lambda;
+           kept_.settings.cell_size_factor == settings_.cell_size_factor;
   }
 
-  /// Whether all pairs of bodies, and kinds of features, were looked for.
+  /// Whether the kept pairs cover all pairs of bodies and all kinds of features.
   bool covers_bodies() const {
     if (!lists_all_neighbours()) return false;
     for (std::size_t b = 0; b < bodies_.bodies.size(); ++b) {
@@ -189,7 +191,8 @@ class LookKeeping {
     return true;
   }
 
-  /// What triangles that share a vertex may touch with is decided by where they are, unless it is listed.
+  /// Whether all bodies that collide with themselves list their neighbours. Otherwise positions decide which features
+  /// of triangles with a common vertex may touch.
   bool lists_all_neighbours() const {
     for (std::uint32_t b = 0; b < bodies_.bodies.size(); ++b) {
       const auto partners = bodies_.row(b);
@@ -198,7 +201,8 @@ class LookKeeping {
     return true;
   }
 
-  /// Triangles take part too that may come within reach of a partner before any leaves its grown volume.
+  /// Uploads bodies with grown boxes of partners. So triangles take part that may come within reach of a partner before
+  /// any triangle leaves its grown volume.
   void upload_grown_bodies() {
     std::vector<SceneBody> grown = kept_.bodies;
     for (SceneBody& body : grown) body.partner_box = inflated(body.partner_box, kept_.slack);

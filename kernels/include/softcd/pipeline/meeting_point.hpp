@@ -14,7 +14,7 @@
 
 namespace softcd {
 
-/// Where threads meet, which are ranks. All call the same functions in the same order.
+/// A barrier for threads that are ranks. All call the same functions in the same order.
 class MeetingPoint {
  public:
   MeetingPoint(int size, std::chrono::milliseconds patience)
@@ -22,7 +22,8 @@ class MeetingPoint {
 
   int size() const { return static_cast<int>(given_.size()); }
 
-  /// Returns when all have called it. Throws LinkError when one has not within the patience, or earlier.
+  /// Returns when all have called it. Throws LinkError if one does not within the patience, or if an earlier call
+  /// failed.
   void meet() {
     const std::uint64_t round = round_.load();
     if (is_broken_) throw LinkError("another rank has failed to take part before");
@@ -36,7 +37,7 @@ class MeetingPoint {
       return;
     }
     using Clock = std::chrono::steady_clock;
-    // Ranks are mostly as fast as each other: what a thread would take to be woken is not worth sleeping.
+    // Ranks mostly arrive at about the same time, and waking a thread takes longer than this.
     for (const auto begin = Clock::now(); Clock::now() - begin < kSleepless;) {
       if (round_ != round) return;
       std::this_thread::yield();
@@ -49,7 +50,7 @@ class MeetingPoint {
     }
   }
 
-  /// As Communicator::AllGather.
+  /// Gathers as Communicator::AllGather does.
   void all_gather(int rank, const void* mine, std::uint64_t bytes, void* all) {
     given_[static_cast<std::size_t>(rank)] = {mine, bytes};
     meet();

@@ -11,7 +11,7 @@ namespace softcd {
 /// The bytes that a detector holds in its backend's memory, the most that it held at once, and a bound on them.
 class MemoryAccount {
  public:
-  /// 0 for none. Nothing can be taken while more is held. The most held is counted anew.
+  /// Sets the limit; 0 for none. While more is held, nothing can be taken. Starts peak_bytes() anew.
   void set_limit(std::uint64_t bytes) {
     limit_ = bytes == 0 ? kNone : bytes;
     peak_bytes_ = bytes_;
@@ -24,16 +24,16 @@ class MemoryAccount {
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t peak_bytes() const { return peak_bytes_; }
 
-  /// A total that is there: the limit, or what was held when memory ran out below it.
+  /// The total that is available: the limit, or what was held when memory ran out below it.
   std::uint64_t available() const { return available_; }
-  /// What would be held now, had the request that was refused last been granted; 0 for none.
+  /// The bytes that would be held if the request that was refused last had been granted; 0 if none was refused.
   std::uint64_t refused_total() const { return refused_total_; }
   void forget_refusals() {
     available_ = limit_;
     refused_total_ = 0;
   }
 
-  /// Returns allocate(), which is called where the limit allows `bytes` more. Throws std::bad_alloc.
+  /// Calls allocate() if the limit allows `bytes` more, and returns its result. Throws std::bad_alloc.
   template <class Allocate>
   auto take(std::uint64_t bytes, const Allocate& allocate) {
     if (bytes_ > limit_ || bytes > limit_ - bytes_) {

@@ -25,7 +25,7 @@ class NarrowPhaseStages {
         settings_(settings),
         counts_(counts) {}
 
-  /// Adds to this chunk's candidates those of triangles that share a vertex. Needs nothing that the broad phase finds.
+  /// Adds candidates of triangles that share a vertex to this chunk's. Needs nothing that the broad phase finds.
   void test_neighbours() {
     if (!scene_.self_collision) return;
     if (scene_.is_swept) {
@@ -35,7 +35,7 @@ class NarrowPhaseStages {
     }
   }
 
-  /// The contacts of the pairs found so far in this chunk.
+  /// Finds the contacts of the pairs found so far in this chunk.
   void find_contacts() {
     if (scene_.is_swept) {
       find_candidates<true>();
@@ -50,8 +50,8 @@ class NarrowPhaseStages {
     }
   }
 
-  /// Writes the contacts of all chunks to `contacts`, which has room for as many as were found, in order: that of runs
-  /// where `in_runs`, unless there are too long ones.
+  /// Writes the contacts of all chunks to `contacts`, whose capacity suffices, in order. If `in_runs`, orders them in
+  /// runs, unless some runs are too long.
   void order_contacts(Contact* contacts, bool in_runs) {
     backend_.begin(Stage::sort);
     const Count count = lists_.found.count(counters_);
@@ -71,7 +71,7 @@ class NarrowPhaseStages {
     backend_.concurrently(write, summarize);
   }
 
-  /// Room for order_contacts in runs.
+  /// Reserves the memory to order contacts in runs.
   void reserve_runs() {
     // A quarter more than there are, so that slowly growing numbers of contacts seldom grow them.
     const std::uint64_t runs = planned_runs().run_count;
@@ -150,7 +150,7 @@ class NarrowPhaseStages {
     find_candidates_of(label, count, test, candidates);
   }
 
-  /// Those that the bodies' filters let through, where there are some.
+  /// Finds candidates that pass the bodies' filters, if there are some.
   template <class Find, class Candidates>
   void find_candidates_of(const char* label, Count items, const Find& find, Candidates& candidates) {
     const auto find_all = [&] {

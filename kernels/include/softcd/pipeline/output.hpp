@@ -28,14 +28,14 @@ struct EntryTarget {
   }
 };
 
-/// Values are counted, not kept.
+/// Counts values without keeping them.
 struct CountTarget {
   using Value = std::uint32_t;
   SOFTCD_HD void store(std::uint64_t /*i*/, std::uint32_t /*value*/) const {}
 };
 
-/// A list that a stage appends to. What does not fit is counted but not stored, so that the list can grow to what was
-/// asked for and the stage run again: nothing is ever dropped.
+/// A list that a stage appends to. A value that does not fit is counted but not stored. Then the list grows and the
+/// stage runs again: nothing is ever dropped.
 template <class Target>
 struct Appender {
   Target target;

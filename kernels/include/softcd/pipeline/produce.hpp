@@ -8,8 +8,7 @@
 namespace softcd {
 
 /// Runs `stage`, which appends to `lists`. A backend that knows counts at once grows the lists that overflowed and runs
-/// the stage again; one that does not leaves that to the detector, which looks at all counters at the end (see
-/// grow_lists).
+/// the stage again. Others leave that to the detector, which checks all counters at the end (see grow_lists).
 template <class Backend, class Work, class... Lists>
 void produce(Backend& backend, Counters* counters, const Work& stage, Lists&... lists) {
   if constexpr (Backend::kKnowsCounts) {
@@ -27,14 +26,14 @@ void produce(Backend& backend, Counters* counters, const Work& stage, Lists&... 
   }
 }
 
-/// After a detection: sizes every list for one like it.
+/// Sizes every list for another detection like the last one.
 template <class... Lists>
 void fit_lists(const Counters& counters, Lists&... lists) {
   (lists.fit(lists.counted(counters)), ...);
 }
 
-/// After a detection: grows every list that was asked for more than it holds. True when one did, so that the detection
-/// has to be repeated.
+/// Grows every list that was asked for more than it holds. Returns true if there was one, so that the detection has to
+/// be repeated.
 template <class Backend, class... Lists>
 bool grow_lists(Backend& backend, const Counters& counters, Lists&... lists) {
   const bool overflowed = ((lists.counted(counters) > lists.capacity()) || ...);

@@ -10,8 +10,8 @@
 
 namespace softcd {
 
-/// The hierarchy of Bvh in the host's memory, built and fitted on the calling thread: for a few thousand triangles and
-/// single questions, for which a backend's threads and queues take longer than the answer.
+/// The hierarchy of Bvh in the host's memory, built and fitted on the calling thread. It is for a few thousand
+/// triangles and single questions, for which a backend's threads and queues take longer than the answer.
 class SerialBvh {
  public:
   void build(const BvhInput& input) {
@@ -27,16 +27,16 @@ class SerialBvh {
     cost_when_built_ = cost();
   }
 
-  /// Makes it one of where the triangles of the last build are now.
+  /// Fits it to the current positions of the last build's triangles. Builds it anew if its cost has doubled.
   void follow(const BvhInput& input) {
     fit_boxes(input);
     if (cost() > 2.0 * cost_when_built_) build(input);
   }
 
   BvhView view() const { return {nodes_.data(), leaves_.data()}; }
-  /// Around all triangles.
+  /// Returns a box around all triangles.
   Box bounds() const { return merged(nodes_[0].boxes[0], nodes_[0].boxes[1]); }
-  /// How many boxes a ray through the bounds enters on average (MacDonald and Booth 1990).
+  /// Returns the number of boxes that a ray through the bounds enters on average (MacDonald and Booth 1990).
   double cost() const {
     double area = 0.0;
     for (const BvhNode& node : nodes_) area += area_of(node.boxes[0]) + area_of(node.boxes[1]);

@@ -12,16 +12,16 @@
 
 namespace softcd {
 
-/// What spatial queries are asked about, beside the detector's scene.
+/// Input of spatial queries, beside the detector's scene.
 struct ProbedScene {
   Span<const ProbedBody> bodies;  ///< all of the scene's, in its order
-  Vec3d origin;                   ///< what the scene's positions are relative to
+  Vec3d origin;                   ///< the scene's positions are relative to it
   Box bounds;                     ///< of all positions that are finite, at that end
   bool at_t0;                     ///< else at t1
-  std::uint64_t revision;         ///< another one where anything of the scene has changed
+  std::uint64_t revision;         ///< changes with anything of the scene
 };
 
-/// Answers of one backend; see softcd/probe.hpp. They stay valid until the same memory is asked with again.
+/// Answers of one backend; see softcd/probe.hpp. They stay valid until the next question with the same memory.
 class SpatialQueries {
  public:
   virtual ~SpatialQueries() = default;
@@ -34,7 +34,7 @@ class SpatialQueries {
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const ProbeBox> boxes) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(Span<const ProbeOrientedBox> boxes) = 0;
   virtual AnswerLists<TriangleOverlap> overlaps(const HullQuestions& questions) = 0;
-  /// With the number of all items of the questions.
+  /// `item_count` is the number of items of all questions.
   virtual Span<const BodyDistance> distances(Span<const BodiesQuestion> questions, std::uint64_t item_count) = 0;
   virtual AnswerLists<TriangleIntersection> intersections(Span<const BodiesQuestion> questions,
                                                           std::uint64_t item_count) = 0;
@@ -42,7 +42,7 @@ class SpatialQueries {
   virtual AnswerLists<ChangeIntersection> intersections_after(const ChangeQuestions& questions) = 0;
 };
 
-/// Asks. May be called again, where memory did not suffice at first.
+/// Asks questions. The detector calls it again if memory did not suffice at first.
 using Questions = std::function<void(SpatialQueries&)>;
 
 }  // namespace softcd

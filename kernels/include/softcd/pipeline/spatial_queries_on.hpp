@@ -19,7 +19,7 @@
 
 namespace softcd {
 
-/// What one probe keeps on a backend: questions where the backend reads them, and its last answers.
+/// The memory of one probe on a backend: questions where the backend reads them, and the last answers.
 template <class Backend>
 struct ProbeOn final : QueryMemory {
   template <class T>
@@ -79,8 +79,8 @@ struct ProbeOn final : QueryMemory {
   Mirror<Vec3d> new_vertices;
   Buffer<std::uint64_t> item_count;
   Buffer<std::uint32_t> counts;       ///< of answers, per question
-  Buffer<std::uint64_t> begins;       ///< and where they begin; then how many there are
-  Buffer<std::uint64_t> item_begins;  ///< the same of items
+  Buffer<std::uint64_t> begins;       ///< of answers, per question; then the number of answers
+  Buffer<std::uint64_t> item_begins;  ///< the same per item
   Buffer<RayHit> hits;
   Buffer<ClosestPoint> closest;
   Buffer<TriangleOverlap> overlaps;
@@ -99,7 +99,7 @@ struct ProbeOn final : QueryMemory {
   Readback<LeastDistance> read_least;
 };
 
-/// Hierarchies of both ends of the step, each of what was there when somebody last asked.
+/// The hierarchies of both ends of the step, each as of the last question about that end.
 template <class Backend>
 using Bvhs = std::array<Bvh<Backend>, 2>;
 
@@ -202,7 +202,7 @@ class SpatialQueriesOn final : public SpatialQueries {
   }
 
  private:
-  /// Where the backend reads it.
+  /// Returns the values where the backend reads them.
   template <class T>
   Span<const T> there(typename Backend::template Mirror<T>& mirror, Span<const T> values) {
     const Range all{0, values.size()};
@@ -230,7 +230,7 @@ class SpatialQueriesOn final : public SpatialQueries {
     return {probe_.item_count.data(), count};
   }
 
-  /// Of what was sent last; `capacity` are the questions, or fewer.
+  /// Returns the count of the questions that were sent last; `capacity` is their number, or less.
   Count asked_count(std::uint64_t capacity) const { return {probe_.question_count.data(), capacity}; }
 
   void clear_least(Count count) {
@@ -257,7 +257,7 @@ class SpatialQueriesOn final : public SpatialQueries {
     return {read_begins, read_answers.read(backend_, answers, total)};
   }
 
-  /// Counted, and then written where the counts say.
+  /// Counts answers, and then writes them where the counts say.
   template <class Lister, class Answers, class ReadAnswers>
   AnswerLists<typename Lister::Answer> list(Count questions, const Lister& lister, Answers& answers,
                                             ReadAnswers& read_answers) {
@@ -267,7 +267,7 @@ class SpatialQueriesOn final : public SpatialQueries {
     return write_answers(questions, lister, probe_.begins.data(), read_begins, answers, read_answers);
   }
 
-  /// The same where each question, in the backend's memory, has many items.
+  /// Does the same if each question, in the backend's memory, has many items.
   template <class Lister, class Question, class Answers, class ReadAnswers>
   AnswerLists<typename Lister::Answer> list_by_items(Count questions, const Question* asked, Count items,
                                                      const Lister& lister, Answers& answers,

@@ -8,8 +8,8 @@
 
 namespace softcd {
 
-/// Of a detection whose contacts stay in the backend's memory, at its end: what the host would ask before it takes them
-/// for all that there are.
+/// Ends a detection whose contacts stay in the backend's memory. Writes their number, and whether they are complete:
+/// what the host would check before it returns contacts.
 template <std::size_t kLists>
 struct ConcludeContacts {
   Counters* counters;

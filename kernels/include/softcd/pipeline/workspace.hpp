@@ -17,16 +17,15 @@
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/patches.hpp"
 #include "softcd/stages/split_cells.hpp"
-#include "softcd/stages/sweep.hpp"
 
 namespace softcd {
 
-/// Counts of the lists that hold what comes between one chunk's tests and its contacts.
+/// Counts of the lists between one chunk's tests and its contacts.
 struct ChunkCounts {
   std::uint64_t patch_pairs, pairs, vt_candidates, ee_candidates;
 };
 
-/// Calls f with the same count of each of `counts`, for one count after the other.
+/// Calls f for one count after the other, with that count of each of `counts`.
 template <class F, class... Counts>
 SOFTCD_HD void for_each_count(const F& f, Counts&... counts) {
   // A count that is not named here does not compile.
@@ -37,7 +36,7 @@ SOFTCD_HD void for_each_count(const F& f, Counts&... counts) {
   f(counts.ee_candidates...);
 }
 
-/// What is done with counts.
+/// Functions for for_each_count().
 struct AddCount {
   SOFTCD_HD void operator()(std::uint64_t& sum, std::uint64_t count) const { sum += count; }
 };
@@ -52,7 +51,7 @@ struct SceneCounts {
   friend bool operator==(const SceneCounts&, const SceneCounts&) = default;
 };
 
-/// Everything that is counted during a detection, in the backend's memory; cleared at its beginning, read at its end.
+/// All counts of a detection, in the backend's memory; cleared at its beginning, read at its end.
 struct Counters {
   SceneCounts scene;
   std::uint64_t loose, splits, bigs, children, split_cells, entries, cells, tests;
@@ -60,12 +59,12 @@ struct Counters {
   std::uint64_t contacts_in_runs, long_runs;  ///< see contact_order.hpp
   std::uint64_t all;       ///< no less than anything whose number the host knows; 0: see ClearCounters
   ChunkCounts chunk;       ///< of the current one
-  ChunkCounts done, most;  ///< of the chunks before: together, and in one
+  ChunkCounts done, most;  ///< of earlier chunks: the sum, and the largest
   float earliest_toi;
   GridParameters grid;
   std::uint64_t active, escaped;             ///< triangles, see FindEscaped
   float headroom;                            ///< 0, or the least that is less: see MeasureHeadroom
-  std::uint64_t kept;                        ///< pairs that a look keeps, or has kept
+  std::uint64_t kept;                        ///< pairs that this detection keeps, or that the reused one kept
   std::uint64_t vt_contacts;                 ///< where contacts stay in the backend's memory
   std::uint32_t test_samples[kTestSamples];  ///< see TestSamples
 };
@@ -89,7 +88,7 @@ struct NextChunk {
   };
 };
 
-/// Where positions are not as foreseen there is nothing: no work has an item.
+/// Clears the counters. If positions are not as predicted, no work has an item.
 struct ClearCounters {
   Counters* counters;
   SceneCounts scene;
@@ -106,13 +105,13 @@ struct ClearCounters {
   }
 };
 
-/// What a look says of the pairs that it keeps, in the backend's memory.
+/// Counts of the kept pairs' detection, in the backend's memory.
 struct KeptCounts {
   std::uint64_t pairs;
   GridParameters grid;
 };
 
-/// Of a look that has kept its pairs.
+/// Stores the counts of a detection that keeps its pairs.
 struct StoreKeptCounts {
   const Counters* counters;
   KeptCounts* kept;
@@ -123,7 +122,7 @@ struct StoreKeptCounts {
   }
 };
 
-/// For a look that finds its pairs among those kept.
+/// Restores the counts for a detection that reuses kept pairs.
 struct RestoreKeptCounts {
   const KeptCounts* kept;
   Counters* counters;
@@ -137,7 +136,7 @@ struct RestoreKeptCounts {
   }
 };
 
-/// How many values a list was asked for, at once and by any chunk before, and how many it holds.
+/// The number of values that a list was asked for, by this chunk and by any earlier one, and its capacity.
 struct ListBound {
   const std::uint64_t* count;
   const std::uint64_t* most;
@@ -166,28 +165,28 @@ struct ChunkCounter {
   }
 };
 
-/// Stages number items with 32 bits. A list that would be longer is as one that memory does not suffice for: what it is
-/// to hold has to be found in parts.
+/// Stages number items with 32 bits. A list that would be longer counts as out of memory: its values have to be found
+/// in parts.
 constexpr std::uint64_t kMostItems = 0xFFFFFFFF;
 
 /// A growing list and its counter. `Columns` are the buffers behind it, all of one capacity.
 template <class Backend, class Counter, class Target, class... Columns>
 class List {
  public:
-  /// It holds what comes between one chunk's tests and its contacts.
+  /// Whether it holds values between one chunk's tests and its contacts.
   static constexpr bool kIsOfChunk = Counter::kIsOfChunk;
 
-  /// How many values were asked for.
+  /// The number of values that were asked for.
   static std::uint64_t& counted(Counters& counters) { return Counter::in(counters); }
   static std::uint64_t counted(const Counters& counters) { return Counter::in(counters); }
 
-  /// How many values the next stage may store.
+  /// The number of values that the next stage may store.
   std::uint64_t capacity() const { return bound_; }
-  /// As it was after another detection, as far as there is memory for it.
+  /// Restores the capacity after another detection, as far as there is memory for it.
   void restore_capacity(std::uint64_t capacity) { bound_ = std::min(capacity, allocated_); }
 
-  /// Keeps the first `kept` values. There will be room for a quarter more than asked for, so that slowly growing scenes
-  /// seldom grow a list; for no more than that where memory does not suffice.
+  /// Keeps the first `kept` values. Reserves a quarter more than `wanted`, so that slowly growing scenes seldom grow a
+  /// list, but only `wanted` if memory does not suffice.
   void reserve(Backend& backend, std::uint64_t wanted, std::uint64_t kept) {
     if (wanted <= bound_) return;
     if (wanted > kMostItems) throw std::bad_alloc();
@@ -206,8 +205,8 @@ class List {
     bound_ = allocated_;
   }
 
-  /// Uses no more of the list than a detection that counted `count` values would have room for. Work whose size the
-  /// host does not know is sized by the capacity.
+  /// Lowers the capacity to that of a detection that counted `count` values. Work whose size the host does not know is
+  /// sized by the capacity.
   void fit(std::uint64_t count) { bound_ = std::min(bound_, roomy(count)); }
 
   /// Undoes what sorting did to the addresses; the values are lost.
@@ -247,7 +246,7 @@ class List {
   std::tuple<Columns...> columns_;
 };
 
-/// The backend's copy of a scene, or, where the backend reads host memory, where it is; see SceneArrays.
+/// The backend's copy of a scene, or, if the backend reads host memory, the scene itself; see SceneArrays.
 template <class Backend>
 struct SceneMirror {
   template <class T>
@@ -271,7 +270,7 @@ struct SceneMirror {
 
 constexpr std::size_t kListCount = 11;
 
-/// The lists that stages append to. `Scheme` as ExactScheme.
+/// The lists that stages append to. `Scheme` is one like ExactScheme.
 template <class Backend, class Scheme>
 struct Lists {
   template <class T>
@@ -281,8 +280,8 @@ struct Lists {
   template <class Counter, class T>
   using ArrayList = List<Backend, Counter, ArrayTarget<T>, Buffer<T>>;
 
-  // Of the whole detection. In the order in which they grow: where memory is short, what no parts can make smaller
-  // first.
+  // Lists of the whole detection, in the order in which they grow. They come first, because chunks cannot make them
+  // smaller if memory is short.
   ArrayList<DetectionCounter<&Counters::bigs>, std::uint32_t> bigs;
   ArrayList<DetectionCounter<&Counters::loose>, std::uint32_t> loose;  ///< triangles of loose patches
   ArrayList<DetectionCounter<&Counters::splits>, typename Scheme::Split> splits;
@@ -291,7 +290,7 @@ struct Lists {
       entries;
   List<Backend, DetectionCounter<&Counters::flagged>, ArrayTarget<std::uint64_t>, SortBuffer<std::uint64_t>> flagged;
   ArrayList<DetectionCounter<&Counters::contacts>, FeatureContact> found;
-  // Of one chunk.
+  // Lists of one chunk.
   ArrayList<ChunkCounter<&ChunkCounts::patch_pairs>, std::uint64_t> patch_pairs;  ///< with one patch, or two
   ArrayList<ChunkCounter<&ChunkCounts::pairs>, std::uint64_t> pairs;
   ArrayList<ChunkCounter<&ChunkCounts::vt_candidates>, std::uint64_t> vt_candidates;
@@ -300,7 +299,7 @@ struct Lists {
   /// Calls f with every list.
   template <class F>
   decltype(auto) with_all(const F& f) {
-    // A list that is not named here, or not passed on, does not compile: it would never grow.
+    // A list that is not named here, or not passed on, would never grow. So it does not compile.
     const auto with = [&f](auto&... lists) -> decltype(auto) {
       static_assert((sizeof(lists) + ...) == sizeof(Lists));
       return f(lists...);
@@ -310,14 +309,14 @@ struct Lists {
   }
 };
 
-/// Whether what a query's looks leave is of use to those after them, and by how much volumes should be grown for that.
-/// Keeping pairs costs about a tenth of a look, and saves most of one.
+/// Whether the pairs that a query's detections keep are of use to later ones, and how much volumes should grow for
+/// that. Keeping pairs costs about a tenth of a detection, and saves most of one.
 class Usefulness {
  public:
   bool is_likely() const { return credit_ > 0; }
   float slack() const { return slack_; }
 
-  /// Whether a look shall leave volumes to learn from: only now and then where those of many looks have taught nothing.
+  /// Whether a detection should keep volumes to learn from: only now and then if many have taught nothing.
   bool wants_to_learn() { return lessons_in_vain_ < kMostInVain || ++looks_ % kSeldom == 0; }
 
   void confirm() {
@@ -330,7 +329,7 @@ class Usefulness {
     looks_to_rest_ = kRest;
   }
 
-  /// From one look to the next no triangle moved further than this; `radius` is the mean triangle's.
+  /// Learns that no triangle moves further than `move` from one detection to the next. `radius` is the mean triangle's.
   void learn(float move, float radius) {
     slack_ = 0.0F;
     ++lessons_in_vain_;
@@ -348,22 +347,23 @@ class Usefulness {
   static constexpr int kRest = 32;
   static constexpr int kMostInVain = 8;
   static constexpr int kSeldom = 16;
-  /// How many looks volumes should last, and must for the pairs to pay.
+  /// The number of detections that volumes should last, and that they must last for the pairs to pay.
   static constexpr float kLooks = 6.0F;
   static constexpr float kFewestLooks = 3.0F;
-  /// In mean radii: more has more pairs to be tested than a look would save.
+  /// In mean radii. More slack would add more pair tests than reuse saves.
   static constexpr float kMostSlack = 0.4F;
 
   int credit_ = 0;
   int looks_to_rest_ = 0;
   int lessons_in_vain_ = 0;  ///< in a row
-  int looks_ = 0;            ///< since they were too many
+  int looks_ = 0;            ///< since too many lessons were in vain
   float slack_ = 0.0F;
 };
 
-/// What one look leaves to those after it, of the same query and of others: the volumes of all triangles, grown by some
-/// slack, and, where that is likely to be of use, all pairs of triangles whose volumes overlap. As long as each
-/// triangle's volume lies within the one that is kept, the pairs that a look would find are among those.
+/// The results that a detection keeps for later ones, of the same query and of others:
+/// - the volumes of all triangles, grown by some slack;
+/// - if likely to be of use, all pairs of triangles whose volumes overlap.
+/// All pairs of a detection are among the kept pairs as long as each triangle's volume lies within the kept one.
 template <class Backend>
 struct KeptLook {
   template <class T>
@@ -373,36 +373,36 @@ struct KeptLook {
   List<Backend, DetectionCounter<&Counters::kept>, ArrayTarget<std::uint64_t>, Buffer<std::uint64_t>> pairs;
   Buffer<KeptCounts> counts;
   Buffer<SceneBody> grown_bodies;  ///< with partner boxes that the slack has grown
-  /// What was looked for, on the host; see SceneView.
+  /// The bodies and pairs of the kept detection, on the host; see SceneView.
   std::vector<SceneBody> bodies;
   std::vector<std::uint64_t> partner_begin;
   std::vector<std::uint32_t> partners;
   DetectionSettings settings{};
-  std::uint64_t revision = 0;  ///< of the detector; 0: there is nothing
+  std::uint64_t revision = 0;  ///< of the detector; 0: nothing is kept
   float mean_radius = 0.0F;    ///< of its triangles
   bool has_pairs = false;
   float slack = 0.0F;
-  int age = 0;                             ///< looks of the same query since
-  std::shared_ptr<Usefulness> usefulness;  ///< of the looks of the query that has left it
+  int age = 0;                             ///< detections of the same query since
+  std::shared_ptr<Usefulness> usefulness;  ///< of the query that kept it
   bool was_of_use = false;
-  int misses = 0;  ///< looks since the last that it was of use to
-  // Of the detector's last look that did not reuse pairs:
+  int misses = 0;  ///< detections since the last one that it served
+  // About the detector's last detection that did not reuse pairs:
   bool has_looked = false;  ///< there was one
-  bool has_split = false;   ///< some triangle: the next is likely to as well
+  bool has_split = false;   ///< it split a triangle: the next is likely to, too
 };
 
-/// What one launch does of a detection.
+/// The part of a detection that one launch does.
 enum class LaunchPart : std::uint8_t {
   whole,
-  comparison,  ///< of volumes with those that are kept
-  remainder,   ///< after a comparison that has told to look anew
-  reuse,       ///< after one that has told that pairs which are kept serve
+  comparison,  ///< of volumes with the kept ones
+  remainder,   ///< after a comparison: finds pairs anew
+  reuse,       ///< after a comparison: reuses the kept pairs
 };
 constexpr std::size_t kLaunchPartCount = 4;
 
-/// What a look does for others, beside finding its pairs.
+/// The work that a detection does for later ones.
 struct KeepingWork {
-  bool compares = false;  ///< volumes with those that are kept
+  bool compares = false;  ///< volumes with the kept ones
   bool measures_headroom = false;
   bool keeps_volumes = false;  ///< grown by `slack`
   bool keeps_pairs = false;
@@ -411,8 +411,8 @@ struct KeepingWork {
   friend bool operator==(const KeepingWork&, const KeepingWork&) = default;
 };
 
-/// Everything that decides which work a launch enqueues, and with which arguments: of two launches with equal ones
-/// the second enqueues the same work on the same memory.
+/// Everything that decides which work a launch enqueues, and with which arguments. Of two launches with equal
+/// signatures the second enqueues the same work on the same memory.
 struct Signature {
   LaunchPart part;
   KeepingWork keeping;
@@ -429,7 +429,7 @@ struct Signature {
   friend bool operator==(const Signature&, const Signature&) = default;
 };
 
-/// What a detection makes of a scene.
+/// Everything that a detection computes from a scene.
 template <class Backend, class Scheme>
 struct Workspace {
   template <class T>
@@ -461,7 +461,6 @@ struct Workspace {
   Buffer<BoxedEntry> boxed_entries;
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
-  Buffer<Sweep> sweep;  ///< one, of a scene of few triangles
   // Per contact:
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
@@ -469,7 +468,7 @@ struct Workspace {
   Buffer<std::uint32_t> run_counts;
   Buffer<std::uint64_t> run_begins;
 
-  /// Capacity for what is prepared of each entry.
+  /// Reserves capacity for the values of each entry.
   void reserve_entries(Backend& backend) {
     boxed_entries.reserve(backend, lists.entries.capacity(), 0);
     partner_begin.reserve(backend, lists.entries.capacity(), 0);

@@ -81,8 +81,8 @@ struct WriteAnswers {
   }
 };
 
-/// The last of the questions that begin at the item, or before: see Question::first_item. Questions without items are
-/// nobody's.
+/// Returns the last question that begins at the item or before; see Question::first_item. So questions without items
+/// have none.
 template <class Question>
 SOFTCD_HD std::uint32_t question_of(const Question* questions, std::uint32_t count, std::uint64_t item) {
   std::uint32_t first = 0;
@@ -94,8 +94,8 @@ SOFTCD_HD std::uint32_t question_of(const Question* questions, std::uint32_t cou
   return first;
 }
 
-/// Where each question's answers begin, of those of its items, that begin at Question::first_item; behind the last
-/// question's, where they end.
+/// Finds where each question's answers begin: where those of its first item do, see Question::first_item. Behind the
+/// last question's it writes where all answers end.
 template <class Question>
 struct GatherBegins {
   const Question* questions;

@@ -8,9 +8,9 @@
 #include "softcd/stages/body_pairs.hpp"
 #include "softcd/stages/closest_points.hpp"
 
-/// The nearest points of bodies: each item looks for what is nearest to its triangle, no further away than what others
-/// have found by then. Of the items that found the least distance one is chosen by its triangles, so that the order in
-/// which they looked does not matter.
+/// The nearest points of bodies. Each item searches the triangle that is nearest to its own, no further away than the
+/// best found by then. Of the items that found the least distance the triangles decide, so that the order of the
+/// searches does not matter.
 namespace softcd {
 
 /// Positive doubles and their bits have the same order.
@@ -38,7 +38,7 @@ SOFTCD_HD inline double squared_distance(const Box& a, const Box& b) {
                             gap(a_lo.z, a_hi.z, b_lo.z, b_hi.z)});
 }
 
-/// What is nearest to an item's triangle: the other one's place and number, of several that of the lowest number.
+/// The triangle nearest to an item's: its place and number. Of several, the one with the lowest number.
 struct NearestTriangle {
   double squared_distance;
   std::uint32_t place;
@@ -50,12 +50,12 @@ struct NearestTriangle {
   }
 };
 
-/// Boxes are passed over as by NearestVisitor.
+/// Skips boxes as NearestVisitor does.
 class NearestTriangleVisitor {
  public:
   using Key = double;
 
-  /// `least` is the bits of the least squared distance that anybody knows for the question.
+  /// `least` is the bits of the least squared distance known for the question.
   SOFTCD_HD NearestTriangleVisitor(const ProbedSceneView& scene, const BodiesQuestion& question, const BvhLeaf& own,
                                    std::uint64_t* least)
       : scene_(scene), question_(question), own_(own), box_(box_of(own.x)), least_(least) {}

@@ -11,14 +11,13 @@
 
 namespace softcd {
 
-/// A question about pairs of bodies; see ProbeBodies. Bodies are numbers in the scene, kNoIndex for all. What it is
-/// asked for is done for each triangle of a: all questions' triangles, those of one behind those of the one before, are
-/// the items of stages.
+/// A question about pairs of bodies; see ProbeBodies. Bodies are numbers in the scene, kNoIndex for all. Each triangle
+/// of `a` is an item of the stages. The items of one question are behind those of the one before.
 struct BodiesQuestion {
   std::uint32_t a, b;
-  std::uint32_t first_triangle;  ///< of the scene, that the first item stands for
+  std::uint32_t first_triangle;  ///< of the scene, for the first item
   std::uint64_t first_item;
-  BodyClasses partners;           ///< that b stands for
+  BodyClasses partners;           ///< the classes of `b`
   BodyClasses repeated_partners;  ///< of these, the classes in which a triangle's own body has another one
 };
 
@@ -30,25 +29,25 @@ struct BodiesQuestions {
 
   SOFTCD_HD std::uint32_t question_of(std::uint32_t item) const { return softcd::question_of(questions, count, item); }
 
-  /// The item's triangle, none where it is not asked for.
+  /// Returns the item's triangle; none if the question leaves it out.
   SOFTCD_HD BvhLeaf triangle_of(std::uint32_t item, const BodiesQuestion& question) const {
     return scene.asked_leaf(question.first_triangle + static_cast<std::uint32_t>(item - question.first_item));
   }
 };
 
-/// The classes of bodies other than the triangle's own that the question is about.
+/// Returns the classes of bodies other than the triangle's own that the question is about.
 SOFTCD_HD inline BodyClasses other_bodies(const BodiesQuestion& question, const BvhLeaf& own) {
   return static_cast<BodyClasses>((question.partners & ~class_of(own.body)) | question.repeated_partners);
 }
 
-/// Whether the question is about these two triangles, in this order: of each two in one.
+/// Whether the question is about these two triangles, in this order. A pair counts in one order only.
 SOFTCD_HD inline bool are_asked_together(const BodiesQuestion& question, const BvhLeaf& own, const BvhLeaf& other) {
   if (question.b != kNoIndex && other.body != question.b) return false;
   if (question.a == question.b) return own.triangle < other.triangle;
   return own.body != other.body;
 }
 
-/// Triangles that one intersects, as far as the question is about them. found(own, other) is called until it returns
+/// Finds triangles that one intersects, as far as the question is about them. Calls found(own, other) until it returns
 /// false.
 template <class Found>
 class IntersectionVisitor {
@@ -93,7 +92,7 @@ SOFTCD_HD void visit_intersections(const BodiesQuestions& asked, std::uint32_t i
   visit_leaves(asked.scene.bvh, visitor, bodies);
 }
 
-/// Pairs of triangles that intersect, for each item.
+/// Lists pairs of intersecting triangles for each item.
 struct ListIntersections {
   using Answer = TriangleIntersection;
 
@@ -126,7 +125,7 @@ struct ListIntersections {
   };
 };
 
-/// Makes a word 0 where triangles intersect; what has not been looked at by then is left out.
+/// Sets a word to 0 if triangles intersect, and then skips the remaining items.
 struct FindIntersection {
   BodiesQuestions asked;
   std::uint64_t* least;

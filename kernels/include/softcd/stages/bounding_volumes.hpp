@@ -19,17 +19,17 @@ constexpr std::uint32_t kLoosePatch = 1U << 10;
 constexpr std::uint32_t kWantsVertexTriangle = 1U << 7;
 constexpr std::uint32_t kWantsEdgeEdge = 1U << 8;
 
-/// The owned features of a kind that the body wants contacts of, bits as Ownership.
+/// Returns the owned features of the kinds that the body wants contacts of, bits as in Ownership.
 SOFTCD_HD constexpr std::uint32_t wanted_features(std::uint32_t flags) {
   return flags & (((flags & kWantsVertexTriangle) != 0U ? 7U : 0U) | ((flags & kWantsEdgeEdge) != 0U ? 56U : 0U));
 }
 
-/// What the later stages need to know of a triangle besides its volume, in one 16-byte read.
+/// Properties of a triangle that later stages need besides its volume, in one 16-byte read.
 struct alignas(16) TriangleShape {
   float radius;  ///< of the larger of its bounding spheres at t0 and t1, without margin
   float growth;  ///< margin, and motion margin, by which the volume was inflated
   std::uint32_t flags;
-  float rounding;  ///< bounds how far its corners are from where they were given, which `growth` covers
+  float rounding;  ///< bounds how far rounding has moved its corners; `growth` covers it
 };
 
 /// Computes each triangle's 18-DOP over the whole step, inflated by its margin, and, for a continuous detection, the
@@ -49,7 +49,7 @@ struct BoundTriangle {
   }
 
  private:
-  /// False, and nothing is written, where it is out of reach.
+  /// Returns false, and writes nothing, if the triangle is out of reach.
   SOFTCD_HD bool bound(std::uint32_t t) const {
     const TriangleMotion motion = load_triangle(scene, t);
     const SceneBody& body = scene.bodies[scene.triangle_body[t]];
@@ -90,14 +90,14 @@ struct BoundTriangle {
   }
 };
 
-/// The half diagonal of a volume's box.
+/// Returns the half diagonal of a volume's box.
 SOFTCD_HD inline float half_diagonal(const Kdop18& volume) {
   const Vec3f lo = {volume.lo[0], volume.lo[1], volume.lo[2]};
   const Vec3f hi = {volume.hi[0], volume.hi[1], volume.hi[2]};
   return 0.5F * length(hi - lo);
 }
 
-/// See cell_extent of radius and growth, of a volume that was grown by `growth`.
+/// Returns cell_extent() for a volume that was grown by `growth`.
 SOFTCD_HD inline float cell_extent(const Kdop18& volume, float growth) {
   constexpr float kBoxCorner = 1.73205081F;
   return cell_extent(larger(half_diagonal(volume) - kBoxCorner * growth, 0.0F), growth);

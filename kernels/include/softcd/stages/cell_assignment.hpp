@@ -19,7 +19,7 @@ struct KeyedEntry {
   Entry entry;
 };
 
-/// A triangle that is represented in the grid by children.
+/// A triangle that children represent in the grid.
 struct SplitRoot {
   std::uint32_t root;
   std::uint32_t level;  ///< number of 1-to-4 splits
@@ -27,8 +27,8 @@ struct SplitRoot {
   SOFTCD_HD constexpr std::uint32_t child_count() const { return 1U << (2 * level); }
 };
 
-/// The rank of an entry in its cell. Where some body touches itself, 7 - K: K descends. Where none does, the body
-/// modulo 8: what is of one body lies together and is not tested with itself.
+/// Returns the rank of an entry in its cell. If some body collides with itself, it is 7 - K, so that K descends.
+/// Otherwise it is the body modulo 8: entries of one body lie together, and are not tested with each other.
 SOFTCD_HD inline std::uint32_t entry_rank(const SceneView& scene, std::uint32_t body, std::uint32_t k) {
   return scene.self_collision ? 7U - k : body & 7U;
 }
@@ -45,7 +45,7 @@ SOFTCD_HD void for_each_cell(const IntegerDop& cells, Visit visit) {
   }
 }
 
-/// Where a triangle or a patch goes; the triangles of a `loose` patch go one by one.
+/// The placement of a triangle or a patch. The triangles of a `loose` patch are registered one by one.
 enum class Placement : std::uint32_t { nowhere, whole, split, big, loose };
 
 /// A triangle or a patch about to be registered.
@@ -58,7 +58,7 @@ struct Registration {
   std::uint32_t cell_offset;
   IntegerDop cells;  ///< whole
 
-  /// What is whole is registered row by row (fixed y and z).
+  /// A `whole` element is registered row by row (fixed y and z).
   SOFTCD_HD std::uint32_t part_count() const {
     if (placement != Placement::whole) return placement == Placement::nowhere ? 0U : 1U;
     return static_cast<std::uint32_t>((cells.hi[1] - cells.lo[1] + 1) * (cells.hi[2] - cells.lo[2] + 1));
@@ -73,8 +73,8 @@ struct CellRegistrar {
   const GridParameters* grid;
   Partition partition;
 
-  /// The element's registration in all cells of its volume, whose placement is `big` where these would be too many.
-  /// The volume is not empty.
+  /// Returns the registration of an element in all cells of its volume, or `big` if these are too many. The volume is
+  /// not empty.
   SOFTCD_HD Registration whole(std::uint32_t element, const Kdop18& volume, const TriangleShape& shape) const {
     Registration work{};
     work.element = element;
@@ -91,7 +91,7 @@ struct CellRegistrar {
     return work;
   }
 
-  /// The size of a cell less the element's margin.
+  /// Returns the size of a cell less the element's margin, at least half a cell.
   SOFTCD_HD float size_limit(const TriangleShape& shape) const {
     return larger(grid->cell_size - shape.growth, 0.5F * grid->cell_size);
   }
@@ -139,8 +139,8 @@ struct CellRegistrar {
   }
 };
 
-/// Registers a triangle in the cells of its own volume when it is small enough, else puts it on
-/// the list of triangles to split, or, where that would take too many cells, on the list of those tested against all.
+/// Registers a triangle in the cells of its own volume if it is small enough. Otherwise puts it on the list of
+/// triangles to split. If that takes too many cells, puts it on the list of those tested against all.
 struct RegisterTriangle {
   using Item = Registration;
 
@@ -177,8 +177,8 @@ struct RegisterTriangle {
   }
 
  private:
-  /// About how many cells a split triangle takes: a disc of its size, half filled, as thick as its margin on both
-  /// sides, and cells are met in part.
+  /// Estimates the number of cells of a split triangle. They are those of a disc of its size, half filled, as thick as
+  /// its margin on both sides. It also meets cells in part.
   SOFTCD_HD float split_cells(const TriangleShape& shape) const {
     const float inverse_size = registrar.grid->inverse_cell_size;
     const float across = 2.0F * inverse_size * (shape.radius + shape.growth);
@@ -186,7 +186,7 @@ struct RegisterTriangle {
   }
 };
 
-/// How many children stand for each split triangle.
+/// Counts the children of each split triangle.
 template <class Split>
 struct CountChildren {
   const Split* splits;
@@ -195,7 +195,7 @@ struct CountChildren {
   SOFTCD_HD void operator()(std::uint32_t split) const { child_counts[split] = splits[split].child_count(); }
 };
 
-/// First position in sorted `keys` whose key is not less than `key`.
+/// Returns the first position in sorted `keys` whose key is not less than `key`.
 template <class Key>
 SOFTCD_HD std::uint64_t lower_bound_index(const Key* keys, std::uint64_t begin, std::uint64_t end, Key key) {
   while (begin < end) {

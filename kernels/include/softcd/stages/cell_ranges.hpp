@@ -7,8 +7,8 @@
 
 namespace softcd {
 
-/// First position whose key is not less than `key`, for a key of the block that ends at `from`: gallops backwards, so
-/// it costs the logarithm of the distance.
+/// Returns the first position whose key is not less than `key`, a key of the block that ends at `from`. Gallops
+/// backwards, so that it costs the logarithm of the distance.
 SOFTCD_HD inline std::uint32_t gallop_back(const std::uint32_t* keys, std::uint32_t from, std::uint32_t key) {
   std::uint32_t step = 1;
   while (step <= from && !(keys[from - step] < key)) step *= 2;
@@ -16,14 +16,14 @@ SOFTCD_HD inline std::uint32_t gallop_back(const std::uint32_t* keys, std::uint3
   return static_cast<std::uint32_t>(lower_bound_index(keys, begin, from - step / 2, key));
 }
 
-/// An entry has to be tested with those before it in its cell whose rank is below this.
+/// Returns a rank: an entry has to be tested with entries before it in its cell whose rank is lower.
 template <class Control>
 SOFTCD_HD std::uint32_t partner_ranks(const SceneView& scene, std::uint32_t rank) {
   if (scene.self_collision) return 8U - Control::lowest_partner_k(7U - rank);
   return scene.body_count <= 8U ? rank : rank + 1U;
 }
 
-/// The part of a triangle's BoxedBounds that stands for an axis.
+/// Returns a triangle's BoxedBounds along an axis.
 template <bool kSwept>
 SOFTCD_HD EndVolumes::Axis boxed_bounds(const Kdop18* volumes, const EndVolumes* end_volumes, int axis,
                                         std::uint32_t t) {
@@ -32,9 +32,9 @@ SOFTCD_HD EndVolumes::Axis boxed_bounds(const Kdop18* volumes, const EndVolumes*
   return {volume.lo[axis], volume.hi[axis], volume.lo[3 + axis], volume.hi[3 + axis]};
 }
 
-/// Prepares each sorted entry for its tests: lays its triangle's boxes beside it, and finds where its cell begins and
-/// how many entries before it in the cell it may have to be tested with. Swept: by where triangles are at both ends of
-/// the step, else by `volumes`.
+/// Prepares each sorted entry for its tests. Stores its triangle's boxes beside it. Finds where its cell begins, and
+/// how many entries before it in the cell may have to be tested with it. Swept, triangles count where they are at both
+/// ends of the step, else by `volumes`.
 template <class Control, bool kSwept>
 struct PrepareEntry {
   SceneView scene;

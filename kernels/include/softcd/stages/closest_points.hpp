@@ -28,7 +28,7 @@ struct NearestOnLeaf {
   std::uint32_t triangle;
   double squared_distance;
   double weights[3];
-  Vec3d offset;  ///< the point that asks, minus this one
+  Vec3d offset;  ///< the probe's point minus this one
 
   SOFTCD_HD bool is_before(const NearestOnLeaf& other) const {
     return squared_distance < other.squared_distance ||
@@ -47,14 +47,15 @@ SOFTCD_HD inline NearestOnLeaf nearest_on(const BvhLeaf& leaf, std::uint32_t pla
           inverse * points.offset};
 }
 
-/// What boxes of triangles that are computed to be within a distance are within: rounding moves a distance d by at most
-/// 2^-50 (d + extent), its square by less than 2^-39 of it and 2^-57 of the extent's.
+/// Returns a bound on the squared distance of boxes whose triangles are computed to be within `squared_distance`.
+/// Rounding moves a distance d by at most 2^-50 (d + extent), its square by less than 2^-39 of it and 2^-57 of the
+/// extent's.
 SOFTCD_HD inline double reach_of(double squared_distance, const ProbedSceneView& scene) {
   return squared_distance * (1.0 + 0x1p-38) + 0x1p-57 * scene.extent * scene.extent;
 }
 
-/// The nearest of all leaves. Boxes are passed over where they are further away by more than rounding: which of several
-/// equally distant triangles it is does not depend on the order in which they are visited.
+/// Finds the nearest triangle. Skips a box only if it is further away by more than rounding. So the choice among
+/// equally distant triangles does not depend on the order of visits.
 class NearestVisitor {
  public:
   using Key = double;
@@ -79,7 +80,7 @@ class NearestVisitor {
     reach_ = reach_of(best_.squared_distance, scene_);
   }
 
-  /// Its place is kNoIndex where there is none.
+  /// Its place is kNoIndex if there is none.
   SOFTCD_HD const NearestOnLeaf& best() const { return best_; }
 
  private:
@@ -89,8 +90,8 @@ class NearestVisitor {
   double reach_;
 };
 
-/// The angle-weighted normal of a vertex, or, of an edge, the sum of its triangles' normals. Triangles of the feature
-/// are found where its first vertex is.
+/// Sums the angle-weighted normals of a vertex, or the normals of an edge's triangles. Finds the feature's triangles at
+/// its first vertex.
 class FeatureNormalVisitor {
  public:
   using Key = bool;
@@ -129,7 +130,8 @@ class FeatureNormalVisitor {
   Vec3d normal_{0, 0, 0};
 };
 
-/// Of the feature of the triangle that the point is on. Weights of features are 0 exactly where the point is not.
+/// Returns the normal of the triangle's feature that the point is on. Weights are 0 exactly for corners that the
+/// feature lacks.
 SOFTCD_HD inline Vec3d feature_normal(const ProbedSceneView& scene, const BvhLeaf& leaf, const double (&weights)[3]) {
   int corners[3] = {0, 0, 0};
   int count = 0;

@@ -4,12 +4,12 @@
 
 #include "softcd/stages/contact_tests.hpp"
 
-/// Found contacts get their order, kind above first feature above second, in one of two ways: by sorting their keys,
-/// or, where they are spread over the features, in runs: contacts of nearby first features are counted, laid beside
-/// each other, and each counts those of its run that come before it.
+/// Puts found contacts in order: kind above first feature above second. One method sorts their keys. The other, for
+/// contacts that are spread over the features, orders them in runs. A run has the contacts of nearby first features
+/// side by side, and each contact counts those of its run that come before it.
 namespace softcd {
 
-/// Sort keys, in as few bits as the scene needs.
+/// Makes sort keys, in as few bits as the scene needs.
 struct MakeContactKey {
   const FeatureContact* contacts;
   std::uint32_t first_bits;
@@ -25,10 +25,10 @@ struct MakeContactKey {
   }
 };
 
-/// Contacts in a run beyond which sorting is the quicker way.
+/// Contacts in a run beyond which sorting is faster.
 constexpr std::uint32_t kLongRun = 128;
 
-/// Which run a contact is in, and where it comes there. The vertices' runs are before the edges'.
+/// The run of a contact, and its key there. The vertices' runs are before the edges'.
 struct ContactRuns {
   std::uint32_t vertex_count;
   std::uint32_t shift;  ///< a run has 2^shift first features
@@ -40,7 +40,8 @@ struct ContactRuns {
   SOFTCD_HD std::uint64_t run(std::uint64_t key) const { return key >> 32 >> shift; }
 };
 
-/// For at most this many contacts: up to twice as many runs and one, and no more than one for each feature and one.
+/// The runs for at most this many contacts: up to twice as many runs and one, and no more than one for each feature and
+/// one.
 struct RunPlan {
   std::uint32_t shift;
   std::uint64_t run_count;
@@ -59,7 +60,7 @@ SOFTCD_HD inline std::uint32_t count_one_more(std::uint32_t* counter) {
 #endif
 }
 
-/// Counts each contact in its run, and notes how many were there before it. `longs` counts runs that become too long.
+/// Counts each contact in its run, and stores how many were there before it. `longs` counts runs that become too long.
 struct CountInRun {
   ContactRuns runs;
   const FeatureContact* contacts;
@@ -87,7 +88,7 @@ struct LayIntoRun {
   }
 };
 
-/// What is in a run that is too long is left alone: it will be sorted.
+/// Ranks the contacts of each run. Skips runs that are too long: they will be sorted.
 struct RankInRun {
   ContactRuns runs;
   const FeatureContact* contacts;

@@ -8,8 +8,8 @@
 
 namespace softcd {
 
-/// Where contacts of one kind begin that are one body's, among all contacts in order; called for 2 * body_ids + 1 of
-/// them, the last of which is the end of all. See DeviceContacts::body_begin.
+/// Finds where the contacts of one kind and one body begin, among all contacts in order. Called for 2 * body_ids + 1
+/// ranges; the last one is the end of all. See DeviceContacts::body_begin.
 struct FindBodyRange {
   const Contact* contacts;
   Count count;

@@ -65,8 +65,9 @@ SOFTCD_HD T contact_margin(const SceneView& scene, const FeatureVertices& vertic
   return margin_a + static_cast<T>(scene.bodies[body_b].margin);
 }
 
-/// Whether, along x, y or z, one side lies beyond the other at both ends of a straight-line motion, and so throughout.
-/// Exact. Candidates' floats have been compared that way, but positions in full only with room for what rounding did.
+/// Whether one side lies beyond the other along x, y or z at both ends of a straight-line motion, and so throughout.
+/// Exact. Candidates' floats have been compared like that, but positions in double only with a tolerance for their
+/// rounding.
 template <ContactKind kKind>
 SOFTCD_HD bool are_apart_along_an_axis(const Vec3d (&t0)[4], const Vec3d (&t1)[4]) {
   constexpr int kSplit = kKind == ContactKind::vertex_triangle ? 1 : 2;
@@ -132,9 +133,9 @@ struct TestProximity {
 constexpr float kSlabCrossError = 32.0F * epsilon<float>();
 constexpr float kSlabDifferenceError = 4.0F * epsilon<float>();
 
-/// Cheap and certain: true only where the vertex of `input` is in no contact with its triangle by ContactRule::slab,
-/// because it is out of the slab's box. The slab reaches d times the triangle's own extent beyond it along every axis,
-/// and the margin along the normal.
+/// Returns true only if the vertex of `input` certainly is in no contact with its triangle by ContactRule::slab,
+/// because it is out of the slab's box. Cheap. The slab reaches d times the triangle's own extent beyond it along every
+/// axis, and the margin along the normal.
 SOFTCD_HD inline bool certainly_outside_slab(const detail::RelativePair<float>& input, float input_margin) {
   const float extent = detail::extent(input);
   const float scale = safe_scale(extent);
@@ -217,7 +218,7 @@ struct CandidateMotion {
   }
 };
 
-/// Times are rounded towards t0.
+/// Makes a contact of an impact. Rounds its time towards t0.
 template <ContactKind kKind, class T>
 SOFTCD_HD FeatureContact contact_of(std::uint64_t candidate, const Impact<T>& impact) {
   FeatureContact contact{with_kind(kKind, candidate),     {},
@@ -243,8 +244,8 @@ struct TestMotion {
   }
 };
 
-/// Keeps those that do so by first_approach, as a search: a backend calls begin(), and unless that returns true
-/// advance() until it does and then finish().
+/// Keeps the candidates that come into contact by first_approach, as a search. A backend calls begin(), and unless that
+/// returns true, advance() until it does and then finish().
 template <ContactKind kKind>
 struct TestApproach {
   SceneView scene;
@@ -255,7 +256,7 @@ struct TestApproach {
     Approach<kKind, double> approach;
   };
 
-  /// Whether nothing is left to do.
+  /// Starts a search. Returns true if nothing is left to do.
   template <class Contacts>
   SOFTCD_HD bool begin(std::uint32_t i, Search& search, Contacts& contacts) const {
     search.candidate = candidates[i];
@@ -275,7 +276,7 @@ struct TestApproach {
   }
 };
 
-/// Counts the contacts that are reported because they could not be settled.
+/// Counts the contacts that are reported because they could not be decided.
 struct CountUnsettled {
   const FeatureContact* contacts;
 

@@ -5,11 +5,11 @@
 #include "softcd/math/closest_point.hpp"
 #include "softcd/stages/feature_pairs.hpp"
 
-/// Candidates that somebody has said are no contact, wherever they are: by their vertices' groups and masks, by how
-/// near they are on their mesh, or at rest.
+/// Excludes candidates wherever they are: by their vertices' groups and masks, or because they are near on their mesh
+/// or at rest.
 namespace softcd {
 
-/// Whether the filters let two features touch.
+/// Whether the filters allow two features to touch.
 template <ContactKind kKind>
 struct FilterTest {
   SceneView scene;
@@ -56,7 +56,7 @@ struct FilterTest {
     }
   };
 
-  /// Whether some vertex of the one and some of the other are so.
+  /// Whether `relation` holds for some vertex of one feature and some of the other.
   template <class Relation>
   static SOFTCD_HD bool any_pair(const FeatureVertices& vertices, const Relation& relation) {
     for (int a = 0; a < kCountA; ++a) {
@@ -83,8 +83,8 @@ SOFTCD_HD bool filters_allow(const FeatureTest<kKind, kSwept>& test, const Featu
   return FilterTest<kKind>{test.scene}.may_touch(candidate.vertices);
 }
 
-/// What `Find` finds, ExpandPair or TestNeighbours, without what the filters exclude. A functor of its own, so that
-/// detections without filters do not pay for its registers.
+/// Finds what `Find` finds, ExpandPair or TestNeighbours, without what the filters exclude. It is a functor of its own,
+/// so that detections without filters do not pay for its registers.
 template <class Find>
 struct WithFilters : Find {
   template <class Candidates>

@@ -39,31 +39,33 @@ struct FeatureWork {
   }
 };
 
-/// A vertex and a triangle, or two edges: their vertices, as contact_margin wants them, their indices, and the distance
-/// within which they can be in contact.
+/// A vertex and a triangle, or two edges: their vertices in the order of contact_margin, their indices, and the
+/// distance within which they can be in contact.
 struct FeatureCandidate {
   FeatureVertices vertices;
   std::uint32_t first, second;
   float distance;
 };
 
-/// Rejects features that are certain to stay apart: along one of the 18-DOP's axes at both ends of the step, or out of
-/// each other's plane, or by the signs of the coplanarity cubic; in the order of what each rejects for its cost. In
-/// float, whatever the narrow phase computes in: all that is rejected is apart in exact arithmetic. Where positions
-/// were rounded, a candidate's distance covers how far: features further apart than that at some time as floats are
-/// further apart than their margins then as they were given.
+/// Rejects features that are certain to stay apart:
+/// - along one of the 18-DOP's axes at both ends of the step,
+/// - out of each other's plane,
+/// - or by the signs of the coplanarity cubic.
+/// The order follows from what each test rejects for its cost. Tests are in float, whatever the narrow phase computes
+/// in: all rejected features are apart in exact arithmetic. A candidate's distance covers the rounding of positions:
+/// features further apart than that as floats are further apart than their margins as given.
 template <ContactKind kKind, bool kSwept>
 struct FeatureTest {
   SceneView scene;
 
-  /// False where the features are apart along x, y or z: most are.
+  /// Returns false if the features are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const FeatureCandidate& candidate) const {
     return !certainly_apart_on_straight_axes<kSwept, kCountA>(scene.x_t0, scene.x_t1, candidate.vertices.v,
                                                               straight_distance(candidate.distance));
   }
 
-  /// Of features whose bodies have these margins together, and whose corners were rounded by so much together; a
-  /// vertex's margin may be larger.
+  /// Returns the distance within which features can be in contact. `margin` is the sum of their bodies' margins,
+  /// `rounding` that of their corners' roundings. A vertex's margin may be larger.
   SOFTCD_HD float contact_distance(const FeatureVertices& vertices, float margin, float rounding) const {
     if (scene.motion_margin > 0.0F) margin = contact_margin<kKind, float>(scene, vertices);
     margin = outward_up(margin);
@@ -76,7 +78,7 @@ struct FeatureTest {
     return outward_up(contact_margin<kKind, float>(scene, candidate.vertices));
   }
 
-  /// False where the features, which pass the filter, are certain to stay apart.
+  /// Returns false if the features, which pass the filter, are certain to stay apart.
   SOFTCD_HD bool keeps(const FeatureCandidate& candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = candidate.distance;
@@ -169,14 +171,14 @@ struct ExpandPair {
             shape_a.rounding + shape_b.rounding};
   }
 
-  /// False where the features share a vertex or are apart along x, y or z: most are.
+  /// Returns false if the features share a vertex or are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
     if (!pick(work, part, candidate) || !feature_test.filter(candidate)) return false;
     name(work, part, candidate);
     return true;
   }
 
-  /// The same without the test: false where the features share a vertex.
+  /// Does the same without the test: returns false if the features share a vertex.
   SOFTCD_HD bool list(const Item& work, std::uint32_t part, Candidate& candidate) const {
     if (!pick(work, part, candidate)) return false;
     name(work, part, candidate);
@@ -193,12 +195,12 @@ struct ExpandPair {
   }
 
  private:
-  /// Vertices touch no segments: where they do, edges touch at an end.
+  /// Vertices are not tested against segments: if the two touch, edges touch at an end.
   static SOFTCD_HD std::uint32_t bits_against(const TriangleShape& other, std::uint32_t bits) {
     return kKind == ContactKind::vertex_triangle && (other.flags & kSegment) != 0U ? 0U : bits;
   }
 
-  /// The vertices of a part and their distance; false where two are the same.
+  /// Finds the vertices of a part and their distance. Returns false if two are the same.
   SOFTCD_HD bool pick(const Item& work, std::uint32_t part, Candidate& candidate) const {
     if constexpr (kKind == ContactKind::vertex_triangle) {
       const std::uint32_t count_a = count_bits3(work.owned_a);
@@ -225,7 +227,7 @@ struct ExpandPair {
     return true;
   }
 
-  /// The features' indices.
+  /// Finds the features' indices.
   SOFTCD_HD void name(const Item& work, std::uint32_t part, Candidate& candidate) const {
     if constexpr (kKind == ContactKind::vertex_triangle) {
       candidate.first = candidate.vertices.v[0];
@@ -239,8 +241,7 @@ struct ExpandPair {
   }
 };
 
-/// The candidates among the features of triangles that share a vertex, which are listed (NeighbourFeatures); one an
-/// item.
+/// Tests the listed features of triangles that share a vertex (NeighbourFeatures), one per item.
 template <ContactKind kKind, bool kSwept>
 struct TestNeighbours {
   struct Item {
@@ -259,7 +260,7 @@ struct TestNeighbours {
     return list(item, part, candidate) && feature_test.filter(candidate);
   }
 
-  /// False where there are none, or the body wants no such contacts.
+  /// Returns false if the item has none, or the body wants no such contacts.
   SOFTCD_HD bool list(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
     if (item.features == kNoFeatures) return false;
     const SceneView& scene = feature_test.scene;
@@ -281,7 +282,7 @@ struct TestNeighbours {
   }
 
  private:
-  /// Of two features' corners together.
+  /// Returns the rounding of two features' corners together.
   SOFTCD_HD float rounding_of(const SceneBody& body, const FeatureVertices& vertices) const {
     if (!body.is_rounded) return 0.0F;
     float rounding = 0.0F;

@@ -9,7 +9,7 @@
 
 namespace softcd {
 
-/// Lives in the backend's memory: chosen there, read there.
+/// The grid, which is chosen and read in the backend's memory.
 struct GridParameters {
   float cell_size;
   float inverse_cell_size;
@@ -21,22 +21,22 @@ struct GridParameters {
 /// Loop levels beyond which a triangle is tested against all others instead.
 constexpr int kMaxLevel = 6;
 
-/// Triangles are left whole whose radius is at most this many cells. From 2 to 4, tests of scenes with large
-/// triangles rise by less than 1 %; a recorded cloth on a ball has 584 triangles between, whose splitting took 0.18 of
-/// 1.13 ms on an H200.
+/// Triangles whose radius is at most this many cells stay whole. From 2 to 4, tests of scenes with large triangles rise
+/// by less than 1 %. A recorded cloth on a ball has 584 triangles between, whose splitting took 0.18 of 1.13 ms on an
+/// H200.
 constexpr float kWholeSize = 4.0F;
 /// Larger ones are split until their children's radius is at most this many cells.
 constexpr float kChildSize = 2.0F;
 
-/// How many tests against other triangles a cell may cost. On one core a cell took 82 ns (marked,
-/// registered, sorted) and a test 5 ns: half of that, so that what is in doubt is split.
+/// The number of tests against other triangles that a cell may cost. On one core a cell took 82 ns (marked, registered,
+/// sorted) and a test 5 ns. This is half of that, so that triangles in doubt are split.
 constexpr float kTestsPerCell = 8.0F;
 
-/// Whole triangles of so few cells across are registered however small the scene is.
+/// Whole triangles of at most this many cells across are registered however small the scene is.
 constexpr int kFewCellsAcross = 4;
 
-/// Number of 1-to-4 splits after which a triangle of this radius fits a cell of size `limit`; kMaxLevel + 1 when none
-/// does.
+/// Returns the number of 1-to-4 splits after which a triangle of this radius fits a cell of size `limit`; kMaxLevel + 1
+/// if none does.
 SOFTCD_HD inline int subdivision_level(float radius, float limit) {
   int level = 0;
   while (level <= kMaxLevel && !(radius <= limit)) {
@@ -46,15 +46,16 @@ SOFTCD_HD inline int subdivision_level(float radius, float limit) {
   return level;
 }
 
-/// The level that a triangle of this radius is split to, 0 where it stays whole, by the size of a cell less its margin.
+/// Returns the level that a triangle of this radius is split to, 0 if it stays whole. `limit` is the size of a cell
+/// less its margin.
 SOFTCD_HD inline int split_level(float radius, float limit) {
   return radius <= kWholeSize * limit ? 0 : subdivision_level(radius, kChildSize * limit);
 }
 
-/// About how many cells the volume of a triangle takes whose half diagonal, before it was grown by `growth`, is
-/// `radius`: what a triangle sweeps fills about an eighth of its box (measured with random directions: 0.08 to 0.13),
-/// and the box of radius R is about that of a cube of side 2 R / sqrt(3); a ball's 18-DOP on the grid fills about half
-/// of its box.
+/// Returns the side of a cube that takes about as many cells as a triangle's volume. `radius` is half the volume's
+/// diagonal, before it was grown by `growth`. A swept triangle fills about an eighth of its box (measured with random
+/// directions: 0.08 to 0.13). A box of radius R is about a cube of side 2 R / sqrt(3). A ball's 18-DOP on the grid
+/// fills about half of its box.
 SOFTCD_HD inline float cell_extent(float radius, float growth) {
   return 0.577F * radius + 1.64F * growth;
 }
@@ -69,17 +70,21 @@ struct SizeHistograms {
   const std::uint32_t* swept_radius;
   const std::uint32_t* cell_extent;
   const std::uint32_t* distance;         ///< of the largest coordinate magnitude
-  const std::uint32_t* triangle_radius;  ///< of triangles, where `radius` is that of patches
+  const std::uint32_t* triangle_radius;  ///< of triangles; `radius` may be of patches
+
+  SOFTCD_HD bool has(int bin) const {
+    return (radius[bin] | swept_radius[bin] | cell_extent[bin] | distance[bin] | triangle_radius[bin]) != 0U;
+  }
 };
 
-/// Children of all split triangles, per triangle.
+/// Most children of all split triangles, per triangle.
 constexpr int kChildBudget = 8;
-/// The mean number of entries beyond which larger cells pay: an entry costs as much as 6 (H200) to 11 (16 cores)
-/// tests, and what is in many cells meets the same partners in larger ones. A recorded step of balls has 4.5M entries
-/// and 45M tests at lambda 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
+/// The mean number of entries beyond which larger cells pay. An entry costs as much as 6 (H200) to 11 (16 cores) tests,
+/// and triangles in many cells meet the same partners in larger ones. A recorded step of balls has 4.5M entries and 45M
+/// tests at cell_size_factor 1.8, 1.0M and 42M with this target: 1.84 and 1.32 ms on an H200.
 constexpr std::uint64_t kEntryTarget = 5;
 constexpr std::uint64_t kEntryTargetSlack = 4096;
-/// With a lambda that was asked for the mean number of entries is bound for memory's sake alone.
+/// Bounds the mean number of entries with a given cell_size_factor, to limit memory alone.
 constexpr std::uint64_t kEntryBudget = 256;
 constexpr std::uint64_t kEntrySlack = 65536;
 
@@ -88,14 +93,14 @@ SOFTCD_HD std::uint64_t count_active(Team& team, const std::uint32_t* histogram)
   return team.sum(kSizeBins, [&](int bin) { return static_cast<std::uint64_t>(histogram[bin]); });
 }
 
-/// `size`, or more, so that the grid reaches the furthest of all but stray triangles.
+/// Returns `size`, or more, so that the grid reaches the furthest of all but stray triangles.
 template <class Team>
 SOFTCD_HD float within_grid_extent(Team& team, const SizeHistograms& sizes, float size) {
   return larger(size, 8.0F * clipped_mean(team, sizes.distance) / kGridExtent);
 }
 
-/// `size`, or more, so that children are no more than budgeted. `level_of(radius, size)` is the level that a triangle
-/// is split to.
+/// Returns `size`, or more, so that children stay within their budget. `level_of(radius, size)` is the level that a
+/// triangle is split to.
 template <class Team, class LevelOf>
 SOFTCD_HD float within_child_budget(Team& team, const SizeHistograms& sizes, float size, std::uint64_t triangles,
                                     const LevelOf& level_of) {
@@ -111,7 +116,7 @@ SOFTCD_HD float within_child_budget(Team& team, const SizeHistograms& sizes, flo
   return size;
 }
 
-/// `size`, or more, so that entries are no more than `budget`. No triangle gets more than `most` of them.
+/// Returns `size`, or more, so that entries are no more than `budget`. No triangle gets more than `most` of them.
 template <class Team>
 SOFTCD_HD float within_entry_budget(Team& team, const SizeHistograms& sizes, float size, std::uint64_t budget,
                                     float most) {
@@ -127,7 +132,7 @@ SOFTCD_HD float within_entry_budget(Team& team, const SizeHistograms& sizes, flo
   return size;
 }
 
-/// A grid with cells of about this size, whose inverse must be no subnormal number.
+/// Returns a grid with cells of about this size, whose inverse must not be subnormal.
 SOFTCD_HD inline GridParameters grid_of_size(float size, float mean_radius, std::uint64_t active_triangles,
                                              std::uint64_t active_elements) {
   if (!(size > 1.0e-37F)) size = 1.0F;
@@ -136,32 +141,35 @@ SOFTCD_HD inline GridParameters grid_of_size(float size, float mean_radius, std:
           static_cast<std::uint32_t>(active_elements)};
 }
 
-/// The lambda that stands for 0.
-constexpr float kExactLambda = 1.8F;
+/// The factor that replaces 0.
+constexpr float kExactCellSizeFactor = 1.8F;
 
 /// Chooses the cell size of `exact` and `uniform`.
 ///
-/// `exact`: lambda times the clipped mean of the margin-inflated radii (measured optimum of what is at rest 1.8, flat
-/// from 1.2 to 2.4); `uniform`: 3 largest swept radii. Enlarged where the children of split triangles, or the entries
-/// of triangles that move far or have large margins, would outnumber a budget per triangle, where the mean triangle
-/// moves many cells, and where the grid would not reach the furthest of all but stray triangles.
+/// `exact`: cell_size_factor times the clipped mean of the margin-inflated radii (measured optimum at rest 1.8, flat
+/// from 1.2 to 2.4). `uniform`: 3 largest swept radii. Both enlarge cells if the grid would not reach the furthest of
+/// all but stray triangles. `exact` also enlarges them if
+/// - the mean triangle moves many cells;
+/// - the children of split triangles would exceed a budget per triangle;
+/// - the entries of triangles that move far or have large margins would exceed one.
 struct ChooseGrid {
   SizeHistograms sizes;
   BroadPhase broad_phase;
   bool subdivision;
-  float lambda;  ///< 0: chosen here
+  float cell_size_factor;  ///< 0: chosen here
   GridParameters* grid;
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
+    team.skip_zeros(kSizeBins, [&](int bin) { return sizes.has(bin); });
     const std::uint64_t active = count_active(team, sizes.radius);
     const std::uint64_t triangles = count_active(team, sizes.triangle_radius);
     const float triangle_mean = clipped_mean(team, sizes.triangle_radius);
     const float mean = clipped_mean(team, sizes.radius);
     const bool fit_largest = broad_phase == BroadPhase::uniform;
-    const bool is_chosen = !fit_largest && !(lambda > 0.0F);
-    float size =
-        fit_largest ? 3.0F * largest_size(team, sizes.swept_radius) : (is_chosen ? kExactLambda : lambda) * mean;
+    const bool is_chosen = !fit_largest && !(cell_size_factor > 0.0F);
+    float size = fit_largest ? 3.0F * largest_size(team, sizes.swept_radius)
+                             : (is_chosen ? kExactCellSizeFactor : cell_size_factor) * mean;
     size = within_grid_extent(team, sizes, size);
     if (!fit_largest) {
       size = larger(size, clipped_mean(team, sizes.swept_radius) / 8.0F);
@@ -169,7 +177,7 @@ struct ChooseGrid {
         const auto level_of = [](float radius, float cell_size) { return split_level(radius, cell_size); };
         size = within_child_budget(team, sizes, size, active, level_of);
       }
-      // What takes more cells than it is worth is tested against all: see RegisterTriangle.
+      // A triangle that takes more cells than that is tested against all: see RegisterTriangle.
       const float most = static_cast<float>(active) / kTestsPerCell;
       size = within_entry_budget(
           team, sizes, size,

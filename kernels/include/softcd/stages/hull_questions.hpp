@@ -7,7 +7,7 @@
 
 namespace softcd {
 
-/// A hull whose points are among those of others; see ProbeHull.
+/// A hull, whose points are a part of all hulls' points; see ProbeHull.
 struct HullQuestion {
   std::uint32_t first_point, point_count;
   double radius;

@@ -6,10 +6,10 @@
 #include "softcd/math/kdop.hpp"
 #include "softcd/stages/pair_tests.hpp"
 
-/// Pairs of triangles that an earlier look has left, for a look whose volumes lie within that one's.
+/// Pairs of triangles that an earlier detection kept, for a detection whose volumes lie within the kept ones.
 namespace softcd {
 
-/// Counts the triangles that take part, and those of them that are not within the volumes that an earlier look had.
+/// Counts the triangles that take part, and those of them that are not within their kept volumes.
 struct FindEscaped {
   const Kdop18* volumes;
   const Kdop18* kept_volumes;
@@ -23,8 +23,8 @@ struct FindEscaped {
   }
 };
 
-/// How far a triangle is from leaving the volume that an earlier look had for it; less than 0 once it has. 0 where one
-/// of the two has none.
+/// Returns how far a triangle is from leaving its kept volume; less than 0 once it has. 0 if one of the two volumes is
+/// empty.
 struct MeasureHeadroom {
   const Kdop18* volumes;
   const Kdop18* kept_volumes;
@@ -56,7 +56,7 @@ struct KeepVolume {
   }
 };
 
-/// A pair that was kept, as a look of its own would test it where the two meet in a cell.
+/// Tests a kept pair as a detection tests two triangles that meet in a cell.
 template <bool kSwept>
 struct TestKept {
   PairTest<kSwept> test;

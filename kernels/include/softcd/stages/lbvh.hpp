@@ -7,16 +7,16 @@
 #include "softcd/math/box.hpp"
 
 /// A linear bounding volume hierarchy: triangles in the order of their centres' Morton codes, and the binary radix tree
-/// over them (Karras, Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees, 2012). It depends on
-/// the triangles alone, not on who builds it.
+/// over them. Karras describes it (Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees, 2012).
+/// It depends on the triangles alone, not on the backend.
 namespace softcd {
 
 /// Bits of a Morton code.
 constexpr int kMortonBitsPerAxis = 14;
 constexpr int kMortonBits = 3 * kMortonBitsPerAxis;
 
-/// Leaves below any node have more of their Morton code, and then of their place, in common than those below its parent
-/// have: no path from the root is longer than this.
+/// Longest path from the root. Leaves below any node have more of their Morton code, and then of their place, in common
+/// than those below its parent.
 constexpr int kBvhDepth = kMortonBits + 32;
 
 /// Marks a child that is a leaf.
@@ -31,21 +31,21 @@ SOFTCD_HD constexpr BodyClasses class_of(std::uint32_t body) {
   return static_cast<BodyClasses>(1U << (body % kBvhBodyClasses));
 }
 
-/// What no box overlaps.
+/// Returns a box that overlaps nothing.
 SOFTCD_HD constexpr Box empty_box() {
   constexpr float kMost = 3.402823466e38F;
   return {{kMost, kMost, kMost}, {-kMost, -kMost, -kMost}};
 }
 
-/// Node 0 is the root.
+/// A node of the tree. Node 0 is the root.
 struct alignas(16) BvhNode {
   Box boxes[2];               ///< of its children
   std::uint32_t children[2];  ///< nodes, or kLeafBit | leaf
-  std::uint32_t parent;       ///< twice the node that it is a child of, plus which; of the root kNoIndex
+  std::uint32_t parent;       ///< 2 * node that it is a child of + which child; kNoIndex for the root
   BodyClasses bodies[2];      ///< below its children
 };
 
-/// A triangle where it is.
+/// A triangle with its positions.
 struct alignas(16) BvhLeaf {
   Vec3f x[3];
   std::uint32_t triangle;  ///< of the scene; kNoIndex: none
@@ -53,13 +53,13 @@ struct alignas(16) BvhLeaf {
   std::uint32_t unused;
 };
 
-/// At least two leaves.
+/// A hierarchy of at least two leaves.
 struct BvhView {
   const BvhNode* nodes;
   const BvhLeaf* leaves;
 };
 
-/// What a hierarchy is built of; see SceneView.
+/// Input of a hierarchy; see SceneView.
 struct BvhInput {
   const Vec3f* x;
   const Triangle* triangles;
@@ -68,7 +68,7 @@ struct BvhInput {
   std::uint32_t triangle_count;
   Box bounds;  ///< of all triangles
 
-  /// Of leaf i some triangle, of those beyond the triangles none.
+  /// Whether leaf i has a triangle: there are leaves beyond the triangles, and triangles that are left out.
   SOFTCD_HD bool has_triangle(std::uint32_t i) const { return i < triangle_count && (ownership[i] & kLeftOut) == 0U; }
 };
 
@@ -76,7 +76,7 @@ SOFTCD_HD inline Box box_of(const Vec3f (&x)[3]) {
   return merged(merged(box_of(x[0]), box_of(x[1])), box_of(x[2]));
 }
 
-/// Every third bit, from the lowest on.
+/// Spreads the bits to every third one, from the lowest on.
 SOFTCD_HD constexpr std::uint64_t spread_bits(std::uint64_t bits) {
   bits = (bits | (bits << 32)) & 0x001F00000000FFFFULL;
   bits = (bits | (bits << 16)) & 0x001F0000FF0000FFULL;
@@ -85,7 +85,7 @@ SOFTCD_HD constexpr std::uint64_t spread_bits(std::uint64_t bits) {
   return (bits | (bits << 2)) & 0x1249249249249249ULL;
 }
 
-/// The leaves' sort keys. Those without a triangle come last.
+/// Makes the leaves' sort keys. Leaves without a triangle come last.
 struct KeyLeaf {
   BvhInput input;
   std::uint64_t* keys;
@@ -112,7 +112,7 @@ struct KeyLeaf {
   }
 };
 
-/// The leaves in order.
+/// Writes the leaves in order.
 struct PlaceLeaf {
   BvhInput input;
   const std::uint32_t* triangles;
@@ -140,7 +140,7 @@ SOFTCD_HD inline int leading_zeros(std::uint64_t bits) {
 #endif
 }
 
-/// Links inner node i to its children: it stands for the leaves that share the most with leaf i on the side of i that
+/// Links inner node i to its children. The node has the leaves that share the most with leaf i, on the side of i that
 /// shares more.
 struct LinkNode {
   const std::uint64_t* keys;
@@ -161,14 +161,14 @@ struct LinkNode {
   }
 
  private:
-  /// Bits that the keys have in common, equal ones told apart by their places; -1 where there is no leaf j.
+  /// Returns the number of bits that the keys have in common; places count for equal keys. -1 if there is no leaf j.
   SOFTCD_HD int common_prefix(std::int64_t i, std::int64_t j) const {
     if (j < 0 || j >= static_cast<std::int64_t>(leaf_count)) return -1;
     const std::uint64_t difference = keys[i] ^ keys[j];
     return difference != 0 ? leading_zeros(difference) : 64 + leading_zeros(static_cast<std::uint64_t>(i ^ j));
   }
 
-  /// How many leaves beyond the first the node has.
+  /// Returns the number of leaves that the node has beyond the first.
   SOFTCD_HD std::int64_t length(std::int64_t first, std::int64_t step) const {
     const int least = common_prefix(first, first - step);
     std::int64_t bound = 2;
@@ -180,7 +180,7 @@ struct LinkNode {
     return length;
   }
 
-  /// The last leaf of the first child.
+  /// Returns the last leaf of the first child.
   SOFTCD_HD std::int64_t split_of(std::int64_t first, std::int64_t last) const {
     const int common = common_prefix(first, last);
     const std::int64_t step = first < last ? 1 : -1;
@@ -200,7 +200,7 @@ struct LinkNode {
   }
 };
 
-/// Whether the other child's box is there too: the second of two that arrive sees what the first has written.
+/// Whether the other child's box is there, too: the second of two that arrive sees what the first has written.
 SOFTCD_HD inline bool arrives_second(std::uint32_t* arrivals) {
 #if defined(__CUDA_ARCH__)
   __threadfence();
@@ -212,7 +212,7 @@ SOFTCD_HD inline bool arrives_second(std::uint32_t* arrivals) {
 #endif
 }
 
-/// Boxes and bodies from leaf i upwards, as far as the other children's are known.
+/// Fits boxes and bodies from leaf i upwards, as far as the other children's are known.
 struct FitBoxes {
   const BvhLeaf* leaves;
   const std::uint32_t* leaf_parents;
@@ -237,7 +237,7 @@ struct FitBoxes {
 };
 
 /// Calls visitor.visit(leaf, place) for the leaves that visitor.enters(box, key) leads to, those with lower keys first,
-/// as long as visitor.still_enters(key). Where nothing is of these bodies it does not look.
+/// as long as visitor.still_enters(key). Skips nodes without any of these bodies.
 template <class Visitor>
 SOFTCD_HD void visit_leaves(const BvhView& bvh, Visitor& visitor, BodyClasses bodies = kAllBodies) {
   using Key = typename Visitor::Key;

@@ -12,7 +12,7 @@
 
 namespace softcd {
 
-/// Marks a vertex that a change would add; the scene has less than that many.
+/// Marks a vertex that a change would add. The scene has fewer vertices than this.
 constexpr std::uint32_t kNewVertex = 0x80000000u;
 
 /// A change of a mesh that might be made; see ProbeChange. The triangles that it would add are the items of stages.
@@ -30,7 +30,7 @@ struct ChangeQuestions {
   Span<const Vec3d> new_vertices;  ///< in world coordinates
 };
 
-/// A triangle that would be added, where it would be.
+/// A triangle that a change would add, with its positions.
 struct AddedTriangle {
   Triangle vertices;
   Vec3f x[3];
@@ -43,7 +43,7 @@ struct AddedTriangle {
   }
 };
 
-/// The same in the backend's memory.
+/// The changes in the backend's memory.
 struct AskedChanges {
   ProbedSceneView scene;
   ChangeQuestions asked;
@@ -73,7 +73,7 @@ struct AskedChanges {
   }
 };
 
-/// What of the scene one added triangle would intersect, but for what would be removed.
+/// Finds the triangles of the scene that one added triangle would intersect, except removed ones.
 template <class Sink>
 class ChangeVisitor {
  public:
@@ -100,7 +100,7 @@ class ChangeVisitor {
     sink_.add([&] { return ChangeIntersection{index(), {body.id}, other.triangle - body.first_triangle}; });
   }
 
-  /// And of what would be added with it, each two once.
+  /// Finds the added triangles that it would intersect, each pair once.
   SOFTCD_HD void visit_added() {
     for (std::uint64_t j = item_ + 1ULL; j < change_.end_item; ++j) {
       const AddedTriangle other = asked_.added(j);
@@ -123,7 +123,7 @@ class ChangeVisitor {
   Sink& sink_;
 };
 
-/// What each added triangle would intersect.
+/// Lists the intersections of each added triangle.
 struct ListChangeIntersections {
   using Answer = ChangeIntersection;
 
@@ -141,7 +141,7 @@ struct ListChangeIntersections {
     visitor.visit_added();
   }
 
-  /// Added ones are of no body, and last.
+  /// Intersections with added triangles have no body, and come last.
   static SOFTCD_HD bool is_before(const ChangeIntersection& a, const ChangeIntersection& b) {
     return a.body.value != b.body.value ? a.body.value < b.body.value : a.triangle < b.triangle;
   }

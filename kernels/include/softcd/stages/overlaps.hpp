@@ -15,7 +15,8 @@
 
 namespace softcd {
 
-/// Leaves whose boxes are near, and triangles that `Shape` overlaps: it has may_overlap(box) and overlaps(leaf).
+/// Visits leaves whose boxes are near, and finds triangles that `Shape` overlaps. It has may_overlap(box) and
+/// overlaps(leaf).
 template <class Shape, class Sink>
 class OverlapVisitor {
  public:
@@ -63,7 +64,7 @@ class SphereShape {
   double reach_;
 };
 
-/// A capsule relative to the scene's origin. Boxes of triangles are grown by its radius, and compared with its segment.
+/// A capsule relative to the scene's origin. Boxes of triangles grow by its radius, and are compared with its segment.
 class CapsuleShape {
  public:
   SOFTCD_HD CapsuleShape(const ProbeCapsule& capsule, const ProbedSceneView& scene)
@@ -71,7 +72,7 @@ class CapsuleShape {
         to_(capsule.to - scene.origin),
         squared_radius_(capsule.radius * capsule.radius),
         is_usable_(softcd::is_usable(from_) && softcd::is_usable(to_) && capsule.radius >= 0.0) {
-    // Whichever axis a segment and a box are seen along, its products are off by less than that.
+    // Along any axis, the products of a segment and a box are off by less than that.
     const double rounding = 0x1p-48 * (max_norm(from_) + max_norm(to_) + max_norm(scene.centre) + scene.extent);
     const double reach = square_root(reach_of(squared_radius_, scene)) + rounding;
     reach_ = {reach, reach, reach};
@@ -124,7 +125,7 @@ class BoxShape {
   }
 
  private:
-  /// Beyond, there are no triangles.
+  /// No triangles are beyond.
   static SOFTCD_HD double within_reach(double x) {
     return smaller(larger(x, -2.0 * kLargestCoordinate), 2.0 * kLargestCoordinate);
   }
@@ -134,8 +135,8 @@ class BoxShape {
   bool is_usable_;
 };
 
-/// A turned box relative to the scene's origin. Boxes of triangles are compared with the box around it, triangles as
-/// they are seen along its axes.
+/// A rotated box relative to the scene's origin. Compares boxes of triangles with the box around it, and triangles in
+/// its own axes.
 class OrientedBoxShape {
  public:
   SOFTCD_HD OrientedBoxShape(const ProbeOrientedBox& box, const ProbedSceneView& scene)
@@ -146,7 +147,7 @@ class OrientedBoxShape {
     for (int axis = 0; axis < 3; ++axis) {
       const double reach = box_.half.x * magnitude(box.axes[0][axis]) + box_.half.y * magnitude(box.axes[1][axis]) +
                            box_.half.z * magnitude(box.axes[2][axis]);
-      // Of axes that are not quite at right angles, and of what triangles are computed with.
+      // Covers axes that are not quite at right angles, and the roundings of triangles.
       reach_[axis] = reach + kRounding * (reach + magnitude(centre_[axis]));
     }
   }
@@ -184,7 +185,7 @@ class OrientedBoxShape {
   bool is_usable_ = false;
 };
 
-/// A convex hull relative to the scene's origin. Boxes of triangles are compared with the box around it.
+/// A convex hull relative to the scene's origin. Compares boxes of triangles with the box around it.
 class HullShape {
  public:
   SOFTCD_HD HullShape(const ProbeHull& hull, const ProbedSceneView& scene)
@@ -222,7 +223,7 @@ class HullShape {
   double hi_[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
 };
 
-/// The triangles that each shape overlaps, by bodies and indices. `Questions` are what Shapes are made of, by number.
+/// Lists the triangles that each shape overlaps, by bodies and indices. questions[i] describes shape i.
 template <class Questions, class Shape>
 struct ListOverlaps {
   using Answer = TriangleOverlap;

@@ -14,12 +14,12 @@
 
 namespace softcd {
 
-/// Two triangles or patches that may touch, lower index in the high half.
+/// Returns the key of two triangles or patches, the lower index in the high half.
 SOFTCD_HD constexpr std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
   return a < b ? (static_cast<std::uint64_t>(a) << 32) | b : (static_cast<std::uint64_t>(b) << 32) | a;
 }
 
-/// Appends a pair of triangles to `pairs`, one with a patch to `patch_pairs`. A patch is the higher of the two.
+/// Appends a pair of triangles to `pairs`, and a pair with a patch to `patch_pairs`. A patch is the higher of the two.
 template <class Pairs, class PatchPairs>
 SOFTCD_HD void push_pair(const SceneView& scene, std::uint64_t pair, Pairs& pairs, PatchPairs& patch_pairs) {
   if (scene.is_patch(static_cast<std::uint32_t>(pair))) {
@@ -31,8 +31,8 @@ SOFTCD_HD void push_pair(const SceneView& scene, std::uint64_t pair, Pairs& pair
 
 constexpr int kTimeSlabs = 8;
 
-/// Whether one moves further relative to the other than the two are wide, so that time slabs may tell them apart where
-/// no axis does.
+/// Whether one moves further relative to the other than the two are wide. Then time slabs may separate them where no
+/// axis does.
 SOFTCD_HD inline bool move_past(const EndVolumes& a, const EndVolumes& b) {
   float motion = 0.0F;
   float width = 0.0F;
@@ -75,8 +75,8 @@ struct alignas(16) PairCandidate {
   Entry a, b;
 };
 
-/// What decides about a pair of triangles or patches once it is known that they meet in a cell. Cheapest first. With a
-/// patch it decides whether some of the patch's triangles may be such a pair.
+/// Decides about a pair of triangles or patches that meet in a cell. The cheapest tests come first. With a patch it
+/// decides whether some of the patch's triangles may be such a pair.
 template <bool kSwept>
 struct PairTest {
   SceneView scene;
@@ -84,7 +84,7 @@ struct PairTest {
   const EndVolumes* end_volumes;  ///< null unless swept
   const TriangleShape* shapes;
 
-  /// Whether some vertex or edge of one is owned that could touch the other.
+  /// Whether one owns a vertex or an edge that could touch the other.
   static SOFTCD_HD constexpr bool own_features(Entry a, Entry b) {
     const bool any_vertex = (owned_vertices(a) | owned_vertices(b)) != 0U;
     const bool edges_of_a = owned_edges(a) != 0U;
@@ -96,13 +96,13 @@ struct PairTest {
   SOFTCD_HD bool classes_may_touch(std::uint32_t touchable_by_a, Entry b) const {
     return ((touchable_by_a >> body_class(b)) & 1U) != 0U;
   }
-  /// What stands for a triangle or a patch that is not in a cell.
+  /// Returns the entry of a triangle or a patch outside of any cell.
   SOFTCD_HD Entry entry_of(std::uint32_t element) const {
     return {element, entry_bits(0, scene.element_body(element), wanted_features(shapes[element].flags))};
   }
   SOFTCD_HD std::uint32_t touchable_classes(Entry a) const { return scene.class_may_touch[body_class(a)]; }
 
-  /// For entries whose classes may touch. What neighbours may touch with is listed.
+  /// Whether two entries may touch if their classes may: not if they are neighbours whose features are listed.
   SOFTCD_HD bool may_touch(Entry a, Entry b) const {
     if (scene.body_count > kBodyClasses &&
         !scene.bodies_may_touch(scene.element_body(a.root), scene.element_body(b.root))) {
@@ -115,7 +115,7 @@ struct PairTest {
     return volumes_meet(a.root, b.root) && meet_on_their_way(a.root, b.root);
   }
 
-  /// The same for triangles of bodies that may touch, whose volumes meet, at both ends of the step where they move.
+  /// Decides the same for triangles that meet by volumes_meet(), of bodies that may touch.
   SOFTCD_HD bool meeting_triangles_may_touch(std::uint32_t a, std::uint32_t b) const {
     if (scene.self_collision && share_vertex(scene.triangles[a], scene.triangles[b])) return neighbours_may_touch(a, b);
     return meet_on_their_way(a, b);
@@ -150,8 +150,8 @@ struct PairTest {
   }
 };
 
-/// One test: sorted entry j against its k-th partner. `filter` decides by the entries alone and hands what is left, a
-/// minority, to `test`, so that a backend may gather enough of it before it goes on.
+/// One test: sorted entry j against its k-th partner. `filter` decides by the entries alone. It passes a minority to
+/// `test`, so that a backend may gather enough of it before it goes on.
 template <class Control, bool kSwept>
 struct TestPair {
   using Candidate = PairCandidate;
@@ -161,7 +161,7 @@ struct TestPair {
   const BoxedEntry* entries;
   const std::uint32_t* partner_begin;
 
-  /// What all tests of one entry share.
+  /// Properties that all tests of one entry share.
   struct Item {
     BoxedEntry boxed;
     const BoxedEntry* partners;
@@ -202,8 +202,8 @@ struct TestPair {
   static constexpr std::uint32_t kFlaggedPair = 1U << 31;  ///< a spare bit of Entry
 };
 
-/// A rank's triangle, or patch where there are patches, with index first + i against every triangle on the BIG list,
-/// each pair once.
+/// Tests a rank's triangle, or its patch if there are patches, with index first + i against every triangle on the BIG
+/// list, each pair once.
 template <bool kSwept>
 struct TestAgainstBig {
   PairTest<kSwept> test;
@@ -213,7 +213,6 @@ struct TestAgainstBig {
 
   template <class Pairs, class PatchPairs>
   SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs, PatchPairs& patch_pairs) const {
-    if (big_count.get() == 0) return;  // triangles that were swept have no patches with bounds
     if (test.scene.patch_count == 0) return against_all(first + i, pairs, patch_pairs);
     const std::uint32_t patch = test.scene.patch_element(first + i);
     if ((test.shapes[patch].flags & kLoosePatch) == 0U) return against_all(patch, pairs, patch_pairs);

@@ -12,12 +12,12 @@
 /// are far apart, or too large for the cells, is *loose*: its triangles take part one by one.
 namespace softcd {
 
-/// A patch is loose where its half diagonal is more than so many mean radii of its triangles. Eight triangles of a
-/// strip have 3, of a compact patch 2. A triangle that is much larger than the others makes their patch loose.
+/// A patch is loose if its half diagonal is more than so many mean radii of its triangles. Eight triangles of a strip
+/// have 3, of a compact patch 2. A triangle that is much larger than the others makes their patch loose.
 constexpr float kLargestPatch = 4.0F;
 
-/// The bounds of a patch's triangles, side by side: along each axis of a Kdop18 the lower bounds of all triangles, then
-/// their upper bounds; swept, those at t0, then those at t1. Where there is no triangle they are empty.
+/// The lower bounds of a patch's triangles, then the upper ones. Each axis of a Kdop18 has the values of all triangles
+/// side by side; swept, those at t0, then those at t1. Bounds without a triangle are empty.
 template <bool kSwept>
 struct alignas(16) PatchBounds {
   static constexpr int kEnds = kSwept ? 2 : 1;
@@ -48,14 +48,14 @@ struct alignas(16) PatchBounds {
   }
 };
 
-/// The least of each of `kRows` rows' values, or the greatest.
+/// The least values of `kRows` rows, or the greatest ones.
 template <int kRows>
 struct RowBounds {
   float of[kRows];
 };
 
 namespace generic {
-/// Lays the volumes of four triangles side by side: those of the patch's triangles from `first` on.
+/// Lays the volumes of four triangles side by side, at the patch's triangles from `first` on.
 template <bool kSwept, class Volume>
 SOFTCD_HD void lay_four(PatchBounds<kSwept>& patch, std::uint32_t first, const Volume* const (&volumes)[4]) {
   for (std::uint32_t i = 0; i < 4; ++i) patch.set(first + i, *volumes[i]);
@@ -127,8 +127,9 @@ SOFTCD_HD RowBounds<kRows> bounds_of_rows(const float* rows) {
 }
 #endif
 
-/// Lays the bounds of a patch's triangles side by side, and bounds the patch by them. Its volumes are laid behind those
-/// of all triangles; a loose one's is empty. Swept: by where triangles are at both ends of the step.
+/// Lays the bounds of a patch's triangles side by side, and bounds the patch by them. The volumes of patches are behind
+/// those of all triangles; a loose patch has an empty one. Swept, triangles count where they are at both ends of the
+/// step.
 template <bool kSwept>
 struct BoundPatch {
   SceneView scene;
@@ -185,7 +186,7 @@ struct BoundPatch {
     }
   }
 
-  /// All but the radius, and the mean radius of the triangles.
+  /// Returns all but the radius, and sets the mean radius of the triangles.
   SOFTCD_HD TriangleShape shape_of(std::uint32_t element, float& mean_radius) const {
     TriangleShape shape{0.0F, 0.0F, 0U, 0.0F};
     float sum = 0.0F;
@@ -214,7 +215,7 @@ struct BoundPatch {
     }
   }
 
-  /// The larger of the half diagonals at both ends of the step, without the margin.
+  /// Returns the larger of the half diagonals at both ends of the step, without the margin.
   static SOFTCD_HD float radius_of(const Kdop18 (&ends)[kEnds], float growth) {
     constexpr float kBoxCorner = 1.73205081F;
     float radius = 0.0F;
@@ -223,7 +224,7 @@ struct BoundPatch {
   }
 };
 
-/// As MeasureTriangle, of the elements that take part, and of all triangles.
+/// Measures as MeasureTriangle does: the elements that take part, and the radii of all triangles.
 struct MeasurePatch {
   enum Histogram : int { triangle_radius = MeasureTriangle::kHistograms };
   static constexpr int kHistograms = MeasureTriangle::kHistograms + 1;
@@ -245,8 +246,8 @@ struct MeasurePatch {
   }
 };
 
-/// Registers a patch in the cells of its volume. Where it is loose, or too large, it appends its triangles to `loose`
-/// instead. A patch whose triangles may touch each other is a pair of patches by itself.
+/// Registers a patch in the cells of its volume. If it is loose or too large, appends its triangles to `loose` instead.
+/// A patch whose triangles may touch each other is a pair with itself.
 struct RegisterPatch {
   using Item = Registration;
 
@@ -293,7 +294,7 @@ struct RegisterPatch {
            (registrar.scene.body_count <= kBodyClasses || registrar.scene.bodies_may_touch(body, body));
   }
 
-  /// Of several ranks one has the cell at the lower corner of the patch's cells.
+  /// Whether the rank has the cell at the lower corner of the patch's cells: one of several ranks does.
   SOFTCD_HD bool is_its_rank(const Registration& work) const {
     const int(&lo)[kKdopAxes] = work.cells.lo;
     return registrar.partition.has(moved_cell(cell_index({lo[0], lo[1], lo[2]}), work.cell_offset));
@@ -304,13 +305,13 @@ struct RegisterPatch {
 struct PatchWork {
   std::uint32_t a, b;
   std::uint32_t rows;      ///< bits: triangles of `a` that may touch some of `b`
-  bool leaves_neighbours;  ///< pairs that share a vertex are left out: their features are listed
+  bool leaves_neighbours;  ///< omits pairs that share a vertex: their features are listed
 
   SOFTCD_HD std::uint32_t part_count() const { return kPatchSize * count_bits(rows); }
 };
 
-/// Finds the pairs of triangles of a pair with a patch: part k is the pair of a triangle of `a` in a row and of
-/// triangle k % kPatchSize of `b`.
+/// Finds the pairs of triangles of a pair with a patch. Part k is the pair of the triangle of `a` in the (k /
+/// kPatchSize)-th of `rows` and of triangle k % kPatchSize of `b`.
 template <bool kSwept>
 struct ExpandPatchPair {
   using Item = PatchWork;
@@ -348,14 +349,14 @@ struct ExpandPatchPair {
     if (pair_test.may_touch(candidate.a, candidate.b)) pairs.push(pair_key(candidate.a.root, candidate.b.root));
   }
 
-  /// The pair of a part.
+  /// Sets `candidate` to the pair of a part.
   SOFTCD_HD void list(const Item& work, std::uint32_t part, Candidate& candidate) const {
     const SceneView& scene = pair_test.scene;
     candidate = {pair_test.entry_of(scene.element_triangle(work.a, nth_bit(work.rows, part / kPatchSize))),
                  pair_test.entry_of(scene.element_triangle(work.b, part % kPatchSize))};
   }
 
-  /// What is left of filter() and test() for a pair whose volumes meet, and which is none that is left out.
+  /// Does the rest of filter() and test() for a pair whose volumes meet, and that is not left out.
   template <class Pairs>
   SOFTCD_HD void test_meeting(const Candidate& candidate, Pairs& pairs) const {
     const bool may_touch = pair_test.own_features(candidate.a, candidate.b) &&
@@ -366,7 +367,7 @@ struct ExpandPatchPair {
   SOFTCD_HD const Bounds& bounds_of(std::uint32_t patch_element) const {
     return bounds[patch_element - pair_test.scene.triangle_count];
   }
-  /// The bounds of a triangle, as the first of a patch.
+  /// Stores the bounds of a triangle as the first of a patch.
   SOFTCD_HD void load_first(std::uint32_t triangle, Bounds& one) const {
     one.set(0, pair_test.scene.triangles[triangle]);
     if constexpr (kSwept) {
@@ -377,7 +378,7 @@ struct ExpandPatchPair {
   }
 
  private:
-  /// Bits: the triangles of a patch whose boxes meet that of element `b`.
+  /// Returns bits: the triangles of a patch whose boxes meet that of element `b`.
   SOFTCD_HD std::uint32_t rows_that_meet(const Bounds& a, std::uint32_t b) const {
     std::uint32_t is_apart[kPatchSize] = {};
     for (int axis = 0; axis < 3; ++axis) {
@@ -393,14 +394,15 @@ struct ExpandPatchPair {
     return rows;
   }
 
-  /// Of a volume at rest, the same at both ends.
+  /// Returns the bounds along an axis; at rest, the same for both ends.
   SOFTCD_HD EndVolumes::Axis bounds_on(int axis, std::uint32_t element) const {
     if constexpr (kSwept) return pair_test.end_volumes[element].axes[axis];
     const Kdop18& volume = pair_test.volumes[element];
     return {volume.lo[axis], volume.hi[axis], volume.lo[axis], volume.hi[axis]};
   }
 
-  /// Whether the box of a triangle meets that of a patch's triangle: swept, at some end of the step along each axis.
+  /// Whether the boxes of a triangle and of a patch's triangle meet. Swept, they do unless one lies beyond the other at
+  /// both ends of the step along an axis.
   SOFTCD_HD bool meets_column(std::uint32_t t, const Bounds& patch, std::uint32_t column) const {
     bool is_apart = false;
     for (int axis = 0; axis < 3; ++axis) {
@@ -413,7 +415,7 @@ struct ExpandPatchPair {
     return !is_apart;
   }
 
-  /// The same of two triangles of patches.
+  /// Does the same for two triangles of patches.
   static SOFTCD_HD bool boxes_meet(const Bounds& a, std::uint32_t row, const Bounds& b, std::uint32_t column) {
     bool is_apart = false;
     for (int axis = 0; axis < 3; ++axis) {

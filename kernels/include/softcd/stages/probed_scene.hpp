@@ -10,7 +10,7 @@
 
 namespace softcd {
 
-/// What spatial queries need to know of a body.
+/// Properties of a body that spatial queries need.
 struct ProbedBody {
   std::uint32_t id;
   std::uint32_t first_triangle;
@@ -18,7 +18,7 @@ struct ProbedBody {
   std::uint32_t first_vertex;
   std::uint32_t vertex_count;
   bool has_positions;
-  bool is_asked;   ///< it has positions, and nobody has left it out
+  bool is_asked;   ///< it has positions, and no filter leaves it out
   bool is_closed;  ///< see ClosestPoint::side
 };
 
@@ -30,14 +30,15 @@ struct ProbedSceneView {
   const Ownership* ownership;
   const Vec3f* x;
   const std::uint32_t* triangle_body;
-  Vec3d origin;   ///< what positions are relative to
+  Vec3d origin;   ///< positions are relative to it
   Vec3d centre;   ///< of all positions, relative to the origin
   double extent;  ///< no vertex is further from the centre along any axis
 
-  /// Whether somebody asks for the leaf's triangle.
+  /// Whether the probe is about the leaf's triangle.
   SOFTCD_HD bool is_asked(const BvhLeaf& leaf) const { return leaf.triangle != kNoIndex && bodies[leaf.body].is_asked; }
 
-  /// A triangle as its leaf has it; kNoIndex instead where it is left out, or nobody asks for it.
+  /// Returns a triangle as its leaf has it. The leaf has kNoIndex if the triangle is left out, or the probe is not
+  /// about it.
   SOFTCD_HD BvhLeaf asked_leaf(std::uint32_t t) const {
     BvhLeaf leaf{};
     leaf.triangle = kNoIndex;
@@ -49,7 +50,7 @@ struct ProbedSceneView {
   }
 };
 
-/// The nearest float.
+/// Returns the nearest float.
 SOFTCD_HD inline float to_float(double x) {
   return x > static_cast<double>(FLT_MAX) ? FLT_MAX
                                           : (x < -static_cast<double>(FLT_MAX) ? -FLT_MAX : static_cast<float>(x));

@@ -9,13 +9,13 @@
 
 namespace softcd {
 
-/// A ray against boxes, in float: through every box that the exact test might find a triangle in. It starts where it is
-/// nearest to the scene's centre, and is parametrised by the length along its largest component. All coordinates are
-/// then within four of the scene's extents; boxes grow by more than rounding can move anything there, the test's own
-/// roundings, which are relative to the ray's origin, included.
+/// A ray against boxes, in float. It enters every box in which the exact test might find a triangle. It starts where it
+/// is nearest to the scene's centre, and its parameter is the length along its largest component. All coordinates are
+/// then within four of the scene's extents. Boxes grow by more than rounding can move anything there. That includes the
+/// test's own roundings, which are relative to the ray's origin.
 class BoxRay {
  public:
-  /// False where the ray stays away from the scene.
+  /// Returns false if the ray stays away from the scene.
   SOFTCD_HD bool start(const ShearedRay& ray, const ProbedSceneView& scene) {
     length_ = magnitude(ray.direction[ray.kz]);
     const Vec3d d{ray.direction.x / length_, ray.direction.y / length_, ray.direction.z / length_};
@@ -27,7 +27,7 @@ class BoxRay {
     slack_ = to_float(4.0 * growth);
     for (int axis = 0; axis < 3; ++axis) {
       direction_[axis] = inverse(d[axis]);
-      // Boxes grow: what they are compared with moves.
+      // In place of growing boxes, this moves the values that they are compared with.
       is_down_[axis] = direction_[axis] < 0.0F;
       near_[axis] = to_float(begin[axis] + (is_down_[axis] ? -growth : growth));
       far_[axis] = to_float(begin[axis] + (is_down_[axis] ? growth : -growth));
@@ -35,7 +35,7 @@ class BoxRay {
     return away <= 2.0 * scene.extent + growth;
   }
 
-  /// The length at t, beyond rounding upwards or, with a negative sign, downwards.
+  /// Returns the length at t, beyond rounding upwards or, with a negative sign, downwards.
   SOFTCD_HD float length_at(double t, float sign) const { return to_float(t * length_ - start_) + sign * slack_; }
 
   /// Whether the ray passes through the box between the two lengths, and where it enters.
@@ -52,7 +52,7 @@ class BoxRay {
   }
 
  private:
-  /// Of components so small that they move nothing within the scene a small one's.
+  /// Returns the inverse, limited for components so small that they move nothing within the scene.
   static SOFTCD_HD float inverse(double component) {
     constexpr float kMost = 1e30F;
     const double inverse = 1.0 / component;
@@ -67,8 +67,8 @@ class BoxRay {
   float slack_;
 };
 
-/// Leaves that a ray passes through, and what it meets there: accept(leaf place, crossing) returns the t beyond which
-/// nothing is of interest any more.
+/// Visits leaves that a ray passes through. accept(leaf place, crossing) returns the t beyond which nothing is of
+/// interest any more.
 template <class Accept>
 class RayVisitor {
  public:
@@ -122,7 +122,7 @@ SOFTCD_HD inline RayHit ray_hit(const ProbedSceneView& scene, std::uint32_t plac
   return hit;
 }
 
-/// The first of what each ray meets: of several at the same t the one of the lowest body and triangle.
+/// Finds the first crossing of each ray: of several at the same t the one of the lowest body and triangle.
 struct FindFirstHit {
   ProbedSceneView scene;
   const Ray* rays;
@@ -147,7 +147,7 @@ struct FindFirstHit {
   }
 };
 
-/// All that each ray meets, by t.
+/// Lists all crossings of each ray, by t.
 struct ListHits {
   using Answer = RayHit;
 

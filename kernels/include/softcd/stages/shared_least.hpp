@@ -4,7 +4,7 @@
 
 #include "softcd/core/host_device.hpp"
 
-/// A word that many items make smaller at a time. What it is in the end depends on no order.
+/// A word that many items lower at the same time. The result depends on no order.
 namespace softcd {
 
 SOFTCD_HD inline std::uint64_t load(const std::uint64_t* least) {

@@ -11,7 +11,7 @@
 #include "softcd/stages/split_cells.hpp"
 
 /// Several ranks find pairs of split triangles in several cells, as one detection finds them several times. The rank
-/// that has the first cell of both keeps them, which each rank finds out alone: all know where all children are.
+/// that has the first common cell keeps a pair. Each rank finds that out alone, as it knows the cells of all children.
 namespace softcd {
 
 struct ForgetSplit {
@@ -20,7 +20,7 @@ struct ForgetSplit {
   SOFTCD_HD void operator()(std::uint32_t triangle) const { split_of[triangle] = kNoIndex; }
 };
 
-/// split_of[t] is where triangle t is among the split ones.
+/// split_of[t] is the number of triangle t among the split ones.
 struct NumberSplit {
   const SplitRoot* splits;
   std::uint32_t* split_of;
@@ -39,7 +39,7 @@ class TriangleCells {
   SOFTCD_HD int lo(int axis) const { return cells_.lo[axis]; }
   SOFTCD_HD int hi(int axis) const { return cells_.hi[axis]; }
 
-  /// Bit i says whether it is in cell (x + i, y, z), which is within its box for i = 0.
+  /// Returns bits: bit i says whether the triangle is in cell (x + i, y, z), which is within its box for i = 0.
   SOFTCD_HD std::uint32_t bits_from(int x, int y, int z) const {
     if (words_ == nullptr) return bits_of(cells_.row(y, z), x);
     const auto row = static_cast<std::uint32_t>((z - box_.z) * box_.height + (y - box_.y));
@@ -58,10 +58,10 @@ class TriangleCells {
 
   IntegerDop cells_;
   SplitBox box_;
-  const std::uint32_t* words_;  ///< null where the triangle is whole
+  const std::uint32_t* words_;  ///< null if the triangle is whole
 };
 
-/// Sets `cell` to the first that both are in, by z, then y, then x; false where there is none.
+/// Sets `cell` to the first common one, by z, then y, then x. Returns false if there is none.
 SOFTCD_HD inline bool first_common_cell(const TriangleCells& a, const TriangleCells& b, Cell& cell) {
   const int begin = larger(a.lo(0), b.lo(0));
   const int end = smaller(a.hi(0), b.hi(0));
@@ -78,7 +78,7 @@ SOFTCD_HD inline bool first_common_cell(const TriangleCells& a, const TriangleCe
   return false;
 }
 
-/// Keeps the first of each run of equal pairs where it is the rank's.
+/// Keeps the first of each run of equal pairs if it is the rank's.
 struct KeepOwnFirst {
   const std::uint64_t* pairs;
   SceneView scene;
@@ -95,7 +95,7 @@ struct KeepOwnFirst {
     const auto b = static_cast<std::uint32_t>(pairs[i]);
     if (!have_room(a) || !have_room(b)) return;
     Cell cell{};
-    // They met in one of this rank's; were there none, a pair too often would be better than one that is lost.
+    // They met in a cell of this rank. If none were found, a pair too often would be better than a lost one.
     const bool is_found = first_common_cell(cells_of(a), cells_of(b), cell);
     const std::uint32_t offset = scene.cell_offset(scene.element_body(a));
     if (!is_found || partition.has(moved_cell(cell_index(cell), offset)))
@@ -103,7 +103,7 @@ struct KeepOwnFirst {
   }
 
  private:
-  /// What does not fit has the detection repeated.
+  /// Whether the element's bits fit. If not, the detection is repeated.
   SOFTCD_HD bool have_room(std::uint32_t element) const {
     const std::uint32_t split = split_at(element);
     return split == kNoIndex || bits.has(split);
@@ -111,13 +111,13 @@ struct KeepOwnFirst {
   SOFTCD_HD TriangleCells cells_of(std::uint32_t element) const {
     return {volumes[element], grid->inverse_cell_size, split_at(element), bits};
   }
-  /// Patches are whole.
+  /// Returns the element's number among split triangles. Patches are whole.
   SOFTCD_HD std::uint32_t split_at(std::uint32_t element) const {
     return scene.is_patch(element) ? kNoIndex : split_of[element];
   }
 };
 
-/// Where the tests of sorted entries are, see TestSamples.
+/// Samples the cells of the sorted entries' tests; see TestSamples.
 struct SampleTests {
   const std::uint32_t* keys;
   const std::uint64_t* test_offsets;
@@ -129,7 +129,7 @@ struct SampleTests {
     const std::uint64_t count = entries.get();
     if (count == 0) return;
     const std::uint64_t wanted = *tests * i / kTestSamples;
-    // The last entry whose tests begin there, or before: those with none of their own come first.
+    // The last entry whose tests begin there or before: entries without tests come first.
     const std::uint64_t after = lower_bound_index<std::uint64_t>(test_offsets, 0, count, wanted + 1);
     cells[i] = key_cell(keys[after - 1]);
   }

@@ -8,11 +8,11 @@
 
 namespace softcd {
 
-/// Decides about triangles with a vertex in common, whose volumes overlap wherever they are: of n triangles around one
+/// Decides about triangles with a vertex in common. Their volumes overlap wherever they are: of n triangles around one
 /// vertex all n^2 / 2 pairs.
 ///
-/// Features with a common vertex are no candidates. Of two others, one of each triangle, one at least lacks the vertex
-/// that the triangles share, and so lies in its triangle's edge opposite to that vertex. Hence the triangles can be in
+/// Features with a common vertex are no candidates. Of two others, one of each triangle, at least one lacks the vertex
+/// that the triangles share. It lies in its triangle's edge opposite to that vertex. Hence the triangles can be in
 /// contact only where the opposite edge of one comes near the other. Triangles that share two vertices always do.
 template <bool kSwept>
 struct SharedVertexTest {
@@ -64,7 +64,7 @@ struct SharedVertexTest {
   }
 
   /// Whether the edge stays more than `distance` away from the triangle with this `base` along one direction, the same
-  /// at both ends of the step: from the triangle's median to the middle of the edge, half way through.
+  /// at both ends of the step. It leads from the triangle's median to the middle of the edge, half-way through.
   static SOFTCD_HD bool certainly_apart(const Segment& edge_t0, const Segment& base_t0, const Segment& edge_t1,
                                         const Segment& base_t1, float distance) {
     const Vec3f middle = edge_t0.sum() + edge_t1.sum();
@@ -74,7 +74,7 @@ struct SharedVertexTest {
            (!kSwept || lies_beyond(edge_t0, base_t0, direction, distance));
   }
 
-  /// False where the direction is not a number. The shared vertex is at 0.
+  /// Returns false if the direction is not a number. The shared vertex is at 0.
   static SOFTCD_HD bool lies_beyond(const Segment& edge, const Segment& base, Vec3f direction, float distance) {
     const float lowest = smaller(dot(direction, edge.x[0]), dot(direction, edge.x[1]));
     const float highest = larger(0.0F, larger(dot(direction, base.x[0]), dot(direction, base.x[1])));

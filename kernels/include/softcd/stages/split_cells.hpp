@@ -6,8 +6,8 @@
 #include "softcd/stages/cell_assignment.hpp"
 #include "softcd/stages/clear_word.hpp"
 
-/// The cells of split triangles. The cells around such a triangle are bits; its children mark theirs, and what
-/// is marked becomes one entry per cell, with the mask of control_bits.hpp read off the rows around.
+/// The cells of split triangles. Each cell around such a triangle is a bit, which its children set. Each set bit
+/// becomes an entry, whose mask (control_bits.hpp) is read off the rows around.
 namespace softcd {
 
 /// Cells x to x + width - 1 and so on. Their bits lie along x in words, low bits first, row after row along y, layer
@@ -22,7 +22,7 @@ struct SplitBox {
   }
 };
 
-/// The bits of all split triangles, each one's at its offset. What does not fit is not there: the detection is
+/// The bits of all split triangles, each one's at its offset. Bits that do not fit are not there: the detection is
 /// repeated.
 struct SplitBits {
   const SplitBox* boxes;
@@ -53,7 +53,7 @@ struct BoundSplit {
   }
 };
 
-/// Children overlap: most bits are set already.
+/// Sets bits. Children overlap, so that most bits are set already.
 SOFTCD_HD inline void mark_bits(std::uint32_t* word, std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)
   if ((*word & bits) != bits) atomicOr(word, bits);
@@ -62,7 +62,8 @@ SOFTCD_HD inline void mark_bits(std::uint32_t* word, std::uint32_t bits) {
 #endif
 }
 
-/// Marks the cells of one child. Cells outside the triangle's own box are roundings: no point of it lies there.
+/// Marks the cells of one child. Skips cells outside the triangle's own box, which come from roundings: no point of the
+/// triangle lies there.
 struct MarkChild {
   SceneView scene;
   const TriangleShape* shapes;
@@ -139,7 +140,7 @@ struct RegisterMarkedCells {
   }
 
  private:
-  /// The bits of a row of cells from `first` on that are the rank's.
+  /// Returns the bits of a row of cells from `first` on that are the rank's.
   SOFTCD_HD std::uint32_t own_bits(std::uint32_t marked, Cell first, std::uint32_t offset) const {
     if (partition.is_whole()) return marked;
     for (int bit = 0; bit < 32; ++bit) {
@@ -148,7 +149,7 @@ struct RegisterMarkedCells {
     }
     return marked;
   }
-  /// Bits 0 to 33: the cells from the one before the word to the one after it.
+  /// Returns bits 0 to 33: the cells from the one before the word to the one after it.
   SOFTCD_HD std::uint64_t around(std::uint32_t split, const SplitBox& box, int word, int y, int z) const {
     if (y < 0 || z < 0 || y >= box.height) return 0;
     const auto per_row = static_cast<int>(box.words_per_row());

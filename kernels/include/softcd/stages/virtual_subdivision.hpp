@@ -46,7 +46,7 @@ SOFTCD_HD inline Vec3f child_corner(const ChildWeights& weights, int corner, con
   return v[0] + (weights.row[corner] * (v[1] - v[0]) + weights.along[corner] * (v[2] - v[1]));
 }
 
-/// The part of a triangle's motion that child `child` follows.
+/// Returns the part of a triangle's motion that child `child` follows.
 SOFTCD_HD inline TriangleMotion child_motion(const TriangleMotion& parent, int level, std::uint32_t child) {
   const ChildWeights weights = child_weights(level, child);
   TriangleMotion motion{};
@@ -57,7 +57,8 @@ SOFTCD_HD inline TriangleMotion child_motion(const TriangleMotion& parent, int l
   return motion;
 }
 
-/// 18-DOP of a child over the whole step, inflated by `growth` and by what rounding may have moved its corners.
+/// Returns the 18-DOP of a child over the whole step, inflated by `growth` and by what rounding may have moved its
+/// corners.
 SOFTCD_HD inline Kdop18 child_volume(const TriangleMotion& parent, int level, std::uint32_t child, float growth) {
   const TriangleMotion motion = child_motion(parent, level, child);
   Kdop18 volume = empty_kdop();

@@ -143,8 +143,8 @@ bool has_equal_fields(const Struct& a, const Struct& b) {
   return std::apply([&](auto... field) { return ((field.of(a) == field.of(b)) && ...); }, kFields<Struct>);
 }
 
-/// Returns the problem with the first value that is not allowed: "lambda is 1000, but must be 0, or 0.1 to 100", or
-/// "detection is 7, which is none of its values; they count from 0 to 1". Empty where nothing is wrong.
+/// Returns the problem with the first value that is not allowed: "cell_size_factor is 1000, but must be 0, or 0.1 to
+/// 100", or "detection is 7, which is none of its values; they count from 0 to 1". Empty where nothing is wrong.
 template <class Struct>
 std::string problem_of(const Struct& object) {
   std::string problem;

@@ -31,7 +31,7 @@ inline constexpr auto kFields<BodySettings> =
               &BodySettings::neighbour_rings, &BodySettings::rest_distance>();
 
 template <>
-inline constexpr ValueRange kRangeOf<&QueryOptions::lambda> = {.least = 0.1, .most = 100, .or_zero = true};
+inline constexpr ValueRange kRangeOf<&QueryOptions::cell_size_factor> = {.least = 0.1, .most = 100, .or_zero = true};
 template <>
 inline constexpr ValueRange kRangeOf<&QueryOptions::motion_margin> = {.least = 0};
 template <>
@@ -41,9 +41,9 @@ inline constexpr bool kMayDifferBetweenRanks<&QueryOptions::contacts_on_device> 
 template <>
 inline constexpr auto kFields<QueryOptions> = fields_of<
     QueryOptions, &QueryOptions::detection, &QueryOptions::accuracy, &QueryOptions::broad_phase,
-    &QueryOptions::subdivision, &QueryOptions::lambda, &QueryOptions::motion_margin, &QueryOptions::contact_rule,
-    &QueryOptions::step_end, &QueryOptions::margins, &QueryOptions::neighbour_filters, &QueryOptions::features,
-    &QueryOptions::reuse_pairs, &QueryOptions::contacts_on_device>();
+    &QueryOptions::subdivision, &QueryOptions::cell_size_factor, &QueryOptions::motion_margin,
+    &QueryOptions::contact_rule, &QueryOptions::step_end, &QueryOptions::margins, &QueryOptions::neighbour_filters,
+    &QueryOptions::features, &QueryOptions::reuse_pairs, &QueryOptions::contacts_on_device>();
 
 template <>
 inline constexpr auto kFields<ProbeOptions> = fields_of<ProbeOptions, &ProbeOptions::step_end>();
