@@ -212,11 +212,11 @@ TEST_P(RayTests, tell_many_threads_the_same) {
   simulation.step();
   std::vector<std::size_t> hits(4, 0);
   std::vector<std::thread> threads;
-  for (std::size_t thread = 0; thread < hits.size(); ++thread) {
-    threads.emplace_back([this, &hits, thread] {
+  for (std::size_t& count : hits) {
+    threads.emplace_back([this, &count] {
       for (int i = 0; i < 100; ++i) {
         const btVector3 x(btScalar(0.011) * btScalar(i) - btScalar(0.6), 0, btScalar(0.07));
-        hits[thread] += told(x + btVector3(0, 10, 0), x - btVector3(0, 10, 0)).told.size();
+        count += told(x + btVector3(0, 10, 0), x - btVector3(0, 10, 0)).told.size();
       }
     });
   }

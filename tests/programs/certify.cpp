@@ -19,8 +19,6 @@
 namespace softcd::test {
 namespace {
 
-using testing::Each;
-using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -41,7 +39,8 @@ constexpr std::uint32_t kSide = 20;
 std::string sheet(double z, double shift, std::uint32_t dent, double dent_z) {
   std::string text;
   for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
-    text += fmt::format("v {} {} {}\n", 0.1 * (i % kSide) + shift, 0.1 * (i / kSide) + shift, i == dent ? dent_z : z);
+    const std::uint32_t row = i / kSide;
+    text += fmt::format("v {} {} {}\n", 0.1 * (i % kSide) + shift, 0.1 * row + shift, i == dent ? dent_z : z);
   }
   return text;
 }
@@ -73,7 +72,7 @@ class Certify : public testing::Test {
   nlohmann::json certificate(const std::string& arguments, int exit_code) const {
     const Result result = run(arguments + " --json " + folder_.file("certificate.json"));
     EXPECT_EQ(result.exit_code, exit_code) << result.errors;
-    const nlohmann::json json = nlohmann::json::parse(folder_.read("certificate.json"));
+    nlohmann::json json = nlohmann::json::parse(folder_.read("certificate.json"));
     EXPECT_EQ(json["verdict"], exit_code == 0 ? "proved" : "not proved");
     EXPECT_THAT(result.output, HasSubstr(exit_code == 0 ? "proved: " : "not proved: "));
     EXPECT_EQ(result.errors.empty(), exit_code == 0) << result.errors;
@@ -203,7 +202,8 @@ struct QueryMesh {
     for (std::uint32_t i = 0; i < count; ++i) {
       const ContactKind kind = i % 2 == 0 ? ContactKind::vertex_triangle : ContactKind::edge_edge;
       Query query = make_query(random, kind, Family{i / 2 % kFamilies}, false);
-      for (Vec3d& x : query.rows) x = x + Vec3d{16.0 * (i % 20), 16.0 * (i / 20), 0};
+      const auto row_of_twenty = i / 20;
+      for (Vec3d& x : query.rows) x = x + Vec3d{16.0 * (i % 20), 16.0 * row_of_twenty, 0};
       for (std::size_t row = 0; row < 8; ++row) {
         (row < 4 ? t0 : t1) += fmt::format("v {} {} {}\n", query.rows[row].x, query.rows[row].y, query.rows[row].z);
       }

@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
+#include <array>
+#include <bit>
 #include <set>
 #include <vector>
 
@@ -212,6 +213,12 @@ Volume random_volume(Random& random) {
   return volume;
 }
 
+template <class T>
+bool have_same_bytes(const T& a, const T& b) {
+  using Bytes = std::array<unsigned char, sizeof(T)>;
+  return std::bit_cast<Bytes>(a) == std::bit_cast<Bytes>(b);
+}
+
 template <bool kSwept>
 void expect_twins_to_agree() {
   using Volume = std::conditional_t<kSwept, EndVolumes, Kdop18>;
@@ -230,15 +237,15 @@ void expect_twins_to_agree() {
       lay_four(patch, first, four);
       generic::lay_four(expected, first, four);
     }
-    ASSERT_EQ(std::memcmp(&patch, &expected, sizeof(patch)), 0);
+    ASSERT_TRUE(have_same_bytes(patch, expected));
     const float* const lo = &patch.lo[0][0][0];
     const float* const hi = &patch.hi[0][0][0];
     const auto least = bounds_of_rows<false, kRows>(lo);
     const auto greatest = bounds_of_rows<true, kRows>(hi);
     const auto expected_least = generic::bounds_of_rows<false, kRows>(lo);
     const auto expected_greatest = generic::bounds_of_rows<true, kRows>(hi);
-    ASSERT_EQ(std::memcmp(&least, &expected_least, sizeof(least)), 0);
-    ASSERT_EQ(std::memcmp(&greatest, &expected_greatest, sizeof(greatest)), 0);
+    ASSERT_TRUE(have_same_bytes(least, expected_least));
+    ASSERT_TRUE(have_same_bytes(greatest, expected_greatest));
   }
 }
 
