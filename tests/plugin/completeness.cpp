@@ -116,14 +116,15 @@ TEST_P(ControlBits, counter_example_is_found) {
   }
   const auto margin = static_cast<float>(closest + 1e-3);
   const Scene scene = scattered_copies(GetParam(), margin);
-  LoadedScene loaded = load(scene, test_options(Detection::dcd));
+  PipelineOptions options = test_options(Detection::dcd);
+  options.cell_size_factor = 1.8F;
+  LoadedScene loaded = load(scene, options);
   loaded.pipeline.detect();
-  const double mean_radius = loaded.pipeline.query.statistics().mean_radius;
+  const double unit = loaded.pipeline.query.statistics().cell_size / 1.8;
   DiscreteRules rules;
   rules.absolute_band = 1e-5;
   for (const double factor : {1.0, 0.9, 0.97, 1.03, 1.1}) {
-    PipelineOptions options = test_options(Detection::dcd);
-    options.cell_size_factor = static_cast<float>(factor / mean_radius);
+    options.cell_size_factor = static_cast<float>(factor / unit);
     loaded.pipeline.set_options(options);
     loaded.pipeline.detect();
     EXPECT_NEAR(loaded.pipeline.query.statistics().cell_size, factor, 1e-5);

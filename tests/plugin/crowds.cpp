@@ -32,6 +32,7 @@ TEST(Crowds, more_than_2_32_pairs_in_one_cell_are_all_tested) {
   const BodySettings settings = everything(0.1F * static_cast<float>(kGap));
   PipelineOptions options = test_options(Detection::dcd);
   options.memory_limit = 200'000'000;
+  options.broad_phase = BroadPhase::uniform;  // of single triangles on the CPU, too
   LoadedScene loaded = load({still(mesh, settings)}, options);
   const std::size_t found = loaded.pipeline.detect().size();
   const Statistics& statistics = loaded.pipeline.query.statistics();
