@@ -10,7 +10,7 @@
 
 namespace softcd::demo {
 
-/// What decides a certificate, apart from the meshes.
+/// The options that decide a certificate, apart from the meshes.
 struct CertifyOptions {
   double margin = 0;         ///< each surface's; features must stay more than twice this apart
   std::uint32_t every = 1;   ///< 1: every frame; n: the first of every n frames

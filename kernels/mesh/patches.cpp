@@ -78,7 +78,7 @@ class PatchGrowth {
     const std::size_t first = placed_.size();
     place(seed);
     while (placed_.size() - first < kPatchSize && !rim_.empty()) {
-      // Of equal ones this is the first found, which is nearest to the seed.
+      // Takes the first of equal ones, which is nearest to the seed.
       const auto best = std::max_element(rim_.begin(), rim_.end(),
                                          [](const Rim& a, const Rim& b) { return a.shared_sides < b.shared_sides; });
       const std::uint32_t t = best->triangle;

@@ -247,7 +247,7 @@ def _of_one_kind(
     x: torch.Tensor, corners: torch.Tensor, is_face: bool, normal: torch.Tensor, signed: bool, rest: torch.Tensor | None
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
     a, b, c = _edges(x[corners], is_face)
-    # Of size 1, so that no power of a length overflows or vanishes.
+    # Scales edges to size 1, so that no power of a length overflows or vanishes.
     scale = torch.stack([a, b, c]).detach().abs().amax(dim=(0, 2))[:, None]
     scale = torch.where(scale > 0, scale, 1)
     a, b, c = a / scale, b / scale, c / scale

@@ -335,7 +335,7 @@ std::string with_vertex(const demo::Mesh& mesh, const std::string& vertex) {
   return text;
 }
 
-// Where one coordinate is no float, triangles are found in another way.
+// If a coordinate is no float, the program finds intersecting triangles in another way.
 TEST_F(Certify, finds_the_same_triangles_of_floats_and_of_doubles) {
   std::vector<std::string> floats;
   std::vector<std::string> doubles;

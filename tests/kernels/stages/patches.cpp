@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host_scene.hpp"
+#include "lanes/patches.hpp"
 #include "random.hpp"
 
 namespace softcd::test {
@@ -64,9 +65,11 @@ class SerialPatches {
     const ExpandPatchPair<kSwept> expand{pair_test(), patches_.data(), patch_pairs_.items.data()};
     for (std::uint32_t i = 0; i < patch_pairs_.items.size(); ++i) {
       const PatchWork work = expand.load_item(i);
-      PairCandidate candidate{};
-      for (std::uint32_t part = 0; part < work.part_count(); ++part) {
-        if (expand.filter(work, part, candidate)) expand.test(candidate, pairs_);
+      std::uint64_t meeting = cpu::UnitLanes<ExpandPatchPair<kSwept>>::may_pass(expand, work, 0, work.part_count());
+      for (; meeting != 0; meeting &= meeting - 1) {
+        PairCandidate candidate{};
+        expand.list(work, static_cast<std::uint32_t>(std::countr_zero(meeting)), candidate);
+        expand.test_meeting(candidate, pairs_);
       }
     }
   }

@@ -179,23 +179,24 @@ class BroadPhaseStages {
     w_.size_bins.reserve(backend_, MeasurePatch::kHistograms * kSizeBins, 0);
     std::uint32_t* const bins = w_.size_bins.data();
     const MeasureTriangle measure_triangle{w_.volumes.data(), w_.shapes.data()};
-    int triangle_radius = MeasureTriangle::at_rest;
-    bool is_measured = false;
-    if constexpr (kMayHavePatches) {
-      is_measured = scene_.patch_count > 0;
-      if (is_measured) {
-        backend_.histogram("measure_patches", patches(), bins, MeasurePatch::kHistograms, kSizeBins,
-                           MeasurePatch{scene_, measure_triangle});
-        triangle_radius = MeasurePatch::triangle_radius;
-      }
-    }
-    if (!is_measured) {
+    bool has_measured = false;
+    if constexpr (kMayHavePatches) has_measured = measure_patches({scene_, measure_triangle});
+    if (!has_measured) {
       backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kHistograms, kSizeBins,
                          measure_triangle);
     }
+    const int triangle_radius = has_measured ? +MeasurePatch::triangle_radius : +MeasureTriangle::at_rest;
     return {bins + MeasureTriangle::at_rest * kSizeBins, bins + MeasureTriangle::swept * kSizeBins,
             bins + MeasureTriangle::extent * kSizeBins, bins + MeasureTriangle::distance * kSizeBins,
             bins + triangle_radius * kSizeBins};
+  }
+
+  /// Returns whether there are patches.
+  bool measure_patches(const MeasurePatch& measure_patch) {
+    if (scene_.patch_count == 0) return false;
+    backend_.histogram("measure_patches", patches(), w_.size_bins.data(), MeasurePatch::kHistograms, kSizeBins,
+                       measure_patch);
+    return true;
   }
 
   void count_children() {

@@ -310,8 +310,8 @@ struct PatchWork {
   SOFTCD_HD std::uint32_t part_count() const { return kPatchSize * count_bits(rows); }
 };
 
-/// Finds the pairs of triangles of a pair with a patch. Part k is the pair of the triangle of `a` in the (k /
-/// kPatchSize)-th of `rows` and of triangle k % kPatchSize of `b`.
+/// Finds the pairs of triangles of a pair with a patch. Lanes decide which parts meet (cpu/lanes/patches.hpp). Part k
+/// is the pair of the triangle of `a` in the (k / kPatchSize)-th of `rows` and of triangle k % kPatchSize of `b`.
 template <bool kSwept>
 struct ExpandPatchPair {
   using Item = PatchWork;
@@ -330,25 +330,6 @@ struct ExpandPatchPair {
     return {a, b, rows, scene.self_collision && scene.bodies[scene.element_body(a)].lists_neighbours};
   }
 
-  SOFTCD_HD bool filter(const Item& work, std::uint32_t part, Candidate& candidate) const {
-    const std::uint32_t row = nth_bit(work.rows, part / kPatchSize);
-    const std::uint32_t column = part % kPatchSize;
-    if (work.a == work.b && column <= row) return false;
-    const SceneView& scene = pair_test.scene;
-    const bool meet = scene.is_patch(work.a) ? boxes_meet(bounds_of(work.a), row, bounds_of(work.b), column)
-                                             : meets_column(work.a, bounds_of(work.b), column);
-    if (!meet) return false;
-    list(work, part, candidate);
-    const bool are_left =
-        work.leaves_neighbours && share_vertex(scene.triangles[candidate.a.root], scene.triangles[candidate.b.root]);
-    return !are_left && pair_test.own_features(candidate.a, candidate.b);
-  }
-
-  template <class Pairs>
-  SOFTCD_HD void test(const Candidate& candidate, Pairs& pairs) const {
-    if (pair_test.may_touch(candidate.a, candidate.b)) pairs.push(pair_key(candidate.a.root, candidate.b.root));
-  }
-
   /// Sets `candidate` to the pair of a part.
   SOFTCD_HD void list(const Item& work, std::uint32_t part, Candidate& candidate) const {
     const SceneView& scene = pair_test.scene;
@@ -356,7 +337,7 @@ struct ExpandPatchPair {
                  pair_test.entry_of(scene.element_triangle(work.b, part % kPatchSize))};
   }
 
-  /// Does the rest of filter() and test() for a pair whose volumes meet, and that is not left out.
+  /// Appends a pair whose volumes meet, and that is not left out, if its features may touch.
   template <class Pairs>
   SOFTCD_HD void test_meeting(const Candidate& candidate, Pairs& pairs) const {
     const bool may_touch = pair_test.own_features(candidate.a, candidate.b) &&
@@ -399,35 +380,6 @@ struct ExpandPatchPair {
     if constexpr (kSwept) return pair_test.end_volumes[element].axes[axis];
     const Kdop18& volume = pair_test.volumes[element];
     return {volume.lo[axis], volume.hi[axis], volume.lo[axis], volume.hi[axis]};
-  }
-
-  /// Whether the boxes of a triangle and of a patch's triangle meet. Swept, they do unless one lies beyond the other at
-  /// both ends of the step along an axis.
-  SOFTCD_HD bool meets_column(std::uint32_t t, const Bounds& patch, std::uint32_t column) const {
-    bool is_apart = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      const EndVolumes::Axis on = bounds_on(axis, t);
-      const float(&lo)[Bounds::kEnds][kPatchSize] = patch.lo[axis];
-      const float(&hi)[Bounds::kEnds][kPatchSize] = patch.hi[axis];
-      is_apart |= ((on.t0_hi < lo[0][column]) & (on.t1_hi < lo[Bounds::kEnds - 1][column])) |
-                  ((hi[0][column] < on.t0_lo) & (hi[Bounds::kEnds - 1][column] < on.t1_lo));
-    }
-    return !is_apart;
-  }
-
-  /// Does the same for two triangles of patches.
-  static SOFTCD_HD bool boxes_meet(const Bounds& a, std::uint32_t row, const Bounds& b, std::uint32_t column) {
-    bool is_apart = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      bool is_below = true;
-      bool is_above = true;
-      for (int end = 0; end < Bounds::kEnds; ++end) {
-        is_below &= a.hi[axis][end][row] < b.lo[axis][end][column];
-        is_above &= b.hi[axis][end][column] < a.lo[axis][end][row];
-      }
-      is_apart |= is_below | is_above;
-    }
-    return !is_apart;
   }
 };
 
