@@ -200,10 +200,11 @@ TEST(MemoryLimitErrors, contacts_that_no_parts_can_hold_are_refused_early) {
   EXPECT_GT(statistics.peak_bytes, options.memory_limit / 4);
   EXPECT_LE(statistics.peak_bytes, options.memory_limit);
   EXPECT_GT(statistics.chunks, 1U) << "parts were tried";
-  // On the CPU half of the pairs of patches are first met in an eighth of the tests: 40. On CUDA the lengths that
+  // Half of the pairs of patches are first met in an eighth of the tests: 40 on the CPU. On CUDA the lengths that
   // follow from the first lists are known later: 36.
   EXPECT_LT(statistics.chunks, 64U);
-  EXPECT_LT(statistics.reruns, 20U);
+  // The CPU repeats stages, also where the list of pairs of patches grows; CUDA repeats detections.
+  EXPECT_LT(statistics.reruns, backend_under_test() == Backend::cpu ? 16U : 10U);
 }
 
 TEST(MemoryLimitErrors, a_pipeline_goes_on_when_its_limit_changes) {
