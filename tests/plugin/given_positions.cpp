@@ -132,16 +132,25 @@ TEST(WideScenes, tell_when_a_cloth_meets_the_ground) {
   }
 }
 
+/// A point and three directions at right angles.
+struct Frame {
+  Vec3d place, u, w, normal;
+};
+
+Frame random_frame(Random& random, double width) {
+  const Vec3d place = {random.uniform(-0.5, 0.5) * width, random.uniform(-0.5, 0.5) * width,
+                       random.uniform(-0.5, 0.5) * width};
+  const Vec3d u = unit_vector(random.in_box(1.0));
+  const Vec3d w = unit_vector(cross(u, random.in_box(1.0)));
+  return {place, u, w, cross(u, w)};
+}
+
 /// Pairs of triangles of 5 cm, all over a plane, the upper ones a gap above the lower ones, all turned.
 Scene pairs_of_triangles(double width, double gap, float margin) {
   Mesh mesh;
   Random random(77);
   for (std::uint32_t i = 0; i < 100; ++i) {
-    const Vec3d place = {random.uniform(-0.5, 0.5) * width, random.uniform(-0.5, 0.5) * width,
-                         random.uniform(-0.5, 0.5) * width};
-    const Vec3d u = unit_vector(random.in_box(1.0));
-    const Vec3d w = unit_vector(cross(u, random.in_box(1.0)));
-    const Vec3d normal = cross(u, w);
+    const auto [place, u, w, normal] = random_frame(random, width);
     const Vec3d point = place + 0.01 * u + 0.01 * w + gap * normal;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.triangles.push_back({{first, first + 1, first + 2}});
@@ -177,11 +186,7 @@ Scene pairs_of_crossing_edges(double width, double gap, float margin) {
   Mesh mesh;
   Random random(78);
   for (std::uint32_t i = 0; i < 100; ++i) {
-    const Vec3d place = {random.uniform(-0.5, 0.5) * width, random.uniform(-0.5, 0.5) * width,
-                         random.uniform(-0.5, 0.5) * width};
-    const Vec3d u = unit_vector(random.in_box(1.0));
-    const Vec3d w = unit_vector(cross(u, random.in_box(1.0)));
-    const Vec3d normal = cross(u, w);
+    const auto [place, u, w, normal] = random_frame(random, width);
     const Vec3d above = place + gap * normal;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     for (const std::uint32_t corner : {0U, 3U}) {
