@@ -10,8 +10,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once for each kind of processor, in a namespace of its own. Each operation and its order are those of the
-// functions of the same names in softcd, so that roundings are the same.
+#include "lanes/vectors-inl.hpp"
+
+// Compiled once for each kind of processor, in a namespace of its own.
 HWY_BEFORE_NAMESPACE();
 namespace softcd::cpu::HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
@@ -23,108 +24,19 @@ std::uint64_t keep(const FeatureTest<kKind, kSwept>& test, const FeatureCandidat
 
 #else
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-/// A lane has one candidate.
-using Floats = hn::ScalableTag<float>;
-using Float = hn::Vec<Floats>;
-using Mask = hn::Mask<Floats>;
-
-constexpr std::size_t kLanes = hn::MaxLanes(Floats());
-
-HWY_INLINE Float all(float x) {
-  return hn::Set(Floats(), x);
-}
-HWY_INLINE Float smaller(Float a, Float b) {
-#if HWY_ARCH_X86
-  return hn::Min(a, b);
-#else
-  return hn::IfThenElse(hn::Lt(a, b), a, b);
-#endif
-}
-HWY_INLINE Float larger(Float a, Float b) {
-#if HWY_ARCH_X86
-  return hn::Max(a, b);
-#else
-  return hn::IfThenElse(hn::Gt(a, b), a, b);
-#endif
-}
-HWY_INLINE Float outward_up(Float x) {
-  return hn::Add(x, hn::Add(hn::Mul(hn::Abs(x), all(epsilon<float>())), all(FLT_MIN)));
-}
-
-struct Vector {
-  Float x, y, z;
-};
-
-HWY_INLINE Vector operator-(const Vector& a, const Vector& b) {
-  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-HWY_INLINE Vector operator+(const Vector& a, const Vector& b) {
-  return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
-}
-HWY_INLINE Float dot(const Vector& a, const Vector& b) {
-  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
-  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
-HWY_INLINE Float norm(const Vector& a) {
-  return hn::Sqrt(dot(a, a));
-}
-HWY_INLINE Float max_norm(const Vector& a) {
-  return larger(larger(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
-}
-
-/// Returns x, y, y, z of every fourth candidate's vertex, one in each block of four lanes. Reads nothing beyond the
-/// vertex.
-template <class Tag>
-HWY_INLINE hn::Vec<Tag> rows(Tag tag, const Vec3f* x, const FeatureCandidate* candidates, int vertex) {
-  if constexpr (hn::MaxLanes(Tag()) == 4) {
-    const hn::FixedTag<float, 2> two;
-    const Vec3f& point = x[candidates->vertices.v[vertex]];
-    return hn::Combine(tag, hn::LoadU(two, &point.y), hn::LoadU(two, &point.x));
-  } else {
-    const hn::Half<Tag> half;
-    return hn::Combine(tag, rows(half, x, candidates + hn::MaxLanes(half), vertex), rows(half, x, candidates, vertex));
-  }
-}
-
-HWY_INLINE Vector load(const Vec3f* x, const FeatureCandidate* candidates, int vertex) {
-  const Floats floats;
-  const hn::RepartitionToWide<Floats> twos;
-  const Float row0 = rows(floats, x, candidates, vertex);
-  const Float row1 = rows(floats, x, candidates + 1, vertex);
-  const Float row2 = rows(floats, x, candidates + 2, vertex);
-  const Float row3 = rows(floats, x, candidates + 3, vertex);
-  const auto xy01 = hn::BitCast(twos, hn::InterleaveLower(floats, row0, row1));
-  const auto xy23 = hn::BitCast(twos, hn::InterleaveLower(floats, row2, row3));
-  const auto yz01 = hn::BitCast(twos, hn::InterleaveUpper(floats, row0, row1));
-  const auto yz23 = hn::BitCast(twos, hn::InterleaveUpper(floats, row2, row3));
-  return {hn::BitCast(floats, hn::InterleaveLower(twos, xy01, xy23)),
-          hn::BitCast(floats, hn::InterleaveUpper(twos, xy01, xy23)),
-          hn::BitCast(floats, hn::InterleaveUpper(twos, yz01, yz23))};
-}
-
 /// The vertices of as many candidates as registers have lanes.
 struct Points {
   Vector p[4];
 
   HWY_INLINE Points(const Vec3f* x, const FeatureCandidate* candidates)
-      : p{load(x, candidates, 0), load(x, candidates, 1), load(x, candidates, 2), load(x, candidates, 3)} {}
-};
+      : p{load_vertex(x, candidates, 0), load_vertex(x, candidates, 1), load_vertex(x, candidates, 2),
+          load_vertex(x, candidates, 3)} {}
 
-template <int kAxis>
-HWY_INLINE Float project(const Vector& p) {
-  if constexpr (kAxis < 3) {
-    return kAxis == 0 ? p.x : (kAxis == 1 ? p.y : p.z);
-  } else {
-    const Float first = kAxis == 5 || kAxis == 8 ? p.y : p.x;
-    const Float second = kAxis == 3 || kAxis == 6 ? p.y : p.z;
-    return kAxis < 6 ? hn::Add(first, second) : hn::Sub(first, second);
+ private:
+  static HWY_INLINE Vector load_vertex(const Vec3f* x, const FeatureCandidate* candidates, int vertex) {
+    return load([&](std::size_t i) -> const Vec3f& { return x[candidates[i].vertices.v[vertex]]; });
   }
-}
+};
 
 /// The candidates whose feature a, or b, ends before the other begins.
 struct Gaps {
@@ -165,24 +77,6 @@ HWY_INLINE Mask apart_on_straight_axes(const Points& t0, const Points& t1, Float
   return hn::Or(
       hn::Or(apart_on_axis<kKind, kSwept, 0>(t0, t1, distance), apart_on_axis<kKind, kSwept, 1>(t0, t1, distance)),
       apart_on_axis<kKind, kSwept, 2>(t0, t1, distance));
-}
-
-template <ContactKind kKind, bool kSwept>
-HWY_INLINE Mask apart_on_diagonal_axes(const Points& t0, const Points& t1, Float margin, Mask has_margin) {
-  Float furthest = hn::Zero(Floats());
-  for (int i = 0; i < 4; ++i) {
-    furthest = larger(furthest, max_norm(t1.p[i]));
-    if (kSwept) furthest = larger(furthest, max_norm(t0.p[i]));
-  }
-  const Float grown = hn::Add(outward_up(hn::Mul(margin, all(1.41421357F))), hn::Mul(all(kCoordinateError), furthest));
-  const Float distance = hn::IfThenElseZero(has_margin, grown);
-  const Mask sums = hn::Or(
-      hn::Or(apart_on_axis<kKind, kSwept, 3>(t0, t1, distance), apart_on_axis<kKind, kSwept, 4>(t0, t1, distance)),
-      apart_on_axis<kKind, kSwept, 5>(t0, t1, distance));
-  const Mask differences = hn::Or(
-      hn::Or(apart_on_axis<kKind, kSwept, 6>(t0, t1, distance), apart_on_axis<kKind, kSwept, 7>(t0, t1, distance)),
-      apart_on_axis<kKind, kSwept, 8>(t0, t1, distance));
-  return hn::Or(sums, differences);
 }
 
 struct RelativePair {
@@ -292,6 +186,66 @@ HWY_INLINE Mask certainly_apart_in_motion(const RelativePair& t0, const Relative
                  hn::And(cannot_reach_t0, cannot_reach_t1));
 }
 
+/// The differences of the vertices of two features, as softcd::detail::Differences.
+template <ContactKind kKind, bool kSwept>
+struct Differences {
+  static constexpr int kOfEnd = detail::Differences<kKind, kSwept>::kOfEnd;
+  static constexpr int kCount = detail::Differences<kKind, kSwept>::kCount;
+
+  Vector at[kCount];
+
+  HWY_INLINE Differences(const RelativePair& t0, const RelativePair& t1) {
+    set(t1, 0);
+    if constexpr (kSwept) set(t0, kOfEnd);
+  }
+
+ private:
+  HWY_INLINE void set(const RelativePair& pair, int first) {
+    at[first] = pair.a;
+    at[first + 1] = pair.a - pair.c;
+    if constexpr (kKind == ContactKind::vertex_triangle) {
+      at[first + 2] = pair.a - pair.b;
+    } else {
+      at[first + 2] = pair.a + pair.b;
+      at[first + 3] = at[first + 2] - pair.c;
+    }
+  }
+};
+
+/// Does the same as softcd::certainly_apart_in_a_direction, for pairs whose scale is 1, in the lanes that are
+/// `undecided`.
+template <ContactKind kKind, bool kSwept>
+HWY_INLINE Mask certainly_apart_in_a_direction(const RelativePair& t0, const RelativePair& t1, const Sizes& size,
+                                               Float margin, Mask undecided) {
+  const Floats floats;
+  const Float total = hn::Add(hn::Add(size.a, size.b), size.c);
+  const Float distance = hn::Add(margin, hn::Mul(all(detail::kSeparationError), total));
+  const Float shortest = larger(margin, all(detail::kShortestDirection));
+  const Differences<kKind, kSwept> differences(t0, t1);
+  Vector n = differences.at[0];
+  for (int i = 1; i < differences.kCount; ++i) n = n + differences.at[i];
+  n = all(1.0F / static_cast<float>(differences.kCount)) * n;
+  Mask is_apart = hn::AndNot(undecided, undecided);
+  for (int change = 0;; ++change) {
+    const Float length = norm(n);
+    undecided = hn::And(undecided, hn::Gt(length, shortest));
+    Vector lowest = differences.at[0];
+    Float least = dot(n, lowest);
+    for (int i = 1; i < differences.kCount; ++i) {
+      const Float along = dot(n, differences.at[i]);
+      lowest = chosen(hn::Lt(along, least), differences.at[i], lowest);
+      least = smaller(along, least);
+    }
+    const Mask is_beyond = hn::And(undecided, hn::Gt(least, hn::Mul(distance, length)));
+    is_apart = hn::Or(is_apart, is_beyond);
+    undecided = hn::AndNot(is_beyond, undecided);
+    if (change == detail::kMostDirections<kSwept> || hn::AllFalse(floats, undecided)) return is_apart;
+    const Vector towards = lowest - n;
+    const Float share = hn::Div(hn::Neg(dot(n, towards)), dot(towards, towards));
+    n = n + smaller(share, all(1.0F)) * towards;
+  }
+}
+
 HWY_INLINE std::uint64_t bits_of(Mask mask) {
   std::uint8_t bits[8] = {};
   hn::StoreMaskBits(Floats(), mask, bits);
@@ -318,14 +272,12 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
   Mask is_apart = apart_on_straight_axes<kKind, kSwept>(t0, t1, hn::IfThenElseZero(has_margin, margin));
   if (hn::AllTrue(floats, is_apart)) return 0;
   const RelativePair pair_t1 = relative_pair<kKind>(t1);
+  const RelativePair pair_t0 = kSwept ? relative_pair<kKind>(t0) : pair_t1;
+  const Sizes size = kSwept ? larger(sizes(pair_t0), sizes(pair_t1)) : sizes(pair_t1);
+  if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
   if constexpr (kSwept) {
-    const RelativePair pair_t0 = relative_pair<kKind>(t0);
-    const Sizes size = larger(sizes(pair_t0), sizes(pair_t1));
-    if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
     is_apart = hn::Or(is_apart, certainly_apart_in_motion(pair_t0, pair_t1, size, margin, test.scene.is_conservative));
   } else {
-    const Sizes size = sizes(pair_t1);
-    if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
     is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
     if constexpr (kKind == ContactKind::vertex_triangle) {
       if (test.scene.has_certain_slabs() && !hn::AllTrue(floats, is_apart)) {
@@ -333,9 +285,8 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
       }
     }
   }
-  if (!hn::AllTrue(floats, is_apart)) {
-    is_apart = hn::Or(is_apart, apart_on_diagonal_axes<kKind, kSwept>(t0, t1, margin, has_margin));
-  }
+  is_apart = hn::Or(is_apart,
+                    certainly_apart_in_a_direction<kKind, kSwept>(pair_t0, pair_t1, size, margin, hn::Not(is_apart)));
   return bits_of(hn::Not(is_apart));
 }
 

@@ -10,6 +10,7 @@
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/impact/impact.hpp"
 #include "softcd/math/orientation.hpp"
+#include "softcd/math/separation.hpp"
 
 // Bounds of rounding errors where nearly all of them is needed.
 namespace softcd::test {
@@ -52,7 +53,10 @@ TEST(ErrorBounds, no_vertex_within_the_margin_of_a_needle_is_lost) {
     if (distance_of(end) > static_cast<double>(kMargin)) continue;
     ++within;
     const Vec3f begin[4] = {vec3_cast<float>(vec3_cast<double>(end[0]) + normal), end[1], end[2], end[3]};
+    const PointMotion<4> motion{{begin[0], begin[1], begin[2], begin[3]}, {end[0], end[1], end[2], end[3]}};
     ASSERT_FALSE(certainly_apart<kVertexTriangle>(end, kMargin)) << i;
+    ASSERT_FALSE((certainly_apart_in_a_direction<kVertexTriangle, false>(motion, kMargin))) << i;
+    ASSERT_FALSE((certainly_apart_in_a_direction<kVertexTriangle, true>(motion, kMargin))) << i;
     ASSERT_FALSE(certainly_apart_throughout<kVertexTriangle>(begin, end, kMargin)) << i;
     ASSERT_FALSE(certainly_apart_when_coplanar<kVertexTriangle>(begin, end, kMargin)) << i;
     ASSERT_NE(first_coplanar_impact<kVertexTriangle>(begin, end, kMargin).state, ImpactState::separated) << i;

@@ -9,6 +9,7 @@
 
 #include "queries.hpp"
 #include "reference_distance.hpp"
+#include "softcd/math/separation.hpp"
 
 namespace softcd::test {
 namespace {
@@ -254,12 +255,13 @@ void expect_rejections_are_certain(Family family) {
   Random random(static_cast<std::uint64_t>(family) + 71);
   int lie_apart_count = 0;
   int keep_apart_count = 0;
+  int apart_in_a_direction_count = 0;
   for (int i = 0; i < 5 * kCount; ++i) {
     const Query query = make_query(random, kKind, family, true);
     const double margin =
         i % 2 == 0 ? 0.0 : static_cast<double>(static_cast<float>(std::pow(10.0, -random.uniform(0.0, 6.0))));
-    Vec3f t0[4];
-    Vec3f t1[4];
+    PointMotion<4> motion{};
+    auto& [t0, t1] = motion;
     std::array<Vec3d, 4> start{};
     std::array<Vec3d, 4> end{};
     for (std::size_t k = 0; k < 4; ++k) {
@@ -281,12 +283,25 @@ void expect_rejections_are_certain(Family family) {
       ASSERT_FALSE(collides(query)) << to_string(query);
       ASSERT_TRUE(is_beyond(start) && is_beyond(end)) << to_string(query);
     }
+    if (certainly_apart_in_a_direction<kKind, false>(motion, static_cast<float>(margin))) {
+      ASSERT_TRUE(is_beyond(end)) << to_string(query);
+    }
+    if (certainly_apart_in_a_direction<kKind, true>(motion, static_cast<float>(margin))) {
+      ++apart_in_a_direction_count;
+      ASSERT_FALSE(collides(query)) << to_string(query);
+      for (const double t : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+        std::array<Vec3d, 4> between{};
+        for (std::size_t k = 0; k < 4; ++k) between[k] = interpolate(start[k], end[k], t);
+        ASSERT_TRUE(is_beyond(between)) << to_string(query) << " at " << t;
+      }
+    }
   }
-  std::printf("%s: %d lie apart, %d keep apart, of %d\n", name_of(family), lie_apart_count, keep_apart_count,
-              5 * kCount);
+  std::printf("%s: %d lie apart, %d keep apart, %d apart in a direction, of %d\n", name_of(family), lie_apart_count,
+              keep_apart_count, apart_in_a_direction_count, 5 * kCount);
   if (family == Family::random) {
     EXPECT_GT(lie_apart_count, kCount);
     EXPECT_GT(keep_apart_count, kCount / 4);
+    EXPECT_GT(apart_in_a_direction_count, kCount / 4);
   }
 }
 

@@ -54,18 +54,24 @@ EndVolumes ends_of(const TriangleMotion& motion, float margin) {
   return end_volumes(t0, t1);
 }
 
+Kdop18 volume_of(const Vec3f (&corners)[3]) {
+  Kdop18 volume = empty_kdop();
+  for (const Vec3f& corner : corners) extend(volume, corner);
+  return volume;
+}
+
 /// Returns whether the corners lie apart along any of the nine axes throughout.
 bool apart_as_points(const TriangleMotion& a, const TriangleMotion& b, float distance) {
-  PointMotion<6> points{};
-  for (int corner = 0; corner < 3; ++corner) {
-    points.t0[corner] = a.t0[corner];
-    points.t1[corner] = a.t1[corner];
-    points.t0[3 + corner] = b.t0[corner];
-    points.t1[3 + corner] = b.t1[corner];
-  }
   const AxisDistance reach = axis_distance(distance, furthest_of(a, b));
-  return certainly_apart_on_straight_axes<true, 3>(points, reach) ||
-         certainly_apart_on_diagonal_axes<true, 3>(points, reach);
+  const Kdop18 a_ends[] = {volume_of(a.t0), volume_of(a.t1)};
+  const Kdop18 b_ends[] = {volume_of(b.t0), volume_of(b.t1)};
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    const float gap = axis < 3 ? reach.straight : reach.diagonal;
+    const auto is_below = [&](const Kdop18& p, const Kdop18& q) { return outward_up(p.hi[axis] + gap) < q.lo[axis]; };
+    if (is_below(a_ends[0], b_ends[0]) && is_below(a_ends[1], b_ends[1])) return true;
+    if (is_below(b_ends[0], a_ends[0]) && is_below(b_ends[1], a_ends[1])) return true;
+  }
+  return false;
 }
 
 struct FirstTouch {

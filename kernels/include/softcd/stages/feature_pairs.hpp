@@ -48,9 +48,10 @@ struct FeatureCandidate {
 };
 
 /// Rejects features that are certain to stay apart:
-/// - along one of the 18-DOP's axes at both ends of the step,
+/// - along x, y or z at both ends of the step,
 /// - out of each other's plane,
-/// - or by the signs of the coplanarity cubic.
+/// - by the signs of the coplanarity cubic,
+/// - or along some direction at both ends of the step.
 /// The order follows from what each test rejects for its cost. Tests are in float, whatever the narrow phase computes
 /// in: all rejected features are apart in exact arithmetic. A candidate's distance covers the rounding of positions:
 /// features further apart than that as floats are further apart than their margins as given.
@@ -60,7 +61,7 @@ struct FeatureTest {
 
   /// Returns false if the features are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const FeatureCandidate& candidate) const {
-    return !certainly_apart_on_straight_axes<kSwept, kCountA>(scene.x_t0, scene.x_t1, candidate.vertices.v,
+    return !certainly_apart_on_straight_axes<kSwept, kCountA>(load(candidate.vertices),
                                                               straight_distance(candidate.distance));
   }
 
@@ -92,7 +93,7 @@ struct FeatureTest {
     } else {
       if (certainly_apart<kKind>(points.t1, margin)) return false;
     }
-    return !certainly_apart_on_diagonals(candidate);
+    return !certainly_apart_in_a_direction<kKind, kSwept>(points, margin);
   }
 
   template <class Candidates>
@@ -119,23 +120,9 @@ struct FeatureTest {
     return motion;
   }
 
-  static SOFTCD_HD AxisDistance axis_distance_between(const PointMotion<4>& points, float margin) {
-    float furthest = 0.0F;
-    for (int i = 0; i < 4; ++i) {
-      furthest = larger(furthest, max_norm(points.t1[i]));
-      if (kSwept) furthest = larger(furthest, max_norm(points.t0[i]));
-    }
-    return axis_distance(margin, furthest);
-  }
-
   SOFTCD_HD_SELDOM bool certainly_beside_slab(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
     return certainly_outside_slab(detail::relative_pair<kKind>(points.t1), slab_margin(candidate));
-  }
-
-  SOFTCD_HD_SELDOM bool certainly_apart_on_diagonals(FeatureCandidate candidate) const {
-    const PointMotion<4> points = load(candidate.vertices);
-    return certainly_apart_on_diagonal_axes<kSwept, kCountA>(points, axis_distance_between(points, candidate.distance));
   }
 };
 
