@@ -17,6 +17,7 @@
 #include "lanes/feature_pairs.hpp"
 #include "lanes/pair_tests.hpp"
 #include "lanes/patches.hpp"
+#include "lanes/volumes.hpp"
 #include "output.hpp"
 #include "parallel_ranges.hpp"
 #include "radix_sort.hpp"
@@ -126,7 +127,7 @@ class CpuBackend {
   template <class F>
   void for_each(const char* /*label*/, Count count, const F& f) {
     cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
-      for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i));
+      cpu::for_range(f, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
     });
   }
 

@@ -48,15 +48,34 @@ struct BoundTriangle {
     shapes[t] = {0.0F, 0.0F, 0U, 0.0F};
   }
 
+  /// See TriangleShape.
+  struct Growth {
+    float total, rounding;
+  };
+  SOFTCD_HD Growth growth_of(std::uint32_t t, const SceneBody& body) const {
+    float growth = body.margin;
+    if (!scene.is_swept && scene.motion_margin > 0.0F) {
+      for (const std::uint32_t v : scene.triangles[t].v)
+        growth = larger(growth, outward_up(scene.vertex_margin<float>(v)));
+    }
+    growth = scene.contact_distance(growth);
+    if (!body.is_rounded) return {growth, 0.0F};
+    const float rounding = rounding_of(load_triangle(scene, t));
+    return {rounding > 0.0F ? outward_up(growth + rounding) : growth, rounding};
+  }
+  SOFTCD_HD std::uint32_t flags_of(std::uint32_t t, const SceneBody& body) const {
+    return scene.ownership[t] | (body.vertex_triangle ? kWantsVertexTriangle : 0U) |
+           (body.edge_edge ? kWantsEdgeEdge : 0U);
+  }
+
  private:
   /// Returns false, and writes nothing, if the triangle is out of reach.
   SOFTCD_HD bool bound(std::uint32_t t) const {
     const TriangleMotion motion = load_triangle(scene, t);
     const SceneBody& body = scene.bodies[scene.triangle_body[t]];
-    const float rounding = body.is_rounded ? rounding_of(motion) : 0.0F;
-    const float growth = growth_of(t, body, rounding);
-    const TriangleVolume at_t1 = grown_triangle(motion.t1, growth);
-    const TriangleVolume at_t0 = scene.is_swept ? grown_triangle(motion.t0, growth) : at_t1;
+    const Growth growth = growth_of(t, body);
+    const TriangleVolume at_t1 = grown_triangle(motion.t1, growth.total);
+    const TriangleVolume at_t0 = scene.is_swept ? grown_triangle(motion.t0, growth.total) : at_t1;
     const TriangleVolume volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
     if (!overlap(body.partner_box, volume)) return false;
     store(volumes[t], volume);
@@ -64,10 +83,7 @@ struct BoundTriangle {
 
     float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;
     if (scene.is_swept) radius = larger(radius, bounding_sphere(motion.t0[0], motion.t0[1], motion.t0[2]).radius);
-    shapes[t] = {radius, growth,
-                 scene.ownership[t] | (body.vertex_triangle ? kWantsVertexTriangle : 0U) |
-                     (body.edge_edge ? kWantsEdgeEdge : 0U),
-                 rounding};
+    shapes[t] = {radius, growth.total, flags_of(t, body), growth.rounding};
     return true;
   }
 
@@ -77,16 +93,6 @@ struct BoundTriangle {
       rounding = larger(rounding, larger(rounding_bound(motion.t0[corner]), rounding_bound(motion.t1[corner])));
     }
     return rounding;
-  }
-
-  SOFTCD_HD float growth_of(std::uint32_t t, const SceneBody& body, float rounding) const {
-    float growth = body.margin;
-    if (!scene.is_swept && scene.motion_margin > 0.0F) {
-      for (const std::uint32_t v : scene.triangles[t].v)
-        growth = larger(growth, outward_up(scene.vertex_margin<float>(v)));
-    }
-    growth = scene.contact_distance(growth);
-    return rounding > 0.0F ? outward_up(growth + rounding) : growth;
   }
 };
 

@@ -1,0 +1,219 @@
+#include "lanes/volumes.hpp"
+
+#include "lanes/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "lanes/volumes.cpp"  // NOLINT(readability-identifier-naming): Highway wants it
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "lanes/vectors-inl.hpp"
+
+// Compiled once for each kind of processor, in a namespace of its own.
+HWY_BEFORE_NAMESPACE();
+namespace softcd::cpu::HWY_NAMESPACE {
+#if HWY_TARGET == HWY_SCALAR
+
+void bound_range(const BoundTriangle& bound, std::uint32_t begin, std::uint32_t end) {
+  for (std::uint32_t t = begin; t < end; ++t) bound(t);
+}
+
+#else
+
+/// The volumes of as many triangles as registers have lanes: the lower bounds along all axes, then the upper ones.
+struct Volumes {
+  Float of[2 * kKdopAxes];
+
+  HWY_INLINE Float& lo(int axis) { return of[axis]; }
+  HWY_INLINE Float& hi(int axis) { return of[kKdopAxes + axis]; }
+  HWY_INLINE const Float& lo(int axis) const { return of[axis]; }
+  HWY_INLINE const Float& hi(int axis) const { return of[kKdopAxes + axis]; }
+
+  HWY_INLINE Vector diagonal() const { return {hn::Sub(hi(0), lo(0)), hn::Sub(hi(1), lo(1)), hn::Sub(hi(2), lo(2))}; }
+};
+
+template <int kAxis>
+HWY_INLINE void project_corners(const Vector (&corners)[3], Volumes& volumes) {
+  const Float a = project<kAxis>(corners[0]);
+  const Float b = project<kAxis>(corners[1]);
+  const Float c = project<kAxis>(corners[2]);
+  volumes.lo(kAxis) = smaller(smaller(a, b), c);
+  volumes.hi(kAxis) = larger(larger(a, b), c);
+}
+
+HWY_INLINE Volumes volumes_of(const BoundTriangle& bound, const Vec3f* x, std::uint32_t first) {
+  const Triangle* const triangles = bound.scene.triangles + first;
+  const Vector corners[3] = {load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[0]]; }),
+                             load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[1]]; }),
+                             load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[2]]; })};
+  Volumes volumes;
+  project_corners<0>(corners, volumes);
+  project_corners<1>(corners, volumes);
+  project_corners<2>(corners, volumes);
+  project_corners<3>(corners, volumes);
+  project_corners<4>(corners, volumes);
+  project_corners<5>(corners, volumes);
+  project_corners<6>(corners, volumes);
+  project_corners<7>(corners, volumes);
+  project_corners<8>(corners, volumes);
+  return volumes;
+}
+
+HWY_INLINE Float furthest_coordinates(const Volumes& volumes) {
+  Float furthest = hn::Zero(Floats());
+  for (int axis = 0; axis < 3; ++axis) {
+    furthest = larger(furthest, larger(hn::Abs(volumes.lo(axis)), hn::Abs(volumes.hi(axis))));
+  }
+  return furthest;
+}
+
+/// Grows volumes by balls of these radii. A radius of 0 changes nothing.
+HWY_INLINE void inflate(Volumes& volumes, Float radius) {
+  const Floats floats;
+  const Mask grows = hn::Gt(radius, hn::Zero(floats));
+  if (hn::AllFalse(floats, grows)) return;
+  const Float diagonal = hn::Add(outward_up(hn::Mul(radius, all(1.41421357F))),
+                                 hn::Mul(all(kCoordinateError), furthest_coordinates(volumes)));
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    const Float growth = axis < 3 ? radius : diagonal;
+    Float& lo = volumes.lo(axis);
+    Float& hi = volumes.hi(axis);
+    lo = hn::IfThenElse(grows, outward_down(hn::Sub(lo, growth)), lo);
+    hi = hn::IfThenElse(grows, outward_up(hn::Add(hi, growth)), hi);
+  }
+}
+
+HWY_INLINE Volumes merged(const Volumes& a, const Volumes& b) {
+  Volumes both;
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    both.lo(axis) = smaller(a.lo(axis), b.lo(axis));
+    both.hi(axis) = larger(a.hi(axis), b.hi(axis));
+  }
+  return both;
+}
+
+/// Whether safe_scale() is 1 for all.
+HWY_INLINE bool are_ordinary(Float extent) {
+  const Mask is_in_range = hn::And(hn::Ge(extent, all(0x1p-16F)), hn::Le(extent, all(0x1p+28F)));
+  return hn::AllTrue(Floats(), hn::Or(is_in_range, hn::Eq(extent, hn::Zero(Floats()))));
+}
+
+HWY_INLINE Float bounding_radius(const Vector& diagonal) {
+  return outward_up(hn::Mul(all(0.5F), norm(diagonal)));
+}
+
+HWY_INLINE Mask overlap_on(int axis, const Box& box, const Volumes& volumes) {
+  return hn::And(hn::Le(all(box.lo[axis]), volumes.hi(axis)), hn::Le(volumes.lo(axis), all(box.hi[axis])));
+}
+
+/// Stores a block of four lanes of every register's block b at out(4 b).
+template <class Tag, class Out>
+HWY_INLINE void store_blocks(Tag tag, hn::Vec<Tag> values, std::size_t first, const Out& out) {
+  if constexpr (hn::MaxLanes(Tag()) == 4) {
+    hn::StoreU(values, tag, out(first));
+  } else {
+    const hn::Half<Tag> half;
+    store_blocks(half, hn::LowerHalf(half, values), first, out);
+    store_blocks(half, hn::UpperHalf(half, values), first + hn::MaxLanes(half), out);
+  }
+}
+
+/// Stores four values of each triangle t at out(t).
+template <class Out>
+HWY_INLINE void store_fours(const Four& columns, const Out& out) {
+  const Four rows = transposed(columns);
+  for (std::size_t row = 0; row < 4; ++row) store_blocks(Floats(), rows.of[row], row, out);
+}
+
+HWY_INLINE void store(const Volumes& volumes, Kdop18* out) {
+  static_assert(sizeof(Kdop18) >= 2 * kKdopAxes * sizeof(float));
+  // The last four values overlap those before.
+  for (const std::size_t at : {0, 4, 8, 12, 14}) {
+    const Float* const of = volumes.of + at;
+    store_fours({{of[0], of[1], of[2], of[3]}}, [&](std::size_t t) { return out[t].lo + at; });
+  }
+}
+
+HWY_INLINE void store(const Volumes& t0, const Volumes& t1, EndVolumes* out) {
+  for (int axis = 0; axis < kKdopAxes; ++axis) {
+    store_fours({{t0.lo(axis), t0.hi(axis), t1.lo(axis), t1.hi(axis)}},
+                [&](std::size_t t) { return &out[t].axes[axis].t0_lo; });
+  }
+}
+
+/// Bounds as many triangles of one body as registers have lanes. Returns false, and has done nothing, if they have to
+/// be bounded one by one.
+template <bool kSwept>
+HWY_INLINE bool bound_register(const BoundTriangle& bound, const SceneBody& body, std::uint32_t first) {
+  const Floats floats;
+  const SceneView& scene = bound.scene;
+  Volumes at_t1 = volumes_of(bound, scene.x_t1, first);
+  Volumes at_t0 = kSwept ? volumes_of(bound, scene.x_t0, first) : at_t1;
+  const Vector diagonal_t1 = at_t1.diagonal();
+  const Vector diagonal_t0 = at_t0.diagonal();
+  if (!are_ordinary(max_norm(diagonal_t1)) || (kSwept && !are_ordinary(max_norm(diagonal_t0)))) return false;
+
+  alignas(64) float growths[kLanes];
+  alignas(64) float roundings[kLanes];
+  for (std::uint32_t i = 0; i < kLanes; ++i) {
+    const BoundTriangle::Growth growth = bound.growth_of(first + i, body);
+    growths[i] = growth.total;
+    roundings[i] = growth.rounding;
+  }
+  const Float growth = hn::Load(floats, growths);
+  inflate(at_t1, growth);
+  if (kSwept) inflate(at_t0, growth);
+  const Volumes volumes = kSwept ? merged(at_t0, at_t1) : at_t1;
+  const Box& reach = body.partner_box;
+  const Mask is_in_reach =
+      hn::And(hn::And(overlap_on(0, reach, volumes), overlap_on(1, reach, volumes)), overlap_on(2, reach, volumes));
+  if (!hn::AllTrue(floats, is_in_reach)) return false;
+
+  store(volumes, bound.volumes + first);
+  if (kSwept) store(at_t0, at_t1, bound.end_volumes + first);
+  Float radius = bounding_radius(diagonal_t1);
+  if (kSwept) radius = larger(radius, bounding_radius(diagonal_t0));
+  alignas(64) float radii[kLanes];
+  hn::Store(radius, floats, radii);
+  for (std::uint32_t i = 0; i < kLanes; ++i) {
+    bound.shapes[first + i] = {radii[i], growths[i], bound.flags_of(first + i, body), roundings[i]};
+  }
+  return true;
+}
+
+/// Bounds as many triangles as registers have lanes, at once if that is possible.
+void bound_lanes(const BoundTriangle& bound, std::uint32_t first) {
+  const SceneView& scene = bound.scene;
+  const std::uint32_t body = scene.triangle_body[first];
+  bool are_alike = scene.triangle_body[first + kLanes - 1] == body;
+  for (std::uint32_t i = 0; i < kLanes; ++i) are_alike &= (scene.ownership[first + i] & kLeftOut) == 0U;
+  if (are_alike) {
+    const bool is_done = scene.is_swept ? bound_register<true>(bound, scene.bodies[body], first)
+                                        : bound_register<false>(bound, scene.bodies[body], first);
+    if (is_done) return;
+  }
+  for (std::uint32_t i = 0; i < kLanes; ++i) bound(first + i);
+}
+
+void bound_range(const BoundTriangle& bound, std::uint32_t begin, std::uint32_t end) {
+  std::uint32_t t = begin;
+  for (; t + kLanes <= end; t += kLanes) bound_lanes(bound, t);
+  for (; t < end; ++t) bound(t);
+}
+
+#endif
+
+}  // namespace softcd::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace softcd::cpu {
+
+HWY_EXPORT(bound_range);
+
+void for_range(const BoundTriangle& bound, std::uint32_t begin, std::uint32_t end) {
+  HWY_DYNAMIC_DISPATCH(bound_range)(bound, begin, end);
+}
+
+}  // namespace softcd::cpu
+#endif
