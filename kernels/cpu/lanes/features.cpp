@@ -252,20 +252,18 @@ HWY_INLINE std::uint64_t bits_of(Mask mask) {
   return bits[0] | (std::uint64_t{bits[1]} << 8);
 }
 
-HWY_INLINE Float slab_margins(const FeatureTest<ContactKind::vertex_triangle, false>& test,
-                              const FeatureCandidate* candidates) {
-  alignas(64) float margins[kLanes];
-  for (std::size_t i = 0; i < kLanes; ++i) margins[i] = test.slab_margin(candidates[i]);
-  return hn::Load(Floats(), margins);
+/// Returns one member of as many candidates as registers have lanes.
+HWY_INLINE Float members(float FeatureCandidate::*member, const FeatureCandidate* candidates) {
+  alignas(64) float values[kLanes];
+  for (std::size_t i = 0; i < kLanes; ++i) values[i] = candidates[i].*member;
+  return hn::Load(Floats(), values);
 }
 
 /// Returns bits of as many candidates as registers have lanes.
 template <ContactKind kKind, bool kSwept>
 HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates) {
   const Floats floats;
-  alignas(64) float distances[kLanes];
-  for (std::size_t i = 0; i < kLanes; ++i) distances[i] = candidates[i].distance;
-  const Float margin = hn::Load(floats, distances);
+  const Float margin = members(&FeatureCandidate::distance, candidates);
   const Mask has_margin = hn::Gt(margin, hn::Zero(floats));
   const Points t1(test.scene.x_t1, candidates);
   const Points t0 = kSwept ? Points(test.scene.x_t0, candidates) : t1;
@@ -281,7 +279,8 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
     is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
     if constexpr (kKind == ContactKind::vertex_triangle) {
       if (test.scene.has_certain_slabs() && !hn::AllTrue(floats, is_apart)) {
-        is_apart = hn::Or(is_apart, certainly_outside_slab(pair_t1, size, slab_margins(test, candidates)));
+        is_apart =
+            hn::Or(is_apart, certainly_outside_slab(pair_t1, size, members(&FeatureCandidate::margin, candidates)));
       }
     }
   }

@@ -88,7 +88,7 @@ std::vector<FeatureCandidate> random_candidates(Random& random, Input input, std
   std::vector<FeatureCandidate> candidates(count);
   for (FeatureCandidate& candidate : candidates) {
     for (std::uint32_t& v : candidate.vertices.v) v = random.below(kVertices);
-    candidate.distance = distance(random, input);
+    candidate.margin = candidate.distance = distance(random, input);
   }
   return candidates;
 }
@@ -147,13 +147,8 @@ TEST_P(FeaturesInLanes, conservative_ones_answer_as_one_by_one) {
 }
 
 TEST_P(FeaturesInLanes, those_of_slabs_answer_as_one_by_one) {
-  const std::vector<std::uint32_t> vertex_body(kVertices, 0);
-  SceneBody body{};
-  body.margin = 0.2F * scale_of(GetParam());
   SceneView settings;
   settings.contact_rule = ContactRule::slab;
-  settings.bodies = &body;
-  settings.vertex_body = vertex_body.data();
   expect_the_generic_answers(settings);
 }
 

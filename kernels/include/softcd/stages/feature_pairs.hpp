@@ -39,12 +39,12 @@ struct FeatureWork {
   }
 };
 
-/// A vertex and a triangle, or two edges: their vertices in the order of contact_margin, their indices, and the
-/// distance within which they can be in contact.
+/// A vertex and a triangle, or two edges: their vertices in the order of contact_margin, and their indices.
 struct FeatureCandidate {
   FeatureVertices vertices;
   std::uint32_t first, second;
-  float distance;
+  float margin;    ///< no less than contact_margin
+  float distance;  ///< within which they can be in contact
 };
 
 /// Rejects features that are certain to stay apart:
@@ -65,18 +65,14 @@ struct FeatureTest {
                                                               straight_distance(candidate.distance));
   }
 
-  /// Returns the distance within which features can be in contact. `margin` is the sum of their bodies' margins,
-  /// `rounding` that of their corners' roundings. A vertex's margin may be larger.
-  SOFTCD_HD float contact_distance(const FeatureVertices& vertices, float margin, float rounding) const {
-    if (scene.motion_margin > 0.0F) margin = contact_margin<kKind, float>(scene, vertices);
-    margin = outward_up(margin);
-    const float distance = kKind == ContactKind::vertex_triangle ? scene.contact_distance(margin) : margin;
-    return rounding > 0.0F ? outward_up(distance + outward_up(rounding)) : distance;
-  }
-
-  /// The margin within which ContactRule::slab finds contacts.
-  SOFTCD_HD float slab_margin(const FeatureCandidate& candidate) const {
-    return outward_up(contact_margin<kKind, float>(scene, candidate.vertices));
+  /// Sets the margin and the distance of a candidate whose vertices are known. `margin` is the sum of its bodies'
+  /// margins, `rounding` that of its corners' roundings. A vertex's margin may be larger.
+  SOFTCD_HD void set_reach(FeatureCandidate& candidate, float margin, float rounding) const {
+    if (scene.motion_margin > 0.0F) margin = contact_margin<kKind, float>(scene, candidate.vertices);
+    candidate.margin = outward_up(margin);
+    candidate.distance =
+        kKind == ContactKind::vertex_triangle ? scene.contact_distance(candidate.margin) : candidate.margin;
+    if (rounding > 0.0F) candidate.distance = outward_up(candidate.distance + outward_up(rounding));
   }
 
   /// Returns false if the features, which pass the filter, are certain to stay apart.
@@ -122,7 +118,7 @@ struct FeatureTest {
 
   SOFTCD_HD_SELDOM bool certainly_beside_slab(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return certainly_outside_slab(detail::relative_pair<kKind>(points.t1), slab_margin(candidate));
+    return certainly_outside_slab(detail::relative_pair<kKind>(points.t1), candidate.margin);
   }
 };
 
@@ -210,7 +206,7 @@ struct ExpandPair {
       if (p == r || p == s || q == r || q == s) return false;
       candidate.vertices = {{p, q, r, s}};
     }
-    candidate.distance = feature_test.contact_distance(candidate.vertices, work.margin, work.rounding);
+    feature_test.set_reach(candidate, work.margin, work.rounding);
     return true;
   }
 
@@ -251,10 +247,11 @@ struct TestNeighbours {
   SOFTCD_HD bool list(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
     if (item.features == kNoFeatures) return false;
     const SceneView& scene = feature_test.scene;
-    const FeatureVertices vertices = feature_vertices<kKind>(scene, item.features);
-    const SceneBody& body = scene.bodies[scene.vertex_body[vertices.v[0]]];
-    candidate = {vertices, first_feature(item.features), second_feature(item.features),
-                 feature_test.contact_distance(vertices, body.margin + body.margin, rounding_of(body, vertices))};
+    candidate.vertices = feature_vertices<kKind>(scene, item.features);
+    candidate.first = first_feature(item.features);
+    candidate.second = second_feature(item.features);
+    const SceneBody& body = scene.bodies[scene.vertex_body[candidate.vertices.v[0]]];
+    feature_test.set_reach(candidate, body.margin + body.margin, rounding_of(body, candidate.vertices));
     const bool is_wanted = kKind == ContactKind::vertex_triangle ? body.vertex_triangle : body.edge_edge;
     return body.lists_neighbours && is_wanted;
   }
