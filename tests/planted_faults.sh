@@ -4,13 +4,14 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-usage: tests/planted_faults.sh [--jobs N] [--only PATTERN] [--programs PATTERN] [--list]
+usage: tests/planted_faults.sh [--proofs] [--jobs N] [--only PATTERN] [--programs PATTERN] [--list]
 
 Plants the faults of tests/planted_faults/faults.txt in a copy of the sources (build/planted_faults/source), compiles it
 once, and runs the tests of a change once for each fault, which the environment variable SOFTCD_FAULT chooses. Prints
 each fault with the test that caught it, the share that was caught, and the faults that survived; exit code 1 where there
 are any. Results are kept in build/planted_faults/results.json, and programs that caught a fault last time are tried first.
 
+  --proofs            plants those of tests/proofs/faults.txt, and runs the proofs instead of the tests
   --jobs N            how many faults at once; 1 where none is named
   --only PATTERN      only faults whose number, file or description matches this regular expression
   --programs PATTERN  only test programs whose name matches this one

@@ -16,12 +16,17 @@ import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-WORK = ROOT / "build" / "planted_faults"
+# With --proofs, the faults are those of the proofs, which have to fail for each.
+PROOFS = "--proofs" in sys.argv
+FAULTS = ROOT / ("tests/proofs/faults.txt" if PROOFS else "tests/planted_faults/faults.txt")
+TARGET = "softcd_all_proofs" if PROOFS else "softcd_tests_of_change"
+WORK = ROOT / "build" / ("planted_faults_of_proofs" if PROOFS else "planted_faults")
 SOURCE = WORK / "source"
 BUILD = WORK / "build"
 RESULTS = WORK / "results.json"
 HEADER = "kernels/include/softcd/planted_fault.hpp"
-LEFT_OUT = "repetition|slow|gpu"  # as the stage `tests` of .ci/run
+# As the stages `proofs` and `tests` of .ci/run.
+CHOSEN = ["-L", "proof"] if PROOFS else ["-LE", "repetition|slow|gpu|proof"]
 MEMORY = 8 << 30  # bytes of addresses that a test may have; a fault can make lists grow without end
 
 # A constant expression has no fault. The variable is 0 until it is initialized.
@@ -66,7 +71,7 @@ class Fault:
 
 def read_faults():
     faults = []
-    for number, line in enumerate((ROOT / "tests/planted_faults/faults.txt").read_text().splitlines(), 1):
+    for number, line in enumerate(FAULTS.read_text().splitlines(), 1):
         heading = re.fullmatch(r"(\d+) (\S+): (.+)", line)
         if heading:
             faults.append(Fault(int(heading[1]), heading[2], heading[3]))
@@ -75,10 +80,10 @@ def read_faults():
         elif line.startswith("+ "):
             faults[-1].replacement.append(line[2:])
         elif line and not line.startswith("#"):
-            raise SystemExit(f"faults.txt:{number}: not a fault's line: {line}")
+            raise SystemExit(f"{FAULTS}:{number}: not a fault's line: {line}")
     numbers = [fault.number for fault in faults]
     if len(set(numbers)) != len(numbers):
-        raise SystemExit("faults.txt: a number occurs twice")
+        raise SystemExit(f"{FAULTS}: a number occurs twice")
     return faults
 
 
@@ -122,7 +127,7 @@ def build():
                     "-DSOFTCD_BENCHMARKS=OFF", "-DSOFTCD_BULLET_FLOAT64=OFF", "-DSOFTCD_INSTALL=OFF",
                     "-DSOFTCD_QUICK_PROGRAMS=ON", f"-DSOFTCD_DATA_DIR={data}"], check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", BUILD, "--parallel", os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count())),
-                    "--target", "softcd_tests_of_change"], check=True, stdout=sys.stderr)
+                    "--target", TARGET], check=True, stdout=sys.stderr)
 
 
 class Program:
@@ -184,7 +189,7 @@ def limit_memory():
 
 
 def read_programs():
-    shown = subprocess.run(["ctest", "--test-dir", BUILD, "-C", "programs", "-L", "program", "-LE", LEFT_OUT,
+    shown = subprocess.run(["ctest", "--test-dir", BUILD, "-C", "programs", "-L", "program", *CHOSEN,
                             "--show-only=json-v1"], check=True, capture_output=True, text=True).stdout
     return [Program(test) for test in json.loads(shown)["tests"]]
 
@@ -196,6 +201,7 @@ def order(programs, caught_by):
 
 def main():
     parser = argparse.ArgumentParser(usage="tests/planted_faults.sh --help")
+    parser.add_argument("--proofs", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", default="")
     parser.add_argument("--programs", default="")
