@@ -48,7 +48,8 @@ void for_each_sequence(std::size_t length, std::vector<std::uint32_t>& keys, Vis
 constexpr std::size_t kMostEntries = 6;
 
 // Statement 15. Of two entries of a cell whose control bits let them be tested, the later one has the earlier one among
-// its partners, once. That is so for all sorted entries of two cells, up to six. No entry has a partner in another cell.
+// its partners, once. That is so for all sorted entries of two cells, up to six. No entry has a partner in another
+// cell.
 TEST(Partners, are_all_earlier_entries_that_may_be_tested) {
   std::uint64_t expected = 0;
   for (std::size_t n = 1; n <= kMostEntries; ++n) expected += ascending_sequences(n, 16);

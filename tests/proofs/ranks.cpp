@@ -126,8 +126,13 @@ class ElementsOfRanks {
         int count = 0;
         void push(std::uint64_t /*pair*/) { ++count; }
       } kept, patches;
-      KeepOwnFirst{&pair,        scene_.view(), rank,     scene_.volumes().data(),
-                   &scene_.grid(), split_of,      {boxes, offsets, words.data(), words.size()}}(0, kept, patches);
+      KeepOwnFirst{&pair,
+                   scene_.view(),
+                   rank,
+                   scene_.volumes().data(),
+                   &scene_.grid(),
+                   split_of,
+                   {boxes, offsets, words.data(), words.size()}}(0, kept, patches);
       keepers += kept.count;
     }
     return keepers;
@@ -151,8 +156,8 @@ class ElementsOfRanks {
   std::vector<ControlledCells> entries_;
 };
 
-// Statement 19. Of the ranks that find a flagged pair, exactly one keeps it: for all sets of cells of both in a box of 2
-// x 2 x 2 cells, and all ways to cut its cells into three ranks' parts.
+// Statement 19. Of the ranks that find a flagged pair, exactly one keeps it: for all sets of cells of both in a box of
+// 2 x 2 x 2 cells, and all ways to cut its cells into three ranks' parts.
 TEST(Ranks, keep_each_flagged_pair_once) {
   std::uint64_t expected = 0;
   for (const std::uint32_t offset : kOffsets) expected += 256 * 256 * partitions_of(kBox, offset).size();
