@@ -16,7 +16,7 @@ struct App {
   const char* name;
   const char* description;
   double seconds;
-  btScalar lowest;  ///< a free body whose centre is below this height is lost
+  btScalar lowest;  ///< a free body below this height is lost: see AppWorld::count_lost()
   /// Adds the app's bodies to an empty world. The returned function is empty where the app moves nothing.
   AppDrive (*build)(AppWorld& world);
 };

@@ -131,7 +131,12 @@ AppMotion AppWorld::motion() const {
   return motion;
 }
 
-std::size_t AppWorld::count_below(btScalar height) const {
+std::size_t AppWorld::count_lost(btScalar height) const {
+  for (const btSoftBody* body : world_.bodies()) {
+    if (is_free(*body)) continue;
+    // The order ignores NaN.
+    for (int i = 0; i < body->m_nodes.size(); ++i) height = btMin(body->m_nodes[i].m_x.y(), height);
+  }
   std::size_t count = 0;
   for (const btSoftBody* body : world_.bodies()) {
     if (is_free(*body) && !(mean_height(*body) >= double(height))) ++count;

@@ -54,8 +54,9 @@ class AppWorld {
   /// Edges within a body count where it collides with itself.
   std::size_t count_crossings();
   AppMotion motion() const;
-  /// Returns the number of free bodies whose centre is below this height, or not a number.
-  std::size_t count_below(btScalar height) const;
+  /// Returns the number of free bodies whose centre is below this height and below every held soft body, or not a
+  /// number. A held body may sink far under its load.
+  std::size_t count_lost(btScalar height) const;
 
  private:
   /// A soft body outside of the world with the shape and place of a rigid mesh.

@@ -82,7 +82,7 @@ AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int i
   run.detection = detection;
   run.iterations = iterations;
   run.start_energy = world.motion().kinetic_energy;
-  const int parts = world.steps_per_frame();
+  const int parts = world.steps_per_frame() * options.splits;
   const btScalar seconds = AppWorld::kFrame / btScalar(parts);
   const double duration = options.seconds > 0 ? options.seconds : app.seconds;
   const int frames = std::max(2, static_cast<int>(std::lround(duration / double(AppWorld::kFrame))));
@@ -92,7 +92,7 @@ AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int i
     times.push_back(milliseconds_of([&] { world.step(seconds); }));
     if ((step + 1) % parts == 0) see_frame(world, run);
   }
-  run.lost_bodies = world.count_below(app.lowest);
+  run.lost_bodies = world.count_lost(app.lowest);
   run.step_milliseconds = median_without_first(times);
   return run;
 }
@@ -225,6 +225,13 @@ void add_apps(CLI::App& app, AppsOptions& options) {
   command->add_option("--seconds", options.seconds, "Simulated seconds of each app")
       ->option_text("S [its own]")
       ->check(CLI::Range(0.001, 10000.0));
+  command
+      ->add_option(
+          "--splits", options.splits,
+          "Splits each step into equal parts. It tells what Bullet's solver does to an app in long steps from\n"
+          "what the contacts do")
+      ->option_text("N [1]")
+      ->check(CLI::Range(1, 1000));
   demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "softcd's backend");
   command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");

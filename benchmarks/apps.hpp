@@ -20,6 +20,7 @@ struct AppsOptions {
   std::vector<int> iterations = {1, 4};  ///< Config::piterations of the bodies; unused in the deformable world
   int starts = 1;                        ///< number of runs; a row has their medians
   double seconds = 0;                    ///< simulated; 0: each app's own duration
+  int splits = 1;                        ///< number of parts of each step
   Backend backend = Backend::cpu;
   std::string machine;        ///< empty: the processor
   std::string markdown_file;  ///< empty: none

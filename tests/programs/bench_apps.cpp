@@ -62,6 +62,33 @@ TEST(BenchApps, take_the_medians_of_several_starts) {
   EXPECT_NE(results[0][0]["farthest"], results[1][0]["farthest"]) << "the bodies are shifted";
 }
 
+TEST(BenchApps, split_steps) {
+  const TemporaryFolder folder;
+  const std::string run = "apps --app locked-balls --world soft-rigid --iterations 4 --detection bullet --seconds 0.1 ";
+  std::vector<nlohmann::json> results;
+  for (const char* splits : {"1", "4"}) {
+    const Result result =
+        run_program(SOFTCD_BENCH, run + "--splits " + splits + " --json " + folder.file("json"), folder);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    results.push_back(nlohmann::json::parse(folder.read("json")).at("apps"));
+    EXPECT_EQ(results.back()[0]["frames"], 6);
+  }
+  EXPECT_NE(results[0][0]["farthest"], results[1][0]["farthest"]);
+}
+
+TEST(BenchApps, lose_no_bodies_that_a_held_body_carries) {
+  const TemporaryFolder folder;
+  // The load stretches the bag to below the height at which free bodies count as lost.
+  const Result result = run_program(
+      SOFTCD_BENCH,
+      "apps --app bag --world deformable --detection balanced --seconds 0.85 --json " + folder.file("json"), folder);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json runs = nlohmann::json::parse(folder.read("json")).at("apps");
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_GT(runs[0]["farthest"], 2.5);
+  EXPECT_EQ(runs[0]["lost_bodies"], 0);
+}
+
 TEST(BenchApps, refuse_apps_that_there_are_not) {
   const TemporaryFolder folder;
   expect_refused(SOFTCD_BENCH, "apps --app teapot", folder, "there is no app 'teapot'");
