@@ -114,19 +114,25 @@ std::size_t AppWorld::count_crossings() {
   return demo::find_intersections(surfaces, counts).edge_count;
 }
 
-AppMotion AppWorld::motion() const {
+AppMotion AppWorld::motion() {
   AppMotion motion;
-  const auto include = [&](double energy, const btVector3& place) {
+  const btVector3 gravity = info().m_gravity;
+  const auto include = [&](double energy, btScalar inverse_mass, const btVector3& place) {
     motion.kinetic_energy += energy;
+    if (inverse_mass > 0) motion.potential_energy -= double(gravity.dot(place)) / double(inverse_mass);
     // NaN counts as farthest.
     const double distance = length_of(place);
     if (!(distance <= motion.farthest)) motion.farthest = distance;
   };
   for (const btSoftBody* body : world_.bodies()) {
-    for (int i = 0; i < body->m_nodes.size(); ++i) include(energy_of(body->m_nodes[i]), body->m_nodes[i].m_x);
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      const btSoftBody::Node& node = body->m_nodes[i];
+      include(energy_of(node), node.m_im, node.m_x);
+    }
   }
   for (const btRigidBody* body : rigid_bodies_) {
-    if (!body->isStaticOrKinematicObject()) include(energy_of(*body), body->getWorldTransform().getOrigin());
+    if (body->isStaticOrKinematicObject()) continue;
+    include(energy_of(*body), body->getInvMass(), body->getWorldTransform().getOrigin());
   }
   return motion;
 }

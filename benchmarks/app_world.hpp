@@ -18,8 +18,9 @@ namespace softcd::benchmarks {
 enum class AppWorldKind : std::uint32_t { soft_rigid, soft_multi_body, deformable };
 
 struct AppMotion {
-  double kinetic_energy = 0;  ///< of everything with mass, J
-  double farthest = 0;        ///< the largest distance of a node or a rigid body from the origin
+  double kinetic_energy = 0;    ///< of everything with mass, J
+  double potential_energy = 0;  ///< in gravity, relative to the origin, J
+  double farthest = 0;          ///< the largest distance of a node or a rigid body from the origin
 };
 
 /// A world of an app: Bullet's own or softcd's, with rigid bodies and meshes beside soft bodies.
@@ -53,7 +54,7 @@ class AppWorld {
   /// Returns the number of edges of soft bodies and rigid meshes that intersect a triangle of another body, exactly.
   /// Edges within a body count where it collides with itself.
   std::size_t count_crossings();
-  AppMotion motion() const;
+  AppMotion motion();
   /// Returns the number of free bodies whose centre is below this height and below every held soft body, or not a
   /// number. A held body may sink far under its load.
   std::size_t count_lost(btScalar height) const;

@@ -56,6 +56,8 @@ struct AppRun {
   int frames_with_crossings = 0;
   std::size_t most_crossings = 0, crossings_at_end = 0;
   double start_energy = 0, most_energy = 0;  ///< kinetic, J
+  double start_mechanical = 0;               ///< kinetic energy and potential energy in gravity, J
+  double gained_energy = 0;                  ///< greatest rise of the mechanical energy above the start's, J
   double farthest = 0;                       ///< largest distance of a node or a rigid body from the origin at any time
   std::size_t lost_bodies = 0;
   double step_milliseconds = 0;  ///< median
@@ -69,6 +71,8 @@ void see_frame(AppWorld& world, AppRun& run) {
   const AppMotion motion = world.motion();
   if (!(motion.kinetic_energy <= run.most_energy)) run.most_energy = motion.kinetic_energy;
   if (!(motion.farthest <= run.farthest)) run.farthest = motion.farthest;
+  const double gained = motion.kinetic_energy + motion.potential_energy - run.start_mechanical;
+  if (!(gained <= run.gained_energy)) run.gained_energy = gained;
 }
 
 AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int iterations, int start,
@@ -81,7 +85,9 @@ AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int i
   run.world = kind;
   run.detection = detection;
   run.iterations = iterations;
-  run.start_energy = world.motion().kinetic_energy;
+  const AppMotion start_motion = world.motion();
+  run.start_energy = start_motion.kinetic_energy;
+  run.start_mechanical = start_motion.kinetic_energy + start_motion.potential_energy;
   const int parts = world.steps_per_frame() * options.splits;
   const btScalar seconds = AppWorld::kFrame / btScalar(parts);
   const double duration = options.seconds > 0 ? options.seconds : app.seconds;
@@ -114,6 +120,7 @@ AppRun median_of(std::vector<AppRun> runs) {
   set_median(&AppRun::crossings_at_end);
   set_median(&AppRun::start_energy);
   set_median(&AppRun::most_energy);
+  set_median(&AppRun::gained_energy);
   set_median(&AppRun::farthest);
   set_median(&AppRun::lost_bodies);
   set_median(&AppRun::step_milliseconds);
@@ -141,6 +148,7 @@ nlohmann::ordered_json to_json(const AppRun& run) {
           {"crossings_at_end", run.crossings_at_end},
           {"start_energy", run.start_energy},
           {"most_energy", run.most_energy},
+          {"gained_energy", run.gained_energy},
           {"farthest", run.farthest},
           {"lost_bodies", run.lost_bodies},
           {"step_milliseconds", run.step_milliseconds}};
@@ -156,6 +164,7 @@ std::vector<std::string> to_row(const AppRun& run) {
           fmt::to_string(run.crossings_at_end),
           fmt::format("{:.3g}", run.start_energy),
           fmt::format("{:.3g}", run.most_energy),
+          fmt::format("{:.3g}", run.gained_energy),
           fmt::format("{:.3g}", run.farthest),
           fmt::to_string(run.lost_bodies),
           fmt::format("{:.3f}", run.step_milliseconds)};
@@ -163,7 +172,7 @@ std::vector<std::string> to_row(const AppRun& run) {
 
 void run(const AppsOptions& options) {
   Table table({"app", "world", "detection", "iterations", "frames with", "most", "at the end", "J at start", "J, most",
-               "farthest", "lost", "ms"},
+               "J gained", "farthest", "lost", "ms"},
               3);
   nlohmann::ordered_json json = describe_run("apps", options.machine);
   for (const App& app : apps()) {
@@ -186,8 +195,10 @@ void run(const AppsOptions& options) {
   const std::string report = fmt::format(
       "### Apps\n\n`frames with`: frames of 1/60 s that end with an edge through a triangle, in exact arithmetic; "
       "`most` "
-      "edges in one frame, and `at the end`. J: kinetic energy. `farthest`: the largest distance of anything from the "
-      "origin, m. `lost`: free bodies that have fallen through. ms: median of a step.\n\n{}\n",
+      "edges in one frame, and `at the end`. J: kinetic energy. `J gained`: greatest rise of the kinetic energy plus "
+      "that in gravity above the start's, which the app's own motion or Bullet's springs may cause, too. `farthest`: "
+      "the largest distance of anything from the origin, m. `lost`: free bodies that have fallen through. ms: median "
+      "of a step.\n\n{}\n",
       table.text());
   fmt::print("{}", report);
   if (!options.markdown_file.empty()) write_file(options.markdown_file, report);

@@ -44,6 +44,7 @@ TEST(BenchApps, of_soft_bodies_on_soft_bodies_have_no_more_crossings_than_with_b
     EXPECT_LE(runs[app + 1]["frames_with_crossings"], runs[app]["frames_with_crossings"]) << runs[app + 1];
     EXPECT_EQ(runs[app + 1]["crossings_at_end"], 0) << runs[app + 1];
     EXPECT_EQ(runs[app + 1]["lost_bodies"], 0) << runs[app + 1];
+    EXPECT_LE(runs[app + 1]["gained_energy"], runs[app]["gained_energy"]) << runs[app + 1];
   }
 }
 
@@ -60,6 +61,19 @@ TEST(BenchApps, take_the_medians_of_several_starts) {
     EXPECT_EQ(results.back()[0]["frames"], 6);
   }
   EXPECT_NE(results[0][0]["farthest"], results[1][0]["farthest"]) << "the bodies are shifted";
+}
+
+TEST(BenchApps, tell_energy_that_a_fall_sets_free_from_energy_that_is_added) {
+  const TemporaryFolder folder;
+  const Result result = run_program(SOFTCD_BENCH,
+                                    "apps --app terrain --world soft-rigid --iterations 1 --detection bullet "
+                                    "--seconds 0.5 --json " +
+                                        folder.file("json"),
+                                    folder);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json run = nlohmann::json::parse(folder.read("json")).at("apps")[0];
+  EXPECT_GT(run["most_energy"], 10) << run;
+  EXPECT_LT(run["gained_energy"], 0.01) << run;
 }
 
 TEST(BenchApps, split_steps) {
