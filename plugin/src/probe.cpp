@@ -70,6 +70,9 @@ Span<const TriangleIntersection> Probe::intersections(const ProbeBodies& pair) {
 bool Probe::has_intersections(const ProbeBodies& pair) {
   return core().has_intersections(pair);
 }
+IntersectionRegions Probe::intersection_regions(const ProbeBodies& pair) {
+  return core().intersection_regions(pair);
+}
 AnswerLists<ChangeIntersection> Probe::intersections_after(Span<const ProbeChange> changes) {
   return core().intersections_after(changes);
 }

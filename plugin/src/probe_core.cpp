@@ -48,7 +48,7 @@ AnswerLists<TriangleOverlap> ProbeCore::overlaps(Span<const ProbeHull> hulls) {
 }
 
 template <class Ask>
-auto ProbeCore::answers_about(Span<const ProbeBodies> pairs, const Ask& ask) {
+auto ProbeCore::answers_about(Span<const ProbeBodies> pairs, const Ask& ask, bool wants_sides) {
   for (std::size_t i = 0; i < pairs.size() && !scene_->is_closed(); ++i) {
     for (const BodyId id : {pairs[i].a, pairs[i].b}) {
       if (id == BodyId() || scene_->has_body(id)) continue;
@@ -58,7 +58,7 @@ auto ProbeCore::answers_about(Span<const ProbeBodies> pairs, const Ask& ask) {
                       i, id.value));
     }
   }
-  return answers(pairs.size(), false, [&](SpatialQueries& queries) {
+  return answers(pairs.size(), wants_sides, [&](SpatialQueries& queries) {
     body_questions_.prepare(pairs, bodies_);
     return ask(queries, body_questions_.questions(), body_questions_.item_count());
   });
@@ -78,6 +78,26 @@ bool ProbeCore::has_intersections(const ProbeBodies& pair) {
   return answers_about({&pair, 1}, [](SpatialQueries& queries, const auto&... of_pairs) {
     return queries.has_intersections(of_pairs...);
   });
+}
+
+IntersectionRegions ProbeCore::intersection_regions(const ProbeBodies& pair) {
+  const auto find = [](SpatialQueries& queries, const auto&... of_pairs) { return queries.intersections(of_pairs...); };
+  const AnswerLists<TriangleIntersection> pairs = answers_about({&pair, 1}, find, /*wants_sides=*/true);
+  const RegionQuestion question = {bodies_, pair, options_.step_end == StepEnd::t0};
+  regions_.clear();
+  if (pairs.all().empty() && !question.may_be_inside()) return regions_.view();
+  scene_->answer_on_host([&](const SceneStore& scene) { regions_.find(scene, question, pairs.all()); });
+  lead_out();
+  return regions_.view();
+}
+
+void ProbeCore::lead_out() {
+  for (const RegionReport::Search& search : regions_.searches()) {
+    const BodyFilter filter = [&](BodyId body) { return body == search.other; };
+    const auto find = [&](SpatialQueries& queries) { return queries.closest_points(search.points); };
+    const Span<const ClosestPoint> closest = answers(search.points.size(), false, filter, find);
+    regions_.lead_to(search, closest);
+  }
 }
 
 AnswerLists<ChangeIntersection> ProbeCore::intersections_after(Span<const ProbeChange> changes) {

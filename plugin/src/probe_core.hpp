@@ -7,6 +7,7 @@
 #include "body_questions.hpp"
 #include "change_questions.hpp"
 #include "hull_questions.hpp"
+#include "region_report.hpp"
 #include "scene_core.hpp"
 #include "softcd/probe.hpp"
 
@@ -30,6 +31,7 @@ class ProbeCore final : public SceneUser {
   Span<const BodyDistance> distances(Span<const ProbeBodies> pairs);
   AnswerLists<TriangleIntersection> intersections(Span<const ProbeBodies> pairs);
   bool has_intersections(const ProbeBodies& pair);
+  IntersectionRegions intersection_regions(const ProbeBodies& pair);
   AnswerLists<ChangeIntersection> intersections_after(Span<const ProbeChange> changes);
 
   void set_options(const ProbeOptions& options);
@@ -38,22 +40,31 @@ class ProbeCore final : public SceneUser {
 
   LookedAt looked_at() const override;
   QueryMemories& free_memories() override { return memories_; }
-  void drop_memories() noexcept override { memories_ = {}; }
+  void drop_memories() noexcept override {
+    memories_ = {};
+    regions_ = {};
+  }
 
  private:
   /// Returns the results of ask(queries) for `questions` questions; nothing if there are none.
   template <class Ask>
   auto answers(std::size_t questions, bool wants_sides, const Ask& ask) {
+    return answers(questions, wants_sides, filter_, ask);
+  }
+  template <class Ask>
+  auto answers(std::size_t questions, bool wants_sides, const BodyFilter& filter, const Ask& ask) {
     require_answerable(questions);
     decltype(ask(std::declval<SpatialQueries&>())) answers{};
     if (questions == 0) return answers;
-    const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, wants_sides, filter_, bodies_};
+    const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, wants_sides, filter, bodies_};
     scene_->answer(request, [&](SpatialQueries& queries) { answers = ask(queries); });
     return answers;
   }
   /// Returns the results of ask(queries, questions, number of items) for these pairs.
   template <class Ask>
-  auto answers_about(Span<const ProbeBodies> pairs, const Ask& ask);
+  auto answers_about(Span<const ProbeBodies> pairs, const Ask& ask, bool wants_sides = false);
+  /// Gives the vertices of regions between different bodies their nearest points of the other body.
+  void lead_out();
   /// Throws Error when the scene is gone.
   void require_scene() const;
   /// Also throws InvalidInput for too many questions.
@@ -67,6 +78,7 @@ class ProbeCore final : public SceneUser {
   BodyQuestions body_questions_;
   ChangesInQuestion changes_;
   HullsInQuestion hulls_;
+  RegionReport regions_;
 };
 
 }  // namespace softcd::detail

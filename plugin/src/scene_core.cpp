@@ -400,6 +400,18 @@ void SceneCore::answer(const ProbeRequest& request, const Questions& ask) {
       });
 }
 
+void SceneCore::answer_on_host(const std::function<void(const SceneStore&)>& f) {
+  Statistics unused;
+  guarded_in_memory(
+      unused, [&] { return answer_problem(); },
+      [&] {
+        if (store_->positions().are_on_device()) {
+          reading([&] { store_->positions().take_to_host(detector_->position_reader()); });
+        }
+        f(*store_);
+      });
+}
+
 ProbedScene SceneCore::probed_scene(const ProbeRequest& request) {
   apply_changes(request.user.looked_at(), /*may_foresee=*/false, /*lists_neighbours=*/false);
   warn_of_strays();

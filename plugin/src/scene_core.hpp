@@ -3,6 +3,7 @@
 #include <tbb/task_arena.h>
 
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -123,6 +124,8 @@ class SceneCore {
 
   /// Answers a probe's questions, after the running detection has ended.
   void answer(const ProbeRequest& request, const Questions& ask);
+  /// Calls f with the scene that the last answer() was about, with all its positions on the host.
+  void answer_on_host(const std::function<void(const SceneStore&)>& f);
   void enter(SceneUser& user) { users_.push_back(&user); }
   void leave(const SceneUser& user) { std::erase(users_, &user); }
 
