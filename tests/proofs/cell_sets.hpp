@@ -1,6 +1,10 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "softcd/grid/uniform_grid.hpp"
@@ -67,15 +71,28 @@ struct CellBox {
   }
 };
 
-/// The entries that a stage appends.
-struct EntrySink {
-  struct Room {
-    std::vector<KeyedEntry>& items;
-    void put(const KeyedEntry& entry) { items.push_back(entry); }
+/// The entries that a stage appends. A stage appends as many as it announces.
+class EntrySink {
+ public:
+  class Room {
+   public:
+    Room(std::vector<KeyedEntry>& items, std::uint32_t count) : items_(items), left_(count) {}
+    Room(const Room&) = delete;
+    Room& operator=(const Room&) = delete;
+    ~Room() { EXPECT_EQ(left_, 0U) << "not as many entries as announced"; }
+
+    void put(const KeyedEntry& entry) {
+      --left_;
+      items_.push_back(entry);
+    }
+
+   private:
+    std::vector<KeyedEntry>& items_;
+    std::uint32_t left_;
   };
   std::vector<KeyedEntry> items;
 
-  Room allocate(std::uint32_t /*count*/) { return {items}; }
+  Room allocate(std::uint32_t count) { return Room(items, count); }
 };
 
 /// A scene of one body without positions, and a grid of cells of size 1, for stages that read nothing else.

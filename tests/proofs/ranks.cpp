@@ -42,32 +42,52 @@ std::vector<IntegerDop> hulls_in(const CellBox& box) {
   return hulls;
 }
 
-// Statement 17. Each entry of a whole element is that of exactly one rank, with the same control bits that it has
-// without ranks. So a pair is tested by one rank where it is tested once without ranks.
-TEST(Ranks, have_each_entry_of_a_whole_element_once) {
-  const CellBox box = {3, 2, 2};
-  const std::vector<IntegerDop> hulls = hulls_in(box);
-  std::uint64_t expected = 0;
-  for (const std::uint32_t offset : kOffsets) expected += hulls.size() * partitions_of(box, offset).size();
-  Enumeration parts(expected);
+/// Whether the entries of all ranks together are those without ranks. Each rank has entries in its cells only.
+template <class Register>
+bool ranks_have_each_entry_once(const std::vector<Partition>& ranks, Register register_for) {
   const auto by_key = [](const KeyedEntry& a, const KeyedEntry& b) { return a.key < b.key; };
   const auto are_equal = [](const KeyedEntry& a, const KeyedEntry& b) {
     return a.key == b.key && a.entry.root == b.entry.root && a.entry.bits == b.entry.bits;
   };
+  std::vector<KeyedEntry> whole = register_for(Partition{});
+  std::vector<KeyedEntry> of_ranks;
+  for (const Partition& rank : ranks) {
+    const std::vector<KeyedEntry> its = register_for(rank);
+    if (!std::all_of(its.begin(), its.end(), [&](const KeyedEntry& e) { return rank.has(key_cell(e.key)); }))
+      return false;
+    of_ranks.insert(of_ranks.end(), its.begin(), its.end());
+  }
+  std::sort(whole.begin(), whole.end(), by_key);
+  std::sort(of_ranks.begin(), of_ranks.end(), by_key);
+  return std::equal(whole.begin(), whole.end(), of_ranks.begin(), of_ranks.end(), are_equal);
+}
+
+// Statement 17. Each entry of an element is that of exactly one rank, with the same control bits that it has without
+// ranks. So a pair is tested by one rank where it is tested once without ranks. For whole elements in 3 x 2 x 2 cells,
+// and for all sets of cells of a split triangle in 2 x 2 x 2.
+TEST(Ranks, have_each_entry_once) {
+  const CellBox box = {3, 2, 2};
+  const std::vector<IntegerDop> hulls = hulls_in(box);
+  std::uint64_t expected = 0;
+  for (const std::uint32_t offset : kOffsets) {
+    expected += hulls.size() * partitions_of(box, offset).size() + 256 * partitions_of(kBox, offset).size();
+  }
+  Enumeration parts(expected);
   for (const std::uint32_t offset : kOffsets) {
     CellScene scene(1, offset);
     for (const auto& ranks : partitions_of(box, offset)) {
       for (const IntegerDop& hull : hulls) {
-        std::vector<KeyedEntry> whole = scene.register_whole(0, hull, {});
-        std::vector<KeyedEntry> of_ranks;
-        for (const Partition& rank : ranks) {
-          const std::vector<KeyedEntry> its = scene.register_whole(0, hull, rank);
-          for (const KeyedEntry& entry : its) ASSERT_TRUE(rank.has(key_cell(entry.key)));
-          of_ranks.insert(of_ranks.end(), its.begin(), its.end());
-        }
-        std::sort(whole.begin(), whole.end(), by_key);
-        std::sort(of_ranks.begin(), of_ranks.end(), by_key);
-        ASSERT_TRUE(std::equal(whole.begin(), whole.end(), of_ranks.begin(), of_ranks.end(), are_equal));
+        const auto register_for = [&](const Partition& rank) { return scene.register_whole(0, hull, rank); };
+        ASSERT_TRUE(ranks_have_each_entry_once(ranks, register_for));
+        parts.next();
+      }
+    }
+    MarkedCells marked(0, kBox.corner, kBox.width, kBox.height, kBox.depth);
+    for (std::uint32_t set = 0; set < kBox.set_count(); ++set) {
+      marked.mark_set(kBox, set);
+      for (const auto& ranks : partitions_of(kBox, offset)) {
+        const auto register_for = [&](const Partition& rank) { return marked.register_all(scene, rank); };
+        ASSERT_TRUE(ranks_have_each_entry_once(ranks, register_for)) << set;
         parts.next();
       }
     }
