@@ -6,6 +6,7 @@
 #include "apps.hpp"
 #include "bullet_step.hpp"
 #include "crossings.hpp"
+#include "impulses.hpp"
 #include "simulated_scenes.hpp"
 #endif
 #include "changes.hpp"
@@ -52,6 +53,8 @@ int main(int argc, char** argv) {
     add_crossings(app, crossings);
     AppsOptions apps;
     add_apps(app, apps);
+    ImpulsesOptions impulses;
+    add_impulses(app, impulses);
 #endif
     SpatialQueryOptions spatial_queries;
     add_spatial_queries(app, spatial_queries);
