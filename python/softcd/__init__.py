@@ -4,6 +4,9 @@ from ._core import (
     NO_BODY,
     Accuracy,
     Backend,
+    BatchQuery,
+    BatchScene,
+    BatchTicket,
     BroadPhase,
     ContactKind,
     ContactRule,
@@ -28,6 +31,7 @@ from ._core import (
 from ._core import contact_dtype as _contact_dtype
 from ._core import version as __version__
 from ._audit import Audit, audit, audit_dtype
+from ._batch import BatchContacts
 from ._errors import BackendError, Error, InvalidInput, MeshError, OutOfMemory
 from ._helpers import Certificate, certify, collision_free_step, detect, self_intersections
 from ._probe import AnswerLists, Probe
@@ -42,6 +46,10 @@ __all__ = [
     "Audit",
     "Backend",
     "BackendError",
+    "BatchContacts",
+    "BatchQuery",
+    "BatchScene",
+    "BatchTicket",
     "BroadPhase",
     "Certificate",
     "ContactKind",

@@ -11,6 +11,14 @@
 #include <string>
 
 namespace softcd::python {
+
+std::string dtype_name(const Array& array) {
+  constexpr const char* kKinds[] = {"int", "uint", "float", "handle", "bfloat", "complex", "bool"};
+  const std::uint8_t code = array.dtype().code;
+  const std::string kind = code < std::size(kKinds) ? kKinds[code] : "dtype";
+  return array.dtype().lanes == 1 ? fmt::format("{}{}", kind, array.dtype().bits) : "vectors of several lanes";
+}
+
 namespace {
 
 constexpr double kLargestCoordinate = 1e37;  // the limit of Positions
@@ -73,13 +81,6 @@ bool is_on_gpu(const Array& array) {
   return array.device_type() == kCuda || array.device_type() == kManaged;
 }
 
-std::string dtype_name(const Array& array) {
-  constexpr const char* kKinds[] = {"int", "uint", "float", "handle", "bfloat", "complex", "bool"};
-  const std::uint8_t code = array.dtype().code;
-  const std::string kind = code < std::size(kKinds) ? kKinds[code] : "dtype";
-  return array.dtype().lanes == 1 ? fmt::format("{}{}", kind, array.dtype().bits) : "vectors of several lanes";
-}
-
 std::string shape_of(const Array& array) {
   std::string shape;
   for (std::size_t i = 0; i < array.ndim(); ++i) shape += fmt::format("{}{}", i > 0 ? ", " : "", array.shape(i));
@@ -128,22 +129,25 @@ void require_shape(const char* name, const Array& array, const char* shape, std:
   if (!fits) throw InvalidInput(fmt::format("{}: expected shape {}, got {}", name, shape, shape_of(array)));
 }
 
+/// Returns the number of bytes from one row of the last two dimensions to the next.
 std::size_t row_stride(const char* name, const Array& array, std::size_t item_size) {
-  const auto width = static_cast<std::int64_t>(array.shape(1));
-  if (array.shape(0) > 0 && array.stride(1) != 1) {
+  const std::size_t column = array.ndim() - 1;
+  const std::size_t row = array.ndim() - 2;
+  const auto width = static_cast<std::int64_t>(array.shape(column));
+  if (array.size() > 0 && array.stride(column) != 1) {
     throw InvalidInput(
         fmt::format("{}: the coordinates of a position must lie side by side, but are {} apart; "
                     "numpy.ascontiguousarray makes a copy that can be read",
-                    name, array.stride(1)));
+                    name, array.stride(column)));
   }
-  if (array.shape(0) <= 1) return static_cast<std::size_t>(width) * item_size;
-  if (array.stride(0) < width) {
+  if (array.shape(row) <= 1) return static_cast<std::size_t>(width) * item_size;
+  if (array.stride(row) < width) {
     throw InvalidInput(
         fmt::format("{}: rows must follow each other, but begin {} elements apart; "
                     "numpy.ascontiguousarray makes a copy that can be read",
-                    name, array.stride(0)));
+                    name, array.stride(row)));
   }
-  return static_cast<std::size_t>(array.stride(0)) * item_size;
+  return static_cast<std::size_t>(array.stride(row)) * item_size;
 }
 
 bool is_of_floats(const Array& array) {
@@ -154,29 +158,43 @@ bool is_of_floats(const Array& array) {
 bool lies_in_rows(const Array& array) {
   if (!is_of_floats(array)) return false;
   const std::size_t item_size = array.dtype().bits / 8;
+  const std::size_t column = array.ndim() - 1;
+  const std::size_t row = array.ndim() - 2;
   return reinterpret_cast<std::uintptr_t>(array.data()) % item_size == 0 &&
-         (array.shape(0) == 0 || array.stride(1) == 1) && (array.shape(0) <= 1 || array.stride(0) >= 3);
+         (array.size() == 0 || array.stride(column) == 1) && (array.shape(row) <= 1 || array.stride(row) >= 3);
 }
 
+/// Returns the rows of the last two dimensions, from the element with this offset on.
 template <class Scalar>
-Positions positions_in(const char* name, const Array& array) {
-  const auto* const first = static_cast<const Scalar*>(array.data());
+Positions positions_in(const char* name, const Array& array, std::int64_t offset = 0) {
+  const auto* const first = static_cast<const Scalar*>(array.data()) + offset;
   if (reinterpret_cast<std::uintptr_t>(first) % alignof(Scalar) != 0) {
     throw InvalidInput(fmt::format("{}: its memory is not aligned; numpy.array makes a copy that is", name));
   }
+  const std::size_t count = array.shape(array.ndim() - 2);
   const std::size_t stride = row_stride(name, array, sizeof(Scalar));
-  return is_on_gpu(array) ? Positions::on_device(first, array.shape(0), stride)
-                          : Positions(first, array.shape(0), stride);
+  return is_on_gpu(array) ? Positions::on_device(first, count, stride) : Positions(first, count, stride);
 }
 
 template <class Scalar>
-void require_finite_scalars(const char* name, const Positions& positions) {
+std::vector<Positions> positions_of_copies_in(const char* name, const Array& array) {
+  std::vector<Positions> of;
+  of.reserve(array.shape(0));
+  for (std::size_t copy = 0; copy < array.shape(0); ++copy) {
+    of.push_back(positions_in<Scalar>(name, array, static_cast<std::int64_t>(copy) * array.stride(0)));
+  }
+  return of;
+}
+
+template <class Scalar>
+void require_finite_scalars(const char* name, const Positions& positions, const std::string& place) {
   const auto* row = static_cast<const char*>(positions.data());
   for (std::size_t i = 0; i < positions.count(); ++i, row += positions.stride()) {
     const auto* const x = reinterpret_cast<const Scalar*>(row);
     const auto is_usable = [](Scalar value) { return std::abs(value) <= static_cast<Scalar>(kLargestCoordinate); };
     if (is_usable(x[0]) && is_usable(x[1]) && is_usable(x[2])) continue;
-    throw InvalidInput(fmt::format("{}: row {} is ({}, {}, {}), not finite or beyond 1e37", name, i, x[0], x[1], x[2]));
+    throw InvalidInput(
+        fmt::format("{}: {}row {} is ({}, {}, {}), not finite or beyond 1e37", name, place, i, x[0], x[1], x[2]));
   }
 }
 
@@ -230,25 +248,31 @@ std::vector<Row> read_rows(const char* name, nb::handle object, const char* shap
   throw nb::type_error(fmt::format("{}: expected {}, got {}", name, expected, dtype_name(array)).c_str());
 }
 
-/// Reads rows of floats. `expected` describes the allowed memory.
-PositionsArray read_rows_of_floats(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu) {
+/// Reads floats of a shape for which `has_shape(array)`, `shape` in words. `expected` describes the allowed memory.
+template <class HasShape>
+Array read_floats(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu,
+                  const std::string& shape, const HasShape& has_shape) {
   Array array;
   const bool is_read = try_read(object, may_be_on_gpu, array);
-  const bool has_rows = is_read && array.ndim() == 2 && array.shape(1) == 3;
-  const bool needs_copy = !is_read || (has_rows && is_on_cpu(array) && !lies_in_rows(array));
+  const bool needs_copy = !is_read || (has_shape(array) && is_on_cpu(array) && !lies_in_rows(array));
   if (needs_copy && !try_read_copy(object, /*integers=*/false, array) && !is_read) {
     throw wrong_type(name, object, expected);
   }
   array = on_expected_device(name, std::move(array), expected, may_be_on_gpu);
-  require_shape(name, array, "(n, 3)", 3);
-  Positions positions;
-  if (array.dtype() == nb::dtype<float>()) {
-    positions = positions_in<float>(name, array);
-  } else if (array.dtype() == nb::dtype<double>()) {
-    positions = positions_in<double>(name, array);
-  } else {
+  if (!has_shape(array)) {
+    throw InvalidInput(fmt::format("{}: expected shape {}, got {}", name, shape, shape_of(array)));
+  }
+  if (!is_of_floats(array)) {
     throw nb::type_error(fmt::format("{}: expected {}, got {}", name, expected, dtype_name(array)).c_str());
   }
+  return array;
+}
+
+PositionsArray read_rows_of_floats(const char* name, nb::handle object, const char* expected, bool may_be_on_gpu) {
+  Array array = read_floats(name, object, expected, may_be_on_gpu, "(n, 3)",
+                            [](const Array& read) { return read.ndim() == 2 && read.shape(1) == 3; });
+  const bool is_float = array.dtype() == nb::dtype<float>();
+  const Positions positions = is_float ? positions_in<float>(name, array) : positions_in<double>(name, array);
   return {std::move(array), positions};
 }
 
@@ -271,18 +295,32 @@ PositionsArray read_positions(const char* name, nb::handle object) {
       name, object, "an array of float32 or float64 of shape (n, 3) in the CPU's or a CUDA device's memory", true);
 }
 
+PositionsOfCopies read_positions_of_copies(const char* name, nb::handle object, std::uint32_t copies,
+                                           std::uint32_t vertices) {
+  const std::string shape = fmt::format("({}, {}, 3)", copies, vertices);
+  const std::string expected =
+      fmt::format("an array of float32 or float64 of shape {} in the CPU's or a CUDA device's memory", shape);
+  Array array = read_floats(name, object, expected.c_str(), true, shape, [&](const Array& read) {
+    return read.ndim() == 3 && read.shape(0) == copies && read.shape(1) == vertices && read.shape(2) == 3;
+  });
+  const bool is_float = array.dtype() == nb::dtype<float>();
+  std::vector<Positions> of =
+      is_float ? positions_of_copies_in<float>(name, array) : positions_of_copies_in<double>(name, array);
+  return {std::move(array), std::move(of)};
+}
+
 std::vector<Vec3d> read_points(const char* name, nb::handle object) {
   const PositionsArray read =
       read_rows_of_floats(name, object, "an array of float32 or float64 of shape (n, 3) in the CPU's memory", false);
   return read.positions.is_double() ? points_of<double>(read.positions) : points_of<float>(read.positions);
 }
 
-void require_finite(const char* name, const Positions& positions) {
+void require_finite(const char* name, const Positions& positions, const std::string& place) {
   if (positions.is_on_device()) return;
   if (positions.is_double()) {
-    require_finite_scalars<double>(name, positions);
+    require_finite_scalars<double>(name, positions, place);
   } else {
-    require_finite_scalars<float>(name, positions);
+    require_finite_scalars<float>(name, positions, place);
   }
 }
 

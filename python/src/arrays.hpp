@@ -5,6 +5,7 @@
 #include <nanobind/stl/string.h>
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "softcd/softcd.hpp"
@@ -15,6 +16,9 @@ namespace nb = nanobind;
 
 /// A caller's array, kept alive and in place.
 using Array = nb::ndarray<nb::ro>;
+
+/// Returns the name of the array's elements in numpy.
+std::string dtype_name(const Array& array);
 
 /// Positions in a caller's memory.
 struct PositionsArray {
@@ -28,8 +32,19 @@ struct PositionsArray {
 /// copied. Throws nb::type_error or InvalidInput; the text begins with `name`.
 PositionsArray read_positions(const char* name, nb::handle object);
 
-/// Throws InvalidInput where the library would leave out a coordinate in the CPU's memory.
-void require_finite(const char* name, const Positions& positions);
+/// Positions of the same vertices in several environments.
+struct PositionsOfCopies {
+  Array memory;
+  std::vector<Positions> of;  ///< of each environment
+};
+
+/// Reads positions of shape (copies, vertices, 3), as read_positions() does. Environments may be any distance apart:
+/// numpy.broadcast_to shows one in all places.
+PositionsOfCopies read_positions_of_copies(const char* name, nb::handle object, std::uint32_t copies,
+                                           std::uint32_t vertices);
+
+/// Throws InvalidInput where the library would leave out a coordinate in the CPU's memory. `place` follows the name.
+void require_finite(const char* name, const Positions& positions, const std::string& place = {});
 
 /// Copies float32 or float64 of shape (n, 3) in the CPU's memory, as read_positions() reads them.
 std::vector<Vec3d> read_points(const char* name, nb::handle object);

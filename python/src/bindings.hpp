@@ -12,6 +12,7 @@ void bind_statistics(nanobind::module_& module);
 void bind_contacts(nanobind::module_& module);
 void bind_device_contacts(nanobind::module_& module);
 void bind_scene(nanobind::module_& module);
+void bind_batch_scene(nanobind::module_& module);
 void bind_query(nanobind::module_& module);
 void bind_probe(nanobind::module_& module);
 void bind_meshes(nanobind::module_& module);

@@ -14,6 +14,7 @@ NB_MODULE(_core, module) {
   bind_contacts(module);
   bind_device_contacts(module);
   bind_scene(module);
+  bind_batch_scene(module);
   bind_query(module);
   bind_probe(module);
   bind_meshes(module);

@@ -1,7 +1,6 @@
 #include "scene.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <string>
 
@@ -11,26 +10,6 @@
 
 namespace softcd::python {
 namespace {
-
-/// A body in Python's form.
-struct Mesh {
-  std::vector<Triangle> triangles;
-  std::vector<Segment> segments;
-  std::uint32_t vertex_count;
-
-  BodyDesc desc(const BodySettings& settings) const {
-    BodyDesc desc{triangles, vertex_count, settings};
-    desc.segments = segments;
-    return desc;
-  }
-};
-
-/// Reads a mesh. `segments` may be None.
-Mesh read_mesh(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments) {
-  Mesh mesh{read_triangles("triangles", triangles), {}, vertex_count};
-  if (!segments.is_none()) mesh.segments = read_segments("segments", segments);
-  return mesh;
-}
 
 PyType_Slot scene_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<BoundScene>)},
                              {Py_tp_clear, reinterpret_cast<void*>(clear_object<BoundScene>)},
@@ -47,6 +26,26 @@ constexpr const char* kSetPositions =
     "Without it, and on a GPU, its triangles are left out, with a warning.";
 
 }  // namespace
+
+Mesh read_mesh(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments) {
+  Mesh mesh{read_triangles("triangles", triangles), {}, vertex_count};
+  if (!segments.is_none()) mesh.segments = read_segments("segments", segments);
+  return mesh;
+}
+
+std::vector<VertexFilter> vertex_filters(const std::optional<VertexBits>& groups,
+                                         const std::optional<VertexBits>& masks) {
+  if (groups && masks && groups->shape(0) != masks->shape(0)) {
+    throw InvalidInput("groups and masks: expected one of both for each vertex, got " +
+                       std::to_string(groups->shape(0)) + " and " + std::to_string(masks->shape(0)));
+  }
+  std::vector<VertexFilter> filters(groups ? groups->shape(0) : (masks ? masks->shape(0) : 0));
+  for (std::size_t v = 0; v < filters.size(); ++v) {
+    if (groups) filters[v].group = (*groups)(v);
+    if (masks) filters[v].mask = (*masks)(v);
+  }
+  return filters;
+}
 
 BoundScene::BoundScene(const SceneOptions& options, nb::object log)
     : log_(std::move(log)),
@@ -66,8 +65,7 @@ std::uint32_t BoundScene::add_body(nb::handle triangles, std::uint32_t vertex_co
   const Mesh mesh = read_mesh(triangles, vertex_count, segments);
   return call([&](Scene& scene) {
     const BodyId body = scene.add_body(mesh.desc(settings));
-    ++body_count_;
-    triangles_given_ += mesh.triangles.size() + mesh.segments.size();
+    count_body(mesh.triangles.size() + mesh.segments.size());
     return body.value;
   });
 }
@@ -115,17 +113,13 @@ void BoundScene::set_positions(std::uint32_t body, nb::handle vertices_t0, nb::h
       require_finite("vertices_t0", t0.positions);
       require_finite("vertices_t1", t1.positions);
     }
-    const bool is_on_device = t0.positions.is_on_device();
-    std::array<Array, 2>& kept = (is_on_device ? on_device_ : kept_)[body];
-    replaced_.reserve(replaced_.size() + 4);
-    if (vertices_t1.is_none()) {
-      scene.set_positions({body}, t0.positions);
-    } else {
-      scene.set_positions({body}, t0.positions, t1.positions);
-    }
-    if (!is_on_device) replace_on_device(body);
-    kept.swap(arrays);
-    if (is_on_device) std::move(arrays.begin(), arrays.end(), std::back_inserter(replaced_));
+    set_and_keep(scene, body, t0.positions.is_on_device(), arrays, [&](Scene& own) {
+      if (vertices_t1.is_none()) {
+        own.set_positions({body}, t0.positions);
+      } else {
+        own.set_positions({body}, t0.positions, t1.positions);
+      }
+    });
   });
 }
 
@@ -136,15 +130,7 @@ void BoundScene::set_ignored_pairs(const NumberPairs& pairs) {
 
 void BoundScene::set_vertex_filters(std::uint32_t body, const std::optional<VertexBits>& groups,
                                     const std::optional<VertexBits>& masks) {
-  if (groups && masks && groups->shape(0) != masks->shape(0)) {
-    throw InvalidInput("groups and masks: expected one of both for each vertex, got " +
-                       std::to_string(groups->shape(0)) + " and " + std::to_string(masks->shape(0)));
-  }
-  std::vector<VertexFilter> filters(groups ? groups->shape(0) : (masks ? masks->shape(0) : 0));
-  for (std::size_t v = 0; v < filters.size(); ++v) {
-    if (groups) filters[v].group = (*groups)(v);
-    if (masks) filters[v].mask = (*masks)(v);
-  }
+  const std::vector<VertexFilter> filters = vertex_filters(groups, masks);
   call([&](Scene& scene) { scene.set_vertex_filters({body}, filters); });
 }
 

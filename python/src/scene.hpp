@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <iterator>
 #include <list>
 #include <map>
 #include <memory>
@@ -28,6 +29,26 @@ using VertexBits = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, n
 
 /// Pairs of bodies' numbers, in Python's form.
 using NumberPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+/// A body in Python's form.
+struct Mesh {
+  std::vector<Triangle> triangles;
+  std::vector<Segment> segments;
+  std::uint32_t vertex_count;
+
+  BodyDesc desc(const BodySettings& settings) const {
+    BodyDesc desc{triangles, vertex_count, settings};
+    desc.segments = segments;
+    return desc;
+  }
+};
+
+/// Reads a mesh. `segments` may be None.
+Mesh read_mesh(nb::handle triangles, std::uint32_t vertex_count, nb::handle segments);
+
+/// Reads filters, one for each vertex. Missing groups are 1, missing masks all bits.
+std::vector<VertexFilter> vertex_filters(const std::optional<VertexBits>& groups,
+                                         const std::optional<VertexBits>& masks);
 
 inline std::vector<BodyPair> body_pairs(const NumberPairs& numbers) {
   std::vector<BodyPair> pairs;
@@ -147,6 +168,23 @@ class BoundScene {
 
   int traverse(visitproc visit, void* arg);
   void clear();
+
+ protected:
+  /// Calls set(scene), which passes on these arrays, and keeps them until they have been read. `body` is theirs, or
+  /// the first of theirs. Called within call().
+  template <class Set>
+  void set_and_keep(Scene& scene, std::uint32_t body, bool is_on_device, std::array<Array, 2>& arrays, const Set& set) {
+    std::array<Array, 2>& kept = (is_on_device ? on_device_ : kept_)[body];
+    replaced_.reserve(replaced_.size() + 4);
+    set(scene);
+    if (!is_on_device) replace_on_device(body);
+    kept.swap(arrays);
+    if (is_on_device) std::move(arrays.begin(), arrays.end(), std::back_inserter(replaced_));
+  }
+  void count_body(std::uint64_t triangles) {
+    ++body_count_;
+    triangles_given_ += triangles;
+  }
 
  private:
   /// So many pairs are compared within kSignalInterval. For less work, a thread of its own, 20 us, would be noticeable.

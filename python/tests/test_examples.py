@@ -32,6 +32,14 @@ def test_a_cloth_drapes_over_a_sphere_without_crossings(capsys):
     assert 0 < float(figures[1]) < 0.02 and float(figures[2]) < 0.2
 
 
+def test_cloths_are_lowered_without_crossings(capsys):
+    text = run("batch_lowering.py", capsys)
+    figures = re.fullmatch(r"64 cloths, (\d+) contacts .*, (\d+) crossings, middles (\S+) to (\S+) above .*\n", text)
+    assert figures, text
+    assert int(figures[1]) > 64 and int(figures[2]) == 0
+    assert 0 < float(figures[3]) <= float(figures[4]) < 0.05
+
+
 def counts(text, name):
     """Returns a row's counts of every audit in a text."""
     return [[int(word) for word in row.split()] for row in re.findall(rf"^  {name}((?: +\d+)+)", text, re.MULTILINE)]
