@@ -27,6 +27,7 @@ from ._core import (
     StepEnd,
     Ticket,
     read_mesh,
+    write_mesh,
 )
 from ._core import contact_dtype as _contact_dtype
 from ._core import version as __version__
@@ -84,4 +85,5 @@ __all__ = [
     "detect",
     "read_mesh",
     "self_intersections",
+    "write_mesh",
 ]

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/filesystem.h>
@@ -27,6 +28,19 @@ nb::tuple read_mesh(const std::filesystem::path& path) {
     mesh = demo::read_mesh(path);
   }
   return nb::make_tuple(own<double, 3>(std::move(mesh.positions)), own<std::uint32_t, 3>(std::move(mesh.triangles)));
+}
+
+void write_mesh(const std::filesystem::path& path, nb::handle vertices, nb::handle triangles) {
+  const demo::Mesh mesh{read_points("vertices", vertices), read_triangles("triangles", triangles)};
+  const nb::gil_scoped_release no_interpreter;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t vertex : mesh.triangles[t].v) {
+      if (vertex < mesh.positions.size()) continue;
+      throw InvalidInput(fmt::format("triangles: row {} has the index {}, but there are {} vertices", t, vertex,
+                                     mesh.positions.size()));
+    }
+  }
+  demo::write_mesh(path, mesh);
 }
 
 using Doubles = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
@@ -91,6 +105,11 @@ void bind_meshes(nb::module_& module) {
       nb::sig("def read_mesh(path: str | os.PathLike[str]) -> tuple[numpy.ndarray, numpy.ndarray]"),
       "Reads a PLY or OBJ file: vertices as float64 of shape (n, 3), triangles as uint32 of shape (m, 3). Polygons "
       "become triangle fans. Raises MeshError, naming the file and the place in it.");
+  module.def("write_mesh", &write_mesh, "path"_a, "vertices"_a, "triangles"_a,
+             nb::sig("def write_mesh(path: str | os.PathLike[str], vertices: object, triangles: object) -> None"),
+             "Writes vertices of shape (n, 3) and triangles of shape (m, 3) in single precision: a PLY, STL or GLB "
+             "file, as the "
+             "name ends. Raises MeshError, naming the file.");
   module.def("intersecting_pairs", &intersecting_pairs, "vertices"_a, "triangles"_a, "first"_a, "begins"_a,
              "candidates"_a,
              "Returns which of the triangles from the first on intersect which of their candidates, decided exactly.");

@@ -185,8 +185,9 @@ PyType_Slot ticket_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_
 struct QueryWords {
   const char* name;
   const char* ticket;
-  const char* scene;   ///< the constructor's parameters
-  std::string result;  ///< of a detection
+  const char* scene;  ///< the constructor's parameters
+  /// The type of a detection's result. `Any` stands for DeviceContacts: checkers then accept what either of them has.
+  std::string result;
   const char* description;
   const char* detect;
 };
@@ -251,7 +252,7 @@ void bind_query(nb::module_& module) {
 
   bind_query_on<BoundQuery, BoundScene>(
       module,
-      {"Query", "Ticket", "scene: Scene, *", "numpy.typing.NDArray[numpy.void] | DeviceContacts",
+      {"Query", "Ticket", "scene: Scene, *", "numpy.typing.NDArray[numpy.void] | typing.Any",
        "Finds contacts between the bodies of a scene. The same input gives the same bytes, on any backend, with "
        "any number of threads.",
        "Reads the positions that were set, finds all contacts and returns them as a read-only structured array "
@@ -264,7 +265,7 @@ void bind_query(nb::module_& module) {
       .def("set_only_pairs", &BoundQuery::set_only_pairs, "pairs"_a,
            "Restricts later detections to these pairs of bodies; an empty list restricts nothing.");
   bind_query_on<BoundBatchQuery, BoundBatchScene>(
-      module, {"BatchQuery", "BatchTicket", "scene: BatchScene, *", "softcd.BatchContacts | DeviceContacts",
+      module, {"BatchQuery", "BatchTicket", "scene: BatchScene, *", "softcd.BatchContacts | typing.Any",
                "Finds contacts within each environment of a BatchScene.",
                "Reads the positions that were set, finds all contacts and returns them as BatchContacts: for each "
                "environment the bytes that a Query returns for a Scene of its own. With contacts_on_device the result "

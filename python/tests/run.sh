@@ -12,7 +12,7 @@ there and runs python/tests with pytest, which ARGUMENTs go to.
   PYTHON=python3            the interpreter to build for, 3.10 or newer
   SOFTCD_CUDA=auto|on|off   the CUDA backend; off here where nothing is said
   SOFTCD_WHEELS=            a folder of wheels (packaging/wheels.sh), of which the one that fits is tested; builds none
-  SOFTCD_BESIDE=            packages that are installed too, and used before and after softcd: scipy numba open3d torch
+  SOFTCD_BESIDE=            packages that are installed too, and used before and after softcd: scipy numba open3d torch mypy pyright
   SOFTCD_PYBULLET_SOURCE=   PyBullet's sources: builds the plugin for it too, and tests it in that version's wheel
 
 Exit code 77: the interpreter, its headers or venv are missing, or no package index can be reached.

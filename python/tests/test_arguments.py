@@ -269,6 +269,9 @@ def test_random_arguments_only_raise():
     query = softcd.Query(scene)
     probe = softcd.Probe(scene)
     scene.add_body(PIERCING_TRIANGLES, 6, self_collision=True)
+    batch = softcd.BatchScene(1)
+    batch_query = softcd.BatchQuery(batch)
+    batch.add_body(PIERCING_TRIANGLES, 6)
     calls = {
         softcd.Scene: ["log", "backend", "memory_limit", "max_threads", "cuda_device"],
         softcd.Query: ["detection", "accuracy", "margins", "motion_margin", "cell_size_factor", "edge_edge"],
@@ -287,6 +290,16 @@ def test_random_arguments_only_raise():
         softcd.collision_free_step: ["margin", "self_collision"],
         softcd.self_intersections: ["max_threads", "memory_limit"],
         softcd.read_mesh: [],
+        softcd.write_mesh: [],
+        softcd.BatchScene: ["log", "backend", "max_threads"],
+        softcd.BatchQuery: ["detection", "accuracy", "nonsense"],
+        batch.add_body: ["vertex_count", "segments", "margin", "batch"],
+        batch.set_settings: ["margin", "edge_edge", "batch"],
+        batch.set_positions: ["vertices_t1", "check_finite"],
+        batch.set_rest_positions: [],
+        batch.set_vertex_filters: ["groups", "masks"],
+        batch.set_ignored_pairs: [],
+        batch_query.detect: ["pairs"],
         softcd._core.intersecting_pairs: [],
         softcd.Probe: ["step_end"],
         softcd.MeshChange: ["removed", "added", "new_vertices"],
@@ -305,7 +318,7 @@ def test_random_arguments_only_raise():
         probe.intersections_after: [],
         probe.set_body_filter: [],
     }
-    good = [scene, 0, PIERCING_TRIANGLES, GOOD, 6]
+    good = [scene, batch, 0, PIERCING_TRIANGLES, GOOD, GOOD[None], 6]
     succeeded, raised = 0, 0
     for _, call in itertools.product(range(250), calls):
         arguments = [choose(good) if choose([True, False]) else some_arguments(choose) for _ in range(choose(range(4)))]

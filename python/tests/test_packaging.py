@@ -24,7 +24,8 @@ def test_annotations_are_installed():
     assert (FOLDER / "py.typed").exists()
     stub = (FOLDER / "_core.pyi").read_text()
     assert "class Scene:" in stub and "def set_positions(self, body: int, vertices_t0" in stub
-    assert "def wait(self) -> numpy.typing.NDArray[numpy.void] | DeviceContacts" in stub
+    assert "def wait(self) -> numpy.typing.NDArray[numpy.void] | Any" in stub
+    assert "class BatchScene:" in stub and "def detect(self, pairs: Pairs | str = ...) -> softcd.BatchContacts | Any" in stub
     assert "backend: Backend | str = ..." in stub and "import Backend" not in stub
 
 

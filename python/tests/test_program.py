@@ -76,6 +76,18 @@ def test_meshes_are_read_as_arrays(frames):
     vertices, triangles = softcd.read_mesh(frames / "t0.obj")
     assert vertices.dtype == np.float64 and vertices.shape == (6, 3) and vertices.flags.writeable
     assert triangles.dtype == np.uint32 and triangles.tolist() == [[0, 1, 2], [3, 4, 5]]
+    for copy in (frames / "copy.ply", str(frames / "copy.ply")):
+        softcd.write_mesh(copy, vertices + 0.5, triangles.tolist())
+        again = softcd.read_mesh(copy)
+        assert (again[0] == (vertices + 0.5).astype(np.float32)).all() and again[1].tobytes() == triangles.tobytes()
+        (frames / "copy.ply").unlink()
+    with pytest.raises(softcd.MeshError, match="copy.txt"):
+        softcd.write_mesh(frames / "copy.txt", vertices, triangles)
+    with pytest.raises(softcd.InvalidInput, match="^triangles: row 1 has the index 5, but there are 5 vertices"):
+        softcd.write_mesh(frames / "copy.ply", vertices[:5], triangles)
+    with pytest.raises(softcd.InvalidInput, match=r"^vertices: expected shape \(n, 3\), got \(6, 2\)"):
+        softcd.write_mesh(frames / "copy.ply", vertices[:, :2], triangles)
+    assert not (frames / "copy.ply").exists()
     (frames / "broken.ply").write_text("ply\nformat ascii 1.0\nelement vertex 1\n")
     with pytest.raises(softcd.MeshError, match="broken.ply"):
         softcd.read_mesh(frames / "broken.ply")

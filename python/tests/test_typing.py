@@ -1,0 +1,30 @@
+"""Checks the types of the pages' examples and of python/examples, where mypy or pyright is installed."""
+
+import importlib.util
+import subprocess
+import sys
+
+import pytest
+
+from test_documentation import ROOT, examples
+
+COMMANDS = {"mypy": ["--ignore-missing-imports"], "pyright": ["--pythonpath", sys.executable]}
+
+
+@pytest.mark.parametrize("checker", COMMANDS)
+def test_examples_have_the_right_types(checker, tmp_path):
+    if importlib.util.find_spec(checker) is None:
+        pytest.skip(f"there is no {checker}")
+    programs = [ROOT / "python" / "examples" / name for name in ("batch_lowering.py", "audit_float32.py")]
+    for i, example in enumerate(examples()):
+        if "torch" in example.values[0]:
+            continue
+        programs.append(tmp_path / f"example_{i}.py")
+        programs[-1].write_text(example.values[0])
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text("import softcd\nsoftcd.BatchScene(3).set_positions(vertices=0)\n")
+    command = [sys.executable, "-m", checker, *COMMANDS[checker]]
+    run = subprocess.run([*command, *programs], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout
+    run = subprocess.run([*command, wrong], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 1 and "vertices" in run.stdout, "the stubs are read"
