@@ -19,6 +19,12 @@ function(softcd_target_options target)
   # With CMAKE_UNITY_BUILD all sources of a target are compiled as one.
   set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0 UNITY_BUILD_CODE_BEFORE_INCLUDE
                                              "// NOLINTNEXTLINE(bugprone-suspicious-include)")
+  if(MSVC)
+    target_compile_definitions(${target} PRIVATE NOMINMAX _USE_MATH_DEFINES _CRT_SECURE_NO_WARNINGS)
+    target_compile_options(${target} PRIVATE
+      $<$<COMPILE_LANGUAGE:CXX>:/fp:precise /permissive- /Zc:__cplusplus /utf-8 /bigobj /W3>)
+    return()
+  endif()
   set(warnings -Wall -Wextra -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual)
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
                                            $<$<COMPILE_LANGUAGE:CXX>:${warnings} -Wpedantic>)

@@ -35,6 +35,7 @@ ParsedCertifyCommand parse_certify_command(int argc, char** argv) {
       "paths, or lists the features that touch and when. Also compares the triangles of every frame in\n"
       "exact arithmetic.",
       "softcd-certify");
+  app.allow_windows_style_options(false);  // as elsewhere, an argument may begin with a slash
   app.footer(
       "Verdicts of a step: proved; crossed: exact arithmetic shows that features passed through each other;\n"
       "not proved: features touched, or came within rounding of it.\n"

@@ -111,7 +111,7 @@ bool pass_through_within(ContactKind kind, const std::array<Path, 4>& x) {
 
 }  // namespace
 
-bool certainly_pass_through(ContactKind kind, const PairPositions& x_t0, const PairPositions& x_t1, double near) {
+bool certainly_pass_through(ContactKind kind, const PairPositions& x_t0, const PairPositions& x_t1, double nearby) {
   Units units;
   for (const PairPositions* end : {&x_t0, &x_t1}) {
     for (const Vec3d& x : *end) {
@@ -121,8 +121,8 @@ bool certainly_pass_through(ContactKind kind, const PairPositions& x_t0, const P
   const double whole_step = std::scalbn(1.0, kTimeBits);
   // Times of impact are floats and may be early. A short part of the step suffices where they are accurate.
   for (const double reach : {0x1p-22, 0x1p-17, 0x1p-12, 0x1p-7, 0x1p-2}) {
-    const Part part{static_cast<long long>(std::floor(std::max(near - reach, 0.0) * whole_step)),
-                    static_cast<long long>(std::ceil(std::min(near + reach, 1.0) * whole_step))};
+    const Part part{static_cast<long long>(std::floor(std::max(nearby - reach, 0.0) * whole_step)),
+                    static_cast<long long>(std::ceil(std::min(nearby + reach, 1.0) * whole_step))};
     std::array<Path, 4> x;
     for (std::size_t i = 0; i < 4; ++i) x[i] = path_of(units, x_t0[i], x_t1[i], part);
     if (pass_through_within(kind, x)) return true;

@@ -91,10 +91,10 @@ void FrameIntersections::visit_near(const std::vector<MeshSequence>& meshes, con
     const std::size_t end = std::min(begin + kTrianglesAtOnce, mesh.triangles.size());
     boxes.clear();
     for (std::size_t t = begin; t < end; ++t) boxes.push_back(box_of(mesh, mesh.triangles[t], slack));
-    const AnswerLists<TriangleOverlap> near = probe_.overlaps(Span<const ProbeBox>(boxes));
+    const AnswerLists<TriangleOverlap> nearby = probe_.overlaps(Span<const ProbeBox>(boxes));
     for (std::size_t t = begin; t < end; ++t) {
       const auto triangle = static_cast<std::uint32_t>(t);
-      for (const TriangleOverlap& overlap : near[t - begin]) {
+      for (const TriangleOverlap& overlap : nearby[t - begin]) {
         const std::uint32_t other = mesh_of(overlap.body);
         if (other != 0 || overlap.triangle > triangle) visit(triangle, other, overlap.triangle);
       }

@@ -1,10 +1,11 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <string>
+
+#include "command_line/terminal.hpp"
 
 namespace softcd::demo {
 
@@ -22,7 +23,7 @@ class ProgressLine {
   void clear() { show(""); }
 
  private:
-  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+  bool is_terminal_ = errors_are_on_terminal();
 };
 
 }  // namespace softcd::demo

@@ -149,6 +149,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
 
   CLI::App app("Simulates a scene of Bullet soft bodies and measures it, one row per second of simulation.",
                "softcd-demo");
+  app.allow_windows_style_options(false);  // as elsewhere, an argument may begin with a slash
   app.add_option("scene", command.scene, "See --list")->option_text("SCENE [cloth-on-ball]");
   app.add_flag("--list", list, "Describe the scenes");
   add_choice(app, "--world", kWorlds, options.world,

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <chrono>
 #include <string>
+
+#include "command_line/terminal.hpp"
 
 namespace softcd::demo {
 
@@ -22,7 +22,7 @@ class Progress {
   void show_step(long step, long steps) const;
 
  private:
-  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+  bool is_terminal_ = errors_are_on_terminal();
   std::chrono::steady_clock::time_point start_;
 };
 

@@ -95,6 +95,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
 
   CLI::App app("Finds the contacts of a deforming triangle mesh with itself, between two frames or in one.",
                "softcd-detect");
+  app.allow_windows_style_options(false);  // as elsewhere, an argument may begin with a slash
   app.footer(
       "PLY: ascii or binary, any number types. Polygons become triangle fans. Triangles with a vertex that is\n"
       "not finite are left out, with a warning.\n"

@@ -120,7 +120,7 @@ btScalar lie_on_sphere(World world, const bullet::Settings& settings, Change cha
   btSphereShape large(btScalar(0.3));
   AnySimulation simulation(world, settings);
   btRigidBody& body = simulation.add_rigid(std::make_unique<btSphereShape>(btScalar(0.1)), btVector3(0, -1, 0));
-  btCollisionShape* const small = body.getCollisionShape();
+  btCollisionShape* const little = body.getCollisionShape();
   auto made = make_triangle(simulation.world_info(), 1);
   made->translate(btVector3(0, btScalar(-0.85), btScalar(1) / 3));  // its middle above the sphere's
   btSoftBody& triangle = simulation.add(std::move(made));
@@ -129,7 +129,7 @@ btScalar lie_on_sphere(World world, const bullet::Settings& settings, Change cha
     change(simulation, body, large, step);
     simulation.step();
   }
-  body.setCollisionShape(small);
+  body.setCollisionShape(little);
   return mean_height(triangle);
 }
 

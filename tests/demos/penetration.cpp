@@ -67,9 +67,9 @@ TEST_F(Penetration, inside_and_below) {
   EXPECT_TRUE(demo::is_inside(*bowl, btVector3(btScalar(1.5), btScalar(1.5), 0)));
   EXPECT_FALSE(demo::is_inside(*bowl, btVector3(0, btScalar(1.5), 0)));
 
-  const auto small = make(demo::sphere_mesh(btVector3(btScalar(0.1), 0, 0), btScalar(0.2), 0));
+  const auto little = make(demo::sphere_mesh(btVector3(btScalar(0.1), 0, 0), btScalar(0.2), 0));
   std::vector<bool> marked(12, false);
-  demo::mark_inside(*bowl, *small, marked);
+  demo::mark_inside(*bowl, *little, marked);
   EXPECT_GT(std::count(marked.begin(), marked.end(), true), 0);
   EXPECT_LT(std::count(marked.begin(), marked.end(), true), 12);
 }

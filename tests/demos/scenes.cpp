@@ -37,7 +37,7 @@ const std::set<std::string> kTouchLater = {"reef-knot"};
 /// Pictures show the knot; the ends of its ropes are pulled out of the picture.
 const std::set<std::string> kPulledOut = {"reef-knot", "bowline"};
 
-SceneOptions small(const SceneInfo& info, World world) {
+SceneOptions little(const SceneInfo& info, World world) {
   const auto size = kSmallSizes.find(info.name);
   SceneOptions options;
   options.world = world;
@@ -91,10 +91,10 @@ INSTANTIATE_TEST_SUITE_P(All, Scenes,
 
 TEST_P(Scenes, stays_in_one_piece_and_apart) {
   if (world() == World::deformable && !info().in_deformable_world) {
-    EXPECT_THROW(make_scene(info().name, small(info(), world())), std::invalid_argument);
+    EXPECT_THROW(make_scene(info().name, little(info(), world())), std::invalid_argument);
     return;
   }
-  const auto scene = make_scene(info().name, small(info(), world()));
+  const auto scene = make_scene(info().name, little(info(), world()));
   EXPECT_EQ(scene->count_penetration().edges, 0U) << "at the start";
   const Motion start = motion_of(*scene);
   btScalar fastest = 0;
@@ -143,7 +143,7 @@ double farthest_from_the_middle(const Scene& scene) {
 TEST(Scenes, stay_in_the_picture) {
   for (const SceneInfo& info : demo::scenes()) {
     if (kPulledOut.count(info.name) != 0) continue;
-    const auto scene = make_scene(info.name, small(info, World::classic));
+    const auto scene = make_scene(info.name, little(info, World::classic));
     const int steps = info.name == std::string("refining") ? 240 : 600;
     double farthest = farthest_from_the_middle(*scene);
     for (int step = 0; step < steps; ++step) {
@@ -156,7 +156,7 @@ TEST(Scenes, stay_in_the_picture) {
 
 TEST(Scenes, that_have_changed_go_on_in_another_world) {
   for (const char* name : {"tearing", "refining"}) {
-    SceneOptions options = small(*demo::find_scene(name), World::classic);
+    SceneOptions options = little(*demo::find_scene(name), World::classic);
     const auto scene = make_scene(name, options);
     const std::size_t triangles = scene->count_triangles();
     for (int step = 0; step < kSteps; ++step) scene->step();

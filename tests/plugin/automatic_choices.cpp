@@ -265,11 +265,11 @@ TEST(AutomaticChoices, a_triangle_is_not_split_where_tests_against_all_cost_less
 
 TEST(AutomaticChoices, small_scenes_stay_on_the_cpu) {
   PipelineOptions options = test_options(Detection::ccd);
-  const Scene small{still(coarse_soup(4, 60), everything(0.1F)), still(coarse_soup(5, 60), everything(0.1F))};
-  const Outcome expected = outcome_of(small, options);
+  const Scene little{still(coarse_soup(4, 60), everything(0.1F)), still(coarse_soup(5, 60), everything(0.1F))};
+  const Outcome expected = outcome_of(little, options);
   EXPECT_FALSE(expected.contacts.empty());
   options.backend = Backend::automatic;
-  const Outcome automatic = outcome_of(small, options);
+  const Outcome automatic = outcome_of(little, options);
   EXPECT_EQ(automatic.statistics.backend, Backend::cpu);
   EXPECT_TRUE(ran(automatic, "backend: cpu"));
   EXPECT_TRUE(identical(automatic.contacts, expected.contacts));

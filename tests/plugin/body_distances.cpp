@@ -130,9 +130,9 @@ void expect_at(const ProbedBodies& probed, const BodyDistance& found, double ext
 TEST(BodyDistances, are_the_least_of_all_triangles) {
   std::vector<NamedScene> scenes = odd_scenes();
   const Mesh ball = outward_ball(1, 1.0);
-  const Mesh small = outward_ball(1, 0.25);
+  const Mesh little = outward_ball(1, 0.25);
   scenes.push_back({"far apart", {still(ball, {}), still(moved(ball, {64, 1, 0}), {})}});
-  scenes.push_back({"near", {still(ball, {}), still(moved(ball, {2.125, 0.5, 0}), {}), still(small, {})}});
+  scenes.push_back({"near", {still(ball, {}), still(moved(ball, {2.125, 0.5, 0}), {}), still(little, {})}});
   std::vector<SceneBody> many;
   const Mesh tiny = outward_ball(0, 0.25);
   for (int i = 0; i < 20; ++i) {

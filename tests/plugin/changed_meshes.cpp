@@ -113,8 +113,8 @@ class Surgeon {
   }
   Triangle random_triangle(const SceneBody& body) {
     Triangle triangle{};
-    const std::uint32_t near = random_.below(vertex_count(body));
-    for (std::uint32_t& v : triangle.v) v = (near + random_.below(4)) % vertex_count(body);
+    const std::uint32_t nearby = random_.below(vertex_count(body));
+    for (std::uint32_t& v : triangle.v) v = (nearby + random_.below(4)) % vertex_count(body);
     return triangle;
   }
   void replace(SceneBody& body, std::uint32_t t, const Triangle& triangle) {

@@ -260,10 +260,10 @@ TEST_F(DeviceFailures, small_scenes_stay_on_the_cpu_unless_cuda_was_asked_for) {
   large.detect();
   EXPECT_EQ(large.backend(), Backend::cuda);
   body_ = soup(kSmallScene - 1);
-  FailingScene small = scene();
-  small.detect();
-  EXPECT_EQ(small.backend(), Backend::cpu);
-  EXPECT_THAT(small.reason(), testing::HasSubstr(std::to_string(kSmallScene - 1)));
+  FailingScene little = scene();
+  little.detect();
+  EXPECT_EQ(little.backend(), Backend::cpu);
+  EXPECT_THAT(little.reason(), testing::HasSubstr(std::to_string(kSmallScene - 1)));
   FailingScene wanted = scene(Backend::cuda);
   wanted.detect();
   EXPECT_EQ(wanted.backend(), Backend::cuda);

@@ -118,10 +118,10 @@ Scene motion_of_1000_cells() {
 }
 
 Scene one_vertex_at_1e30() {
-  const auto far = static_cast<double>(1e30F);
+  const auto distant = static_cast<double>(1e30F);
   Scene scene = two_of(soup_of(200, 50), 0.1);
-  scene[0].x_t0[7] = scene[0].x_t1[7] = {far, -far, 0.5 * far};
-  scene[1].x_t1[11] = {-far, 0.0, 0.25 * far};
+  scene[0].x_t0[7] = scene[0].x_t1[7] = {distant, -distant, 0.5 * distant};
+  scene[1].x_t1[11] = {-distant, 0.0, 0.25 * distant};
   return scene;
 }
 

@@ -119,9 +119,9 @@ TEST(WideScenes, have_contacts_within_margins_much_smaller_than_roundings) {
     const Scene scene = cloth_above_ground(width, 1e-4, 0.0, 0.9e-4F);
     EXPECT_TRUE(detect_once(scene, conservative(Detection::dcd)).empty()) << width << " m wide";
     EXPECT_TRUE(detect_once(scene, conservative(Detection::ccd)).empty()) << width << " m wide";
-    const Scene near = cloth_above_ground(width, 1e-4, 0.0, 1.1e-4F);
-    EXPECT_GE(detect_once(near, conservative(Detection::dcd)).size(), 121U) << width << " m wide";
-    EXPECT_GE(detect_once(near, conservative(Detection::ccd)).size(), 121U) << width << " m wide";
+    const Scene nearby = cloth_above_ground(width, 1e-4, 0.0, 1.1e-4F);
+    EXPECT_GE(detect_once(nearby, conservative(Detection::dcd)).size(), 121U) << width << " m wide";
+    EXPECT_GE(detect_once(nearby, conservative(Detection::ccd)).size(), 121U) << width << " m wide";
   }
 }
 

@@ -155,8 +155,8 @@ TEST(Intersections, follow_bodies_that_come_move_and_go) {
   ProbedBodies probed({still(ball, {}), still(moved(ball, {5, 0, 0}), {})});
   Probe& probe = probed.probe;
   EXPECT_FALSE(probe.has_intersections());
-  const Positions3 near = moved(ball, {0.5, 0, 0}).positions;
-  probed.scene.set_positions(probed.ids[1], near);
+  const Positions3 nearby = moved(ball, {0.5, 0, 0}).positions;
+  probed.scene.set_positions(probed.ids[1], nearby);
   EXPECT_TRUE(probe.has_intersections());
   EXPECT_TRUE(probe.has_intersections({probed.ids[1], probed.ids[0]}));
   EXPECT_FALSE(probe.has_intersections({probed.ids[1], probed.ids[1]}));
@@ -166,7 +166,7 @@ TEST(Intersections, follow_bodies_that_come_move_and_go) {
   probe.set_body_filter({});
   const BodyId absent = probed.scene.add_body(desc_of(probed.bodies[0]));
   EXPECT_FALSE(probe.has_intersections({absent, BodyId()})) << "a body without positions is nowhere";
-  Positions3 broken = near;
+  Positions3 broken = nearby;
   for (Vec3d& x : broken) x.x = std::numeric_limits<double>::quiet_NaN();
   probed.scene.set_positions(probed.ids[1], broken);
   EXPECT_FALSE(probe.has_intersections());

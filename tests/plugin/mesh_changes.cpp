@@ -79,15 +79,15 @@ Change random_change(Random& random, const ProbedBodies& probed, double extent) 
   const auto triangle_count = static_cast<std::uint32_t>(body.triangles.size());
   for (std::uint32_t i = random.below(12); i > 0; --i) change.removed.push_back(random.below(triangle_count));
   for (std::uint32_t i = random.below(4); i > 0; --i) {
-    const Vec3d near = body.x_t1[random.below(vertex_count)];
-    const Vec3d x = random.chance(0.3) ? near : near + random.in_box(0.1 * extent);
+    const Vec3d nearby = body.x_t1[random.below(vertex_count)];
+    const Vec3d x = random.chance(0.3) ? nearby : nearby + random.in_box(0.1 * extent);
     change.new_vertices.push_back(vec3_cast<double>(vec3_cast<float>(x)));
   }
   const auto all = vertex_count + static_cast<std::uint32_t>(change.new_vertices.size());
   for (std::uint32_t i = random.below(6); i > 0; --i) {
-    const Triangle& near = body.triangles[random.below(triangle_count)];
+    const Triangle& nearby = body.triangles[random.below(triangle_count)];
     const auto corner = [&](int i_corner) {
-      return random.chance(0.6) ? near.v[i_corner] : (random.chance(0.7) ? all - 1 : random.below(all));
+      return random.chance(0.6) ? nearby.v[i_corner] : (random.chance(0.7) ? all - 1 : random.below(all));
     };
     change.added.push_back({{corner(0), corner(1), corner(2)}});
   }

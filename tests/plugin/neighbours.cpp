@@ -41,9 +41,9 @@ std::size_t count_neighbours(const SceneBody& body, const std::vector<Contact>& 
 }
 
 TEST(Neighbours, touch_as_everything_else_does) {
-  const Scene near{still(rough_mesh(), everything(0.04F))};
-  expect_discrete_contacts(near, test_options(Detection::dcd));
-  EXPECT_GT(count_neighbours(near[0], detect_once(near, test_options(Detection::dcd))), 50U);
+  const Scene nearby{still(rough_mesh(), everything(0.04F))};
+  expect_discrete_contacts(nearby, test_options(Detection::dcd));
+  EXPECT_GT(count_neighbours(nearby[0], detect_once(nearby, test_options(Detection::dcd))), 50U);
   const Scene passing{in_motion(rough_mesh(), 0.0F)};
   expect_continuous_contacts(passing, test_options(Detection::ccd));
   EXPECT_GT(count_neighbours(passing[0], detect_once(passing, test_options(Detection::ccd))), 10U);

@@ -140,10 +140,10 @@ TEST(Overlaps, of_turned_boxes_are_triangles_that_are_partly_inside) {
 }
 
 TEST(Overlaps, of_shapes_without_end_are_all) {
-  const Vec3d far = {kInfinity, kInfinity, kInfinity};
+  const Vec3d distant = {kInfinity, kInfinity, kInfinity};
   const ProbeSphere sphere = {{0, 0, 0}, kInfinity};
-  const ProbeBox box = {-far, far};
-  const ProbeOrientedBox turned = {{0, 0, 0}, far};
+  const ProbeBox box = {-distant, distant};
+  const ProbeOrientedBox turned = {{0, 0, 0}, distant};
   for (NamedScene& named : odd_scenes()) {
     SCOPED_TRACE(named.name);
     ProbedBodies probed(std::move(named.bodies));

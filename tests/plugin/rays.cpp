@@ -330,16 +330,16 @@ TEST(Rays, of_integers_meet_what_exact_arithmetic_says) {
 
 // The ray's doubles keep their full precision.
 TEST(Rays, meet_a_scene_that_is_far_away) {
-  const Vec3d far{3e6, -5e6, 1e6};
-  ProbedBodies probed({still(moved(outward_ball(2, 1.0), far), {})});
+  const Vec3d distant{3e6, -5e6, 1e6};
+  ProbedBodies probed({still(moved(outward_ball(2, 1.0), distant), {})});
   Random random(2);
   for (int i = 0; i < 50; ++i) {
     const Vec3d out = random.direction();
-    const RayHit hit = probed.probe.first_hit({far + 3.0 * out, -out});
+    const RayHit hit = probed.probe.first_hit({distant + 3.0 * out, -out});
     ASSERT_TRUE(hit.has_hit());
     EXPECT_NEAR(hit.t, 2, 0.06);
   }
-  EXPECT_NEAR(probed.probe.first_hit({{0, 0, 0}, far}).t, 1, 1e-6);
+  EXPECT_NEAR(probed.probe.first_hit({{0, 0, 0}, distant}).t, 1, 1e-6);
 }
 
 }  // namespace

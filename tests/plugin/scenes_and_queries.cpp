@@ -499,28 +499,28 @@ TEST(Scenes, may_be_changed_in_any_order) {
 }
 
 TEST(Scenes, that_are_far_away_keep_floats_as_they_are) {
-  Scene near = three_soups();
-  Scene far = near;
+  Scene nearby = three_soups();
+  Scene distant = nearby;
   // Positions that are exact as floats so far away.
-  for (SceneBody& body : far) {
+  for (SceneBody& body : distant) {
     snap_to_grid(body.x_t0, 12);
     snap_to_grid(body.x_t1, 12);
   }
-  near = far;
-  for (SceneBody& body : far) {
+  nearby = distant;
+  for (SceneBody& body : distant) {
     body.x_t0 = translated(body.x_t0, {512.0, -256.0, 0.0});
     body.x_t1 = translated(body.x_t1, {512.0, -256.0, 0.0});
   }
-  FilledScene filled(near);
+  FilledScene filled(nearby);
   Query query(filled.scene, looking_for(Detection::ccd));
   const std::vector<Contact> expected = copy_of(query.detect());
   // The bodies move there one by one, and the last one moves the scene's origin.
-  for (std::size_t b = 0; b < far.size(); ++b) {
-    filled.scene.set_positions(filled.ids[b], far[b].x_t0, far[b].x_t1);
+  for (std::size_t b = 0; b < distant.size(); ++b) {
+    filled.scene.set_positions(filled.ids[b], distant[b].x_t0, distant[b].x_t1);
     query.detect();
   }
   EXPECT_EQ(features_of(query.detect()), features_of(expected));
-  EXPECT_TRUE(identical(detect_once(far, alone(looking_for(Detection::ccd))), query.detect()));
+  EXPECT_TRUE(identical(detect_once(distant, alone(looking_for(Detection::ccd))), query.detect()));
 }
 
 }  // namespace

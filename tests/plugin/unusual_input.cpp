@@ -273,8 +273,8 @@ TEST(LargeInput, one_vertex_far_away) {
       SCOPED_TRACE(testing::Message() << "distance " << distance);
       Mesh thrown = mesh;
       thrown.positions.push_back({distance, 0.5 * distance, -0.25 * distance});
-      const auto far = static_cast<std::uint32_t>(thrown.positions.size() - 1);
-      thrown.triangles.push_back({{far - 2, far - 1, far}});
+      const auto distant = static_cast<std::uint32_t>(thrown.positions.size() - 1);
+      thrown.triangles.push_back({{distant - 2, distant - 1, distant}});
       const std::vector<FeaturePair> after =
           features_of(detect_once({still(thrown, everything(0.02F))}, test_options(detection)));
       std::vector<FeaturePair> lost;

@@ -258,10 +258,10 @@ TEST_F(Certify, proves_distances) {
   const nlohmann::json json = certificate(frames + " --margin 0.2499", 0);
   EXPECT_THAT(json["claim"].get<std::string>(), HasSubstr("vertices stay more than 0.4998 away from triangles"));
   EXPECT_EQ(json["options"]["margin"], 0.2499);
-  const nlohmann::json near = certificate(frames + " --margin 0.25", 1);
-  EXPECT_EQ(near["steps"][0]["verdict"], "not proved");
-  EXPECT_EQ(near["steps"][0]["pairs"]["listed"][0]["crossed"], false);
-  EXPECT_EQ(near["intersecting_frames"], 0);
+  const nlohmann::json nearby = certificate(frames + " --margin 0.25", 1);
+  EXPECT_EQ(nearby["steps"][0]["verdict"], "not proved");
+  EXPECT_EQ(nearby["steps"][0]["pairs"]["listed"][0]["crossed"], false);
+  EXPECT_EQ(nearby["intersecting_frames"], 0);
 }
 
 TEST_F(Certify, a_crossing_is_called_one_with_a_margin_too) {

@@ -19,9 +19,9 @@ using demo::Face;
 using demo::Meeting;
 using demo::meeting_of;
 
-bool passes_through(const Query& query, double near) {
+bool passes_through(const Query& query, double nearby) {
   const auto& r = query.rows;
-  return certainly_pass_through(query.kind, {r[0], r[1], r[2], r[3]}, {r[4], r[5], r[6], r[7]}, near);
+  return certainly_pass_through(query.kind, {r[0], r[1], r[2], r[3]}, {r[4], r[5], r[6], r[7]}, nearby);
 }
 
 TEST(CertifyExact, only_features_that_touch_pass_through_each_other) {
@@ -31,8 +31,8 @@ TEST(CertifyExact, only_features_that_touch_pass_through_each_other) {
       const ContactKind kind = i % 2 == 0 ? ContactKind::vertex_triangle : ContactKind::edge_edge;
       const Query query = make_query(random, kind, Family{family}, false);
       const auto touch = first_contact(query);
-      const double near = touch ? touch->lo : random.unit();
-      if (passes_through(query, near)) {
+      const double nearby = touch ? touch->lo : random.unit();
+      if (passes_through(query, nearby)) {
         EXPECT_TRUE(touch.has_value()) << name_of(Family{family}) << ' ' << i;
       }
     }

@@ -114,18 +114,18 @@ void ContactTest::run(const std::vector<btCollisionObject*>& others) {
   const RigidBox box = box_of(object_, more);
   RigidBox all = {btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT),
                   -btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
-  std::vector<btCollisionObject*> near;
+  std::vector<btCollisionObject*> nearby;
   for (btCollisionObject* other : others) {
     const RigidBox other_box = box_of(*other, more);
     if (!TestAabbAgainstAabb2(box.low, box.high, other_box.low, other_box.high)) continue;
-    near.push_back(other);
+    nearby.push_back(other);
     all.low.setMin(other_box.low);
     all.high.setMax(other_box.high);
   }
-  if (near.empty()) return;
-  is_with_itself_ = near.front() == &object_;
+  if (nearby.empty()) return;
+  is_with_itself_ = nearby.front() == &object_;
   take(object_, all);
-  for (btCollisionObject* other : near) {
+  for (btCollisionObject* other : nearby) {
     if (other != &object_) take(*other, box);
   }
   Query query(bodies_.scene());

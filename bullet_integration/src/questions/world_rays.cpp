@@ -67,32 +67,32 @@ void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> 
                      const NativeTest& test_natively) {
   std::array<std::byte, 2048> buffer;  // of what few objects need
   std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());
-  NearRay near(from, to, callback, memory);
-  broadphase.rayTest(from, to, near);
+  NearRay nearby(from, to, callback, memory);
+  broadphase.rayTest(from, to, nearby);
   const auto test_object = [&](btCollisionObject& object) {
     // No hit is nearer than 0.
     if (callback.m_closestHitFraction != 0) test_natively(object, at(from), at(to));
   };
-  for (btCollisionObject* object : near.others()) test_object(*object);
-  if (near.soft().empty()) return;
+  for (btCollisionObject* object : nearby.others()) test_object(*object);
+  if (nearby.soft().empty()) return;
   Hits hits(&memory);
-  hits.reserve(near.soft().size());
-  if (find_hits(near.soft(), bodies, open_segment(from, to), hits)) {
+  hits.reserve(nearby.soft().size());
+  if (find_hits(nearby.soft(), bodies, open_segment(from, to), hits)) {
     for (const Hit& hit : hits) report(hit, callback);
   } else {
-    for (btSoftBody* body : near.soft()) test_object(*body);
+    for (btSoftBody* body : nearby.soft()) test_object(*body);
   }
 }
 
-bool WorldRays::find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> all, const Ray& ray, Hits& hits) {
+bool WorldRays::find_hits(Span<btSoftBody* const> nearby, Span<btSoftBody* const> all, const Ray& ray, Hits& hits) {
   {
     const std::shared_lock lock(mutex_);
-    if (find_hits_as_read(near, ray, /*is_read_now=*/false, hits)) return true;
+    if (find_hits_as_read(nearby, ray, /*is_read_now=*/false, hits)) return true;
   }
   const std::lock_guard lock(mutex_);
   try {
-    read(near, all);
-    return find_hits_as_read(near, ray, /*is_read_now=*/true, hits);
+    read(nearby, all);
+    return find_hits_as_read(nearby, ray, /*is_read_now=*/true, hits);
   } catch (...) {
     members_.clear();
     failures_.note(settings_);
@@ -100,9 +100,9 @@ bool WorldRays::find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> 
   }
 }
 
-bool WorldRays::find_hits_as_read(Span<btSoftBody* const> near, const Ray& ray, bool is_read_now, Hits& hits) const {
+bool WorldRays::find_hits_as_read(Span<btSoftBody* const> nearby, const Ray& ray, bool is_read_now, Hits& hits) const {
   hits.clear();
-  for (btSoftBody* body : near) {
+  for (btSoftBody* body : nearby) {
     const auto found = members_.find(body);
     if (!is_read_now && (found == members_.end() || !is_as_read(found->second, *body))) return false;
     const RayMesh& mesh = found->second.mesh;
@@ -121,12 +121,12 @@ bool WorldRays::is_as_read(const Member& member, const btSoftBody& body) const {
          member.mesh.seems_up_to_date(body);
 }
 
-void WorldRays::read(Span<btSoftBody* const> near, Span<btSoftBody* const> all) {
+void WorldRays::read(Span<btSoftBody* const> nearby, Span<btSoftBody* const> all) {
   if (members_.size() > all.size()) {
     std::erase_if(members_,
                   [&](const auto& member) { return std::find(all.begin(), all.end(), member.first) == all.end(); });
   }
-  for (const btSoftBody* body : near) {
+  for (const btSoftBody* body : nearby) {
     Member& member = members_.try_emplace(body, Member{RayMesh(targets_)}).first->second;
     member.mesh.update(*body);
     member.revision = revision_;

@@ -61,11 +61,11 @@ class WorldRays {
   };
 
   /// Returns false if softcd has failed and the settings say to continue.
-  bool find_hits(Span<btSoftBody* const> near, Span<btSoftBody* const> all, const Ray& ray, Hits& hits);
+  bool find_hits(Span<btSoftBody* const> nearby, Span<btSoftBody* const> all, const Ray& ray, Hits& hits);
   /// Returns false if a body has changed since it was read. Bodies that were read just now have not.
-  bool find_hits_as_read(Span<btSoftBody* const> near, const Ray& ray, bool is_read_now, Hits& hits) const;
+  bool find_hits_as_read(Span<btSoftBody* const> nearby, const Ray& ray, bool is_read_now, Hits& hits) const;
   bool is_as_read(const Member& member, const btSoftBody& body) const;
-  void read(Span<btSoftBody* const> near, Span<btSoftBody* const> all);
+  void read(Span<btSoftBody* const> nearby, Span<btSoftBody* const> all);
   static Hit described(btSoftBody& body, const RayMesh& mesh, const RayHit& hit, const Ray& ray);
   static void report(const Hit& hit, btCollisionWorld::RayResultCallback& callback);
 

@@ -26,10 +26,10 @@ TEST(CellIndex, says_which_of_the_cells_around_another_it_is) {
   Random random(1);
   for (int i = 0; i < 200000; ++i) {
     const Cell cell = random_cell(random, 1 << 20);
-    const Cell near = sum(cell, random_cell(random, kMaxSpan));
+    const Cell nearby = sum(cell, random_cell(random, kMaxSpan));
     const std::uint32_t index = cell_index(cell);
     ASSERT_LT(index, kCellCount);
-    const Cell found = cell_near(index, near);
+    const Cell found = cell_near(index, nearby);
     ASSERT_EQ(found.x, cell.x);
     ASSERT_EQ(found.y, cell.y);
     ASSERT_EQ(found.z, cell.z);

@@ -19,7 +19,7 @@ namespace {
 /// The positions of a test's vertices.
 enum class Input {
   grid,       ///< on few small integers: features that touch, share vertices, are degenerate
-  near,       ///< anywhere near each other
+  nearby,     ///< anywhere near each other
   tiny,       ///< the same, so small that products underflow
   subnormal,  ///< the same, so small that many are not normal
   huge,       ///< the same, so large that products overflow
@@ -37,7 +37,7 @@ float awkward(Random& random) {
 float coordinate(Random& random, Input input) {
   const auto anywhere = [&] { return static_cast<float>(random.uniform(-1.0, 1.0)); };
   switch (input) {
-    case Input::near:
+    case Input::nearby:
       return anywhere();
     case Input::tiny:
       return 1e-12F * anywhere();
@@ -158,7 +158,7 @@ std::string name_of(const testing::TestParamInfo<Input>& input) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Inputs, FeaturesInLanes,
-                         testing::Values(Input::grid, Input::near, Input::tiny, Input::subnormal, Input::huge,
+                         testing::Values(Input::grid, Input::nearby, Input::tiny, Input::subnormal, Input::huge,
                                          Input::awkward),
                          name_of);
 

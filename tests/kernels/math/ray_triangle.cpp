@@ -122,11 +122,11 @@ TEST(RayTriangle, is_met_by_rays_through_its_corners_and_sides_where_exact_arith
   for (int i = 0; i < 3000 && !testing::Test::HasFailure(); ++i) {
     Corners x{};
     for (Vec3f& corner : x) corner = vec3_cast<float>(random.in_box(1));
-    const double far = std::exp2(double(random.below(40)) - 10);
-    const Vec3d origin = random.in_box(far);
+    const double distant = std::exp2(double(random.below(40)) - 10);
+    const Vec3d origin = random.in_box(distant);
     const double u = random.below(3) == 0 ? 0 : random.uniform(-0.2, 1.2);
     const Vec3d target = (1 - u) * vec3_cast<double>(x[0]) + u * vec3_cast<double>(x[1]);
-    met += compare({origin, target - origin}, x, 1 + far) ? 1 : 0;
+    met += compare({origin, target - origin}, x, 1 + distant) ? 1 : 0;
   }
   EXPECT_GT(met, 300);
 }

@@ -203,8 +203,8 @@ class Changer {
  private:
   Triangle some_triangle(const Changed& mesh) {
     Triangle triangle{};
-    const std::uint32_t near = random_.below(mesh.vertex_count);
-    for (std::uint32_t& v : triangle.v) v = (near + random_.below(5)) % mesh.vertex_count;
+    const std::uint32_t nearby = random_.below(mesh.vertex_count);
+    for (std::uint32_t& v : triangle.v) v = (nearby + random_.below(5)) % mesh.vertex_count;
     return triangle;
   }
   static void remove_last_vertex(Changed& mesh, std::uint32_t rest, std::vector<std::uint32_t>& changed) {

@@ -94,13 +94,13 @@ Candidates edge_edges(const SceneView& scene, double reach) {
 /// Returns the pairs of `candidates` that are within their margins at t1, with a little to spare.
 template <class Distance>
 Candidates near_ones(const Candidates& candidates, const Distance& distance) {
-  Candidates near;
+  Candidates nearby;
   for (const std::uint64_t candidate : candidates) {
     const auto [length, margin] =
         distance(static_cast<std::uint32_t>(candidate >> 32), static_cast<std::uint32_t>(candidate));
-    if (length < 0.9999 * margin) near.push_back(candidate);
+    if (length < 0.9999 * margin) nearby.push_back(candidate);
   }
-  return near;
+  return nearby;
 }
 
 Candidates near_vertex_triangles(const SceneView& scene) {

@@ -13,6 +13,8 @@
 #define SOFTCD_HD_SELDOM SOFTCD_HD
 #elif defined(__GNUC__)
 #define SOFTCD_HD_SELDOM __attribute__((noinline))
+#elif defined(_MSC_VER)
+#define SOFTCD_HD_SELDOM __declspec(noinline)
 #else
 #define SOFTCD_HD_SELDOM
 #endif

@@ -80,11 +80,11 @@ static_assert(fits_window(0) && fits_window(1) && fits_window(2));
 
 }  // namespace detail
 
-/// Returns the cell with this number that is at most kMaxSpan from `near` along each axis, if there is one.
-SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) {
+/// Returns the cell with this number that is at most kMaxSpan from `nearby` along each axis, if there is one.
+SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell nearby) {
   constexpr std::int64_t kHalf = kCellCount / 2;
-  // Away from `near`: `along` cells along x, but for a vector of the lattice.
-  const auto along = static_cast<std::int64_t>((index - cell_index(near) + kCellCount / 2) & kCellMask) - kHalf;
+  // Away from `nearby`: `along` cells along x, but for a vector of the lattice.
+  const auto along = static_cast<std::int64_t>((index - cell_index(nearby) + kCellCount / 2) & kCellMask) - kHalf;
   Cell away = {static_cast<int>(along), 0, 0};
   for (int i = 0; i < 3; ++i) {
     const auto times = static_cast<int>((along * detail::dual_vector(i).x + kHalf) >> kCellBits);
@@ -92,7 +92,7 @@ SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) {
     away.y -= times * detail::lattice_vector(i).y;
     away.z -= times * detail::lattice_vector(i).z;
   }
-  return {near.x + away.x, near.y + away.y, near.z + away.z};
+  return {nearby.x + away.x, nearby.y + away.y, nearby.z + away.z};
 }
 
 }  // namespace softcd

@@ -105,7 +105,9 @@ struct ExactControl {
     return (a.bits & b.bits & ((1U << kMaskBits) - 1U)) != 0U ? Verdict::skip : verdict;
   }
 
-  static SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell near) { return softcd::cell_near(index, near); }
+  static SOFTCD_HD constexpr Cell cell_near(std::uint32_t index, Cell nearby) {
+    return softcd::cell_near(index, nearby);
+  }
 
   /// Within a cell sorted by descending K, entry j can only meet entries before it with K_i >= 7 ^ K_j.
   static SOFTCD_HD constexpr std::uint32_t lowest_partner_k(std::uint32_t k) { return 7U ^ k; }

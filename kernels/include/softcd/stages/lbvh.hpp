@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "softcd/core/bits.hpp"
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/math/box.hpp"
@@ -131,14 +132,6 @@ struct PlaceLeaf {
     leaves[i] = leaf;
   }
 };
-
-SOFTCD_HD inline int leading_zeros(std::uint64_t bits) {
-#if defined(__CUDA_ARCH__)
-  return __clzll(static_cast<long long>(bits));
-#else
-  return bits == 0 ? 64 : __builtin_clzll(bits);
-#endif
-}
 
 /// Links inner node i to its children. The node has the leaves that share the most with leaf i, on the side of i that
 /// shares more.
