@@ -50,6 +50,36 @@ static_assert(sizeof(softcd_intersection) == sizeof(TriangleIntersection) &&
               offsetof(softcd_intersection, triangle_a) == offsetof(TriangleIntersection, triangle_a) &&
               offsetof(softcd_intersection, body_b) == offsetof(TriangleIntersection, body_b) &&
               offsetof(softcd_intersection, triangle_b) == offsetof(TriangleIntersection, triangle_b));
+static_assert(sizeof(softcd_curve_point) == sizeof(CurvePoint) &&
+              offsetof(softcd_curve_point, edge_body) == offsetof(CurvePoint, edge_body) &&
+              offsetof(softcd_curve_point, edge) == offsetof(CurvePoint, edge) &&
+              offsetof(softcd_curve_point, triangle_body) == offsetof(CurvePoint, triangle_body) &&
+              offsetof(softcd_curve_point, triangle) == offsetof(CurvePoint, triangle));
+static_assert(sizeof(softcd_intersection_curve) == sizeof(IntersectionCurve) &&
+              offsetof(softcd_intersection_curve, body_b) == offsetof(IntersectionCurve, body_b) &&
+              offsetof(softcd_intersection_curve, is_closed) == offsetof(IntersectionCurve, is_closed) &&
+              offsetof(softcd_intersection_curve, is_perturbed) == offsetof(IntersectionCurve, is_perturbed) &&
+              offsetof(softcd_intersection_curve, first_point) == offsetof(IntersectionCurve, first_point) &&
+              offsetof(softcd_intersection_curve, point_count) == offsetof(IntersectionCurve, point_count) &&
+              offsetof(softcd_intersection_curve, length) == offsetof(IntersectionCurve, length));
+static_assert(sizeof(softcd_region_vertex) == sizeof(RegionVertex) &&
+              offsetof(softcd_region_vertex, direction) == offsetof(RegionVertex, direction) &&
+              offsetof(softcd_region_vertex, distance) == offsetof(RegionVertex, distance));
+static_assert(sizeof(softcd_intersection_region) == sizeof(IntersectionRegion) &&
+              offsetof(softcd_intersection_region, other) == offsetof(IntersectionRegion, other) &&
+              offsetof(softcd_intersection_region, kind) == offsetof(IntersectionRegion, kind) &&
+              offsetof(softcd_intersection_region, is_inside) == offsetof(IntersectionRegion, is_inside) &&
+              offsetof(softcd_intersection_region, is_perturbed) == offsetof(IntersectionRegion, is_perturbed) &&
+              offsetof(softcd_intersection_region, first_vertex) == offsetof(IntersectionRegion, first_vertex) &&
+              offsetof(softcd_intersection_region, vertex_count) == offsetof(IntersectionRegion, vertex_count) &&
+              offsetof(softcd_intersection_region, first_triangle) == offsetof(IntersectionRegion, first_triangle) &&
+              offsetof(softcd_intersection_region, triangle_count) == offsetof(IntersectionRegion, triangle_count) &&
+              offsetof(softcd_intersection_region, first_curve) == offsetof(IntersectionRegion, first_curve) &&
+              offsetof(softcd_intersection_region, curve_count) == offsetof(IntersectionRegion, curve_count) &&
+              offsetof(softcd_intersection_region, area) == offsetof(IntersectionRegion, area) &&
+              offsetof(softcd_intersection_region, curve_length) == offsetof(IntersectionRegion, curve_length));
+static_assert(SOFTCD_REGION_LOOP_WITH_BORDER == static_cast<int>(RegionKind::loop_with_border) &&
+              SOFTCD_REGION_DEGENERATE == static_cast<int>(RegionKind::degenerate));
 static_assert(sizeof(softcd_change_intersection) == sizeof(ChangeIntersection) &&
               offsetof(softcd_change_intersection, body) == offsetof(ChangeIntersection, body) &&
               offsetof(softcd_change_intersection, triangle) == offsetof(ChangeIntersection, triangle));
@@ -192,6 +222,25 @@ softcd_status softcd_probe_has_intersections(softcd_probe* probe, const softcd_b
     const softcd::ProbeBodies bodies =
         pair != nullptr ? softcd::ProbeBodies{{pair->a}, {pair->b}} : softcd::ProbeBodies();
     out = c::required(probe, "probe").probe.has_intersections(bodies) ? 1 : 0;
+  });
+}
+
+softcd_status softcd_probe_intersection_regions(softcd_probe* probe, const softcd_body_pair* pair,
+                                                softcd_intersection_regions* regions) {
+  return c::guarded_call([&] {
+    softcd_intersection_regions& out = c::result(regions, "regions");
+    const softcd::ProbeBodies bodies =
+        pair != nullptr ? softcd::ProbeBodies{{pair->a}, {pair->b}} : softcd::ProbeBodies();
+    const softcd::IntersectionRegions found = c::required(probe, "probe").probe.intersection_regions(bodies);
+    out.regions = reinterpret_cast<const softcd_intersection_region*>(found.regions.data());
+    out.vertices = reinterpret_cast<const softcd_region_vertex*>(found.vertices.data());
+    out.triangles = found.triangles.data();
+    out.region_curves = found.region_curves.data();
+    out.curves = reinterpret_cast<const softcd_intersection_curve*>(found.curves.data());
+    out.points = reinterpret_cast<const softcd_curve_point*>(found.points.data());
+    out.region_count = found.regions.size();
+    out.curve_count = found.curves.size();
+    out.touching_pairs = found.touching_pairs;
   });
 }
 

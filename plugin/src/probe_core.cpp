@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <utility>
 
 #include "validation.hpp"
@@ -81,12 +82,18 @@ bool ProbeCore::has_intersections(const ProbeBodies& pair) {
 }
 
 IntersectionRegions ProbeCore::intersection_regions(const ProbeBodies& pair) {
-  const auto find = [](SpatialQueries& queries, const auto&... of_pairs) { return queries.intersections(of_pairs...); };
-  const AnswerLists<TriangleIntersection> pairs = answers_about({&pair, 1}, find, /*wants_sides=*/true);
-  const RegionQuestion question = {bodies_, pair, options_.step_end == StepEnd::t0};
+  const auto has_some = [](SpatialQueries& queries, const auto&... of_pairs) {
+    return queries.has_intersections(of_pairs...);
+  };
   regions_.clear();
-  if (pairs.all().empty() && !question.may_be_inside()) return regions_.view();
-  scene_->answer_on_host([&](const SceneStore& scene) { regions_.find(scene, question, pairs.all()); });
+  // A clean scene needs half of the work that a list takes, even if that is empty.
+  const bool has_pairs = answers_about({&pair, 1}, has_some, /*wants_sides=*/true);
+  const RegionQuestion question = {bodies_, pair, options_.step_end == StepEnd::t0};
+  if (!has_pairs && !question.may_be_inside()) return regions_.view();
+  const Span<const TriangleIntersection> pairs =
+      has_pairs ? intersections({&pair, 1}).all() : Span<const TriangleIntersection>();
+  const auto find = [&](const SceneStore& scene) { regions_.find(scene, question, pairs); };
+  scene_->answer_on_host(std::cref(find));  // A copy would allocate memory.
   lead_out();
   return regions_.view();
 }

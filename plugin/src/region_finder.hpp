@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
+#include "box_pairs.hpp"
 #include "intersection_curves.hpp"
 #include "softcd/intersection_regions.hpp"
 
@@ -25,9 +27,24 @@ struct SurfacePair {
   friend auto operator<=>(const SurfacePair&, const SurfacePair&) = default;
 };
 
-/// Returns the pairs that may have regions without a curve: the first surface reaches into the box of the second, which
-/// is closed. Ascending.
-std::vector<SurfacePair> pairs_within_boxes(Span<const Surface> surfaces);
+/// The connected parts of surfaces, kept as long as no mesh changes.
+class SurfaceParts {
+ public:
+  /// Forgets all parts if the revision of the meshes is another one than at the last call.
+  void follow(std::uint64_t revision);
+  /// Returns the pairs that may have regions without a curve: a part of the first surface is within the box of the
+  /// second, which is closed. Ascending.
+  std::vector<SurfacePair> pairs_within_boxes(Span<const Surface> surfaces, const ProbeBodies& asked);
+
+ private:
+  /// The part of each vertex; numbered in the order of their first vertices, kNoIndex without a triangle.
+  using PartOfVertex = std::vector<std::uint32_t>;
+  const PartOfVertex& parts_of(const Surface& surface);
+
+  BoxPairs box_pairs_;
+  std::uint64_t revision_ = 0;
+  std::map<std::uint32_t, PartOfVertex> parts_;  ///< by ids of bodies
+};
 
 /// Finds all regions, by surface, other surface and lowest triangle. `without_curves` are pairs that may have regions
 /// without a curve, ascending.

@@ -36,11 +36,6 @@ std::vector<Surface> surfaces_of(const SceneStore& scene, const RegionQuestion& 
   return surfaces;
 }
 
-bool is_about(const ProbeBodies& pair, BodyId a, BodyId b) {
-  const auto is = [](BodyId asked, BodyId id) { return asked == BodyId() || asked == id; };
-  return (is(pair.a, a) && is(pair.b, b)) || (is(pair.a, b) && is(pair.b, a));
-}
-
 }  // namespace
 
 bool RegionQuestion::may_be_inside() const {
@@ -69,12 +64,9 @@ void RegionReport::find(const SceneStore& scene, const RegionQuestion& question,
   clear();
   const std::vector<Surface> surfaces = surfaces_of(scene, question);
   const IntersectionCurves curves = trace_curves(surfaces, pairs);
-  std::vector<SurfacePair> inside;
-  if (question.may_be_inside()) {
-    for (const SurfacePair& pair : pairs_within_boxes(surfaces)) {
-      if (is_about(question.pair, surfaces[pair.surface].id, surfaces[pair.other].id)) inside.push_back(pair);
-    }
-  }
+  parts_.follow(scene.layout().revision());
+  const std::vector<SurfacePair> inside =
+      question.may_be_inside() ? parts_.pairs_within_boxes(surfaces, question.pair) : std::vector<SurfacePair>();
   touching_pairs_ = curves.touching_pairs;
   const std::vector<FoundRegion> found = find_regions(surfaces, curves, inside);
   const Vec3d origin = scene.positions().origin();

@@ -53,6 +53,7 @@ class RegionReport {
   std::vector<IntersectionCurve> curves_;
   std::vector<CurvePoint> points_;
   std::vector<Search> searches_;
+  SurfaceParts parts_;
   std::uint64_t touching_pairs_ = 0;
 };
 

@@ -52,6 +52,11 @@ softcd_status client_detect(const client_body* bodies, size_t body_count, const 
   X(softcd_overlap)              \
   X(softcd_body_distance)        \
   X(softcd_intersection)         \
+  X(softcd_curve_point)          \
+  X(softcd_intersection_curve)   \
+  X(softcd_region_vertex)        \
+  X(softcd_intersection_region)  \
+  X(softcd_intersection_regions) \
   X(softcd_change)               \
   X(softcd_change_intersection)
 

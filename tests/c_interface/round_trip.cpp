@@ -220,6 +220,37 @@ TEST(CRoundTrip, answers_about_bodies_are_those_of_cpp) {
   }
 }
 
+TEST(CRoundTrip, intersection_regions_are_those_of_cpp) {
+  BothProbes probes(touching_scene());
+  softcd_intersection_regions in_c;
+  ASSERT_EQ(softcd_probe_intersection_regions(probes.in_c.get(), nullptr, &in_c), SOFTCD_OK);
+  const IntersectionRegions expected = probes.in_cpp.intersection_regions();
+  ASSERT_EQ(in_c.region_count, expected.regions.size());
+  ASSERT_EQ(in_c.curve_count, expected.curves.size());
+  ASSERT_GT(in_c.curve_count, 0U);
+  EXPECT_EQ(in_c.touching_pairs, expected.touching_pairs);
+  for (std::size_t i = 0; i < expected.regions.size(); ++i) {
+    EXPECT_EQ(in_c.regions[i].body, expected.regions[i].body.value);
+    EXPECT_EQ(in_c.regions[i].kind, static_cast<softcd_region_kind>(expected.regions[i].kind));
+    EXPECT_EQ(in_c.regions[i].area, expected.regions[i].area);
+    EXPECT_EQ(in_c.regions[i].curve_count, expected.regions[i].curve_count);
+  }
+  for (std::size_t i = 0; i < expected.vertices.size(); ++i) {
+    EXPECT_EQ(in_c.vertices[i].vertex, expected.vertices[i].vertex);
+    EXPECT_EQ(in_c.vertices[i].distance, expected.vertices[i].distance);
+  }
+  EXPECT_TRUE(std::equal(expected.triangles.begin(), expected.triangles.end(), in_c.triangles));
+  EXPECT_TRUE(std::equal(expected.region_curves.begin(), expected.region_curves.end(), in_c.region_curves));
+  for (std::size_t i = 0; i < expected.points.size(); ++i) {
+    EXPECT_EQ(in_c.points[i].position[1], expected.points[i].position.y);
+    EXPECT_EQ(in_c.points[i].triangle, expected.points[i].triangle);
+  }
+  const softcd_body_pair absent = {99, 0};
+  EXPECT_EQ(softcd_probe_intersection_regions(probes.in_c.get(), &absent, &in_c), SOFTCD_INVALID_INPUT);
+  EXPECT_EQ(in_c.region_count, 0U);
+  EXPECT_EQ(softcd_probe_intersection_regions(probes.in_c.get(), nullptr, nullptr), SOFTCD_INVALID_INPUT);
+}
+
 TEST(CRoundTrip, answers_about_changes_and_shapes_are_those_of_cpp) {
   const Scene scene = touching_scene();
   BothProbes probes(scene);

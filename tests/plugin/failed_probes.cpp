@@ -96,6 +96,36 @@ TEST(FailedProbes, answer_the_next_time) {
   }
 }
 
+/// Curves and regions take many allocations, so the scene is small.
+TEST(FailedProbes, find_regions_the_next_time) {
+  const Mesh ball = outward_ball(0, 1.0);
+  const Scene bodies = {still(ball, {}), still(moved(ball, {1.25, 0.125, 0.0625}), {}),
+                        still(moved(ball, {9, 0, 0}), {})};
+  const auto count = [](Probe& probe) {
+    const IntersectionRegions found = probe.intersection_regions();
+    return found.regions.size() + found.vertices.size() + found.points.size();
+  };
+  ProbedBodies sound(bodies);
+  const std::size_t expected = count(sound.probe);
+  EXPECT_GT(expected, 10U);
+  const std::uint64_t failures = for_every_allocation([&](std::uint64_t n) {
+    SCOPED_TRACE(testing::Message() << "allocation " << n);
+    ProbedBodies probed(bodies);
+    bool has_failed = false;
+    {
+      const FailingAllocation failing(n);
+      try {
+        EXPECT_EQ(count(probed.probe), expected);
+      } catch (const OutOfMemory&) {
+      }
+      has_failed = failing.has_failed();
+    }
+    EXPECT_EQ(count(probed.probe), expected);
+    return has_failed && !HasFailure();
+  });
+  EXPECT_GT(failures, 20U);
+}
+
 TEST(FailedProbes, leave_the_scene_as_it_was_where_none_can_be_made) {
   const Interview interview;
   ProbedBodies probed(small_scene());

@@ -185,6 +185,82 @@ SOFTCD_EXPORT softcd_status softcd_probe_intersections(softcd_probe* probe, cons
 SOFTCD_EXPORT softcd_status softcd_probe_has_intersections(softcd_probe* probe, const softcd_body_pair* pair,
                                                            uint32_t* has_intersections);
 
+/** What bounds a region of a surface: SOFTCD_REGION_CLOSED by closed curves, or whole inside a closed body;
+ *  SOFTCD_REGION_LOOP_WITH_BORDER by curves and the surface's border; SOFTCD_REGION_OPEN by nothing: the curve does not
+ *  separate the surface; SOFTCD_REGION_DEGENERATE by curves from which no side follows. */
+typedef uint32_t softcd_region_kind;
+enum {
+  SOFTCD_REGION_CLOSED = 0,
+  SOFTCD_REGION_LOOP_WITH_BORDER = 1,
+  SOFTCD_REGION_OPEN = 2,
+  SOFTCD_REGION_DEGENERATE = 3
+};
+
+/** A point of an intersection curve: an edge passes through a triangle. Both ends of the edge are one vertex where the
+ *  curve ends at a vertex that two intersecting triangles share. */
+typedef struct softcd_curve_point {
+  double position[3];        /**< in world coordinates */
+  softcd_body edge_body;     /**< the edge's body */
+  uint32_t edge[2];          /**< vertices of edge_body, the lower one first */
+  softcd_body triangle_body; /**< the triangle's body */
+  uint32_t triangle;         /**< index in triangle_body */
+} softcd_curve_point;
+
+/** A curve along which two surfaces, or a surface and itself, intersect. */
+typedef struct softcd_intersection_curve {
+  softcd_body body_a;   /**< a body */
+  softcd_body body_b;   /**< a body with the same or a higher id */
+  uint8_t is_closed;    /**< 1: the last point is followed by the first one */
+  uint8_t is_perturbed; /**< 1: some of its points exist only because touching triangles were moved apart or together */
+  uint32_t first_point; /**< index in softcd_intersection_regions::points */
+  uint32_t point_count; /**< number of points, in the order of the curve */
+  double length;        /**< in the positions' unit */
+} softcd_intersection_curve;
+
+/** A vertex of a region, and the way out. */
+typedef struct softcd_region_vertex {
+  uint32_t vertex;     /**< index in the region's body */
+  double direction[3]; /**< unit vector; 0 where none is known */
+  double distance;     /**< to move along the direction, in the positions' unit */
+} softcd_region_vertex;
+
+/** A part of a body's surface on the wrong side of another body, or of itself. Where the other body's surface is
+ *  closed, this is its inside; else of the two sides of curves the one with the smaller area. Its vertices lead to the
+ *  nearest point of the other surface. For SOFTCD_REGION_OPEN and SOFTCD_REGION_DEGENERATE they shorten the curve. */
+typedef struct softcd_intersection_region {
+  softcd_body body;        /**< the body whose surface this is */
+  softcd_body other;       /**< the body that it intersects; may be the same */
+  softcd_region_kind kind; /**< what bounds it */
+  uint8_t is_inside;       /**< 1: inside the closed surface of another body, decided exactly */
+  uint8_t is_perturbed;    /**< 1: one of its curves is */
+  uint32_t first_vertex;   /**< index in softcd_intersection_regions::vertices */
+  uint32_t vertex_count;   /**< may be 0: the other surface then passes through triangles without reaching a vertex */
+  uint32_t first_triangle; /**< index in softcd_intersection_regions::triangles */
+  uint32_t triangle_count; /**< triangles with a vertex of the region, or along its curves */
+  uint32_t first_curve;    /**< index in softcd_intersection_regions::region_curves */
+  uint32_t curve_count;    /**< number of curves that bound it */
+  double area;             /**< triangles count by their share of vertices in the region */
+  double curve_length;     /**< of these curves together */
+} softcd_intersection_region;
+
+/** Arrays in the probe's memory; those of regions belong to one region behind the other. */
+typedef struct softcd_intersection_regions {
+  const softcd_intersection_region* regions; /**< by body, other body, lowest triangle */
+  const softcd_region_vertex* vertices;      /**< of all regions */
+  const uint32_t* triangles;                 /**< of all regions; indices in the region's body */
+  const uint32_t* region_curves;             /**< of all regions; indices in `curves` */
+  const softcd_intersection_curve* curves;   /**< all curves */
+  const softcd_curve_point* points;          /**< of all curves */
+  uint64_t region_count;                     /**< number of regions */
+  uint64_t curve_count;                      /**< number of curves */
+  uint64_t touching_pairs;                   /**< pairs of intersecting triangles that only touch */
+} softcd_intersection_regions;
+
+/** Finds the curves along which surfaces intersect, the regions of each surface that are on the wrong side, and the way
+ *  out for their vertices. `pair` is as for softcd_probe_intersections(); NULL is the whole scene. */
+SOFTCD_EXPORT softcd_status softcd_probe_intersection_regions(softcd_probe* probe, const softcd_body_pair* pair,
+                                                              softcd_intersection_regions* regions);
+
 /** A possible change of one body's mesh: an edge split, collapsed or flipped, a hole filled. An array may be NULL where
  *  its count is 0. */
 typedef struct softcd_change {
