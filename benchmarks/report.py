@@ -343,12 +343,40 @@ def draw_scenes(results):
     return figure
 
 
+def draw_history(results):
+    """Draws the time of each scene in continuous detection by release, for each machine."""
+    rows = [row for row in results["history"] if row["mode"] == "ccd precise"]
+    machines = grouped(rows, "machine")
+    figure, plots = plt.subplots(
+        1, len(machines), figsize=(4.5 * len(machines), 3.6), squeeze=False
+    )
+    for plot, ((machine,), of_machine) in zip(plots[0], machines.items()):
+        dates = sorted({(row["date"], row["version"]) for row in of_machine})
+        place = {version: i for i, (_, version) in enumerate(dates)}
+        for (scene,), its in grouped(of_machine, "scene").items():
+            its.sort(key=lambda row: place[row["version"]])
+            x = [place[row["version"]] for row in its]
+            below = [max(row["ms"] - row["ms_first_quartile"], 0) for row in its]
+            above = [max(row["ms_third_quartile"] - row["ms"], 0) for row in its]
+            ms = [row["ms"] for row in its]
+            plot.errorbar(
+                x, ms, (below, above), marker="o", markersize=4, capsize=2, label=scene
+            )
+        plot.set_xticks(range(len(dates)), [version for _, version in dates])
+        plot.set_yscale("log")
+        plot.set_ylabel("milliseconds of a detection, ccd precise")
+        plot.set_title(machine, fontsize=8)
+        plot.legend(fontsize=6)
+    return figure
+
+
 FIGURES = (
     ("trade-queries", "queries", draw_queries),
     ("trade-steps", "steps", draw_steps),
     ("trade-simulation", "simulation", draw_simulation),
     ("trade-knobs", "simulation", draw_knobs),
     ("scenes", "simulated_scenes", draw_scenes),
+    ("history", "history", draw_history),
 )
 
 
