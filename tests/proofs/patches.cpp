@@ -1,5 +1,6 @@
 #include "lanes/patches.hpp"
 
+#include <bit>
 #include <map>
 
 #include "cell_sets.hpp"

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdlib>
 
 #include "cell_sets.hpp"
 #include "enumeration.hpp"

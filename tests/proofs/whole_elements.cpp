@@ -1,5 +1,3 @@
-#include <bit>
-
 #include "cell_sets.hpp"
 #include "enumeration.hpp"
 #include "softcd/grid/control_bits.hpp"
