@@ -118,7 +118,7 @@ class ElementsOfRanks {
     for (std::uint32_t set = 0; set < kBox.set_count(); ++set) {
       MarkedCells marked(0, kBox.corner, 2, 2, 2);
       marked.mark_set(kBox, set);
-      entries_.push_back(ControlledCells(kBox, marked.register_all(scene_, {}), offset));
+      entries_.emplace_back(kBox, marked.register_all(scene_, {}), offset);
       marked_.push_back(marked);
     }
     IntegerDop box{};

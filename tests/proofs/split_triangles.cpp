@@ -105,9 +105,9 @@ bool mark_around(MarkedCells& marked, Cell cell, std::uint32_t around) {
   return true;
 }
 
-// Statement 10. The mask of a marked cell has its lower neighbours that are marked: for each place in boxes of all
-// these widths, where words of 32 bits begin and end, in the first and later rows and layers, and for all sets of
-// neighbours.
+// Statement 10. The mask of a marked cell has its lower neighbours that are marked, for all sets of these. The widths
+// are those at which words of 32 bits begin and end. Each place along x is tried, in the first and later rows and
+// layers.
 TEST(MarkedCells, have_the_masks_of_their_lower_neighbours) {
   CellScene scene;
   std::uint64_t count = 0;
@@ -176,7 +176,7 @@ TEST(Children, cover_their_triangle) {
   Enumeration children(expected);
   for (int level = 0; level <= kMaxLevel; ++level) {
     const int rows = 1 << level;
-    std::vector<int> upright(static_cast<std::size_t>(rows * rows), 0);
+    std::vector<int> upright(std::size_t{1} << (2 * level), 0);
     std::vector<int> inverted = upright;
     for (std::uint32_t child = 0; child < (SplitRoot{0, static_cast<std::uint32_t>(level)}).child_count(); ++child) {
       const ChildWeights weights = child_weights(level, child);
@@ -189,13 +189,13 @@ TEST(Children, cover_their_triangle) {
         ASSERT_TRUE(static_cast<float>(row[corner]) == scaled[0] && static_cast<float>(along[corner]) == scaled[1]);
         ASSERT_TRUE(0 <= along[corner] && along[corner] <= row[corner] && row[corner] <= rows) << level << ' ' << child;
       }
-      // Corners of a lattice triangle, in order: (r, a), (r + 1, a), (r + 1, a + 1), or (r, a), (r, a + 1), (r + 1, a +
-      // 1).
+      // Corners in order: (r, a), (r + 1, a), (r + 1, a + 1) of an upright one, (r, a), (r, a + 1), (r + 1, a + 1) of an
+      // inverted one.
       const bool is_upright = row[1] == row[0] + 1 && along[1] == along[0];
       const bool is_inverted = row[1] == row[0] && along[1] == along[0] + 1;
       ASSERT_TRUE(is_upright || is_inverted) << level << ' ' << child;
       ASSERT_TRUE(row[2] == row[0] + 1 && along[2] == along[0] + 1) << level << ' ' << child;
-      const auto place = static_cast<std::size_t>(row[0] * rows + along[0]);
+      const std::size_t place = (static_cast<std::size_t>(row[0]) << level) + static_cast<std::size_t>(along[0]);
       ASSERT_LT(place, upright.size());
       ASSERT_EQ(++(is_upright ? upright : inverted)[place], 1) << level << ' ' << child << " is there twice";
       children.next();
