@@ -189,8 +189,7 @@ TEST(Children, cover_their_triangle) {
         ASSERT_TRUE(static_cast<float>(row[corner]) == scaled[0] && static_cast<float>(along[corner]) == scaled[1]);
         ASSERT_TRUE(0 <= along[corner] && along[corner] <= row[corner] && row[corner] <= rows) << level << ' ' << child;
       }
-      // Corners in order: (r, a), (r + 1, a), (r + 1, a + 1) of an upright one, (r, a), (r, a + 1), (r + 1, a + 1) of an
-      // inverted one.
+      // Corners in order, upright: (r, a), (r + 1, a), (r + 1, a + 1); inverted: (r, a), (r, a + 1), (r + 1, a + 1).
       const bool is_upright = row[1] == row[0] + 1 && along[1] == along[0];
       const bool is_inverted = row[1] == row[0] && along[1] == along[0] + 1;
       ASSERT_TRUE(is_upright || is_inverted) << level << ' ' << child;
