@@ -22,6 +22,7 @@ function(softcd_install_library target export_name include_dir)
   install(TARGETS ${target} EXPORT softcd_targets
           ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
           LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
+          RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
   install(DIRECTORY "${include_dir}/softcd" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT development
           FILES_MATCHING REGEX "\\.h(pp)?$")

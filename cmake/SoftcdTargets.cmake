@@ -10,7 +10,7 @@ if(SOFTCD_SANITIZE)
 endif()
 
 # The standard, warnings, and contraction off on both sides (g++ and nvcc would otherwise fuse a * b + c, each
-# where it likes), so that the CPU and CUDA compute the same bytes.
+# where it likes), so that the CPU and CUDA compute the same bytes. MSVC fuses only if /fp:contract asks for it.
 function(softcd_target_options target)
   target_compile_features(${target} PRIVATE cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON
@@ -53,7 +53,9 @@ endfunction()
 # a program gets one copy, which may be the one that was compiled quickly.
 function(softcd_compile_quickly target)
   softcd_allow_uninitialized_vectors(${target})
-  target_compile_options(${target} PRIVATE $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-O1>)
+  if(NOT MSVC)
+    target_compile_options(${target} PRIVATE $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-O1>)
+  endif()
 endfunction()
 
 # For precompiled headers.
