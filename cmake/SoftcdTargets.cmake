@@ -37,10 +37,16 @@ function(softcd_target_options target)
   endif()
 endfunction()
 
+# The folder of a program or library, to its dynamic loader. Windows looks there anyway.
+set(SOFTCD_RPATH_ORIGIN "$ORIGIN")
+if(APPLE)
+  set(SOFTCD_RPATH_ORIGIN "@loader_path")
+endif()
+
 # Libraries that users link. Shared ones stand beside those of incompatible versions, and find each other.
 function(softcd_library_options target)
   set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${SOFTCD_ABI_VERSION}
-                                             INSTALL_RPATH "$ORIGIN")
+                                             INSTALL_RPATH "${SOFTCD_RPATH_ORIGIN}")
 endfunction()
 
 # If Bullet's headers are precompiled, g++ warns of vectors that Bullet leaves uninitialized on purpose.
