@@ -10,6 +10,7 @@
 
 #include "exact_contacts.hpp"
 #include "random.hpp"
+#include "scenes/surface_mesh.hpp"
 #include "soft_body_support.hpp"
 
 namespace softcd::test {
@@ -280,6 +281,34 @@ TEST(ContactSet, within_a_body_is_the_non_incident_pairs_within_twice_the_margin
     }
   }
   EXPECT_GT(expected_count, 50U);
+}
+
+// A small triangle hits a large one of its body and is through it when contacts are detected.
+TEST_P(ContactSet, within_a_body_pushes_nodes_back_to_where_they_came_from) {
+  for (const bullet::Contacts contacts : {bullet::Contacts::all, bullet::Contacts::closest_feature}) {
+    bullet::Settings settings = cpu_settings();
+    settings.contacts = contacts;
+    demo::Simulation simulation(GetParam(), settings);
+    simulation.set_gravity(btVector3(0, 0, 0));
+    constexpr btScalar kHeight = btScalar(0.08);
+    demo::SurfaceMesh mesh;
+    mesh.positions = {{-1, 0, -1}, {1, 0, -1}, {0, 0, 1}};
+    for (const btVector3& corner :
+         {btVector3(0, 0, 0), btVector3(btScalar(0.1), 0, 0), btVector3(0, 0, btScalar(0.1))}) {
+      mesh.positions.push_back(corner + btVector3(0, kHeight, 0));
+    }
+    mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+    auto made = demo::make_body(simulation.world_info(), mesh, 1);
+    made->getCollisionShape()->setMargin(btScalar(0.02));
+    made->setSelfCollision(true);
+    made->m_cfg.collisions |= btSoftBody::fCollision::VF_SS;
+    btSoftBody& body = simulation.add(std::move(made));
+    for (int i = 3; i < 6; ++i) body.m_nodes[i].m_v.setY(-(kHeight + btScalar(0.02)) / kStep);
+    simulation.step(kStep);
+    const btVector3 area =
+        btCross(body.m_nodes[2].m_x - body.m_nodes[0].m_x, body.m_nodes[1].m_x - body.m_nodes[0].m_x);
+    for (int i = 3; i < 6; ++i) EXPECT_GT(area.dot(body.m_nodes[i].m_x - body.m_nodes[0].m_x), 0) << "node " << i;
+  }
 }
 
 }  // namespace

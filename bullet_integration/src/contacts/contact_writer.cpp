@@ -9,6 +9,7 @@
 #include "bodies/vectors.hpp"
 #include "contacts/joint_margin.hpp"
 #include "native/native_trees.hpp"
+#include "softcd/math/closest_point.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -213,7 +214,30 @@ bool are_in_boxes_of_classic_trees(const MemberContact& found) {
                    classic_leaf(face_body, face_body.m_faces[static_cast<int>(found.contact.feature_b)]));
 }
 
-/// Returns the contact that Bullet's CollideVF_SS would make, or none if it would make none.
+/// Returns whether the node goes through the inside of the face between the step's start and its end. Heights above the
+/// face's plane are taken as linear in time.
+bool has_passed_through(const btSoftBody::Node& node, const btSoftBody::Face& face) {
+  Vec3d places[2][4];
+  double heights[2];
+  for (int at_end = 0; at_end < 2; ++at_end) {
+    const NodePosition position = at_end == 1 ? kClassicEnds.end : kClassicEnds.start;
+    Vec3d(&x)[4] = places[at_end];
+    x[0] = to_doubles(node.*position);
+    for (int i = 0; i < 3; ++i) x[i + 1] = to_doubles(face.m_n[i]->*position);
+    const Vec3d area = cross(x[2] - x[1], x[3] - x[1]);
+    heights[at_end] = dot(x[0] - x[1], area) / std::sqrt(dot(area, area));
+  }
+  if (!(heights[0] * heights[1] < 0)) return false;
+  const double time = heights[0] / (heights[0] - heights[1]);
+  Vec3d x[4];
+  for (int i = 0; i < 4; ++i) x[i] = (1 - time) * places[0][i] + time * places[1][i];
+  const ClosestPoints<double> closest = closest_points_vertex_triangle(x[0], x[1], x[2], x[3]);
+  return closest.weights[1] > 0 && closest.weights[2] > 0 && closest.weights[3] > 0;
+}
+
+/// Returns the contact that Bullet's CollideVF_SS would make, or none if it would make none. Within a body, where
+/// Bullet has no test, a node is pushed back to the side from which it came. Its margin does not grow with its motion
+/// there, so that nodes often pass through a face before they have a contact with it.
 std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
   btSoftBody& node_body = *found.a.body;
@@ -237,6 +261,8 @@ std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Det
   soft_contact.m_face = &face;
   soft_contact.m_weights = weights;
   soft_contact.m_normal = to_bullet(contact.normal);
+  const bool is_within_body = &node_body == &face_body;
+  if (is_within_body && detection == Detection::dcd && has_passed_through(node, face)) soft_contact.m_normal *= -1;
   soft_contact.m_margin = margin;
   soft_contact.m_friction = btMax(node_body.m_cfg.kDF, face_body.m_cfg.kDF);
   soft_contact.m_cfm[0] = node_inverse_mass / sum * node_body.m_cfg.kSHR;
