@@ -187,12 +187,13 @@ std::vector<Positions> positions_of_copies_in(const char* name, const Array& arr
 }
 
 template <class Scalar>
-void require_finite_scalars(const char* name, const Positions& positions, const std::string& place) {
+void require_finite_scalars(const char* name, const Positions& positions, std::optional<std::uint32_t> environment) {
   const auto* row = static_cast<const char*>(positions.data());
   for (std::size_t i = 0; i < positions.count(); ++i, row += positions.stride()) {
     const auto* const x = reinterpret_cast<const Scalar*>(row);
     const auto is_usable = [](Scalar value) { return std::abs(value) <= static_cast<Scalar>(kLargestCoordinate); };
     if (is_usable(x[0]) && is_usable(x[1]) && is_usable(x[2])) continue;
+    const std::string place = environment ? fmt::format("environment {}, ", *environment) : "";
     throw InvalidInput(
         fmt::format("{}: {}row {} is ({}, {}, {}), not finite or beyond 1e37", name, place, i, x[0], x[1], x[2]));
   }
@@ -315,12 +316,12 @@ std::vector<Vec3d> read_points(const char* name, nb::handle object) {
   return read.positions.is_double() ? points_of<double>(read.positions) : points_of<float>(read.positions);
 }
 
-void require_finite(const char* name, const Positions& positions, const std::string& place) {
+void require_finite(const char* name, const Positions& positions, std::optional<std::uint32_t> environment) {
   if (positions.is_on_device()) return;
   if (positions.is_double()) {
-    require_finite_scalars<double>(name, positions, place);
+    require_finite_scalars<double>(name, positions, environment);
   } else {
-    require_finite_scalars<float>(name, positions, place);
+    require_finite_scalars<float>(name, positions, environment);
   }
 }
 

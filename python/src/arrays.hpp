@@ -5,6 +5,7 @@
 #include <nanobind/stl/string.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,8 +44,9 @@ struct PositionsOfCopies {
 PositionsOfCopies read_positions_of_copies(const char* name, nb::handle object, std::uint32_t copies,
                                            std::uint32_t vertices);
 
-/// Throws InvalidInput where the library would leave out a coordinate in the CPU's memory. `place` follows the name.
-void require_finite(const char* name, const Positions& positions, const std::string& place = {});
+/// Throws InvalidInput where the library would leave out a coordinate in the CPU's memory. The text names the
+/// environment if there is one.
+void require_finite(const char* name, const Positions& positions, std::optional<std::uint32_t> environment = {});
 
 /// Copies float32 or float64 of shape (n, 3) in the CPU's memory, as read_positions() reads them.
 std::vector<Vec3d> read_points(const char* name, nb::handle object);

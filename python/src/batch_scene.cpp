@@ -118,9 +118,8 @@ void BoundBatchScene::set_positions(std::uint32_t body, nb::handle vertices_t0, 
   std::array<Array, 2> arrays = {std::move(t0.memory), std::move(t1.memory)};
   call([&](Scene& scene) {
     for (std::uint32_t environment = 0; environment < environments_ && check_finite; ++environment) {
-      const std::string place = fmt::format("environment {}, ", environment);
-      require_finite("vertices_t0", t0.of[environment], place);
-      if (!t1.of.empty()) require_finite("vertices_t1", t1.of[environment], place);
+      require_finite("vertices_t0", t0.of[environment], environment);
+      if (!t1.of.empty()) require_finite("vertices_t1", t1.of[environment], environment);
     }
     const bool is_on_device = !t0.of.empty() && t0.of[0].is_on_device();
     set_and_keep(scene, id_of(body, 0).value, is_on_device, arrays, [&](Scene& own) {

@@ -48,6 +48,13 @@ def add_and_remove(world):
     world.scene.remove_body(world.scene.add_body(PIERCING_TRIANGLES, 6, segments=np.array([[0, 5]])))
 
 
+def detect_in_environments(world):
+    scene = softcd.BatchScene(2, backend=softcd.Backend.cpu, max_threads=1)
+    scene.add_body(PIERCING_TRIANGLES, 6)
+    scene.set_positions(0, np.stack([PIERCING_T0, PIERCING_T0 + 9]), np.stack([PIERCING_T1, PIERCING_T1 + 9]))
+    return softcd.BatchQuery(scene, detection=softcd.Detection.ccd).detect().all.tobytes()
+
+
 # Calls that change the world change all or nothing: afterwards the world is one of two. Calls that convert strings and
 # lists by nanobind are left out: they end the process where memory runs out.
 CALLS = {
@@ -67,6 +74,7 @@ CALLS = {
     "options": lambda world: setattr(world.query, "options", softcd.QueryOptions(cell_size_factor=2.0)),
     "detect": lambda world: world.query.detect().tobytes(),
     "start, wait": lambda world: world.query.start().wait().tobytes(),
+    "BatchScene": detect_in_environments,
     "first_hits": lambda world: world.probe.first_hits(*RAY).tobytes(),
     "all_hits": lambda world: world.probe.all_hits(*RAY).all.tobytes(),
     "closest_points": lambda world: world.probe.closest_points(GOOD).tobytes(),

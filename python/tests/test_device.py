@@ -149,6 +149,31 @@ def test_contacts_of_each_body_are_a_range():
     assert (earliest < 1).all(), "a step size for each"
 
 
+def test_contacts_of_environments_are_those_of_the_cpu():
+    """A BatchScene on the GPU has the CPU's bytes. Contacts that stay there are numbered by body and environment."""
+    environments, (_, _, triangles) = 5, step_of(0, np.float32)
+    t0, t1 = (np.stack(ends) for ends in zip(*(step_of(i, np.float32)[:2] for i in range(environments))))
+    found = []
+    for backend, array in (("cpu", np.asarray), ("cuda", np.asarray), ("cuda", torch_array)):
+        scene = softcd.BatchScene(environments, backend=backend)
+        body = scene.add_body(triangles, t0.shape[1], margin=0.001)
+        query = softcd.BatchQuery(scene, detection=softcd.Detection.ccd)
+        for _ in range(3):  # the later ones use predicted positions
+            scene.set_positions(body, array(t0), array(t1))
+            found.append(query.detect())
+        assert found[-1].all.tobytes() == found[0].all.tobytes() and found[-1].begins.tolist() == found[0].begins.tolist()
+    assert min(map(len, found[0])) > 0
+    query.options = query.options.replace(contacts_on_device=True)
+    contacts = query.detect()
+    environment = torch.from_dlpack(contacts["body_a"]).long() % environments
+    assert torch.bincount(environment, minlength=environments).tolist() == np.diff(found[0].begins).tolist()
+    order = torch.argsort(environment, stable=True)
+    times = torch.from_dlpack(contacts["time_of_impact"])[order].cpu().numpy()
+    assert times.tobytes() == found[0].all["time_of_impact"].tobytes()
+    ticket = query.start()
+    assert ticket.on_device().capacity >= len(contacts) == len(ticket.wait())
+
+
 def test_contacts_are_told_of_before_anybody_waits():
     """A stream of torch's reads contacts as soon as they are there. The host waits later, to compare."""
     t0, t1, triangles = step_of(6, np.float32)
