@@ -78,15 +78,20 @@ def test_contacts_do_not_depend_on_the_number_of_environments():
         assert [own.tobytes() for own in contacts] == expected[:environments]
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("spacing", [4.0, 1000.0])
-def test_environments_may_be_anywhere(dtype, spacing):
-    places = spacing * np.stack([np.arange(8), np.arange(8) % 3, np.zeros(8)], axis=1)[:, None]
+@pytest.mark.parametrize("spacing", [4.0, 1000.3, -1e5])
+@pytest.mark.parametrize("detection", ["dcd", "ccd"])
+@pytest.mark.parametrize(
+    "accuracy, dtype",
+    [("fast", np.float32), ("precise", np.float32), ("conservative", np.float32), ("conservative", np.float64)],
+)
+def test_environments_may_be_anywhere(accuracy, dtype, detection, spacing):
+    options = {"detection": detection, "accuracy": accuracy}
+    places = spacing * np.stack([np.arange(1, 9), np.arange(8) % 3, np.zeros(8)], axis=1)[:, None]
     step = [[(end + places).astype(dtype) for end in ends] for ends in motions(8, np.float64)]
-    scene, query = batch_of(8, detection="ccd")
+    scene, query = batch_of(8, **options)
     contacts = detect(scene, query, step)
     assert min(map(len, contacts)) > 0
-    assert_each_is_as_alone(contacts, step, detection="ccd")
+    assert_each_is_as_alone(contacts, step, **options)
 
 
 def test_an_environment_may_rest_while_others_move():
