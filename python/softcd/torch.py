@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import torch
@@ -18,7 +18,7 @@ import torch
 from ._core import ContactKind
 from ._errors import InvalidInput
 
-Positions = torch.Tensor | Sequence[torch.Tensor] | Mapping[int, torch.Tensor]
+Positions: TypeAlias = torch.Tensor | Sequence[torch.Tensor] | Mapping[int, torch.Tensor]
 """One body's positions, of shape (n, 3), or those of each body: in the order of their numbers, or by number."""
 
 

@@ -112,6 +112,8 @@ void bind_meshes(nb::module_& module) {
              "name ends. Raises MeshError, naming the file.");
   module.def("intersecting_pairs", &intersecting_pairs, "vertices"_a, "triangles"_a, "first"_a, "begins"_a,
              "candidates"_a,
+             nb::sig("def intersecting_pairs(vertices: numpy.ndarray, triangles: numpy.ndarray, first: int, "
+                     "begins: numpy.ndarray, candidates: numpy.ndarray) -> numpy.typing.NDArray[numpy.uint32]"),
              "Returns which of the triangles from the first on intersect which of their candidates, decided exactly.");
   module.def("refuse_keyword", &refuse_keyword, "function"_a, "keyword"_a, "known"_a,
              "Raises TypeError, which names the most similar keyword.");
