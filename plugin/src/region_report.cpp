@@ -92,7 +92,8 @@ void RegionReport::list_curves(const IntersectionCurves& found, Span<const Surfa
                          surfaces[node.edge.surface].id,
                          {node.edge.v[0], node.edge.v[1]},
                          surfaces[node.triangle.surface].id,
-                         node.triangle.triangle});
+                         node.triangle.triangle,
+                         0});
     }
   }
 }
@@ -116,7 +117,7 @@ void RegionReport::list_regions(Span<const FoundRegion> found, Span<const Surfac
       listed.is_perturbed |= curves_[curve].is_perturbed;
     }
     regions_.push_back(listed);
-    for (const std::uint32_t v : region.vertices) vertices_.push_back({v, {0, 0, 0}, 0});
+    for (const std::uint32_t v : region.vertices) vertices_.push_back({v, 0, {0, 0, 0}, 0});
     triangles_.insert(triangles_.end(), region.triangles.begin(), region.triangles.end());
     region_curves_.insert(region_curves_.end(), region.curves.begin(), region.curves.end());
   }

@@ -28,22 +28,25 @@ struct CurvePoint {
   std::uint32_t edge[2];   ///< vertices of edge_body, the lower one first
   BodyId triangle_body;    ///< the triangle's body
   std::uint32_t triangle;  ///< index in triangle_body
+  std::uint32_t unused;    ///< 0, so that no byte is undefined
 };
 
 /// A curve along which two surfaces, or a surface and itself, intersect.
 struct IntersectionCurve {
-  BodyId body_a;      ///< a body
-  BodyId body_b;      ///< a body with the same or a higher id
-  bool is_closed;     ///< the last point is followed by the first one; else the curve ends at borders or vertices
-  bool is_perturbed;  ///< some of its points exist only by the perturbation, see IntersectionRegions
+  BodyId body_a;              ///< a body
+  BodyId body_b;              ///< a body with the same or a higher id
   std::uint32_t first_point;  ///< index in IntersectionRegions::points
   std::uint32_t point_count;  ///< number of points, in the order of the curve
-  double length;              ///< in the positions' unit
+  bool is_closed;          ///< the last point is followed by the first one; else the curve ends at borders or vertices
+  bool is_perturbed;       ///< some of its points exist only by the perturbation, see IntersectionRegions
+  std::uint8_t unused[6];  ///< 0, so that no byte is undefined
+  double length;           ///< in the positions' unit
 };
 
 /// A vertex of a region, and the way out.
 struct RegionVertex {
   std::uint32_t vertex;  ///< index in the region's body
+  std::uint32_t unused;  ///< 0, so that no byte is undefined
   Vec3d direction;       ///< unit vector; 0 where none is known
   double distance;       ///< to move along the direction, in the positions' unit; see IntersectionRegion
 };
@@ -64,6 +67,7 @@ struct IntersectionRegion {
   RegionKind kind;             ///< what bounds it
   bool is_inside;              ///< whether it is inside the closed surface of another body, decided exactly
   bool is_perturbed;           ///< whether one of its curves is
+  std::uint8_t unused[2];      ///< 0, so that no byte is undefined
   std::uint32_t first_vertex;  ///< index in IntersectionRegions::vertices
   /// Number of vertices, ascending. 0 where the other surface passes through triangles without reaching a vertex.
   std::uint32_t vertex_count;

@@ -204,22 +204,25 @@ typedef struct softcd_curve_point {
   uint32_t edge[2];          /**< vertices of edge_body, the lower one first */
   softcd_body triangle_body; /**< the triangle's body */
   uint32_t triangle;         /**< index in triangle_body */
+  uint32_t unused;           /**< 0 */
 } softcd_curve_point;
 
 /** A curve along which two surfaces, or a surface and itself, intersect. */
 typedef struct softcd_intersection_curve {
   softcd_body body_a;   /**< a body */
   softcd_body body_b;   /**< a body with the same or a higher id */
-  uint8_t is_closed;    /**< 1: the last point is followed by the first one */
-  uint8_t is_perturbed; /**< 1: some of its points exist only because touching triangles were moved apart or together */
   uint32_t first_point; /**< index in softcd_intersection_regions::points */
   uint32_t point_count; /**< number of points, in the order of the curve */
+  uint8_t is_closed;    /**< 1: the last point is followed by the first one */
+  uint8_t is_perturbed; /**< 1: some of its points exist only because touching triangles were moved apart or together */
+  uint8_t unused[6];    /**< 0 */
   double length;        /**< in the positions' unit */
 } softcd_intersection_curve;
 
 /** A vertex of a region, and the way out. */
 typedef struct softcd_region_vertex {
   uint32_t vertex;     /**< index in the region's body */
+  uint32_t unused;     /**< 0 */
   double direction[3]; /**< unit vector; 0 where none is known */
   double distance;     /**< to move along the direction, in the positions' unit */
 } softcd_region_vertex;
@@ -233,6 +236,7 @@ typedef struct softcd_intersection_region {
   softcd_region_kind kind; /**< what bounds it */
   uint8_t is_inside;       /**< 1: inside the closed surface of another body, decided exactly */
   uint8_t is_perturbed;    /**< 1: one of its curves is */
+  uint8_t unused[2];       /**< 0 */
   uint32_t first_vertex;   /**< index in softcd_intersection_regions::vertices */
   uint32_t vertex_count;   /**< may be 0: the other surface then passes through triangles without reaching a vertex */
   uint32_t first_triangle; /**< index in softcd_intersection_regions::triangles */

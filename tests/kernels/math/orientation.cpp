@@ -2,11 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "random.hpp"
+#include "softcd/math/perturbed_orientation.hpp"
 
 // Compares signs of determinants with rational numbers.
 namespace softcd::test {
@@ -78,6 +82,50 @@ TEST(Orientation, is_exact_at_the_ends_of_floats_range) {
   for (const auto& x : cases) EXPECT_EQ(orientation(x[0], x[1], x[2], x[3]), reference(x));
   EXPECT_NE(orientation(cases[0][0], cases[0][1], cases[0][2], cases[0][3]), 0);
   EXPECT_NE(orientation(cases[3][0], cases[3][1], cases[3][2], cases[3][3]), 0);
+}
+
+/// A permutation of points negates the determinant or keeps it, also with infinitesimal motions.
+TEST(PerturbedSide, changes_sign_with_the_order_of_points) {
+  Random random(6);
+  int perturbed = 0;
+  for (int i = 0; i < 2000; ++i) {
+    SCOPED_TRACE(i);
+    std::array<PerturbedPoint, 4> points;
+    for (std::uint32_t p = 0; p < 4; ++p) {
+      const auto coordinate = [&] { return static_cast<float>(random.below(2)); };
+      points[p] = {{coordinate(), coordinate(), coordinate()}, static_cast<std::uint32_t>(random.below(2)), 3 - p};
+    }
+    const PerturbedSide side = perturbed_side(points[0], points[1], points[2], points[3]);
+    ASSERT_EQ(std::abs(side.side), 1);
+    perturbed += side.is_perturbed ? 1 : 0;
+    const Vec3f x[4] = {points[0].x, points[1].x, points[2].x, points[3].x};
+    ASSERT_EQ(side.is_perturbed, reference(x) == 0);
+    if (!side.is_perturbed) {
+      ASSERT_EQ(side.side, reference(x));
+    }
+    std::array<std::size_t, 4> order = {0, 1, 2, 3};
+    do {
+      int swaps = 0;
+      for (std::size_t a = 0; a < 4; ++a) {
+        for (std::size_t b = a + 1; b < 4; ++b) swaps += order[a] > order[b] ? 1 : 0;
+      }
+      const PerturbedSide other =
+          perturbed_side(points[order[0]], points[order[1]], points[order[2]], points[order[3]]);
+      ASSERT_EQ(other.side, swaps % 2 == 0 ? side.side : -side.side);
+    } while (std::next_permutation(order.begin(), order.end()));
+  }
+  EXPECT_GT(perturbed, 1000);
+}
+
+/// A body that touches another one's plane is moved as a whole.
+TEST(PerturbedSide, is_the_same_for_all_vertices_of_a_body_in_a_plane_of_another) {
+  const PerturbedPoint corners[3] = {{{0, 0, 0}, 1, 0}, {{4, 0, 0}, 1, 1}, {{0, 4, 0}, 1, 2}};
+  std::set<int> sides;
+  for (std::uint32_t v = 0; v < 16; ++v) {
+    const Vec3f x = {static_cast<float>(v % 4), static_cast<float>(v / 4), 0};
+    sides.insert(perturbed_side(corners[0], corners[1], corners[2], {x, 5, v}).side);
+  }
+  EXPECT_EQ(sides.size(), 1U);
 }
 
 }  // namespace
