@@ -19,6 +19,7 @@ from ._core import (
     PendingContacts,
     Query,
     QueryOptions,
+    RegionKind,
     Scene,
     SceneOptions,
     StageReport,
@@ -35,7 +36,7 @@ from ._audit import Audit, audit, audit_dtype
 from ._batch import BatchContacts
 from ._errors import BackendError, Error, InvalidInput, MeshError, OutOfMemory
 from ._helpers import Certificate, certify, collision_free_step, detect, self_intersections
-from ._probe import AnswerLists, Probe
+from ._probe import AnswerLists, IntersectionRegions, Probe
 
 contact_dtype = _contact_dtype()
 """The fields of a contact; what they mean stands in softcd/core/contact.hpp and docs/use/python.md."""
@@ -59,6 +60,7 @@ __all__ = [
     "DeviceArray",
     "DeviceContacts",
     "Error",
+    "IntersectionRegions",
     "InvalidInput",
     "LogLevel",
     "MeshChange",
@@ -69,6 +71,7 @@ __all__ = [
     "Probe",
     "Query",
     "QueryOptions",
+    "RegionKind",
     "Scene",
     "SceneOptions",
     "StageReport",

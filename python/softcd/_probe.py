@@ -76,6 +76,45 @@ class AnswerLists(Sequence[np.ndarray]):
         return f"<softcd.AnswerLists, {len(self.all)} answers to {len(self)} questions>"
 
 
+class IntersectionRegions(Sequence[np.void]):
+    """Regions of surfaces on the wrong side, as structured arrays: a sequence of the rows of `regions`."""
+
+    def __init__(self, *arrays: Any) -> None:
+        self.regions, self.vertices, self.triangles, self.region_curves, self.curves, self.points = arrays[:6]
+        self.touching_pairs: int = arrays[6]
+        """How many pairs of intersecting triangles only touch."""
+
+    def __len__(self) -> int:
+        return len(self.regions)
+
+    def __getitem__(self, region: Any) -> Any:
+        return self.regions[region]
+
+    def vertices_of(self, region: int) -> np.ndarray:
+        """Returns the region's vertices: `vertex`, and the way out, `direction` and `distance`."""
+        return self._part(self.vertices, self.regions[region], "first_vertex", "vertex_count")
+
+    def triangles_of(self, region: int) -> np.ndarray:
+        """Returns the region's triangles."""
+        return self._part(self.triangles, self.regions[region], "first_triangle", "triangle_count")
+
+    def curves_of(self, region: int) -> np.ndarray:
+        """Returns the curves that bound the region."""
+        return self.curves[self._part(self.region_curves, self.regions[region], "first_curve", "curve_count")]
+
+    def points_of(self, curve: int) -> np.ndarray:
+        """Returns the points of a row of `curves`, in the order of the curve."""
+        return self._part(self.points, self.curves[curve], "first_point", "point_count")
+
+    @staticmethod
+    def _part(array: np.ndarray, row: np.void, first: str, count: str) -> np.ndarray:
+        begin = int(row[first])
+        return array[begin : begin + int(row[count])]
+
+    def __repr__(self) -> str:
+        return f"<softcd.IntersectionRegions, {len(self.regions)} regions, {len(self.curves)} curves>"
+
+
 class Questions:
     """Spatial questions about bodies, in batches: one result or one list for each question.
 
@@ -171,6 +210,12 @@ class Probe(Questions):
 
     def __init__(self, scene: Scene, *, step_end: StepEnd | str = StepEnd.t1) -> None:
         super().__init__(_core.Probe(scene, step_end))
+
+    def intersection_regions(self, a: int | None = None, b: int | None = None) -> IntersectionRegions:
+        """Finds the curves along which surfaces intersect, the regions of each surface that are on the wrong side, and
+        the way out for their vertices; also surfaces that are whole inside a closed one. The bodies are as for
+        intersections(); by default it compares all."""
+        return IntersectionRegions(*self._core.intersection_regions(a, b))
 
     def intersections_after(self, changes: Sequence[MeshChange]) -> AnswerLists:
         """Finds the triangles that each change's new triangles would intersect. `added` is the new triangle's index.

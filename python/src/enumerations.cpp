@@ -1,5 +1,6 @@
 #include "bindings.hpp"
 #include "softcd/fields/options.hpp"
+#include "softcd/intersection_regions.hpp"
 
 namespace softcd::python {
 
@@ -46,6 +47,11 @@ void bind_enumerations(nb::module_& module) {
   nb::enum_<ContactKind>(module, "ContactKind", nb::is_arithmetic(), "The values of the contacts' field `kind`.")
       .value("vertex_triangle", ContactKind::vertex_triangle)
       .value("edge_edge", ContactKind::edge_edge);
+  nb::enum_<RegionKind>(module, "RegionKind", nb::is_arithmetic(), "The values of the field `kind` of regions.")
+      .value("closed", RegionKind::closed, "Closed curves bound it, or nothing: it is whole inside a closed body.")
+      .value("loop_with_border", RegionKind::loop_with_border, "Curves and the surface's border bound it.")
+      .value("open", RegionKind::open, "Nothing bounds it: the curve does not separate the surface.")
+      .value("degenerate", RegionKind::degenerate, "No side follows from its curves.");
 }
 
 }  // namespace softcd::python

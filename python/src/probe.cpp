@@ -74,6 +74,54 @@ nb::object make_dtype(const TriangleIntersection* /*type*/) {
   return layout.dtype(sizeof(TriangleIntersection));
 }
 
+nb::object make_dtype(const CurvePoint* /*type*/) {
+  StructLayout layout;
+  layout.add("position", "=f8", 3, offsetof(CurvePoint, position));
+  layout.add("edge_body", "=u4", offsetof(CurvePoint, edge_body));
+  layout.add("edge", "=u4", 2, offsetof(CurvePoint, edge));
+  layout.add("triangle_body", "=u4", offsetof(CurvePoint, triangle_body));
+  layout.add("triangle", "=u4", offsetof(CurvePoint, triangle));
+  return layout.dtype(sizeof(CurvePoint));
+}
+
+nb::object make_dtype(const IntersectionCurve* /*type*/) {
+  StructLayout layout;
+  layout.add("body_a", "=u4", offsetof(IntersectionCurve, body_a));
+  layout.add("body_b", "=u4", offsetof(IntersectionCurve, body_b));
+  layout.add("is_closed", "?", offsetof(IntersectionCurve, is_closed));
+  layout.add("is_perturbed", "?", offsetof(IntersectionCurve, is_perturbed));
+  layout.add("first_point", "=u4", offsetof(IntersectionCurve, first_point));
+  layout.add("point_count", "=u4", offsetof(IntersectionCurve, point_count));
+  layout.add("length", "=f8", offsetof(IntersectionCurve, length));
+  return layout.dtype(sizeof(IntersectionCurve));
+}
+
+nb::object make_dtype(const RegionVertex* /*type*/) {
+  StructLayout layout;
+  layout.add("vertex", "=u4", offsetof(RegionVertex, vertex));
+  layout.add("direction", "=f8", 3, offsetof(RegionVertex, direction));
+  layout.add("distance", "=f8", offsetof(RegionVertex, distance));
+  return layout.dtype(sizeof(RegionVertex));
+}
+
+nb::object make_dtype(const IntersectionRegion* /*type*/) {
+  StructLayout layout;
+  layout.add("body", "=u4", offsetof(IntersectionRegion, body));
+  layout.add("other", "=u4", offsetof(IntersectionRegion, other));
+  layout.add("kind", "=u4", offsetof(IntersectionRegion, kind));
+  layout.add("is_inside", "?", offsetof(IntersectionRegion, is_inside));
+  layout.add("is_perturbed", "?", offsetof(IntersectionRegion, is_perturbed));
+  layout.add("first_vertex", "=u4", offsetof(IntersectionRegion, first_vertex));
+  layout.add("vertex_count", "=u4", offsetof(IntersectionRegion, vertex_count));
+  layout.add("first_triangle", "=u4", offsetof(IntersectionRegion, first_triangle));
+  layout.add("triangle_count", "=u4", offsetof(IntersectionRegion, triangle_count));
+  layout.add("first_curve", "=u4", offsetof(IntersectionRegion, first_curve));
+  layout.add("curve_count", "=u4", offsetof(IntersectionRegion, curve_count));
+  layout.add("area", "=f8", offsetof(IntersectionRegion, area));
+  layout.add("curve_length", "=f8", offsetof(IntersectionRegion, curve_length));
+  return layout.dtype(sizeof(IntersectionRegion));
+}
+
 nb::object make_dtype(const ChangeIntersection* /*type*/) {
   StructLayout layout;
   layout.add("added", "=u4", offsetof(ChangeIntersection, added));
@@ -173,6 +221,20 @@ auto copy(const softcd::AnswerLists<Answer>& lists) {
   return std::pair(std::move(begins), copy(lists.all()));
 }
 
+/// Copies of all arrays of IntersectionRegions.
+struct CopiedRegions {
+  std::vector<IntersectionRegion> regions;
+  std::vector<RegionVertex> vertices;
+  std::vector<std::uint32_t> triangles, region_curves;
+  std::vector<IntersectionCurve> curves;
+  std::vector<CurvePoint> points;
+  std::uint64_t touching_pairs;
+};
+CopiedRegions copy(const IntersectionRegions& found) {
+  return {copy(found.regions), copy(found.vertices), copy(found.triangles), copy(found.region_curves),
+          copy(found.curves),  copy(found.points),   found.touching_pairs};
+}
+
 /// softcd::Probe for Python, which keeps its scene alive. Results are copied before the next call.
 class BoundProbe {
  public:
@@ -217,6 +279,15 @@ class BoundProbe {
   bool has_intersections(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
     return scene_.call_and_read(nb::find(this),
                                 [this, asked = asked_pair(a, b)](Scene&) { return probe_->has_intersections(asked); });
+  }
+  nb::tuple intersection_regions(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) {
+    CopiedRegions found = scene_.call_and_read(
+        nb::find(this), [this, asked = asked_pair(a, b)](Scene&) { return copy(probe_->intersection_regions(asked)); });
+    return nb::make_tuple(own_answers(std::move(found.regions)), own_answers(std::move(found.vertices)),
+                          own<std::uint32_t, 1>(std::move(found.triangles)).attr("ravel")(),
+                          own<std::uint32_t, 1>(std::move(found.region_curves)).attr("ravel")(),
+                          own_answers(std::move(found.curves)), own_answers(std::move(found.points)),
+                          found.touching_pairs);
   }
   nb::tuple intersections_after(const std::vector<MeshChange>& changes) {
     return ask_lists(changes.size(), [this, changes] {
@@ -321,6 +392,7 @@ void bind_probe(nb::module_& module) {
       .def("distances", &BoundProbe::distances, "pairs"_a)
       .def("intersections", &BoundProbe::intersections, "pairs"_a)
       .def("has_intersections", &BoundProbe::has_intersections, "a"_a.none(), "b"_a.none())
+      .def("intersection_regions", &BoundProbe::intersection_regions, "a"_a.none(), "b"_a.none())
       .def("intersections_after", &BoundProbe::intersections_after, "changes"_a)
       .def("set_body_filter", &BoundProbe::set_body_filter, "filter"_a.none());
 }

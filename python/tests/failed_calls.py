@@ -80,6 +80,7 @@ CALLS = {
     "closest_points": lambda world: world.probe.closest_points(GOOD).tobytes(),
     "sphere_overlaps": lambda world: world.probe.sphere_overlaps(GOOD, 1).all.tobytes(),
     "capsule_overlaps": lambda world: world.probe.capsule_overlaps(GOOD, RAY[0], 1).all.tobytes(),
+    "intersection_regions": lambda world: world.probe.intersection_regions().points.tobytes(),
     "box_overlaps": lambda world: world.probe.box_overlaps(GOOD, GOOD + 1).all.tobytes(),
     "oriented_box_overlaps": lambda world: world.probe.oriented_box_overlaps(GOOD, RAY[0], np.eye(3)).all.tobytes(),
     "hull_overlaps": lambda world: world.probe.hull_overlaps(GOOD, [0, 2, len(GOOD)], 1).all.tobytes(),

@@ -237,6 +237,31 @@ def test_intersections_are_those_of_all_triangles():
     assert not flat.has_intersections() and len(flat.intersections().all) == 0
 
 
+def test_regions_of_a_needle_through_a_sheet():
+    vertices, triangles = sheet(5)
+    corners = np.array([[x, y, z] for z in (-1, 1) for y in (2.1, 2.2) for x in (2.6, 2.7)])
+    faces = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4]]
+    faces += [[2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]]
+    probe = softcd.Probe(scene_of((vertices, triangles), (corners, np.array(faces))))
+    found = probe.intersection_regions()
+    assert repr(found) == "<softcd.IntersectionRegions, 2 regions, 1 curves>" and found.touching_pairs == 0
+    assert found.curves["is_closed"].all() and abs(found.curves["length"][0] - 0.4) < 1e-3
+    assert len(found.points_of(0)) == found.curves["point_count"][0]
+    assert abs(found.points["position"][:, 2]).max() < 1e-6
+    hole, half = found
+    assert (hole["body"], hole["other"], half["body"], half["other"]) == (0, 1, 1, 0)
+    assert hole["is_inside"] and not half["is_inside"] and hole["kind"] == softcd.RegionKind.closed
+    assert len(found.vertices_of(0)) == 0 and abs(hole["area"] - 0.01) < 1e-3
+    assert set(found.triangles_of(0)) <= set(range(len(triangles)))
+    ends = found.vertices_of(1)
+    assert len(ends) == 4 and len(found.curves_of(1)) == 1
+    ends_on_sheet = corners[ends["vertex"]] + ends["direction"] * ends["distance"][:, None]
+    assert abs(ends_on_sheet[:, 2]).max() < 1e-6
+    assert len(probe.intersection_regions(0, 0)) == 0
+    with pytest.raises(softcd.InvalidInput, match="body 7"):
+        probe.intersection_regions(7)
+
+
 def test_a_change_intersects_what_it_does_when_it_is_made():
     vertices, triangles = sheet(4)
     needle = np.array([[0.4, 0.2, -1], [0.4, 0.2, 1], [0.5, 0.2, 1]])
