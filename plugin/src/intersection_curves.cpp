@@ -109,7 +109,7 @@ class CurveWalk {
     while (true) {
       is_used_[segment] = true;
       const CurveSegment& within = segments_[segment];
-      for (int i = 0; i < 2; ++i) curve.traces[lines[i]].triangles.push_back(within.triangles[i].triangle);
+      for (std::size_t i = 0; i < 2; ++i) curve.traces[lines[i]].triangles.push_back(within.triangles[i].triangle);
       node = within.nodes[0] == node ? within.nodes[1] : within.nodes[0];
       if (node == start) break;
       add_node(curve, node, segment, lines);

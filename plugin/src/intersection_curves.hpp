@@ -1,7 +1,7 @@
 #pragma once
 
-#include <compare>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "softcd/core/spatial_query.hpp"
@@ -36,18 +36,19 @@ struct SurfaceEdge {
   std::uint32_t surface;  ///< number of its body
   std::uint32_t v[2];     ///< v[0] < v[1]; equal at the end of a curve in a vertex
 
-  friend auto operator<=>(const SurfaceEdge& a, const SurfaceEdge& b) {
-    if (const auto order = a.surface <=> b.surface; order != 0) return order;
-    if (const auto order = a.v[0] <=> b.v[0]; order != 0) return order;
-    return a.v[1] <=> b.v[1];
+  friend bool operator<(const SurfaceEdge& a, const SurfaceEdge& b) {
+    return std::tie(a.surface, a.v[0], a.v[1]) < std::tie(b.surface, b.v[0], b.v[1]);
   }
-  friend bool operator==(const SurfaceEdge& a, const SurfaceEdge& b) { return (a <=> b) == 0; }
+  friend bool operator==(const SurfaceEdge& a, const SurfaceEdge& b) = default;
 };
 
 struct SurfaceTriangle {
   std::uint32_t surface, triangle;
 
-  friend auto operator<=>(const SurfaceTriangle&, const SurfaceTriangle&) = default;
+  friend bool operator<(const SurfaceTriangle& a, const SurfaceTriangle& b) {
+    return std::tie(a.surface, a.triangle) < std::tie(b.surface, b.triangle);
+  }
+  friend bool operator==(const SurfaceTriangle& a, const SurfaceTriangle& b) = default;
 };
 
 /// An edge that passes through a triangle.
@@ -58,11 +59,12 @@ struct CurveNode {
   bool is_perturbed = false;
 
   bool is_vertex() const { return edge.v[0] == edge.v[1]; }
-  friend auto operator<=>(const CurveNode& a, const CurveNode& b) {
-    if (const auto order = a.edge <=> b.edge; order != 0) return order;
-    return a.triangle <=> b.triangle;
+  friend bool operator<(const CurveNode& a, const CurveNode& b) {
+    return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle);
   }
-  friend bool operator==(const CurveNode& a, const CurveNode& b) { return (a <=> b) == 0; }
+  friend bool operator==(const CurveNode& a, const CurveNode& b) {
+    return a.edge == b.edge && a.triangle == b.triangle;
+  }
 };
 
 /// One of the two lines that a curve draws on surfaces.
