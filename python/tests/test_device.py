@@ -251,7 +251,7 @@ def test_arrays_on_the_gpu_speak_cuda_s_array_interface():
 
 
 def test_arguments_are_checked():
-    t0, _, triangles = step_of(5, np.float32)
+    t0, t1, triangles = step_of(5, np.float32)
     scene, body, query = query_of(triangles, len(t0))
     with pytest.raises(TypeError, match="vertices_t0.*int"):
         scene.set_positions(body, torch.zeros((len(t0), 3), dtype=torch.int32, device="cuda"))
@@ -262,7 +262,7 @@ def test_arguments_are_checked():
     with pytest.raises(softcd.InvalidInput, match="one end"):
         scene.set_positions(body, t0, torch_array(t0))
     with pytest.raises(KeyError, match="speed"):
-        scene.set_positions(body, torch_array(t0))
+        scene.set_positions(body, torch_array(t0), torch_array(t1))
         query.options = query.options.replace(contacts_on_device=True)
         query.detect()["speed"]
     with pytest.warns(RuntimeWarning, match="not finite"):
