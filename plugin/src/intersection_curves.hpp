@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <tuple>
 #include <vector>
@@ -83,7 +84,7 @@ struct Curve {
   bool is_closed = false;
   bool is_branched = false;  ///< it ends at an edge of three or more triangles
   bool is_perturbed = false;
-  Trace traces[2];  ///< of surface_a and of surface_b
+  std::array<Trace, 2> traces;  ///< of surface_a and of surface_b
 };
 
 /// All curves of some surfaces.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "softcd/math/box.hpp"
@@ -444,7 +445,10 @@ class PairRegions {
     std::uint32_t from, to;
     std::int32_t value;
 
-    friend auto operator<=>(const Neighbour&, const Neighbour&) = default;
+    friend bool operator==(const Neighbour&, const Neighbour&) = default;
+    friend bool operator<(const Neighbour& a, const Neighbour& b) {
+      return std::tie(a.from, a.to, a.value) < std::tie(b.from, b.to, b.value);
+    }
   };
 
   Span<const Surface> surfaces_;
@@ -468,7 +472,9 @@ struct PairLine {
   SurfacePair pair;
   std::uint32_t curve, line;
 
-  friend auto operator<=>(const PairLine&, const PairLine&) = default;
+  friend bool operator<(const PairLine& a, const PairLine& b) {
+    return std::tie(a.pair, a.curve, a.line) < std::tie(b.pair, b.curve, b.line);
+  }
 };
 
 }  // namespace

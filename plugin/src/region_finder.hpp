@@ -1,7 +1,7 @@
 #pragma once
 
-#include <compare>
 #include <map>
+#include <tuple>
 #include <vector>
 
 #include "box_pairs.hpp"
@@ -25,7 +25,10 @@ struct FoundRegion {
 struct SurfacePair {
   std::uint32_t surface, other;
 
-  friend auto operator<=>(const SurfacePair&, const SurfacePair&) = default;
+  friend bool operator==(const SurfacePair&, const SurfacePair&) = default;
+  friend bool operator<(const SurfacePair& a, const SurfacePair& b) {
+    return std::tie(a.surface, a.other) < std::tie(b.surface, b.other);
+  }
 };
 
 /// The connected parts of surfaces, kept as long as no mesh changes.
