@@ -189,28 +189,26 @@ HWY_INLINE Mask certainly_apart_in_motion(const RelativePair& t0, const Relative
 /// The differences of the vertices of two features, as softcd::detail::Differences.
 template <ContactKind kKind, bool kSwept>
 struct Differences {
-  static constexpr int kOfEnd = detail::Differences<kKind, kSwept>::kOfEnd;
   static constexpr int kCount = detail::Differences<kKind, kSwept>::kCount;
 
   Vector at[kCount];
-
-  HWY_INLINE Differences(const RelativePair& t0, const RelativePair& t1) {
-    set(t1, 0);
-    if constexpr (kSwept) set(t0, kOfEnd);
-  }
-
- private:
-  HWY_INLINE void set(const RelativePair& pair, int first) {
-    at[first] = pair.a;
-    at[first + 1] = pair.a - pair.c;
-    if constexpr (kKind == ContactKind::vertex_triangle) {
-      at[first + 2] = pair.a - pair.b;
-    } else {
-      at[first + 2] = pair.a + pair.b;
-      at[first + 3] = at[first + 2] - pair.c;
-    }
-  }
 };
+
+template <ContactKind kKind, bool kSwept>
+HWY_INLINE Differences<kKind, kSwept> differences_of(const RelativePair& t0, const RelativePair& t1) {
+  constexpr bool kIsEdgeEdge = kKind == ContactKind::edge_edge;
+  const Vector end_t0 = t0.a + t0.b;
+  const Vector end_t1 = t1.a + t1.b;
+  if constexpr (kIsEdgeEdge && kSwept) {
+    return {{t1.a, t1.a - t1.c, end_t1, end_t1 - t1.c, t0.a, t0.a - t0.c, end_t0, end_t0 - t0.c}};
+  } else if constexpr (kIsEdgeEdge) {
+    return {{t1.a, t1.a - t1.c, end_t1, end_t1 - t1.c}};
+  } else if constexpr (kSwept) {
+    return {{t1.a, t1.a - t1.c, t1.a - t1.b, t0.a, t0.a - t0.c, t0.a - t0.b}};
+  } else {
+    return {{t1.a, t1.a - t1.c, t1.a - t1.b}};
+  }
+}
 
 /// Does the same as softcd::certainly_apart_in_a_direction, for pairs whose scale is 1, in the lanes that are
 /// `undecided`.
@@ -221,7 +219,7 @@ HWY_INLINE Mask certainly_apart_in_a_direction(const RelativePair& t0, const Rel
   const Float total = hn::Add(hn::Add(size.a, size.b), size.c);
   const Float distance = hn::Add(margin, hn::Mul(all(detail::kSeparationError), total));
   const Float shortest = larger(margin, all(detail::kShortestDirection));
-  const Differences<kKind, kSwept> differences(t0, t1);
+  const Differences<kKind, kSwept> differences = differences_of<kKind, kSwept>(t0, t1);
   Vector n = differences.at[0];
   for (int i = 1; i < differences.kCount; ++i) n = n + differences.at[i];
   n = all(1.0F / static_cast<float>(differences.kCount)) * n;

@@ -33,12 +33,12 @@ struct Volumes {
 };
 
 template <int kAxis>
-HWY_INLINE void project_corners(const Vector (&corners)[3], Volumes& volumes) {
-  const Float a = project<kAxis>(corners[0]);
-  const Float b = project<kAxis>(corners[1]);
-  const Float c = project<kAxis>(corners[2]);
-  volumes.lo(kAxis) = smaller(smaller(a, b), c);
-  volumes.hi(kAxis) = larger(larger(a, b), c);
+HWY_INLINE Float lowest(const Vector (&corners)[3]) {
+  return smaller(smaller(project<kAxis>(corners[0]), project<kAxis>(corners[1])), project<kAxis>(corners[2]));
+}
+template <int kAxis>
+HWY_INLINE Float highest(const Vector (&corners)[3]) {
+  return larger(larger(project<kAxis>(corners[0]), project<kAxis>(corners[1])), project<kAxis>(corners[2]));
 }
 
 HWY_INLINE Volumes volumes_of(const BoundTriangle& bound, const Vec3f* x, std::uint32_t first) {
@@ -46,17 +46,10 @@ HWY_INLINE Volumes volumes_of(const BoundTriangle& bound, const Vec3f* x, std::u
   const Vector corners[3] = {load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[0]]; }),
                              load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[1]]; }),
                              load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[2]]; })};
-  Volumes volumes;
-  project_corners<0>(corners, volumes);
-  project_corners<1>(corners, volumes);
-  project_corners<2>(corners, volumes);
-  project_corners<3>(corners, volumes);
-  project_corners<4>(corners, volumes);
-  project_corners<5>(corners, volumes);
-  project_corners<6>(corners, volumes);
-  project_corners<7>(corners, volumes);
-  project_corners<8>(corners, volumes);
-  return volumes;
+  return {{lowest<0>(corners), lowest<1>(corners), lowest<2>(corners), lowest<3>(corners), lowest<4>(corners),
+           lowest<5>(corners), lowest<6>(corners), lowest<7>(corners), lowest<8>(corners), highest<0>(corners),
+           highest<1>(corners), highest<2>(corners), highest<3>(corners), highest<4>(corners), highest<5>(corners),
+           highest<6>(corners), highest<7>(corners), highest<8>(corners)}};
 }
 
 HWY_INLINE Float furthest_coordinates(const Volumes& volumes) {
@@ -84,7 +77,7 @@ HWY_INLINE void inflate(Volumes& volumes, Float radius) {
 }
 
 HWY_INLINE Volumes merged(const Volumes& a, const Volumes& b) {
-  Volumes both;
+  Volumes both = a;
   for (int axis = 0; axis < kKdopAxes; ++axis) {
     both.lo(axis) = smaller(a.lo(axis), b.lo(axis));
     both.hi(axis) = larger(a.hi(axis), b.hi(axis));
