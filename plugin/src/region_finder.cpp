@@ -1,13 +1,12 @@
 #include "region_finder.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
+#include "curve_length.hpp"
 #include "softcd/math/box.hpp"
 
 namespace softcd::detail {
@@ -26,51 +25,6 @@ double area_of(const Surface& surface, std::uint32_t t) {
   const Triangle v = surface.triangle(t);
   const Vec3d a = surface.position(v.v[0]);
   return 0.5 * std::sqrt(squared_norm(cross(surface.position(v.v[1]) - a, surface.position(v.v[2]) - a)));
-}
-
-/// Disjoint sets of vertices, each named by its lowest vertex.
-class VertexSets {
- public:
-  explicit VertexSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
-
-  std::uint32_t find(std::uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-constexpr Box empty_box() {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-}
-
-Box box_of_surface(const Surface& surface) {
-  Box box = empty_box();
-  for (std::uint32_t t = 0; t < surface.mesh.face_count(); ++t) {
-    if (!surface.has_face(t)) continue;
-    for (const std::uint32_t v : surface.triangle(t).v) box = merged(box, box_of(surface.x[v]));
-  }
-  return box;
-}
-
-/// Returns the boxes of a surface's parts. Vertices of no part have no triangle.
-std::vector<Box> boxes_of_parts(const Surface& surface, const std::vector<std::uint32_t>& part_of_vertex) {
-  std::vector<Box> boxes;
-  for (std::uint32_t v = 0; v < part_of_vertex.size(); ++v) {
-    const std::uint32_t part = part_of_vertex[v];
-    if (part == kNoIndex) continue;
-    if (part == boxes.size()) boxes.push_back(empty_box());
-    boxes[part] = merged(boxes[part], box_of(surface.x[v]));
-  }
-  return boxes;
 }
 
 /// Returns how often a closed surface winds around a vertex of another one: the sum of its passages, with signs,
@@ -226,8 +180,8 @@ class PairRegions {
     neighbours_.erase(std::unique(neighbours_.begin(), neighbours_.end()), neighbours_.end());
   }
 
-  /// Calls enter(patch) for the first patch of each connected surface, and cross(from, to, value) for each pair of
-  /// neighbours, of which `from` was entered before; cross returns whether `to` is new.
+  /// Calls, for each connected part of the surface, enter(patch) for its first patch, cross(pair, is_new) for each pair
+  /// of neighbours, where is_new says that pair.to was not visited before, and leave(patches) in the end.
   template <class Enter, class Cross, class Leave>
   void visit(const Enter& enter, const Cross& cross, const Leave& leave) {
     std::vector<bool> is_seen(first_vertex_.size(), false);
@@ -258,11 +212,8 @@ class PairRegions {
     visit(
         [&](std::uint32_t patch) {
           const std::uint32_t v = first_vertex_[patch];
-          const Vec3f x = surface_.x[v];
           // The surface has no point in common with the perturbed point outside of its box.
-          const bool is_near = box.lo.x <= x.x && x.x <= box.hi.x && box.lo.y <= x.y && x.y <= box.hi.y &&
-                               box.lo.z <= x.z && x.z <= box.hi.z;
-          winding[patch] = is_near ? winding_number(other_, surface_, v) : 0;
+          winding[patch] = contains(box, box_of(surface_.x[v])) ? winding_number(other_, surface_, v) : 0;
           is_contradicted = false;
         },
         [&](const Neighbour& pair, bool is_new) {
@@ -299,7 +250,7 @@ class PairRegions {
           });
   }
 
-  /// What a trace does to the surface.
+  /// The patches at a trace, and whether it divides them.
   struct Bounded {
     std::vector<std::uint32_t> patches;    ///< the patches of its edges' ends
     std::vector<std::uint32_t> separated;  ///< those on either side of it
@@ -461,7 +412,7 @@ class PairRegions {
   std::vector<std::uint32_t> pinched_;  ///< vertices at which curves end, ascending
   std::vector<std::uint32_t> patch_;    ///< of each vertex
   std::vector<Neighbour> neighbours_;   ///< ascending
-  // Of each patch:
+  // The following have a value for each patch:
   std::vector<std::uint32_t> first_vertex_;
   std::vector<double> area_;
   std::vector<bool> is_wrong_, is_contradicted_;
@@ -478,62 +429,6 @@ struct PairLine {
 };
 
 }  // namespace
-
-void SurfaceParts::follow(std::uint64_t revision) {
-  if (std::exchange(revision_, revision) != revision) parts_.clear();
-}
-
-const SurfaceParts::PartOfVertex& SurfaceParts::parts_of(const Surface& surface) {
-  const auto at = parts_.find(surface.id.value);
-  if (at != parts_.end()) return at->second;
-  VertexSets sets(surface.mesh.vertex_count);
-  std::vector<bool> is_used(surface.mesh.vertex_count, false);
-  for (std::uint32_t t = 0; t < surface.mesh.face_count(); ++t) {
-    if (!surface.has_face(t)) continue;
-    const Triangle triangle = surface.triangle(t);
-    sets.join(triangle.v[0], triangle.v[1]);
-    sets.join(triangle.v[0], triangle.v[2]);
-    for (const std::uint32_t v : triangle.v) is_used[v] = true;
-  }
-  PartOfVertex parts(surface.mesh.vertex_count, kNoIndex);
-  std::uint32_t count = 0;
-  for (std::uint32_t v = 0; v < surface.mesh.vertex_count; ++v) {
-    if (is_used[v]) parts[v] = sets.find(v) == v ? count++ : parts[sets.find(v)];
-  }
-  return parts_.emplace(surface.id.value, std::move(parts)).first->second;
-}
-
-std::vector<SurfacePair> SurfaceParts::pairs_within_boxes(Span<const Surface> surfaces, const ProbeBodies& asked) {
-  const auto is = [](BodyId one, BodyId id) { return one == BodyId() || one == id; };
-  const auto is_about = [&](BodyId a, BodyId b) {
-    return (is(asked.a, a) && is(asked.b, b)) || (is(asked.a, b) && is(asked.b, a));
-  };
-  std::vector<Box> boxes;
-  for (const Surface& surface : surfaces) {
-    const bool is_asked = is(asked.a, surface.id) || is(asked.b, surface.id);
-    boxes.push_back(is_asked ? box_of_surface(surface) : empty_box());
-  }
-  std::vector<SurfacePair> pairs;
-  for (const auto& [a, b] : box_pairs_.find(boxes)) {
-    if (!is_about(surfaces[a].id, surfaces[b].id)) continue;
-    if (surfaces[b].is_closed) pairs.push_back({a, b});
-    if (surfaces[a].is_closed) pairs.push_back({b, a});
-  }
-  std::sort(pairs.begin(), pairs.end());
-  std::vector<Box> part_boxes;  // of the last pair's surface
-  std::uint32_t surface = kNoIndex;
-  std::erase_if(pairs, [&](const SurfacePair& pair) {
-    if (std::exchange(surface, pair.surface) != pair.surface) {
-      part_boxes = boxes_of_parts(surfaces[pair.surface], parts_of(surfaces[pair.surface]));
-    }
-    const Box& bounds = boxes[pair.other];
-    return std::none_of(part_boxes.begin(), part_boxes.end(), [&](const Box& part) {
-      return bounds.lo.x <= part.lo.x && part.hi.x <= bounds.hi.x && bounds.lo.y <= part.lo.y &&
-             part.hi.y <= bounds.hi.y && bounds.lo.z <= part.lo.z && part.hi.z <= bounds.hi.z;
-    });
-  });
-  return pairs;
-}
 
 std::vector<FoundRegion> find_regions(Span<const Surface> surfaces, const IntersectionCurves& found,
                                       Span<const SurfacePair> without_curves) {
@@ -556,108 +451,6 @@ std::vector<FoundRegion> find_regions(Span<const Surface> surfaces, const Inters
     of_pair.find(regions);
   }
   return regions;
-}
-
-Vec3d point_of(const CurveNode& node, Span<const Surface> surfaces) {
-  const Surface& surface = surfaces[node.edge.surface];
-  const Vec3d p = surface.position(node.edge.v[0]);
-  if (node.is_vertex()) return p;
-  const Vec3d q = surface.position(node.edge.v[1]);
-  const Surface& pierced = surfaces[node.triangle.surface];
-  const Triangle triangle = pierced.triangle(node.triangle.triangle);
-  const Vec3d a = pierced.position(triangle.v[0]);
-  const Vec3d normal = cross(pierced.position(triangle.v[1]) - a, pierced.position(triangle.v[2]) - a);
-  const double from = dot(normal, p - a);
-  const double to = dot(normal, q - a);
-  const double share = from == to ? 0.5 : std::clamp(from / (from - to), 0.0, 1.0);
-  return lerp(p, q, share);
-}
-
-double length_of(const Curve& curve, const IntersectionCurves& found, Span<const Surface> surfaces) {
-  double length = 0;
-  const std::size_t count = curve.nodes.size();
-  for (std::size_t i = 0; i + 1 < count + (curve.is_closed ? 1 : 0); ++i) {
-    const Vec3d from = point_of(found.nodes[curve.nodes[i]], surfaces);
-    const Vec3d to = point_of(found.nodes[curve.nodes[(i + 1) % count]], surfaces);
-    length += std::sqrt(squared_norm(to - from));
-  }
-  return length;
-}
-
-namespace {
-
-Vec3d unit(Vec3d v) {
-  const double length = std::sqrt(squared_norm(v));
-  return length > 0 ? (1.0 / length) * v : Vec3d{0, 0, 0};
-}
-
-/// Returns the weights of a point in a triangle's plane, or thirds where the triangle has no area.
-std::array<double, 3> weights_of(Vec3d p, Vec3d a, Vec3d b, Vec3d c) {
-  const Vec3d normal = cross(b - a, c - a);
-  const double squared = squared_norm(normal);
-  if (!(squared > 0)) return {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
-  const double second = std::clamp(dot(cross(p - a, c - a), normal) / squared, 0.0, 1.0);
-  const double third = std::clamp(dot(cross(b - a, p - a), normal) / squared, 0.0, 1.0 - second);
-  return {1.0 - second - third, second, third};
-}
-
-}  // namespace
-
-std::vector<LengthGradient> length_gradient(const Curve& curve, const IntersectionCurves& found,
-                                            Span<const Surface> surfaces) {
-  std::vector<LengthGradient> parts;
-  const std::size_t count = curve.nodes.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const CurveNode& node = found.nodes[curve.nodes[i]];
-    const Vec3d p = point_of(node, surfaces);
-    // The sum of the unit vectors along the curve: the point moves by d, and the length grows by -(along . d).
-    Vec3d along{0, 0, 0};
-    if (i > 0 || curve.is_closed)
-      along = unit(point_of(found.nodes[curve.nodes[(i + count - 1) % count]], surfaces) - p);
-    if (i + 1 < count || curve.is_closed) {
-      along = along + unit(point_of(found.nodes[curve.nodes[(i + 1) % count]], surfaces) - p);
-    }
-    const Surface& of_edge = surfaces[node.edge.surface];
-    if (node.is_vertex()) {
-      parts.push_back({node.edge.surface, node.edge.v[0], -along});
-      continue;
-    }
-    const Vec3d from = of_edge.position(node.edge.v[0]);
-    const Vec3d to = of_edge.position(node.edge.v[1]);
-    const Surface& of_triangle = surfaces[node.triangle.surface];
-    const Triangle triangle = of_triangle.triangle(node.triangle.triangle);
-    const Vec3d a = of_triangle.position(triangle.v[0]);
-    const Vec3d b = of_triangle.position(triangle.v[1]);
-    const Vec3d c = of_triangle.position(triangle.v[2]);
-    const Vec3d normal = unit(cross(b - a, c - a));
-    const Vec3d edge = unit(to - from);
-    const double slope = dot(normal, edge);
-    constexpr double kFlattest = 1e-6;  // the point of a flatter edge moves too fast for a linear estimate
-    if (!(std::abs(slope) > kFlattest)) continue;
-    // Where the edge moves by u and the triangle by w, d = u - edge (normal . (u - w)) / slope.
-    const Vec3d by_triangle = (-dot(along, edge) / slope) * normal;
-    const Vec3d by_edge = -along - by_triangle;
-    const double length = std::sqrt(squared_norm(to - from));
-    const double share = length > 0 ? std::clamp(dot(p - from, edge) / length, 0.0, 1.0) : 0.5;
-    parts.push_back({node.edge.surface, node.edge.v[0], (1.0 - share) * by_edge});
-    parts.push_back({node.edge.surface, node.edge.v[1], share * by_edge});
-    const std::array<double, 3> weights = weights_of(p, a, b, c);
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      parts.push_back({node.triangle.surface, triangle.v[corner], weights[corner] * by_triangle});
-    }
-  }
-  std::stable_sort(parts.begin(), parts.end(), [](const LengthGradient& a, const LengthGradient& b) {
-    return std::pair(a.surface, a.vertex) < std::pair(b.surface, b.vertex);
-  });
-  std::vector<LengthGradient> sums;
-  for (const LengthGradient& part : parts) {
-    if (!sums.empty() && sums.back().surface == part.surface && sums.back().vertex == part.vertex) {
-      sums.back().gradient = sums.back().gradient + part.gradient;
-    } else {
-      sums.push_back(part);
-    }
-  }
-  return sums;
 }
 
 }  // namespace softcd::detail

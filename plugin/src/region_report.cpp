@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "body_questions.hpp"
+#include "curve_length.hpp"
 #include "softcd/math/closest_point.hpp"
 
 namespace softcd::detail {

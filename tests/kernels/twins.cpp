@@ -41,10 +41,6 @@ float value(Random& random, int lowest, int highest) {
   return static_cast<float>(lowest + static_cast<int>(random.below(static_cast<std::uint32_t>(highest - lowest + 1))));
 }
 
-Vec3f point(Random& random, int lowest, int highest) {
-  return {value(random, lowest, highest), value(random, lowest, highest), value(random, lowest, highest)};
-}
-
 /// Counts how often both returned true, and both false.
 class Outcomes {
  public:
@@ -143,45 +139,6 @@ void expect_same_bounds(const Kdop18& a, const Kdop18& b, int round) {
     ASSERT_TRUE(is_same(a.hi[axis], b.hi[axis]))
         << a.hi[axis] << " is not " << b.hi[axis] << ", round " << round << ", axis " << axis;
   }
-}
-
-TEST(Twins, grown_volumes) {
-  Random random(5);
-  for (int round = 0; round < kRounds / 4; ++round) {
-    const Vec3f points[3] = {point(random, -4, 4), point(random, -4, 4), point(random, -4, 4)};
-    const float radius = random.chance(0.1) ? awkward_value(random) : 0.3F * static_cast<float>(random.below(4));
-    expect_same_bounds(grown_volume(points, radius), generic::grown_volume(points, radius), round);
-  }
-}
-
-TEST(Twins, volumes_of_moving_triangles) {
-  Random random(9);
-  Outcomes reached;
-  for (int round = 0; round < kRounds / 4; ++round) {
-    const Vec3f from[3] = {point(random, -4, 4), point(random, -4, 4), point(random, -4, 4)};
-    const Vec3f to[3] = {point(random, -4, 4), point(random, -4, 4), point(random, -4, 4)};
-    const float radius = 0.3F * static_cast<float>(random.below(4));
-    const TriangleVolume t0 = grown_triangle(from, radius);
-    const TriangleVolume t1 = grown_triangle(to, radius);
-    Kdop18 both;
-    store(both, merged(t0, t1));
-    const Kdop18 volume_t0 = generic::grown_volume(from, radius);
-    const Kdop18 volume_t1 = generic::grown_volume(to, radius);
-    expect_same_bounds(both, generic::merged(volume_t0, volume_t1), round);
-    const EndVolumes ends = end_volumes(t0, t1);
-    Kdop18 ends_t0{}, ends_t1{};
-    for (int axis = 0; axis < kKdopAxes; ++axis) {
-      ends_t0.lo[axis] = ends.axes[axis].t0_lo;
-      ends_t0.hi[axis] = ends.axes[axis].t0_hi;
-      ends_t1.lo[axis] = ends.axes[axis].t1_lo;
-      ends_t1.hi[axis] = ends.axes[axis].t1_hi;
-    }
-    expect_same_bounds(ends_t0, volume_t0, round);
-    expect_same_bounds(ends_t1, volume_t1, round);
-    const Box box = {point(random, -4, 0), point(random, 0, 4)};
-    reached.add(overlap(box, t1), overlap(box, volume_t1), round);
-  }
-  reached.expect_both();
 }
 
 TEST(Twins, merged_volumes) {

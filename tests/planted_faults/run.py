@@ -25,7 +25,7 @@ SOURCE = WORK / "source"
 BUILD = WORK / "build"
 RESULTS = WORK / "results.json"
 HEADER = "kernels/include/softcd/planted_fault.hpp"
-# As the stages `proofs` and `tests` of .ci/run.
+# The labels that the stages `proofs` and `tests` of .ci/run choose by.
 CHOSEN = ["-L", "proof"] if PROOFS else ["-LE", "repetition|slow|gpu|proof"]
 MEMORY = 8 << 30  # bytes of addresses that a test may have; a fault can make lists grow without end
 

@@ -48,19 +48,28 @@ TEST(BenchApps, of_soft_bodies_on_soft_bodies_have_no_more_crossings_than_with_b
   }
 }
 
-TEST(BenchApps, take_the_medians_of_several_starts) {
+/// Returns the results of six frames of an app, one for each value of an option.
+std::vector<nlohmann::json> results_with(const std::string& option, const std::vector<std::string>& values) {
   const TemporaryFolder folder;
-  const std::string run = "apps --app locked-balls --world soft-rigid --iterations 4 --detection bullet --seconds 0.1 ";
   std::vector<nlohmann::json> results;
-  for (const char* starts : {"1", "3"}) {
-    const Result result =
-        run_program(SOFTCD_BENCH, run + "--starts " + starts + " --json " + folder.file("json"), folder);
+  for (const std::string& value : values) {
+    const Result result = run_program(SOFTCD_BENCH,
+                                      "apps --app locked-balls --world soft-rigid --iterations 4 --detection bullet "
+                                      "--seconds 0.1 " +
+                                          option + " " + value + " --json " + folder.file("json"),
+                                      folder);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    results.push_back(nlohmann::json::parse(folder.read("json")).at("apps"));
-    ASSERT_EQ(results.back().size(), 1U);
-    EXPECT_EQ(results.back()[0]["frames"], 6);
+    const nlohmann::json apps = nlohmann::json::parse(folder.read("json")).at("apps");
+    EXPECT_EQ(apps.size(), 1U);
+    EXPECT_EQ(apps[0]["frames"], 6);
+    results.push_back(apps[0]);
   }
-  EXPECT_NE(results[0][0]["farthest"], results[1][0]["farthest"]) << "the bodies are shifted";
+  return results;
+}
+
+TEST(BenchApps, take_the_medians_of_several_starts) {
+  const std::vector<nlohmann::json> results = results_with("--starts", {"1", "3"});
+  EXPECT_NE(results[0]["farthest"], results[1]["farthest"]) << "the bodies are shifted";
 }
 
 TEST(BenchApps, tell_energy_that_a_fall_sets_free_from_energy_that_is_added) {
@@ -77,17 +86,8 @@ TEST(BenchApps, tell_energy_that_a_fall_sets_free_from_energy_that_is_added) {
 }
 
 TEST(BenchApps, split_steps) {
-  const TemporaryFolder folder;
-  const std::string run = "apps --app locked-balls --world soft-rigid --iterations 4 --detection bullet --seconds 0.1 ";
-  std::vector<nlohmann::json> results;
-  for (const char* splits : {"1", "4"}) {
-    const Result result =
-        run_program(SOFTCD_BENCH, run + "--splits " + splits + " --json " + folder.file("json"), folder);
-    EXPECT_EQ(result.exit_code, 0) << result.errors;
-    results.push_back(nlohmann::json::parse(folder.read("json")).at("apps"));
-    EXPECT_EQ(results.back()[0]["frames"], 6);
-  }
-  EXPECT_NE(results[0][0]["farthest"], results[1][0]["farthest"]);
+  const std::vector<nlohmann::json> results = results_with("--splits", {"1", "4"});
+  EXPECT_NE(results[0]["farthest"], results[1]["farthest"]);
 }
 
 TEST(BenchApps, lose_no_bodies_that_a_held_body_carries) {

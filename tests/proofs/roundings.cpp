@@ -25,7 +25,7 @@ bool is_away(std::uint32_t bits, bool near) {
 
 // Statement 30. outward_up() is at least the next float, and outward_down() at most the one before: so no single
 // rounding gets past them. From 2^-100 on they are at most two floats away. For all floats up to 2^-76 and from 1 to 4.
-// Those between and behind have the same results times a power of two, as FLT_MIN is then lost in a sum.
+// Floats between and behind have the same results times a power of two, as FLT_MIN is then lost in a sum.
 TEST(Outward, is_one_or_two_floats_away) {
   constexpr std::uint32_t kNear = 0x0D800000U, kSmall = 0x19800000U, kOne = 0x3F800000U, kFour = 0x40800000U;
   ASSERT_TRUE(float_of(kNear) == 0x1p-100F && float_of(kSmall) == 0x1p-76F);

@@ -100,11 +100,6 @@ struct Sizes {
   HWY_INLINE Mask has_volume() const {
     return hn::Ge(smaller(volume(), hn::Mul(b, c)), all(detail::smallest_product<float>()));
   }
-  /// Whether safe_scale() is 1 for all.
-  HWY_INLINE bool are_ordinary() const {
-    const Mask is_in_range = hn::And(hn::Ge(extent(), all(0x1p-16F)), hn::Le(extent(), all(0x1p+28F)));
-    return hn::AllTrue(Floats(), hn::Or(is_in_range, hn::Not(hn::Gt(extent(), hn::Zero(Floats())))));
-  }
   HWY_INLINE Float extent() const { return larger(larger(a, b), c); }
 };
 
@@ -270,7 +265,7 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
   const RelativePair pair_t1 = relative_pair<kKind>(t1);
   const RelativePair pair_t0 = kSwept ? relative_pair<kKind>(t0) : pair_t1;
   const Sizes size = kSwept ? larger(sizes(pair_t0), sizes(pair_t1)) : sizes(pair_t1);
-  if (!size.are_ordinary()) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
+  if (!are_ordinary(size.extent())) return kept_one_by_one(test, candidates, bits_of(hn::Not(is_apart)));
   if constexpr (kSwept) {
     is_apart = hn::Or(is_apart, certainly_apart_in_motion(pair_t0, pair_t1, size, margin, test.scene.is_conservative));
   } else {

@@ -86,6 +86,12 @@ HWY_INLINE Float max_norm(const Vector& a) {
   return larger(larger(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
 }
 
+/// Returns whether safe_scale() of all extents is 1.
+HWY_INLINE bool are_ordinary(Float extent) {
+  const Mask is_in_range = hn::And(hn::Ge(extent, all(0x1p-16F)), hn::Le(extent, all(0x1p+28F)));
+  return hn::AllTrue(Floats(), hn::Or(is_in_range, hn::Not(hn::Gt(extent, hn::Zero(Floats())))));
+}
+
 /// Returns the projection onto an axis of Kdop18.
 template <int kAxis>
 HWY_INLINE Float project(const Vector& p) {

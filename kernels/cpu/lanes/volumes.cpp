@@ -85,18 +85,8 @@ HWY_INLINE Volumes merged(const Volumes& a, const Volumes& b) {
   return both;
 }
 
-/// Whether safe_scale() is 1 for all.
-HWY_INLINE bool are_ordinary(Float extent) {
-  const Mask is_in_range = hn::And(hn::Ge(extent, all(0x1p-16F)), hn::Le(extent, all(0x1p+28F)));
-  return hn::AllTrue(Floats(), hn::Or(is_in_range, hn::Eq(extent, hn::Zero(Floats()))));
-}
-
 HWY_INLINE Float bounding_radius(const Vector& diagonal) {
   return outward_up(hn::Mul(all(0.5F), norm(diagonal)));
-}
-
-HWY_INLINE Mask overlap_on(int axis, const Box& box, const Volumes& volumes) {
-  return hn::And(hn::Le(all(box.lo[axis]), volumes.hi(axis)), hn::Le(volumes.lo(axis), all(box.hi[axis])));
 }
 
 /// Stores a block of four lanes of every register's block b at out(4 b).
@@ -134,11 +124,10 @@ HWY_INLINE void store(const Volumes& t0, const Volumes& t1, EndVolumes* out) {
   }
 }
 
-/// Bounds as many triangles of one body as registers have lanes. Returns false, and has done nothing, if they have to
-/// be bounded one by one.
+/// Bounds as many triangles as registers have lanes. Returns false, and has done nothing, if they have to be bounded
+/// one by one.
 template <bool kSwept>
-HWY_INLINE bool bound_register(const BoundTriangle& bound, const SceneBody& body, std::uint32_t first) {
-  const Floats floats;
+HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first) {
   const SceneView& scene = bound.scene;
   Volumes at_t1 = volumes_of(bound, scene.x_t1, first);
   Volumes at_t0 = kSwept ? volumes_of(bound, scene.x_t0, first) : at_t1;
@@ -149,27 +138,24 @@ HWY_INLINE bool bound_register(const BoundTriangle& bound, const SceneBody& body
   alignas(64) float growths[kLanes];
   alignas(64) float roundings[kLanes];
   for (std::uint32_t i = 0; i < kLanes; ++i) {
-    const BoundTriangle::Growth growth = bound.growth_of(first + i, body);
+    const BoundTriangle::Growth growth = bound.growth_of(first + i, scene.bodies[scene.triangle_body[first + i]]);
     growths[i] = growth.total;
     roundings[i] = growth.rounding;
   }
-  const Float growth = hn::Load(floats, growths);
+  const Float growth = hn::Load(Floats(), growths);
   inflate(at_t1, growth);
   if (kSwept) inflate(at_t0, growth);
-  const Volumes volumes = kSwept ? merged(at_t0, at_t1) : at_t1;
-  const Box& reach = body.partner_box;
-  const Mask is_in_reach =
-      hn::And(hn::And(overlap_on(0, reach, volumes), overlap_on(1, reach, volumes)), overlap_on(2, reach, volumes));
-  if (!hn::AllTrue(floats, is_in_reach)) return false;
-
-  store(volumes, bound.volumes + first);
+  store(kSwept ? merged(at_t0, at_t1) : at_t1, bound.volumes + first);
   if (kSwept) store(at_t0, at_t1, bound.end_volumes + first);
   Float radius = bounding_radius(diagonal_t1);
   if (kSwept) radius = larger(radius, bounding_radius(diagonal_t0));
   alignas(64) float radii[kLanes];
-  hn::Store(radius, floats, radii);
+  hn::Store(radius, Floats(), radii);
   for (std::uint32_t i = 0; i < kLanes; ++i) {
-    bound.shapes[first + i] = {radii[i], growths[i], bound.flags_of(first + i, body), roundings[i]};
+    const std::uint32_t t = first + i;
+    const SceneBody& body = scene.bodies[scene.triangle_body[t]];
+    bound.shapes[t] = {radii[i], growths[i], bound.flags_of(t, body), roundings[i]};
+    if (!overlap(body.partner_box, bound.volumes[t])) bound.leave_out(t);
   }
   return true;
 }
@@ -177,13 +163,10 @@ HWY_INLINE bool bound_register(const BoundTriangle& bound, const SceneBody& body
 /// Bounds as many triangles as registers have lanes, at once if that is possible.
 void bound_lanes(const BoundTriangle& bound, std::uint32_t first) {
   const SceneView& scene = bound.scene;
-  const std::uint32_t body = scene.triangle_body[first];
-  bool are_alike = scene.triangle_body[first + kLanes - 1] == body;
-  for (std::uint32_t i = 0; i < kLanes; ++i) are_alike &= (scene.ownership[first + i] & kLeftOut) == 0U;
-  if (are_alike) {
-    const bool is_done = scene.is_swept ? bound_register<true>(bound, scene.bodies[body], first)
-                                        : bound_register<false>(bound, scene.bodies[body], first);
-    if (is_done) return;
+  bool has_left_out = false;
+  for (std::uint32_t i = 0; i < kLanes; ++i) has_left_out |= (scene.ownership[first + i] & kLeftOut) != 0U;
+  if (!has_left_out) {
+    if (scene.is_swept ? bound_register<true>(bound, first) : bound_register<false>(bound, first)) return;
   }
   for (std::uint32_t i = 0; i < kLanes; ++i) bound(first + i);
 }

@@ -11,7 +11,7 @@
 namespace softcd {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
-/// What bounds a region of a surface.
+/// The kinds of regions, by what bounds them.
 enum class RegionKind : std::uint32_t {
   closed,            ///< closed curves, or nothing where a whole surface is inside a closed body
   loop_with_border,  ///< curves together with the surface's own border

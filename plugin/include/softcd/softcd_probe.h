@@ -185,7 +185,7 @@ SOFTCD_EXPORT softcd_status softcd_probe_intersections(softcd_probe* probe, cons
 SOFTCD_EXPORT softcd_status softcd_probe_has_intersections(softcd_probe* probe, const softcd_body_pair* pair,
                                                            uint32_t* has_intersections);
 
-/** What bounds a region of a surface: SOFTCD_REGION_CLOSED by closed curves, or whole inside a closed body;
+/** The kinds of regions, by what bounds them: SOFTCD_REGION_CLOSED by closed curves, or whole inside a closed body;
  *  SOFTCD_REGION_LOOP_WITH_BORDER by curves and the surface's border; SOFTCD_REGION_OPEN by nothing: the curve does not
  *  separate the surface; SOFTCD_REGION_DEGENERATE by curves from which no side follows. */
 typedef uint32_t softcd_region_kind;

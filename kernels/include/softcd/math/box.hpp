@@ -26,6 +26,12 @@ SOFTCD_HD inline Box inflated(const Box& box, float radius) {
           {outward_up(box.hi.x + radius), outward_up(box.hi.y + radius), outward_up(box.hi.z + radius)}};
 }
 
+/// Returns whether `inner` lies within `outer`, borders included.
+SOFTCD_HD constexpr bool contains(const Box& outer, const Box& inner) {
+  return outer.lo.x <= inner.lo.x && inner.hi.x <= outer.hi.x && outer.lo.y <= inner.lo.y && inner.hi.y <= outer.hi.y &&
+         outer.lo.z <= inner.lo.z && inner.hi.z <= outer.hi.z;
+}
+
 /// Returns whether the boxes overlap. It makes all comparisons: tested boxes overlap so often that one branch is
 /// cheaper than six.
 SOFTCD_HD constexpr bool overlap(const Box& a, const Box& b) {

@@ -22,21 +22,6 @@ SOFTCD_HD inline EndVolumes end_volumes(const Kdop18& t0, const Kdop18& t1) {
   return ends;
 }
 
-#ifdef SOFTCD_SSE2
-inline EndVolumes end_volumes(const TriangleVolume& t0, const TriangleVolume& t1) {
-  EndVolumes ends;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
-  const auto store_three = [&](int axis, const detail::ThreeAxes& at_t0, const detail::ThreeAxes& at_t1) {
-    __m128 rows[4] = {at_t0.lo, at_t0.hi, at_t1.lo, at_t1.hi};
-    _MM_TRANSPOSE4_PS(rows[0], rows[1], rows[2], rows[3]);
-    for (int i = 0; i < 3; ++i) _mm_store_ps(&ends.axes[axis + i].t0_lo, rows[i]);
-  };
-  store_three(0, t0.straight, t1.straight);
-  store_three(3, t0.sums, t1.sums);
-  store_three(6, t0.differences, t1.differences);
-  return ends;
-}
-#endif
-
 namespace generic {
 SOFTCD_HD inline bool certainly_apart_throughout(const EndVolumes& a, const EndVolumes& b) {
   const auto apart_on = [&](int axis) {

@@ -107,108 +107,12 @@ SOFTCD_HD inline void inflate(Kdop18& dop, float radius) {
   }
 }
 
-namespace generic {
+/// Returns the volume of a triangle's corners, grown by a ball of this radius. cpu/lanes/volumes.cpp does the same for
+/// several triangles at once.
 SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
   Kdop18 dop = empty_kdop();
   for (const Vec3f& point : points) extend(dop, point);
   inflate(dop, radius);
-  return dop;
-}
-}  // namespace generic
-
-#ifdef SOFTCD_SSE2
-namespace detail {
-
-/// Intervals along three axes.
-struct ThreeAxes {
-  __m128 lo = _mm_set1_ps(FLT_MAX);
-  __m128 hi = _mm_set1_ps(-FLT_MAX);
-
-  void extend(__m128 projections) {
-    lo = _mm_min_ps(lo, projections);
-    hi = _mm_max_ps(hi, projections);
-  }
-  void merge(const ThreeAxes& other) {
-    lo = _mm_min_ps(lo, other.lo);
-    hi = _mm_max_ps(hi, other.hi);
-  }
-  void inflate(float growth) {
-    lo = outward_down(_mm_sub_ps(lo, _mm_set1_ps(growth)));
-    hi = outward_up(_mm_add_ps(hi, _mm_set1_ps(growth)));
-  }
-  float furthest() const {
-    const __m128 size = _mm_max_ps(magnitudes(lo), magnitudes(hi));
-    const __m128 x = _mm_max_ss(_mm_setzero_ps(), size);
-    const __m128 xy = _mm_max_ss(x, _mm_shuffle_ps(size, size, _MM_SHUFFLE(1, 1, 1, 1)));
-    return _mm_cvtss_f32(_mm_max_ss(xy, _mm_movehl_ps(size, size)));
-  }
-};
-
-}  // namespace detail
-
-/// A triangle's volume in registers. Reading a Kdop18 right after writing it is slow when the pieces differ.
-struct TriangleVolume {
-  detail::ThreeAxes straight, sums, differences;
-};
-
-/// Returns the volume of a triangle's corners, grown by a ball of this radius.
-inline TriangleVolume grown_triangle(const Vec3f (&points)[3], float radius) {
-  TriangleVolume volume;
-  for (const Vec3f& point : points) {
-    const __m128 p = detail::lanes_of(point);
-    const __m128 first = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 1, 0, 0));
-    const __m128 second = _mm_shuffle_ps(p, p, _MM_SHUFFLE(3, 2, 2, 1));
-    volume.straight.extend(p);
-    volume.sums.extend(_mm_add_ps(first, second));
-    volume.differences.extend(_mm_sub_ps(first, second));
-  }
-  const bool is_empty = _mm_cvtss_f32(volume.straight.hi) < _mm_cvtss_f32(volume.straight.lo);
-  if (radius > 0.0F && !is_empty) {
-    const AxisDistance distance = axis_distance(radius, volume.straight.furthest());
-    volume.straight.inflate(distance.straight);
-    volume.sums.inflate(distance.diagonal);
-    volume.differences.inflate(distance.diagonal);
-  }
-  return volume;
-}
-
-/// Returns the volume that contains both.
-inline TriangleVolume merged(TriangleVolume a, const TriangleVolume& b) {
-  a.straight.merge(b.straight);
-  a.sums.merge(b.sums);
-  a.differences.merge(b.differences);
-  return a;
-}
-
-inline void store(Kdop18& dop, const TriangleVolume& volume) {
-  // Each store's last lane is overwritten by the next store; the last store's fourth lane is padding.
-  static_assert(sizeof(Kdop18) >= (2 * kKdopAxes + 1) * sizeof(float));
-  float* const out = reinterpret_cast<float*>(&dop);
-  const detail::ThreeAxes* const axes[3] = {&volume.straight, &volume.sums, &volume.differences};
-  for (int i = 0; i < 3; ++i) _mm_storeu_ps(out + 3 * i, axes[i]->lo);
-  for (int i = 0; i < 3; ++i) _mm_storeu_ps(out + kKdopAxes + 3 * i, axes[i]->hi);
-}
-
-inline bool overlap(const Box& box, const TriangleVolume& volume) {
-  const __m128 below = _mm_cmple_ps(detail::lanes_of(box.lo), volume.straight.hi);
-  const __m128 above = _mm_cmple_ps(volume.straight.lo, detail::lanes_of(box.hi));
-  return (_mm_movemask_ps(_mm_and_ps(below, above)) & 7) == 7;
-}
-#else
-using TriangleVolume = Kdop18;
-
-SOFTCD_HD inline TriangleVolume grown_triangle(const Vec3f (&points)[3], float radius) {
-  return generic::grown_volume(points, radius);
-}
-SOFTCD_HD inline void store(Kdop18& dop, const TriangleVolume& volume) {
-  dop = volume;
-}
-#endif
-
-/// Returns the same volume as grown_triangle(), as a Kdop18.
-SOFTCD_HD inline Kdop18 grown_volume(const Vec3f (&points)[3], float radius) {
-  Kdop18 dop;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
-  store(dop, grown_triangle(points, radius));
   return dop;
 }
 

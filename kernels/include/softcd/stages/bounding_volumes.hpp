@@ -42,7 +42,10 @@ struct BoundTriangle {
   TriangleShape* shapes;
 
   SOFTCD_HD void operator()(std::uint32_t t) const {
-    if ((scene.ownership[t] & kLeftOut) == 0U && bound(t)) return;
+    if ((scene.ownership[t] & kLeftOut) != 0U || !bound(t)) leave_out(t);
+  }
+
+  SOFTCD_HD void leave_out(std::uint32_t t) const {
     volumes[t] = empty_kdop();
     if (scene.is_swept) end_volumes[t] = softcd::end_volumes(empty_kdop(), empty_kdop());
     shapes[t] = {0.0F, 0.0F, 0U, 0.0F};
@@ -74,11 +77,11 @@ struct BoundTriangle {
     const TriangleMotion motion = load_triangle(scene, t);
     const SceneBody& body = scene.bodies[scene.triangle_body[t]];
     const Growth growth = growth_of(t, body);
-    const TriangleVolume at_t1 = grown_triangle(motion.t1, growth.total);
-    const TriangleVolume at_t0 = scene.is_swept ? grown_triangle(motion.t0, growth.total) : at_t1;
-    const TriangleVolume volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
+    const Kdop18 at_t1 = grown_volume(motion.t1, growth.total);
+    const Kdop18 at_t0 = scene.is_swept ? grown_volume(motion.t0, growth.total) : at_t1;
+    const Kdop18 volume = scene.is_swept ? merged(at_t0, at_t1) : at_t1;
     if (!overlap(body.partner_box, volume)) return false;
-    store(volumes[t], volume);
+    volumes[t] = volume;
     if (scene.is_swept) end_volumes[t] = softcd::end_volumes(at_t0, at_t1);
 
     float radius = bounding_sphere(motion.t1[0], motion.t1[1], motion.t1[2]).radius;
