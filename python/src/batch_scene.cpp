@@ -235,9 +235,8 @@ void bind_batch_scene(nb::module_& module) {
   auto scene = nb::class_<BoundBatchScene>(
       module, "BatchScene", nb::type_slots(batch_slots),
       "Holds many environments: copies of the same bodies, with positions of their own. Environments never touch each "
-      "other, wherever they are. A BatchQuery finds the contacts of all of them at once, for each the same bytes as in "
-      "a "
-      "Scene of its own. Bodies are numbered from 0, in the order in which they were added.");
+      "other, wherever they are. A BatchQuery finds the contacts of all of them at once. Each environment has the same "
+      "bytes as in a Scene of its own. Bodies are numbered from 0, in the order in which they were added.");
   Fields<SceneOptions>().define<BoundBatchScene*, nb::handle, nb::object>(
       scene, "__init__", "environments: int, *, log: collections.abc.Callable[[LogLevel, str], object] | None = None",
       "None",
