@@ -111,8 +111,8 @@ class SOFTCD_EXPORT Probe {
   /// way out for their vertices. Also finds surfaces that are inside a closed one without a curve. `pair` is as for
   /// intersections(), and intersections are those of intersections().
   ///
-  /// The call costs about as much as intersections() if nothing intersects; a closed body adds a pass over the vertices.
-  /// Curves and regions are found on the host; positions in a device's memory are copied there.
+  /// The call costs about as much as intersections() if nothing intersects; a closed body adds a pass over the
+  /// vertices. Curves and regions are found on the host; positions in a device's memory are copied there.
   IntersectionRegions intersection_regions(const ProbeBodies& pair = {});
 
   /// Finds, for each possible change of a mesh, the triangles that its new triangles would intersect, as defined by
