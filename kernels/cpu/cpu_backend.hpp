@@ -17,6 +17,7 @@
 #include "lanes/feature_pairs.hpp"
 #include "lanes/pair_tests.hpp"
 #include "lanes/patches.hpp"
+#include "lanes/stars.hpp"
 #include "lanes/volumes.hpp"
 #include "output.hpp"
 #include "parallel_ranges.hpp"

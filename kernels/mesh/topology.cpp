@@ -168,6 +168,20 @@ std::vector<Ownership> assign_ownership(const MeshView& mesh, Span<const std::ui
   return ownership;
 }
 
+namespace {
+
+void list_stars(const MeshView& mesh, const VertexTriangles& triangles_of, std::vector<VertexStar>& stars) {
+  stars.reserve(mesh.vertex_count);
+  std::vector<Triangle> triangles;
+  for (std::uint32_t v = mesh.first_vertex; v < mesh.first_vertex + mesh.vertex_count; ++v) {
+    triangles.clear();
+    for (const std::uint32_t t : triangles_of.of(v)) triangles.push_back(mesh.triangles[t]);
+    if (!triangles.empty()) stars.push_back(star_of(v, triangles));
+  }
+}
+
+}  // namespace
+
 NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership> ownership,
                                      std::vector<FeatureEnds>* ends) {
   NeighbourFeatures out;
@@ -179,6 +193,7 @@ NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership>
   }
   out.are_listed = has_few_corners_around(corners_around, mesh.triangles.size());
   if (!out.are_listed) return out;
+  list_stars(mesh, triangles_of, out.stars);
 
   const auto triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
   if (ends != nullptr) ends->resize(triangle_count);

@@ -57,6 +57,7 @@ struct BodyNeighbours {
   bool are_known = false;   ///< they are listed, or are too many to be listed
   bool are_listed = false;  ///< by NeighbourLists
   ListedFeatures vertex_triangle, edge_edge;
+  ListedFeatures stars;          ///< none of bodies whose triangles are changed
   std::unique_ptr<Slots> slots;  ///< of the listed features, for bodies whose triangles are changed; else null
 };
 

@@ -10,13 +10,14 @@
 namespace softcd {
 namespace {
 
-/// The scene's first numbers for a mesh's features: a vertex or edge << 32, and a triangle or edge.
+/// The scene's first numbers for a mesh's features: of vertices; a vertex or edge << 32, and a triangle or edge.
 struct Numbering {
   explicit Numbering(const Body& body)
-      : vertex_triangle((std::uint64_t{body.vertices.first} << 32) + body.triangles.first),
+      : stars(body.vertices.first),
+        vertex_triangle((std::uint64_t{body.vertices.first} << 32) + body.triangles.first),
         edge_edge((std::uint64_t{body.edges.first} << 32) + body.edges.first) {}
 
-  std::uint64_t vertex_triangle, edge_edge;
+  std::uint64_t stars, vertex_triangle, edge_edge;
 };
 
 /// The listed features of a body whose triangles have changed.
@@ -87,6 +88,16 @@ class ChangedNeighbours {
   NeighbourLister lister_{mesh_, changing_.topology().ownership, features_};
 };
 
+void add_to_numbers(std::uint64_t& feature, std::uint64_t added) {
+  if (feature != kNoFeatures) feature += added;
+}
+
+void add_to_numbers(VertexStar& star, std::uint64_t added) {
+  const auto vertices = static_cast<std::uint32_t>(added);
+  star.centre += vertices;
+  for (std::uint32_t& v : star.ring) v += v == kNoIndex ? 0U : vertices;
+}
+
 /// Returns the features of a body; with free slots if its triangles are being changed.
 NeighbourFeatures features_of(Body& body, const SceneLayout& layout) {
   const MeshView mesh = layout.mesh_of(body);
@@ -96,6 +107,7 @@ NeighbourFeatures features_of(Body& body, const SceneLayout& layout) {
   for (std::vector<std::uint64_t>* const list : {&features.vertex_triangle, &features.edge_edge}) {
     list->resize(list->size() + list->size() / 4, kNoFeatures);
   }
+  features.stars.clear();
   if (features.are_listed) {
     body.neighbours.slots = std::make_unique<BodyNeighbours::Slots>();
     BodyNeighbours::Slots& slots = *body.neighbours.slots;
@@ -108,18 +120,20 @@ NeighbourFeatures features_of(Body& body, const SceneLayout& layout) {
 
 }  // namespace
 
-void NeighbourLists::List::renumber(Body& body, std::uint64_t numbering) {
+template <class Feature>
+void NeighbourLists::List<Feature>::renumber(Body& body, std::uint64_t numbering) {
   ListedFeatures& listed = body.neighbours.*part;
   if (listed.numbering == numbering) return;
   for (std::uint64_t i = listed.range.begin; i < listed.range.end; ++i) {
-    if (features[i] != kNoFeatures) features[i] += numbering - listed.numbering;
+    add_to_numbers(features[i], numbering - listed.numbering);
   }
   listed.numbering = numbering;
   unsent.add_from(0);
 }
 
 /// Moves the bodies' parts together if there is an unused gap between them.
-void NeighbourLists::List::close_gaps(std::vector<Body>& bodies) {
+template <class Feature>
+void NeighbourLists::List<Feature>::close_gaps(std::vector<Body>& bodies) {
   std::uint64_t listed_size = 0;
   for (const Body& body : bodies) {
     const Range& range = (body.neighbours.*part).range;
@@ -145,14 +159,16 @@ void NeighbourLists::List::close_gaps(std::vector<Body>& bodies) {
 }
 
 /// Appends a body's features. Allocates nothing where capacity was reserved.
-void NeighbourLists::List::append(BodyNeighbours& body, const std::vector<std::uint64_t>& added,
-                                  std::uint64_t numbering) {
+template <class Feature>
+void NeighbourLists::List<Feature>::append(BodyNeighbours& body, const std::vector<Feature>& added,
+                                           std::uint64_t numbering) {
   const std::uint64_t begin = features.size();
   features.insert(features.end(), added.begin(), added.end());
   body.*part = {{begin, features.size()}, numbering};
 }
 
-FeaturePart NeighbourLists::List::part_of(const Body& body) {
+template <class Feature>
+FeaturePart NeighbourLists::List<Feature>::part_of(const Body& body) {
   const Range& range = (body.neighbours.*part).range;
   return {{features.data() + range.begin, range.end - range.begin}, range.begin, unsent};
 }
@@ -163,6 +179,7 @@ void NeighbourLists::update(std::vector<Body>& bodies) {
     const Numbering numbering(body);
     vertex_triangle_.renumber(body, numbering.vertex_triangle);
     edge_edge_.renumber(body, numbering.edge_edge);
+    stars_.renumber(body, numbering.stars);
     if (!body.changing || body.changing->mesh.relisted_triangles().empty()) continue;
     try {
       if (ChangedNeighbours(body, vertex_triangle_.part_of(body), edge_edge_.part_of(body)).list()) {
@@ -180,6 +197,7 @@ void NeighbourLists::update(std::vector<Body>& bodies) {
 void NeighbourLists::list_missing(SceneLayout& layout) {
   vertex_triangle_.close_gaps(layout.bodies());
   edge_edge_.close_gaps(layout.bodies());
+  stars_.close_gaps(layout.bodies());
   std::vector<Body*> unlisted;
   for (Body& body : layout.bodies()) {
     const bool touches_itself = body.settings.self_collision && !body.settings.kinematic;
@@ -192,12 +210,15 @@ void NeighbourLists::list_missing(SceneLayout& layout) {
                     [&](std::size_t i) { listed[i] = features_of(*unlisted[i], layout); });
   std::size_t vertex_triangle = vertex_triangle_.features.size();
   std::size_t edge_edge = edge_edge_.features.size();
+  std::size_t stars = stars_.features.size();
   for (const NeighbourFeatures& features : listed) {
     vertex_triangle += features.vertex_triangle.size();
     edge_edge += features.edge_edge.size();
+    stars += features.stars.size();
   }
   vertex_triangle_.features.reserve(vertex_triangle);
   edge_edge_.features.reserve(edge_edge);
+  stars_.features.reserve(stars);
   for (std::size_t i = 0; i < unlisted.size(); ++i) {
     BodyNeighbours& body = unlisted[i]->neighbours;
     const Numbering numbering(*unlisted[i]);
@@ -205,19 +226,24 @@ void NeighbourLists::list_missing(SceneLayout& layout) {
     body.are_listed = listed[i].are_listed;
     vertex_triangle_.append(body, listed[i].vertex_triangle, numbering.vertex_triangle);
     edge_edge_.append(body, listed[i].edge_edge, numbering.edge_edge);
+    stars_.append(body, listed[i].stars, numbering.stars);
   }
 }
 
 void NeighbourLists::append_changes(SceneChanges& changes, bool all) const {
-  const auto ranges = [all](const List& list) {
+  const auto ranges = [all](const auto& list) {
     return all ? std::vector<Range>{{0, list.features.size()}} : list.unsent.within(list.features.size());
   };
   changes.vertex_triangle_neighbours = ranges(vertex_triangle_);
   changes.edge_edge_neighbours = ranges(edge_edge_);
+  changes.stars = ranges(stars_);
 }
 
 void NeighbourLists::forget_changes() noexcept {
-  for (List* const list : {&vertex_triangle_, &edge_edge_}) list->unsent.clear(list->features.size());
+  const auto forget = [](auto& list) { list.unsent.clear(list.features.size()); };
+  forget(vertex_triangle_);
+  forget(edge_edge_);
+  forget(stars_);
 }
 
 }  // namespace softcd

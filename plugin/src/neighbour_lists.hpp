@@ -23,24 +23,27 @@ class NeighbourLists {
   /// See SceneArrays.
   Span<const std::uint64_t> vertex_triangle() const { return vertex_triangle_.features; }
   Span<const std::uint64_t> edge_edge() const { return edge_edge_.features; }
+  Span<const VertexStar> stars() const { return stars_.features; }
   /// Appends the ranges that changed since forget_changes(); if `all`, the whole lists.
   void append_changes(SceneChanges& changes, bool all) const;
   void forget_changes() noexcept;
 
  private:
+  template <class Feature>
   struct List {
     ListedFeatures BodyNeighbours::*part;
-    std::vector<std::uint64_t> features{};
+    std::vector<Feature> features{};
     UnsentRanges unsent{};
 
     void renumber(Body& body, std::uint64_t numbering);
     void close_gaps(std::vector<Body>& bodies);
-    void append(BodyNeighbours& body, const std::vector<std::uint64_t>& added, std::uint64_t numbering);
+    void append(BodyNeighbours& body, const std::vector<Feature>& added, std::uint64_t numbering);
     FeaturePart part_of(const Body& body);
   };
 
-  List vertex_triangle_{&BodyNeighbours::vertex_triangle};
-  List edge_edge_{&BodyNeighbours::edge_edge};
+  List<std::uint64_t> vertex_triangle_{&BodyNeighbours::vertex_triangle};
+  List<std::uint64_t> edge_edge_{&BodyNeighbours::edge_edge};
+  List<VertexStar> stars_{&BodyNeighbours::stars};
 };
 
 }  // namespace softcd

@@ -108,7 +108,9 @@ const PairSelection& PairSelector::select(const std::vector<Body>& bodies, Vec3d
   const IndexPair* next = overlapping.begin();
   for (std::uint32_t b = 0; b < bodies.size(); ++b) {
     if (bodies[b].settings.self_collision && !is_empty(boxes_[b]) && selection.offer(b, b)) {
-      selection_.bodies[b].lists_neighbours = bodies[b].neighbours.are_listed;
+      const BodyNeighbours& neighbours = bodies[b].neighbours;
+      selection_.bodies[b].lists_neighbours = neighbours.are_listed;
+      selection_.bodies[b].has_stars = neighbours.stars.range.begin != neighbours.stars.range.end;
     }
     for (; next != overlapping.end() && next->first == b; ++next) {
       if (groups_allow(bodies[b].settings, bodies[next->second].settings)) selection.offer(b, next->second);

@@ -104,6 +104,7 @@ SceneArrays SceneStore::arrays() const {
   arrays.full_t1 = positions_.full_t1();
   arrays.vertex_triangle_neighbours = neighbours_.vertex_triangle();
   arrays.edge_edge_neighbours = neighbours_.edge_edge();
+  arrays.stars = neighbours_.stars();
   arrays.filters = filters_.arrays();
   return arrays;
 }

@@ -103,23 +103,30 @@ Candidates near_ones(const Candidates& candidates, const Distance& distance) {
   return nearby;
 }
 
-Candidates near_vertex_triangles(const SceneView& scene) {
-  const auto x = [&](std::uint32_t v) { return vec3_cast<double>(scene.x_t1[v]); };
-  return near_ones(vertex_triangles(scene, 1.001), [&](std::uint32_t v, std::uint32_t t) {
+/// Return functions that give a pair's distance at t1 and its margin.
+auto distance_of_vertex_triangle(const SceneView& scene) {
+  return [&scene](std::uint32_t v, std::uint32_t t) {
+    const auto x = [&](std::uint32_t i) { return vec3_cast<double>(scene.x_t1[i]); };
     const auto [a, b, c] = scene.triangles[t].v;
     return std::pair(static_cast<double>(distance_vertex_triangle(x(v), x(a), x(b), x(c))),
                      margin_of(scene, v) + margin_of(scene, a));
-  });
+  };
 }
-
-Candidates near_edge_edges(const SceneView& scene) {
-  const auto x = [&](std::uint32_t v) { return vec3_cast<double>(scene.x_t1[v]); };
-  return near_ones(edge_edges(scene, 1.001), [&](std::uint32_t e, std::uint32_t g) {
+auto distance_of_edge_edge(const SceneView& scene) {
+  return [&scene](std::uint32_t e, std::uint32_t g) {
+    const auto x = [&](std::uint32_t i) { return vec3_cast<double>(scene.x_t1[i]); };
     const auto [a, b] = scene.edges[e].v;
     const auto [c, d] = scene.edges[g].v;
     return std::pair(static_cast<double>(distance_edge_edge(x(a), x(b), x(c), x(d))),
                      margin_of(scene, a) + margin_of(scene, c));
-  });
+  };
+}
+
+Candidates near_vertex_triangles(const SceneView& scene) {
+  return near_ones(vertex_triangles(scene, 1.001), distance_of_vertex_triangle(scene));
+}
+Candidates near_edge_edges(const SceneView& scene) {
+  return near_ones(edge_edges(scene, 1.001), distance_of_edge_edge(scene));
 }
 
 std::array<Vec3d, 8> motion_of(const SceneView& scene, const std::array<std::uint32_t, 4>& vertices) {
@@ -131,24 +138,26 @@ std::array<Vec3d, 8> motion_of(const SceneView& scene, const std::array<std::uin
   return rows;
 }
 
-/// Returns the pairs that touch during the step, exactly.
+/// Return whether a pair touches during the step, exactly.
+bool collide_vertex_triangle(const SceneView& scene, std::uint64_t pair) {
+  const auto [a, b, c] = scene.triangles[static_cast<std::uint32_t>(pair)].v;
+  return collides_vertex_triangle(motion_of(scene, {static_cast<std::uint32_t>(pair >> 32), a, b, c}));
+}
+bool collide_edge_edge(const SceneView& scene, std::uint64_t pair) {
+  const auto [a, b] = scene.edges[static_cast<std::uint32_t>(pair >> 32)].v;
+  const auto [c, d] = scene.edges[static_cast<std::uint32_t>(pair)].v;
+  return collides_edge_edge(motion_of(scene, {a, b, c, d}));
+}
+
 Candidates colliding_vertex_triangles(const SceneView& scene) {
   Candidates colliding = vertex_triangles(scene, 0.0);
-  std::erase_if(colliding, [&](std::uint64_t candidate) {
-    const auto [a, b, c] = scene.triangles[static_cast<std::uint32_t>(candidate)].v;
-    return !collides_vertex_triangle(motion_of(scene, {static_cast<std::uint32_t>(candidate >> 32), a, b, c}));
-  });
+  std::erase_if(colliding, [&](std::uint64_t pair) { return !collide_vertex_triangle(scene, pair); });
   EXPECT_GT(colliding.size(), 100U);
   return colliding;
 }
-
 Candidates colliding_edge_edges(const SceneView& scene) {
   Candidates colliding = edge_edges(scene, 0.0);
-  std::erase_if(colliding, [&](std::uint64_t candidate) {
-    const auto [a, b] = scene.edges[static_cast<std::uint32_t>(candidate >> 32)].v;
-    const auto [c, d] = scene.edges[static_cast<std::uint32_t>(candidate)].v;
-    return !collides_edge_edge(motion_of(scene, {a, b, c, d}));
-  });
+  std::erase_if(colliding, [&](std::uint64_t pair) { return !collide_edge_edge(scene, pair); });
   EXPECT_GT(colliding.size(), 100U);
   return colliding;
 }
@@ -194,10 +203,29 @@ Candidates expanded_as(const SceneView& scene, const HostVolumes& bounds, const 
   return found.items;
 }
 
+/// The parts of a scene in stars that are spread out.
+struct Spread {
+  std::vector<std::uint8_t> vertices, triangles, edges;
+  SpreadParts parts;
+
+  Spread(const SceneView& scene, const std::vector<VertexStar>& stars)
+      : vertices(scene.vertex_count, 2),
+        triangles(scene.triangle_count, 2),
+        edges(scene.edge_count, 2),
+        parts{vertices.data(), triangles.data(), edges.data()} {
+    const TestStar test_star{scene, stars.data(), parts};
+    for (std::uint32_t i = 0; i < stars.size(); ++i) test_star(i);
+    const FindSpreadParts find_spread_parts{scene, parts};
+    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) find_spread_parts(t);
+  }
+};
+
 template <ContactKind kKind, bool kContinuous>
-Candidates neighbours_that_stay(const SceneView& scene, const std::vector<std::uint64_t>& neighbours) {
+Candidates neighbours_that_stay(const SceneView& scene, const std::vector<std::uint64_t>& neighbours,
+                                const std::vector<VertexStar>& stars) {
   Collector<std::uint64_t> found;
-  const TestNeighbours<kKind, kContinuous> stage{{scene}, neighbours.data()};
+  const Spread spread(scene, stars);
+  const TestNeighbours<kKind, kContinuous> stage{{scene}, neighbours.data(), spread.parts};
   FeatureCandidate candidate;
   for (std::uint32_t i = 0; i < neighbours.size(); ++i) {
     if (stage.filter(stage.load_item(i), 0, candidate)) stage.test(candidate, found);
@@ -256,7 +284,8 @@ TEST_P(FeaturePairs, each_candidate_once) {
 
 template <ContactKind kKind>
 void expect_neighbours_to_stand_for_their_pairs(const SceneView& scene, const HostVolumes& bounds,
-                                                const std::vector<std::uint64_t>& neighbours) {
+                                                const std::vector<std::uint64_t>& neighbours,
+                                                const std::vector<VertexStar>& stars) {
   std::vector<std::uint64_t> pairs = overlapping_pairs(scene, bounds);
   Candidates expected = expanded<kKind>(scene, bounds, pairs);
   std::erase_if(pairs, [&](std::uint64_t pair) {
@@ -266,8 +295,8 @@ void expect_neighbours_to_stand_for_their_pairs(const SceneView& scene, const Ho
            share_vertex(scene.triangles[a], scene.triangles[b]);
   });
   Candidates found = expanded<kKind>(scene, bounds, pairs);
-  const Candidates listed = scene.is_swept ? neighbours_that_stay<kKind, true>(scene, neighbours)
-                                           : neighbours_that_stay<kKind, false>(scene, neighbours);
+  const Candidates listed = scene.is_swept ? neighbours_that_stay<kKind, true>(scene, neighbours, stars)
+                                           : neighbours_that_stay<kKind, false>(scene, neighbours, stars);
   EXPECT_GT(listed.size(), 5U);
   found.insert(found.end(), listed.begin(), listed.end());
   std::sort(expected.begin(), expected.end());
@@ -282,8 +311,38 @@ TEST_P(FeaturePairs, listed_neighbours_stand_for_their_pairs) {
   const HostVolumes bounds(scene);
   const Topology topology = build_topology({scene.triangles, scene.triangle_count}, scene.vertex_count);
   const NeighbourFeatures neighbours = neighbour_features(view_of(topology), topology.ownership);
-  expect_neighbours_to_stand_for_their_pairs<ContactKind::vertex_triangle>(scene, bounds, neighbours.vertex_triangle);
-  expect_neighbours_to_stand_for_their_pairs<ContactKind::edge_edge>(scene, bounds, neighbours.edge_edge);
+  expect_neighbours_to_stand_for_their_pairs<ContactKind::vertex_triangle>(scene, bounds, neighbours.vertex_triangle,
+                                                                           neighbours.stars);
+  expect_neighbours_to_stand_for_their_pairs<ContactKind::edge_edge>(scene, bounds, neighbours.edge_edge,
+                                                                     neighbours.stars);
+}
+
+// Most neighbours of a cloth in folds lie in stars that are spread out. None of these is within the margins or
+// collides.
+TEST_P(FeaturePairs, neighbours_in_spread_stars_are_apart) {
+  HostBody cloth{crumpled_cloth(24, 20, 0.1, 0.02, 5), {}, 0.01F};
+  cloth.mesh.positions = jittered(cloth.mesh.positions, 0.015, 3);
+  cloth.x_t0 = jittered(cloth.mesh.positions, 0.02, 4);
+  snap_to_grid(cloth.mesh.positions, 17);
+  snap_to_grid(cloth.x_t0, 17);
+  HostScene host({cloth}, GetParam());
+  host.body(0).lists_neighbours = host.body(0).has_stars = true;
+  const SceneView scene = host.view();
+  const Topology topology = build_topology(cloth.mesh.triangles, scene.vertex_count);
+  const NeighbourFeatures neighbours = neighbour_features(view_of(topology), topology.ownership);
+  const Spread spread(scene, neighbours.stars);
+  Candidates vt = neighbours.vertex_triangle;
+  Candidates ee = neighbours.edge_edge;
+  const std::size_t all = vt.size() + ee.size();
+  std::erase_if(vt, [&](std::uint64_t pair) { return !are_spread<ContactKind::vertex_triangle>(spread.parts, pair); });
+  std::erase_if(ee, [&](std::uint64_t pair) { return !are_spread<ContactKind::edge_edge>(spread.parts, pair); });
+  EXPECT_GT(vt.size() + ee.size(), all / 2);
+  EXPECT_LT(vt.size() + ee.size(), all);
+  EXPECT_TRUE(near_ones(vt, distance_of_vertex_triangle(scene)).empty());
+  EXPECT_TRUE(near_ones(ee, distance_of_edge_edge(scene)).empty());
+  if (!GetParam()) return;
+  for (const std::uint64_t pair : vt) EXPECT_FALSE(collide_vertex_triangle(scene, pair));
+  for (const std::uint64_t pair : ee) EXPECT_FALSE(collide_edge_edge(scene, pair));
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, FeaturePairs, testing::Bool(),

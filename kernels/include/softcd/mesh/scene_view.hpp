@@ -36,6 +36,8 @@ struct SceneBody {
   float rest_distance = 0.0F;
   /// Whether the detection compensates the rounding of the body's positions, and some position was rounded.
   bool is_rounded = false;
+  /// Whether the body lists_neighbours, and the scene has the stars of all vertices of its triangles.
+  bool has_stars = false;
 };
 
 /// Filters for features, apart from their positions. A pointer is null where no body has such a filter.

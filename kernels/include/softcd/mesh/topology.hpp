@@ -6,6 +6,7 @@
 
 #include "softcd/core/types.hpp"
 #include "softcd/mesh/triangle_edges.hpp"
+#include "softcd/mesh/vertex_stars.hpp"
 
 namespace softcd {
 
@@ -82,6 +83,7 @@ struct NeighbourFeatures {
   bool are_listed = false;
   std::vector<std::uint64_t> vertex_triangle;  ///< vertex:32 | triangle:32 from high to low
   std::vector<std::uint64_t> edge_edge;        ///< lower edge:32 | higher edge:32
+  std::vector<VertexStar> stars;               ///< one for each vertex of a triangle
 };
 
 /// The ends, in NeighbourFeatures, of the pairs of one triangle and its neighbours.

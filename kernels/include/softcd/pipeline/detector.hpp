@@ -10,6 +10,7 @@
 #include "softcd/grid/partition.hpp"
 #include "softcd/mesh/foreseen_positions.hpp"
 #include "softcd/mesh/scene_view.hpp"
+#include "softcd/mesh/vertex_stars.hpp"
 #include "softcd/pipeline/spatial_queries.hpp"
 
 namespace softcd {
@@ -46,6 +47,8 @@ struct SceneArrays {
   Span<const std::uint32_t> triangle_body, vertex_body;
   /// NeighbourFeatures of all bodies that list them, in any order, with kNoFeatures among them.
   Span<const std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
+  /// The stars of vertices of bodies that have_stars, in any order.
+  Span<const VertexStar> stars;
   std::uint64_t revision;  ///< changes with the meshes, and with what their triangles own
   FilterArrays filters{};
 };
@@ -79,7 +82,7 @@ struct SceneChanges {
   // The same for SceneArrays::full_t0 and full_t1:
   std::vector<Range> full_t0, full_t1;
   std::vector<DevicePositions> device_full_t0, device_full_t1;
-  std::vector<Range> vertex_triangle_neighbours, edge_edge_neighbours;
+  std::vector<Range> vertex_triangle_neighbours, edge_edge_neighbours, stars;
   bool filters = false;  ///< all of them
   ForeseenVerdict
       verdict{};  ///< of positions on the device; unless they are as predicted, the next detection finds nothing

@@ -90,7 +90,8 @@ class DetectorOn final : public Detector {
     needs_ = MemoryNeed::For::scene;
     verdict_ = changes.verdict;
     with_lists_or_without([&] { follow(scene, changes); });
-    counts_ = {scene.triangles.size(), scene.vertex_triangle_neighbours.size(), scene.edge_edge_neighbours.size()};
+    counts_ = {scene.triangles.size(), scene.vertex_triangle_neighbours.size(), scene.edge_edge_neighbours.size(),
+               scene.stars.size()};
     scene_.triangle_count = static_cast<std::uint32_t>(scene.triangles.size());
     scene_.edge_count = static_cast<std::uint32_t>(scene.edges.size());
     scene_.vertex_count = static_cast<std::uint32_t>(scene.vertex_body.size());
@@ -247,6 +248,7 @@ class DetectorOn final : public Detector {
     mirror_.vertex_triangle_neighbours.follow(backend_, scene.vertex_triangle_neighbours,
                                               changes.vertex_triangle_neighbours);
     mirror_.edge_edge_neighbours.follow(backend_, scene.edge_edge_neighbours, changes.edge_edge_neighbours);
+    mirror_.stars.follow(backend_, scene.stars, changes.stars);
     const FilterArrays& filters = scene.filters;
     scene_.filters = {followed(mirror_.vertex_filters, filters.vertices, changes.filters),
                       followed(mirror_.ring_begin, filters.ring_begin, changes.filters),
@@ -497,6 +499,7 @@ class DetectorOn final : public Detector {
     BroadPhase broad_phase(backend_, w_, scene_, settings_);
     NarrowPhase narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
     if (may_keep_ && !has_reused_) keeping_->enqueue_volumes(broad_phase);
+    narrow_phase.reserve_neighbours();
     const auto enqueue_pairs = [&] { find_pairs_or_reuse(broad_phase, narrow_phase); };
     const auto enqueue_neighbours = [&] { narrow_phase.test_neighbours(); };
     if (Backend::kKnowsCounts || chunks_ > 1) {  // each chunk's candidates are counted anew

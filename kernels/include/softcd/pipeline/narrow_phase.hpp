@@ -25,9 +25,18 @@ class NarrowPhaseStages {
         settings_(settings),
         counts_(counts) {}
 
+  /// Reserves the memory that test_neighbours() needs.
+  void reserve_neighbours() {
+    if (!scene_.self_collision) return;
+    w_.spread_vertices.reserve(backend_, scene_.vertex_count, 0);
+    w_.spread_triangles.reserve(backend_, scene_.triangle_count, 0);
+    w_.spread_edges.reserve(backend_, scene_.edge_count, 0);
+  }
+
   /// Adds candidates of triangles that share a vertex to this chunk's. Needs nothing that the broad phase finds.
   void test_neighbours() {
     if (!scene_.self_collision) return;
+    find_spread_parts();
     if (scene_.is_swept) {
       test_all_neighbours<true>();
     } else {
@@ -81,6 +90,16 @@ class NarrowPhaseStages {
   }
 
  private:
+  SpreadParts spread_parts() { return {w_.spread_vertices.data(), w_.spread_triangles.data(), w_.spread_edges.data()}; }
+
+  /// Finds the neighbours that need no test.
+  void find_spread_parts() {
+    backend_.for_each("test_stars", Count{&counters_->all, counts_.stars},
+                      TestStar{scene_, mirror_.stars.data(), spread_parts()});
+    backend_.for_each("find_spread_parts", Count{&counters_->all, scene_.triangle_count},
+                      FindSpreadParts{scene_, spread_parts()});
+  }
+
   RunPlan planned_runs() const {
     const Count contacts = lists_.found.count(counters_);
     return plan_runs(std::uint64_t{scene_.vertex_count} + scene_.edge_count,
@@ -146,7 +165,7 @@ class NarrowPhaseStages {
   void test_neighbours(const char* label, const std::uint64_t* neighbours, std::uint64_t all, Candidates& candidates) {
     const std::uint64_t first = settings_.partition.rank.begin(all);
     const Count count = {&counters_->all, settings_.partition.rank.end(all) - first};
-    const TestNeighbours<kKind, kSwept> test{{scene_}, neighbours + first};
+    const TestNeighbours<kKind, kSwept> test{{scene_}, neighbours + first, spread_parts()};
     find_candidates_of(label, count, test, candidates);
   }
 

@@ -46,7 +46,7 @@ struct KeepLargerCount {
 
 /// Counts that a detection begins with.
 struct SceneCounts {
-  std::uint64_t triangles, vertex_triangle_neighbours, edge_edge_neighbours;
+  std::uint64_t triangles, vertex_triangle_neighbours, edge_edge_neighbours, stars;
 
   friend bool operator==(const SceneCounts&, const SceneCounts&) = default;
 };
@@ -261,6 +261,7 @@ struct SceneMirror {
   Mirror<std::uint32_t> patch_triangles;
   Mirror<std::uint32_t> triangle_body, vertex_body;
   Mirror<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
+  Mirror<VertexStar> stars;
   // See FeatureFilters:
   Mirror<VertexFilter> vertex_filters;
   Mirror<std::uint64_t> ring_begin;
@@ -446,6 +447,8 @@ struct Workspace {
   Buffer<Kdop18> volumes;
   Buffer<EndVolumes> end_volumes;
   Buffer<TriangleShape> shapes;
+  // Bytes per vertex, triangle and edge; see SpreadParts:
+  Buffer<std::uint8_t> spread_vertices, spread_triangles, spread_edges;
   // Per patch:
   Buffer<PatchBounds<false>> bounds_at_rest;
   Buffer<PatchBounds<true>> bounds_swept;

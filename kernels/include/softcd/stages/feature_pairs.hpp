@@ -8,6 +8,7 @@
 #include "softcd/mesh/topology.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/contact_tests.hpp"
+#include "softcd/stages/vertex_stars.hpp"
 
 namespace softcd {
 
@@ -236,6 +237,7 @@ struct TestNeighbours {
 
   FeatureTest<kKind, kSwept> feature_test;
   const std::uint64_t* neighbours;
+  SpreadParts spread;  ///< filled
 
   SOFTCD_HD Item load_item(std::uint32_t i) const { return {neighbours[i]}; }
 
@@ -243,9 +245,9 @@ struct TestNeighbours {
     return list(item, part, candidate) && feature_test.filter(candidate);
   }
 
-  /// Returns false if the item has none, or the body wants no such contacts.
+  /// Returns false if the item has none, they lie in a star that is spread out, or the body wants no such contacts.
   SOFTCD_HD bool list(const Item& item, std::uint32_t /*part*/, FeatureCandidate& candidate) const {
-    if (item.features == kNoFeatures) return false;
+    if (item.features == kNoFeatures || are_spread<kKind>(spread, item.features)) return false;
     const SceneView& scene = feature_test.scene;
     candidate.vertices = feature_vertices<kKind>(scene, item.features);
     candidate.first = first_feature(item.features);
