@@ -1,7 +1,6 @@
 #include "detector.hpp"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <functional>
@@ -14,6 +13,7 @@
 #include "command_line/statistics_json.hpp"
 #include "detector_measurement.hpp"
 #include "report.hpp"
+#include "softcd/core/parallel.hpp"
 
 // Measures the detector alone: from positions in the caller's memory to contacts.
 
@@ -247,10 +247,10 @@ class Benchmark {
 
   /// Measures with 1, 2, 4 and so on threads, and with all.
   Measurements with_more_and_more_threads(const DetectorScene& scene, const MeasuredOptions& options) const {
-    const auto all = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    const auto all = parallel::allowed_threads();
     Measurements results;
     for (std::size_t threads = 1; threads < 2 * all; threads *= 2) {
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::min(threads, all));
+      const parallel::ThreadLimit limit(std::min(threads, all));
       results.push_back(measure_one(scene, options));
     }
     return results;

@@ -1,7 +1,5 @@
 #include "detector_measurement.hpp"
 
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -17,6 +15,7 @@
 #include "paper/detector.hpp"
 #include "quartiles.hpp"
 #include "query_core.hpp"
+#include "softcd/core/parallel.hpp"
 
 namespace softcd::benchmarks {
 namespace {
@@ -128,7 +127,7 @@ Measurement measure_all(const DetectorScene& scene, const MeasuredOptions& optio
                                                          contacts.data(), contacts.size() * sizeof(Contact));
   result.checksum = checksum_of(bytes);
   result.options.backend = measured->backend();
-  result.threads = static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+  result.threads = static_cast<int>(parallel::allowed_threads());
   return result;
 }
 

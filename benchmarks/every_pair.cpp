@@ -1,20 +1,16 @@
 #include "every_pair.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 
+#include "softcd/core/parallel.hpp"
 #include "softcd/math/closest_triangles.hpp"
 #include "softcd/math/intersection.hpp"
 
 namespace softcd::benchmarks {
 namespace {
-
-using Range = tbb::blocked_range<std::size_t>;
 
 struct Corners {
   Vec3f x[3];
@@ -47,10 +43,10 @@ struct Box {
 /// the results of threads.
 template <class T, class Add, class Join>
 T fold_triangles(const MeshView& mesh, T none, const Add& add, const Join& join) {
-  return tbb::parallel_reduce(
-      Range(0, mesh.triangles.size()), none,
-      [&](const Range& range, T result) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) result = add(i, result);
+  return parallel::reduce(
+      mesh.triangles.size(), 1, none,
+      [&](std::size_t begin, std::size_t end, T result) {
+        for (std::size_t i = begin; i < end; ++i) result = add(i, result);
         return result;
       },
       join);

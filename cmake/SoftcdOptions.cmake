@@ -3,6 +3,7 @@
 set(SOFTCD_CUDA AUTO CACHE STRING
     "CUDA backend: AUTO builds it where a CUDA compiler (12 or newer) is found, ON requires one, OFF leaves it out")
 set_property(CACHE SOFTCD_CUDA PROPERTY STRINGS AUTO ON OFF)
+option(SOFTCD_THREADS "Run loops on several threads, with oneTBB" ON)
 option(SOFTCD_BULLET "Build softcd::bullet, the integration with Bullet's soft bodies" ${PROJECT_IS_TOP_LEVEL})
 option(SOFTCD_BULLET_FLOAT64 "Build softcd::bullet-float64 too, where Bullet's double-precision libraries are" ON)
 set(SOFTCD_PYBULLET_SOURCE "" CACHE PATH

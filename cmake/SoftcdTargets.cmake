@@ -9,6 +9,14 @@ if(SOFTCD_SANITIZE)
   add_link_options(-fsanitize=${SOFTCD_SANITIZE})
 endif()
 
+# Only softcd/core/parallel.hpp knows the difference. Headers with parallel loops have to be compiled alike everywhere.
+if(SOFTCD_THREADS)
+  set(SOFTCD_TBB TBB::tbb)
+else()
+  set(SOFTCD_TBB "")
+  add_compile_definitions(SOFTCD_SERIAL)
+endif()
+
 # The standard, warnings, and contraction off on both sides (g++ and nvcc would otherwise fuse a * b + c, each
 # where it likes), so that the CPU and CUDA compute the same bytes. MSVC fuses only if /fp:contract asks for it.
 function(softcd_target_options target)

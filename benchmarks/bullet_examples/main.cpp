@@ -2,7 +2,6 @@
 // and crossings.
 
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -46,6 +45,7 @@ std::vector<Example> all_examples() {
 #define SOFTCD_SOFT_DEMO(NAME) examples.push_back({"soft/" #NAME, SoftDemoCreateFunc, option++});
 #define SOFTCD_DEFORMABLE_DEMO(NAME) examples.push_back({"deformable/" #NAME, NAME##CreateFunc, 0});
 #include "examples.inc"
+#include "softcd/core/parallel.hpp"
   return examples;
 }
 
@@ -73,7 +73,7 @@ struct Run {
 
 /// Simulates on one thread, and writes each frame's time, then the number of frames with crossings if these are wanted.
 void simulate(const Example& example, std::size_t frames, bool watch, std::FILE* file) {
-  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const parallel::ThreadLimit one_thread(1);
   DummyGUIHelper no_window;
   CommonExampleOptions options(&no_window, example.option);
   CommonExampleInterface* app = example.create(options);

@@ -1,17 +1,12 @@
 #pragma once
 
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_reduce.h>
-#include <tbb/parallel_scan.h>
-#include <tbb/task_group.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-#include <functional>
 #include <memory>
+#include <new>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "lanes/feature_pairs.hpp"
@@ -20,8 +15,8 @@
 #include "lanes/stars.hpp"
 #include "lanes/volumes.hpp"
 #include "output.hpp"
-#include "parallel_ranges.hpp"
 #include "radix_sort.hpp"
+#include "softcd/core/parallel.hpp"
 #include "softcd/core/team.hpp"
 #include "softcd/pipeline/detector.hpp"
 #include "softcd/pipeline/memory_account.hpp"
@@ -32,7 +27,7 @@
 
 namespace softcd {
 
-/// The stages' primitives on the host with oneTBB. All work is done when a call returns, except launch(), which runs
+/// The stages' primitives on the host. All work is done when a call returns, except launch(), which runs
 /// the whole detection as a task.
 class CpuBackend {
  public:
@@ -66,6 +61,7 @@ class CpuBackend {
       if (capacity <= capacity_) return;
       if (kept == 0) *this = {};
       const std::uint64_t bytes = capacity * sizeof(T);
+      if (!std::in_range<std::size_t>(bytes)) throw std::bad_alloc();  // with 32 bits
       Memory grown(backend.account_, bytes, [&] { return std::unique_ptr<std::byte[]>(new std::byte[bytes]); });
       if (kept > 0) std::memcpy(grown.get(), memory_.get(), std::min(kept, capacity_) * sizeof(T));
       memory_ = std::move(grown);
@@ -127,7 +123,7 @@ class CpuBackend {
 
   template <class F>
   void for_each(const char* /*label*/, Count count, const F& f) {
-    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+    parallel::for_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       cpu::for_range(f, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
     });
   }
@@ -141,7 +137,7 @@ class CpuBackend {
 
   template <class F, class... Targets>
   void for_each_append(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
-    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+    parallel::for_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       std::tuple<cpu::Output<Targets>...> outputs(lists...);
       std::apply(
           [&](auto&... output) {
@@ -196,7 +192,7 @@ class CpuBackend {
   /// through.
   template <class F, class... Targets>
   void for_each_part_filtered(const char* /*label*/, Count count, const F& f, Appender<Targets>... lists) {
-    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+    parallel::for_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       std::tuple<cpu::Output<Targets>...> outputs(lists...);
       cpu::GatheredUnits<F> gathered(f);
       std::apply(
@@ -221,17 +217,14 @@ class CpuBackend {
 
   void exclusive_scan(const char* /*label*/, Count count, const std::uint32_t* values, std::uint64_t* sums,
                       std::uint64_t* total) {
-    const auto scan = [&](const Indices& range, std::uint64_t sum, bool is_final) {
-      for (std::uint64_t i = range.begin(); i < range.end(); ++i) {
+    const auto scan = [&](std::uint64_t begin, std::uint64_t end, std::uint64_t sum, bool is_final) {
+      for (std::uint64_t i = begin; i < end; ++i) {
         if (is_final) sums[i] = sum;
         sum += values[i];
       }
       return sum;
     };
-    const Indices all(0, count.get(), kScanGrain);
-    *total = cpu::is_one_range(count.get(), kScanGrain)
-                 ? scan(all, 0, true)
-                 : tbb::parallel_scan(all, std::uint64_t{0}, scan, std::plus<>());
+    *total = parallel::scan(count.get(), kScanGrain, scan);
   }
 
   template <class Key>
@@ -252,14 +245,13 @@ class CpuBackend {
                  const F& f) {
     const std::size_t size = static_cast<std::size_t>(histograms) * static_cast<std::size_t>(bins_per_histogram);
     std::fill(bins, bins + size, 0U);
-    if (cpu::is_one_range(count.get(), kGrain)) {
+    if (parallel::is_one_range(count.get(), kGrain)) {
       BinCounter counter{bins, bins_per_histogram};
       for (std::uint64_t i = 0; i < count.get(); ++i) f(static_cast<std::uint32_t>(i), counter);
       return;
     }
-    tbb::enumerable_thread_specific<std::vector<std::uint32_t>> local(
-        [&] { return std::vector<std::uint32_t>(size, 0); });
-    cpu::parallel_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
+    parallel::PerThread<std::vector<std::uint32_t>> local([&] { return std::vector<std::uint32_t>(size, 0); });
+    parallel::for_ranges(count.get(), kGrain, [&](std::uint64_t begin, std::uint64_t end) {
       BinCounter counter{local.local().data(), bins_per_histogram};
       for (std::uint64_t i = begin; i < end; ++i) f(static_cast<std::uint32_t>(i), counter);
     });
@@ -271,11 +263,10 @@ class CpuBackend {
   /// Lowers *least to the least f(i).
   template <class F>
   void minimum(const char* /*label*/, Count count, const F& f, float* least) {
-    *least = tbb::parallel_reduce(
-        Indices(0, count.get(), kGrain), *least,
-        [&](const Indices& range, float value) {
-          for (std::uint64_t i = range.begin(); i < range.end(); ++i)
-            value = std::min(value, f(static_cast<std::uint32_t>(i)));
+    *least = parallel::reduce(
+        count.get(), kGrain, *least,
+        [&](std::uint64_t begin, std::uint64_t end, float value) {
+          for (std::uint64_t i = begin; i < end; ++i) value = std::min(value, f(static_cast<std::uint32_t>(i)));
           return value;
         },
         [](float a, float b) { return std::min(a, b); });
@@ -328,7 +319,6 @@ class CpuBackend {
 
  private:
   using Clock = std::chrono::steady_clock;
-  using Indices = tbb::blocked_range<std::uint64_t>;
   static constexpr std::uint64_t kGrain = 512;
   /// Additions are cheap, and most are made twice in parallel.
   static constexpr std::uint64_t kScanGrain = 1ULL << 15;
@@ -352,7 +342,7 @@ class CpuBackend {
   }
 
   MemoryAccount& account_;
-  tbb::task_group task_;
+  parallel::Task task_;
   const Counters* counters_ = nullptr;
   const Contact* contacts_ = nullptr;
   Clock::time_point start_{};

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
+
+#include "softcd/core/parallel.hpp"
 
 /// Stable least-significant-digit radix sort of integer keys, with or without values. Digits in which all keys agree
 /// cost one pass of counting and no move. Blocks count and scatter in parallel; the result does not depend on their
@@ -42,7 +41,7 @@ template <class Key, class Move>
 bool sort(Key* keys, Key* scratch, std::uint64_t count, int bits, const Move& move) {
   if (count < 2) return false;
   constexpr std::uint64_t kLeastBlock = 16384;
-  const auto threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency());
+  const auto threads = std::uint64_t{parallel::concurrency()};
   const std::uint64_t block_count = std::clamp<std::uint64_t>(count / kLeastBlock, 1, threads);
   std::vector<Histogram> blocks(block_count);
   const auto begin_of = [&](std::uint64_t block) { return count * block / block_count; };
@@ -51,7 +50,7 @@ bool sort(Key* keys, Key* scratch, std::uint64_t count, int bits, const Move& mo
     if (block_count == 1) {
       f(std::uint64_t{0});
     } else {
-      tbb::parallel_for(std::uint64_t{0}, block_count, f);
+      parallel::for_each(block_count, f);
     }
   };
 

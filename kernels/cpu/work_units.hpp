@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "output.hpp"
-#include "parallel_ranges.hpp"
 #include "softcd/core/count.hpp"
+#include "softcd/core/parallel.hpp"
 
 namespace softcd::cpu {
 
@@ -191,7 +191,7 @@ void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* 
   const std::uint64_t work = item_count == 0 ? 0 : *total;
   const std::uint64_t first = share.begin(work);
   constexpr std::uint64_t kGrain = 4096;
-  parallel_ranges(share.end(work) - first, kGrain, [&](std::uint64_t range_begin, std::uint64_t range_end) {
+  parallel::for_ranges(share.end(work) - first, kGrain, [&](std::uint64_t range_begin, std::uint64_t range_end) {
     const std::uint64_t begin = first + range_begin;
     const std::uint64_t end = first + range_end;
     std::tuple<Output<Targets>...> outputs(lists...);

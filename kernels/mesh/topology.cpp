@@ -1,10 +1,9 @@
 #include "softcd/mesh/topology.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <numeric>
 
+#include "softcd/core/parallel.hpp"
 #include "softcd/mesh/neighbour_lister.hpp"
 #include "softcd/mesh/patches.hpp"
 
@@ -198,7 +197,7 @@ NeighbourFeatures neighbour_features(const MeshView& mesh, Span<const Ownership>
   const auto triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
   if (ends != nullptr) ends->resize(triangle_count);
   std::vector<NeighbourFeatures> parts((triangle_count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+  parallel::for_each(parts.size(), [&](std::size_t part) {
     NeighbourLister lister(mesh, ownership, parts[part]);
     const auto begin = static_cast<std::uint32_t>(part) * kTrianglesAtOnce;
     const std::uint32_t end = std::min(begin + kTrianglesAtOnce, triangle_count);

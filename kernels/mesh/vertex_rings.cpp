@@ -1,11 +1,11 @@
 #include "softcd/mesh/vertex_rings.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
 #include <numeric>
+
+#include "softcd/core/parallel.hpp"
 
 namespace softcd {
 namespace {
@@ -94,7 +94,7 @@ class RingFinder {
 VertexRings vertex_rings(const MeshView& mesh, std::uint32_t edge_count) {
   const Adjacency adjacency(mesh);
   std::vector<Part> parts((mesh.vertex_count + kVerticesAtOnce - 1) / kVerticesAtOnce);
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+  parallel::for_each(parts.size(), [&](std::size_t part) {
     const auto begin = static_cast<std::uint32_t>(part) * kVerticesAtOnce;
     const std::uint32_t end = std::min(begin + kVerticesAtOnce, mesh.vertex_count);
     RingFinder finder(adjacency, edge_count);

@@ -1,11 +1,10 @@
 #include "box_pairs.hpp"
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
-
 #include <algorithm>
 #include <limits>
 #include <numeric>
+
+#include "softcd/core/parallel.hpp"
 
 namespace softcd {
 namespace {
@@ -90,7 +89,7 @@ void BoxPairs::divide(Span<const Box> boxes, std::uint32_t begin, std::uint32_t 
   const auto divide_first = [&] { divide(boxes, begin, middle); };
   const auto divide_second = [&] { divide(boxes, middle, end); };
   if (end - begin > kManyBoxes) {
-    tbb::parallel_invoke(divide_first, divide_second);
+    parallel::invoke(divide_first, divide_second);
   } else {
     divide_first();
     divide_second();
@@ -138,7 +137,7 @@ std::uint64_t BoxPairs::find_in_leaves() {
   if (order_.size() < kManyBoxes) {
     for (std::size_t part = 0; part < part_count; ++part) find_part(part);
   } else {
-    tbb::parallel_for(std::size_t{0}, part_count, find_part);
+    parallel::for_each(part_count, find_part);
   }
   return std::accumulate(parts_.begin(), parts_.end(), std::uint64_t{0},
                          [](std::uint64_t sum, const Found& found) { return sum + found.visits; });

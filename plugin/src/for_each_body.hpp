@@ -1,9 +1,8 @@
 #pragma once
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <cstddef>
+
+#include "softcd/core/parallel.hpp"
 
 namespace softcd {
 
@@ -13,14 +12,9 @@ template <class F>
 void for_each_body(std::size_t count, const F& f) {
   constexpr std::size_t kManyBodies = 4096;
   constexpr std::size_t kGrain = 512;
-  if (count < kManyBodies) {
-    for (std::size_t i = 0; i < count; ++i) f(i);
-    return;
-  }
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t i = range.begin(); i < range.end(); ++i) f(i);
-                    });
+  parallel::for_ranges(count, count < kManyBodies ? count : kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) f(i);
+  });
 }
 
 }  // namespace softcd

@@ -1,10 +1,9 @@
 #include "neighbour_lists.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "scene_layout.hpp"
+#include "softcd/core/parallel.hpp"
 #include "softcd/mesh/neighbour_lister.hpp"
 
 namespace softcd {
@@ -206,8 +205,7 @@ void NeighbourLists::list_missing(SceneLayout& layout) {
   if (unlisted.empty()) return;
   // When listing fails for one body, oneTBB silently stops the loops of the others.
   std::vector<NeighbourFeatures> listed(unlisted.size());
-  tbb::parallel_for(std::size_t{0}, unlisted.size(),
-                    [&](std::size_t i) { listed[i] = features_of(*unlisted[i], layout); });
+  parallel::for_each(unlisted.size(), [&](std::size_t i) { listed[i] = features_of(*unlisted[i], layout); });
   std::size_t vertex_triangle = vertex_triangle_.features.size();
   std::size_t edge_edge = edge_edge_.features.size();
   std::size_t stars = stars_.features.size();

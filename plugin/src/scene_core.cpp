@@ -1,7 +1,6 @@
 #include "scene_core.hpp"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <chrono>
@@ -19,13 +18,6 @@ using Clock = std::chrono::steady_clock;
 
 double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
-
-/// oneTBB reserves a place for each thread of an arena, and crashes where it cannot.
-int concurrency(const SceneOptions& options) {
-  if (options.max_threads == 0) return tbb::task_arena::automatic;
-  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return static_cast<int>(std::min<std::size_t>(options.max_threads, most));
 }
 
 std::string topology_problem(BodyId id, const BodyDesc& desc) {
@@ -47,7 +39,7 @@ std::string filters_problem(BodyId id) {
 }  // namespace
 
 SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories)
-    : options_(options), log_(std::move(log)), arena_(concurrency(options)) {
+    : options_(options), log_(std::move(log)), arena_(options.max_threads) {
   validate_options(options);
   const std::string warning = keep_to_startable_threads();
   if (!warning.empty()) this->log(LogLevel::warning, warning);
@@ -159,10 +151,7 @@ void SceneCore::set_options(const SceneOptions& options) {
     for (SceneUser* const user : users_) user->drop_memories();
   }
   if (is_elsewhere) use(std::move(detector));
-  if (options.max_threads != before.max_threads) {
-    arena_.terminate();
-    arena_.initialize(concurrency(options));
-  }
+  if (options.max_threads != before.max_threads) arena_.limit(options.max_threads);
   options_ = options;
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <tbb/task_arena.h>
-
 #include <exception>
 #include <functional>
 #include <memory>
@@ -15,6 +13,7 @@
 #include "rank_exchange.hpp"
 #include "scene_store.hpp"
 #include "selected_detector.hpp"
+#include "softcd/core/parallel.hpp"
 #include "softcd/error.hpp"
 #include "softcd/probe.hpp"
 #include "softcd/query.hpp"
@@ -161,7 +160,7 @@ class SceneCore {
 
   SceneOptions options_;
   LogCallback log_;
-  tbb::task_arena arena_;  ///< a separate arena, so that waiting threads work on nothing but this scene
+  parallel::Arena arena_;  ///< a separate one, so that waiting threads work on nothing but this scene
   std::optional<SceneStore> store_{std::in_place};  ///< replaced when the scene is closed
   std::unique_ptr<RankExchange> ranks_;             ///< null where there is only one rank
   std::unique_ptr<SelectedDetector> detector_;

@@ -1,7 +1,5 @@
 #include "scene_positions.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "scene_layout.hpp"
+#include "softcd/core/parallel.hpp"
 
 namespace softcd {
 namespace {
@@ -127,8 +126,7 @@ void ScenePositions::read_on_host(Vec3d origin) {
   try {
     const std::vector<Block> blocks = blocks_of(is_new_on_host);
     std::vector<StepSurvey> surveys(blocks.size());
-    tbb::parallel_for(std::size_t{0}, blocks.size(),
-                      [&](std::size_t i) { surveys[i] = read_block(blocks[i], origin); });
+    parallel::for_each(blocks.size(), [&](std::size_t i) { surveys[i] = read_block(blocks[i], origin); });
     merge_surveys(blocks, surveys);
   } catch (...) {
     // Runs without parallelism, where memory or threads are lacking.
@@ -356,7 +354,7 @@ std::uint64_t ScenePositions::fill_full() {
   }
   try {
     const std::vector<Block> blocks = blocks_of(is_read_on_host);
-    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) { copy_full(blocks[i]); });
+    parallel::for_each(blocks.size(), [&](std::size_t i) { copy_full(blocks[i]); });
   } catch (...) {
     // Runs without parallelism, where memory or threads are lacking.
     for (Body& body : layout_.bodies()) {

@@ -1,7 +1,6 @@
 #include "startable_threads.hpp"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include <condition_variable>
 #include <memory>
@@ -10,6 +9,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "softcd/core/parallel.hpp"
 
 namespace softcd {
 namespace {
@@ -54,18 +55,17 @@ class IdleThreads {
 
 /// The limit on oneTBB's threads, where one is needed, and the warning about it.
 struct Limit {
-  std::unique_ptr<tbb::global_control> control;
+  std::unique_ptr<parallel::ThreadLimit> control;
   std::string warning;
 };
 
 Limit limit_threads() {
-  constexpr auto kThreads = tbb::global_control::max_allowed_parallelism;
-  const std::size_t wanted = tbb::global_control::active_value(kThreads) - 1;
+  const std::size_t wanted = parallel::allowed_threads() - 1;
   const std::size_t startable = count_startable_threads(wanted);
   if (startable == wanted) return {};
   // Leave half of them to others, which may start threads before oneTBB does.
   const std::size_t taken = startable / 2;
-  return {std::make_unique<tbb::global_control>(kThreads, 1 + taken),
+  return {std::make_unique<parallel::ThreadLimit>(1 + taken),
           fmt::format("only {} of {} threads can be started; oneTBB goes on with {} beside the calling one. Raise the "
                       "limit on threads (ulimit -u, or the container's).",
                       startable, wanted, taken)};

@@ -2,7 +2,6 @@
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +19,7 @@
 #include "scenes/soft_ball.hpp"
 #include "soft_body_support.hpp"
 #include "softcd/bullet/soft_worlds.hpp"
+#include "softcd/core/parallel.hpp"
 
 namespace softcd::test {
 namespace {
@@ -364,7 +364,7 @@ TEST(ContactEconomy, what_cannot_close_is_not_given) {
 
 TEST(ContactEconomy, depends_neither_on_threads_nor_on_the_way_in) {
   const auto contacts_with = [](std::size_t threads, PlugIn plug_in) {
-    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    const parallel::ThreadLimit limit(threads);
     Still still(settings_with(Contacts::closest_feature), plug_in);
     Random random(3);
     for (int i = 0; i < 12; ++i) still.add(bumpy(btScalar(0.03) * btScalar(i), btScalar(0.04), random));

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <string>
 #include <thread>
@@ -8,6 +7,7 @@
 #include "backend_under_test.hpp"
 #include "expectations.hpp"
 #include "mesh_generators.hpp"
+#include "softcd/core/parallel.hpp"
 
 namespace softcd::test {
 namespace {
@@ -51,7 +51,7 @@ TEST_P(Determinism, any_number_of_threads) {
   const Scene scene = uneven_scene();
   const std::vector<Contact> expected = detect_once(scene, test_options(GetParam()));
   for (const std::size_t threads : {1U, 2U, 4U}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const parallel::ThreadLimit limit(threads);
     EXPECT_TRUE(identical(expected, detect_once(scene, test_options(GetParam())))) << threads << " threads";
   }
 }

@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cstring>
 #include <string>
@@ -10,6 +9,7 @@
 #include "expectations.hpp"
 #include "few_threads.hpp"
 #include "mesh_generators.hpp"
+#include "softcd/core/parallel.hpp"
 #include "startable_threads.hpp"
 
 // Threads that cannot be started. Each test runs in a process of its own, because oneTBB's threads stay alive.
@@ -49,7 +49,7 @@ void append(Span<const T> values, Bytes& bytes) {
 Bytes live(std::vector<std::string>& warnings) {
   // Kept until the process ends: oneTBB may start more threads as soon as a limit is removed, for work that is already
   // done.
-  static auto* const threads = new tbb::global_control(tbb::global_control::max_allowed_parallelism, kThreads);
+  static auto* const threads = new parallel::ThreadLimit(kThreads);
   static_cast<void>(threads);
   Bytes bytes;
   for (int life = 0; life < 2; ++life) {

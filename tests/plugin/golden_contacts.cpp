@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <cstdint>
 #include <cstring>
@@ -11,6 +10,7 @@
 
 #include "each_target.hpp"
 #include "golden_scenes.hpp"
+#include "softcd/core/parallel.hpp"
 
 // Contacts are the same bytes from version to version. A different hash is a defect, unless the change is intended and
 // explained; then it is replaced. Compilers, their options, processors, threads and backends make no difference, as far
@@ -167,7 +167,7 @@ TEST_P(GoldenContacts, in_smaller_cells) {
 }
 
 TEST_P(GoldenContacts, on_1_to_16_threads) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 16);
+  const parallel::ThreadLimit limit(16);
   for (const std::uint32_t threads : {1U, 2U, 5U, 16U}) {
     SCOPED_TRACE(threads);
     expect_golden(GetParam(), threads);

@@ -1,14 +1,13 @@
 #include "bodies/body_mesh.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <numeric>
 #include <set>
 #include <utility>
+
+#include "softcd/core/parallel.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -70,17 +69,17 @@ bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body) {
       mesh.face_count != static_cast<std::uint32_t>(body.m_faces.size()) || !has_same_segments(mesh, body)) {
     return false;
   }
-  const auto is_same = [&](const tbb::blocked_range<int>& faces) {
-    for (int i = faces.begin(); i < faces.end(); ++i) {
-      const Triangle now = triangle_of(body.m_faces[i], &body.m_nodes[0]);
-      const Triangle& then = mesh.triangles[static_cast<std::size_t>(i)];
+  const auto are_same = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle now = triangle_of(body.m_faces[static_cast<int>(i)], &body.m_nodes[0]);
+      const Triangle& then = mesh.triangles[i];
       if (!std::equal(now.v, now.v + 3, then.v)) return false;
     }
     return true;
   };
-  return tbb::parallel_reduce(
-      tbb::blocked_range<int>(0, body.m_faces.size(), kFacesAtOnce), true,
-      [&](const tbb::blocked_range<int>& faces, bool is_same_so_far) { return is_same_so_far && is_same(faces); },
+  return parallel::reduce(
+      mesh.triangles.size(), kFacesAtOnce, true,
+      [&](std::size_t begin, std::size_t end, bool were_same) { return were_same && are_same(begin, end); },
       std::logical_and<>());
 }
 

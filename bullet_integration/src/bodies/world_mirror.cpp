@@ -1,7 +1,5 @@
 #include "bodies/world_mirror.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +8,7 @@
 
 #include "bodies/query_options.hpp"
 #include "bodies/vectors.hpp"
+#include "softcd/core/parallel.hpp"
 #include "softcd/fields/options.hpp"
 
 namespace softcd::bullet {
@@ -149,7 +148,7 @@ void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* c
 
 void WorldMirror::compare(Span<btSoftBody* const> bodies) {
   if (members_.empty()) return;
-  tbb::parallel_for(std::size_t{0}, bodies.size(), [&](std::size_t i) {
+  parallel::for_each(bodies.size(), [&](std::size_t i) {
     const auto known = members_.find(bodies[i]);
     if (known != members_.end()) compare(known->second);
   });

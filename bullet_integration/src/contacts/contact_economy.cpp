@@ -1,21 +1,18 @@
 #include "contacts/contact_economy.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <string>
 
 #include "bodies/vectors.hpp"
 #include "contacts/contact_walks.hpp"
 #include "contacts/edge_economy.hpp"
+#include "softcd/core/parallel.hpp"
 #include "softcd/math/closest_point.hpp"
 
 namespace softcd::bullet {
 namespace {
 
 using Nearest = ContactEconomy::Nearest;
-using ContactRange = tbb::blocked_range<std::size_t>;
 
 /// Returns whether a node gets one contact for each place where the surface is nearest. Bullet's solver of classic
 /// worlds treats contacts in turn: with `dcd`, several contacts with one normal would each push by Bullet's growing
@@ -196,9 +193,9 @@ void ContactEconomy::choose_nodes(Span<const Contact> contacts, const std::vecto
   for_each_contact_in_parallel(mirror_, {contacts.begin(), count}, [&](std::size_t i, const MemberContact& found) {
     nearest_[i] = nearest_of(found, uses[i]);
   });
-  tbb::parallel_for(ContactRange(0, count, kContactsAtOnce), [&](const ContactRange& range) {
+  parallel::for_ranges(count, kContactsAtOnce, [&](std::size_t range_begin, std::size_t range_end) {
     NodeChoice node(kind_, mirror_, settings_);
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+    for (std::size_t i = range_begin; i < range_end; ++i) {
       if (i > 0 && are_of_one_node_and_body(contacts[i - 1], contacts[i])) continue;
       std::size_t end = i + 1;
       while (end < count && are_of_one_node_and_body(contacts[i], contacts[end])) ++end;

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "bodies/world_mirror.hpp"
+#include "softcd/core/parallel.hpp"
 
 namespace softcd::bullet {
 
@@ -20,9 +18,9 @@ inline Span<const Contact> edge_contacts_in(Span<const Contact> contacts) {
 template <class Visit>
 void for_each_contact_in_parallel(const WorldMirror& mirror, Span<const Contact> contacts, const Visit& visit) {
   constexpr std::size_t kContactsAtOnce = 1024;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, contacts.size(), kContactsAtOnce), [&](const auto& range) {
-    std::size_t i = range.begin();
-    mirror.for_each_contact({contacts.begin() + i, range.size()},
+  parallel::for_ranges(contacts.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+    std::size_t i = begin;
+    mirror.for_each_contact({contacts.begin() + begin, end - begin},
                             [&](const MemberContact& found) { visit(i++, found); });
   });
 }
