@@ -7,6 +7,8 @@ if(SOFTCD_SANITIZE)
                       $<$<COMPILE_LANGUAGE:C,CXX>:-fno-omit-frame-pointer>
                       $<$<COMPILE_LANGUAGE:C,CXX>:-fno-sanitize-recover=all>)
   add_link_options(-fsanitize=${SOFTCD_SANITIZE})
+  # An index that is too large may stay within a vector's memory, where no sanitizer sees it.
+  add_compile_definitions($<$<COMPILE_LANGUAGE:C,CXX>:_GLIBCXX_ASSERTIONS>)
 endif()
 
 # Only softcd/core/parallel.hpp knows the difference. Headers with parallel loops have to be compiled alike everywhere.

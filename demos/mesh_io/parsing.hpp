@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <locale>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,13 +40,27 @@ inline std::string_view take_word(std::string_view& line) {
   return word;
 }
 
+// Reads the whole word, a number without a plus sign. Returns false if it is no number, or one that T cannot hold.
+template <class T>
+bool read_number(std::string_view word, T& value) {
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size();
+}
+#ifndef __cpp_lib_to_chars  // libc++ before 20, whose from_chars reads no real numbers
+inline bool read_number(std::string_view word, double& value) {
+  if (word.starts_with('+') || word.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return false;
+  std::istringstream stream{std::string(word)};
+  stream.imbue(std::locale::classic());
+  return stream >> value && stream.peek() == std::char_traits<char>::eof();
+}
+#endif
+
 // Returns the whole word as a number, or nothing, also where T cannot hold the number.
 template <class T>
 std::optional<T> parse_number(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
   T value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  if (!read_number(word, value)) return std::nullopt;
   return value;
 }
 

@@ -37,8 +37,17 @@ class Output {
  private:
   static constexpr std::uint64_t kBlock = 64;
 
+  /// Returns the counter's value before.
+  static std::uint64_t add(std::uint64_t& counter, std::uint64_t count) {
+#ifdef __cpp_lib_atomic_ref
+    return std::atomic_ref<std::uint64_t>(counter).fetch_add(count, std::memory_order_relaxed);
+#else  // libc++ before 19
+    return __atomic_fetch_add(&counter, count, __ATOMIC_RELAXED);
+#endif
+  }
+
   void flush() {
-    const std::uint64_t at = std::atomic_ref<std::uint64_t>(*list_.count).fetch_add(size_, std::memory_order_relaxed);
+    const std::uint64_t at = add(*list_.count, size_);
     const std::uint64_t end = std::min(at + size_, list_.capacity);
     for (std::uint64_t i = at; i < end; ++i) list_.target.store(i, block_[i - at]);
     size_ = 0;

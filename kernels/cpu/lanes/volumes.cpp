@@ -111,7 +111,7 @@ HWY_INLINE void store_fours(const Four& columns, const Out& out) {
 HWY_INLINE void store(const Volumes& volumes, Kdop18* out) {
   static_assert(sizeof(Kdop18) >= 2 * kKdopAxes * sizeof(float));
   // The last four values overlap those before.
-  for (const std::size_t at : {0, 4, 8, 12, 14}) {
+  for (const std::size_t at : {0U, 4U, 8U, 12U, 14U}) {
     const Float* const of = volumes.of + at;
     store_fours({{of[0], of[1], of[2], of[3]}}, [&](std::size_t t) { return out[t].lo + at; });
   }

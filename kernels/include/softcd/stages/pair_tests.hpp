@@ -108,7 +108,8 @@ struct PairTest {
         !scene.bodies_may_touch(scene.element_body(a.root), scene.element_body(b.root))) {
       return false;
     }
-    if (scene.is_patch(a.root) | scene.is_patch(b.root)) return volumes_meet(a.root, b.root);
+    if ((unsigned{scene.is_patch(a.root)} | unsigned{scene.is_patch(b.root)}) != 0U)
+      return volumes_meet(a.root, b.root);
     if (scene.self_collision && share_vertex(scene.triangles[a.root], scene.triangles[b.root])) {
       return neighbours_may_touch(a.root, b.root);
     }

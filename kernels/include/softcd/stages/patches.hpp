@@ -65,10 +65,10 @@ template <bool kGreatest, int kRows>
 SOFTCD_HD RowBounds<kRows> bounds_of_rows(const float* rows) {
   RowBounds<kRows> bounds;
   for (int row = 0; row < kRows; ++row) {
-    bounds.of[row] = rows[kPatchSize * row];
+    const float* const values = rows + kPatchSize * static_cast<std::uint32_t>(row);
+    bounds.of[row] = values[0];
     for (std::uint32_t i = 1; i < kPatchSize; ++i) {
-      const float value = rows[kPatchSize * row + i];
-      bounds.of[row] = kGreatest ? larger(bounds.of[row], value) : smaller(bounds.of[row], value);
+      bounds.of[row] = kGreatest ? larger(bounds.of[row], values[i]) : smaller(bounds.of[row], values[i]);
     }
   }
   return bounds;
@@ -108,7 +108,7 @@ RowBounds<kRows> bounds_of_rows(const float* rows) {
     const int row = smaller(next, kRows - 4);  // the last four rows overlap those before
     __m128 four[4];
     for (int i = 0; i < 4; ++i) {
-      const float* const values = rows + kPatchSize * (row + i);
+      const float* const values = rows + kPatchSize * static_cast<std::uint32_t>(row + i);
       four[i] = of_two(_mm_load_ps(values), _mm_load_ps(values + 4));
     }
     _MM_TRANSPOSE4_PS(four[0], four[1], four[2], four[3]);
