@@ -7,8 +7,10 @@ usage() {
 usage: packaging/try_wheel.sh FOLDER SUITE
 
 Makes a bare distribution (SUITE: bookworm, trixie or noble; packaging/bare.sh) of its own in build/bare/wheel-SUITE,
-unless it is there, with Python and nothing that compiles. Installs the wheel in FOLDER that fits its Python, with a numpy that is
-fetched here, and runs packaging/wheel_sample.py, whose output must be what is expected. As root, who may mount.
+unless it is there, with Python and nothing that compiles. Installs the wheel in FOLDER that fits its Python, with a numpy
+that is fetched here, and runs packaging/wheel_sample.py, whose output must be what is expected. Where PyPI has a wheel of
+PyBullet for its Python, also installs softcd-pybullet and runs the first example of docs/use/pybullet.md. As root, who may
+mount.
 TEXT
 }
 
@@ -38,6 +40,12 @@ case $1 in
     diff packaging/wheel_sample.txt /found.txt
     /venv/bin/softcd-detect --help >/dev/null
     /venv/bin/python -c 'import numpy, softcd, sys; print(softcd.__file__, numpy.__version__, sys.version)'
+    if compgen -G "$2/pybullet-*.whl" >/dev/null; then
+      time /venv/bin/python -m pip --quiet --disable-pip-version-check install --no-index --find-links "$2" softcd-pybullet
+      # shellcheck disable=SC2016  # the page's own backticks
+      sed -n '/^```python$/,/^```$/{//!p; /^```$/q}' docs/use/pybullet.md >/example.py
+      /venv/bin/python /example.py
+    fi
     exit
     ;;
 esac
@@ -49,6 +57,11 @@ bare=build/bare/$SOFTCD_BARE
 packaging/bare.sh "$2" packaging/try_wheel.sh --prepare python3
 rm -rf "$bare/wheels"
 cp -r "$folder" "$bare/wheels"
-python3 -m pip --quiet --disable-pip-version-check download numpy --dest "$bare/wheels" --no-deps --only-binary :all: \
-  --python-version "$(<"$bare/python_version")" --platform "manylinux_2_28_$(uname -m)" --platform "manylinux_2_17_$(uname -m)"
+# Fetches the wheel of the package $1.
+fetch() {
+  python3 -m pip --quiet --disable-pip-version-check download "$1" --dest "$bare/wheels" --no-deps --only-binary :all: \
+    --python-version "$(<"$bare/python_version")" --platform "manylinux_2_28_$(uname -m)" --platform "manylinux_2_17_$(uname -m)"
+}
+fetch numpy
+fetch pybullet 2>/dev/null || echo "PyPI has no wheel of PyBullet for Python $(<"$bare/python_version")"
 packaging/bare.sh "$2" packaging/try_wheel.sh --install /wheels

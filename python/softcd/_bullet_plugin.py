@@ -5,6 +5,7 @@ from __future__ import annotations
 import array
 import ctypes
 import importlib.metadata
+import importlib.util
 import pathlib
 
 import numpy as np
@@ -12,8 +13,17 @@ import pybullet
 
 from ._errors import BackendError, Error, InvalidInput, OutOfMemory
 
-PLUGIN = pathlib.Path(__file__).parent / "softcd_pybullet.so"
-"""The plugin that PyBullet loads; it is there where softcd was built with SOFTCD_PYBULLET_SOURCE."""
+
+
+def _find_plugin() -> pathlib.Path | None:
+    package = importlib.util.find_spec("softcd_pybullet")
+    if package is None or package.origin is None:
+        return None
+    return pathlib.Path(package.origin).with_name("softcd_pybullet.so")
+
+
+PLUGIN = _find_plugin()
+"""The plugin that PyBullet loads. None where the package softcd-pybullet is not installed."""
 
 _ERRORS = {-2: InvalidInput, -3: BackendError, -4: OutOfMemory}
 # PyBullet cuts off longer commands, and takes no more numbers in one.
@@ -25,12 +35,9 @@ class Plugin:
     """The plugin in one client. All Plugins of a client are the same one of PyBullet's."""
 
     def __init__(self, client: int) -> None:
-        """Loads the plugin. Raises softcd.Error where softcd was built without it, or for another PyBullet."""
-        if not PLUGIN.exists():
-            raise Error(
-                f"softcd was built without its plugin for PyBullet ({PLUGIN} is not there): build it with "
-                "--config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE, as docs/use/pybullet.md says."
-            )
+        """Loads the plugin. Raises softcd.Error where it is not installed, or was built for another PyBullet."""
+        if PLUGIN is None:
+            raise Error("softcd's plugin for PyBullet is not installed: install the package softcd-pybullet.")
         self.client = client
         # PyBullet passes bytes one by one; here they are copied at once.
         self._is_near = pybullet.getConnectionInfo(client)["connectionMethod"] in (pybullet.DIRECT, pybullet.GUI)
@@ -43,7 +50,7 @@ class Plugin:
             pybullet.unloadPlugin(self.id, physicsClientId=client)
             raise Error(
                 f"softcd's plugin was built for PyBullet {built_for}, but this is {installed}, whose objects may lie "
-                "in memory otherwise: build it with this version's sources."
+                f"in memory otherwise: install pybullet=={built_for}."
             )
 
     def execute(self, command: str, data: bytes | None = None) -> bytes:

@@ -1,5 +1,5 @@
-"""PyBullet clients with soft bodies, for tests of softcd.bullet. Tests are skipped where the wheel has no plugin, or
-PyBullet is not installed."""
+"""PyBullet clients with soft bodies, for tests of softcd.bullet. Tests are skipped where PyBullet or the plugin is not
+installed."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ import softcd  # noqa: E402
 import softcd.bullet  # noqa: E402
 from meshes import sheet  # noqa: E402
 
-if not softcd.bullet.PLUGIN.exists():
-    pytest.skip("the wheel was built without SOFTCD_PYBULLET_SOURCE", allow_module_level=True)
+if softcd.bullet.PLUGIN is None:
+    pytest.skip("softcd-pybullet is not installed", allow_module_level=True)
 
 SIDE = 11
 WORLDS = {"soft": 0, "deformable": pybullet.RESET_USE_DEFORMABLE_WORLD}

@@ -11,9 +11,10 @@ there and runs python/tests with pytest, which ARGUMENTs go to.
 
   PYTHON=python3            the interpreter to build for, 3.10 or newer
   SOFTCD_CUDA=auto|on|off   the CUDA backend; off here where nothing is said
-  SOFTCD_WHEELS=            a folder of wheels (packaging/wheels.sh), of which the one that fits is tested; builds none
+  SOFTCD_WHEELS=            a folder of wheels (packaging/wheels.sh), of which those that fit are tested; builds none
   SOFTCD_BESIDE=            packages that are installed too, and used before and after softcd: scipy numba open3d torch mypy pyright
-  SOFTCD_PYBULLET_SOURCE=   PyBullet's sources: builds the plugin for it too, and tests it in that version's wheel
+                            pybullet, of the version that softcd-pybullet is built for, tests that wheel, too
+  SOFTCD_PYBULLET_SOURCE=   PyBullet's sources: builds softcd-pybullet too, and tests it in that version's wheel
 
 Exit code 77: the interpreter, its headers or venv are missing, or no package index can be reached.
 TEXT
@@ -49,19 +50,23 @@ read -ra beside <<<"${SOFTCD_BESIDE:-}"
 "${pip[@]}" install pytest numpy ${beside[@]+"${beside[@]}"} || skip "pip cannot fetch pytest, numpy ${beside[*]}"
 
 if [ -n "${SOFTCD_WHEELS:-}" ]; then
-  "${pip[@]}" install --no-deps --no-index --find-links "$SOFTCD_WHEELS" softcd
+  wheels=(softcd)
+  if [[ " ${beside[*]} " = *" pybullet "* ]]; then wheels+=(softcd-pybullet); fi
+  "${pip[@]}" install --no-deps --no-index --find-links "$SOFTCD_WHEELS" "${wheels[@]}"
   cd "$root/python/tests"
   exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"
 fi
 
-# Debian 12's pip does not know the short form, -C.
-defines=(--config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}")
+# Debian 12's pip does not know the short form, -C. $1: the project's folder; more arguments for pip.
+build_wheel() {
+  "${pip[@]}" wheel "$1" --no-deps --wheel-dir "$build/wheel" --config-settings=cmake.define.SOFTCD_CUDA="${cuda^^}" "${@:2}"
+}
+build_wheel "$root" --config-settings=build-dir="$build/{wheel_tag}"
 if [ -n "${SOFTCD_PYBULLET_SOURCE:-}" ]; then
-  pybullet=$(sed -n "s/^ *version *= *'\([0-9.]*\)'.*/\1/p" "$SOFTCD_PYBULLET_SOURCE/setup.py")
-  "${pip[@]}" install --only-binary :all: "pybullet==$pybullet" || skip "pip cannot fetch PyBullet $pybullet"
-  defines+=(--config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE="$(cd "$SOFTCD_PYBULLET_SOURCE" && pwd)")
+  source=$(cd "$SOFTCD_PYBULLET_SOURCE" && pwd)
+  build_wheel "$root/python/pybullet" --config-settings=build-dir="$build/pybullet" \
+    --config-settings=cmake.define.SOFTCD_PYBULLET_SOURCE="$source"
 fi
-"${pip[@]}" wheel "$root" --no-deps --wheel-dir "$build/wheel" --config-settings=build-dir="$build/{wheel_tag}" "${defines[@]}"
-"${pip[@]}" install "$build"/wheel/softcd-*.whl
+"${pip[@]}" install --only-binary :all: "$build"/wheel/softcd*.whl
 cd "$root/python/tests"
 exec "$build/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"

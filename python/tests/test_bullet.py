@@ -1,5 +1,6 @@
 """Tests softcd's plugin for PyBullet: detection, and what attaching and detaching leave."""
 
+import importlib.metadata
 import pathlib
 import re
 
@@ -117,13 +118,20 @@ def test_wrong_settings_are_named(world):
         assert attachment.is_attached
 
 
-def test_a_plugin_that_does_not_fit_is_refused(world, monkeypatch, tmp_path):
+def test_a_plugin_that_does_not_fit_is_refused(world, monkeypatch):
     monkeypatch.setattr(softcd._bullet_plugin.importlib.metadata, "version", lambda name: "3.2.6")
     with pytest.raises(softcd.Error, match="built for PyBullet .*, but this is 3.2.6"):
         softcd.bullet.attach(world.client)
-    monkeypatch.setattr(softcd._bullet_plugin, "PLUGIN", tmp_path / "none.so")
-    with pytest.raises(softcd.Error, match="SOFTCD_PYBULLET_SOURCE"):
+    monkeypatch.setattr(softcd._bullet_plugin, "PLUGIN", None)
+    with pytest.raises(softcd.Error, match="install the package softcd-pybullet"):
         softcd.bullet.attach(world.client)
+
+
+def test_the_plugins_package_names_its_softcd_and_pybullet():
+    assert importlib.metadata.version("softcd-pybullet") == softcd.__version__
+    requirements = importlib.metadata.requires("softcd-pybullet")
+    assert f"softcd=={softcd.__version__}" in requirements
+    assert f"pybullet=={importlib.metadata.version('pybullet')}" in requirements
 
 
 def test_worlds_without_soft_bodies_are_refused(world):

@@ -31,7 +31,9 @@ def test_annotations_are_installed():
 
 @pytest.mark.skipif(shutil.which("nm") is None, reason="there is no nm")
 def test_the_modules_export_no_name_but_their_entry():
-    for module in FOLDER.glob("*.so"):
+    plugin = importlib.util.find_spec("softcd_pybullet")
+    folders = [FOLDER, *([pathlib.Path(plugin.origin).parent] if plugin else [])]
+    for module in (file for folder in folders for file in folder.glob("*.so")):
         if module.name.startswith("lib"):
             continue
         listed = subprocess.run(["nm", "-D", "--defined-only", module], capture_output=True, check=True, text=True)

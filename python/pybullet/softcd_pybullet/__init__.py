@@ -1,0 +1,1 @@
+"""The folder of softcd's plugin for PyBullet. softcd.bullet.attach() loads the plugin."""
