@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# Describes the binary interface of shared libraries, and compares it with that of an earlier release.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+usage: packaging/abi.sh FOLDER [--against EARLIER] LIBRARY...
+
+Writes a description of each shared LIBRARY's functions and their types to FOLDER/NAME.abi (abidw of libabigail). The
+libraries need debug information (-g). Types that no public header has are left out.
+
+  --against EARLIER   compares each with EARLIER/NAME.abi. Fails where a function is missing or a type has changed.
+                      What is new is no failure. NAME has the version of the interface, as libsoftcd.so.0.1 has, so
+                      that libraries of an incompatible version have nothing to be compared with.
+TEXT
+}
+
+case "${1:-}" in
+  -h | --help) usage && exit 0 ;;
+esac
+folder=${1:-}
+earlier=""
+if [ "${2:-}" = --against ]; then
+  earlier=${3:?a folder}
+  set -- "$1" "${@:4}"
+fi
+if [ $# -lt 2 ]; then usage >&2 && exit 2; fi
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+"$root/cmake/setup.sh" --only abigail-tools binutils
+mkdir -p "$folder"
+
+headers=()
+for layer in kernels plugin bullet_integration; do headers+=(--headers-dir "$root/$layer/include"); done
+failed=0
+for library in "${@:2}"; do
+  readelf -S "$library" | grep -q '\.debug_info' || { echo "softcd: $library has no debug information; compile it with -g" >&2 && exit 1; }
+  name=$(readelf -d "$library" | grep -oP 'SONAME.*\[\K[^]]*').abi
+  abidw "${headers[@]}" --drop-private-types --no-corpus-path --no-comp-dir-path --no-show-locs --out-file "$folder/$name" "$library"
+  if [ -z "$earlier" ]; then continue; fi
+  if [ ! -e "$earlier/$name" ]; then
+    echo "softcd: $earlier has no $name, which is a new interface"
+  elif abidiff --no-added-syms "$earlier/$name" "$folder/$name"; then
+    echo "softcd: $name is compatible with $earlier"
+  else
+    echo "softcd: $name is not compatible with $earlier: undo what is listed above, or raise the minor version" >&2
+    failed=1
+  fi
+done
+exit "$failed"
