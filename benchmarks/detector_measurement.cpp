@@ -50,6 +50,7 @@ float largest_radius(const DetectorScene& scene) {
 
 void set_times(Measurement& measurement, const std::vector<StageTimes>& times) {
   std::vector<double> totals;
+  totals.reserve(times.size());
   for (const StageTimes& time : times) totals.push_back(time.total);
   const Quartiles quartiles = quartiles_of(totals);
   measurement.statistics.ms = demo::median(times);
