@@ -78,8 +78,8 @@ float lit_part(vec3 position, float towards_sun) {
   float slope = min(sqrt(max(0, 1 - towards_sun * towards_sun)) / towards_sun, kSteepestSlope);
   float blockers = 0;
   float way = 0;  // from them to here, in the scene's unit, summed up
-  for (int i = 0; i < kBlockerLooks; ++i) {
-    vec2 offset = kWidestShadowEdge * spiral(i, kBlockerLooks);
+  for (int i = 0; i < kBlockerSamples; ++i) {
+    vec2 offset = kWidestShadowEdge * spiral(i, kBlockerSamples);
     float depth = texture(shadow_depths, place.xy + offset / light_size.xy).x;
     float in_front = (place.z - depth) * light_size.z - kShadowBias - length(offset) * slope;
     if (in_front > 0) {
@@ -91,10 +91,10 @@ float lit_part(vec3 position, float towards_sun) {
   float radius = clamp(kSunRadius * way / blockers, kSharpestShadowEdge, kWidestShadowEdge);
   float bias = (kShadowBias + radius * slope) / light_size.z;
   float lit = 0;
-  for (int i = 0; i < kShadowLooks; ++i) {
-    lit += texture(shadows, vec3(place.xy + radius * spiral(i, kShadowLooks) / light_size.xy, place.z - bias));
+  for (int i = 0; i < kShadowSamples; ++i) {
+    lit += texture(shadows, vec3(place.xy + radius * spiral(i, kShadowSamples) / light_size.xy, place.z - bias));
   }
-  return lit / kShadowLooks;
+  return lit / kShadowSamples;
 }
 
 vec3 shade(vec3 position, vec3 normal, vec3 color) {
@@ -182,7 +182,7 @@ std::string with_shading(const char* fragment_shader) {
   source += constant("kShadowBias", kShadowBias) + constant("kSunRadius", kSunRadius);
   source += constant("kSharpestShadowEdge", kSharpestShadowEdge) + constant("kWidestShadowEdge", kWidestShadowEdge);
   source += constant("kSteepestSlope", kSteepestSlope);
-  source += constant("kBlockerLooks", kBlockerLooks) + constant("kShadowLooks", kShadowLooks);
+  source += constant("kBlockerSamples", kBlockerSamples) + constant("kShadowSamples", kShadowSamples);
   source += constant("kEdgeWidth", kEdgeWidth) + constant("kEdgeShade", kEdgeShade);
   source += constant("kFloorReach", kFloorReach) + constant("kGamma", static_cast<double>(kGamma));
   source +=

@@ -35,10 +35,10 @@ struct JudgedRun {
 };
 
 /// Summarises each run of vertices, one block for each. All arrays but `judged` are in host memory. `judged` and
-/// `foreseen` are null where nothing is to be compared.
+/// `predicted` are null where nothing is to be compared.
 __global__ void __launch_bounds__(kBlockSize)
     survey_vertices(const SurveyedVertices* runs, Vec3d origin, bool needs_t0, StepSurvey* surveys,
-                    const StepSurvey* foreseen, JudgedRun* judged) {
+                    const StepSurvey* predicted, JudgedRun* judged) {
   using Reduce = cub::BlockReduce<StepSurvey, kBlockSize>;
   __shared__ typename Reduce::TempStorage shared;
   const SurveyedVertices vertices = runs[blockIdx.x];
@@ -52,13 +52,14 @@ __global__ void __launch_bounds__(kBlockSize)
   if (threadIdx.x != 0) return;
   if (!vertices.has_two_ends) survey.t0 = survey.t1;
   surveys[blockIdx.x] = survey;
-  if (judged != nullptr) judged[blockIdx.x] = {survey, is_within(survey, foreseen[blockIdx.x])};
+  if (judged != nullptr) judged[blockIdx.x] = {survey, is_within(survey, predicted[blockIdx.x])};
 }
 
 /// Decides whether all positions are as predicted, for the device and for the host. Runs as one block, after
 /// survey_vertices.
-__global__ void __launch_bounds__(kBlockSize) judge_surveys(const JudgedRun* judged, std::uint32_t runs, Foreseen scene,
-                                                            std::uint32_t* on_device, std::uint32_t* on_host) {
+__global__ void __launch_bounds__(kBlockSize)
+    judge_surveys(const JudgedRun* judged, std::uint32_t runs, Predicted scene, std::uint32_t* on_device,
+                  std::uint32_t* on_host) {
   using Reduce = cub::BlockReduce<StepSurvey, kBlockSize>;
   __shared__ typename Reduce::TempStorage shared;
   StepSurvey all;
@@ -70,7 +71,7 @@ __global__ void __launch_bounds__(kBlockSize) judge_surveys(const JudgedRun* jud
   const bool are_all_within = __syncthreads_and(are_within ? 1 : 0) != 0;
   all = Reduce(shared).Reduce(all, Merge{});
   if (threadIdx.x != 0) return;
-  *on_device = are_all_within && is_as_foreseen(all, scene) ? 1U : 0U;
+  *on_device = are_all_within && is_as_predicted(all, scene) ? 1U : 0U;
   *on_host = *on_device;
 }
 
@@ -109,34 +110,34 @@ class CudaPositionReader final : public DevicePositionReader {
     return seen().surveys;
   }
 
-  ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen, const Foreseen& scene,
-                       bool needs_t0) override {
+  PredictionVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> predicted,
+                         const Predicted& scene, bool needs_t0) override {
     const DeviceGuard guard(device_);
     finish_looking();
     OnDevice& on_device = *on_device_;
-    on_device.foreseen.reserve(foreseen.size());
-    std::copy(foreseen.begin(), foreseen.end(), on_device.foreseen.data());
-    if (on_device.judged_capacity < foreseen.size()) {
+    on_device.predicted.reserve(predicted.size());
+    std::copy(predicted.begin(), predicted.end(), on_device.predicted.data());
+    if (on_device.judged_capacity < predicted.size()) {
       on_device.judged_capacity = 0;
-      on_device.judged = DeviceMemory<JudgedRun>(foreseen.size());
-      on_device.judged_capacity = foreseen.size();
+      on_device.judged = DeviceMemory<JudgedRun>(predicted.size());
+      on_device.judged_capacity = predicted.size();
     }
     if (on_device.verdict.get() == nullptr) on_device.verdict = DeviceMemory<std::uint32_t>(1);
     on_device.host_verdict.reserve(1);
-    enqueue_survey(vertices, scene.origin, needs_t0, on_device.foreseen.data(), on_device.judged.get());
-    judge_surveys<<<1, kBlockSize, 0, stream()>>>(on_device.judged.get(), static_cast<std::uint32_t>(foreseen.size()),
+    enqueue_survey(vertices, scene.origin, needs_t0, on_device.predicted.data(), on_device.judged.get());
+    judge_surveys<<<1, kBlockSize, 0, stream()>>>(on_device.judged.get(), static_cast<std::uint32_t>(predicted.size()),
                                                   scene, on_device.verdict.get(), on_device.host_verdict.data());
     check_cuda(cudaGetLastError(), "looking at positions");
-    check_cuda(cudaEventRecord(on_device.has_looked.get(), stream()), "looking at positions");
-    return {on_device.verdict.get(), on_device.has_looked.get()};
+    check_cuda(cudaEventRecord(on_device.has_detected.get(), stream()), "looking at positions");
+    return {on_device.verdict.get(), on_device.has_detected.get()};
   }
 
   SeenPositions seen() override {
     const DeviceGuard guard(device_);
     finish_looking();
     const OnDevice& on_device = *on_device_;
-    const bool are_as_foreseen = on_device.host_verdict.capacity() > 0 && *on_device.host_verdict.data() != 0;
-    return {{on_device.surveys.data(), on_device.survey_count}, are_as_foreseen};
+    const bool are_as_predicted = on_device.host_verdict.capacity() > 0 && *on_device.host_verdict.data() != 0;
+    return {{on_device.surveys.data(), on_device.survey_count}, are_as_predicted};
   }
 
   void copy(const GivenPositions& from, std::uint64_t count, void* to) override {
@@ -155,17 +156,17 @@ class CudaPositionReader final : public DevicePositionReader {
     PinnedBuffer<SurveyedVertices> vertices;
     PinnedBuffer<StepSurvey> surveys;
     std::uint64_t survey_count = 0;
-    PinnedBuffer<StepSurvey> foreseen;
+    PinnedBuffer<StepSurvey> predicted;
     DeviceMemory<JudgedRun> judged;
     std::uint64_t judged_capacity = 0;
     DeviceMemory<std::uint32_t> verdict;
     PinnedBuffer<std::uint32_t> host_verdict;
-    Event has_looked{cudaEventDisableTiming};
+    Event has_detected{cudaEventDisableTiming};
     bool is_looking = false;  ///< the arrays are in use
   };
 
   void enqueue_survey(Span<const SurveyedVertices> vertices, const Vec3d& origin, bool needs_t0,
-                      const StepSurvey* foreseen, JudgedRun* judged) {
+                      const StepSurvey* predicted, JudgedRun* judged) {
     OnDevice& on_device = *on_device_;
     finish_looking();
     on_device.vertices.reserve(vertices.size());
@@ -174,7 +175,7 @@ class CudaPositionReader final : public DevicePositionReader {
     std::copy(vertices.begin(), vertices.end(), on_device.vertices.data());
     on_device.is_looking = true;
     survey_vertices<<<static_cast<unsigned>(vertices.size()), kBlockSize, 0, stream()>>>(
-        on_device.vertices.data(), origin, needs_t0, on_device.surveys.data(), foreseen, judged);
+        on_device.vertices.data(), origin, needs_t0, on_device.surveys.data(), predicted, judged);
     check_cuda(cudaGetLastError(), "looking at positions");
   }
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "softcd/mesh/foreseen_positions.hpp"
+#include "softcd/mesh/predicted_positions.hpp"
 #include "softcd/positions.hpp"
 
 namespace softcd {

@@ -125,7 +125,7 @@ void ProbeCore::set_options(const ProbeOptions& options) {
   options_ = options;
 }
 
-LookedAt ProbeCore::looked_at() const {
+NeededPositions ProbeCore::needed_positions() const {
   return {options_.step_end == StepEnd::t0, options_.step_end == StepEnd::t1, false};
 }
 

@@ -38,7 +38,7 @@ class ProbeCore final : public SceneUser {
   const ProbeOptions& options() const { return options_; }
   void set_body_filter(BodyFilter filter) { filter_ = std::move(filter); }
 
-  LookedAt looked_at() const override;
+  NeededPositions needed_positions() const override;
   QueryMemories& free_memories() override { return memories_; }
   void drop_memories() noexcept override {
     memories_ = {};

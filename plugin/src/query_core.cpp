@@ -13,7 +13,7 @@ namespace softcd::detail {
 QueryCore::QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options)
     : scene_(std::move(scene)), options_(options) {
   validate_options(options);
-  scene_->finish_foreseen();
+  scene_->finish_predicted();
   scene_->enter(*this);
 }
 
@@ -30,7 +30,7 @@ void QueryCore::close() noexcept {
 /// Ends the query's detection. Its contacts and its failure are no longer of interest.
 void QueryCore::end() noexcept {
   if (scene_->is_running(*this)) scene_->finish_running();
-  scene_->finish_foreseen();
+  scene_->finish_predicted();
   detection_.reset();
 }
 
@@ -61,7 +61,7 @@ void QueryCore::finish_detection() noexcept {
   detection_ = scene_->finish(request(Pairs::all), std::move(*detection_));
 }
 
-LookedAt QueryCore::looked_at() const {
+NeededPositions QueryCore::needed_positions() const {
   return {looks_at_t0(options_), looks_at_t1(options_), measures_moves(options_)};
 }
 
@@ -129,12 +129,12 @@ std::vector<Contact> QueryCore::gather_contacts() {
 }
 
 void QueryCore::set_pair_filter(PairFilter filter) {
-  scene_->finish_foreseen();
+  scene_->finish_predicted();
   filter_ = std::move(filter);
 }
 
 void QueryCore::set_only_pairs(Span<const BodyPair> pairs) {
-  scene_->finish_foreseen();
+  scene_->finish_predicted();
   guarded([] { return kNoMemoryForPairs; }, [&] { only_pairs_ = BodyPairList(pairs); });
 }
 

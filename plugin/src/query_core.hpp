@@ -32,7 +32,7 @@ class QueryCore final : public SceneUser {
   const Statistics& statistics() const { return statistics_; }
   std::vector<StageReport> explain() const;
 
-  LookedAt looked_at() const override;
+  NeededPositions needed_positions() const override;
   /// Keeps memories that the caller holds, and one free memory.
   QueryMemories& free_memories() override;
   void drop_memories() noexcept override;

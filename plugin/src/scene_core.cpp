@@ -49,7 +49,7 @@ SceneCore::SceneCore(const SceneOptions& options, LogCallback log, DetectorFacto
 }
 
 BodyId SceneCore::add_body(const BodyDesc& desc) {
-  finish_foreseen();
+  finish_predicted();
   const BodyId id = store_->layout().next_id();
   validate_mesh(id, desc);
   validate_rank(id, desc);
@@ -110,7 +110,7 @@ void SceneCore::set_positions(BodyId id, const Positions& x_t0, const Positions&
 }
 
 void SceneCore::set_ignored_pairs(Span<const BodyPair> pairs) {
-  finish_foreseen();
+  finish_predicted();
   for (const BodyPair& pair : pairs) {
     find(pair.a);
     find(pair.b);
@@ -174,7 +174,7 @@ void SceneCore::validate_rank(BodyId id, const BodyDesc& desc) const {
 
 /// Returns a body that is about to be changed.
 Body& SceneCore::find(BodyId id) {
-  finish_foreseen();
+  finish_predicted();
   if (Body* const body = store_->layout().find(id)) return *body;
   throw InvalidInput(fmt::format("body {} is not in the scene; it was removed, or never added.", id.value));
 }
@@ -200,7 +200,7 @@ PendingDetection SceneCore::start(const DetectionRequest& request) {
   try {
     start_detector(request, detection);
   } catch (...) {
-    store_->positions().doubt_foreseen();
+    store_->positions().doubt_predicted();
     if (ranks_ == nullptr) throw;
     // The other ranks have started their detection. All report the error when they wait.
     detection.has_work = false;
@@ -224,10 +224,10 @@ void SceneCore::start_detector(const DetectionRequest& request, PendingDetection
   guarded_in_memory(
       request.statistics, [&] { return preparation_problem(); },
       [&] {
-        prepare(request, detection, may_foresee(request));
+        prepare(request, detection, may_predict(request));
         // A detection without work is never finished, so the prediction behind that is judged here.
-        if (detection.has_work || !store_->positions().has_foreseen() || judge_foreseen()) return;
-        prepare(request, detection, /*may_foresee=*/false);
+        if (detection.has_work || !store_->positions().has_predicted() || judge_predicted()) return;
+        prepare(request, detection, /*may_predict=*/false);
       });
   if (!detection.has_work) return;
   guarded_in_memory(
@@ -241,8 +241,8 @@ void SceneCore::start_detector(const DetectionRequest& request, PendingDetection
 /// Waits for the started detection. Repeats it where its predicted positions were wrong.
 void SceneCore::finish_detector(const DetectionRequest& request, PendingDetection& detection, Statistics& found) {
   detection.contacts = detector_->finish(found);
-  if (store_->positions().has_foreseen() && !judge_foreseen()) {
-    prepare(request, detection, /*may_foresee=*/false);
+  if (store_->positions().has_predicted() && !judge_predicted()) {
+    prepare(request, detection, /*may_predict=*/false);
     detection.contacts = {};
     detection.staying = {};
     if (!detection.has_work) return;
@@ -271,7 +271,7 @@ std::vector<Contact> SceneCore::gather(Span<const Contact> contacts) {
 
 /// Returns whether predicted positions may be used. The caller must not notice a repetition, and the result must not
 /// depend on the prediction. Margins that compensate the rounding of doubles would depend on it.
-bool SceneCore::may_foresee(const DetectionRequest& request) const {
+bool SceneCore::may_predict(const DetectionRequest& request) const {
   const bool covers_rounding = store_->positions().has_new_doubles_on_device() &&
                                chosen_accuracy(request.options, store_->bodies()).accuracy == Accuracy::conservative;
   return options_.backend == Backend::cuda && ranks_ == nullptr && request.pairs == Pairs::all && !request.filter &&
@@ -279,9 +279,9 @@ bool SceneCore::may_foresee(const DetectionRequest& request) const {
 }
 
 /// Prepares everything for a detection, apart from the detector's start.
-void SceneCore::prepare(const DetectionRequest& request, PendingDetection& detection, bool may_foresee) {
+void SceneCore::prepare(const DetectionRequest& request, PendingDetection& detection, bool may_predict) {
   QueryOptions options = request.options;
-  apply_changes(request.user.looked_at(), may_foresee, /*lists_neighbours=*/true);
+  apply_changes(request.user.needed_positions(), may_predict, /*lists_neighbours=*/true);
   warn_of_strays();
   warn_of_missing_positions(options);
   const std::vector<Body>& bodies = store_->bodies();
@@ -366,15 +366,15 @@ auto SceneCore::reading(const F& f) {
   }
 }
 
-void SceneCore::apply_changes(const LookedAt& by_next, bool may_foresee, bool lists_neighbours) {
+void SceneCore::apply_changes(const NeededPositions& by_next, bool may_predict, bool lists_neighbours) {
   reading([&] {
     DevicePositionReader* const reader = store_->positions().are_on_device() ? &detector_->position_reader() : nullptr;
-    store_->apply_changes(looked_at(), by_next, reader, may_foresee, lists_neighbours);
+    store_->apply_changes(needed_positions(), by_next, reader, may_predict, lists_neighbours);
   });
 }
 
-bool SceneCore::judge_foreseen() {
-  return reading([&] { return store_->positions().judge_foreseen(detector_->position_reader()); });
+bool SceneCore::judge_predicted() {
+  return reading([&] { return store_->positions().judge_predicted(detector_->position_reader()); });
 }
 
 void SceneCore::answer(const ProbeRequest& request, const Questions& ask) {
@@ -402,7 +402,7 @@ void SceneCore::answer_on_host(const std::function<void(const SceneStore&)>& f) 
 }
 
 ProbedScene SceneCore::probed_scene(const ProbeRequest& request) {
-  apply_changes(request.user.looked_at(), /*may_foresee=*/false, /*lists_neighbours=*/false);
+  apply_changes(request.user.needed_positions(), /*may_predict=*/false, /*lists_neighbours=*/false);
   warn_of_strays();
   if (request.wants_sides) store_->layout().find_closed_surfaces();
   request.bodies.clear();
@@ -421,10 +421,10 @@ ProbedScene SceneCore::probed_scene(const ProbeRequest& request) {
 }
 
 /// Returns the positions that any of the scene's queries and probes needs.
-LookedAt SceneCore::looked_at() const {
-  LookedAt result;
+NeededPositions SceneCore::needed_positions() const {
+  NeededPositions result;
   for (const SceneUser* const user : users_) {
-    const LookedAt by_user = user->looked_at();
+    const NeededPositions by_user = user->needed_positions();
     result.t0 |= by_user.t0;
     result.t1 |= by_user.t1;
     result.moves |= by_user.moves;
@@ -466,14 +466,14 @@ PendingDetection SceneCore::finish(const DetectionRequest& request, PendingDetec
     found.ms.total += detection.statistics.ms.total;
     detection.statistics = found;
   } catch (...) {
-    store_->positions().doubt_foreseen();
+    store_->positions().doubt_predicted();
     detection.problem = std::current_exception();
   }
   return detection;
 }
 
-void SceneCore::finish_foreseen() noexcept {
-  if (store_->positions().has_foreseen()) finish_running();
+void SceneCore::finish_predicted() noexcept {
+  if (store_->positions().has_predicted()) finish_running();
 }
 
 void SceneCore::drop_detections() noexcept {

@@ -42,7 +42,7 @@ class SceneUser {
   SceneUser(const SceneUser&) = delete;
   SceneUser& operator=(const SceneUser&) = delete;
 
-  virtual LookedAt looked_at() const = 0;
+  virtual NeededPositions needed_positions() const = 0;
   /// Returns memory for the next detection or results, which the caller does not hold.
   virtual QueryMemories& free_memories() = 0;
   virtual void drop_memories() noexcept = 0;
@@ -110,7 +110,7 @@ class SceneCore {
   void finish_running() noexcept;
   /// Finishes a running detection before the scene or a query changes, if the detection may have to be repeated with
   /// the unchanged state.
-  void finish_foreseen() noexcept;
+  void finish_predicted() noexcept;
   /// Drops detections that the caller has not waited for.
   void drop_detections() noexcept;
   /// Ends the running detection and refuses further ones.
@@ -138,15 +138,15 @@ class SceneCore {
   void finish_detector(const DetectionRequest& request, PendingDetection& detection, Statistics& found);
   template <class F>
   static auto reading(const F& f);
-  void apply_changes(const LookedAt& by_next, bool may_foresee, bool lists_neighbours);
-  bool judge_foreseen();
-  bool may_foresee(const DetectionRequest& request) const;
-  void prepare(const DetectionRequest& request, PendingDetection& detection, bool may_foresee);
+  void apply_changes(const NeededPositions& by_next, bool may_predict, bool lists_neighbours);
+  bool judge_predicted();
+  bool may_predict(const DetectionRequest& request) const;
+  void prepare(const DetectionRequest& request, PendingDetection& detection, bool may_predict);
   ProbedScene probed_scene(const ProbeRequest& request);
   PairFilter pair_filter(const DetectionRequest& request) const;
   void warn_of_missing_positions(const QueryOptions& options);
   void require_rest_positions() const;
-  LookedAt looked_at() const;
+  NeededPositions needed_positions() const;
   SceneSize count_elements(Statistics& statistics) const;
   void warn_of_strays() const;
   void log(LogLevel level, std::string_view message) const;

@@ -69,14 +69,14 @@ Extent ScenePositions::extent_at(bool t0) const {
   return extent;
 }
 
-void ScenePositions::read(const LookedAt& needs, DevicePositionReader* reader, bool may_foresee) {
+void ScenePositions::read(const NeededPositions& needs, DevicePositionReader* reader, bool may_predict) {
   bodies_with_new_strays_.clear();
-  if (may_foresee && reader != nullptr && can_foresee(needs)) {
-    foresee(*reader);
+  if (may_predict && reader != nullptr && can_predict(needs)) {
+    predict(*reader);
     return;
   }
   selection_number_ = 0;
-  foreseen_bodies_.clear();
+  predicted_bodies_.clear();
   needs_ = needs;
   read_and_survey(reader);
 }
@@ -109,7 +109,7 @@ void ScenePositions::read_and_survey(DevicePositionReader* reader) {
     // The host finds the indices of these vertices.
     if (body.positions.are_on_device() && has_strays(body.positions.survey())) take_to_host(body, *reader);
   }
-  if (learns) foresight_.learn(bodies);
+  if (learns) prediction_.learn(bodies);
 }
 
 void ScenePositions::prepare_reading() {
@@ -223,75 +223,75 @@ std::vector<SurveyedVertices> ScenePositions::surveyed(const std::vector<Block>&
 
 /// Returns whether a prediction can be used. Only positions on a device may have changed since they were surveyed. The
 /// origin, relative to which doubles are rounded, is predicted, too.
-bool ScenePositions::can_foresee(const LookedAt& needs) const {
+bool ScenePositions::can_predict(const NeededPositions& needs) const {
   bool has_new = false;
   for (const Body& body : layout_.bodies()) {
     if (lacks_t0(body) || is_new_on_host(body)) return false;
     has_new |= body.positions.are_new();
   }
-  return has_new && foresight_.is_known() && needs == needs_;
+  return has_new && prediction_.is_known() && needs == needs_;
 }
 
 /// Works as read_and_survey(), but uses predictions for positions on the device.
-void ScenePositions::foresee(DevicePositionReader& reader) {
+void ScenePositions::predict(DevicePositionReader& reader) {
   std::vector<Body>& bodies = layout_.bodies();
   std::vector<Block> blocks;
-  std::vector<StepSurvey> foreseen;
-  std::vector<std::size_t> foreseen_bodies;
-  Foreseen scene;
+  std::vector<StepSurvey> predicted;
+  std::vector<std::size_t> predicted_bodies;
+  Predicted scene;
   scene.origin = origin_;
   scene.looks_at_t0 = needs_.t0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     Body& body = bodies[b];
     if (!body.positions.are_set()) continue;
     if (body.positions.are_new()) {
-      foreseen_bodies.push_back(b);
+      predicted_bodies.push_back(b);
       append_blocks(body, blocks);
-      foreseen.resize(blocks.size(), foresight_.of(b));
-      scene.moves |= foresight_.of(b).moves;
+      predicted.resize(blocks.size(), prediction_.of(b));
+      scene.moves |= prediction_.of(b).moves;
       wait_until_ready(body, reader);
     } else {
       scene.others.extend(body.positions.survey().t1.extent);
       if (needs_.t0) scene.others.extend(body.positions.survey().t0.extent);
     }
   }
-  verdict_ = reader.look(surveyed(blocks), foreseen, scene, needs_.needs_t0());
-  foreseen_blocks_ = std::move(blocks);
-  for (const std::size_t b : foreseen_bodies) {
-    bodies[b].positions.set_survey(foresight_.of(b));
+  verdict_ = reader.look(surveyed(blocks), predicted, scene, needs_.needs_t0());
+  predicted_blocks_ = std::move(blocks);
+  for (const std::size_t b : predicted_bodies) {
+    bodies[b].positions.set_survey(prediction_.of(b));
     finish_reading(bodies[b], origin_);
   }
-  if (foreseen_number_ != foresight_.number() || foreseen_bodies_ != foreseen_bodies) ++last_selection_number_;
+  if (predicted_number_ != prediction_.number() || predicted_bodies_ != predicted_bodies) ++last_selection_number_;
   selection_number_ = last_selection_number_;
-  foreseen_number_ = foresight_.number();
-  foreseen_bodies_ = std::move(foreseen_bodies);
+  predicted_number_ = prediction_.number();
+  predicted_bodies_ = std::move(predicted_bodies);
 }
 
-bool ScenePositions::judge_foreseen(DevicePositionReader& reader) {
+bool ScenePositions::judge_predicted(DevicePositionReader& reader) {
   bool is_so = false;
   try {
     const SeenPositions seen = reader.seen();
-    merge_surveys(foreseen_blocks_, seen.surveys);
-    is_so = seen.are_as_foreseen;
+    merge_surveys(predicted_blocks_, seen.surveys);
+    is_so = seen.are_as_predicted;
   } catch (...) {
-    doubt_foreseen();
+    doubt_predicted();
     throw;
   }
   if (!is_so) {
-    foresight_.fail();
-    doubt_foreseen();
+    prediction_.fail();
+    doubt_predicted();
     return false;
   }
-  foreseen_blocks_.clear();
+  predicted_blocks_.clear();
   verdict_ = {};
-  foresight_.confirm();
-  foresight_.learn(layout_.bodies());
+  prediction_.confirm();
+  prediction_.learn(layout_.bodies());
   return true;
 }
 
-void ScenePositions::doubt_foreseen() noexcept {
-  for (const Block& block : foreseen_blocks_) block.body->positions.distrust_device();
-  foreseen_blocks_.clear();
+void ScenePositions::doubt_predicted() noexcept {
+  for (const Block& block : predicted_blocks_) block.body->positions.distrust_device();
+  predicted_blocks_.clear();
   verdict_ = {};
 }
 
@@ -323,7 +323,7 @@ void ScenePositions::take_to_host(Body& body, DevicePositionReader& reader) {
   full_revision_ = 0;
 }
 
-std::vector<std::uint32_t> ScenePositions::find_strays(Body& body, const LookedAt& needs) {
+std::vector<std::uint32_t> ScenePositions::find_strays(Body& body, const NeededPositions& needs) {
   std::vector<std::uint32_t> strays;
   std::vector<std::uint32_t>& named = body.named_strays;
   const StepSurvey& survey = body.positions.survey();

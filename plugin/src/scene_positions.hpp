@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "body.hpp"
-#include "foresight.hpp"
+#include "extent_prediction.hpp"
 #include "host_array.hpp"
 
 namespace softcd {
@@ -12,7 +12,7 @@ namespace softcd {
 class SceneLayout;
 
 /// The positions that the queries and probes of a scene need.
-struct LookedAt {
+struct NeededPositions {
   bool t0 = false;     ///< contacts there, or on the path from there
   bool t1 = false;     ///< contacts there, or on the path to there
   bool moves = false;  ///< the distance that vertices move from one to the other
@@ -20,7 +20,7 @@ struct LookedAt {
   bool needs_t0() const { return t0 || moves; }
   bool needs_t1() const { return t1 || moves; }
 
-  friend bool operator==(const LookedAt&, const LookedAt&) = default;
+  friend bool operator==(const NeededPositions&, const NeededPositions&) = default;
 };
 
 /// The positions of a scene's bodies. Reads positions on the host into the layout's arrays, once, relative to the
@@ -33,24 +33,24 @@ class ScenePositions {
   /// Makes memory for positions accessible to CUDA devices from now on.
   void share();
   /// Drops predictions, because something other than positions has changed.
-  void forget_foresight() { foresight_.forget(); }
+  void forget_prediction() { prediction_.forget(); }
   /// Reads the new positions that `needs` names. Afterwards the caller's memory on the host is no longer needed, even
   /// if this throws an exception of `reader`; the next call then surveys the device again. `reader` may be null if no
-  /// positions are on a device. If it `may_foresee`, judge_foreseen() must follow before anything else changes.
-  void read(const LookedAt& needs, DevicePositionReader* reader, bool may_foresee);
+  /// positions are on a device. If it `may_predict`, judge_predicted() must follow before anything else changes.
+  void read(const NeededPositions& needs, DevicePositionReader* reader, bool may_predict);
   /// Returns whether the last read() used predictions that have not been judged.
-  bool has_foreseen() const { return !foreseen_blocks_.empty(); }
+  bool has_predicted() const { return !predicted_blocks_.empty(); }
   /// Returns whether all predictions were right. Call it after a detector that used them has finished. If not, or if
   /// `reader` throws, the next read() surveys the positions.
-  bool judge_foreseen(DevicePositionReader& reader);
+  bool judge_predicted(DevicePositionReader& reader);
   /// Makes the next read() survey the positions that were predicted.
-  void doubt_foreseen() noexcept;
+  void doubt_predicted() noexcept;
   /// Copies positions on a device into the arrays, as if they had been given on the host.
   void take_to_host(DevicePositionReader& reader);
   /// Returns the body's vertices that are not finite at the ends that `needs` names, ascending. Records the body for
   /// bodies_with_new_strays() if some of them are new. Queries may need different ends in turn; a vertex that one query
   /// has reported is not reported again.
-  std::vector<std::uint32_t> find_strays(Body& body, const LookedAt& needs);
+  std::vector<std::uint32_t> find_strays(Body& body, const NeededPositions& needs);
   /// Returns the bodies that find_strays() has recorded since the last read().
   const std::vector<const Body*>& bodies_with_new_strays() const { return bodies_with_new_strays_; }
 
@@ -100,21 +100,21 @@ class ScenePositions {
   void take_to_host(Body& body, DevicePositionReader& reader);
   void copy_full(const Block& block);
 
-  bool can_foresee(const LookedAt& needs) const;
-  void foresee(DevicePositionReader& reader);
+  bool can_predict(const NeededPositions& needs) const;
+  void predict(DevicePositionReader& reader);
 
   SceneLayout& layout_;
   Vec3d origin_{0, 0, 0};
-  LookedAt needs_;  ///< when positions were read last
+  NeededPositions needs_;  ///< when positions were read last
   std::uint64_t revision_ = 0;
   HostArray<Vec3d> full_t0_, full_t1_;
   std::uint64_t full_revision_ = 0;  ///< of the scene, when they were filled; 0: they are not
   std::vector<const Body*> bodies_with_new_strays_;
-  Foresight foresight_;
-  std::vector<Block> foreseen_blocks_;  ///< blocks with predicted summaries; bodies keep their places meanwhile
-  ForeseenVerdict verdict_;             ///< the verdict on the predictions
-  std::uint64_t foreseen_number_ = 0;   ///< identifies the prediction, and its bodies, that the last read() used
-  std::vector<std::size_t> foreseen_bodies_;
+  ExtentPrediction prediction_;
+  std::vector<Block> predicted_blocks_;  ///< blocks with predicted summaries; bodies keep their places meanwhile
+  PredictionVerdict verdict_;            ///< the verdict on the predictions
+  std::uint64_t predicted_number_ = 0;   ///< identifies the prediction, and its bodies, that the last read() used
+  std::vector<std::size_t> predicted_bodies_;
   std::uint64_t selection_number_ = 0, last_selection_number_ = 0;
 };
 

@@ -33,7 +33,7 @@ void SceneStore::replace(Body& body, const BodyDesc& desc) {
 /// Records a change of anything but positions.
 void SceneStore::note_change(Body& body) {
   body.last_change = ++last_change_;
-  positions_.forget_foresight();
+  positions_.forget_prediction();
 }
 
 void SceneStore::set_settings(Body& body, const BodySettings& settings) {
@@ -80,17 +80,17 @@ void SceneStore::set_ignored_pairs(BodyPairList pairs) {
   ignored_pairs_ = std::move(pairs);
 }
 
-void SceneStore::apply_changes(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader,
-                               bool may_foresee, bool lists_neighbours) {
+void SceneStore::apply_changes(const NeededPositions& by_scene, const NeededPositions& by_next,
+                               DevicePositionReader* reader, bool may_predict, bool lists_neighbours) {
   layout_.apply_changes();
-  positions_.read(by_scene, reader, may_foresee);
+  positions_.read(by_scene, reader, may_predict);
   leave_out_strays(by_next);
   neighbours_.update(layout_.bodies());
   if (lists_neighbours) neighbours_.list_missing(layout_);
   filters_.update(layout_);
 }
 
-void SceneStore::leave_out_strays(const LookedAt& needs) {
+void SceneStore::leave_out_strays(const NeededPositions& needs) {
   for (Body& body : layout_.bodies()) {
     if (body.is_removed) continue;
     std::vector<std::uint32_t> strays = positions_.find_strays(body, needs);

@@ -42,9 +42,9 @@ class SceneStore {
 
   /// Brings the arrays up to date. Nothing may read them during the call. `by_scene` has the ends that all queries
   /// need, which decide the origin. `by_next` has those of the next detection, at which vertices have to be finite.
-  /// `lists_neighbours` is for detections. See ScenePositions::read() for `reader`, `may_foresee` and errors.
-  void apply_changes(const LookedAt& by_scene, const LookedAt& by_next, DevicePositionReader* reader, bool may_foresee,
-                     bool lists_neighbours);
+  /// `lists_neighbours` is for detections. See ScenePositions::read() for `reader`, `may_predict` and errors.
+  void apply_changes(const NeededPositions& by_scene, const NeededPositions& by_next, DevicePositionReader* reader,
+                     bool may_predict, bool lists_neighbours);
   SceneArrays arrays() const;
   /// Returns what has changed since forget_changes(), x_t0 if `with_t0`; if `all`, everything.
   SceneChanges changes(bool all, bool with_t0) const;
@@ -54,7 +54,7 @@ class SceneStore {
  private:
   void replace(Body& body, const BodyDesc& desc);
   void note_change(Body& body);
-  void leave_out_strays(const LookedAt& needs);
+  void leave_out_strays(const NeededPositions& needs);
 
   SceneLayout layout_;
   ScenePositions positions_{layout_};

@@ -22,7 +22,7 @@ namespace softcd::test {
 namespace {
 
 /// A hit of one object, as a callback received it.
-struct ToldOfRay {
+struct ReportedHit {
   const btCollisionObject* object;
   int part, triangle;
   btVector3 normal;
@@ -31,7 +31,7 @@ struct ToldOfRay {
 
 /// Records all hits, the nearest first.
 struct RayListener : btCollisionWorld::RayResultCallback {
-  std::vector<ToldOfRay> told;
+  std::vector<ReportedHit> told;
   bool keeps_nearest = false;
 
   btScalar addSingleResult(btCollisionWorld::LocalRayResult& result, bool is_in_world_space) override {
@@ -39,7 +39,8 @@ struct RayListener : btCollisionWorld::RayResultCallback {
     const btCollisionWorld::LocalShapeInfo* shape = result.m_localShapeInfo;
     told.push_back({result.m_collisionObject, shape != nullptr ? shape->m_shapePart : -1,
                     shape != nullptr ? shape->m_triangleIndex : -1, result.m_hitNormalLocal, result.m_hitFraction});
-    std::sort(told.begin(), told.end(), [](const ToldOfRay& a, const ToldOfRay& b) { return a.fraction < b.fraction; });
+    std::sort(told.begin(), told.end(),
+              [](const ReportedHit& a, const ReportedHit& b) { return a.fraction < b.fraction; });
     if (keeps_nearest) m_closestHitFraction = result.m_hitFraction;
     m_collisionObject = result.m_collisionObject;
     return m_closestHitFraction;
@@ -79,7 +80,7 @@ class RayTests : public testing::TestWithParam<World> {
   /// From high above straight down.
   std::vector<const btCollisionObject*> objects_below(btScalar x, btScalar z) {
     std::vector<const btCollisionObject*> objects;
-    for (const ToldOfRay& one : told({x, 10, z}, {x, -10, z}).told) objects.push_back(one.object);
+    for (const ReportedHit& one : told({x, 10, z}, {x, -10, z}).told) objects.push_back(one.object);
     return objects;
   }
 };

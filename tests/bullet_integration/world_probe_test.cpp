@@ -27,7 +27,7 @@ namespace {
 using Features = std::array<int, 4>;
 
 /// A contact as a contact test's callback received it.
-struct Told {
+struct Reported {
   const btCollisionObject *object, *other;
   Features features;  ///< part and index of the object, then of the other
   btVector3 on_object, on_other, normal;
@@ -35,7 +35,7 @@ struct Told {
 };
 
 struct Listener : btCollisionWorld::ContactResultCallback {
-  std::vector<Told> told;
+  std::vector<Reported> told;
   const btCollisionObject* unwanted = nullptr;
 
   explicit Listener(btScalar threshold = 0) { m_closestDistanceThreshold = threshold; }
@@ -55,7 +55,7 @@ struct Listener : btCollisionWorld::ContactResultCallback {
   }
   std::vector<Features> features() const {
     std::vector<Features> all;
-    for (const Told& one : told) all.push_back(one.features);
+    for (const Reported& one : told) all.push_back(one.features);
     std::sort(all.begin(), all.end());
     return all;
   }
@@ -132,7 +132,7 @@ TEST_P(WorldProbes, tell_every_pair_of_features_of_soft_bodies) {
     probe.contact_pair_test(b, a, other_way);
     EXPECT_EQ(other_way.features(), brute_force(b, a, double(threshold)));
     for (const Listener* listener : {&pair, &other_way}) {
-      for (const Told& one : listener->told) {
+      for (const Reported& one : listener->told) {
         EXPECT_EQ(one.object, listener == &pair ? &a : &b);
         const btScalar gap = (one.on_object - one.on_other).dot(one.normal);
         EXPECT_NEAR(gap, one.distance + btScalar(0.06), 1e-5);
@@ -182,7 +182,7 @@ TEST_P(WorldProbes, tell_what_a_body_touches_of_itself) {
 /// Returns each node's least distance among the reported contacts.
 std::map<int, double> least_distances(const Listener& listener, const btCollisionObject* soft) {
   std::map<int, double> least;
-  for (const Told& one : listener.told) {
+  for (const Reported& one : listener.told) {
     const bool is_object = one.object == soft;
     const int part = one.features[is_object ? 0 : 2];
     const int index = one.features[is_object ? 1 : 3];
@@ -248,7 +248,7 @@ TEST_P(WorldProbes, tell_nodes_outside_and_inside_of_convex_shapes) {
     expect_distances(other_way, ball, double(threshold), [&](Vec3d x) {
       return distance_to_box(x, {1, 0.6, 1}, margin);
     });
-    for (const Told& one : other_way.told) EXPECT_EQ(one.object, &box);
+    for (const Reported& one : other_way.told) EXPECT_EQ(one.object, &box);
   }
   EXPECT_EQ(AnySimulation::count_contacts(ball), 0) << "Bullet's contact test leaves contacts behind";
 }
@@ -264,7 +264,7 @@ TEST_P(WorldProbes, tell_what_rigid_objects_touch) {
   probe.contact_test(box, all);
   EXPECT_GT(soft_alone.told.size(), 5U);
   std::size_t rigid = 0;
-  for (const Told& one : all.told) rigid += one.object == &other || one.other == &other ? 1 : 0;
+  for (const Reported& one : all.told) rigid += one.object == &other || one.other == &other ? 1 : 0;
   EXPECT_GT(rigid, 0U);
   EXPECT_EQ(all.told.size(), soft_alone.told.size() + rigid);
 }

@@ -87,7 +87,7 @@ std::vector<ClosestPoint> SceneModel::fresh_closest_points(Span<const ProbePoint
   return closest;
 }
 
-Scene SceneModel::looked_at(const QueryOptions& options) const {
+Scene SceneModel::needed_positions(const QueryOptions& options) const {
   Scene scene;
   for (const Body& body : bodies) {
     if (!body.has_positions) {
@@ -119,7 +119,7 @@ void SceneModel::require_what_brute_force_finds(const QueryOptions& options, Spa
                          options.motion_margin > 0.0F)) {
     return;
   }
-  const Scene scene = looked_at(options);
+  const Scene scene = needed_positions(options);
   DiscreteRules rules;
   rules.absolute_band = 1e-12 * extent_of(scene);
   const Verdicts verdicts = is_continuous ? continuous_verdicts(scene) : discrete_verdicts(scene, rules);

@@ -28,7 +28,7 @@ class SceneModel {
 
  private:
   softcd::Scene fresh_scene() const;
-  Scene looked_at(const QueryOptions& options) const;
+  Scene needed_positions(const QueryOptions& options) const;
 };
 
 }  // namespace softcd::test

@@ -79,7 +79,7 @@ void expect_same(const Lived& expected, const Lived& found) {
 
 /// The parts of a life, apart from making a scene of two bodies. They are tested one by one: each call of a life fails
 /// in turn, so a life of all parts would take quadratic time.
-enum class Part { detections, foreseen, questions };
+enum class Part { detections, predicted, questions };
 
 /// A user's calls of a scene, from its making to its end.
 class Life {
@@ -101,8 +101,8 @@ class Life {
       case Part::detections:
         detect_on_both_sides();
         break;
-      case Part::foreseen:
-        detect_foreseen();
+      case Part::predicted:
+        detect_predicted();
         break;
       case Part::questions:
         ask();
@@ -145,7 +145,7 @@ class Life {
     for (int times = 0; times < 2; ++times) detect(true);
   }
 
-  void detect_foreseen() {
+  void detect_predicted() {
     attempt([&] { scene_->update_body(ids_[0], desc_of(2)); });
     for (int times = 0; times < 4; ++times) {  // the last two without looking first
       set_floats();
@@ -315,13 +315,13 @@ TEST_P(FailedCudaCalls, one_and_all_after_it) {
 
 std::string name_of(const testing::TestParamInfo<std::tuple<Backend, Part>>& life) {
   const auto [backend, part] = life.param;
-  const std::array<const char*, 3> parts = {"detections", "foreseen", "questions"};
+  const std::array<const char*, 3> parts = {"detections", "predicted", "questions"};
   return std::string(backend == Backend::cuda ? "cuda_" : "automatic_") + parts.at(static_cast<std::size_t>(part));
 }
 
 INSTANTIATE_TEST_SUITE_P(Lives, FailedCudaCalls,
                          testing::Combine(testing::Values(Backend::cuda, Backend::automatic),
-                                          testing::Values(Part::detections, Part::foreseen, Part::questions)),
+                                          testing::Values(Part::detections, Part::predicted, Part::questions)),
                          name_of);
 
 }  // namespace

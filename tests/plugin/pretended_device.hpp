@@ -68,14 +68,14 @@ class CopyingDevice final : public ForwardingDetector {
 };
 
 /// The number of surveys at predicted positions.
-struct Looks {
+struct SurveyCounts {
   int all = 0, in_vain = 0;
 };
 
 /// Reads the host's memory as if it were a device's, and fails on request.
 class HostReader final : public DevicePositionReader {
  public:
-  HostReader(const bool& fails, Looks& looks) : fails_(fails), looks_(looks) {}
+  HostReader(const bool& fails, SurveyCounts& survey_counts) : fails_(fails), survey_counts_(survey_counts) {}
 
   int device() const override { return 0; }
   bool can_read(const void* data) override {
@@ -98,18 +98,18 @@ class HostReader final : public DevicePositionReader {
     }
     return surveys_;
   }
-  ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen, const Foreseen& scene,
-                       bool needs_t0) override {
+  PredictionVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> predicted,
+                         const Predicted& scene, bool needs_t0) override {
     survey(vertices, scene.origin, needs_t0);
     StepSurvey all;
     bool is_so = true;
     for (std::size_t i = 0; i < surveys_.size(); ++i) {
-      is_so = is_so && is_within(surveys_[i], foreseen[i]);
+      is_so = is_so && is_within(surveys_[i], predicted[i]);
       all.merge(surveys_[i]);
     }
-    ++looks_.all;
-    is_so_ = is_so && is_as_foreseen(all, scene) ? 1 : 0;
-    looks_.in_vain += is_so_ == 0;
+    ++survey_counts_.all;
+    is_so_ = is_so && is_as_predicted(all, scene) ? 1 : 0;
+    survey_counts_.in_vain += is_so_ == 0;
     return {&is_so_, nullptr};
   }
   SeenPositions seen() override { return {surveys_, is_so_ != 0}; }
@@ -124,7 +124,7 @@ class HostReader final : public DevicePositionReader {
 
  private:
   const bool& fails_;
-  Looks& looks_;
+  SurveyCounts& survey_counts_;
   std::vector<StepSurvey> surveys_;
   std::uint32_t is_so_ = 0;
 };
@@ -221,7 +221,7 @@ class DevicePositionsTest : public testing::Test {
     if (backend_under_test() == Backend::cuda)
       return {scene_options(wanted), log(), machine_factories(scene_options(wanted))};
     DetectorFactories factories = {make_cpu_detector, [] { return std::make_unique<CopyingDevice>(); }, ""};
-    factories.make_reader = [this] { return std::make_unique<HostReader>(fails_, looks_); };
+    factories.make_reader = [this] { return std::make_unique<HostReader>(fails_, survey_counts_); };
     return {scene_options(wanted), log(), std::move(factories)};
   }
   static SceneBody soup(std::uint64_t seed, std::uint32_t triangle_count = 300) {
@@ -235,7 +235,7 @@ class DevicePositionsTest : public testing::Test {
   }
 
   bool fails_ = false;
-  Looks looks_;  ///< of the pretended device
+  SurveyCounts survey_counts_;  ///< of the pretended device
   std::vector<std::string> warnings_;
 };
 

@@ -77,11 +77,11 @@ TEST_F(Viewer, shows_the_cloths_and_closes) {
       blue += is_blue(pixel) ? 1 : 0;
     }
   }
-  const std::size_t looked_at = std::size_t{picture.height} / 2 * (picture.width - picture.width / 3);
+  const std::size_t needed_positions = std::size_t{picture.height} / 2 * (picture.width - picture.width / 3);
   EXPECT_GT(colors.size(), 100U) << "shading";
-  EXPECT_GT(orange, looked_at / 10);
-  EXPECT_GT(blue, looked_at / 50);
-  EXPECT_LT(orange + blue, looked_at) << "the floor";
+  EXPECT_GT(orange, needed_positions / 10);
+  EXPECT_GT(blue, needed_positions / 50);
+  EXPECT_LT(orange + blue, needed_positions) << "the floor";
 }
 
 TEST_F(Viewer, draws_every_overlay) {

@@ -115,8 +115,8 @@ void WorldMirror::pass_on_filters(Member& member) {
 
 /// Removes the members that are not among these bodies, and those for which is_kept(member) is false.
 template <class Predicate>
-void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins, Predicate is_kept) noexcept {
-  for (const Span<btSoftBody* const> present : {bodies, stand_ins}) {
+void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies, Predicate is_kept) noexcept {
+  for (const Span<btSoftBody* const> present : {bodies, proxies}) {
     for (btSoftBody* body : present) {
       const auto known = members_.find(body);
       if (known != members_.end()) known->second.is_in_world = is_kept(known->second);
@@ -133,16 +133,16 @@ void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> s
   }
 }
 
-void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
+void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies) noexcept {
   keep_filters_of(bodies);
   const bool keeps_some = !std::exchange(forgets_all_, false);
-  keep(bodies, stand_ins, [&](const Member& member) { return keeps_some && member.last_step == step_; });
+  keep(bodies, proxies, [&](const Member& member) { return keeps_some && member.last_step == step_; });
   for (auto& [body, member] : members_) member.topology_changed = false;
   ++step_;
 }
 
-void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins) noexcept {
-  keep(bodies, stand_ins, [](const Member& /*member*/) { return true; });
+void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies) noexcept {
+  keep(bodies, proxies, [](const Member& /*member*/) { return true; });
   for (auto& [body, member] : members_) member.last_compared = 0;
 }
 

@@ -53,12 +53,12 @@ class WorldMirror {
   void set_filters(const btSoftBody& body, BodyFilters filters);
   Scene& scene() { return scene_; }
 
-  /// Begins a step: `bodies` are the world's soft bodies now. Call it before require(). `stand_ins` are proxy bodies:
-  /// bodies of softcd's that require() accepts too, and that are in no world.
-  void begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins = {}) noexcept;
+  /// Begins a step: `bodies` are the world's soft bodies now. Call it before require(). `proxies` are bodies
+  /// of softcd's in no world, which require() accepts too.
+  void begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies = {}) noexcept;
   /// Resumes a step after the app could change the world: `bodies` are still there, and may have other faces and
   /// settings.
-  void resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins = {}) noexcept;
+  void resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies = {}) noexcept;
   /// Compares topologies of all bodies in parallel. This is the longest part of require().
   void compare(Span<btSoftBody* const> bodies);
   /// Brings the body in the scene up to date with this step: with its positions at the step's start and, if
@@ -101,7 +101,7 @@ class WorldMirror {
   void compare(Member& member) const;
   void set_positions(Member& member, bool needs_way);
   template <class Predicate>
-  void keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> stand_ins, Predicate is_kept) noexcept;
+  void keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies, Predicate is_kept) noexcept;
 
   const NodeEnds& ends_;
   const Settings& settings_;

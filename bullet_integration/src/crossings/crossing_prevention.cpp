@@ -138,7 +138,7 @@ void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
 /// Returns whether the features are released as tangled. If edges get responses, no edge passes through another. So
 /// tangled features were tangled from the beginning, and must be able to separate. Without these responses tangles come
 /// and go, and vertices must still not pass through faces.
-bool CrossingPrevention::is_let_go(const MemberContact& found) const {
+bool CrossingPrevention::is_released(const MemberContact& found) const {
   return answers_edges(settings_) && is_tangled(found, kind_.ends);
 }
 
@@ -159,7 +159,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_of_unanswered_link(found)) return;
-    if (is_let_go(found)) {
+    if (is_released(found)) {
       ++excepted;
       tangled_.add(found.contact, TangleReason::start);
     } else if (!may_stay(found)) {
@@ -207,7 +207,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     if (!impacts.empty()) answer(impacts, time_step);
     if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);
     name_unavoidable(bodies);
-    name_let_go(bodies);
+    name_released(bodies);
   } catch (...) {
     take_back();
     throw;
@@ -269,7 +269,7 @@ void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const 
                     "(reported once until these bodies separate)");
 }
 
-void CrossingPrevention::name_let_go(Span<btSoftBody* const> bodies) const {
+void CrossingPrevention::name_released(Span<btSoftBody* const> bodies) const {
   const std::string pairs = settings_.log ? tangled_.describe_new(TangleReason::start, mirror_, bodies) : std::string();
   if (pairs.empty()) return;
   settings_.log(LogLevel::warning,

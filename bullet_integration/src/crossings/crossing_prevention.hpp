@@ -56,7 +56,7 @@ class CrossingPrevention {
     obstacles_.keep_starts(objects, time_step);
   }
   /// Returns the proxy bodies, which represent rigid meshes in the mirror.
-  Span<btSoftBody* const> stand_ins() const { return obstacles_.stand_ins(); }
+  Span<btSoftBody* const> proxies() const { return obstacles_.proxies(); }
 
   /// Changes m_v and NodeEnds::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
   /// flags. Returns whether there were impacts. If it throws, the nodes keep their motion from before the call.
@@ -69,7 +69,7 @@ class CrossingPrevention {
   const std::vector<CrossingImpulse>& impulses() const { return impulses_.impulses(); }
 
  private:
-  bool is_let_go(const MemberContact& found) const;
+  bool is_released(const MemberContact& found) const;
   bool is_of_unanswered_link(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
   bool require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
@@ -83,7 +83,7 @@ class CrossingPrevention {
   void look_again(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
   void name_unavoidable(Span<btSoftBody* const> bodies) const;
-  void name_let_go(Span<btSoftBody* const> bodies) const;
+  void name_released(Span<btSoftBody* const> bodies) const;
 
   const CrossingsOfKind& kind_;
   WorldMirror& mirror_;

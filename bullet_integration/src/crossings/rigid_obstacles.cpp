@@ -22,7 +22,7 @@ RigidBox reach_of(const btSoftBody& body) {
 }
 
 /// Makes a soft body that nothing moves and that collides with nothing by itself.
-std::unique_ptr<btSoftBody> make_stand_in(btSoftBodyWorldInfo& world_info) {
+std::unique_ptr<btSoftBody> make_proxy(btSoftBodyWorldInfo& world_info) {
   auto body = std::make_unique<btSoftBody>(&world_info);
   body->m_cfg.collisions = 0;
   body->getCollisionShape()->setMargin(0);
@@ -44,27 +44,27 @@ void set_faces(const RigidMesh& mesh, btSoftBody& body) {
 }  // namespace
 
 bool RigidObstacles::collide(const btSoftBody& a, const btSoftBody& b) const {
-  const auto holds = [this](const btSoftBody& stand_in, const btSoftBody& soft) {
-    const auto known = partners_.find(&stand_in);
+  const auto holds = [this](const btSoftBody& proxy, const btSoftBody& soft) {
+    const auto known = partners_.find(&proxy);
     return known != partners_.end() && known->second.count(&soft) != 0;
   };
   return holds(a, b) || holds(b, a);
 }
 
 const btCollisionObject& RigidObstacles::object_of(const btSoftBody& body) const {
-  const auto part = std::find_if(parts_.begin(), parts_.end(),
-                                 [&](const auto& entry) { return entry.second.stand_in.get() == &body; });
+  const auto part =
+      std::find_if(parts_.begin(), parts_.end(), [&](const auto& entry) { return entry.second.proxy.get() == &body; });
   return part != parts_.end() ? *std::get<0>(part->first) : static_cast<const btCollisionObject&>(body);
 }
 
 void RigidObstacles::remove_absent() {
-  stand_ins_.clear();
+  proxies_.clear();
   for (auto entry = parts_.begin(); entry != parts_.end();) {
     if (!std::exchange(entry->second.is_present, false)) {
       entry = parts_.erase(entry);
       continue;
     }
-    stand_ins_.push_back(entry->second.stand_in.get());
+    proxies_.push_back(entry->second.proxy.get());
     ++entry;
   }
 }
@@ -99,32 +99,32 @@ void RigidObstacles::follow(Span<btSoftBody* const> bodies) {
 
 bool RigidObstacles::is_covered(const Mesh& mesh, const btSoftBody& body, const RigidBox& box) const {
   return std::any_of(mesh.parts.begin(), mesh.parts.end(), [&](const Part* part) {
-    return part->mesh.covers(box) && (part->mesh.triangles().empty() || collide(*part->stand_in, body));
+    return part->mesh.covers(box) && (part->mesh.triangles().empty() || collide(*part->proxy, body));
   });
 }
 
 void RigidObstacles::add_part(Mesh& mesh, const std::vector<Reach>& reaches) {
   const MeshWay& way = mesh.way;
   Part& part = parts_[{way.object, way.shape, way.child, static_cast<int>(mesh.parts.size())}];
-  if (part.stand_in == nullptr) {
-    part.stand_in = make_stand_in(*reaches.front().body->getWorldInfo());
-    stand_ins_.push_back(part.stand_in.get());
+  if (part.proxy == nullptr) {
+    part.proxy = make_proxy(*reaches.front().body->getWorldInfo());
+    proxies_.push_back(part.proxy.get());
   }
   part.is_present = true;
   mesh.parts.push_back(&part);
   std::vector<RigidBox> boxes;
   boxes.reserve(reaches.size());
   for (const Reach& reach : reaches) boxes.push_back(reach.box);
-  if (part.mesh.read(*way.shape, boxes)) set_faces(part.mesh, *part.stand_in);
+  if (part.mesh.read(*way.shape, boxes)) set_faces(part.mesh, *part.proxy);
   if (part.mesh.triangles().empty()) return;
   place(part, way);
-  mirror_.require(*part.stand_in, /*needs_way=*/true);
-  Partners& partners = partners_[part.stand_in.get()];
+  mirror_.require(*part.proxy, /*needs_way=*/true);
+  Partners& partners = partners_[part.proxy.get()];
   for (const Reach& reach : reaches) partners.insert(reach.body);
 }
 
 void RigidObstacles::place(Part& part, const MeshWay& way) const {
-  btSoftBody& body = *part.stand_in;
+  btSoftBody& body = *part.proxy;
   part.mesh.place(way.poses);
   body.m_cfg.kDF = way.object->getFriction();
   for (int i = 0; i < body.m_nodes.size(); ++i) {

@@ -30,7 +30,7 @@ class RigidObstacles {
 
   void keep_starts(const btCollisionObjectArray& objects, btScalar time_step) { ways_.keep_starts(objects, time_step); }
   /// Returns the proxies of the last step and of this one.
-  Span<btSoftBody* const> stand_ins() const { return {stand_ins_.data(), stand_ins_.size()}; }
+  Span<btSoftBody* const> proxies() const { return {proxies_.data(), proxies_.size()}; }
   bool has(const btSoftBody& body) const { return partners_.count(&body) != 0; }
   /// Returns the object that the body represents, or the body itself if it is no proxy.
   const btCollisionObject& object_of(const btSoftBody& body) const;
@@ -51,7 +51,7 @@ class RigidObstacles {
   using Partners = std::unordered_set<const btSoftBody*>;
   struct Part {
     RigidMesh mesh;
-    std::unique_ptr<btSoftBody> stand_in;
+    std::unique_ptr<btSoftBody> proxy;
     bool is_present = false;
   };
   /// A mesh of this step, with its parts.
@@ -73,7 +73,7 @@ class RigidObstacles {
   WorldMirror& mirror_;
   MeshWays ways_;
   std::map<Key, Part> parts_;
-  std::vector<btSoftBody*> stand_ins_;                        ///< of all parts
+  std::vector<btSoftBody*> proxies_;                          ///< of all parts
   std::unordered_map<const btSoftBody*, Partners> partners_;  ///< of this step's proxies
   // Members of this step:
   Surroundings surroundings_;

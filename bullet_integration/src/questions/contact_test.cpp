@@ -34,7 +34,7 @@ RigidBox box_of(btCollisionObject& object, btScalar more) {
 }
 
 /// One side of a contact as reported to a callback.
-struct ToldSide {
+struct ReportedSide {
   btCollisionObject* object;
   int part, index;
   Vec3d point;
@@ -42,7 +42,7 @@ struct ToldSide {
 
 /// Reports a contact to the callback. `distance` is that between the points at the margins; the normal points towards
 /// `a`.
-void tell(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance, ContactCallback& callback) {
+void tell(const ReportedSide& a, const ReportedSide& b, Vec3d normal, double distance, ContactCallback& callback) {
   const btVector3 on_a = to_bullet(a.point);
   const btVector3 on_b = to_bullet(b.point);
   btManifoldPoint point(a.object->getWorldTransform().invXform(on_a), b.object->getWorldTransform().invXform(on_b),
@@ -53,7 +53,7 @@ void tell(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance, C
   point.m_index0 = a.index;
   point.m_partId1 = b.part;
   point.m_index1 = b.index;
-  const auto wrapper = [](const ToldSide& side) {
+  const auto wrapper = [](const ReportedSide& side) {
     return btCollisionObjectWrapper(nullptr, side.object->getCollisionShape(), side.object,
                                     side.object->getWorldTransform(), -1, -1);
   };
@@ -98,7 +98,7 @@ class ContactTest {
   const Part& part(BodyId id) const;
   void report(const Contact& contact);
   void report_nodes_inside(const Part& soft, const Part& rigid);
-  void tell_in_order(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance);
+  void tell_in_order(const ReportedSide& a, const ReportedSide& b, Vec3d normal, double distance);
 
   SoftBodyScene& bodies_;
   btCollisionObject& object_;
@@ -191,9 +191,9 @@ const Part& ContactTest::part(BodyId id) const {
 }
 
 /// Returns one side of the contact, with its vertices from `begin` to `end`, for a callback.
-ToldSide told_side(const Contact& contact, const Part& part, int begin, int end) {
+ReportedSide reported_side(const Contact& contact, const Part& part, int begin, int end) {
   const bool is_edges = contact.kind == ContactKind::edge_edge;
-  ToldSide told = {part.object, -1, -1, {0, 0, 0}};
+  ReportedSide told = {part.object, -1, -1, {0, 0, 0}};
   for (int i = begin; i < end; ++i) {
     told.point = told.point + double(contact.weights[i]) * part.vertex(contact.vertices[i]);
   }
@@ -223,8 +223,8 @@ void ContactTest::report(const Contact& contact) {
   // report_nodes_inside() reports nodes inside a core, with the nearest face.
   if (!is_edges && b.surface != nullptr && b.surface->depth_of(a.vertex(v[0])).is_inside) return;
   const int middle = is_edges ? 2 : 1;
-  tell_in_order(told_side(contact, a, 0, middle), told_side(contact, b, middle, 4), vec3_cast<double>(contact.normal),
-                distance);
+  tell_in_order(reported_side(contact, a, 0, middle), reported_side(contact, b, middle, 4),
+                vec3_cast<double>(contact.normal), distance);
 }
 
 void ContactTest::report_nodes_inside(const Part& soft, const Part& rigid) {
@@ -244,7 +244,7 @@ void ContactTest::report_nodes_inside(const Part& soft, const Part& rigid) {
 }
 
 /// Reports a contact with the tested object as side a.
-void ContactTest::tell_in_order(const ToldSide& a, const ToldSide& b, Vec3d normal, double distance) {
+void ContactTest::tell_in_order(const ReportedSide& a, const ReportedSide& b, Vec3d normal, double distance) {
   if (a.object == &object_) {
     tell(a, b, normal, distance, callback_);
   } else {

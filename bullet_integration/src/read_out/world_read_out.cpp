@@ -20,16 +20,16 @@ void WorldReadOut::finish(btBroadphaseInterface& broadphase) {
   if (pairs != nullptr) settings_.on_contacts(*pairs);
 }
 
-void WorldReadOut::rehearse_solver(Span<btSoftBody* const> bodies) {
-  run_for_impulses([&] { rehearsal_.run(bodies); });
+void WorldReadOut::replay_solver(Span<btSoftBody* const> bodies) {
+  run_for_impulses([&] { replay_.run(bodies); });
 }
 
-void WorldReadOut::confirm_rehearsal(Span<btSoftBody* const> bodies) {
-  run_for_impulses([&] { rehearsal_.confirm(bodies); });
+void WorldReadOut::confirm_replay(Span<btSoftBody* const> bodies) {
+  run_for_impulses([&] { replay_.confirm(bodies); });
 }
 
-void WorldReadOut::take_rehearsed_impulses() {
-  run_for_impulses([&] { contacts_.set_impulses(rehearsal_.impulses()); });
+void WorldReadOut::take_replayed_impulses() {
+  run_for_impulses([&] { contacts_.set_impulses(replay_.impulses()); });
 }
 
 void WorldReadOut::add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies) {

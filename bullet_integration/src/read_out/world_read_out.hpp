@@ -3,7 +3,7 @@
 #include "bodies/guarded.hpp"
 #include "read_out/contact_read_out.hpp"
 #include "read_out/deformable_impulses.hpp"
-#include "read_out/solver_rehearsal.hpp"
+#include "read_out/solver_replay.hpp"
 
 namespace softcd::bullet {
 
@@ -19,7 +19,7 @@ class WorldReadOut {
   /// Begins a step of a world that calls finish() at its end. Without this call, read() ends the step.
   void begin_step() {
     is_in_step_ = true;
-    rehearsal_ = {};
+    replay_ = {};
   }
   /// Reads the contacts. Call it when all of them are in the arrays of `bodies`, all of the world's, and before the
   /// solver moves these.
@@ -28,13 +28,13 @@ class WorldReadOut {
 
   /// Classic worlds: call these right before the solver of soft bodies runs, and right after. `bodies` are in the world
   /// at that time.
-  void rehearse_solver(Span<btSoftBody* const> bodies);
-  void confirm_rehearsal(Span<btSoftBody* const> bodies);
+  void replay_solver(Span<btSoftBody* const> bodies);
+  void confirm_replay(Span<btSoftBody* const> bodies);
   /// Returns the solver's impulses, for others to add theirs; null if the settings need no impulses.
-  ContactImpulses* rehearsed_impulses() {
-    return settings_.read_out == ReadOut::impulses ? &rehearsal_.impulses() : nullptr;
+  ContactImpulses* replayed_impulses() {
+    return settings_.read_out == ReadOut::impulses ? &replay_.impulses() : nullptr;
   }
-  void take_rehearsed_impulses();
+  void take_replayed_impulses();
   /// Adds the impulses of the step's last pass. Call it when the contacts' impulses are known. `bodies` are all of the
   /// world's.
   void add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies);
@@ -74,7 +74,7 @@ class WorldReadOut {
   const Settings& settings_;
   Failures failures_{"the step has no list of contacts"};
   ContactReadOut contacts_;
-  SolverRehearsal rehearsal_;
+  SolverReplay replay_;
   DeformableImpulses deformable_impulses_;
   bool is_in_step_ = false;
 };

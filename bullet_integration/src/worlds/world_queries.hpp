@@ -69,7 +69,7 @@ class WorldQueries {
   /// answer_late() after that; see LateImpulses.
   void keep_velocities() { late_impulses_.keep_velocities(); }
   void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
-    late_impulses_.answer(objects, time_step, read_out.rehearsed_impulses());
+    late_impulses_.answer(objects, time_step, read_out.replayed_impulses());
   }
   /// Returns whether the step's last pass prevents crossings of the body's nodes. With dcd it does so only near rigid
   /// meshes, where links and self-contacts can pull nodes through a mesh after its contacts were solved.
@@ -90,10 +90,10 @@ class WorldQueries {
   /// Call it before process_rigid_pairs() if that is not called by process_pairs().
   void begin_step(Span<btSoftBody* const> bodies) {
     near_meshes_.clear();
-    mirror_.begin_step(bodies, stand_ins());
+    mirror_.begin_step(bodies, proxies());
   }
   /// Call it before prevent_crossings() if the app could change the world in between.
-  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies, stand_ins()); }
+  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies, proxies()); }
 
  private:
   void follow_settings();
@@ -116,8 +116,8 @@ class WorldQueries {
   bool prevents_crossings_later = true;
 
  private:
-  Span<btSoftBody* const> stand_ins() const {
-    return crossings.get() != nullptr ? crossings.get()->stand_ins() : Span<btSoftBody* const>();
+  Span<btSoftBody* const> proxies() const {
+    return crossings.get() != nullptr ? crossings.get()->proxies() : Span<btSoftBody* const>();
   }
   bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
   WorldPairs pairs_of(const PairGate& gate) const { return {kind_.contacts, gate, settings_}; }

@@ -38,13 +38,13 @@ void prepare_pairs(const WorldStep& step) {
 
 void prepare_classic_solver(const WorldStep& step) {
   step.queries.keep_velocities();
-  step.queries.read_out.rehearse_solver(step.body_span());
+  step.queries.read_out.replay_solver(step.body_span());
 }
 
 void finish_classic_step(const WorldStep& step, btScalar time_step) {
-  step.queries.read_out.confirm_rehearsal(step.body_span());
+  step.queries.read_out.confirm_replay(step.body_span());
   step.queries.answer_late(step.world.getCollisionObjectArray(), time_step);
-  step.queries.read_out.take_rehearsed_impulses();
+  step.queries.read_out.take_replayed_impulses();
   step.queries.prevent_crossings(step.body_span(), step.world.getCollisionObjectArray(), step.gate(), time_step);
   step.queries.read_out.finish(*step.world.getBroadphase());
 }

@@ -8,7 +8,7 @@
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
 #include "softcd/grid/partition.hpp"
-#include "softcd/mesh/foreseen_positions.hpp"
+#include "softcd/mesh/predicted_positions.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/mesh/vertex_stars.hpp"
 #include "softcd/pipeline/spatial_queries.hpp"
@@ -60,15 +60,15 @@ struct DevicePositions {
 };
 
 /// Whether positions on a device are as predicted.
-struct ForeseenVerdict {
-  const std::uint32_t* is_as_foreseen = nullptr;  ///< on the device; null if the host has read them
-  void* known = nullptr;                          ///< the cudaEvent_t after which that is known
+struct PredictionVerdict {
+  const std::uint32_t* is_as_predicted = nullptr;  ///< on the device; null if the host has read them
+  void* known = nullptr;                           ///< the cudaEvent_t after which that is known
 };
 
 /// The surveys of runs of vertices on a device, and whether they are as predicted.
 struct SeenPositions {
   Span<const StepSurvey> surveys;
-  bool are_as_foreseen = false;
+  bool are_as_predicted = false;
 };
 
 /// The changed parts of SceneArrays.
@@ -84,7 +84,7 @@ struct SceneChanges {
   std::vector<DevicePositions> device_full_t0, device_full_t1;
   std::vector<Range> vertex_triangle_neighbours, edge_edge_neighbours, stars;
   bool filters = false;  ///< all of them
-  ForeseenVerdict
+  PredictionVerdict
       verdict{};  ///< of positions on the device; unless they are as predicted, the next detection finds nothing
 };
 
@@ -203,10 +203,10 @@ class DevicePositionReader {
   /// Returns the survey of each run of vertices, with positions relative to the origin. Leaves t0 out if it is neither
   /// t1 nor needed. Valid until the next call.
   virtual Span<const StepSurvey> survey(Span<const SurveyedVertices> vertices, Vec3d origin, bool needs_t0) = 0;
-  /// Enqueues a survey, and checks that each run is within its `foreseen` survey, and that all together are as `scene`
+  /// Enqueues a survey, and checks that each run is within its `predicted` survey, and that all together are as `scene`
   /// says.
-  virtual ForeseenVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> foreseen,
-                               const Foreseen& scene, bool needs_t0) = 0;
+  virtual PredictionVerdict look(Span<const SurveyedVertices> vertices, Span<const StepSurvey> predicted,
+                                 const Predicted& scene, bool needs_t0) = 0;
   /// Waits for the survey of look(), and returns its result. Valid until the next call.
   virtual SeenPositions seen() = 0;
   /// Copies positions to the host, one behind the other.

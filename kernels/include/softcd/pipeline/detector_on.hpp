@@ -9,9 +9,9 @@
 #include "softcd/pipeline/backend.hpp"
 #include "softcd/pipeline/broad_phase.hpp"
 #include "softcd/pipeline/detector.hpp"
-#include "softcd/pipeline/kept_look.hpp"
 #include "softcd/pipeline/memory_account.hpp"
 #include "softcd/pipeline/narrow_phase.hpp"
+#include "softcd/pipeline/pair_keeping.hpp"
 #include "softcd/pipeline/spatial_queries_on.hpp"
 #include "softcd/pipeline/staying_contacts.hpp"
 #include "softcd/pipeline/workspace.hpp"
@@ -488,7 +488,7 @@ class DetectorOn final : public Detector {
     w_.lists.with_all([](auto&... lists) { (lists.rewind(), ...); });
     w_.contact_keys.rewind();
     w_.contact_order.rewind();
-    backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_, verdict_.is_as_foreseen});
+    backend_.run_once("clear_counters", ClearCounters{w_.counters.data(), counts_, verdict_.is_as_predicted});
     BroadPhase broad_phase(backend_, w_, scene_, settings_);
     broad_phase.bound_triangles();
     if (may_keep_) keeping_->enqueue_comparison(broad_phase);
@@ -628,7 +628,7 @@ class DetectorOn final : public Detector {
             chunks_,
             query_->orders_in_runs,
             body_ids_,
-            verdict_.is_as_foreseen,
+            verdict_.is_as_predicted,
             w_.lists.with_all([](auto&... lists) { return std::array{lists.capacity()...}; })};
   }
 
@@ -670,7 +670,7 @@ class DetectorOn final : public Detector {
   SceneView scene_;
   SceneCounts counts_{};
   std::uint32_t patch_count_ = 0;
-  ForeseenVerdict verdict_;           ///< see SceneChanges
+  PredictionVerdict verdict_;         ///< see SceneChanges
   std::uint64_t scene_revision_ = 0;  ///< see SceneArrays
   std::uint64_t revision_ = 1;        ///< changes with the triangles and the memory that there is for them
   // About the detection that was started last:
@@ -689,7 +689,7 @@ class DetectorOn final : public Detector {
   bool may_keep_ = false;                                ///< it may keep pairs for later detections, or reuse kept ones
   bool has_reused_ = false;                              ///< it reuses pairs of an earlier detection
   SceneBodies given_bodies_;                             ///< until it is started
-  std::optional<LookKeeping<Backend, Scheme>> keeping_;  ///< set if may_keep_
+  std::optional<PairKeeping<Backend, Scheme>> keeping_;  ///< set if may_keep_
   MemoryNeed::For needs_ = MemoryNeed::For::scene;       ///< what is being done
   std::uint64_t found_ = 0;                              ///< contacts, when memory ran out
   TestSamples test_samples_;

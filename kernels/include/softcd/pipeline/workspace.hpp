@@ -92,14 +92,14 @@ struct NextChunk {
 struct ClearCounters {
   Counters* counters;
   SceneCounts scene;
-  const std::uint32_t* is_as_foreseen;  ///< see ForeseenVerdict
+  const std::uint32_t* is_as_predicted;  ///< see PredictionVerdict
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
     if (!team.is_leader()) return;
     *counters = Counters{};
     counters->earliest_toi = 1.0F;
-    if (is_as_foreseen != nullptr && *is_as_foreseen == 0) return;
+    if (is_as_predicted != nullptr && *is_as_predicted == 0) return;
     counters->scene = scene;
     counters->all = ~std::uint64_t{0};
   }
@@ -318,7 +318,7 @@ class Usefulness {
   float slack() const { return slack_; }
 
   /// Whether a detection should keep volumes to learn from: only now and then if many have taught nothing.
-  bool wants_to_learn() { return lessons_in_vain_ < kMostInVain || ++looks_ % kSeldom == 0; }
+  bool wants_to_learn() { return lessons_in_vain_ < kMostInVain || ++detections_ % kSeldom == 0; }
 
   void confirm() {
     credit_ = kMostCredit;
@@ -327,17 +327,17 @@ class Usefulness {
   void doubt() {
     if (credit_ == 0 || --credit_ > 0) return;
     slack_ = 0.0F;
-    looks_to_rest_ = kRest;
+    detections_to_rest_ = kRest;
   }
 
   /// Learns that no triangle moves further than `move` from one detection to the next. `radius` is the mean triangle's.
   void learn(float move, float radius) {
     slack_ = 0.0F;
     ++lessons_in_vain_;
-    if (looks_to_rest_ > 0) {
-      --looks_to_rest_;
-    } else if (move > 0.0F && kFewestLooks * move <= kMostSlack * radius) {
-      slack_ = std::min(kLooks * move, kMostSlack * radius);
+    if (detections_to_rest_ > 0) {
+      --detections_to_rest_;
+    } else if (move > 0.0F && kFewestDetections * move <= kMostSlack * radius) {
+      slack_ = std::min(kDetections * move, kMostSlack * radius);
       credit_ = std::max(credit_, 1);
       lessons_in_vain_ = 0;
     }
@@ -349,15 +349,15 @@ class Usefulness {
   static constexpr int kMostInVain = 8;
   static constexpr int kSeldom = 16;
   /// The number of detections that volumes should last, and that they must last for the pairs to pay.
-  static constexpr float kLooks = 6.0F;
-  static constexpr float kFewestLooks = 3.0F;
+  static constexpr float kDetections = 6.0F;
+  static constexpr float kFewestDetections = 3.0F;
   /// In mean radii. More slack would add more pair tests than reuse saves.
   static constexpr float kMostSlack = 0.4F;
 
   int credit_ = 0;
-  int looks_to_rest_ = 0;
+  int detections_to_rest_ = 0;
   int lessons_in_vain_ = 0;  ///< in a row
-  int looks_ = 0;            ///< since too many lessons were in vain
+  int detections_ = 0;       ///< since too many lessons were in vain
   float slack_ = 0.0F;
 };
 
@@ -366,7 +366,7 @@ class Usefulness {
 /// - if likely to be of use, all pairs of triangles whose volumes overlap.
 /// All pairs of a detection are among the kept pairs as long as each triangle's volume lies within the kept one.
 template <class Backend>
-struct KeptLook {
+struct KeptPairs {
   template <class T>
   using Buffer = typename Backend::template Buffer<T>;
 
@@ -388,8 +388,8 @@ struct KeptLook {
   bool was_of_use = false;
   int misses = 0;  ///< detections since the last one that it served
   // About the detector's last detection that did not reuse pairs:
-  bool has_looked = false;  ///< there was one
-  bool has_split = false;   ///< it split a triangle: the next is likely to, too
+  bool has_detected = false;  ///< there was one
+  bool has_split = false;     ///< it split a triangle: the next is likely to, too
 };
 
 /// The part of a detection that one launch does.
@@ -423,8 +423,8 @@ struct Signature {
   SceneCounts counts;
   std::uint64_t chunks;
   bool orders_in_runs;
-  std::uint32_t body_ids;               ///< see DeviceContacts
-  const std::uint32_t* is_as_foreseen;  ///< see ForeseenVerdict
+  std::uint32_t body_ids;                ///< see DeviceContacts
+  const std::uint32_t* is_as_predicted;  ///< see PredictionVerdict
   std::array<std::uint64_t, kListCount> capacities;
 
   friend bool operator==(const Signature&, const Signature&) = default;
@@ -439,7 +439,7 @@ struct Workspace {
   using SortBuffer = typename Backend::template SortBuffer<T>;
 
   Lists<Backend, Scheme> lists;
-  KeptLook<Backend> kept;
+  KeptPairs<Backend> kept;
   Buffer<Counters> counters;
   Buffer<std::uint32_t> size_bins;  ///< at most MeasurePatch::kHistograms histograms of kSizeBins
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "foresight.hpp"
+#include "extent_prediction.hpp"
 #include "pretended_device.hpp"
 #include "random.hpp"
 
@@ -16,7 +16,7 @@ namespace softcd::test {
 namespace {
 
 /// Two bodies that move slowly, the same in both scenes.
-class ForeseenPositionsTest : public DevicePositionsTest {
+class PredictedPositionsTest : public DevicePositionsTest {
  protected:
   void SetUp() override {
     for (std::uint64_t i = 0; i < 2; ++i) {
@@ -47,18 +47,18 @@ class ForeseenPositionsTest : public DevicePositionsTest {
     ASSERT_TRUE(identical(expected, device_.detect(options_)));
     EXPECT_EQ(device_.query().statistics().vt_contacts, host_.query().statistics().vt_contacts);
   }
-  void expect_in_vain(int looks) {
+  void expect_in_vain(int surveys) {
     if (backend_under_test() == Backend::cuda) return;
-    EXPECT_EQ(looks_.in_vain, looks);
+    EXPECT_EQ(survey_counts_.in_vain, surveys);
   }
   void expect_some_in_vain() {
     if (backend_under_test() == Backend::cuda) return;
-    EXPECT_GT(looks_.in_vain, 0);
+    EXPECT_GT(survey_counts_.in_vain, 0);
   }
-  void expect_looks(int all, int in_vain) {
+  void expect_surveys(int all, int in_vain) {
     if (backend_under_test() == Backend::cuda) return;
-    EXPECT_GE(looks_.all, all);
-    EXPECT_LE(looks_.in_vain, in_vain);
+    EXPECT_GE(survey_counts_.all, all);
+    EXPECT_LE(survey_counts_.in_vain, in_vain);
   }
 
   static constexpr Vec3d kSlowly{0.003, -0.002, 0.001};
@@ -70,28 +70,28 @@ class ForeseenPositionsTest : public DevicePositionsTest {
   std::size_t contact_count_ = 0;
 };
 
-TEST_F(ForeseenPositionsTest, are_detected_without_looking_first) {
+TEST_F(PredictedPositionsTest, are_detected_without_looking_first) {
   for (int i = 0; i < 40; ++i) step(kSlowly);
-  expect_looks(30, 1);
+  expect_surveys(30, 1);
   EXPECT_GT(contact_count_, 1000U);
 }
 
-TEST_F(ForeseenPositionsTest, may_be_doubles_where_margins_do_not_cover_their_rounding) {
+TEST_F(PredictedPositionsTest, may_be_doubles_where_margins_do_not_cover_their_rounding) {
   form_.is_double = true;
   for (const Accuracy accuracy : {Accuracy::precise, Accuracy::fast}) {
     options_.accuracy = accuracy;
     for (int i = 0; i < 20; ++i) step(kSlowly);
   }
-  expect_looks(20, 8);
+  expect_surveys(20, 8);
   options_.accuracy = Accuracy::conservative;
-  const int before = looks_.all;
+  const int before = survey_counts_.all;
   for (int i = 0; i < 12; ++i) step(kSlowly);
-  EXPECT_EQ(looks_.all, before);
+  EXPECT_EQ(survey_counts_.all, before);
   EXPECT_GT(contact_count_, 1000U);
 }
 
 /// In the second half they are far from 0, where they are rounded relative to an origin that moves along.
-TEST_F(ForeseenPositionsTest, may_be_doubles_between_which_conservative_queries_look) {
+TEST_F(PredictedPositionsTest, may_be_doubles_between_which_conservative_queries_look) {
   Random random(3);
   form_.is_double = true;
   for (int i = 0; i < 60; ++i) {
@@ -106,7 +106,7 @@ TEST_F(ForeseenPositionsTest, may_be_doubles_between_which_conservative_queries_
   EXPECT_GT(contact_count_, 1000U);
 }
 
-TEST_F(ForeseenPositionsTest, are_looked_at_again_where_they_are_not_as_foreseen) {
+TEST_F(PredictedPositionsTest, are_looked_at_again_where_they_are_not_as_predicted) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const auto settle = [&] {
     for (int i = 0; i < 12; ++i) step(kSlowly);
@@ -133,7 +133,7 @@ TEST_F(ForeseenPositionsTest, are_looked_at_again_where_they_are_not_as_foreseen
   expect_some_in_vain();
 }
 
-TEST_F(ForeseenPositionsTest, do_not_outlive_what_else_changes) {
+TEST_F(PredictedPositionsTest, do_not_outlive_what_else_changes) {
   Random random(5);
   for (int i = 0; i < 80; ++i) {
     if (random.chance(0.05)) {
@@ -157,13 +157,13 @@ TEST_F(ForeseenPositionsTest, do_not_outlive_what_else_changes) {
     }
     ASSERT_NO_FATAL_FAILURE(detect()) << "step " << i;
   }
-  expect_looks(15, 30);
+  expect_surveys(15, 30);
 }
 
-TEST_F(ForeseenPositionsTest, may_be_set_for_the_next_step_while_a_detection_runs) {
+TEST_F(PredictedPositionsTest, may_be_set_for_the_next_step_while_a_detection_runs) {
   for (int times = 0; times < 2; ++times) {
     for (int i = 0; i < 40; ++i) step(kSlowly);  // whatever failed before
-    const int before = looks_.in_vain;
+    const int before = survey_counts_.in_vain;
     for (std::size_t b = 0; b < 2; ++b) {
       move(b, {0.6, 0, 0});  // against the prediction
       set(b);
@@ -184,7 +184,7 @@ TEST_F(ForeseenPositionsTest, may_be_set_for_the_next_step_while_a_detection_run
 
 /// The second of two flat sheets comes so near the first that they touch within the prediction for the second one
 /// alone.
-TEST_F(DevicePositionsTest, foreseen_of_some_bodies_are_not_taken_for_those_of_others) {
+TEST_F(DevicePositionsTest, predicted_of_some_bodies_are_not_taken_for_those_of_others) {
   LoadedCore host = on_host();
   LoadedCore device = on_device();
   const Mesh sheet = grid_cloth(5, 5, 0.25);
@@ -218,7 +218,7 @@ TEST_F(DevicePositionsTest, foreseen_of_some_bodies_are_not_taken_for_those_of_o
   set(0, nowhere);
   set(1, 1.9 * down);
   detect(true);
-  EXPECT_EQ(looks_.in_vain, 0);
+  EXPECT_EQ(survey_counts_.in_vain, 0);
 }
 
 /// Two bodies are far apart, and one is suddenly at the other one's place.
@@ -246,7 +246,7 @@ TEST_F(DevicePositionsTest, that_come_together_from_far_away_are_not_missed) {
 }
 
 /// The scene's origin follows its extent, though no body leaves its prediction.
-TEST_F(ForeseenPositionsTest, are_looked_at_again_where_the_origin_moves) {
+TEST_F(PredictedPositionsTest, are_looked_at_again_where_the_origin_moves) {
   options_.accuracy = Accuracy::fast;
   double low = 1e9;
   double high = -1e9;
@@ -269,7 +269,7 @@ TEST_F(ForeseenPositionsTest, are_looked_at_again_where_the_origin_moves) {
   expect_some_in_vain();
 }
 
-TEST_F(ForeseenPositionsTest, say_on_the_device_whether_they_were_not_as_foreseen) {
+TEST_F(PredictedPositionsTest, say_on_the_device_whether_they_were_not_as_predicted) {
   options_.contacts_on_device = true;
   device_.query().set_options(options_);
   QueryOptions on_the_host = options_;
@@ -285,11 +285,11 @@ TEST_F(ForeseenPositionsTest, say_on_the_device_whether_they_were_not_as_foresee
     const std::vector<std::byte> bytes = read_device(backend_under_test(), found.data, found.count * sizeof(Contact));
     EXPECT_EQ(std::memcmp(bytes.data(), expected.data(), bytes.size()), 0) << "step " << i;
   }
-  expect_looks(10, 2);
+  expect_surveys(10, 2);
 }
 
 /// Otherwise margins of conservative detections would compensate rounding of the earlier doubles.
-TEST(Foresight, has_nothing_rounded) {
+TEST(ExtentPrediction, has_nothing_rounded) {
   const Vec3d x{1, 2, 3};
   std::vector<Body> bodies(1);
   const Positions on_device = Positions::on_device(&x.x, 1, sizeof(Vec3d));
@@ -299,12 +299,12 @@ TEST(Foresight, has_nothing_rounded) {
   seen.t1.is_rounded = true;
   seen.t0 = seen.t1;
   bodies[0].positions.set_survey(seen);
-  Foresight foresight;
-  for (int looks = 0; looks < 2; ++looks) foresight.learn(bodies);
-  ASSERT_TRUE(foresight.is_known());
-  EXPECT_FALSE(foresight.of(0).t0.is_rounded);
-  EXPECT_FALSE(foresight.of(0).t1.is_rounded);
-  EXPECT_TRUE(is_within(seen.t1.extent, foresight.of(0).t1.extent));
+  ExtentPrediction prediction;
+  for (int detection = 0; detection < 2; ++detection) prediction.learn(bodies);
+  ASSERT_TRUE(prediction.is_known());
+  EXPECT_FALSE(prediction.of(0).t0.is_rounded);
+  EXPECT_FALSE(prediction.of(0).t1.is_rounded);
+  EXPECT_TRUE(is_within(seen.t1.extent, prediction.of(0).t1.extent));
 }
 
 }  // namespace

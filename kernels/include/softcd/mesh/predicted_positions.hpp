@@ -20,7 +20,7 @@ SOFTCD_HD inline Vec3d origin_of(const Extent& scene) {
 
 /// Predictions that a detection makes about positions on a device that the host has not read, apart from each body's
 /// extent.
-struct Foreseen {
+struct Predicted {
   Vec3d origin{0, 0, 0};     ///< the scene's origin, with these positions included
   Extent others;             ///< extent of all other positions that the origin depends on
   bool looks_at_t0 = false;  ///< the origin depends on these positions at t0, too
@@ -28,21 +28,21 @@ struct Foreseen {
 };
 
 /// Returns whether vertices are within the predicted extent of their body.
-SOFTCD_HD inline bool is_within(const Extent& seen, const Extent& foreseen) {
-  return seen.lo.x >= foreseen.lo.x && seen.lo.y >= foreseen.lo.y && seen.lo.z >= foreseen.lo.z &&
-         seen.hi.x <= foreseen.hi.x && seen.hi.y <= foreseen.hi.y && seen.hi.z <= foreseen.hi.z;
+SOFTCD_HD inline bool is_within(const Extent& seen, const Extent& predicted) {
+  return seen.lo.x >= predicted.lo.x && seen.lo.y >= predicted.lo.y && seen.lo.z >= predicted.lo.z &&
+         seen.hi.x <= predicted.hi.x && seen.hi.y <= predicted.hi.y && seen.hi.z <= predicted.hi.z;
 }
-SOFTCD_HD inline bool is_within(const StepSurvey& seen, const StepSurvey& foreseen) {
-  return seen.t0.stray_count + seen.t1.stray_count == 0 && is_within(seen.t0.extent, foreseen.t0.extent) &&
-         is_within(seen.t1.extent, foreseen.t1.extent) && seen.squared_move <= foreseen.squared_move;
+SOFTCD_HD inline bool is_within(const StepSurvey& seen, const StepSurvey& predicted) {
+  return seen.t0.stray_count + seen.t1.stray_count == 0 && is_within(seen.t0.extent, predicted.t0.extent) &&
+         is_within(seen.t1.extent, predicted.t1.extent) && seen.squared_move <= predicted.squared_move;
 }
 
 /// Returns whether the predicted origin and motion hold for all bodies together.
-SOFTCD_HD inline bool is_as_foreseen(const StepSurvey& seen, const Foreseen& foreseen) {
-  Extent extent = foreseen.others;
+SOFTCD_HD inline bool is_as_predicted(const StepSurvey& seen, const Predicted& predicted) {
+  Extent extent = predicted.others;
   extent.extend(seen.t1.extent);
-  if (foreseen.looks_at_t0) extent.extend(seen.t0.extent);
-  return seen.moves == foreseen.moves && origin_of(extent) == foreseen.origin;
+  if (predicted.looks_at_t0) extent.extend(seen.t0.extent);
+  return seen.moves == predicted.moves && origin_of(extent) == predicted.origin;
 }
 
 }  // namespace softcd

@@ -1,4 +1,4 @@
-#include "foresight.hpp"
+#include "extent_prediction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -29,13 +29,13 @@ double diagonal(const Extent& extent) {
 
 }  // namespace
 
-void Foresight::learn(const std::vector<Body>& bodies) {
+void ExtentPrediction::learn(const std::vector<Body>& bodies) {
   std::vector<StepSurvey> seen(bodies.size());
   std::transform(bodies.begin(), bodies.end(), seen.begin(), [](const Body& body) { return body.positions.survey(); });
   std::swap(seen, seen_);
   if (seen.size() != seen_.size()) return;
-  if (looks_to_rest_ > 0) {
-    --looks_to_rest_;
+  if (detections_to_rest_ > 0) {
+    --detections_to_rest_;
     return;
   }
   std::vector<double> moves(bodies.size());
@@ -43,26 +43,26 @@ void Foresight::learn(const std::vector<Body>& bodies) {
     if (!bodies[b].positions.are_on_device()) continue;
     moves[b] = std::max(growth(seen[b].t0.extent, seen_[b].t0.extent), growth(seen[b].t1.extent, seen_[b].t1.extent));
   }
-  if (!is_known_ || !has_room(moves)) foresee(moves);
+  if (!is_known_ || !has_room(moves)) predict(moves);
 }
 
 /// Returns whether the prediction will probably hold for the next detection.
-bool Foresight::has_room(const std::vector<double>& moves) const {
+bool ExtentPrediction::has_room(const std::vector<double>& moves) const {
   for (std::size_t b = 0; b < moves.size(); ++b) {
     const double next = 2.0 * moves[b];
-    if (!is_within(grown(seen_[b].t0.extent, next), foreseen_[b].t0.extent)) return false;
-    if (!is_within(grown(seen_[b].t1.extent, next), foreseen_[b].t1.extent)) return false;
+    if (!is_within(grown(seen_[b].t0.extent, next), predicted_[b].t0.extent)) return false;
+    if (!is_within(grown(seen_[b].t1.extent, next), predicted_[b].t1.extent)) return false;
   }
   return true;
 }
 
-void Foresight::foresee(const std::vector<double>& moves) {
+void ExtentPrediction::predict(const std::vector<double>& moves) {
   is_known_ = false;
-  foreseen_ = seen_;
+  predicted_ = seen_;
   for (std::size_t b = 0; b < moves.size(); ++b) {
-    StepSurvey& body = foreseen_[b];
-    const double slack = std::min(kLooks * moves[b], kMostSlack * diagonal(body.t1.extent));
-    if (slack < kFewestLooks * moves[b]) return;
+    StepSurvey& body = predicted_[b];
+    const double slack = std::min(kDetections * moves[b], kMostSlack * diagonal(body.t1.extent));
+    if (slack < kFewestDetections * moves[b]) return;
     body.t0.extent = grown(body.t0.extent, slack);
     body.t1.extent = grown(body.t1.extent, slack);
     body.squared_move *= 4.0;
@@ -74,13 +74,13 @@ void Foresight::foresee(const std::vector<double>& moves) {
   ++number_;
 }
 
-void Foresight::fail() {
+void ExtentPrediction::fail() {
   is_known_ = false;
-  if (looks_ < kFewestLooks) looks_to_rest_ = kRest;
-  looks_ = 0;
+  if (detections_ < kFewestDetections) detections_to_rest_ = kRest;
+  detections_ = 0;
 }
 
-void Foresight::forget() {
+void ExtentPrediction::forget() {
   is_known_ = false;
   seen_.clear();
 }

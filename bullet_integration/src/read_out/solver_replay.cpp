@@ -1,4 +1,4 @@
-#include "read_out/solver_rehearsal.hpp"
+#include "read_out/solver_replay.hpp"
 
 #include <algorithm>
 #include <unordered_map>
@@ -177,7 +177,7 @@ bool are_positions(const btSoftBody& body, const std::vector<btVector3>& positio
 
 }  // namespace
 
-void SolverRehearsal::run(Span<btSoftBody* const> bodies) {
+void SolverReplay::run(Span<btSoftBody* const> bodies) {
   impulses_.clear();
   ends_.clear();
   const StateKept kept(bodies);
@@ -191,7 +191,7 @@ void SolverRehearsal::run(Span<btSoftBody* const> bodies) {
   }
 }
 
-void SolverRehearsal::confirm(Span<btSoftBody* const> bodies) {
+void SolverReplay::confirm(Span<btSoftBody* const> bodies) {
   for (const Ends& ends : ends_) {
     const bool is_there = std::find(bodies.begin(), bodies.end(), ends.body) != bodies.end();
     if (!is_there || !are_positions(*ends.body, ends.positions)) impulses_.doubt(ends.object);

@@ -15,13 +15,13 @@ namespace softcd {
 /// The part of a detection that reuses kept pairs, or keeps something for later ones. Decisions and enqueued work are
 /// separate, because the host of some backends decides before anything runs.
 template <class Backend, class Scheme>
-class LookKeeping {
+class PairKeeping {
   using Stages = BroadPhaseStages<Backend, Scheme>;
 
  public:
   /// `bodies` are the scene's, on the host, for decisions. `revision` is the detector's. `usefulness` is that of what
   /// the query's detections keep.
-  LookKeeping(Backend& backend, Workspace<Backend, Scheme>& workspace, const SceneView& scene,
+  PairKeeping(Backend& backend, Workspace<Backend, Scheme>& workspace, const SceneView& scene,
               const SceneBodies& bodies, const DetectionSettings& settings, std::uint64_t revision,
               std::shared_ptr<Usefulness> usefulness)
       : backend_(backend),
@@ -73,7 +73,7 @@ class LookKeeping {
   /// - pairs, too, if these are likely to be of use.
   void begin() {
     if (work_.compares && !waits_for_comparison()) lesson_ = lesson();
-    if (!std::exchange(kept_.has_looked, true) || kept_.has_split || is_others()) return;
+    if (!std::exchange(kept_.has_detected, true) || kept_.has_split || is_others()) return;
     const bool leaves = usefulness_->is_likely() || usefulness_->wants_to_learn();
     if (!leaves && !is_own()) return;
     if (kept_.has_pairs && !kept_.was_of_use) kept_.usefulness->doubt();
@@ -212,7 +212,7 @@ class LookKeeping {
 
   Backend& backend_;
   Workspace<Backend, Scheme>& w_;
-  KeptLook<Backend>& kept_;
+  KeptPairs<Backend>& kept_;
   const SceneView& scene_;
   SceneBodies bodies_;
   const DetectionSettings& settings_;
