@@ -19,10 +19,10 @@ void link_opposite_nodes(btSoftBody& ball, const SoftBallShape& shape) {
 
 }  // namespace
 
-std::unique_ptr<btSoftBody> make_soft_ball(SoftWorld& world, const SoftBallShape& shape) {
-  auto ball = make_body(world.world_info(), sphere_mesh(shape.center, shape.radius, shape.subdivisions), 1);
+std::unique_ptr<btSoftBody> make_soft_ball(btSoftBodyWorldInfo& world_info, World kind, const SoftBallShape& shape) {
+  auto ball = make_body(world_info, sphere_mesh(shape.center, shape.radius, shape.subdivisions), 1);
   ball->setTotalMass(shape.mass);
-  if (world.kind() == World::deformable) {
+  if (kind == World::deformable) {
     link_opposite_nodes(*ball, shape);
   } else {
     ball->setPose(/*bvolume=*/false, /*bframe=*/true);

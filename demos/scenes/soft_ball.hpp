@@ -16,6 +16,9 @@ struct SoftBallShape {
 
 /// Makes a hollow ball that stays about round. In the classic world its shape is matched; in the deformable one its
 /// opposite nodes are linked.
-std::unique_ptr<btSoftBody> make_soft_ball(SoftWorld& world, const SoftBallShape& shape);
+std::unique_ptr<btSoftBody> make_soft_ball(btSoftBodyWorldInfo& world_info, World kind, const SoftBallShape& shape);
+inline std::unique_ptr<btSoftBody> make_soft_ball(SoftWorld& world, const SoftBallShape& shape) {
+  return make_soft_ball(world.world_info(), world.kind(), shape);
+}
 
 }  // namespace softcd::demo

@@ -98,6 +98,10 @@ class Settings(TypedDict, total=False):
     """Whether softcd detects contacts with rigid triangle meshes."""
     convex_shapes: ConvexShapes | Literal["nodes", "faces_and_edges"]
     """Which features touch boxes, spheres and other convex shapes."""
+    untangle: bool
+    """Whether soft bodies that intersect, or intersect themselves, are moved apart."""
+    untangle_speed: float
+    """The greatest speed, in metres a second, at which untangle moves a node."""
     filter_deformables: bool
     """Whether setCollisionFilterPair applies between deformable bodies, where Bullet ignores it."""
     read_out: ReadOut | Literal["off", "contacts", "impulses"]

@@ -77,7 +77,7 @@ def attach(client: int = 0, *, preset: Preset = "balanced", **settings: Unpack[S
     accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), cell_size_factor,
     reuse_pairs, self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond"), contacts ("all",
     "closest_feature", "automatic"), contacts_per_node, rigid_meshes, convex_shapes ("nodes", "faces_and_edges"),
-    filter_deformables, read_out ("off", "contacts", "impulses"). The class Settings says what each does. In place of
+    untangle, untangle_speed, filter_deformables, read_out ("off", "contacts", "impulses"). The class Settings says what each does. In place of
     C++'s callbacks there are Attachment.contacts() and Attachment.messages(). A step in which softcd fails goes on with
     Bullet's own detection: `failed_steps` of Attachment.report() counts such steps.
 

@@ -50,7 +50,7 @@ TEST(Settings, all_can_be_set_by_clients_of_pybullet_but_for_those_that_are_said
       EXPECT_FALSE(pybullet::is_for_clients(field.kName)) << field.kName;
     }
   });
-  EXPECT_EQ(read_settings, 14);
+  EXPECT_EQ(read_settings, 16);
 }
 
 TEST(Settings, of_a_preset_are_those_of_its_function_and_may_change) {

@@ -95,7 +95,9 @@ class Guarded {
  private:
   void make() {
     detector_ = std::make_unique<Detector>(kind_, mirror_, settings_);
-    record_.set_detector(&detector_->query(), [detector = detector_.get()] { return detector->explain(); });
+    const Query* query = nullptr;
+    if constexpr (requires(const Detector& detector) { detector.query(); }) query = &detector_->query();
+    record_.set_detector(query, [detector = detector_.get()] { return detector->explain(); });
   }
 
   const Kind& kind_;

@@ -52,17 +52,21 @@ bool ContactDetection::looks_at_way() const {
   return query_.options().detection == Detection::ccd || query_.options().motion_margin > 0;
 }
 
-void ContactDetection::start(Span<btSoftBody* const> bodies, const PairRule& rule) {
+void ContactDetection::read(Span<btSoftBody* const> bodies) {
   BT_PROFILE("softcd contacts");
   mirror_.compare(bodies);
-  bool has_any = false;
+  has_any_ = false;
   for (btSoftBody* body : bodies) {
     if (!has_vertex_face_contacts(kind_.ends, *body)) continue;
     mirror_.require(*body, looks_at_way());
-    has_any = true;
+    has_any_ = true;
   }
+}
+
+void ContactDetection::start(const PairRule& rule) {
+  BT_PROFILE("softcd contacts");
   ticket_.reset();
-  if (!has_any && has_looked_at_nothing(query_)) return;
+  if (!has_any_ && has_looked_at_nothing(query_)) return;
   query_.set_pair_filter(pair_filter(mirror_, rule));
   ticket_ = query_.start();
   query_.set_pair_filter({});
@@ -82,8 +86,9 @@ void ContactDetection::hide_flags_of_endless_trees(Span<btSoftBody* const> bodie
   }
 }
 
-void ContactDetection::finish(bool looks_at_crossings) {
+void ContactDetection::finish(bool looks_at_crossings, const TangledNodes* released) {
   BT_PROFILE("softcd contacts");
+  released_ = released;
   releases_touches_ = looks_at_crossings && settings_.detection == Detection::ccd;
   edge_contacts_.clear();
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
@@ -187,9 +192,11 @@ void ContactDetection::write_and_note(const MemberContact& found, const ContactS
   }
 }
 
-/// Returns whether the contact is left out, for one of three reasons. Its features touch, so their sides are unknown,
-/// and crossing prevention handles them. One body would spoil the other. Or its features are tangled.
+/// Returns whether the contact is left out, for one of four reasons. Its nodes move out of an intersection. Its
+/// features touch, so their sides are unknown, and crossing prevention handles them. One body would spoil the other. Or
+/// its features are tangled.
 bool ContactDetection::is_released(const MemberContact& found) const {
+  if (released_ != nullptr && released_->has_one_of(found)) return true;
   if (releases_touches_ && is_touching(found, kind_.ends)) return true;
   const bool would_spoil =
       !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;

@@ -28,12 +28,14 @@ class ContactDetection {
   /// Returns notes on the contacts that the last finish() wrote, if Settings::read_out is on.
   const ContactNotes& notes() const { return notes_; }
 
-  /// Starts the detection for bodies that have the world's flag. Calls the rule only until it returns.
-  void start(Span<btSoftBody* const> bodies, const PairRule& rule);
+  /// Brings the bodies that have the world's flag up to date in the mirror.
+  void read(Span<btSoftBody* const> bodies);
+  /// Starts the detection for these bodies. Calls the rule only until it returns.
+  void start(const PairRule& rule);
   /// Waits for the detection and writes its contacts into the bodies, which must not have changed since start(). If
   /// `looks_at_crossings`, crossing prevention follows at the step's end, and touching features get no contacts with
-  /// `ccd`.
-  void finish(bool looks_at_crossings);
+  /// `ccd`. `released` are nodes that get no contacts with the bodies with which they are tangled.
+  void finish(bool looks_at_crossings, const TangledNodes* released);
 
   /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Call it between start() and finish().
   void drop_unread_face_trees(Span<btSoftBody* const> bodies);
@@ -59,7 +61,9 @@ class ContactDetection {
   const Settings& settings_;
   Query query_;
   std::optional<Ticket> ticket_;  ///< none if no body needs a detection
+  bool has_any_ = false;          ///< whether a body needs a detection
   bool releases_touches_ = false;
+  const TangledNodes* released_ = nullptr;  ///< in finish()
   std::vector<EdgeContact> edge_contacts_;
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this

@@ -32,6 +32,8 @@ class TangledNodes {
   void clear() { nodes_.clear(); }
   /// Adds the nodes of the contact if its features are tangled.
   void add(const MemberContact& found, const NodeEnds& ends);
+  /// Adds a node that is tangled with the body.
+  void add(const btSoftBody::Node& node, const btSoftBody& other) { nodes_.emplace(&node, &other); }
   /// Returns whether one of the contact's nodes is tangled with the other side's body.
   bool has_one_of(const MemberContact& found) const;
 

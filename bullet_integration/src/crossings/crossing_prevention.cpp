@@ -159,6 +159,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_of_unanswered_link(found)) return;
+    if (released_ != nullptr && released_->has_one_of(found)) return;
     if (is_released(found)) {
       ++excepted;
       tangled_.add(found.contact, TangleReason::start);
@@ -187,8 +188,9 @@ bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundi
 }
 
 bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
-                             const Surroundings& surroundings) {
+                             const Surroundings& surroundings, const TangledNodes* released) {
   BT_PROFILE("softcd crossings");
+  released_ = released;
   const bool has_any = require(bodies, surroundings, time_step);
   const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {
     if (obstacles_.has(a) || obstacles_.has(b)) return obstacles_.collide(a, b);

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "contacts/tangles.hpp"
 #include "crossings/crossing_impulses.hpp"
 #include "crossings/held_nodes.hpp"
 #include "crossings/rigid_obstacles.hpp"
@@ -60,8 +61,9 @@ class CrossingPrevention {
 
   /// Changes m_v and NodeEnds::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
   /// flags. Returns whether there were impacts. If it throws, the nodes keep their motion from before the call.
+  /// `released` are nodes that may pass through the bodies with which they are tangled.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
-           const Surroundings& surroundings = {});
+           const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
 
   /// Returns the responses of the last step.
   const CrossingAnswers& answers() const { return answers_; }
@@ -95,6 +97,7 @@ class CrossingPrevention {
   ConstrainedNodes constrained_;
   RigidObstacles obstacles_;
   TangledPairs tangled_;
+  const TangledNodes* released_ = nullptr;  ///< in run()
   CrossingAnswers answers_;
   CrossingImpulses impulses_;
 };

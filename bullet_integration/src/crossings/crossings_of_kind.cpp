@@ -28,6 +28,11 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
+void push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
+  node.m_v += velocity;
+  node.m_x += time_step * velocity + shift;
+}
+
 /// Applies the responses to the nodes' own velocities. These may differ from the mean ones: Bullet moves a body's nodes
 /// for the contacts of later bodies after it has set the body's velocities. If the changes of the mean velocities were
 /// added to them, they could gain energy.
@@ -59,6 +64,12 @@ void move_end(btSoftBody& body, btScalar time_step) {
     const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
     anchor.m_node->m_q = anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local;
   }
+}
+
+void push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
+  node.m_v += velocity;
+  node.m_splitv += shift / time_step;
+  node.m_q += time_step * velocity + shift;
 }
 
 /// Cancels the velocity by the split velocity, which ends with the step.
@@ -97,6 +108,7 @@ const CrossingsOfKind kClassicCrossings = {
     .passing_velocity = &Node::m_v,
     .velocity_change = [](const Node& node, const NodeStates& before, std::size_t index,
                           btScalar time_step) { return (node.m_x - before.ends[index]) / time_step; },
+    .push = classic::push,
     .hold = [](Node& node) { node.m_x = node.m_q; },
     .settle = classic::settle,
 };
@@ -109,6 +121,7 @@ const CrossingsOfKind kDeformableCrossings = {
     .passing_velocity = &Node::m_splitv,
     .velocity_change = [](const Node& node, const NodeStates& before, std::size_t index,
                           btScalar) { return node.m_v - before.velocities[index]; },
+    .push = deformable::push,
     .hold = deformable::hold,
     .settle = deformable::settle,
 };

@@ -120,7 +120,7 @@ void AttachedDeformableWorld::keep_starts() {
   ways_.clear();
   queries().crossings.run([&](CrossingPrevention&) {
     for (btSoftBody* body : span_of(bodies())) {
-      if (!queries().prevents_crossings(*body)) continue;
+      if (!queries().may_change(*body)) continue;
       Way& way = ways_.emplace_back(Way{body, {}, {}});
       for (int i = 0; i < body->m_nodes.size(); ++i) way.starts.push_back(body->m_nodes[i].m_x);
       way.ends.resize(way.starts.size());

@@ -56,6 +56,12 @@ CrossingAnswers WorldDetection::crossing_answers() const {
   return crossings != nullptr ? crossings->answers() : CrossingAnswers{};
 }
 
+const std::vector<IntersectingBodies>& WorldDetection::intersecting_bodies() const {
+  static const std::vector<IntersectingBodies> none;
+  const Untangling* untangling = queries_->untangling.get();
+  return untangling != nullptr ? untangling->pairs() : none;
+}
+
 DetectorReport WorldDetection::rigid_mesh_report() const {
   return DetectorReport(queries_->rigid_meshes.record());
 }

@@ -14,6 +14,7 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       mirror_(kind.contacts.ends, settings_),
       contacts("the step has Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
       crossings("the step prevents no crossings", kind.crossings, mirror_, settings_),
+      untangling("the step moves no intersecting bodies apart", kind.crossings, mirror_, settings_),
       rigid_meshes("the step has Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_,
                    settings_),
       convex_shapes("the step has only Bullet's own contacts of soft bodies with convex shapes", kind.contacts.ends,
@@ -40,6 +41,7 @@ void WorldQueries::follow_settings() {
   mirror_.follow_settings();
   contacts.follow_settings();
   crossings.follow_settings();
+  untangling.follow_settings();
   rigid_meshes.follow_settings();
   convex_shapes.follow_settings();
   read_out.follow_settings();
@@ -47,12 +49,21 @@ void WorldQueries::follow_settings() {
 
 bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
   const WorldPairs pairs = pairs_of(gate);
-  return contacts.run([&](ContactDetection& detection) { detection.start(bodies, std::cref(pairs)); });
+  if (!contacts.run([&](ContactDetection& detection) { detection.read(bodies); })) return false;
+  untangling.run([&](Untangling& regions) {
+    if (settings_.untangle && prevents_crossings_later) {
+      regions.find(bodies, std::cref(pairs));
+    } else {
+      regions.clear();
+    }
+  });
+  return contacts.run([&](ContactDetection& detection) { detection.start(std::cref(pairs)); });
 }
 
 void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate) {
-  const bool has_finished =
-      has_started && contacts.run([this](ContactDetection& detection) { detection.finish(prevents_crossings_later); });
+  const bool has_finished = has_started && contacts.run([this](ContactDetection& detection) {
+    detection.finish(prevents_crossings_later, released());
+  });
   if (has_finished) return;
   const WorldPairs pairs = pairs_of(gate);
   kind_.detect_natively(bodies, gate, std::cref(pairs));  // which takes no memory
@@ -104,6 +115,7 @@ bool WorldQueries::prevents_crossings(const btSoftBody& body) const {
 
 void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects,
                                      const PairGate& gate, btScalar time_step) {
+  if (settings_.untangle) untangling.run([&](Untangling& regions) { regions.move(time_step); });
   if (!prevents_crossings()) return;
   Surroundings surroundings;
   if (settings_.rigid_meshes) {
@@ -113,7 +125,7 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
   crossings.run([&](CrossingPrevention& prevention) {
     std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
     std::erase_if(wanted, [this](const btSoftBody* body) { return !prevents_crossings(*body); });
-    prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings);
+    prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings, released());
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
 }

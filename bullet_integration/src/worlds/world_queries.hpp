@@ -9,6 +9,7 @@
 #include "bodies/query_options.hpp"
 #include "contacts/contact_detection.hpp"
 #include "crossings/crossing_prevention.hpp"
+#include "crossings/untangling.hpp"
 #include "questions/world_rays.hpp"
 #include "read_out/late_impulses.hpp"
 #include "read_out/world_read_out.hpp"
@@ -74,7 +75,11 @@ class WorldQueries {
   /// Returns whether the step's last pass prevents crossings of the body's nodes. With dcd it does so only near rigid
   /// meshes, where links and self-contacts can pull nodes through a mesh after its contacts were solved.
   bool prevents_crossings(const btSoftBody& body) const;
-  /// Runs the step's last pass: see CrossingPrevention. Does nothing unless prevents_crossings().
+  /// Returns whether prevent_crossings() may change the ends of the body's nodes.
+  bool may_change(const btSoftBody& body) const {
+    return prevents_crossings(body) || (untangling.get() != nullptr && untangling.get()->moves(body));
+  }
+  /// Runs the step's last pass: see Untangling and CrossingPrevention. Does nothing unless may_change().
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
                          btScalar time_step);
   /// Call it before Bullet moves rigid objects in a step.
@@ -105,6 +110,7 @@ class WorldQueries {
  public:
   Guarded<ContactDetection> contacts;
   Guarded<CrossingPrevention> crossings;
+  Guarded<Untangling> untangling;
   Guarded<RigidMeshDetection> rigid_meshes;
   Guarded<ConvexDetection> convex_shapes;
   WorldReadOut read_out;
@@ -121,6 +127,7 @@ class WorldQueries {
   }
   bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
   WorldPairs pairs_of(const PairGate& gate) const { return {kind_.contacts, gate, settings_}; }
+  const TangledNodes* released() const { return untangling.get() != nullptr ? &untangling.get()->nodes() : nullptr; }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);

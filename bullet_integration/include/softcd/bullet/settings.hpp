@@ -110,6 +110,11 @@ struct Settings {
   /// nodes that are too fast. Not for planes, ghost objects and soft bodies without faces. docs/use/bullet.md says how
   /// it works and what it does not prevent.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
+  /// Whether soft bodies that intersect, or intersect themselves, are moved apart. Parts on the wrong side then get no
+  /// contacts with what they intersect. A closed body that is inside another one without touching it stays there. Not
+  /// for rigid bodies, nor in a Dispatcher under a world of Bullet's own class. docs/use/bullet.md says how it works.
+  bool untangle = false;
+  float untangle_speed = 1;  ///< greatest speed, m/s, at which `untangle` moves a node; above 0
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback apply to pairs of soft
   /// bodies. Bullet ignores them there; classic worlds always apply them.
   bool filter_deformables = false;

@@ -59,6 +59,15 @@ struct CrossingAnswers {
   double momentum[3] = {};
 };
 
+/// Two soft bodies that intersect, or one that intersects itself, and that Settings::untangle moves apart.
+struct IntersectingBodies {
+  btSoftBody* a = nullptr;    ///< a body of the world
+  btSoftBody* b = nullptr;    ///< another one, or the same
+  std::uint32_t regions = 0;  ///< parts of both surfaces on the wrong side, see Probe::intersection_regions()
+  std::uint64_t steps = 0;    ///< steps since the intersection was found, this one included
+  double curve_length = 0;    ///< of all curves along which the surfaces intersect, in the positions' unit
+};
+
 /// The settings of softcd in a world, and the results of the last step. Lives as long as the world, or as the
 /// Dispatcher if that detects.
 class SOFTCD_EXPORT WorldDetection {
@@ -94,6 +103,10 @@ class SOFTCD_EXPORT WorldDetection {
   DetectorReport crossing_report() const;
   /// Returns the counts of the last pass; all zeros if nothing would have crossed, or if the pass failed.
   CrossingAnswers crossing_answers() const;
+  /// Returns the pairs of bodies that the last step was moving apart (Settings::untangle), as they were when it began.
+  /// A pair that came apart is missing. The pointers are valid as long as the bodies, the reference until the next
+  /// step.
+  const std::vector<IntersectingBodies>& intersecting_bodies() const;
   /// Reports on contacts with rigid triangle meshes (Settings::rigid_meshes). The detector runs in steps in which boxes
   /// of such a pair overlap.
   DetectorReport rigid_mesh_report() const;
