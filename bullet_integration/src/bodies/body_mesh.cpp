@@ -78,7 +78,7 @@ bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body) {
     return true;
   };
   return parallel::reduce(
-      mesh.triangles.size(), kFacesAtOnce, true,
+      mesh.face_count, kFacesAtOnce, true,
       [&](std::size_t begin, std::size_t end, bool were_same) { return were_same && are_same(begin, end); },
       std::logical_and<>());
 }
