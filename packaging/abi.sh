@@ -33,7 +33,7 @@ headers=()
 for layer in kernels plugin bullet_integration; do headers+=(--headers-dir "$root/$layer/include"); done
 failed=0
 for library in "${@:2}"; do
-  readelf -S "$library" | grep -q '\.debug_info' || { echo "softcd: $library has no debug information; compile it with -g" >&2 && exit 1; }
+  grep -q '\.debug_info' <<<"$(readelf -S "$library")" || { echo "softcd: $library has no debug information; compile it with -g" >&2 && exit 1; }
   name=$(readelf -d "$library" | grep -oP 'SONAME.*\[\K[^]]*').abi
   abidw "${headers[@]}" --drop-private-types --no-corpus-path --no-comp-dir-path --no-show-locs --out-file "$folder/$name" "$library"
   if [ -z "$earlier" ]; then continue; fi

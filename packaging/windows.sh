@@ -56,7 +56,7 @@ library() {
 
 library libfmt-dev -DFMT_TEST=OFF -DFMT_DOC=OFF
 library libhwy-dev -DBUILD_TESTING=OFF -DHWY_ENABLE_CONTRIB=OFF -DHWY_ENABLE_EXAMPLES=OFF
-library libtbb-dev -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DBUILD_SHARED_LIBS=ON
+library libtbb-dev -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DBUILD_SHARED_LIBS=ON
 library libgtest-dev
 library libgmp-dev --disable-shared --enable-static
 library libbullet-dev -DINSTALL_LIBS=ON -DBUILD_EXTRAS=OFF -DBUILD_UNIT_TESTS=OFF -DBUILD_BULLET2_DEMOS=OFF \
