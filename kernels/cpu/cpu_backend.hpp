@@ -27,8 +27,8 @@
 
 namespace softcd {
 
-/// The stages' primitives on the host. All work is done when a call returns, except launch(), which runs
-/// the whole detection as a task.
+/// The stages' primitives on the host. All work is done when a call returns, except launch(), which runs the whole
+/// detection as a task.
 class CpuBackend {
  public:
   /// Counts are in host memory: a list that overflowed can grow at once.
