@@ -3,8 +3,10 @@
 #include <cub/block/block_reduce.cuh>
 #include <cub/block/block_scan.cuh>
 
+#include <climits>
 #include <cstdint>
 
+#include "generic_kernels.cuh"
 #include "softcd/core/host_device.hpp"
 
 namespace softcd::cuda {
@@ -20,7 +22,7 @@ class BlockTeam {
       typename cub::BlockScan<std::uint64_t, kTeamSize>::TempStorage scan;
     };
     std::uint64_t answer;
-    int first;
+    int first, end;
   };
 
   SOFTCD_HD explicit BlockTeam(Storage& storage) : storage_(storage) {}
@@ -33,15 +35,32 @@ class BlockTeam {
 #endif
   }
 
-  /// Skips none: a sum takes the same few rounds with fewer values.
+  /// Skips the values before the first and behind the last that is not 0. Most sums then take one round of the block.
   template <class F>
-  SOFTCD_HD void skip_zeros(int /*count*/, const F& /*is_any*/) {}
+  SOFTCD_HD void skip_zeros([[maybe_unused]] int count, [[maybe_unused]] const F& is_any) {
+#if defined(__CUDA_ARCH__)
+    if (threadIdx.x == 0) {
+      storage_.first = count;
+      storage_.end = 0;
+    }
+    __syncthreads();
+    for (int i = static_cast<int>(threadIdx.x); i < count; i += kTeamSize) {
+      if (!is_any(i)) continue;
+      atomicMin(&storage_.first, i);
+      atomicMax(&storage_.end, i + 1);
+    }
+    __syncthreads();
+    first_ = storage_.first;
+    end_ = storage_.end;
+    __syncthreads();
+#endif
+  }
 
   template <class F>
   SOFTCD_HD std::uint64_t sum([[maybe_unused]] int count, [[maybe_unused]] const F& f) {
 #if defined(__CUDA_ARCH__)
     std::uint64_t own = 0;
-    for (int i = static_cast<int>(threadIdx.x); i < count; i += kTeamSize) own += f(i);
+    for (int i = first_ + static_cast<int>(threadIdx.x); i < min(count, end_); i += kTeamSize) own += f(i);
     const std::uint64_t total = cub::BlockReduce<std::uint64_t, kTeamSize>(storage_.reduce).Sum(own);
     if (threadIdx.x == 0) storage_.answer = total;
     __syncthreads();
@@ -58,10 +77,11 @@ class BlockTeam {
                                 [[maybe_unused]] const F& f) {
 #if defined(__CUDA_ARCH__)
     if (threadIdx.x == 0) storage_.first = count - 1;
+    __syncthreads();
     std::uint64_t before = 0;
-    for (int begin = 0; begin < count; begin += kTeamSize) {
+    for (int begin = first_; begin < min(count, end_); begin += kTeamSize) {
       const int i = begin + static_cast<int>(threadIdx.x);
-      const std::uint64_t own = i < count ? f(i) : 0;
+      const std::uint64_t own = i < min(count, end_) ? f(i) : 0;
       std::uint64_t up_to = 0;
       std::uint64_t total = 0;
       cub::BlockScan<std::uint64_t, kTeamSize>(storage_.scan).InclusiveSum(own, up_to, total);
@@ -79,10 +99,13 @@ class BlockTeam {
 
  private:
   Storage& storage_;
+  int first_ = 0;
+  int end_ = INT_MAX;
 };
 
 template <class F>
-__global__ void __launch_bounds__(kTeamSize) run_once(F f) {
+__global__ void __launch_bounds__(kTeamSize) run_once(Marks marks, F f) {
+  marks.set();
   __shared__ BlockTeam::Storage storage;
   BlockTeam team(storage);
   f(team);

@@ -1,9 +1,6 @@
 #pragma once
 
-#include <thrust/iterator/counting_iterator.h>
-#include <thrust/iterator/transform_iterator.h>
 #include <cub/device/device_radix_sort.cuh>
-#include <cub/device/device_scan.cuh>
 
 #include <algorithm>
 #include <array>
@@ -44,6 +41,8 @@ class CudaBackend {
     check_cuda(cudaGetDevice(&device), "cudaGetDevice");
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device), "cudaDeviceGetAttribute");
     host_counters_.reserve(1);
+    host_times_.reserve(kMostParts + 1);
+    check_cuda(cudaMemsetAsync(done_blocks_.get(), 0, sizeof(std::uint32_t), stream_), "cudaMemset");
   }
   CudaBackend(const CudaBackend&) = delete;
   CudaBackend& operator=(const CudaBackend&) = delete;
@@ -63,7 +62,7 @@ class CudaBackend {
       std::optional<Key> last_key;   ///< key of the last launch without a graph
       std::optional<Key> graph_key;  ///< key of the captured launch
       ExecutableGraph graph;
-      std::size_t graph_parts = 0;
+      std::vector<Stage> graph_parts;
     };
 
     std::array<Launched, kLaunchPartCount> launched;
@@ -137,7 +136,7 @@ class CudaBackend {
       }
       shared_runs_.reserve(runs_.size());
       std::copy(runs_.begin(), runs_.end(), shared_runs_.data());
-      backend.enqueue("placing positions", [&] {
+      backend.enqueue("placing positions", [&](cuda::Marks /*marks*/) {
         cuda::place_positions<<<static_cast<unsigned>(runs_.size()), cuda::kBlockSize, 0, backend.stream_>>>(
             shared_runs_.data(), origin, copy_.data());
       });
@@ -211,19 +210,21 @@ class CudaBackend {
   template <class F>
   void for_each(const char* label, Count count, const F& f) {
     if (count.capacity == 0) return;
-    enqueue(label, [&] { cuda::for_each<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f); });
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::for_each<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(marks, count, f);
+    });
   }
 
   template <class F>
   void run_once(const char* label, const F& f) {
-    enqueue(label, [&] { cuda::run_once<<<1, cuda::kTeamSize, 0, stream_>>>(f); });
+    enqueue(label, [&](cuda::Marks marks) { cuda::run_once<<<1, cuda::kTeamSize, 0, stream_>>>(marks, f); });
   }
 
   template <class F, class... Targets>
   void for_each_append(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
-    enqueue(label, [&] {
-      cuda::for_each_append<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, f, lists...);
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::for_each_append<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(marks, count, f, lists...);
     });
   }
 
@@ -231,16 +232,18 @@ class CudaBackend {
   void for_each_search(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 8));
-    enqueue(label, [&] { cuda::for_each_search<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...); });
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::for_each_search<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, f, lists...);
+    });
   }
 
   template <class F, class... Targets>
   void for_each_work(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
-    enqueue(label, [&] {
-      cuda::for_each_work<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(items, offsets,
-                                                                                                    total, f, lists...);
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::for_each_work<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(
+          marks, items, offsets, total, f, lists...);
     });
   }
 
@@ -248,18 +251,18 @@ class CudaBackend {
   void for_each_work_filtered(const char* label, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                               Share share, const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
-    enqueue(label, [&] {
+    enqueue(label, [&](cuda::Marks marks) {
       cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 12), cuda::kBlockSize, 0, stream_>>>(
-          items, offsets, total, share, f, lists...);
+          marks, items, offsets, total, share, f, lists...);
     });
   }
 
   template <class F, class... Targets>
   void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
-    enqueue(label, [&] {
+    enqueue(label, [&](cuda::Marks marks) {
       cuda::for_each_part<<<blocks_for(count.capacity, cuda::kItemsAtOnce<F>), cuda::kBlockSize, 0, stream_>>>(
-          count, f, lists...);
+          marks, count, f, lists...);
     });
   }
 
@@ -268,7 +271,9 @@ class CudaBackend {
     if (count.capacity == 0) return;
     const unsigned blocks =
         std::min(blocks_for(count.capacity, cuda::kItemsAtOnce<F>), static_cast<unsigned>(processors_ * 8));
-    enqueue(label, [&] { cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, lists...); });
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, f, lists...);
+    });
   }
 
   /// Runs the work of f and g at the same time. g must not reserve memory, sort or scan.
@@ -286,13 +291,14 @@ class CudaBackend {
   void exclusive_scan(const char* label, Count count, const std::uint32_t* values, std::uint64_t* sums,
                       std::uint64_t* total) {
     if (count.capacity == 0) return;
-    const auto input =
-        thrust::make_transform_iterator(thrust::counting_iterator<std::uint64_t>(0), cuda::ValueOrZero{count, values});
-    with_scratch(label, [&](void* scratch, std::size_t& bytes) {
-      return cub::DeviceScan::ExclusiveSum(scratch, bytes, input, sums, static_cast<std::int64_t>(count.capacity),
-                                           stream_);
+    const std::uint64_t tiles = count.capacity / cuda::kScanTile + 1;
+    scan_state_.reserve(*this, tiles + 1, 0);
+    unsigned* const counts = reinterpret_cast<unsigned*>(scan_state_.data());
+    const cuda::ScanState state = {scan_state_.data() + 1, counts, counts + 1};
+    const auto blocks = static_cast<unsigned>(std::min<std::uint64_t>(tiles, static_cast<unsigned>(processors_) * 4U));
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::scan<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, values, sums, total, state);
     });
-    enqueue(label, [&] { cuda::last_sum<<<1, 1, 0, stream_>>>(count, values, sums, total); });
   }
 
   template <class Key>
@@ -328,8 +334,9 @@ class CudaBackend {
     check_cuda(cudaMemsetAsync(bins, 0, bytes, stream_), label);
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 2));
-    enqueue(label, [&] {
-      cuda::histogram<<<blocks, cuda::kBlockSize, bytes, stream_>>>(count, bins, histograms, bins_per_histogram, f);
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::histogram<<<blocks, cuda::kBlockSize, bytes, stream_>>>(marks, count, bins, histograms, bins_per_histogram,
+                                                                    f);
     });
   }
 
@@ -337,7 +344,9 @@ class CudaBackend {
   void minimum(const char* label, Count count, const F& f, float* least) {
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 2));
-    enqueue(label, [&] { cuda::minimum<<<blocks, cuda::kBlockSize, 0, stream_>>>(count, f, least); });
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::minimum<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, f, least);
+    });
   }
 
   template <class T>
@@ -354,17 +363,20 @@ class CudaBackend {
   template <class F>
   void launch(const Signature& signature, const F& f) {
     const bool is_first = signature.part == LaunchPart::whole || signature.part == LaunchPart::comparison;
-    if (is_first) part_count_ = 0;
+    if (is_first) {
+      parts_.clear();
+      begun_ = 0;
+    }
     typename Session::Launched& launched = session_->launched[static_cast<std::size_t>(signature.part)];
-    const typename Session::Key key = {signature, allocations_, part_count_};
+    const typename Session::Key key = {signature, allocations_, parts_.size()};
     if (launched.graph && key == launched.graph_key) {
-      part_count_ = launched.graph_parts;
+      parts_.insert(parts_.end(), launched.graph_parts.begin(), launched.graph_parts.end());
     } else if (key == launched.last_key && stream_ != cudaStreamLegacy) {
       capture(launched.graph, f);
       launched.graph_key = key;
-      launched.graph_parts = part_count_;
+      launched.graph_parts.assign(parts_.begin() + static_cast<std::ptrdiff_t>(key.first_part), parts_.end());
     } else {
-      run(f);
+      f();
       launched.last_key = {signature, allocations_, key.first_part};
       return;
     }
@@ -374,7 +386,7 @@ class CudaBackend {
 
   /// Waits for all enqueued work and returns the counters.
   Counters read(const Buffer<Counters>& counters) {
-    enqueue_reading(counters);
+    hand_out("reading counters", 1, counters, Count{&counters.data()->contacts, 0}, nullptr);
     const TimelineRange range("reading counters");
     check_cuda(cudaStreamSynchronize(stream_), "reading counters");
     return *host_counters_.data();
@@ -384,12 +396,9 @@ class CudaBackend {
   void download(const Buffer<Counters>& counters, const Buffer<Contact>& contacts, Count count, bool to_host) {
     if (to_host) session_->contacts.reserve(count.capacity);
     session_->found = to_host ? session_->contacts.data() : contacts.data();
-    enqueue_reading(counters);
-    if (!to_host) return;
-    enqueue("reading contacts", [&] {
-      cuda::copy_out<<<static_cast<unsigned>(processors_ * 4), cuda::kBlockSize, 0, stream_>>>(
-          count, contacts.data(), session_->contacts.data());
-    });
+    const unsigned blocks = to_host ? static_cast<unsigned>(processors_ * 4) : 1U;
+    if (!to_host) count.capacity = 0;
+    hand_out("reading results", blocks, counters, count, contacts.data());
   }
 
   /// Lets work that is enqueued from now on wait for a cudaEvent_t.
@@ -421,8 +430,9 @@ class CudaBackend {
     reruns_ = 0;
   }
   void begin(Stage stage) {
-    record(part_count_);
-    parts_[part_count_++] = stage;
+    if (parts_.size() == kMostParts) return;
+    parts_.push_back(stage);
+    ++begun_;
   }
 
   void count_rerun() { ++reruns_; }
@@ -430,9 +440,10 @@ class CudaBackend {
   void give_scratch_back() {
     check_cuda(cudaStreamSynchronize(stream_), "giving memory back");
     scratch_.release(*this);
+    scan_state_.release(*this);
   }
   std::uint64_t reruns() const { return reruns_; }
-  const StageTimes& times() const { return times_; }
+  const StageTimes& times() const { return stage_times_; }
 
  private:
   /// Enqueues work on another stream for the lifetime of this object.
@@ -448,18 +459,30 @@ class CudaBackend {
     cudaStream_t before_;
   };
 
-  /// Calls f, which launches a kernel, and checks for errors.
+  /// Most parts whose times are taken. Later ones, of a detection in very many chunks, count as the last of them.
+  static constexpr std::size_t kMostParts = 1024;
+
+  /// Calls f(marks), which launches a kernel, and checks for errors.
   template <class F>
   void enqueue(const char* label, const F& f) {
     const TimelineRange range(label);
-    f();
+    f(cuda::Marks{times_.get() + (parts_.size() - begun_), begun_});
+    begun_ = 0;
     check_cuda(cudaGetLastError(), label);
   }
 
-  void enqueue_reading(const Buffer<Counters>& counters) {
-    check_cuda(
-        cudaMemcpyAsync(host_counters_.data(), counters.data(), sizeof(Counters), cudaMemcpyDeviceToHost, stream_),
-        "reading counters");
+  void hand_out(const char* label, unsigned blocks, const Buffer<Counters>& counters, Count count,
+                const Contact* contacts) {
+    enqueue(label, [&](cuda::Marks marks) {
+      const cuda::Results results = {counters.data(),
+                                     host_counters_.data(),
+                                     times_.get(),
+                                     host_times_.data(),
+                                     static_cast<std::uint32_t>(parts_.size()),
+                                     done_blocks_.get()};
+      cuda::hand_out<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, results, count, contacts,
+                                                               session_->contacts.data());
+    });
   }
 
   unsigned blocks_for(std::uint64_t items, std::uint64_t items_per_block = cuda::kBlockSize) const {
@@ -469,7 +492,9 @@ class CudaBackend {
 
   template <class Key>
   void fill_tail(const char* label, Count count, Key* keys) {
-    enqueue(label, [&] { cuda::fill_tail<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(count, keys); });
+    enqueue(label, [&](cuda::Marks marks) {
+      cuda::fill_tail<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(marks, count, keys);
+    });
   }
 
   /// Runs a CUB call, which first reports the scratch memory that it needs. Calls follow each other on the stream, so
@@ -484,48 +509,23 @@ class CudaBackend {
     check_cuda(f(scratch_.data(), bytes), label);
   }
 
-  /// Records the time at which part `part` begins. The number of events is the largest number of parts of any
-  /// detection.
-  void record(std::size_t part) {
-    while (events_.size() <= part) {
-      parts_.resize(events_.size() + 1);
-      events_.emplace_back(cudaEventDefault);
-    }
-    check_cuda(cudaEventRecordWithFlags(events_[part].get(), stream_,
-                                        is_capturing_ ? cudaEventRecordExternal : cudaEventRecordDefault),
-               "recording time");
-  }
-
-  template <class F>
-  void run(const F& f) {
-    f();
-    record(part_count_);
-  }
-
   /// Captures the work of f as a graph. The replaced graph is destroyed only when a detection has finished: earlier
   /// destruction may block on work that the stream waits for.
   template <class F>
   void capture(ExecutableGraph& graph, const F& f) {
     if (graph) replaced_graphs_.push_back(std::exchange(graph, {}));
     StreamCapture capture(stream_);
-    is_capturing_ = true;
-    try {
-      run(f);
-    } catch (...) {
-      is_capturing_ = false;
-      throw;
-    }
-    is_capturing_ = false;
+    f();
     graph = capture.finish();
   }
 
   void read_clock() {
-    times_ = {};
-    for (std::size_t part = 0; part < part_count_; ++part) {
-      float ms = 0;
-      check_cuda(cudaEventElapsedTime(&ms, events_[part].get(), events_[part + 1].get()), "reading time");
-      stage_time(times_, parts_[part]) += static_cast<double>(ms);
-      times_.total += static_cast<double>(ms);
+    stage_times_ = {};
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      const std::uint64_t* const begin = host_times_.data() + part;
+      const double ms = 1e-6 * static_cast<double>(static_cast<std::int64_t>(begin[1] - begin[0]));
+      stage_time(stage_times_, parts_[part]) += ms;
+      stage_times_.total += ms;
     }
   }
 
@@ -535,16 +535,18 @@ class CudaBackend {
   SideStream side_;
   int processors_ = 0;
   Buffer<std::byte> scratch_;
+  Buffer<unsigned long long> scan_state_;  ///< the first word has the counts of cuda::ScanState
   PinnedBuffer<Counters> host_counters_;
-  std::vector<Event> events_;
-  std::vector<Stage> parts_;
-  std::size_t part_count_ = 0;
-  StageTimes times_;
+  std::vector<Stage> parts_;                       ///< of the detection, in order
+  std::uint32_t begun_ = 0;                        ///< parts whose first kernel is still to come
+  DeviceMemory<std::uint64_t> times_{kMostParts};  ///< at which parts begin; see cuda::Marks
+  PinnedBuffer<std::uint64_t> host_times_;         ///< and, behind the last, the end
+  DeviceMemory<std::uint32_t> done_blocks_{1};     ///< see cuda::Results
+  StageTimes stage_times_;
   std::uint64_t reruns_ = 0;
 
-  std::uint64_t allocations_ = 0;  ///< changes when any buffer moves
-  Session* session_ = nullptr;     ///< session of the detection that began last
-  bool is_capturing_ = false;
+  std::uint64_t allocations_ = 0;                 ///< changes when any buffer moves
+  Session* session_ = nullptr;                    ///< session of the detection that began last
   std::vector<ExecutableGraph> replaced_graphs_;  ///< may still run
 };
 

@@ -8,6 +8,7 @@
 
 #include "softcd/core/count.hpp"
 #include "softcd/pipeline/output.hpp"
+#include "softcd/pipeline/workspace.hpp"
 
 /// One kernel for each primitive; the stage is its functor.
 namespace softcd::cuda {
@@ -65,6 +66,24 @@ class Output {
   Appender<Target> list_;
 };
 
+/// Where the first kernel of one or more parts of a detection notes when they begin. An event between two kernels would
+/// take 2.5 us of a graph on an H100.
+struct Marks {
+  std::uint64_t* times;  ///< in nanoseconds
+  std::uint32_t count;
+
+  static __device__ std::uint64_t now() {
+    std::uint64_t time = 0;
+    asm volatile("mov.u64 %0, %globaltimer;" : "=l"(time));
+    return time;
+  }
+  __device__ void set() const {
+    if (count == 0 || blockIdx.x != 0 || threadIdx.x != 0) return;
+    const std::uint64_t time = now();
+    for (std::uint32_t i = 0; i < count; ++i) times[i] = time;
+  }
+};
+
 __device__ inline std::uint64_t global_thread() {
   return static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
 }
@@ -73,7 +92,8 @@ __device__ inline std::uint64_t grid_threads() {
 }
 
 template <class F>
-__global__ void for_each(Count count, F f) {
+__global__ void for_each(Marks marks, Count count, F f) {
+  marks.set();
   const std::uint64_t n = count.get();
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads()) f(static_cast<std::uint32_t>(i));
 }
@@ -85,7 +105,8 @@ constexpr int kResidentBlocks = 1;
 
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
-    for_each_append(Count count, F f, Appender<Targets>... lists) {
+    for_each_append(Marks marks, Count count, F f, Appender<Targets>... lists) {
+  marks.set();
   const std::uint64_t n = count.get();
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads()) {
     std::uint32_t item = static_cast<std::uint32_t>(i);
@@ -103,7 +124,8 @@ constexpr int kIdleThreads = 4;
 /// other threads continue.
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
-    for_each_search(Count count, F f, Appender<Targets>... lists) {
+    for_each_search(Marks marks, Count count, F f, Appender<Targets>... lists) {
+  marks.set();
   const std::uint64_t n = count.get();
   const unsigned lane = threadIdx.x % kWarpSize;
   // A warp's items: rows of 32 consecutive items; the warps take rows in turn.
@@ -218,8 +240,9 @@ __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint
 
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize)
-    for_each_work(Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
+    for_each_work(Marks marks, Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
                   Appender<Targets>... lists) {
+  marks.set();
   __shared__ TileStorage storage;
   for_each_unit(storage, items, offsets, total, {0, 1}, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
     if (is_inside) [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
@@ -256,8 +279,9 @@ class WarpQueue {
 
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
-    for_each_work_filtered(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, F f,
-                           Appender<Targets>... lists) {
+    for_each_work_filtered(Marks marks, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
+                           Share share, F f, Appender<Targets>... lists) {
+  marks.set();
   __shared__ TileStorage storage;
   __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
   const auto test = [&](const typename F::Candidate& candidate) {
@@ -324,7 +348,8 @@ __device__ void for_each_part_of_items(PartStorage<F>& storage, Count count, con
 }
 
 template <class F, class... Targets>
-__global__ void __launch_bounds__(kBlockSize) for_each_part(Count count, F f, Appender<Targets>... lists) {
+__global__ void __launch_bounds__(kBlockSize) for_each_part(Marks marks, Count count, F f, Appender<Targets>... lists) {
+  marks.set();
   __shared__ PartStorage<F> storage;
   for_each_part_of_items(storage, count, f, [&](bool is_inside, const typename F::Item& item, std::uint32_t part) {
     if (is_inside) [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
@@ -333,7 +358,8 @@ __global__ void __launch_bounds__(kBlockSize) for_each_part(Count count, F f, Ap
 
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
-    for_each_part_filtered(Count count, F f, Appender<Targets>... lists) {
+    for_each_part_filtered(Marks marks, Count count, F f, Appender<Targets>... lists) {
+  marks.set();
   __shared__ PartStorage<F> storage;
   __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
   const auto test = [&](const typename F::Candidate& candidate) {
@@ -361,7 +387,8 @@ struct BinCounter {
 
 /// Counts in shared-memory bins, and adds them to the global bins at the end. `bins` must be 0 before.
 template <class F>
-__global__ void histogram(Count count, std::uint32_t* bins, int histograms, int bins_per_histogram, F f) {
+__global__ void histogram(Marks marks, Count count, std::uint32_t* bins, int histograms, int bins_per_histogram, F f) {
+  marks.set();
   extern __shared__ std::uint32_t local_bins[];
   const int size = histograms * bins_per_histogram;
   for (int bin = static_cast<int>(threadIdx.x); bin < size; bin += kBlockSize) local_bins[bin] = 0;
@@ -378,7 +405,8 @@ __global__ void histogram(Count count, std::uint32_t* bins, int histograms, int 
 /// Lowers *least to the least f(i). As integers, the bits of non-negative floats keep their order. As unsigned
 /// integers, the bits of negative floats have the opposite order, and are above those of all others.
 template <class F>
-__global__ void minimum(Count count, F f, float* least) {
+__global__ void minimum(Marks marks, Count count, F f, float* least) {
+  marks.set();
   const std::uint64_t n = count.get();
   float lowest = __int_as_float(0x7F800000);
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads())
@@ -394,34 +422,122 @@ __global__ void minimum(Count count, F f, float* least) {
 
 /// Sets the keys behind the last item to the highest key, so that a sort of the whole capacity leaves them at the end.
 template <class Key>
-__global__ void fill_tail(Count count, Key* keys) {
+__global__ void fill_tail(Marks marks, Count count, Key* keys) {
+  marks.set();
   for (std::uint64_t i = count.get() + global_thread(); i < count.capacity; i += grid_threads())
     keys[i] = static_cast<Key>(~Key{0});
 }
 
-/// Copies the existing items to page-locked host memory, in 4-byte words. The host thus need not know their number
-/// first.
-template <class T>
-__global__ void copy_out(Count count, const T* from, T* to) {
-  static_assert(sizeof(T) % sizeof(std::uint32_t) == 0);
-  const std::uint64_t words = count.get() * (sizeof(T) / sizeof(std::uint32_t));
-  const auto* source = reinterpret_cast<const std::uint32_t*>(from);
-  auto* target = reinterpret_cast<std::uint32_t*>(to);
-  for (std::uint64_t i = global_thread(); i < words; i += grid_threads()) target[i] = source[i];
-}
-
-/// Returns the values, and zeros behind the last item, for sums.
-struct ValueOrZero {
-  Count count;
-  const std::uint32_t* values;
-  SOFTCD_HD std::uint64_t operator()(std::uint64_t i) const { return i < count.get() ? values[i] : 0; }
+/// What the host reads of every detection.
+struct Results {
+  const Counters* counters;
+  Counters* host_counters;
+  const std::uint64_t* times;  ///< see Marks
+  std::uint64_t* host_times;   ///< one more: the end
+  std::uint32_t time_count;
+  std::uint32_t* done_blocks;  ///< 0 between kernels
 };
 
-/// Writes to *total the sum of all values, given their exclusive sums.
-static __global__ void last_sum(Count count, const std::uint32_t* values, const std::uint64_t* sums,
-                                std::uint64_t* total) {
+__device__ inline void copy_words(const void* from, void* to, std::uint64_t bytes, std::uint64_t first,
+                                  std::uint64_t step) {
+  const auto* source = static_cast<const std::uint32_t*>(from);
+  auto* target = static_cast<std::uint32_t*>(to);
+  for (std::uint64_t i = first; i < bytes / sizeof(std::uint32_t); i += step) target[i] = source[i];
+}
+
+/// Ends a detection: copies its counters and times, and the existing items of a list, to page-locked host memory. The
+/// host thus need not know their number first.
+template <class T>
+__global__ void hand_out(Marks marks, Results results, Count count, const T* from, T* to) {
+  static_assert(sizeof(T) % sizeof(std::uint32_t) == 0 && sizeof(Counters) % sizeof(std::uint32_t) == 0);
+  marks.set();
+  if (blockIdx.x == 0) {
+    __syncthreads();
+    copy_words(results.counters, results.host_counters, sizeof(Counters), threadIdx.x, blockDim.x);
+    copy_words(results.times, results.host_times, results.time_count * sizeof(std::uint64_t), threadIdx.x, blockDim.x);
+  }
+  copy_words(from, to, count.get() * sizeof(T), global_thread(), grid_threads());
+  __syncthreads();
+  if (threadIdx.x != 0) return;
+  const bool is_last = atomicInc(results.done_blocks, gridDim.x - 1) == gridDim.x - 1;
+  if (is_last) results.host_times[results.time_count] = Marks::now();
+}
+
+/// The memory of scans. It holds zeros between kernels.
+struct ScanState {
+  unsigned long long* tiles;  ///< value:62 | state:2 of each tile, see scan()
+  unsigned* begun;            ///< tiles
+  unsigned* done_blocks;
+};
+
+constexpr unsigned kScanItems = 4;  ///< of a thread
+constexpr std::uint64_t kScanTile = kScanItems * kBlockSize;
+
+/// Returns the sum of all tiles before `tile`, found by the threads of a warp together. A tile's word holds the tile's
+/// sum (state 1), then the sum up to its end (state 2).
+__device__ inline std::uint64_t sum_before(const unsigned long long* tiles, std::uint64_t tile) {
+  const std::uint64_t lane = threadIdx.x % kWarpSize;
+  std::uint64_t sum = 0;
+  for (std::uint64_t end = tile; end > 0; end -= min(end, std::uint64_t{kWarpSize})) {
+    unsigned long long word = 2;  // before the first tile
+    if (lane < end) {
+      const volatile unsigned long long* const at = tiles + (end - 1 - lane);
+      do {
+        word = *at;
+      } while (word == 0);
+    }
+    const unsigned up_to_end = __ballot_sync(kWholeWarp, (word & 3U) == 2U);
+    const unsigned last =
+        up_to_end == 0 ? kWarpSize - 1U : static_cast<unsigned>(__ffs(static_cast<int>(up_to_end))) - 1U;
+    std::uint64_t own = lane <= last ? word >> 2 : 0;
+    for (int offset = kWarpSize / 2; offset > 0; offset /= 2) own += __shfl_xor_sync(kWholeWarp, own, offset);
+    sum += own;
+    if (up_to_end != 0) break;
+  }
+  return sum;
+}
+
+/// Writes exclusive sums of the values, and the sum of all, in one kernel: each tile of values waits for the sums
+/// before it (decoupled look-back; Merrill and Garland 2016).
+static __global__ void __launch_bounds__(kBlockSize) scan(Marks marks, Count count, const std::uint32_t* values,
+                                                          std::uint64_t* sums, std::uint64_t* total, ScanState state) {
+  using BlockScan = cub::BlockScan<std::uint64_t, kBlockSize>;
+  __shared__ typename BlockScan::TempStorage storage;
+  __shared__ unsigned shared_tile;
+  __shared__ std::uint64_t shared_sum;
+  marks.set();
   const std::uint64_t n = count.get();
-  *total = n == 0 ? 0 : sums[n - 1] + values[n - 1];
+  const std::uint64_t tile_count = n / kScanTile + 1;  // one at least, which writes the total
+  while (true) {
+    if (threadIdx.x == 0) shared_tile = atomicAdd(state.begun, 1U);
+    __syncthreads();
+    const std::uint64_t tile = shared_tile;
+    if (tile >= tile_count) break;
+    const std::uint64_t first = tile * kScanTile + threadIdx.x * kScanItems;
+    std::uint64_t own[kScanItems];
+    for (unsigned k = 0; k < kScanItems; ++k) own[k] = first + k < n ? values[first + k] : 0;
+    std::uint64_t tile_sum = 0;
+    BlockScan(storage).ExclusiveSum(own, own, tile_sum);
+    if (threadIdx.x < kWarpSize) {
+      if (tile > 0 && threadIdx.x == 0) atomicExch(state.tiles + tile, (tile_sum << 2) | 1U);
+      const std::uint64_t before = sum_before(state.tiles, tile);
+      if (threadIdx.x == 0) {
+        atomicExch(state.tiles + tile, ((before + tile_sum) << 2) | 2U);
+        shared_sum = before;
+        if (tile + 1 == tile_count) *total = before + tile_sum;
+      }
+    }
+    __syncthreads();
+    for (unsigned k = 0; k < kScanItems; ++k) {
+      if (first + k < n) sums[first + k] = shared_sum + own[k];
+    }
+  }
+  __syncthreads();
+  if (threadIdx.x == 0) shared_tile = atomicInc(state.done_blocks, gridDim.x - 1) == gridDim.x - 1 ? 1U : 0U;
+  __syncthreads();
+  if (shared_tile == 0) return;
+  for (std::uint64_t tile = threadIdx.x; tile < tile_count; tile += kBlockSize) state.tiles[tile] = 0;
+  if (threadIdx.x == 0) *state.begun = 0;
 }
 
 }  // namespace softcd::cuda

@@ -163,9 +163,10 @@ struct ChooseGrid {
   SOFTCD_HD void operator()(Team& team) const {
     team.skip_zeros(kSizeBins, [&](int bin) { return sizes.has(bin); });
     const std::uint64_t active = count_active(team, sizes.radius);
-    const std::uint64_t triangles = count_active(team, sizes.triangle_radius);
-    const float triangle_mean = clipped_mean(team, sizes.triangle_radius);
     const float mean = clipped_mean(team, sizes.radius);
+    const bool has_patches = sizes.triangle_radius != sizes.radius;
+    const std::uint64_t triangles = has_patches ? count_active(team, sizes.triangle_radius) : active;
+    const float triangle_mean = has_patches ? clipped_mean(team, sizes.triangle_radius) : mean;
     const bool fit_largest = broad_phase == BroadPhase::uniform;
     const bool is_chosen = !fit_largest && !(cell_size_factor > 0.0F);
     float size = fit_largest ? 3.0F * largest_size(team, sizes.swept_radius)
