@@ -86,7 +86,8 @@ Ordered order_in_runs(const std::vector<FeatureContact>& contacts, std::uint32_t
     LayIntoRun{runs, contacts.data(), begins.data(), order.data(), keys.data()}(i);
   }
   for (std::uint32_t i = 0; i < count; ++i) {
-    RankInRun{runs, contacts.data(), begins.data(), counts.data(), keys.data(), order.data()}(i);
+    const std::uint64_t place = RankInRun{runs, contacts.data(), begins.data(), counts.data(), keys.data()}.place(i);
+    if (place != kNoPlace) order[place] = i;
   }
   return {order, longs.items.size(), *std::max_element(counts.begin(), counts.end())};
 }

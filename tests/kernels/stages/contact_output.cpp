@@ -20,7 +20,7 @@ TEST(WriteContact, indices_count_within_the_bodies) {
                                   {vertex_and_triangle, {1.0F, 0.5F, 0.25F, 0.25F}, {0, 0, 1}, 0.75F, 1.0F, 0U}};
   const std::uint32_t order[] = {1, 0};
   Contact out[2];
-  const WriteContact stage{scene, found, order, out};
+  const WriteInOrder stage{{scene, out}, found, order};
   stage(0);
   stage(1);
 

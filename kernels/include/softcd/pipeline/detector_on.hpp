@@ -500,18 +500,30 @@ class DetectorOn final : public Detector {
     NarrowPhase narrow_phase(backend_, mirror_, w_, scene_, settings_, counts_);
     if (may_keep_ && !has_reused_) keeping_->enqueue_volumes(broad_phase);
     narrow_phase.reserve_neighbours();
+    bool in_runs = false;
+    const auto reserve_order = [&] {
+      reserve_sorted_contacts(w_.lists.found.capacity());
+      in_runs = query_->orders_in_runs && has_runs(narrow_phase);
+    };
+    if (!Backend::kKnowsCounts) reserve_order();
     const auto enqueue_pairs = [&] { find_pairs_or_reuse(broad_phase, narrow_phase); };
-    const auto enqueue_neighbours = [&] { narrow_phase.test_neighbours(); };
+    const auto count_in_runs = [&] {
+      if (!Backend::kKnowsCounts && in_runs) narrow_phase.count_in_runs();
+    };
     if (Backend::kKnowsCounts || chunks_ > 1) {  // each chunk's candidates are counted anew
+      count_in_runs();
       enqueue_pairs();
       backend_.begin(Stage::features);
-      enqueue_neighbours();
+      narrow_phase.test_neighbours();
     } else {
-      backend_.concurrently(enqueue_pairs, enqueue_neighbours);
+      backend_.concurrently(enqueue_pairs, [&] {
+        count_in_runs();
+        narrow_phase.test_neighbours();
+      });
     }
     narrow_phase.find_contacts();
-    reserve_sorted_contacts(w_.lists.found.capacity());
-    narrow_phase.order_contacts(query_->contacts.data(), query_->orders_in_runs && has_runs(narrow_phase));
+    if (Backend::kKnowsCounts) reserve_order();
+    narrow_phase.order_contacts(query_->contacts.data(), in_runs);
     backend_.begin(Stage::transfer);
     const Count found = w_.lists.found.count(w_.counters.data());
     if (settings_.contacts_stay) conclude_contacts(found);

@@ -65,11 +65,7 @@ class NarrowPhaseStages {
     backend_.begin(Stage::sort);
     const Count count = lists_.found.count(counters_);
     const FeatureContact* found = lists_.found.template column<0>().data();
-    if (in_runs) order_in_runs(count, found);
-    if (!in_runs || (Backend::kKnowsCounts && counters_->long_runs > 0)) sort_by_keys(count, found);
-    const auto write = [&] {
-      backend_.for_each("write_contacts", count, WriteContact{scene_, found, w_.contact_order.data(), contacts});
-    };
+    const auto write = [&] { write_in_order(count, found, {scene_, contacts}, in_runs); };
     const auto summarize = [&] {
       backend_.minimum("earliest_contact", count, TimeOfContact{found}, &counters_->earliest_toi);
       if (is_continuous() && scene_.is_conservative) {
@@ -78,6 +74,13 @@ class NarrowPhaseStages {
       }
     };
     backend_.concurrently(write, summarize);
+  }
+
+  /// Lets contacts be counted in their runs as they are found. For backends that do not know counts; reserve_runs() has
+  /// succeeded, and there is memory to order all contacts.
+  void count_in_runs() {
+    counts_in_runs_ = true;
+    clear_runs();
   }
 
   /// Reserves the memory to order contacts in runs.
@@ -106,21 +109,45 @@ class NarrowPhaseStages {
                      Backend::kKnowsCounts ? contacts.get() : contacts.capacity);
   }
 
-  void order_in_runs(Count count, const FeatureContact* found) {
-    const RunPlan plan = planned_runs();
-    const ContactRuns runs = {scene_.vertex_count, plan.shift};
-    const Count run_count = {&counters_->all, plan.run_count};
-    std::uint32_t* places = w_.contact_order.data();
-    backend_.for_each("clear_runs", run_count, ClearWord{w_.run_counts.data()});
-    backend_.for_each_append("count_in_runs", count, CountInRun{runs, found, w_.run_counts.data(), places},
-                             Appender<CountTarget>{{}, &counters_->long_runs, 0});
-    backend_.exclusive_scan("scan_runs", run_count, w_.run_counts.data(), w_.run_begins.data(),
+  ContactRuns runs() const { return {scene_.vertex_count, planned_runs().shift}; }
+  Count run_count() const { return {&counters_->all, planned_runs().run_count}; }
+  CountInRun run_counter() {
+    return {runs(), lists_.found.template column<0>().data(), w_.run_counts.data(), w_.contact_order.data()};
+  }
+
+  void clear_runs() { backend_.for_each("clear_runs", run_count(), ClearWord{w_.run_counts.data()}); }
+
+  void write_in_order(Count count, const FeatureContact* found, const WriteContact& write, bool in_runs) {
+    if (in_runs && !counts_in_runs_) {
+      clear_runs();
+      backend_.for_each_append("count_in_runs", count, run_counter(),
+                               Appender<CountTarget>{{}, &counters_->long_runs, 0});
+    }
+    if (!in_runs || (Backend::kKnowsCounts && counters_->long_runs > 0)) {
+      sort_by_keys(count, found);
+      backend_.for_each("write_contacts", count, WriteInOrder{write, found, w_.contact_order.data()});
+      return;
+    }
+    const ContactRuns runs = this->runs();
+    backend_.exclusive_scan("scan_runs", run_count(), w_.run_counts.data(), w_.run_begins.data(),
                             &counters_->contacts_in_runs);
     backend_.for_each("lay_into_runs", count,
-                      LayIntoRun{runs, found, w_.run_begins.data(), places, w_.contact_keys.data()});
-    backend_.for_each("rank_in_runs", count,
-                      RankInRun{runs, found, w_.run_begins.data(), w_.run_counts.data(), w_.contact_keys.data(),
-                                w_.contact_order.data()});
+                      LayIntoRun{runs, found, w_.run_begins.data(), w_.contact_order.data(), w_.contact_keys.data()});
+    backend_.for_each(
+        "write_in_runs", count,
+        WriteInRun{write, {runs, found, w_.run_begins.data(), w_.run_counts.data(), w_.contact_keys.data()}});
+  }
+
+  /// Returns the list of contacts for stages that append to it.
+  auto found_appender() {
+    if constexpr (Backend::kKnowsCounts) {
+      return lists_.found.appender(counters_);
+    } else {
+      const Count count = lists_.found.count(counters_);
+      const RunTarget target = {lists_.found.template column<0>().data(),
+                                counts_in_runs_ ? run_counter() : CountInRun{}, &counters_->long_runs};
+      return Appender<RunTarget>{target, &counters_->contacts, count.capacity};
+    }
   }
 
   void sort_by_keys(Count count, const FeatureContact* found) {
@@ -211,16 +238,13 @@ class NarrowPhaseStages {
         [&] {
           const Count count = candidates.count(counters_);
           if (is_continuous() && scene_.is_conservative) {
-            backend_.for_each_search(label, count, TestApproach<kKind>{scene_, features},
-                                     lists_.found.appender(counters_));
+            backend_.for_each_search(label, count, TestApproach<kKind>{scene_, features}, found_appender());
           } else if (is_continuous()) {
-            backend_.for_each_append(label, count, TestMotion<kKind, T>{scene_, features},
-                                     lists_.found.appender(counters_));
+            backend_.for_each_append(label, count, TestMotion<kKind, T>{scene_, features}, found_appender());
           } else if (kKind == ContactKind::vertex_triangle && scene_.contact_rule == ContactRule::slab) {
-            backend_.for_each_append(label, count, TestSlab<T>{scene_, features}, lists_.found.appender(counters_));
+            backend_.for_each_append(label, count, TestSlab<T>{scene_, features}, found_appender());
           } else {
-            backend_.for_each_append(label, count, TestProximity<kKind, T>{scene_, features},
-                                     lists_.found.appender(counters_));
+            backend_.for_each_append(label, count, TestProximity<kKind, T>{scene_, features}, found_appender());
           }
         },
         lists_.found);
@@ -234,6 +258,7 @@ class NarrowPhaseStages {
   const SceneView& scene_;
   const DetectionSettings& settings_;
   const SceneCounts& counts_;
+  bool counts_in_runs_ = false;
 };
 
 }  // namespace softcd

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "softcd/stages/contact_tests.hpp"
 
@@ -52,11 +53,15 @@ inline RunPlan plan_runs(std::uint64_t features, std::uint64_t contacts) {
   return {shift, (features >> shift) + 1};
 }
 
-SOFTCD_HD inline std::uint32_t count_one_more(std::uint32_t* counter) {
+/// Adds 1 to a counter of any size. Returns its value before.
+template <class T>
+SOFTCD_HD T count_one_more(T* counter) {
 #if defined(__CUDA_ARCH__)
-  return atomicAdd(counter, 1U);
+  using Word = std::conditional_t<sizeof(T) == 8, unsigned long long, unsigned>;
+  static_assert(sizeof(T) == sizeof(Word));
+  return atomicAdd(reinterpret_cast<Word*>(counter), Word{1});
 #else
-  return __atomic_fetch_add(counter, 1U, __ATOMIC_RELAXED);
+  return __atomic_fetch_add(counter, T{1}, __ATOMIC_RELAXED);
 #endif
 }
 
@@ -69,11 +74,30 @@ struct CountInRun {
 
   template <class Longs>
   SOFTCD_HD void operator()(std::uint32_t i, Longs& longs) const {
-    const std::uint32_t place = count_one_more(counts + runs.run(runs.key(contacts[i].features)));
+    if (count(i, contacts[i].features)) longs.push(0U);
+  }
+  /// Returns whether the run has become too long.
+  SOFTCD_HD bool count(std::uint64_t i, std::uint64_t features) const {
+    const std::uint32_t place = count_one_more(counts + runs.run(runs.key(features)));
     places[i] = place;
-    if (place == kLongRun) longs.push(0U);
+    return place == kLongRun;
   }
 };
+
+/// Stores contacts, and counts each in its run at once. For backends whose lists do not grow meanwhile.
+struct RunTarget {
+  using Value = FeatureContact;
+  FeatureContact* contacts;
+  CountInRun counter;  ///< counts nothing if its counts are null
+  std::uint64_t* long_runs;
+
+  SOFTCD_HD void store(std::uint64_t i, const FeatureContact& contact) const {
+    contacts[i] = contact;
+    if (counter.counts != nullptr && counter.count(i, contact.features)) count_one_more(long_runs);
+  }
+};
+
+constexpr std::uint64_t kNoPlace = ~std::uint64_t{0};
 
 struct LayIntoRun {
   ContactRuns runs;
@@ -88,24 +112,24 @@ struct LayIntoRun {
   }
 };
 
-/// Ranks the contacts of each run. Skips runs that are too long: they will be sorted.
+/// Ranks the contacts of each run.
 struct RankInRun {
   ContactRuns runs;
   const FeatureContact* contacts;
   const std::uint64_t* begins;
   const std::uint32_t* counts;
   const std::uint64_t* keys;
-  std::uint32_t* order;
 
-  SOFTCD_HD void operator()(std::uint32_t i) const {
+  /// Returns the place of a contact in the order of all; kNoPlace in a run that is too long: it will be sorted.
+  SOFTCD_HD std::uint64_t place(std::uint32_t i) const {
     const std::uint64_t key = runs.key(contacts[i].features);
     const std::uint64_t run = runs.run(key);
     const std::uint64_t begin = begins[run];
     const std::uint32_t count = counts[run];
-    if (count > kLongRun) return;
+    if (count > kLongRun) return kNoPlace;
     std::uint32_t before = 0;
     for (std::uint32_t k = 0; k < count; ++k) before += keys[begin + k] < key ? 1U : 0U;
-    order[begin + before] = i;
+    return begin + before;
   }
 };
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "softcd/core/count.hpp"
+#include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/contact_tests.hpp"
 
 namespace softcd {
@@ -13,15 +14,12 @@ struct TimeOfContact {
   SOFTCD_HD float operator()(std::uint32_t i) const { return contacts[i].time; }
 };
 
-/// Writes the contacts in sorted order with indices within their bodies.
+/// Writes contacts with indices within their bodies.
 struct WriteContact {
   SceneView scene;
-  const FeatureContact* contacts;
-  const std::uint32_t* order;
   Contact* out;
 
-  SOFTCD_HD void operator()(std::uint32_t i) const {
-    const FeatureContact& found = contacts[order[i]];
+  SOFTCD_HD void operator()(const FeatureContact& found, std::uint64_t place) const {
     const bool is_vertex = kind_of(found.features) == ContactKind::vertex_triangle;
     const FeatureVertices vertices = is_vertex ? feature_vertices<ContactKind::vertex_triangle>(scene, found.features)
                                                : feature_vertices<ContactKind::edge_edge>(scene, found.features);
@@ -44,7 +42,27 @@ struct WriteContact {
     contact.normal = found.normal;
     contact.distance = found.distance;
     contact.time_of_impact = found.time;
-    out[i] = contact;
+    out[place] = contact;
+  }
+};
+
+/// Writes contacts in an order that was found by a sort.
+struct WriteInOrder {
+  WriteContact write;
+  const FeatureContact* contacts;
+  const std::uint32_t* order;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const { write(contacts[order[i]], i); }
+};
+
+/// Writes contacts to their places in runs. Skips runs that are too long.
+struct WriteInRun {
+  WriteContact write;
+  RankInRun rank;
+
+  SOFTCD_HD void operator()(std::uint32_t i) const {
+    const std::uint64_t place = rank.place(i);
+    if (place != kNoPlace) write(rank.contacts[i], place);
   }
 };
 
