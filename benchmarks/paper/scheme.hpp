@@ -49,9 +49,8 @@ class Cells {
     produce(
         backend_, counters_,
         [&] {
-          backend_.for_each_append("register_triangles", triangles(), register_triangle,
-                                   lists_.entries.appender(counters_), lists_.splits.appender(counters_),
-                                   lists_.bigs.appender(counters_));
+          backend_.for_each_append("register_triangles", triangles(), register_triangle, w_.entry_appender(),
+                                   lists_.splits.appender(counters_), lists_.bigs.appender(counters_));
         },
         lists_.entries, lists_.splits, lists_.bigs);
   }
@@ -74,9 +73,7 @@ class Cells {
         scene_, w_.shapes.data(), &counters_->grid, splits, keys.data(), children.data(), cells};
     produce(
         backend_, counters_,
-        [&] {
-          backend_.for_each_append("register_split_cells", cells, register_cell, lists_.entries.appender(counters_));
-        },
+        [&] { backend_.for_each_append("register_split_cells", cells, register_cell, w_.entry_appender()); },
         lists_.entries);
   }
 

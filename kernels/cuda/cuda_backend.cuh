@@ -186,6 +186,7 @@ class CudaBackend {
       scratch_.reserve(backend, capacity, 0);
     }
     T* data() const { return current_.data(); }
+    T* scratch() const { return scratch_.data(); }
     cub::DoubleBuffer<T> both() { return {current_.data(), scratch_.data()}; }
     /// Selects the buffer that holds the result of a sort.
     void take(const cub::DoubleBuffer<T>& buffers) {

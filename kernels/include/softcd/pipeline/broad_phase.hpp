@@ -8,6 +8,8 @@
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 #include "softcd/stages/cell_ranges.hpp"
+#include "softcd/stages/clear_word.hpp"
+#include "softcd/stages/entry_bins.hpp"
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/kept_pairs.hpp"
 #include "softcd/stages/pair_tests.hpp"
@@ -38,7 +40,15 @@ class BroadPhaseStages {
         scene_(scene),
         settings_(settings) {}
 
-  void bound_triangles() { bound_triangles(scene_); }
+  /// Bounds triangles, and empties the bins of entries if entries are laid into bins.
+  void bound_triangles() {
+    if (!w_.lays_into_bins) return bound_triangles(scene_);
+    w_.reserve_entries(backend_);
+    w_.bin_counts.reserve(backend_, w_.bins().count(), 0);
+    w_.bin_begins.reserve(backend_, w_.bins().count(), 0);
+    const auto clear = [&] { backend_.for_each("clear_bins", bins(), ClearWord{w_.bin_counts.data()}); };
+    backend_.concurrently([&] { bound_triangles(scene_); }, clear);
+  }
   /// Bounds triangles as if the scene's bodies were those of `scene`.
   void bound_triangles(const SceneView& scene) {
     backend_.begin(Stage::volumes);
@@ -142,11 +152,11 @@ class BroadPhaseStages {
       count_children();
       cells.register_children(lists_.splits.count(counters_));
     }
-    sort_entries();
+    backend_.begin(Stage::sort);
     if (compares_ends) {
-      prepare_entries<true>();
+      order_entries<true>();
     } else {
-      prepare_entries<false>();
+      order_entries<false>();
     }
   }
 
@@ -210,26 +220,61 @@ class BroadPhaseStages {
                             &counters_->children);
   }
 
-  void sort_entries() {
-    backend_.begin(Stage::sort);
-    backend_.sort_pairs("sort_entries", lists_.entries.count(counters_), lists_.entries.template column<0>(),
-                        lists_.entries.template column<1>(), kEntryKeyBits);
+  template <bool kSwept>
+  PrepareEntry<Control, kSwept> prepare_entry(const std::uint32_t* keys, const Entry* entries) {
+    return {scene_,
+            w_.volumes.data(),
+            kSwept ? w_.end_volumes.data() : nullptr,
+            &counters_->grid,
+            keys,
+            entries,
+            w_.boxed_entries.data(),
+            w_.partner_begin.data(),
+            w_.partner_count.data()};
   }
 
   template <bool kSwept>
-  void prepare_entries() {
+  void sort_entries() {
+    auto& keys = lists_.entries.template column<0>();
+    auto& entries = lists_.entries.template column<1>();
+    backend_.sort_pairs("sort_entries", lists_.entries.count(counters_), keys, entries, kEntryKeyBits);
     w_.reserve_entries(backend_);
-    const PrepareEntry<Control, kSwept> prepare_entry{scene_,
-                                                      w_.volumes.data(),
-                                                      kSwept ? w_.end_volumes.data() : nullptr,
-                                                      &counters_->grid,
-                                                      lists_.entries.template column<0>().data(),
-                                                      lists_.entries.template column<1>().data(),
-                                                      w_.boxed_entries.data(),
-                                                      w_.partner_begin.data(),
-                                                      w_.partner_count.data()};
-    backend_.for_each_append("prepare_entries", lists_.entries.count(counters_), prepare_entry,
+    backend_.for_each_append("prepare_entries", lists_.entries.count(counters_),
+                             prepare_entry<kSwept>(keys.data(), entries.data()),
                              Appender<CountTarget>{{}, &counters_->cells, 0});
+  }
+
+  template <bool kSwept>
+  void lay_into_bins() {
+    auto& keys = lists_.entries.template column<0>();
+    auto& entries = lists_.entries.template column<1>();
+    const Count count = lists_.entries.count(counters_);
+    const EntryTarget laid = {keys.scratch(), entries.scratch()};
+    backend_.exclusive_scan("scan_bins", bins(), w_.bin_counts.data(), w_.bin_begins.data(),
+                            &counters_->entries_in_bins);
+    backend_.for_each(
+        "lay_into_bins", count,
+        LayIntoBin{w_.bins(), w_.bin_begins.data(), w_.partner_begin.data(), keys.data(), entries.data(), laid});
+    backend_.for_each_append("prepare_in_bins", count,
+                             PrepareInBin<Control, kSwept>{prepare_entry<kSwept>(laid.keys, laid.entries), w_.bins(),
+                                                           w_.bin_begins.data(), w_.bin_counts.data(), keys.data()},
+                             Appender<CountTarget>{{}, &counters_->cells, 0});
+  }
+
+  /// Brings the entries of each cell together, and prepares them for their tests.
+  template <bool kSwept>
+  void order_entries() {
+    if constexpr (!Backend::kKnowsCounts) {
+      if (w_.lays_into_bins) {
+        lay_into_bins<kSwept>();
+        return scan_tests();
+      }
+    }
+    sort_entries<kSwept>();
+    scan_tests();
+  }
+
+  void scan_tests() {
     backend_.exclusive_scan("scan_tests", lists_.entries.count(counters_), w_.partner_count.data(),
                             w_.test_offsets.data(), &counters_->tests);
     if (!settings_.partition.is_whole()) {
@@ -322,6 +367,7 @@ class BroadPhaseStages {
     return {scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
   }
 
+  Count bins() const { return {&counters_->all, w_.bins().count()}; }
   Count patches() const { return {&counters_->all, scene_.patch_count}; }
   Count triangles() const { return {&counters_->scene.triangles, scene_.triangle_count}; }
 

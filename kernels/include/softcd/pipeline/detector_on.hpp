@@ -51,6 +51,7 @@ struct QueryOn final : QueryMemory {
   std::uint64_t chunks = 1;                            ///< parts that the last detection's pair tests were made in
   std::uint64_t revision = 0;                          ///< the detector's, during the last detection
   bool orders_in_runs = true;                          ///< until some were too long
+  bool lays_into_bins = true;                          ///< until some were too long
   ChunkCounts total{};                                 ///< of the last detection
   std::shared_ptr<Usefulness> usefulness = std::make_shared<Usefulness>();  ///< of what its detections keep
   typename Backend::Session session;
@@ -112,6 +113,7 @@ class DetectorOn final : public Detector {
     first_chunk_ = 0;
     chunks_ = query_->revision == revision_ ? query_->chunks : 1;
     query_->orders_in_runs |= query_->revision != revision_;
+    query_->lays_into_bins |= query_->revision != revision_;
     may_keep_ = settings.reuses_pairs && chunks_ == 1 && !account_->is_limited() && settings.partition.is_whole();
     given_bodies_ = bodies;
     body_ids_ = settings.contacts_stay && !bodies.bodies.empty() ? bodies.bodies[bodies.bodies.size() - 1].id + 1 : 0;
@@ -151,6 +153,7 @@ class DetectorOn final : public Detector {
         const bool has_long_runs = query_->orders_in_runs && counters.long_runs > 0;
         if (has_long_runs) query_->orders_in_runs = false;
         if (!Backend::kKnowsCounts && has_long_runs) is_complete = false;
+        if (counters.long_bins > 0) is_complete = query_->lays_into_bins = false;
         if (is_complete) return;
         if (may_keep_ && !has_reused_) keeping_->drop();
         may_keep_ = has_reused_;
@@ -605,6 +608,8 @@ class DetectorOn final : public Detector {
   void launch() {
     is_all_enqueued_ = false;
     w_.counters.reserve(backend_, 1, 0);
+    // Samples of several ranks' tests are of entries in the order of cells.
+    w_.lays_into_bins = !Backend::kKnowsCounts && query_->lays_into_bins && settings_.partition.is_whole();
     if (may_keep_ && !has_reused_) {
       keeping_.emplace(backend_, w_, scene_, host_bodies(), settings_, revision_, query_->usefulness);
     }
@@ -639,6 +644,7 @@ class DetectorOn final : public Detector {
             counts_,
             chunks_,
             query_->orders_in_runs,
+            w_.lays_into_bins,
             body_ids_,
             verdict_.is_as_predicted,
             w_.lists.with_all([](auto&... lists) { return std::array{lists.capacity()...}; })};

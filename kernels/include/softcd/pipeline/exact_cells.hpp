@@ -91,7 +91,7 @@ class ExactCells {
         [&] {
           backend_.for_each_work("register_marked_cells", split_count, w_.word_offsets.data(), &counters_->split_cells,
                                  RegisterMarkedCells{scene_, w_.shapes.data(), roots, bits, settings_.partition},
-                                 lists_.entries.appender(counters_));
+                                 w_.entry_appender());
         },
         lists_.entries);
   }
@@ -128,7 +128,7 @@ class ExactCells {
     produce(
         backend_, counters_,
         [&] {
-          backend_.for_each_part("register_triangles", count, register_triangle, lists_.entries.appender(counters_),
+          backend_.for_each_part("register_triangles", count, register_triangle, w_.entry_appender(),
                                  lists_.splits.appender(counters_), lists_.bigs.appender(counters_));
         },
         lists_.entries, lists_.splits, lists_.bigs);

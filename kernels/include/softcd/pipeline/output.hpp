@@ -17,17 +17,6 @@ struct ArrayTarget {
   SOFTCD_HD void store(std::uint64_t i, const T& value) const { data[i] = value; }
 };
 
-/// Entries as a structure of arrays, so that only keys and values of the sort move.
-struct EntryTarget {
-  using Value = KeyedEntry;
-  std::uint32_t* keys;
-  Entry* entries;
-  SOFTCD_HD void store(std::uint64_t i, const KeyedEntry& value) const {
-    keys[i] = value.key;
-    entries[i] = value.entry;
-  }
-};
-
 /// Counts values without keeping them.
 struct CountTarget {
   using Value = std::uint32_t;

@@ -22,7 +22,7 @@ struct ConcludeContacts {
   SOFTCD_HD void operator()(Team& team) const {
     if (!team.is_leader()) return;
     counters->vt_contacts = *edge_edge_begin;
-    bool is_complete = counters->all > 0 && (!needs_short_runs || counters->long_runs == 0);
+    bool is_complete = counters->all > 0 && counters->long_bins == 0 && (!needs_short_runs || counters->long_runs == 0);
     for (const ListBound& list : lists) is_complete &= list.holds_all();
     *out = {counters->contacts, is_complete ? 1U : 0U, 0U};
   }

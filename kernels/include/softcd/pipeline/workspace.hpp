@@ -14,6 +14,7 @@
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 #include "softcd/stages/contact_order.hpp"
+#include "softcd/stages/entry_bins.hpp"
 #include "softcd/stages/grid_parameters.hpp"
 #include "softcd/stages/patches.hpp"
 #include "softcd/stages/split_cells.hpp"
@@ -57,6 +58,7 @@ struct Counters {
   std::uint64_t loose, splits, bigs, children, split_cells, entries, cells, tests;
   std::uint64_t flagged, contacts, unsettled;
   std::uint64_t contacts_in_runs, long_runs;  ///< see contact_order.hpp
+  std::uint64_t entries_in_bins, long_bins;   ///< see entry_bins.hpp
   std::uint64_t all;       ///< no less than anything whose number the host knows; 0: see ClearCounters
   ChunkCounts chunk;       ///< of the current one
   ChunkCounts done, most;  ///< of earlier chunks: the sum, and the largest
@@ -423,6 +425,7 @@ struct Signature {
   SceneCounts counts;
   std::uint64_t chunks;
   bool orders_in_runs;
+  bool lays_into_bins;
   std::uint32_t body_ids;                ///< see DeviceContacts
   const std::uint32_t* is_as_predicted;  ///< see PredictionVerdict
   std::array<std::uint64_t, kListCount> capacities;
@@ -464,12 +467,31 @@ struct Workspace {
   Buffer<BoxedEntry> boxed_entries;
   Buffer<std::uint32_t> partner_begin, partner_count;
   Buffer<std::uint64_t> test_offsets;
+  // Per bin of entries:
+  bool lays_into_bins = false;  ///< instead of sorting entries; see entry_bins.hpp
+  Buffer<std::uint32_t> bin_counts;
+  Buffer<std::uint64_t> bin_begins;
   // Per contact:
   SortBuffer<std::uint64_t> contact_keys;
   SortBuffer<std::uint32_t> contact_order;
   // Per run of contacts:
   Buffer<std::uint32_t> run_counts;
   Buffer<std::uint64_t> run_begins;
+
+  EntryBins bins() const { return plan_bins(lists.entries.capacity()); }
+
+  /// Returns the list of entries for stages that append to it.
+  auto entry_appender() {
+    if constexpr (Backend::kKnowsCounts) {
+      return lists.entries.appender(counters.data());
+    } else {
+      const auto [target, count, capacity] = lists.entries.appender(counters.data());
+      return Appender<BinTarget>{{target, bins(), lays_into_bins ? bin_counts.data() : nullptr, partner_begin.data(),
+                                  &counters.data()->long_bins},
+                                 count,
+                                 capacity};
+    }
+  }
 
   /// Reserves capacity for the values of each entry.
   void reserve_entries(Backend& backend) {

@@ -19,6 +19,17 @@ struct KeyedEntry {
   Entry entry;
 };
 
+/// Entries as a structure of arrays, so that only keys and values of the sort move.
+struct EntryTarget {
+  using Value = KeyedEntry;
+  std::uint32_t* keys;
+  Entry* entries;
+  SOFTCD_HD void store(std::uint64_t i, const KeyedEntry& value) const {
+    keys[i] = value.key;
+    entries[i] = value.entry;
+  }
+};
+
 /// A triangle that children represent in the grid.
 struct SplitRoot {
   std::uint32_t root;

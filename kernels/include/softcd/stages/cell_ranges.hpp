@@ -49,16 +49,7 @@ struct PrepareEntry {
 
   template <class Cells>
   SOFTCD_HD void operator()(std::uint32_t j, Cells& cells) const {
-    const Entry entry = entries[j];
     const std::uint32_t key = keys[j];
-    BoxedBounds bounds;
-    for (int axis = 0; axis < 3; ++axis) {
-      bounds[axis] = boxed_bounds<kSwept>(volumes, end_volumes, axis, entry.root);
-    }
-    const std::uint32_t offset = scene.has_batches ? scene.cell_offset(scene.element_body(entry.root)) : 0U;
-    const std::uint32_t own_cell = moved_cell(key_cell(key), opposite_cell(offset));
-    boxed_entries[j] = boxed<kSwept, Control>(bounds, own_cell, grid->inverse_cell_size, entry);
-
     const std::uint32_t cell = key & ~7U;
     const std::uint32_t begin = gallop_back(keys, j, cell);
     if (begin == j) cells.push(j);
@@ -67,8 +58,21 @@ struct PrepareEntry {
         ranks > key_rank(key)
             ? j
             : static_cast<std::uint32_t>(lower_bound_index<std::uint32_t>(keys, begin, j, cell + ranks));
-    partner_begin[j] = begin;
-    partner_count[j] = end - begin;
+    write(j, key, entries[j], begin, end - begin);
+  }
+
+  /// Stores what the tests of an entry need at its place.
+  SOFTCD_HD void write(std::uint32_t place, std::uint32_t key, Entry entry, std::uint32_t first_partner,
+                       std::uint32_t partners) const {
+    BoxedBounds bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds[axis] = boxed_bounds<kSwept>(volumes, end_volumes, axis, entry.root);
+    }
+    const std::uint32_t offset = scene.has_batches ? scene.cell_offset(scene.element_body(entry.root)) : 0U;
+    const std::uint32_t own_cell = moved_cell(key_cell(key), opposite_cell(offset));
+    boxed_entries[place] = boxed<kSwept, Control>(bounds, own_cell, grid->inverse_cell_size, entry);
+    partner_begin[place] = first_partner;
+    partner_count[place] = partners;
   }
 };
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <type_traits>
 
 #include "softcd/stages/contact_tests.hpp"
+#include "softcd/stages/counting.hpp"
 
 /// Puts found contacts in order: kind above first feature above second. One method sorts their keys. The other, for
 /// contacts that are spread over the features, orders them in runs. A run has the contacts of nearby first features
@@ -51,18 +51,6 @@ inline RunPlan plan_runs(std::uint64_t features, std::uint64_t contacts) {
   std::uint32_t shift = 0;
   while ((features >> shift) > 2 * contacts) ++shift;
   return {shift, (features >> shift) + 1};
-}
-
-/// Adds 1 to a counter of any size. Returns its value before.
-template <class T>
-SOFTCD_HD T count_one_more(T* counter) {
-#if defined(__CUDA_ARCH__)
-  using Word = std::conditional_t<sizeof(T) == 8, unsigned long long, unsigned>;
-  static_assert(sizeof(T) == sizeof(Word));
-  return atomicAdd(reinterpret_cast<Word*>(counter), Word{1});
-#else
-  return __atomic_fetch_add(counter, T{1}, __ATOMIC_RELAXED);
-#endif
 }
 
 /// Counts each contact in its run, and stores how many were there before it. `longs` counts runs that become too long.
