@@ -105,7 +105,7 @@ class BlockTeam {
 
 template <class F>
 __global__ void __launch_bounds__(kTeamSize) run_once(Marks marks, F f) {
-  marks.set();
+  marks.begin();
   __shared__ BlockTeam::Storage storage;
   BlockTeam team(storage);
   f(team);

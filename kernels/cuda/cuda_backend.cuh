@@ -40,6 +40,9 @@ class CudaBackend {
     int device = 0;
     check_cuda(cudaGetDevice(&device), "cudaGetDevice");
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device), "cudaDeviceGetAttribute");
+    int major = 0;
+    check_cuda(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device), "cudaDeviceGetAttribute");
+    starts_early_ = major >= 9;
     host_counters_.reserve(1);
     host_times_.reserve(kMostParts + 1);
     check_cuda(cudaMemsetAsync(done_blocks_.get(), 0, sizeof(std::uint32_t), stream_), "cudaMemset");
@@ -212,20 +215,21 @@ class CudaBackend {
   void for_each(const char* label, Count count, const F& f) {
     if (count.capacity == 0) return;
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::for_each<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(marks, count, f);
+      start(cuda::for_each<F>, blocks_for(count.capacity), cuda::kBlockSize, 0, marks, count, f);
     });
   }
 
   template <class F>
   void run_once(const char* label, const F& f) {
-    enqueue(label, [&](cuda::Marks marks) { cuda::run_once<<<1, cuda::kTeamSize, 0, stream_>>>(marks, f); });
+    enqueue(label, [&](cuda::Marks marks) { start(cuda::run_once<F>, 1, cuda::kTeamSize, 0, marks, f); });
   }
 
   template <class F, class... Targets>
   void for_each_append(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::for_each_append<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(marks, count, f, lists...);
+      start(cuda::for_each_append<F, Targets...>, blocks_for(count.capacity), cuda::kBlockSize, 0, marks, count, f,
+            lists...);
     });
   }
 
@@ -234,7 +238,7 @@ class CudaBackend {
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 8));
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::for_each_search<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, f, lists...);
+      start(cuda::for_each_search<F, Targets...>, blocks, cuda::kBlockSize, 0, marks, count, f, lists...);
     });
   }
 
@@ -243,8 +247,8 @@ class CudaBackend {
                      const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::for_each_work<<<static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, stream_>>>(
-          marks, items, offsets, total, f, lists...);
+      start(cuda::for_each_work<F, Targets...>, static_cast<unsigned>(processors_ * 8), cuda::kBlockSize, 0, marks,
+            items, offsets, total, f, lists...);
     });
   }
 
@@ -253,8 +257,8 @@ class CudaBackend {
                               Share share, const F& f, Appender<Targets>... lists) {
     if (items.capacity == 0) return;
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::for_each_work_filtered<<<static_cast<unsigned>(processors_ * 12), cuda::kBlockSize, 0, stream_>>>(
-          marks, items, offsets, total, share, f, lists...);
+      start(cuda::for_each_work_filtered<F, Targets...>, static_cast<unsigned>(processors_ * 12), cuda::kBlockSize, 0,
+            marks, items, offsets, total, share, f, lists...);
     });
   }
 
@@ -262,8 +266,8 @@ class CudaBackend {
   void for_each_part(const char* label, Count count, const F& f, Appender<Targets>... lists) {
     if (count.capacity == 0) return;
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::for_each_part<<<blocks_for(count.capacity, cuda::kItemsAtOnce<F>), cuda::kBlockSize, 0, stream_>>>(
-          marks, count, f, lists...);
+      start(cuda::for_each_part<F, Targets...>, blocks_for(count.capacity, cuda::kItemsAtOnce<F>), cuda::kBlockSize, 0,
+            marks, count, f, lists...);
     });
   }
 
@@ -273,7 +277,7 @@ class CudaBackend {
     const unsigned blocks =
         std::min(blocks_for(count.capacity, cuda::kItemsAtOnce<F>), static_cast<unsigned>(processors_ * 8));
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::for_each_part_filtered<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, f, lists...);
+      start(cuda::for_each_part_filtered<F, Targets...>, blocks, cuda::kBlockSize, 0, marks, count, f, lists...);
     });
   }
 
@@ -294,11 +298,10 @@ class CudaBackend {
     if (count.capacity == 0) return;
     const std::uint64_t tiles = count.capacity / cuda::kScanTile + 1;
     scan_state_.reserve(*this, tiles + 1, 0);
-    unsigned* const counts = reinterpret_cast<unsigned*>(scan_state_.data());
-    const cuda::ScanState state = {scan_state_.data() + 1, counts, counts + 1};
+    const cuda::ScanState state = {scan_state_.data() + 1, reinterpret_cast<unsigned*>(scan_state_.data())};
     const auto blocks = static_cast<unsigned>(std::min<std::uint64_t>(tiles, static_cast<unsigned>(processors_) * 4U));
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::scan<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, values, sums, total, state);
+      start(cuda::scan, blocks, cuda::kBlockSize, 0, marks, count, values, sums, total, state);
     });
   }
 
@@ -336,8 +339,7 @@ class CudaBackend {
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 2));
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::histogram<<<blocks, cuda::kBlockSize, bytes, stream_>>>(marks, count, bins, histograms, bins_per_histogram,
-                                                                    f);
+      start(cuda::histogram<F>, blocks, cuda::kBlockSize, bytes, marks, count, bins, histograms, bins_per_histogram, f);
     });
   }
 
@@ -345,9 +347,8 @@ class CudaBackend {
   void minimum(const char* label, Count count, const F& f, float* least) {
     if (count.capacity == 0) return;
     const unsigned blocks = std::min(blocks_for(count.capacity), static_cast<unsigned>(processors_ * 2));
-    enqueue(label, [&](cuda::Marks marks) {
-      cuda::minimum<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, count, f, least);
-    });
+    enqueue(label,
+            [&](cuda::Marks marks) { start(cuda::minimum<F>, blocks, cuda::kBlockSize, 0, marks, count, f, least); });
   }
 
   template <class T>
@@ -472,6 +473,24 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), label);
   }
 
+  /// Launches a kernel. From compute capability 9.0 on, the kernel may start before the one before it has ended; it
+  /// then waits (see cuda::Marks::begin). So the device need not start it afterwards.
+  template <class... Parameters, class... Arguments>
+  void start(void (*kernel)(cuda::Marks, Parameters...), unsigned blocks, unsigned threads, std::size_t shared_bytes,
+             cuda::Marks marks, const Arguments&... arguments) {
+    cudaLaunchAttribute early{};
+    early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    early.val.programmaticStreamSerializationAllowed = 1;
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(blocks);
+    config.blockDim = dim3(threads);
+    config.dynamicSmemBytes = shared_bytes;
+    config.stream = stream_;
+    config.attrs = &early;
+    config.numAttrs = starts_early_ ? 1 : 0;
+    cudaLaunchKernelEx(&config, kernel, marks, Parameters(arguments)...);
+  }
+
   void hand_out(const char* label, unsigned blocks, const Buffer<Counters>& counters, Count count,
                 const Contact* contacts) {
     enqueue(label, [&](cuda::Marks marks) {
@@ -481,8 +500,8 @@ class CudaBackend {
                                      host_times_.data(),
                                      static_cast<std::uint32_t>(parts_.size()),
                                      done_blocks_.get()};
-      cuda::hand_out<<<blocks, cuda::kBlockSize, 0, stream_>>>(marks, results, count, contacts,
-                                                               session_->contacts.data());
+      start(cuda::hand_out<Contact>, blocks, cuda::kBlockSize, 0, marks, results, count, contacts,
+            session_->contacts.data());
     });
   }
 
@@ -494,7 +513,7 @@ class CudaBackend {
   template <class Key>
   void fill_tail(const char* label, Count count, Key* keys) {
     enqueue(label, [&](cuda::Marks marks) {
-      cuda::fill_tail<<<blocks_for(count.capacity), cuda::kBlockSize, 0, stream_>>>(marks, count, keys);
+      start(cuda::fill_tail<Key>, blocks_for(count.capacity), cuda::kBlockSize, 0, marks, count, keys);
     });
   }
 
@@ -535,8 +554,9 @@ class CudaBackend {
   cudaStream_t stream_;
   SideStream side_;
   int processors_ = 0;
+  bool starts_early_ = false;  ///< see start()
   Buffer<std::byte> scratch_;
-  Buffer<unsigned long long> scan_state_;  ///< the first word has the counts of cuda::ScanState
+  Buffer<unsigned long long> scan_state_;  ///< the first word is cuda::ScanState::done_blocks
   PinnedBuffer<Counters> host_counters_;
   std::vector<Stage> parts_;                       ///< of the detection, in order
   std::uint32_t begun_ = 0;                        ///< parts whose first kernel is still to come

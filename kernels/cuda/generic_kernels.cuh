@@ -38,6 +38,8 @@ class Output {
   class Room {
    public:
     SOFTCD_HD Room(const Appender<Target>& list, std::uint64_t at) : list_(list), at_(at) {}
+    /// Returns the first place, before any value is put.
+    SOFTCD_HD std::uint64_t begin() const { return at_; }
     SOFTCD_HD void put(const typename Target::Value& value) {
       if (at_ < list_.capacity) list_.target.store(at_, value);
       ++at_;
@@ -77,7 +79,11 @@ struct Marks {
     asm volatile("mov.u64 %0, %globaltimer;" : "=l"(time));
     return time;
   }
-  __device__ void set() const {
+  /// Begins a kernel: waits for the one before it, and notes the time. Every kernel calls it before it reads or writes.
+  __device__ void begin() const {
+#if __CUDA_ARCH__ >= 900
+    cudaGridDependencySynchronize();
+#endif
     if (count == 0 || blockIdx.x != 0 || threadIdx.x != 0) return;
     const std::uint64_t time = now();
     for (std::uint32_t i = 0; i < count; ++i) times[i] = time;
@@ -93,7 +99,7 @@ __device__ inline std::uint64_t grid_threads() {
 
 template <class F>
 __global__ void for_each(Marks marks, Count count, F f) {
-  marks.set();
+  marks.begin();
   const std::uint64_t n = count.get();
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads()) f(static_cast<std::uint32_t>(i));
 }
@@ -106,7 +112,7 @@ constexpr int kResidentBlocks = 1;
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
     for_each_append(Marks marks, Count count, F f, Appender<Targets>... lists) {
-  marks.set();
+  marks.begin();
   const std::uint64_t n = count.get();
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads()) {
     std::uint32_t item = static_cast<std::uint32_t>(i);
@@ -125,7 +131,7 @@ constexpr int kIdleThreads = 4;
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
     for_each_search(Marks marks, Count count, F f, Appender<Targets>... lists) {
-  marks.set();
+  marks.begin();
   const std::uint64_t n = count.get();
   const unsigned lane = threadIdx.x % kWarpSize;
   // A warp's items: rows of 32 consecutive items; the warps take rows in turn.
@@ -175,6 +181,10 @@ __device__ inline std::uint32_t item_of(const std::uint64_t* offsets, std::uint3
 /// The number of units that a warp distributes at a time.
 constexpr std::uint32_t kTileSize = 256;
 
+/// The number of times 32 units that a warp takes at least, where units are so cheap that they are not worth a search
+/// by each warp of a device.
+constexpr std::uint64_t kStepsOfCheapUnits = 4;
+
 /// For each unit of a warp's tile where an item begins: the item's place after the tile's first item; else 0.
 struct TileStorage {
   std::uint32_t places[kBlockSize / kWarpSize][kTileSize];
@@ -187,7 +197,7 @@ struct TileStorage {
 /// itself among its warp's votes. Calls body(is_inside, item, part) for all threads of the warp together.
 template <class Body>
 __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint64_t* offsets,
-                              const std::uint64_t* total, Share share, const Body& body) {
+                              const std::uint64_t* total, Share share, std::uint64_t least_steps, const Body& body) {
   constexpr std::uint32_t kWarps = kBlockSize / kWarpSize;
   const std::uint32_t lane = threadIdx.x % kWarpSize;
   std::uint32_t* const places = storage.places[threadIdx.x / kWarpSize];
@@ -197,7 +207,8 @@ __device__ void for_each_unit(TileStorage& storage, Count items, const std::uint
   const std::uint64_t share_end = share.end(work);
   const std::uint64_t steps = (share_end - share_begin + kWarpSize - 1) / kWarpSize;
   const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + threadIdx.x / kWarpSize;
-  const std::uint64_t warps = static_cast<std::uint64_t>(gridDim.x) * kWarps;
+  const std::uint64_t warps = min(static_cast<std::uint64_t>(gridDim.x) * kWarps, steps / least_steps + 1);
+  if (warp >= warps) return;
   const std::uint64_t begin = share_begin + steps * warp / warps * kWarpSize;
   const std::uint64_t steps_end = share_begin + steps * (warp + 1) / warps * kWarpSize;
   const std::uint64_t end = steps_end < share_end ? steps_end : share_end;
@@ -242,9 +253,9 @@ template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize)
     for_each_work(Marks marks, Count items, const std::uint64_t* offsets, const std::uint64_t* total, F f,
                   Appender<Targets>... lists) {
-  marks.set();
+  marks.begin();
   __shared__ TileStorage storage;
-  for_each_unit(storage, items, offsets, total, {0, 1}, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
+  for_each_unit(storage, items, offsets, total, {0, 1}, 1, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
     if (is_inside) [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
   });
 }
@@ -281,18 +292,19 @@ template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
     for_each_work_filtered(Marks marks, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                            Share share, F f, Appender<Targets>... lists) {
-  marks.set();
+  marks.begin();
   __shared__ TileStorage storage;
   __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
   const auto test = [&](const typename F::Candidate& candidate) {
     [&](Output<Targets>... outputs) { f.test(candidate, outputs...); }(Output<Targets>(lists)...);
   };
   unsigned queued = 0;
-  for_each_unit(storage, items, offsets, total, share, [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
-    typename F::Candidate candidate;
-    const bool passes = is_inside && f.filter(f.load_item(item), part, candidate);
-    queues[threadIdx.x / kWarpSize].add(passes, candidate, queued, test);
-  });
+  for_each_unit(storage, items, offsets, total, share, kStepsOfCheapUnits,
+                [&](bool is_inside, std::uint32_t item, std::uint32_t part) {
+                  typename F::Candidate candidate;
+                  const bool passes = is_inside && f.filter(f.load_item(item), part, candidate);
+                  queues[threadIdx.x / kWarpSize].add(passes, candidate, queued, test);
+                });
   queues[threadIdx.x / kWarpSize].finish(queued, test);
 }
 
@@ -349,7 +361,7 @@ __device__ void for_each_part_of_items(PartStorage<F>& storage, Count count, con
 
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize) for_each_part(Marks marks, Count count, F f, Appender<Targets>... lists) {
-  marks.set();
+  marks.begin();
   __shared__ PartStorage<F> storage;
   for_each_part_of_items(storage, count, f, [&](bool is_inside, const typename F::Item& item, std::uint32_t part) {
     if (is_inside) [&](Output<Targets>... outputs) { f(item, part, outputs...); }(Output<Targets>(lists)...);
@@ -359,7 +371,7 @@ __global__ void __launch_bounds__(kBlockSize) for_each_part(Marks marks, Count c
 template <class F, class... Targets>
 __global__ void __launch_bounds__(kBlockSize, kResidentBlocks<F>)
     for_each_part_filtered(Marks marks, Count count, F f, Appender<Targets>... lists) {
-  marks.set();
+  marks.begin();
   __shared__ PartStorage<F> storage;
   __shared__ WarpQueue<typename F::Candidate> queues[kBlockSize / kWarpSize];
   const auto test = [&](const typename F::Candidate& candidate) {
@@ -388,7 +400,7 @@ struct BinCounter {
 /// Counts in shared-memory bins, and adds them to the global bins at the end. `bins` must be 0 before.
 template <class F>
 __global__ void histogram(Marks marks, Count count, std::uint32_t* bins, int histograms, int bins_per_histogram, F f) {
-  marks.set();
+  marks.begin();
   extern __shared__ std::uint32_t local_bins[];
   const int size = histograms * bins_per_histogram;
   for (int bin = static_cast<int>(threadIdx.x); bin < size; bin += kBlockSize) local_bins[bin] = 0;
@@ -406,7 +418,7 @@ __global__ void histogram(Marks marks, Count count, std::uint32_t* bins, int his
 /// integers, the bits of negative floats have the opposite order, and are above those of all others.
 template <class F>
 __global__ void minimum(Marks marks, Count count, F f, float* least) {
-  marks.set();
+  marks.begin();
   const std::uint64_t n = count.get();
   float lowest = __int_as_float(0x7F800000);
   for (std::uint64_t i = global_thread(); i < n; i += grid_threads())
@@ -423,7 +435,7 @@ __global__ void minimum(Marks marks, Count count, F f, float* least) {
 /// Sets the keys behind the last item to the highest key, so that a sort of the whole capacity leaves them at the end.
 template <class Key>
 __global__ void fill_tail(Marks marks, Count count, Key* keys) {
-  marks.set();
+  marks.begin();
   for (std::uint64_t i = count.get() + global_thread(); i < count.capacity; i += grid_threads())
     keys[i] = static_cast<Key>(~Key{0});
 }
@@ -450,7 +462,7 @@ __device__ inline void copy_words(const void* from, void* to, std::uint64_t byte
 template <class T>
 __global__ void hand_out(Marks marks, Results results, Count count, const T* from, T* to) {
   static_assert(sizeof(T) % sizeof(std::uint32_t) == 0 && sizeof(Counters) % sizeof(std::uint32_t) == 0);
-  marks.set();
+  marks.begin();
   if (blockIdx.x == 0) {
     __syncthreads();
     copy_words(results.counters, results.host_counters, sizeof(Counters), threadIdx.x, blockDim.x);
@@ -465,8 +477,7 @@ __global__ void hand_out(Marks marks, Results results, Count count, const T* fro
 
 /// The memory of scans. It holds zeros between kernels.
 struct ScanState {
-  unsigned long long* tiles;  ///< value:62 | state:2 of each tile, see scan()
-  unsigned* begun;            ///< tiles
+  unsigned long long* tiles;  ///< value:62 | state:2 of each tile, see sum_before()
   unsigned* done_blocks;
 };
 
@@ -503,16 +514,12 @@ static __global__ void __launch_bounds__(kBlockSize) scan(Marks marks, Count cou
                                                           std::uint64_t* sums, std::uint64_t* total, ScanState state) {
   using BlockScan = cub::BlockScan<std::uint64_t, kBlockSize>;
   __shared__ typename BlockScan::TempStorage storage;
-  __shared__ unsigned shared_tile;
+  __shared__ bool is_last_block;
   __shared__ std::uint64_t shared_sum;
-  marks.set();
+  marks.begin();
   const std::uint64_t n = count.get();
   const std::uint64_t tile_count = n / kScanTile + 1;  // one at least, which writes the total
-  while (true) {
-    if (threadIdx.x == 0) shared_tile = atomicAdd(state.begun, 1U);
-    __syncthreads();
-    const std::uint64_t tile = shared_tile;
-    if (tile >= tile_count) break;
+  for (std::uint64_t tile = blockIdx.x; tile < tile_count; tile += gridDim.x) {
     const std::uint64_t first = tile * kScanTile + threadIdx.x * kScanItems;
     std::uint64_t own[kScanItems];
     for (unsigned k = 0; k < kScanItems; ++k) own[k] = first + k < n ? values[first + k] : 0;
@@ -531,13 +538,12 @@ static __global__ void __launch_bounds__(kBlockSize) scan(Marks marks, Count cou
     for (unsigned k = 0; k < kScanItems; ++k) {
       if (first + k < n) sums[first + k] = shared_sum + own[k];
     }
+    __syncthreads();
   }
+  if (threadIdx.x == 0) is_last_block = atomicInc(state.done_blocks, gridDim.x - 1) == gridDim.x - 1;
   __syncthreads();
-  if (threadIdx.x == 0) shared_tile = atomicInc(state.done_blocks, gridDim.x - 1) == gridDim.x - 1 ? 1U : 0U;
-  __syncthreads();
-  if (shared_tile == 0) return;
+  if (!is_last_block) return;
   for (std::uint64_t tile = threadIdx.x; tile < tile_count; tile += kBlockSize) state.tiles[tile] = 0;
-  if (threadIdx.x == 0) *state.begun = 0;
 }
 
 }  // namespace softcd::cuda

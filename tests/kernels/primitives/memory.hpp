@@ -13,12 +13,14 @@ struct SumAndSearch {
   const std::uint32_t* values;
   int count;
   std::uint64_t threshold;
+  bool skips_zeros;
   std::uint64_t* answers;
 
   template <class Team>
   SOFTCD_HD void operator()(Team& team) const {
     const std::uint32_t* const v = values;
     const auto value_at = [v](int i) { return static_cast<std::uint64_t>(v[i]); };
+    if (skips_zeros) team.skip_zeros(count, [v](int i) { return v[i] != 0; });
     const std::uint64_t sum = team.sum(count, value_at);
     const int first = team.first_exceeding(count, threshold, value_at);
     if (!team.is_leader()) return;
@@ -50,18 +52,23 @@ TYPED_TEST_P(MemoryPrimitives, buffers_keep_what_they_are_told_to_when_they_grow
 
 TYPED_TEST_P(MemoryPrimitives, teams_give_every_member_the_same_answers) {
   for (const std::uint32_t size : {1U, 31U, 32U, 33U, 255U, 256U, 257U, 4096U}) {
-    std::vector<std::uint32_t> values(size);
-    std::uint64_t sum = 0;
-    for (std::uint32_t i = 0; i < size; ++i) sum += values[i] = hashed(i) % 1000U;
-    const auto on_backend = this->uploaded(values);
-    for (const std::uint64_t threshold : {std::uint64_t{0}, sum / 2, sum}) {
-      std::uint64_t up_to = 0;
-      std::uint64_t first = 0;
-      while (first + 1 < size && (up_to += values[first]) <= threshold) ++first;
-      auto answers = this->uploaded(std::vector<std::uint64_t>(3, 0));
-      this->backend().run_once("run_once",
-                               SumAndSearch{on_backend.data(), static_cast<int>(size), threshold, answers.data()});
-      EXPECT_EQ(TypeParam::copy_out(answers.data(), 3), (std::vector<std::uint64_t>{sum, first, 1})) << size;
+    for (const std::uint32_t zeros : {0U, size / 3U, size}) {  // before the other values, and behind them
+      std::vector<std::uint32_t> values(size);
+      std::uint64_t sum = 0;
+      for (std::uint32_t i = zeros; i < size - size / 5U; ++i) sum += values[i] = hashed(i) % 1000U;
+      const auto on_backend = this->uploaded(values);
+      for (const std::uint64_t threshold : {std::uint64_t{0}, sum / 2, sum}) {
+        std::uint64_t up_to = 0;
+        std::uint64_t first = 0;
+        while (first + 1 < size && (up_to += values[first]) <= threshold) ++first;
+        for (const bool skips_zeros : {false, true}) {
+          auto answers = this->uploaded(std::vector<std::uint64_t>(3, 0));
+          this->backend().run_once("run_once", SumAndSearch{on_backend.data(), static_cast<int>(size), threshold,
+                                                            skips_zeros, answers.data()});
+          EXPECT_EQ(TypeParam::copy_out(answers.data(), 3), (std::vector<std::uint64_t>{sum, first, 1}))
+              << size << " values, " << zeros << " zeros";
+        }
+      }
     }
   }
 }

@@ -40,32 +40,29 @@ class BroadPhaseStages {
         scene_(scene),
         settings_(settings) {}
 
-  /// Bounds triangles, and empties the bins of entries if entries are laid into bins.
+  /// Bounds triangles, and empties the bins of entries if entries are laid into bins. Also measures the triangles if
+  /// kMeasuresAtOnce.
   void bound_triangles() {
-    if (!w_.lays_into_bins) return bound_triangles(scene_);
+    if (!w_.lays_into_bins) return bound_and_measure();
     w_.reserve_entries(backend_);
     w_.bin_counts.reserve(backend_, w_.bins().count(), 0);
     w_.bin_begins.reserve(backend_, w_.bins().count(), 0);
     const auto clear = [&] { backend_.for_each("clear_bins", bins(), ClearWord{w_.bin_counts.data()}); };
-    backend_.concurrently([&] { bound_triangles(scene_); }, clear);
+    backend_.concurrently([&] { bound_and_measure(); }, clear);
   }
   /// Bounds triangles as if the scene's bodies were those of `scene`.
   void bound_triangles(const SceneView& scene) {
-    backend_.begin(Stage::volumes);
-    w_.volumes.reserve(backend_, scene_.element_count(), 0);
-    w_.shapes.reserve(backend_, scene_.element_count(), 0);
-    if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.element_count(), 0);
-    backend_.for_each("bound_triangles", triangles(),
-                      BoundTriangle{scene, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()});
+    backend_.for_each("bound_triangles", triangles(), triangle_bounder(scene));
   }
 
   /// The wanted pairs: all with overlapping volumes, or only those that may meet where their triangles are at both ends
   /// of the step.
   enum class Wanted { overlapping_volumes, meeting_triangles };
-  /// Does everything before the pair tests. The triangles must be bounded.
-  void prepare(Wanted wanted) {
+  /// Does everything before the pair tests. The triangles must be bounded. If their volumes have changed since then,
+  /// measures them again.
+  void prepare(Wanted wanted, bool have_changed) {
     const bool compares_ends = scene_.is_swept && wanted == Wanted::meeting_triangles;
-    prepare_grid(compares_ends);
+    prepare_grid(compares_ends, !kMeasuresAtOnce || have_changed);
   }
 
   /// Tests a share of the pairs that meet in cells.
@@ -136,13 +133,37 @@ class BroadPhaseStages {
   using Control = typename Scheme::Control;
   using Cells = typename Scheme::template Cells<Backend>;
 
+  /// Whether one stage bounds and measures triangles. Others bound patches in between.
+  static constexpr bool kMeasuresAtOnce = !Backend::kHasPatches;
+
   Cells cells() { return {backend_, w_, scene_, settings_}; }
 
-  void prepare_grid(bool compares_ends) {
+  BoundTriangle triangle_bounder(const SceneView& scene) {
+    backend_.begin(Stage::volumes);
+    w_.volumes.reserve(backend_, scene_.element_count(), 0);
+    w_.shapes.reserve(backend_, scene_.element_count(), 0);
+    if (scene_.is_swept) w_.end_volumes.reserve(backend_, scene_.element_count(), 0);
+    return {scene, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
+  }
+
+  void reserve_size_bins() { w_.size_bins.reserve(backend_, MeasurePatch::kHistograms * kSizeBins, 0); }
+
+  void bound_and_measure() {
+    if constexpr (kMeasuresAtOnce) {
+      const BoundTriangle bound_triangle = triangle_bounder(scene_);
+      reserve_size_bins();
+      backend_.histogram("bound_and_measure_triangles", triangles(), w_.size_bins.data(), MeasureTriangle::kHistograms,
+                         kSizeBins, BoundAndMeasure{bound_triangle, {w_.volumes.data(), w_.shapes.data()}});
+    } else {
+      bound_triangles(scene_);
+    }
+  }
+
+  void prepare_grid(bool compares_ends, bool measures) {
     if constexpr (kMayHavePatches) {
       if (scene_.patch_count > 0) bound_patches(compares_ends);
     }
-    const SizeHistograms sizes = measure();
+    const SizeHistograms sizes = measure(measures);
     Cells cells = this->cells();
     backend_.run_once("choose_grid", cells.choose_grid(sizes));
     backend_.begin(Stage::assignment);
@@ -185,13 +206,13 @@ class BroadPhaseStages {
     }
   }
 
-  SizeHistograms measure() {
-    w_.size_bins.reserve(backend_, MeasurePatch::kHistograms * kSizeBins, 0);
+  SizeHistograms measure(bool measures) {
+    reserve_size_bins();
     std::uint32_t* const bins = w_.size_bins.data();
     const MeasureTriangle measure_triangle{w_.volumes.data(), w_.shapes.data()};
     bool has_measured = false;
     if constexpr (kMayHavePatches) has_measured = measure_patches({scene_, measure_triangle});
-    if (!has_measured) {
+    if (measures && !has_measured) {
       backend_.histogram("measure_triangles", triangles(), bins, MeasureTriangle::kHistograms, kSizeBins,
                          measure_triangle);
     }
@@ -250,8 +271,8 @@ class BroadPhaseStages {
     auto& entries = lists_.entries.template column<1>();
     const Count count = lists_.entries.count(counters_);
     const EntryTarget laid = {keys.scratch(), entries.scratch()};
-    backend_.exclusive_scan("scan_bins", bins(), w_.bin_counts.data(), w_.bin_begins.data(),
-                            &counters_->entries_in_bins);
+    backend_.for_each_append("place_bins", bins(), PlaceBin{w_.bin_counts.data(), w_.bin_begins.data()},
+                             Appender<CountTarget>{{}, &counters_->entries_in_bins, 0});
     backend_.for_each(
         "lay_into_bins", count,
         LayIntoBin{w_.bins(), w_.bin_begins.data(), w_.partner_begin.data(), keys.data(), entries.data(), laid});

@@ -574,13 +574,13 @@ class DetectorOn final : public Detector {
     bool has_found = false;
     if (may_keep_ && keeping_->work().keeps_pairs) {
       keeping_->with_kept_volumes([&] {
-        broad_phase.prepare(Wanted::overlapping_volumes);
+        broad_phase.prepare(Wanted::overlapping_volumes, keeping_->grows_volumes());
         has_found = keeping_->may_keep_pairs();
         if (has_found) keeping_->enqueue_pairs(broad_phase);
       });
       if (has_found) return broad_phase.test_kept_pairs();
     } else {
-      broad_phase.prepare(Wanted::meeting_triangles);
+      broad_phase.prepare(Wanted::meeting_triangles, false);
     }
     if (Backend::kKnowsCounts && (account_->is_limited() || chunks_ > 1)) {
       const std::uint64_t least_chunks = w_.counters.data()->tests / kMostTestsOfChunk + 1;

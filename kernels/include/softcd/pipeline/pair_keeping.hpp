@@ -104,10 +104,13 @@ class PairKeeping {
     stages.keep_volumes(kept_.slack);
   }
 
+  /// Whether the detection keeps pairs of grown volumes.
+  bool grows_volumes() const { return work_.keeps_pairs && is_grown(); }
+
   /// Runs f. Its stages use grown volumes if the detection keeps pairs of these.
   template <class F>
   void with_kept_volumes(const F& f) {
-    const bool swaps = work_.keeps_pairs && is_grown();
+    const bool swaps = grows_volumes();
     if (swaps) std::swap(w_.volumes, kept_.volumes);
     f();
     if (swaps) std::swap(w_.volumes, kept_.volumes);

@@ -131,4 +131,15 @@ struct MeasureTriangle {
   }
 };
 
+struct BoundAndMeasure {
+  BoundTriangle bound;
+  MeasureTriangle measure;
+
+  template <class Counter>
+  SOFTCD_HD void operator()(std::uint32_t t, Counter& counter) const {
+    bound(t);
+    measure(t, counter);
+  }
+};
+
 }  // namespace softcd

@@ -8,7 +8,7 @@
 
 /// Brings the entries of each cell together without a sort. A bin has the entries of a few cells, and each entry is
 /// counted in its bin when it is registered. Then the entries are laid into the bins. Each one counts those of its bin
-/// that come before it. Tests need the entries of a cell side by side, but cells may have any order.
+/// that come before it. Tests need the entries of a cell side by side, but cells and bins may have any order.
 namespace softcd {
 
 /// The bins of entries: 2^bits. Nearby cells have different bins.
@@ -47,6 +47,17 @@ struct BinTarget {
     const std::uint32_t place = count_one_more(counts + bins.bin(value.key));
     places[i] = place;
     if (place == kLongBin) count_one_more(long_bins);
+  }
+};
+
+/// Gives each bin places for its entries.
+struct PlaceBin {
+  const std::uint32_t* counts;
+  std::uint64_t* begins;
+
+  template <class Places>
+  SOFTCD_HD void operator()(std::uint32_t bin, Places& places) const {
+    begins[bin] = places.allocate(counts[bin]).begin();
   }
 };
 
