@@ -59,6 +59,27 @@ TEST_P(MemoryLimit, changes_the_parts_but_not_the_contacts) {
 INSTANTIATE_TEST_SUITE_P(Kinds, MemoryLimit, testing::Values(Detection::dcd, Detection::ccd),
                          [](const auto& test) { return test.param == Detection::dcd ? "dcd" : "ccd"; });
 
+/// With a limit entries are sorted. Without one the CUDA backend lays them into bins, unless these are too long: here
+/// cells have nearly all triangles.
+TEST(EntryOrder, is_the_same_however_it_is_made) {
+  SoupOptions soup;
+  soup.triangle_count = 1500;
+  soup.half_extent = 0.02;
+  soup.largest = 0.1;
+  soup.size_ratio = 2.0;
+  const Mesh mesh = triangle_soup(soup);
+  const Scene scene = {moving(mesh, scattered(mesh, 0.002, 9), everything(0.0001F))};
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    PipelineOptions options = test_options(detection);
+    LoadedScene loaded = load(scene, options);
+    options.memory_limit = kPlenty;
+    const Outcome sorted = outcome_of(scene, options);
+    EXPECT_GT(sorted.statistics.entries, 100 * sorted.statistics.cells);
+    ASSERT_GT(sorted.contacts.size(), 1000U);
+    for (int look = 0; look < 3; ++look) EXPECT_TRUE(identical(loaded.pipeline.detect(), sorted.contacts));
+  }
+}
+
 /// With a limit contacts are sorted. Without one they are ordered in runs, unless those are too long: here one edge of
 /// the blade meets hundreds of the cloth's.
 TEST(ContactOrder, is_the_same_however_it_is_made) {

@@ -113,14 +113,14 @@ class Entries {
   GridParameters grid_{1.0F, 1.0F, 0.0F, 3, 3};
 };
 
-std::vector<std::uint32_t> random_keys(std::uint32_t count, std::uint32_t cell_count) {
+std::vector<std::uint32_t> random_entry_keys(std::uint32_t count, std::uint32_t cell_count) {
   Random random(count);
   std::vector<std::uint32_t> keys;
   for (std::uint32_t i = 0; i < count; ++i) keys.push_back(entry_key(random.below(cell_count), random.below(8)));
   return keys;
 }
 
-SceneView scene_of(std::uint32_t body_count, bool self_collision) {
+SceneView scene_with(std::uint32_t body_count, bool self_collision) {
   SceneView scene;
   scene.body_count = body_count;
   scene.self_collision = self_collision;
@@ -131,7 +131,7 @@ SceneView scene_of(std::uint32_t body_count, bool self_collision) {
 TEST(EntryBins, partners_are_those_of_sorted_entries) {
   for (const auto& [body_count, self_collision] : {std::pair(1U, true), std::pair(8U, false), std::pair(9U, false)}) {
     for (const auto& [count, cell_count] : {std::pair(1U, 1U), std::pair(300U, 1U), std::pair(5000U, 700U)}) {
-      const Entries entries(scene_of(body_count, self_collision), random_keys(count, cell_count));
+      const Entries entries(scene_with(body_count, self_collision), random_entry_keys(count, cell_count));
       const Prepared expected = entries.sorted();
       for (const int bits : {5, 12}) {
         std::uint64_t long_bins = 0;
@@ -150,7 +150,7 @@ TEST(EntryBins, partners_are_those_of_sorted_entries) {
 // All pairs of a cell, in any order, are enumerated once.
 TEST(EntryBins, entries_of_one_rank_are_tested_with_each_other_once) {
   const std::uint32_t count = 100;
-  const Entries entries(scene_of(1, true), std::vector<std::uint32_t>(count, entry_key(77, 0)));
+  const Entries entries(scene_with(1, true), std::vector<std::uint32_t>(count, entry_key(77, 0)));
   std::uint64_t long_bins = 0;
   const Prepared prepared = entries.in_bins({3}, long_bins);
   EXPECT_EQ(prepared.cells, 1U);
@@ -160,7 +160,7 @@ TEST(EntryBins, entries_of_one_rank_are_tested_with_each_other_once) {
 TEST(EntryBins, that_are_too_long_are_counted) {
   for (const std::uint32_t count : {kLongBin, kLongBin + 1}) {
     std::uint64_t long_bins = 0;
-    const Entries entries(scene_of(1, true), std::vector<std::uint32_t>(count, entry_key(5, 1)));
+    const Entries entries(scene_with(1, true), std::vector<std::uint32_t>(count, entry_key(5, 1)));
     entries.in_bins({2}, long_bins);
     EXPECT_EQ(long_bins, count > kLongBin ? 1U : 0U);
   }

@@ -608,8 +608,9 @@ class DetectorOn final : public Detector {
   void launch() {
     is_all_enqueued_ = false;
     w_.counters.reserve(backend_, 1, 0);
-    // Samples of several ranks' tests are of entries in the order of cells.
-    w_.lays_into_bins = !Backend::kKnowsCounts && query_->lays_into_bins && settings_.partition.is_whole();
+    // Samples of several ranks' tests are of entries in the order of cells. Bins take memory.
+    w_.lays_into_bins =
+        !Backend::kKnowsCounts && query_->lays_into_bins && settings_.partition.is_whole() && !account_->is_limited();
     if (may_keep_ && !has_reused_) {
       keeping_.emplace(backend_, w_, scene_, host_bodies(), settings_, revision_, query_->usefulness);
     }
