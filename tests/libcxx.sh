@@ -6,8 +6,8 @@ usage() {
   cat <<'TEXT'
 usage: tests/libcxx.sh [PROGRAM...]
 
-Builds softcd and test PROGRAMs with clang++ 16 and libc++ 16 (build/libcxx, Release) and runs them. Default: all tests of
-the kernels, the plugin and the C interface without a label. Golden contacts must have the hashes of g++ and libstdc++.
+Builds softcd and test PROGRAMs with clang++ 16 and libc++ 16 (build/libcxx, Release) and runs them. Default: tests of the
+kernels, of detections, of golden contacts, which must have the hashes of g++ and libstdc++, and of the readers of meshes.
 
 _LIBCPP_ENABLE_ASSERTIONS=1 makes libc++ end a program at a misuse that it can see, such as an index that is too large.
 libc++ 18 calls the same _LIBCPP_HARDENING_MODE. The script first checks that such an index ends a program.
@@ -25,6 +25,8 @@ esac
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 cmake/setup.sh clang-16 libc++-16-dev libc++abi-16-dev dpkg-dev googletest
+programs=("$@")
+if [ $# -eq 0 ]; then programs=(softcd_kernel_tests softcd_golden_tests softcd_detection_tests softcd_mesh_io_test); fi
 work=$PWD/build/libcxx
 libraries=$work/libraries
 mkdir -p "$work"
@@ -65,17 +67,10 @@ try_assertions
 packaging/wheel_libraries.sh "$libraries"
 build_googletest
 cmake -S . -B "$work/softcd" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DSOFTCD_CUDA=OFF \
-  -DCMAKE_PREFIX_PATH="$libraries/prefix" -DSOFTCD_BULLET=OFF -DSOFTCD_BENCHMARKS=OFF -DSOFTCD_INSTALL=OFF \
-  >/dev/null
-programs=("$@")
-select=(-LE "repetition|slow|gpu|proof|python")
-targets=(softcd_tests_of_change)
-if [ $# -gt 0 ]; then
-  targets=("${programs[@]}")
-  select=(-R "^($(IFS='|' && echo "${programs[*]}"))\$")
-fi
-cmake --build "$work/softcd" --parallel "$(nproc)" --target "${targets[@]}"
-ctest --test-dir "$work/softcd" -C programs -L program "${select[@]}" -j "$(nproc)" --output-on-failure --no-tests=error
-if ldd "$(find "$work/softcd/tests" -type f -name "${programs[0]:-softcd_golden_tests}")" | grep -F libstdc++; then
+  -DCMAKE_PREFIX_PATH="$libraries/prefix" -DSOFTCD_BULLET=OFF -DSOFTCD_BENCHMARKS=OFF -DSOFTCD_INSTALL=OFF >/dev/null
+cmake --build "$work/softcd" --parallel "$(nproc)" --target "${programs[@]}"
+ctest --test-dir "$work/softcd" -C programs -L program -R "^($(IFS='|' && echo "${programs[*]}"))\$" -j "$(nproc)" \
+  --output-on-failure --no-tests=error
+if ldd "$(find "$work/softcd/tests" -type f -name "${programs[0]}")" | grep -F libstdc++; then
   fail "a program uses both standard libraries"
 fi

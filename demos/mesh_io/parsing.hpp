@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <limits>
 #include <locale>
 #include <optional>
 #include <sstream>
@@ -48,8 +49,17 @@ bool read_number(std::string_view word, T& value) {
 }
 #ifndef __cpp_lib_to_chars  // libc++ before 20, whose from_chars reads no real numbers
 inline bool read_number(std::string_view word, double& value) {
-  if (word.starts_with('+') || word.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return false;
-  std::istringstream stream{std::string(word)};
+  std::string text(word);
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const double sign = word.starts_with('-') ? -1 : 1;
+  const std::string_view name = std::string_view(text).substr(sign < 0 ? 1 : 0);
+  if (name == "nan" || name == "inf" || name == "infinity") {
+    using Limits = std::numeric_limits<double>;
+    value = sign * (name == "nan" ? Limits::quiet_NaN() : Limits::infinity());
+    return true;
+  }
+  if (word.starts_with('+') || name.find_first_not_of("0123456789.e+-") != std::string_view::npos) return false;
+  std::istringstream stream(text);
   stream.imbue(std::locale::classic());
   return stream >> value && stream.peek() == std::char_traits<char>::eof();
 }
