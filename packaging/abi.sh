@@ -6,10 +6,10 @@ usage() {
   cat <<'TEXT'
 usage: packaging/abi.sh FOLDER [--against EARLIER] LIBRARY...
 
-Writes a description of each shared LIBRARY's functions and their types to FOLDER/NAME.abi (abidw of libabigail). The
-libraries need debug information (-g). Types that no public header has are left out.
+Writes a description of each shared LIBRARY's functions and their types to FOLDER/NAME.abi.xz (abidw of
+libabigail). The libraries need debug information (-g). Types that no public header has are left out.
 
-  --against EARLIER   compares each with EARLIER/NAME.abi. Fails where a function is missing or a type has changed.
+  --against EARLIER   compares each with EARLIER/NAME.abi.xz. Fails where a function is missing or a type has changed.
                       What is new is no failure. NAME has the version of the interface, as libsoftcd.so.0.1 has, so
                       that libraries of an incompatible version have nothing to be compared with.
 TEXT
@@ -26,8 +26,10 @@ if [ "${2:-}" = --against ]; then
 fi
 if [ $# -lt 2 ]; then usage >&2 && exit 2; fi
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-"$root/cmake/setup.sh" --only abigail-tools binutils
+"$root/cmake/setup.sh" --only abigail-tools binutils xz-utils
 mkdir -p "$folder"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
 
 headers=()
 for layer in kernels plugin bullet_integration; do headers+=(--headers-dir "$root/$layer/include"); done
@@ -35,11 +37,14 @@ failed=0
 for library in "${@:2}"; do
   grep -q '\.debug_info' <<<"$(readelf -S "$library")" || { echo "softcd: $library has no debug information; compile it with -g" >&2 && exit 1; }
   name=$(readelf -d "$library" | grep -oP 'SONAME.*\[\K[^]]*').abi
-  abidw "${headers[@]}" --drop-private-types --no-corpus-path --no-comp-dir-path --no-show-locs --out-file "$folder/$name" "$library"
+  abidw "${headers[@]}" --drop-private-types --no-corpus-path --no-comp-dir-path --no-show-locs --out-file "$work/$name" "$library"
+  xz --stdout "$work/$name" >"$folder/$name.xz"
   if [ -z "$earlier" ]; then continue; fi
-  if [ ! -e "$earlier/$name" ]; then
-    echo "softcd: $earlier has no $name, which is a new interface"
-  elif abidiff --no-added-syms "$earlier/$name" "$folder/$name"; then
+  if [ ! -e "$earlier/$name.xz" ]; then
+    echo "softcd: $earlier has no $name.xz, which is a new interface" && continue
+  fi
+  xz --decompress --stdout "$earlier/$name.xz" >"$work/earlier.abi"
+  if abidiff --no-added-syms "$work/earlier.abi" "$work/$name"; then
     echo "softcd: $name is compatible with $earlier"
   else
     echo "softcd: $name is not compatible with $earlier: undo what is listed above, or raise the minor version" >&2

@@ -29,7 +29,7 @@ CONTENTS = {
     r"softcd-tools_.*\.deb": [CLI11, JSON, BOOST, EIGEN, IMGUI],
     r"libsoftcd.*\.deb": [],
     r".*\.tar\.gz": [],
-    r".*\.abi": [],
+    r".*\.abi\.xz": [],
 }
 
 
