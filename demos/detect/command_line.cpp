@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <string_view>
 
 #include "command_line/choices.hpp"
@@ -22,6 +23,8 @@ void choose_features(std::string_view words, Features& features) {
     words.remove_prefix(comma + 1);
   }
 }
+
+constexpr std::array<Choice<Search>, 2> kIntersections = {{{"off", Search::contacts}, {"regions", Search::regions}}};
 
 std::string refuse_sign(std::string& number) {
   return number.starts_with('-') ? "must not be negative" : "";
@@ -78,6 +81,12 @@ void add_output_options(CLI::App& app, DetectCommand& command) {
            "Write the contacts as CSV with the columns kind,a0,a1,b0,b1,b2,toi,distance: a vertex\n"
            "and a triangle are vt,v,,f0,f1,f2, two edges are ee,e0,e1,g0,g1,. Vertices count from\n"
            "0; toi is the fraction of the step, distance in the positions' unit");
+  add_choice(app, "--intersections", kIntersections, command.search,
+             "regions: in place of contacts, find where the last frame is through itself: curves, the regions\n"
+             "on the wrong side, and how far their vertices are from the way out");
+  add_file(app, "--coloured", command.coloured_file,
+           "With --intersections regions: write the last frame as PLY, with the regions in colours by their\n"
+           "kind: closed red, loop_with_border orange, open blue, degenerate violet");
   add_file(app, "--json", command.json_file, "Write every figure as JSON; times in milliseconds, memory in bytes");
   app.add_option("--repeat", command.repetitions,
                  "Detect N times after one warm-up and report median times. Default: one run without\n"
@@ -106,7 +115,18 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   add_output_options(app, command);
   try {
     app.parse(argc, argv);
-    if (command.second_frame.empty() && command.options.detection == Detection::ccd) {
+    const bool finds_contacts = command.search == Search::contacts;
+    if (finds_contacts && !command.coloured_file.empty()) {
+      throw CLI::ValidationError("--coloured", "needs --intersections regions");
+    }
+    if (!finds_contacts && (!command.contacts_file.empty() || command.repetitions > 0)) {
+      throw CLI::ValidationError("--intersections",
+                                 "regions are found in place of contacts, once; leave out --contacts and --repeat");
+    }
+    if (!command.coloured_file.empty() && !command.coloured_file.ends_with(".ply")) {
+      throw CLI::ValidationError("--coloured", "only PLY files have colours; the name must end with .ply");
+    }
+    if (finds_contacts && command.second_frame.empty() && command.options.detection == Detection::ccd) {
       throw CLI::ValidationError("t1", "continuous detection needs two frames; give both, or --detection dcd");
     }
   } catch (const CLI::ParseError& error) {

@@ -7,11 +7,19 @@
 
 namespace softcd::demo {
 
+/// What the program finds.
+enum class Search : std::uint32_t {
+  contacts,
+  regions,  ///< where the last frame is through itself
+};
+
 struct DetectCommand {
   std::string first_frame;
   std::string second_frame;  ///< empty: there is one frame
   PipelineOptions options;
   BodySettings settings;
+  Search search = Search::contacts;
+  std::string coloured_file;      ///< the regions' mesh; empty: not written
   std::string contacts_file;      ///< empty: not written
   std::string json_file;          ///< empty: not written
   std::uint32_t repetitions = 0;  ///< 0: one run without warm-up

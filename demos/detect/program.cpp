@@ -37,6 +37,19 @@ Frames read_frames(const DetectCommand& command, ProgressLine& progress) {
   return frames;
 }
 
+/// Finds where the last frame is through itself.
+void find_regions(const DetectCommand& command, const Frames& frames, Scene& scene, BodyId body) {
+  const Mesh& last = frames.last();
+  scene.set_positions(body, last.positions);
+  Probe probe(scene);
+  const IntersectionRegions found = probe.intersection_regions();
+  if (!command.coloured_file.empty()) {
+    write_mesh(command.coloured_file, {last.positions, last.triangles, colours_of(last.triangles.size(), found)});
+  }
+  if (!command.json_file.empty()) write_regions_json(command, found);
+  print_regions(found);
+}
+
 void run(DetectCommand command) {
   ProgressLine progress;
   const Frames frames = read_frames(command, progress);
@@ -51,6 +64,10 @@ void run(DetectCommand command) {
   CollisionPipeline pipeline(command.options, log);
   const auto vertex_count = static_cast<std::uint32_t>(frames.first.positions.size());
   const BodyId body = pipeline.scene.add_body({frames.first.triangles, vertex_count, command.settings});
+  if (command.search == Search::regions) {
+    progress.clear();
+    return find_regions(command, frames, pipeline.scene, body);
+  }
   const auto start_run = [&](std::uint32_t run, std::uint32_t count) {
     progress.show(fmt::format("detecting, run {} of {}", run + 1, count));
     if (command.options.detection == Detection::ccd) {

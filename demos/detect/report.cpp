@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -19,7 +20,63 @@ void write_file(const std::string& file, const std::string& content) {
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
 }
 
+constexpr const char* kKinds[] = {"closed", "loop_with_border", "open", "degenerate"};
+constexpr Rgb kColours[] = {{220, 40, 30}, {240, 150, 20}, {40, 90, 220}, {150, 50, 180}};
+constexpr Rgb kGrey = {200, 200, 200};
+
+double greatest_distance(const IntersectionRegions& found, const IntersectionRegion& region) {
+  double greatest = 0;
+  for (std::uint32_t i = 0; i < region.vertex_count; ++i) {
+    greatest = std::max(greatest, found.vertices[region.first_vertex + i].distance);
+  }
+  return greatest;
+}
+
+double length_of(const IntersectionRegions& found) {
+  double length = 0;
+  for (const IntersectionCurve& curve : found.curves) length += curve.length;
+  return length;
+}
+
 }  // namespace
+
+void write_regions_json(const DetectCommand& command, const IntersectionRegions& found) {
+  nlohmann::ordered_json json = {{"t0", command.first_frame},
+                                 {"t1", command.second_frame},
+                                 {"curves", found.curves.size()},
+                                 {"curve_length", length_of(found)},
+                                 {"touching_pairs", found.touching_pairs},
+                                 {"regions", nlohmann::ordered_json::array()}};
+  for (const IntersectionRegion& region : found.regions) {
+    json["regions"].push_back({{"kind", kKinds[static_cast<std::uint32_t>(region.kind)]},
+                               {"area", region.area},
+                               {"curve_length", region.curve_length},
+                               {"vertices", region.vertex_count},
+                               {"triangles", region.triangle_count},
+                               {"distance", greatest_distance(found, region)}});
+  }
+  write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+std::vector<Rgb> colours_of(std::size_t triangle_count, const IntersectionRegions& found) {
+  std::vector<Rgb> colours(triangle_count, kGrey);
+  for (const IntersectionRegion& region : found.regions) {
+    for (std::uint32_t i = 0; i < region.triangle_count; ++i) {
+      colours[found.triangles[region.first_triangle + i]] = kColours[static_cast<std::uint32_t>(region.kind)];
+    }
+  }
+  return colours;
+}
+
+void print_regions(const IntersectionRegions& found) {
+  fmt::print("{} regions on the wrong side, {} curves of {:.6g} together\n", found.regions.size(), found.curves.size(),
+             length_of(found));
+  for (const IntersectionRegion& region : found.regions) {
+    fmt::print("  {}: {} triangles, {} vertices, area {:.6g}, curves {:.6g}, way out at most {:.6g}\n",
+               kKinds[static_cast<std::uint32_t>(region.kind)], region.triangle_count, region.vertex_count, region.area,
+               region.curve_length, greatest_distance(found, region));
+  }
+}
 
 void write_contacts(const std::string& file, Span<const Contact> contacts) {
   fmt::memory_buffer rows;

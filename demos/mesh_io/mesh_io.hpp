@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -11,9 +12,12 @@
 
 namespace softcd::demo {
 
+using Rgb = std::array<std::uint8_t, 3>;
+
 struct Mesh {
   std::vector<Vec3d> positions;  ///< single-precision files hold their values exactly
   std::vector<Triangle> triangles;
+  std::vector<Rgb> colours = {};  ///< of the triangles, or empty; only PLY files are written with them
 };
 
 /// Thrown when a file cannot be read as a mesh, or written. The text names the file, the place in it and the problem.

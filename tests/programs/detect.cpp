@@ -92,8 +92,9 @@ class Detect : public testing::Test {
 TEST_F(Detect, help_names_every_option) {
   const Result result = run("--help");
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* option : {"--backend", "--detection", "--features", "--accuracy", "--margin", "--cell-size-factor",
-                             "--subdivision", "--broad-phase", "--memory-limit", "--contacts", "--json", "--repeat"}) {
+  for (const char* option :
+       {"--backend", "--detection", "--features", "--accuracy", "--margin", "--cell-size-factor", "--subdivision",
+        "--broad-phase", "--memory-limit", "--contacts", "--json", "--repeat", "--intersections", "--coloured"}) {
     EXPECT_THAT(result.output, HasSubstr(option));
   }
 }
@@ -128,6 +129,25 @@ TEST_F(Detect, one_frame_is_enough_for_discrete_detection) {
   EXPECT_THAT(contacts("--detection dcd --features vt --margin 0.5 " + frame),
               ElementsAre(is_contact("vt,3,,0,1,2", 1.0F, 1.0F)));
   expect_refused(frame, "needs two frames");
+}
+
+/// The second triangle stands in the first one with a corner below it.
+TEST_F(Detect, finds_and_colours_regions_of_intersections) {
+  const std::string mesh = folder_.write("through.obj", kBelow);
+  const std::string coloured = folder_.file("out.ply");
+  const Result result =
+      run(mesh + " --intersections regions --coloured " + coloured + " --json " + folder_.file("out.json"));
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("2 regions on the wrong side, 1 curves"));
+  const auto json = nlohmann::json::parse(folder_.read("out.json"));
+  EXPECT_EQ(json["curves"], 1);
+  EXPECT_EQ(json["regions"].size(), 2U);
+  const std::string ply = folder_.read("out.ply");
+  EXPECT_THAT(ply, HasSubstr("property uchar red"));
+  EXPECT_EQ(run(coloured + " --intersections regions").output, result.output) << "the mesh can be read again";
+  expect_refused(mesh + " --detection dcd --coloured out.ply", "needs --intersections regions");
+  expect_refused(mesh + " --intersections regions --contacts out.csv", "leave out --contacts");
+  expect_refused(mesh + " --intersections regions --coloured out.stl", "only PLY files have colours");
 }
 
 TEST_F(Detect, json_holds_every_figure) {
