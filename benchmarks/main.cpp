@@ -8,6 +8,7 @@
 #include "crossings.hpp"
 #include "impulses.hpp"
 #include "simulated_scenes.hpp"
+#include "untangling.hpp"
 #endif
 #include "changes.hpp"
 #include "command_line/standard_output.hpp"
@@ -55,6 +56,8 @@ int main(int argc, char** argv) {
     add_apps(app, apps);
     ImpulsesOptions impulses;
     add_impulses(app, impulses);
+    UntanglingOptions untangling;
+    add_untangling(app, untangling);
 #endif
     SpatialQueryOptions spatial_queries;
     add_spatial_queries(app, spatial_queries);

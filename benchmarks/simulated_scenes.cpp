@@ -151,8 +151,9 @@ class Benchmark {
 
   void run() {
     for (const demo::SceneInfo& info : demo::scenes()) {
-      const bool is_wanted = options_.scenes.empty() || std::find(options_.scenes.begin(), options_.scenes.end(),
-                                                                  info.name) != options_.scenes.end();
+      const bool is_wanted =
+          (options_.scenes.empty() && !info.starts_tangled) ||
+          std::find(options_.scenes.begin(), options_.scenes.end(), info.name) != options_.scenes.end();
       if (is_wanted && (options_.world == demo::World::classic || info.in_deformable_world)) run_scene(info.name);
     }
     const std::string report = fmt::format(

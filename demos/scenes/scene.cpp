@@ -19,6 +19,7 @@
 #include "scenes/tearing.hpp"
 #include "scenes/tube.hpp"
 #include "scenes/two_cloths.hpp"
+#include "scenes/untangling.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -157,6 +158,8 @@ const std::vector<SceneInfo>& scenes() {
        /*in_bullets_detection=*/false},
       {"refining", "A coarse sheet falls over a ball and is refined where it folds", "nodes a side", 8, 20, 0, true,
        make<Refining>},
+      {"untangling", "Cloths and balls that start through each other come apart", "nodes along a cloth", 8, 16, 0, true,
+       make<Untangling>, /*in_bullets_detection=*/true, /*starts_tangled=*/true},
   };
   return list;
 }

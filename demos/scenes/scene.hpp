@@ -129,6 +129,8 @@ struct SceneInfo {
   std::unique_ptr<Scene> (*make)(const SceneOptions& options);
   /// False where Bullet's tree of faces makes it loop for ever, because the cloth has come apart.
   bool in_bullets_detection = true;
+  /// Whether bodies start through each other. Such a scene is not among those that are checked for intersections.
+  bool starts_tangled = false;
 };
 
 /// Returns the scenes, the main one first.

@@ -95,7 +95,7 @@ TEST_P(Scenes, stays_in_one_piece_and_apart) {
     return;
   }
   const auto scene = make_scene(info().name, little(info(), world()));
-  EXPECT_EQ(scene->count_penetration().edges, 0U) << "at the start";
+  EXPECT_EQ(scene->count_penetration().edges > 0, info().starts_tangled) << "at the start";
   const Motion start = motion_of(*scene);
   btScalar fastest = 0;
   std::size_t contacts = 0;
@@ -113,6 +113,7 @@ TEST_P(Scenes, stays_in_one_piece_and_apart) {
   }
   const Motion end = motion_of(*scene);
   EXPECT_LT((end.high - end.low).length(), 1.5 * (start.high - start.low).length());
+  for (int step = 0; info().starts_tangled && step < 4 * kSteps; ++step) scene->step();
   const Penetration penetration = scene->count_penetration();
   EXPECT_EQ(penetration.vertices, 0U);
   EXPECT_EQ(penetration.edges, 0U);

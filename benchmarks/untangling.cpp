@@ -1,0 +1,181 @@
+#include "untangling.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "report.hpp"
+#include "scenes/intersecting_bodies.hpp"
+#include "scenes/penetration.hpp"
+#include "scenes/scene.hpp"
+#include "timing.hpp"
+
+// Lets bodies that start through each other come apart, and measures what a world without intersections pays.
+
+namespace softcd::benchmarks {
+namespace {
+
+constexpr double kSeconds = 2;
+constexpr int kStepsBetweenCounts = 4;
+constexpr std::array<double, 5> kTimes = {0, 0.1, 0.25, 0.5, 1};
+
+struct Mode {
+  const char* name;
+  std::optional<bullet::Settings> settings;  ///< none: Bullet alone
+};
+
+std::vector<Mode> modes() {
+  const auto of = [](bullet::Settings settings, bool untangles) {
+    settings.backend = Backend::cpu;
+    settings.self_collision = bullet::SelfCollision::all;
+    settings.untangle = untangles;
+    return settings;
+  };
+  return {{"Bullet", std::nullopt},
+          {"softcd", of({}, false)},
+          {"untangle, dcd", of({}, true)},
+          {"untangle, ccd", of(bullet::Settings::safe(), true)}};
+}
+
+struct Outcome {
+  std::array<std::size_t, kTimes.size()> edges{};
+  std::size_t edges_at_end = 0;
+  int steps_to_zero = -1;
+  double fastest = 0, energy = 0;
+};
+
+void see(const std::vector<const btSoftBody*>& bodies, Outcome& outcome) {
+  double energy = 0;
+  for (const btSoftBody* body : bodies) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      const btSoftBody::Node& node = body->m_nodes[i];
+      if (!(node.m_im > 0)) continue;
+      energy += double(node.m_v.length2()) / double(node.m_im) / 2;
+      outcome.fastest = std::max(outcome.fastest, double(node.m_v.length()));
+    }
+  }
+  outcome.energy = std::max(outcome.energy, energy);
+}
+
+Outcome simulate(const demo::IntersectingBodies& kind, demo::World world, const Mode& mode, int size) {
+  demo::SoftWorld simulation(world, mode.settings ? demo::PlugIn::one_line_world : demo::PlugIn::none,
+                             mode.settings.value_or(bullet::Settings()));
+  simulation.set_gravity(btVector3(0, 0, 0));
+  std::vector<const btSoftBody*> bodies;
+  for (auto& body : kind.make(simulation.world_info(), world, size)) bodies.push_back(&simulation.add(std::move(body)));
+  Outcome outcome;
+  const int steps = static_cast<int>(kSeconds / double(simulation.time_step()));
+  std::size_t next_time = 0;
+  for (int step = 0; step <= steps; ++step) {
+    const bool is_time = next_time < kTimes.size() && step * double(simulation.time_step()) >= kTimes[next_time] - 1e-6;
+    if (is_time || step % kStepsBetweenCounts == 0 || step == steps) {
+      outcome.edges_at_end = demo::find_intersections(bodies).edge_count;
+    }
+    if (outcome.edges_at_end == 0 && outcome.steps_to_zero < 0) outcome.steps_to_zero = step;
+    if (is_time) outcome.edges[next_time++] = outcome.edges_at_end;
+    if (step == steps) break;
+    simulation.step();
+    see(bodies, outcome);
+  }
+  return outcome;
+}
+
+struct CleanCost {
+  double without = 0, with = 0;  ///< milliseconds of a step, mean
+  double detection = 0;          ///< softcd's detections in it, without
+};
+
+/// Makes steps of the same scene with and without untangling in turn.
+CleanCost clean_cost(const char* name, Detection detection) {
+  demo::SceneOptions options;
+  options.settings.backend = Backend::cpu;
+  options.settings.detection = detection;
+  options.settings.edge_contacts =
+      detection == Detection::ccd ? bullet::EdgeContacts::respond : bullet::EdgeContacts::off;
+  const auto without = demo::make_scene(name, options);
+  options.settings.untangle = true;
+  const auto with = demo::make_scene(name, options);
+  constexpr int kSteps = 160;
+  CleanCost cost;
+  for (int step = 0; step < 2 * kSteps; ++step) {
+    const double time_without = milliseconds_of([&] { without->step(); });
+    const double time_with = milliseconds_of([&] { with->step(); });
+    if (step < kSteps) continue;
+    const bullet::WorldDetection& found = *without->simulation().detection();
+    cost.without += time_without / kSteps;
+    cost.with += time_with / kSteps;
+    cost.detection +=
+        (found.contact_report().statistics().ms.total + found.crossing_report().statistics().ms.total) / kSteps;
+  }
+  return cost;
+}
+
+void run(const UntanglingOptions& options) {
+  Table table({"bodies", "world", "mode", "0 s", "0.1 s", "0.25 s", "0.5 s", "1 s", "2 s", "steps to 0", "m/s", "J"},
+              3);
+  nlohmann::ordered_json json = describe_run("untangling", options.machine);
+  for (const demo::IntersectingBodies& kind : demo::intersecting_bodies()) {
+    for (const demo::World world : {demo::World::classic, demo::World::deformable}) {
+      for (const Mode& mode : modes()) {
+        const Outcome outcome = simulate(kind, world, mode, options.size);
+        const std::string world_name = world == demo::World::classic ? "classic" : "deformable";
+        std::vector<std::string> row = {kind.name, world_name, mode.name};
+        for (const std::size_t edges : outcome.edges) row.push_back(fmt::to_string(edges));
+        row.push_back(fmt::to_string(outcome.edges_at_end));
+        row.push_back(outcome.steps_to_zero < 0 ? "never" : fmt::to_string(outcome.steps_to_zero));
+        row.push_back(fmt::format("{:.1f}", outcome.fastest));
+        row.push_back(fmt::format("{:.2g}", outcome.energy));
+        fmt::print(stderr, "{}\n", fmt::join(row, " "));
+        table.add(row);
+        json["untangling"].push_back({{"bodies", kind.name},
+                                      {"world", world_name},
+                                      {"mode", mode.name},
+                                      {"edges", outcome.edges},
+                                      {"edges_at_end", outcome.edges_at_end},
+                                      {"steps_to_zero", outcome.steps_to_zero},
+                                      {"fastest", outcome.fastest},
+                                      {"energy", outcome.energy}});
+      }
+    }
+  }
+  Table costs({"scene", "detection", "step ms", "with untangle", "detections ms"}, 2);
+  for (const char* name : {"two-cloths", "n-body", "folding-cloth"}) {
+    for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+      const CleanCost cost = clean_cost(name, detection);
+      costs.add({name, detection == Detection::dcd ? "dcd" : "ccd", fmt::format("{:.2f}", cost.without),
+                 fmt::format("{:.2f}", cost.with), fmt::format("{:.2f}", cost.detection)});
+      json["clean"].push_back({{"scene", name},
+                               {"detection", detection == Detection::dcd ? "dcd" : "ccd"},
+                               {"step_ms", cost.without},
+                               {"step_ms_with", cost.with},
+                               {"detections_ms", cost.detection}});
+    }
+  }
+  const std::string report = fmt::format(
+      "### Untangling\n\nEdges that intersect triangles, over time. Steps are of 1/120 s in the classic world and "
+      "shorter in the deformable one; the count is made in every fourth. Greatest speed of a node, and greatest "
+      "kinetic energy; all start at "
+      "rest.\n\n{}\n### Clean worlds\n\nMean of 160 steps.\n\n{}\n",
+      table.text(), costs.text());
+  fmt::print("{}", report);
+  if (!options.markdown_file.empty()) write_file(options.markdown_file, report);
+  if (!options.json_file.empty()) write_json(options.json_file, json);
+}
+
+}  // namespace
+
+void add_untangling(CLI::App& app, UntanglingOptions& options) {
+  CLI::App* command = app.add_subcommand(
+      "untangling", "Lets soft bodies that start through each other come apart, with Bullet alone and with softcd");
+  command->add_option("--size", options.size, "Nodes along a cloth")->option_text("N [16]")->check(CLI::Range(6, 1000));
+  command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
+      ->option_text("TEXT");
+  command->add_option("--markdown", options.markdown_file, "Write the tables as Markdown")->option_text("FILE");
+  command->add_option("--json", options.json_file, "Write every figure")->option_text("FILE");
+  command->callback([&options] { run(options); });
+}
+
+}  // namespace softcd::benchmarks

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace softcd::benchmarks {
+
+struct UntanglingOptions {
+  int size = 16;
+  std::string machine;        ///< empty: the processor
+  std::string markdown_file;  ///< empty: none
+  std::string json_file;      ///< empty: none
+};
+
+/// Adds the subcommand `untangling`, which fills `options` and then runs the benchmark.
+void add_untangling(CLI::App& app, UntanglingOptions& options);
+
+}  // namespace softcd::benchmarks
