@@ -2,10 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
 namespace softcd::benchmarks {
 
 struct UntanglingOptions {
+  std::vector<std::string> bodies;  ///< empty: all kinds
   int size = 16;
   std::string machine;        ///< empty: the processor
   std::string markdown_file;  ///< empty: none

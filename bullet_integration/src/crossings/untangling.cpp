@@ -256,6 +256,7 @@ void Untangling::find_ways(Pair pair) {
 
 void Untangling::lead_to_faces(BodyId other, const std::vector<std::pair<WayOut, ProbePoint>>& ways) {
   std::vector<ProbePoint> points;
+  points.reserve(ways.size());
   for (const auto& [way, point] : ways) points.push_back(point);
   probe_.set_body_filter([other](BodyId body) { return body == other; });
   const Span<const ClosestPoint> closest = probe_.closest_points({points.data(), points.size()});
@@ -303,7 +304,7 @@ WayOut Untangling::way_of_edges(const IntersectionRegions& found, const Intersec
   WayOut way;
   way.distance =
       btScalar(distance) + mirror_.member(curve.body_a).settings.margin + mirror_.member(curve.body_b).settings.margin;
-  for (const int i : {0, 1}) {
+  for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
     const double scale = (i == 0 ? 1 : -1) / (distance * double(sides[i].count));
     for (const auto& [node, weight] : sides[i].weights) {
       way.ends.push_back({BodyId{node.first}, node.second, to_bullet((scale * weight) * offset)});
