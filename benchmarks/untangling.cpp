@@ -99,7 +99,7 @@ CleanCost clean_cost(const char* name, Detection detection) {
   options.settings.untangle = true;
   const auto with = demo::make_scene(name, options);
   constexpr int kWarmUp = 32;
-  constexpr int kSteps = 96;  // searches are in one of 16
+  constexpr int kSteps = 96;  // searches are in one of 32
   CleanCost cost;
   for (int step = 0; step < kWarmUp + kSteps; ++step) {
     const double time_without = milliseconds_of([&] { without->step(); });

@@ -23,7 +23,7 @@ class Untangling {
   using Kind = CrossingsOfKind;
 
   /// A search costs about as much as a detection of contacts. So a world without intersections hardly notices it.
-  static constexpr std::uint64_t kStepsBetweenSearches = 16;
+  static constexpr std::uint64_t kStepsBetweenSearches = 32;
 
   /// `kind`, `mirror` and `settings` must outlive it.
   Untangling(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings);
