@@ -38,4 +38,10 @@ grep -rhoE '(href|src)="files/[^"#]+' "$folder/html" --include='*.html' | sed 's
     mkdir -p "$(dirname "$folder/html/files/$file")"
     cp "$file" "$folder/html/files/$file"
   done
+# The scenes in a browser, where packaging/web.sh has built them.
+if [ -e build/web/page/index.html ]; then
+  cp build/web/page/index.html "$folder/html/in-the-browser.html"
+  sed -i 's|<div class="contents">|&<p><a href="in-the-browser.html">Try the scenes in your browser</a></p>|' \
+    "$folder/html/index.html"
+fi
 echo "$folder/html/index.html"
