@@ -81,7 +81,9 @@ Bodies make_two_balls(btSoftBodyWorldInfo& info, World kind, int /*size*/) {
 Bodies make_heap(btSoftBodyWorldInfo& info, World kind, int /*size*/) {
   Bodies bodies;
   for (int i = 0; i < 20; ++i) {
-    const btVector3 cell(btScalar(i % 5), btScalar(i / 5 % 2), btScalar(i / 10));
+    const int row = i / 5;
+    const int layer = i / 10;
+    const btVector3 cell(btScalar(i % 5), btScalar(row % 2), btScalar(layer));
     const btVector3 shift = btVector3(btScalar(i * 7 % 5), btScalar(i * 3 % 5), btScalar(i * 4 % 7)) * btScalar(0.004);
     bodies.push_back(make_ball_at(info, kind, cell * (btScalar(1.5) * kBallRadius) + shift));
   }
