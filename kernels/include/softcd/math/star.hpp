@@ -6,7 +6,7 @@
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/scalar.hpp"
 
-/// Whether all triangles around a vertex are spread out, so that no two of them come near each other away from what
+/// A test whether the triangles around a vertex are spread out: then no two of them come near each other away from what
 /// they share. Like the criterion of Volino and Magnenat-Thalmann (Efficient self-collision detection on smoothly
 /// discretized surface animations using geometrical shape regularity, 1994) it looks at a surface along one direction.
 ///
