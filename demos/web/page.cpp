@@ -83,6 +83,8 @@ class Page {
     SceneOptions options;
     options.collision = collision;
     options.size = scene.size;
+    options.settings.detection = Detection::ccd;  // as softcd-demo
+    options.settings.edge_contacts = bullet::EdgeContacts::respond;
     return options;
   }
 
