@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
-# What is compiled into a file: name, licence (SPDX), and the Debian package, or a file of it, that has the version.
+# Libraries that are compiled into files: name, licence (SPDX), and the Debian package, or a file of it, that has the version.
 ONETBB = ("oneTBB", "Apache-2.0", "libtbb-dev")
 FMT = ("fmt", "MIT", "libfmt-dev")
 HIGHWAY = ("Highway", "Apache-2.0", "libhwy-dev")

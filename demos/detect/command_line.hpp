@@ -7,7 +7,7 @@
 
 namespace softcd::demo {
 
-/// What the program finds.
+/// The kinds of results that the program finds.
 enum class Search : std::uint32_t {
   contacts,
   regions,  ///< where the last frame is through itself

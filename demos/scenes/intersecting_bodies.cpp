@@ -34,21 +34,21 @@ std::unique_ptr<btSoftBody> make_turned_cloth(btSoftBodyWorldInfo& info, int siz
   return make_thin_cloth(info, shape);
 }
 
-Bodies make_crossed_cloths(btSoftBodyWorldInfo& info, World, int size) {
+/// A horizontal cloth, and another one that is turned by an angle and shifted.
+Bodies make_two_cloths(btSoftBodyWorldInfo& info, int size, btScalar angle, const btVector3& shift) {
   Bodies bodies;
   bodies.push_back(make_turned_cloth(info, size, 0, btVector3(0, 0, 0)));
-  bodies.push_back(
-      make_turned_cloth(info, size, btScalar(0.8), btVector3(btScalar(0.13), btScalar(0.02), btScalar(0.07))));
+  bodies.push_back(make_turned_cloth(info, size, angle, shift));
   return bodies;
+}
+
+Bodies make_crossed_cloths(btSoftBodyWorldInfo& info, World, int size) {
+  return make_two_cloths(info, size, btScalar(0.8), btVector3(btScalar(0.13), btScalar(0.02), btScalar(0.07)));
 }
 
 /// The borders of both cloths are through the other, and the curve ends within both.
 Bodies make_interlocked_cloths(btSoftBodyWorldInfo& info, World, int size) {
-  Bodies bodies;
-  bodies.push_back(make_turned_cloth(info, size, 0, btVector3(0, 0, 0)));
-  bodies.push_back(
-      make_turned_cloth(info, size, btScalar(1.3), btVector3(btScalar(0.03), btScalar(0.02), btScalar(0.63))));
-  return bodies;
+  return make_two_cloths(info, size, btScalar(1.3), btVector3(btScalar(0.03), btScalar(0.02), btScalar(0.63)));
 }
 
 /// A strip along a loop whose ends pass through each other: a strophoid.

@@ -1,4 +1,4 @@
-// What the page calls: a session of the viewer, its camera, and the node that the mouse holds.
+// Functions that the page calls. They run a session of the viewer, its camera, and the node that the mouse holds.
 
 #include <emscripten/emscripten.h>
 

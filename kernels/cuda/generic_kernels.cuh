@@ -68,8 +68,8 @@ class Output {
   Appender<Target> list_;
 };
 
-/// Where the first kernel of one or more parts of a detection notes when they begin. An event between two kernels would
-/// take 2.5 us of a graph on an H100.
+/// Memory in which the first kernel of one or more parts of a detection notes the time when they begin. An event
+/// between two kernels would take 2.5 us of a graph on an H100.
 struct Marks {
   std::uint64_t* times;  ///< in nanoseconds
   std::uint32_t count;
@@ -440,7 +440,7 @@ __global__ void fill_tail(Marks marks, Count count, Key* keys) {
     keys[i] = static_cast<Key>(~Key{0});
 }
 
-/// What the host reads of every detection.
+/// Results of every detection that the host reads.
 struct Results {
   const Counters* counters;
   Counters* host_counters;

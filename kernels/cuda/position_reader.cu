@@ -128,8 +128,8 @@ class CudaPositionReader final : public DevicePositionReader {
     judge_surveys<<<1, kBlockSize, 0, stream()>>>(on_device.judged.get(), static_cast<std::uint32_t>(predicted.size()),
                                                   scene, on_device.verdict.get(), on_device.host_verdict.data());
     check_cuda(cudaGetLastError(), "looking at positions");
-    check_cuda(cudaEventRecord(on_device.has_detected.get(), stream()), "looking at positions");
-    return {on_device.verdict.get(), on_device.has_detected.get()};
+    check_cuda(cudaEventRecord(on_device.has_surveyed.get(), stream()), "looking at positions");
+    return {on_device.verdict.get(), on_device.has_surveyed.get()};
   }
 
   SeenPositions seen() override {
@@ -161,7 +161,7 @@ class CudaPositionReader final : public DevicePositionReader {
     std::uint64_t judged_capacity = 0;
     DeviceMemory<std::uint32_t> verdict;
     PinnedBuffer<std::uint32_t> host_verdict;
-    Event has_detected{cudaEventDisableTiming};
+    Event has_surveyed{cudaEventDisableTiming};
     bool is_looking = false;  ///< the arrays are in use
   };
 

@@ -22,7 +22,7 @@ void test_stars(const TestStar& test, std::uint32_t begin, std::uint32_t end) {
 
 constexpr std::size_t kMostOfRing = kMostTrianglesOfStar + 1;
 
-/// As many stars as registers have lanes: their rings at one end of the step, relative to the centres. A star of fewer
+/// The rings of as many stars as registers have lanes, at one end of the step, relative to the centres. A star of fewer
 /// triangles than others repeats its centre.
 struct Rings {
   Vector of[kMostOfRing];
