@@ -43,8 +43,7 @@ TEST_P(MemoryLimit, changes_the_parts_but_not_the_contacts) {
     EXPECT_EQ(unlimited.statistics.flagged_pairs > 0, size_ratio > 4.0);
     EXPECT_EQ(plenty.statistics.chunks, 1U);
     EXPECT_TRUE(identical(unlimited.contacts, plenty.contacts));
-    // On a GPU more of the memory is for lists that parts do not make smaller.
-    for (const double share : {0.9, 0.75, backend_under_test() == Backend::cuda ? 0.7 : 0.6}) {
+    for (const double share : {0.9, 0.75, 0.6}) {
       const auto limit = static_cast<std::uint64_t>(share * static_cast<double>(plenty.statistics.peak_bytes));
       const Outcome limited = detect_within(limit, GetParam(), size_ratio);
       EXPECT_GT(limited.statistics.chunks, 1U);
