@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "bodies/vectors.hpp"
 #include "softcd/core/parallel.hpp"
 
 namespace softcd::bullet {
@@ -60,6 +61,36 @@ void add_link_faces(BodyMesh& mesh, const btSoftBody& body) {
     face.m_material = body.m_materials.size() > 0 ? body.m_materials[0] : nullptr;
     mesh.link_faces.push_back(face);
   }
+}
+
+bool has_side(const Triangle& triangle, std::uint32_t from, std::uint32_t to) {
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    if (triangle.v[corner] == from && triangle.v[(corner + 1) % 3] == to) return true;
+  }
+  return false;
+}
+
+/// Returns whether each edge has two faces, which pass through it in opposite directions.
+bool is_closed(const BodyMesh& mesh) {
+  constexpr std::uint32_t kMostFacesAtNode = 64;  // bounds the time
+  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::uint32_t from = mesh.triangles[f].v[corner];
+      const std::uint32_t to = mesh.triangles[f].v[(corner + 1) % 3];
+      const std::uint32_t first = mesh.first_face_of_node[from];
+      const std::uint32_t last = mesh.first_face_of_node[from + 1];
+      if (last - first > kMostFacesAtNode) return false;
+      int along = 0;
+      int against = 0;
+      for (std::uint32_t i = first; i < last; ++i) {
+        const Triangle& face = mesh.triangles[mesh.faces_of_nodes[i]];
+        along += has_side(face, from, to) ? 1 : 0;
+        against += has_side(face, to, from) ? 1 : 0;
+      }
+      if (along != 1 || against != 1) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -128,6 +159,18 @@ void add_faces_of_nodes(BodyMesh& mesh) {
   for (std::uint32_t s = 0; s < mesh.segments.size(); ++s) {
     for (const std::uint32_t node : mesh.segments[s].v) mesh.faces_of_nodes[next[node]++] = first_segment + s;
   }
+}
+
+int outward_side(const BodyMesh& mesh, const btSoftBody& body) {
+  if (mesh.face_count == 0 || !is_closed(mesh)) return 0;
+  const auto position = [&](std::uint32_t node) { return to_doubles(body.m_nodes[static_cast<int>(node)].m_x); };
+  const Vec3d origin = position(mesh.triangles[0].v[0]);
+  double volume = 0;
+  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+    const auto& v = mesh.triangles[f].v;
+    volume += dot(position(v[0]) - origin, cross(position(v[1]) - origin, position(v[2]) - origin));
+  }
+  return (volume > 0) - (volume < 0);
 }
 
 std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other) {

@@ -22,8 +22,10 @@ struct BodyMesh {
   std::uint32_t node_count = 0;
   const btSoftBody::Node* first_node = nullptr;  ///< address of the first node when the mesh was read
   /// The faces and segments at node n begin at faces_of_nodes[first_face_of_node[n]]. Segments are numbered after all
-  /// triangles. WorldMirror fills both arrays.
+  /// triangles. WorldMirror fills both arrays, and `outward`.
   std::vector<std::uint32_t> first_face_of_node, faces_of_nodes;
+  /// 1 if the faces' normals point out of a closed surface, -1 if they point into it, 0 if the surface is open.
+  int outward = 0;
   /// Faces that represent links in Bullet's contacts, in the order of their edges as in Contact. A body with link faces
   /// has no other edges. The third node is another node of the body if there is one, and its weight is 0.
   std::vector<btSoftBody::Face> link_faces;
@@ -43,6 +45,8 @@ bool is_up_to_date(const BodyMesh& mesh, const btSoftBody& body);
 BodyMesh read_mesh(const btSoftBody& body);
 /// Fills first_face_of_node and faces_of_nodes. All faces' nodes must be the body's.
 void add_faces_of_nodes(BodyMesh& mesh);
+/// Returns BodyMesh::outward. Needs faces_of_nodes. A surface with more than 64 faces around a node counts as open.
+int outward_side(const BodyMesh& mesh, const btSoftBody& body);
 /// Returns the first face that has both nodes, or kNoIndex.
 std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other);
 

@@ -197,6 +197,7 @@ WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& sett
     member.last_compared = step_;
     member.id = scene_.add_body(desc_of(member.mesh, settings));
     add_faces_of_nodes(member.mesh);
+    member.mesh.outward = outward_side(member.mesh, body);
     members_by_id_[member.id.value] = &member;
     member.last_step = step_;
     return member;
@@ -228,6 +229,7 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
     scene_.update_body(member.id, desc);
   }
   add_faces_of_nodes(mesh);
+  mesh.outward = outward_side(mesh, *member.body);
   member.mesh = std::move(mesh);
   member.filters = 0;
 }

@@ -94,8 +94,8 @@ void ContactDetection::finish(bool looks_at_crossings, const TangledNodes* relea
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);
-  find_uses(contacts);
-  economy_.choose(contacts, uses_);
+  find_used(contacts);
+  economy_.choose(contacts, is_used_);
   list_edge_contacts(contacts);
   const bool keeps_notes = settings_.read_out != ReadOut::off;
   notes_.reset(keeps_notes ? contacts.size() : 0);
@@ -103,8 +103,7 @@ void ContactDetection::finish(bool looks_at_crossings, const TangledNodes* relea
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
     const auto i = static_cast<std::size_t>(&found.contact - contacts.begin());
     const ContactShare share = economy_.share_of(i);
-    if (share.count > 0 && uses_[i] != ContactUse::none)
-      keeps_notes ? write_and_note(found, share) : write(found, share);
+    if (share.count > 0 && is_used_[i] != 0) keeps_notes ? write_and_note(found, share) : write(found, share);
   });
   notes_.arrange();
 }
@@ -157,22 +156,20 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
   });
 }
 
-void ContactDetection::find_uses(Span<const Contact> contacts) {
+void ContactDetection::find_used(Span<const Contact> contacts) {
   const bool chooses = economy_.chooses();
-  uses_.resize(contacts.size());
-  for_each_contact_in_parallel(mirror_, contacts,
-                               [&](std::size_t i, const MemberContact& found) { uses_[i] = use_of(found, chooses); });
+  is_used_.resize(contacts.size());
+  for_each_contact_in_parallel(
+      mirror_, contacts, [&](std::size_t i, const MemberContact& found) { is_used_[i] = is_used(found, chooses); });
 }
 
-ContactUse ContactDetection::use_of(const MemberContact& found, bool chooses) const {
+/// Without economy, `write` leaves out what Bullet's formulas leave out.
+bool ContactDetection::is_used(const MemberContact& found, bool chooses) const {
   if (found.contact.kind == ContactKind::edge_edge) {
-    const bool is_used = settings_.edge_contacts == EdgeContacts::respond && !is_released(found);
-    return is_used ? ContactUse::may_close : ContactUse::none;
+    return settings_.edge_contacts == EdgeContacts::respond && !is_released(found);
   }
-  if (!is_with_face(found) || is_released(found)) return ContactUse::none;
-  if (!chooses) return ContactUse::may_close;
-  if (!kind_.is_written(found, settings_.detection)) return ContactUse::none;
-  return kind_.may_close(found) ? ContactUse::may_close : ContactUse::cannot_close;
+  if (!is_with_face(found) || is_released(found)) return false;
+  return !chooses || kind_.is_written(found, settings_.detection);
 }
 
 /// The contact is in the array of one of the two bodies, for edges of either.

@@ -50,8 +50,8 @@ class ContactDetection {
   void find_tangles(Span<const Contact> contacts);
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
-  void find_uses(Span<const Contact> contacts);
-  ContactUse use_of(const MemberContact& found, bool chooses) const;
+  void find_used(Span<const Contact> contacts);
+  bool is_used(const MemberContact& found, bool chooses) const;
   void list_edge_contacts(Span<const Contact> contacts);
   void write_and_note(const MemberContact& found, const ContactShare& share);
   void write(const MemberContact& found, const ContactShare& share) const;
@@ -68,8 +68,7 @@ class ContactDetection {
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
-  /// The use of each of the step's contacts. Without economy no contact counts as `cannot_close`.
-  std::vector<ContactUse> uses_;
+  std::vector<std::uint8_t> is_used_;  ///< of each of the step's contacts; 0: Bullet's solver does not get it
   ContactEconomy economy_;
   ContactNotes notes_;
 };

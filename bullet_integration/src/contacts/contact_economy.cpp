@@ -31,17 +31,17 @@ Vec3d position_of(const WorldMirror::Member& member, std::uint32_t node) {
 /// Computes the nearest point if weights are below 0. Such contacts are those of ContactRule::slab in the deformable
 /// world: the node's projection onto the face's plane lies beside the face, and the contact's distance is that from the
 /// plane.
-Nearest nearest_of(const MemberContact& found, ContactUse use) {
+Nearest nearest_of(const MemberContact& found, bool is_used, bool is_turned) {
   const Contact& contact = found.contact;
   const float(&w)[4] = contact.weights;
   if (!(w[1] < 0 || w[2] < 0 || w[3] < 0)) {
-    return {double(contact.distance), contact.time_of_impact, {w[1] > 0, w[2] > 0, w[3] > 0}, use};
+    return {double(contact.distance), contact.time_of_impact, {w[1] > 0, w[2] > 0, w[3] > 0}, is_used, is_turned};
   }
   const std::uint32_t(&v)[4] = contact.vertices;
   const ClosestPoints<double> closest = closest_points_vertex_triangle(
       position_of(found.a, v[0]), position_of(found.b, v[1]), position_of(found.b, v[2]), position_of(found.b, v[3]));
   const double(&u)[4] = closest.weights;
-  return {closest.distance(), contact.time_of_impact, {u[1] > 0, u[2] > 0, u[3] > 0}, use};
+  return {closest.distance(), contact.time_of_impact, {u[1] > 0, u[2] > 0, u[3] > 0}, is_used, is_turned};
 }
 
 bool are_of_one_node_and_body(const Contact& a, const Contact& b) {
@@ -66,7 +66,6 @@ class NodeChoice {
     shares_ = shares;
     put_nearest_first(count);
     find_owners(count);
-    if (wants_closest_) drop_those_that_cannot_close(count);
     if (settings_.contacts_per_node > 0) drop_all_but_nearest();
     for (const std::uint32_t i : order_) {
       if (shares_[i].count > 1) cut_margin(i, count);
@@ -77,7 +76,7 @@ class NodeChoice {
   void put_nearest_first(std::size_t count) {
     order_.clear();
     for (std::uint32_t i = 0; i < count; ++i) {
-      if (nearest_[i].use != ContactUse::none) order_.push_back(i);
+      if (nearest_[i].is_used) order_.push_back(i);
     }
     std::sort(order_.begin(), order_.end(), [this](std::uint32_t i, std::uint32_t j) {
       const Nearest& a = nearest_[i];
@@ -92,7 +91,9 @@ class NodeChoice {
     for (std::size_t place = 0; place < order_.size(); ++place) {
       const std::uint32_t i = order_[place];
       owners_[i] = wants_closest_ ? owner_of(place) : i;
-      ++shares_[owners_[i]].count;
+      ContactShare& share = shares_[owners_[i]];
+      ++share.count;
+      share.is_turned |= nearest_[i].is_turned;
     }
   }
 
@@ -120,15 +121,6 @@ class NodeChoice {
     return true;
   }
 
-  /// A contact may close if one of the contacts that it carries may.
-  void drop_those_that_cannot_close(std::size_t count) {
-    may_close_.assign(count, 0);
-    for (const std::uint32_t i : order_) {
-      if (nearest_[i].use == ContactUse::may_close) may_close_[owners_[i]] = 1;
-    }
-    for (std::size_t i = 0; i < count; ++i) shares_[i].count *= may_close_[i];
-  }
-
   void drop_all_but_nearest() {
     for (std::size_t place = 0; place < order_.size(); ++place) {
       const std::uint32_t i = order_[place];
@@ -149,7 +141,7 @@ class NodeChoice {
     answered_.clear();
     bool are_of_one_normal = true;
     for (std::size_t i = 0; i < count; ++i) {
-      if (nearest_[i].use == ContactUse::none || owners_[i] != owner) continue;
+      if (!nearest_[i].is_used || owners_[i] != owner) continue;
       answered_.push_back({contacts_[i], a, b});
       are_of_one_normal &= contacts_[i].normal == contacts_[owner].normal;
     }
@@ -164,7 +156,7 @@ class NodeChoice {
   const Contact* contacts_ = nullptr;
   const Nearest* nearest_ = nullptr;
   ContactShare* shares_ = nullptr;
-  std::vector<std::uint32_t> order_, owners_, may_close_;
+  std::vector<std::uint32_t> order_, owners_;
   std::vector<MemberContact> answered_;
 };
 
@@ -174,24 +166,25 @@ bool ContactEconomy::chooses() const {
   return wants_closest(kind_, settings_) || settings_.contacts_per_node > 0;
 }
 
-void ContactEconomy::choose(Span<const Contact> contacts, const std::vector<ContactUse>& uses) {
+void ContactEconomy::choose(Span<const Contact> contacts, Span<const std::uint8_t> is_used) {
   shares_.clear();
   nearest_.clear();
   is_choosing_ = chooses();
   if (!is_choosing_) return;
   shares_.resize(contacts.size());
-  choose_nodes(contacts, uses);
+  choose_nodes(contacts, is_used);
   const bool chooses_edges = wants_closest(kind_, settings_) && settings_.edge_contacts == EdgeContacts::respond &&
                              kind_.options(settings_).contact_rule == ContactRule::distance;
   if (chooses_edges) choose_edges(contacts);
 }
 
-void ContactEconomy::choose_nodes(Span<const Contact> contacts, const std::vector<ContactUse>& uses) {
+void ContactEconomy::choose_nodes(Span<const Contact> contacts, Span<const std::uint8_t> is_used) {
   const std::size_t count = contacts.size() - edge_contacts_in(contacts).size();
   std::fill_n(shares_.begin(), count, ContactShare{/*count=*/0});
   nearest_.resize(count);
   for_each_contact_in_parallel(mirror_, {contacts.begin(), count}, [&](std::size_t i, const MemberContact& found) {
-    nearest_[i] = nearest_of(found, uses[i]);
+    const bool is_turned = is_used[i] != 0 && kind_.is_turned(found, settings_.detection);
+    nearest_[i] = nearest_of(found, is_used[i] != 0, is_turned);
   });
   parallel::for_ranges(count, kContactsAtOnce, [&](std::size_t range_begin, std::size_t range_end) {
     NodeChoice node(kind_, mirror_, settings_);

@@ -8,13 +8,6 @@
 
 namespace softcd::bullet {
 
-/// The use of a contact for Bullet's solver.
-enum class ContactUse : std::uint8_t {
-  none,          ///< not written
-  cannot_close,  ///< node and face stay apart in this step
-  may_close,
-};
-
 /// Chooses the contacts that Bullet's solver gets: see Settings::contacts and contacts_per_node. It judges a node's
 /// contacts with one body, and each contact of two edges, separately, so that threads share the work. The choice
 /// depends on the contacts alone.
@@ -26,8 +19,8 @@ class ContactEconomy {
 
   /// Returns whether the settings leave out any contact.
   bool chooses() const;
-  /// Chooses among contacts, in the order in which a query returns them, with the use of each.
-  void choose(Span<const Contact> contacts, const std::vector<ContactUse>& uses);
+  /// Chooses among contacts in the order in which a query returns them. Leaves out those for which `is_used` is 0.
+  void choose(Span<const Contact> contacts, Span<const std::uint8_t> is_used);
   /// Returns the share of the contact at this index.
   ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
   /// Returns the line of explain() about the last choice.
@@ -38,11 +31,11 @@ class ContactEconomy {
     double distance;
     float time;
     std::array<bool, 3> has_corner;  ///< the corners of the smallest feature with the point: face, edge or corner
-    ContactUse use;
+    bool is_used, is_turned;
   };
 
  private:
-  void choose_nodes(Span<const Contact> contacts, const std::vector<ContactUse>& uses);
+  void choose_nodes(Span<const Contact> contacts, Span<const std::uint8_t> is_used);
   void choose_edges(Span<const Contact> contacts);
 
   const ContactsOfKind& kind_;

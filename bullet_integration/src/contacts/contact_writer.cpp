@@ -178,31 +178,6 @@ bool are_near_for_bullet(const MemberContact& found) {
                    box_of(*found.b.body, found.b.body->m_faces[static_cast<int>(contact.feature_b)]));
 }
 
-/// The motion of node and face towards each other in the step, along the contact's normal.
-struct Approach {
-  btScalar separation;  ///< at the end of the step
-  btScalar of_node, of_face;
-
-  explicit Approach(const MemberContact& found) {
-    const btVector3 normal = to_bullet(found.contact.normal);
-    const btVector3 weights = triangle_weights(found.contact.weights);
-    const auto travelled = [](const btSoftBody& body, const btSoftBody::Node& node) {
-      return body.isActive() ? node.m_x - node.m_q : btVector3(0, 0, 0);
-    };
-    const btSoftBody::Node& node = node_of(*found.a.body, found.contact.feature_a);
-    const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
-    btVector3 point(0, 0, 0);
-    btVector3 point_travelled(0, 0, 0);
-    for (int i = 0; i < 3; ++i) {
-      point += weights[i] * face.m_n[i]->m_x;
-      point_travelled += weights[i] * travelled(*found.b.body, *face.m_n[i]);
-    }
-    separation = normal.dot(node.m_x - point);
-    of_node = -normal.dot(travelled(*found.a.body, node));
-    of_face = normal.dot(point_travelled);
-  }
-};
-
 /// Returns whether Bullet's trees would find the pair. Bullet enlarges the margin by the node's motion in any
 /// direction, but finds pairs by its trees, whose boxes reach ahead along the motion. Without this test, Bullet's
 /// solver would throw apart features that move together. With fewer pairs, it would stop falling bodies late, and these
@@ -214,9 +189,13 @@ bool are_in_boxes_of_classic_trees(const MemberContact& found) {
                    classic_leaf(face_body, face_body.m_faces[static_cast<int>(found.contact.feature_b)]));
 }
 
-/// Returns whether the node goes through the inside of the face between the step's start and its end. Heights above the
-/// face's plane are taken as linear in time.
-bool has_passed_through(const btSoftBody::Node& node, const btSoftBody::Face& face) {
+/// How far beyond an edge of a face a node still passes through the face, as a share of the face's height above that
+/// edge. So nodes do not slip through edges and corners by rounding.
+constexpr double kBesideEdge = 1e-6;
+
+/// Returns 1 or -1 if the node goes through the face between the step's start and its end: in the direction of the
+/// face's normal or against it. Returns 0 otherwise. Takes heights above the face's plane as linear in time.
+int passage(const btSoftBody::Node& node, const btSoftBody::Face& face) {
   Vec3d places[2][4];
   double heights[2];
   for (int at_end = 0; at_end < 2; ++at_end) {
@@ -227,17 +206,19 @@ bool has_passed_through(const btSoftBody::Node& node, const btSoftBody::Face& fa
     const Vec3d area = cross(x[2] - x[1], x[3] - x[1]);
     heights[at_end] = dot(x[0] - x[1], area) / std::sqrt(dot(area, area));
   }
-  if (!(heights[0] * heights[1] < 0)) return false;
+  if (!(heights[0] * heights[1] < 0)) return 0;
   const double time = heights[0] / (heights[0] - heights[1]);
   Vec3d x[4];
   for (int i = 0; i < 4; ++i) x[i] = (1 - time) * places[0][i] + time * places[1][i];
-  const ClosestPoints<double> closest = closest_points_vertex_triangle(x[0], x[1], x[2], x[3]);
-  return closest.weights[1] > 0 && closest.weights[2] > 0 && closest.weights[3] > 0;
+  const Vec3d area = cross(x[2] - x[1], x[3] - x[1]);
+  for (int i = 1; i < 4; ++i) {
+    const Vec3d edge = x[i % 3 + 1] - x[i];
+    if (!(dot(area, cross(edge, x[0] - x[i])) >= -kBesideEdge * dot(area, area))) return 0;
+  }
+  return heights[1] > 0 ? 1 : -1;
 }
 
-/// Returns the contact that Bullet's CollideVF_SS would make, or none if it would make none. Within a body, where
-/// Bullet has no test, a node is pushed back to the side from which it came. Its margin does not grow with its motion
-/// there, so that nodes often pass through a face before they have a contact with it.
+/// Returns the contact that Bullet's CollideVF_SS would make, or none if it would make none.
 std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
   btSoftBody& node_body = *found.a.body;
@@ -261,8 +242,6 @@ std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Det
   soft_contact.m_face = &face;
   soft_contact.m_weights = weights;
   soft_contact.m_normal = to_bullet(contact.normal);
-  const bool is_within_body = &node_body == &face_body;
-  if (is_within_body && detection == Detection::dcd && has_passed_through(node, face)) soft_contact.m_normal *= -1;
   soft_contact.m_margin = margin;
   soft_contact.m_friction = btMax(node_body.m_cfg.kDF, face_body.m_cfg.kDF);
   soft_contact.m_cfm[0] = node_inverse_mass / sum * node_body.m_cfg.kSHR;
@@ -286,6 +265,13 @@ EdgeContact edge_contact_of(const MemberContact& found) {
           btScalar(contact.time_of_impact)};
 }
 
+bool has_gone_astray(const MemberContact& found) {
+  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
+  const int direction = passage(node_of(*found.a.body, found.contact.feature_a), face);
+  const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
+  return direction != 0 && !leaves_closed_body;
+}
+
 bool is_soft_contact(const MemberContact& found, Detection detection) {
   return soft_contact(found, detection).has_value();
 }
@@ -293,6 +279,10 @@ bool is_soft_contact(const MemberContact& found, Detection detection) {
 void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share) {
   std::optional<btSoftBody::SContact> contact = soft_contact(found, detection);
   if (!contact) return;
+  const bool is_within_body = found.a.body == found.b.body;
+  if (share.is_turned || (is_within_body && detection == Detection::dcd && has_gone_astray(found))) {
+    contact->m_normal *= -1;
+  }
   if (share.count > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(share.count));
   contact->m_margin -= share.margin_cut;
   found.a.body->m_scontacts.push_back(*contact);
@@ -340,12 +330,6 @@ void write_soft_edge_contact(const MemberContact& found) {
     contact.m_cfm[1] = edge.node_weights[side] * face_inverse_mass / sum * edge.face_body->m_cfg.kSHR;
     edge.node_body->m_scontacts.push_back(contact);
   }
-}
-
-bool may_close(const MemberContact& found) {
-  const Approach approach(found);
-  const btScalar both = btMax(btScalar(0), approach.of_node) + btMax(btScalar(0), approach.of_face);
-  return approach.separation <= margin_sum(*found.a.body, *found.b.body) + btScalar(kBulletMotionMargin) * both;
 }
 
 bool is_deformable_contact(const MemberContact& found) {

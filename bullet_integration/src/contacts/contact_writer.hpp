@@ -18,6 +18,7 @@ inline constexpr float kBulletMotionMargin = 2.0F;
 struct ContactShare {
   std::uint32_t count = 1;  ///< contacts that it carries, itself included; 0: it is not written
   btScalar margin_cut = 0;  ///< subtracted from the margin of Bullet's formulas
+  bool is_turned = false;   ///< whether it pushes the node back through the face
 };
 
 EdgeContact edge_contact_of(const MemberContact& found);
@@ -26,17 +27,19 @@ EdgeContact edge_contact_of(const MemberContact& found);
 /// CollideVF_SS, if these make a contact. With `dcd` the boxes of node and face in Bullet's trees have to overlap, too.
 /// Friction is the part of the sideways motion that Bullet's solver removes for a contact. A contact that carries
 /// several removes as much as all of them.
+///
+/// `is_turned` pushes a node back to the side from which it came, where Bullet's formulas push it on. Within a body,
+/// where Bullet has no test, contacts of nodes that go through their face are always turned.
 bool is_soft_contact(const MemberContact& found, Detection detection);
 void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share);
+
+/// Classic worlds: returns whether the node goes through the face in this step. A node that leaves another body, which
+/// is closed, does not count: it was inside and is on its way out.
+bool has_gone_astray(const MemberContact& found);
 
 /// Classic worlds: returns the margin_cut with which `one` of the `several` written contacts pushes as all of them
 /// would. It is at most what the node's motion adds to both bodies' margins.
 btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberContact>& several, Detection detection);
-
-/// Classic worlds: returns whether node and face would come within both bodies' margins if they moved twice as far
-/// towards each other as in this step. Bullet enlarges a node's margin for this case, even where the motion is sideways
-/// or away.
-bool may_close(const MemberContact& found);
 
 /// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, with a face at the other
 /// edge. Together they push the contact's points apart as one contact would.

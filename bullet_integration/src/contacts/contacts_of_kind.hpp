@@ -22,8 +22,8 @@ struct ContactsOfKind {
   bool (*asks_gate)(const Settings&);
   /// Whether write() would put a contact into Bullet's arrays.
   bool (*is_written)(const MemberContact&, Detection);
-  /// Whether Bullet's solver may have to push for a contact that is written.
-  bool (*may_close)(const MemberContact&);
+  /// Whether a contact pushes its node back through the face: see ContactShare.
+  bool (*is_turned)(const MemberContact&, Detection);
   /// Returns the amount to subtract from the margin of a contact that carries several, itself included.
   btScalar (*margin_cut)(const MemberContact& one, const std::vector<MemberContact>& several, Detection);
   /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may carry several.

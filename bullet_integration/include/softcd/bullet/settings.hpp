@@ -36,8 +36,8 @@ enum class EdgeContacts : std::uint32_t {
 enum class Contacts : std::uint32_t {
   all,  ///< all within the margin: a node over an edge has two, over a corner about six, with the same normal
   /// One for each place where the body's surface is nearest to the node, such as each layer of a fold. The kept contact
-  /// carries the push and friction of those dropped. Classic worlds also drop contacts that cannot close within twice
-  /// this step's motion, and choose among contacts of edges. docs/use/bullet.md has the rule.
+  /// carries the push and friction of those dropped. Classic worlds also choose among contacts of edges.
+  /// docs/use/bullet.md has the rule.
   closest_feature,
   automatic,  ///< closest_feature in classic worlds with Detection::dcd, otherwise all
 };
