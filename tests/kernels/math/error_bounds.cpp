@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "random.hpp"
+#include "reference_distance.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/impact/impact.hpp"
 #include "softcd/math/orientation.hpp"
@@ -62,6 +64,75 @@ TEST(ErrorBounds, no_vertex_within_the_margin_of_a_needle_is_lost) {
     ASSERT_NE(first_coplanar_impact<kVertexTriangle>(begin, end, kMargin).state, ImpactState::separated) << i;
   }
   EXPECT_GT(within, 10000);
+}
+
+using RelativeFloats = detail::RelativePair<float>;
+
+/// Returns by how much the computed distance exceeds the exact one, in epsilon (A + B + C).
+template <ContactKind kKind>
+double excess_of_distance(const RelativeFloats& pair) {
+  const Vec3d a = vec3_cast<double>(pair.a), b = vec3_cast<double>(pair.b), c = vec3_cast<double>(pair.c);
+  const double size = max_norm(a) + max_norm(b) + max_norm(c);
+  const Vec3d origin{0, 0, 0};
+  const long double exact =
+      kKind == kVertexTriangle ? distance_vertex_triangle(a, origin, b, c) : distance_edge_edge(a, a + b, origin, c);
+  const float computed = square_root(detail::nearest<kKind>(pair).squared_distance);
+  return size > 0 ? static_cast<double>(static_cast<long double>(computed) - exact) / (size * epsilon<float>()) : 0.0;
+}
+
+/// Returns features that are needles or short, nearly parallel, far apart or near each other.
+RelativeFloats hard_pair(Random& random) {
+  const auto length = [&](double least_exponent) { return std::exp2(least_exponent * random.unit()); };
+  const Vec3d b = (random.below(3) == 0 ? length(-20) : 1.0) * random.in_box(1.0);
+  const Vec3d c =
+      (random.below(8) == 0 ? length(-20) : 1.0) *
+      (random.below(4) == 0 ? random.in_box(1.0) : random.uniform(-1.0, 1.0) * b + length(-40) * random.in_box(1.0));
+  const Vec3d a = random.uniform(-1.2, 1.2) * b + random.uniform(-1.2, 1.2) * c +
+                  (random.below(5) == 0 ? 1.0 : length(-40)) * random.in_box(1.0);
+  return {vec3_cast<float>(a), vec3_cast<float>(b), vec3_cast<float>(c)};
+}
+
+/// Changes one to three coordinates, by much or by little.
+RelativeFloats nudged(Random& random, RelativeFloats pair) {
+  float* const coordinates[9] = {&pair.a.x, &pair.a.y, &pair.a.z, &pair.b.x, &pair.b.y,
+                                 &pair.b.z, &pair.c.x, &pair.c.y, &pair.c.z};
+  for (std::uint32_t change = random.below(3) + 1; change > 0; --change) {
+    float& x = *coordinates[random.below(9)];
+    const double size = random.below(3) == 0 ? 1.0 : static_cast<double>(magnitude(x));
+    const double moved = static_cast<double>(x) + std::exp2(-26 * random.unit()) * size * random.uniform(-1.0, 1.0);
+    x = random.below(32) == 0 ? 0.0F : static_cast<float>(std::clamp(moved, -1.0, 1.0));
+  }
+  return pair;
+}
+
+template <ContactKind kKind>
+double largest_excess(Random& random, int starts) {
+  double largest = 0;
+  for (int start = 0; start < starts; ++start) {
+    RelativeFloats pair = hard_pair(random);
+    double excess = excess_of_distance<kKind>(pair);
+    for (int failures = 0; failures < 200; ++failures) {
+      const RelativeFloats other = nudged(random, pair);
+      const double of_other = excess_of_distance<kKind>(other);
+      if (of_other < excess) continue;
+      if (of_other > excess) failures = 0;
+      pair = other;
+      excess = of_other;
+    }
+    largest = std::max(largest, excess);
+  }
+  return largest;
+}
+
+// tests/proofs/roundings.py takes it that no distance is 8 epsilon (A + B + C) too large. From each start this climbs
+// to a case that is worse than all those around it.
+TEST(ErrorBounds, nearest_points_are_hardly_further_apart_than_the_features) {
+  Random random(2);
+  const double of_vertices = largest_excess<kVertexTriangle>(random, 100);
+  const double of_edges = largest_excess<ContactKind::edge_edge>(random, 100);
+  EXPECT_LT(of_vertices, 4.0);
+  EXPECT_LT(of_edges, 4.0);
+  EXPECT_GT(std::min(of_vertices, of_edges), 1.0) << "the search finds no roundings";
 }
 
 using Integer = boost::multiprecision::cpp_int;

@@ -61,9 +61,9 @@ SOFTCD_HD bool certainly_apart_on_straight_axes(const PointMotion<kCount>& point
 namespace detail {
 
 /// Bounds the roundings of certainly_apart_in_a_direction(), relative to |n| (A + B + C), and the tolerance of
-/// distances. With u = epsilon / 2: the differences and their sums have errors of at most 3 u, a dot product 3 u of
-/// |n|_1 <= sqrt(3) |n|; together 5.2 epsilon. The margin counts only up to sqrt(3) (A + B + C), and its product has 4
-/// roundings: 3.5 epsilon.
+/// distances. The roundings are those of the differences, of their sums, of a dot product, and of the margin's product
+/// with |n|. The margin counts only up to sqrt(3) (A + B + C), as a larger one exceeds |n|.
+/// docs/inside/proofs.md bounds all of them.
 constexpr float kSeparationError = kDistanceError<float> + 16.0F * epsilon<float>();
 /// The smallest length of a direction. A shorter one cannot separate: kSeparationError (A + B + C) is larger, because
 /// safe_scale() makes one of A, B and C at least 2^-16.

@@ -12,11 +12,11 @@ namespace softcd::detail {
 /// Roundings of the cubic's coefficients, relative to the volume: see make_query.
 template <class T>
 constexpr T kCoefficientError = T(40) * epsilon<T>();
-/// Roundings of the cubic's values and of where it is split, relative to the volume: see make_query.
+/// Roundings of the cubic's values and of where it is split, relative to the volume. docs/inside/proofs.md bounds them.
 template <class T>
 constexpr T kCubicError = T(192) * epsilon<T>();
-/// Roundings of a height over a plane, of its coefficients too, relative to the volume. docs/measured/accuracy.md
-/// counts them.
+/// Roundings of a height over a plane, of its coefficients too, relative to the volume. docs/inside/proofs.md bounds
+/// them.
 template <class T>
 constexpr T kHeightError = T(64) * epsilon<T>();
 /// Roundings of the length of a cross product of two vectors, relative to it.
@@ -69,8 +69,8 @@ struct Query {
 
 /// Makes a query from a motion, with bounds on its roundings. With `volume` = A B C, no product of three components
 /// exceeds it, and the six terms of a determinant are at most 6 volume.
-/// - Coefficients (b1 and b2 taken by thirds) have an error of at most 12 roundings of that: 36 epsilon volume.
-/// - A value of the cubic adds 10 roundings, and the splits shift it by less than 25: in all below 192 epsilon volume.
+/// - Coefficients (b1 and b2 taken by thirds) have an error of less than 40 epsilon volume.
+/// - Values of the cubic, and the shift by its splits, add to that: in all less than 192 epsilon volume.
 ///
 /// Products that are so small that underflow might add to this count as 0: coplanar all along.
 template <class T>
