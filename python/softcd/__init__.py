@@ -36,6 +36,7 @@ from ._audit import Audit, audit, audit_dtype
 from ._batch import BatchContacts
 from ._errors import BackendError, Error, InvalidInput, MeshError, OutOfMemory
 from ._helpers import Certificate, certify, collision_free_step, detect, self_intersections
+from ._plot import plot
 from ._probe import AnswerLists, IntersectionRegions, Probe
 
 contact_dtype = _contact_dtype()
@@ -86,6 +87,7 @@ __all__ = [
     "collision_free_step",
     "contact_dtype",
     "detect",
+    "plot",
     "read_mesh",
     "self_intersections",
     "write_mesh",

@@ -11,7 +11,7 @@ import numpy as np
 from . import _core, _pair_geometry
 from ._core import Accuracy, ContactKind, Detection, Query, Scene
 from ._errors import InvalidInput
-from ._helpers import Array, _row_count, _scene
+from ._helpers import Array, Progress, _row_count, _scene
 
 audit_dtype = np.dtype(
     [
@@ -299,6 +299,7 @@ def audit(
     edges: Array | None = None,
     margin: float = 0.0,
     tolerance: float | None = None,
+    progress: Progress | None = None,
     **scene_options: Any,
 ) -> Audit:
     """Judges another engine's list of contacts of a mesh: which true contacts it lacks, and which it invents.
@@ -322,7 +323,8 @@ def audit(
     `tolerance`, as without a margin, a pair of a step is missed only if it certainly crosses; a discrete audit then
     finds no missed pair. So give discrete audits a margin.
 
-    Raises InvalidInput or TypeError, which name the argument. Further keywords are those of `Scene`.
+    `progress(done, total)` is called when the detections are done and after each list of results, and may raise to stop
+    the call. Raises InvalidInput or TypeError, which name the argument. Further keywords are those of `Scene`.
 
         audit = softcd.audit(x0, triangles, x1, vertex_triangle_pairs=pairs)
         print(audit)
@@ -351,7 +353,7 @@ def audit(
     tolerance = max(_not_negative("tolerance", tolerance), float(least))
     judge = _Judge(mesh, (x_t0, x_t1), tuple(given), reach, tolerance, scene)
     return Audit(
-        **_judge_all(mesh, judge, given),
+        **_judge_all(mesh, judge, given, progress),
         repeated_count=sum(len(rows) - len(np.unique(rows)) for rows in given.values()),
         audited_kinds=tuple(given),
         reach=reach,
@@ -388,8 +390,13 @@ def _not_negative(name: str, value: Any) -> float:
     return number
 
 
-def _judge_all(mesh: _Mesh, judge: _Judge, given: dict[ContactKind, np.ndarray]) -> dict[str, np.ndarray]:
-    """Returns the lists of an Audit."""
+def _judge_all(
+    mesh: _Mesh, judge: _Judge, given: dict[ContactKind, np.ndarray], progress: Progress | None
+) -> dict[str, np.ndarray]:
+    """Returns the lists of an Audit. Its detections are done."""
+    done, total = 1, 1 + len(given) * len(_LISTS)
+    if progress is not None:
+        progress(done, total)
     lists: dict[str, list[np.ndarray]] = {name: [np.zeros(0, audit_dtype)] for name in _LISTS}
     for kind, rows in given.items():
         listed = np.unique(rows)
@@ -405,6 +412,9 @@ def _judge_all(mesh: _Mesh, judge: _Judge, given: dict[ContactKind, np.ndarray])
         }
         for name, keys in keys_of.items():
             lists[name].append(_judged(mesh, judge, kind, keys, rows))
+            done += 1
+            if progress is not None:
+                progress(done, total)
     joined = {name: np.concatenate(parts) for name, parts in lists.items()}
     for array in joined.values():
         array.flags.writeable = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Sized
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,10 @@ from ._probe import Probe
 
 Array = Any
 """numpy's, anything with the buffer protocol or `__dlpack__` in the CPU's memory, or lists of numbers."""
+
+
+Progress = Callable[[int, "int | None"], object]
+"""A function that long calls tell how many parts are done, and of how many: None where that is not known."""
 
 
 def _scene(function: Callable[..., Any], options: dict[str, Any]) -> Scene:
@@ -135,12 +139,17 @@ def collision_free_step(
 _TRIANGLES_AT_ONCE = 1 << 16
 
 
-def self_intersections(vertices: Array, triangles: Array, **scene_options: Any) -> np.ndarray:
+def self_intersections(
+    vertices: Array, triangles: Array, *, progress: Progress | None = None, **scene_options: Any
+) -> np.ndarray:
     """Finds a mesh's pairs of intersecting triangles, as uint32 of shape (k, 2): sorted, each once, smaller first.
 
     Two triangles intersect when an edge of one has a point in common with the other, and no vertex of the other. So
     neighbours count where they meet outside of their shared features, and never if they share an edge. Touching
-    counts. The decision is exact for the given positions. Further keywords are those of `Scene`.
+    counts. The decision is exact for the given positions. `progress(done, total)` is called with the number of
+    triangles, and may raise to stop the call. Further keywords are those of `Scene`.
+
+        >>> for first, second in softcd.self_intersections(vertices, triangles): ...
     """
     scene = _scene(self_intersections, scene_options)
     scene.set_positions(scene.add_body(triangles, _row_count("vertices", vertices)), vertices)
@@ -155,6 +164,8 @@ def self_intersections(vertices: Array, triangles: Array, **scene_options: Any) 
         near = probe.box_overlaps(corners.min(axis=1) - slack, corners.max(axis=1) + slack)
         candidates = np.ascontiguousarray(near.all["triangle"])
         found.append(_core.intersecting_pairs(positions, faces, first, near.begins, candidates))
+        if progress is not None:
+            progress(min(first + _TRIANGLES_AT_ONCE, len(faces)), len(faces))
     return np.concatenate(found)
 
 
@@ -169,7 +180,14 @@ class Certificate(NamedTuple):
     """For each frame: the triangles that intersect, as `self_intersections` returns them."""
 
 
-def certify(frames: Iterable[Array], triangles: Array, *, margin: float = 0.0, **scene_options: Any) -> Certificate:
+def certify(
+    frames: Iterable[Array],
+    triangles: Array,
+    *,
+    margin: float = 0.0,
+    progress: Progress | None = None,
+    **scene_options: Any,
+) -> Certificate:
     """Proves that the frames of a mesh do not cross, or returns what touches.
 
     If the result's `proved` is true, then, while all vertices move straight and evenly from each frame to the next, no
@@ -177,8 +195,11 @@ def certify(frames: Iterable[Array], triangles: Array, *, margin: float = 0.0, *
     With a margin, vertices also stay more than twice `margin` away from triangles, and edges from edges.
 
     Each frame has the positions of all vertices, float32 or float64, in the shape (n, 3). An iterator may compute
-    them: two are kept. Reported contacts touch or come within rounding of it, about 1e-14 of their size. Further
-    keywords are those of `Scene`.
+    them: two are kept. Reported contacts touch or come within rounding of it, about 1e-14 of their size.
+    `progress(done, total)` is called after each frame, with None as total where frames come from an iterator, and may
+    raise to stop the call. Further keywords are those of `Scene`.
+
+        >>> certificate = softcd.certify(frames, triangles, progress=lambda done, total: print(done, "of", total))
     """
     scene = _scene(certify, scene_options)
     faces = np.ascontiguousarray(triangles, np.uint32).reshape(-1, 3)
@@ -189,6 +210,7 @@ def certify(frames: Iterable[Array], triangles: Array, *, margin: float = 0.0, *
         allowed = np.nextafter(allowed, np.float32(np.inf))
     certificate = Certificate(True, [], [])
     query = Query(scene, detection=Detection.ccd, accuracy=Accuracy.conservative)
+    total = len(frames) if isinstance(frames, Sized) else None
     body = None
     before = None
     for number, frame in enumerate(frames):
@@ -204,6 +226,8 @@ def certify(frames: Iterable[Array], triangles: Array, *, margin: float = 0.0, *
             certificate.contacts.append(query.detect().copy())
         certificate.intersections.append(self_intersections(after, faces, **scene_options))
         before = after
+        if progress is not None:
+            progress(number + 1, total)
     if len(certificate.intersections) < 2:
         raise InvalidInput(f"frames: there are {len(certificate.intersections)}; give at least two")
     found = [*certificate.contacts, *certificate.intersections]

@@ -16,6 +16,7 @@ import numpy as np
 import torch
 
 from ._core import ContactKind
+from ._distances import difference_of, length_of, pairs_of_one_kind, unit_of
 from ._errors import InvalidInput
 
 Positions: TypeAlias = torch.Tensor | Sequence[torch.Tensor] | Mapping[int, torch.Tensor]
@@ -188,39 +189,52 @@ def _by_kind(
     for kind_is_face in (True, False):
         row = torch.nonzero(is_face == kind_is_face)[:, 0]
         rows.append(row)
-        parts.append(_of_one_kind(x, corners[row], kind_is_face, normal[row], signed, rest))
+        at_rest = None if rest is None else rest[corners[row]]
+        parts.append(pairs_of_one_kind(_FUNCTIONS, x[corners[row]], kind_is_face, normal[row], signed, at_rest))
     order = torch.argsort(torch.cat(rows))
     length, mollifier, weights = (torch.cat(columns)[order] for columns in zip(*parts))
     return length, mollifier, weights
 
 
-def _dot(a: torch.Tensor, b: torch.Tensor) -> torch.Tensor:
-    return (a * b).sum(dim=-1)
+class _Functions:
+    """torch's Functions."""
+
+    where = staticmethod(torch.where)
+    cross = staticmethod(torch.linalg.cross)
+    zeros = staticmethod(torch.zeros_like)
+
+    def stack(self, arrays: list[torch.Tensor]) -> torch.Tensor:
+        return torch.stack(arrays, dim=1)
+
+    def clip(self, values: torch.Tensor) -> torch.Tensor:
+        return values.clamp(0, 1)
+
+    def pick(self, values: torch.Tensor, place: torch.Tensor) -> torch.Tensor:
+        return values.gather(1, place[:, None])[:, 0]
+
+    def constant(self, values: torch.Tensor) -> torch.Tensor:
+        return values.detach()
+
+    def largest(self, arrays: list[torch.Tensor]) -> torch.Tensor:
+        return torch.stack(arrays).abs().amax(dim=(0, 2))
+
+    def eps(self, values: torch.Tensor) -> float:
+        return torch.finfo(values.dtype).eps
+
+    def length(self, *inputs: Any) -> torch.Tensor:
+        return _Length.apply(*inputs)
 
 
-def _quotient(a: torch.Tensor, b: torch.Tensor, least: Any = 0.0) -> torch.Tensor:
-    """Divides. Where b is at most `least` the result is a: derivatives must be finite where nothing uses them, too."""
-    return a / torch.where(b > least, b, 1)
-
-
-def _edges(p: torch.Tensor, is_face: bool) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Returns a, b, c such that the nearest points differ by a - s b - t c: a vertex and s + t <= 1 on a triangle, or
-    s and t in [0, 1] along two edges."""
-    if is_face:
-        return p[:, 0] - p[:, 1], p[:, 2] - p[:, 1], p[:, 3] - p[:, 1]
-    return p[:, 0] - p[:, 2], p[:, 0] - p[:, 1], p[:, 3] - p[:, 2]
+_FUNCTIONS = _Functions()
 
 
 class _Length(torch.autograd.Function):
-    """The length of a - s b - t c at the nearest points. To first order, it does not depend on s and t there. Its
-    derivatives leave s and t out, because they would only add roundings: large ones where edges are nearly parallel.
-    Second derivatives differentiate the first ones, by s and t too."""
+    """The length of a - s b - t c, whose first derivatives leave s and t out: see unit_of(). Second derivatives
+    differentiate the first ones, by s and t too."""
 
     @staticmethod
     def forward(*inputs: Any) -> torch.Tensor:
-        difference, along, _ = _Length._difference(*inputs[:-1])
-        length = difference.norm(dim=1)
-        return torch.where(along < 0, -length, length) if inputs[-1] else length
+        return length_of(_FUNCTIONS, difference_of(*inputs[:5]), *inputs[5:])
 
     @staticmethod
     def setup_context(ctx: Any, inputs: tuple[Any, ...], output: torch.Tensor) -> None:
@@ -229,68 +243,6 @@ class _Length(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx: Any, gradient: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
-        *_, s, t, normal = ctx.saved_tensors
-        difference, along, squared = _Length._difference(*ctx.saved_tensors)
-        unit = difference / torch.sqrt(torch.where(squared > 0, squared, 1))[:, None]
-        if ctx.signed:
-            unit = torch.where((along < 0)[:, None], -unit, unit)
-        along_unit = gradient[:, None] * torch.where(squared[:, None] > 0, unit, normal)
+        *edges, s, t, normal = ctx.saved_tensors
+        along_unit = gradient[:, None] * unit_of(_FUNCTIONS, difference_of(*edges, s, t), normal, ctx.signed)
         return along_unit, -s[:, None] * along_unit, -t[:, None] * along_unit, None, None, None, None
-
-    @staticmethod
-    def _difference(a: Any, b: Any, c: Any, s: Any, t: Any, normal: Any) -> tuple[torch.Tensor, ...]:
-        difference = a - s[:, None] * b - t[:, None] * c
-        return difference, _dot(difference, normal), _dot(difference, difference)
-
-
-def _of_one_kind(
-    x: torch.Tensor, corners: torch.Tensor, is_face: bool, normal: torch.Tensor, signed: bool, rest: torch.Tensor | None
-) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    a, b, c = _edges(x[corners], is_face)
-    # Scales edges to size 1, so that no power of a length overflows or vanishes.
-    scale = torch.stack([a, b, c]).detach().abs().amax(dim=(0, 2))[:, None]
-    scale = torch.where(scale > 0, scale, 1)
-    a, b, c = a / scale, b / scale, c / scale
-    s, t = _nearest(a, b, c, is_face)
-    length = _Length.apply(a, b, c, s, t, normal, signed) * scale[:, 0]
-    if is_face:
-        return length, torch.ones_like(length), torch.stack([torch.ones_like(s), 1 - s - t, s, t], dim=1)
-    rest_b, rest_c = (b, c) if rest is None else (edge / scale for edge in _edges(rest[corners], False)[1:])
-    return length, _mollifier(b, c, rest_b, rest_c), torch.stack([1 - s, s, 1 - t, t], dim=1)
-
-
-def _nearest(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor, is_face: bool) -> tuple[torch.Tensor, torch.Tensor]:
-    """Returns the s and t of the nearest points: the best of those inside and those on each side of the domain."""
-    n = torch.linalg.cross(b, c)
-    area = _dot(n, n)
-    # Below this the normal is nothing but rounding: b and c are parallel, or points.
-    info = torch.finfo(a.dtype)
-    least = 16 * info.eps**2 * _dot(b, b) * _dot(c, c)
-    inner_s = _quotient(_dot(torch.linalg.cross(a, c), n), area, least)
-    inner_t = _quotient(_dot(torch.linalg.cross(b, a), n), area, least)
-    is_inside = (area > least) & (inner_s >= 0) & (inner_t >= 0)
-    is_inside &= (inner_s + inner_t <= 1) if is_face else ((inner_s <= 1) & (inner_t <= 1))
-
-    def on_side(from_start: torch.Tensor, side: torch.Tensor) -> torch.Tensor:
-        return _quotient(_dot(from_start, side), _dot(side, side), info.eps**2).clamp(0, 1)
-
-    zero, one = torch.zeros_like(inner_s), torch.ones_like(inner_s)
-    candidates = [(inner_s, inner_t), (on_side(a, b), zero), (zero, on_side(a, c))]
-    if is_face:
-        share = on_side(a - b, c - b)
-        candidates.append((1 - share, share))
-    else:
-        candidates += [(on_side(a - c, b), one), (one, on_side(a - b, c))]
-    s, t = (torch.stack(values, dim=1) for values in zip(*candidates))
-    with torch.no_grad():
-        difference = a[:, None] - s[..., None] * b[:, None] - t[..., None] * c[:, None]
-        squared = _dot(difference, difference)
-        squared[:, 0] = torch.where(is_inside, squared[:, 0], torch.inf)
-        best = squared.argmin(dim=1, keepdim=True)
-    return s.gather(1, best)[:, 0], t.gather(1, best)[:, 0]
-
-
-def _mollifier(b: torch.Tensor, c: torch.Tensor, rest_b: torch.Tensor, rest_c: torch.Tensor) -> torch.Tensor:
-    n = torch.linalg.cross(b, c)
-    share = _quotient(_dot(n, n), 1e-3 * _dot(rest_b, rest_b) * _dot(rest_c, rest_c))
-    return torch.where(share < 1, share * (2 - share), 1)

@@ -81,6 +81,16 @@ DeviceArray body_begins(const std::uint64_t* begin, std::uint32_t body_ids, cons
   return integers<std::int64_t>(begin, 2 * std::size_t{body_ids} + 1, origin);
 }
 
+/// Returns, of the ranges in `begin`, those of each kind, body and environment: all their begins, or all their ends.
+DeviceArray environment_ranges(const std::uint64_t* begin, std::uint32_t body_ids, bool are_ends,
+                               const DeviceArray::Origin& origin) {
+  const std::uint32_t bodies = begin != nullptr ? body_ids / origin.environments : 0;
+  const std::vector<std::int64_t> strides = {body_ids, origin.environments, 1};
+  const void* const first = begin != nullptr ? begin + (are_ends ? 1 : 0) : nullptr;
+  return {{first, {2, bodies, origin.environments}, strides, nb::dtype<std::int64_t>(), "<i8", sizeof(std::int64_t)},
+          origin};
+}
+
 }  // namespace
 
 nb::object DeviceArray::dlpack(const nb::kwargs& arguments) const {
@@ -140,8 +150,8 @@ int DeviceArray::traverse(visitproc visit, void* arg) const {
   return 0;
 }
 
-DeviceContactsArray::DeviceContactsArray(const DeviceContacts& contacts, HeldContacts held)
-    : contacts_(contacts), origin_{keep(std::move(held)), {}, nullptr, contacts.device} {}
+DeviceContactsArray::DeviceContactsArray(const DeviceContacts& contacts, HeldContacts held, std::uint32_t environments)
+    : contacts_(contacts), origin_{keep(std::move(held)), {}, nullptr, contacts.device, environments} {}
 
 DeviceArray DeviceContactsArray::column(const std::string& name) const {
   return column_of(contacts_.data, contacts_.count, name, origin_);
@@ -149,15 +159,29 @@ DeviceArray DeviceContactsArray::column(const std::string& name) const {
 DeviceArray DeviceContactsArray::body_begin() const {
   return body_begins(contacts_.body_begin, contacts_.body_ids, origin_);
 }
+DeviceArray DeviceContactsArray::environment_begin() const {
+  return environment_ranges(contacts_.body_begin, contacts_.body_ids, false, origin_);
+}
+DeviceArray DeviceContactsArray::environment_end() const {
+  return environment_ranges(contacts_.body_begin, contacts_.body_ids, true, origin_);
+}
 
-PendingContactsArray::PendingContactsArray(const PendingContacts& contacts, HeldContacts held, nb::object query)
-    : contacts_(contacts), origin_{keep(std::move(held)), std::move(query), contacts.ready, contacts.device} {}
+PendingContactsArray::PendingContactsArray(const PendingContacts& contacts, HeldContacts held, nb::object query,
+                                           std::uint32_t environments)
+    : contacts_(contacts),
+      origin_{keep(std::move(held)), std::move(query), contacts.ready, contacts.device, environments} {}
 
 DeviceArray PendingContactsArray::column(const std::string& name) const {
   return column_of(contacts_.data, capacity(), name, origin_);
 }
 DeviceArray PendingContactsArray::body_begin() const {
   return body_begins(contacts_.body_begin, contacts_.body_ids, origin_);
+}
+DeviceArray PendingContactsArray::environment_begin() const {
+  return environment_ranges(contacts_.body_begin, contacts_.body_ids, false, origin_);
+}
+DeviceArray PendingContactsArray::environment_end() const {
+  return environment_ranges(contacts_.body_begin, contacts_.body_ids, true, origin_);
 }
 DeviceArray PendingContactsArray::count() const {
   return integers<std::int64_t>(contacts_.counts, 1, origin_);
@@ -178,6 +202,11 @@ constexpr const char* kBodyBegin =
     "The range of each body's contacts, on the GPU: int64 of shape (2 * n + 1,), where n exceeds all bodies' ids. "
     "Contacts of kind k whose body_a is b are [body_begin[k * n + b], body_begin[k * n + b + 1]). Of shape (0,) where "
     "no bodies were compared.";
+constexpr const char* kEnvironmentBegin =
+    "Where the contacts of each environment begin, on the GPU: int64 of shape (2, bodies, environments), a view of "
+    "body_begin. Contacts of environment e are, for each kind k and body b, [environment_begin[k, b, e], "
+    "environment_end[k, b, e]): those of kind k whose body_a is body b of e. A Query has one environment.";
+constexpr const char* kEnvironmentEnd = "Where the contacts that environment_begin describes end, of the same shape.";
 
 PyType_Slot array_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<DeviceArray>)}, {0, nullptr}};
 PyType_Slot pending_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(traverse_object<PendingContactsArray>)},
@@ -204,6 +233,8 @@ void bind_device_contacts(nb::module_& module) {
       .def("__len__", &DeviceContactsArray::size)
       .def("__getitem__", &DeviceContactsArray::column, "name"_a, "A column of softcd.contact_dtype.")
       .def_prop_ro("body_begin", &DeviceContactsArray::body_begin, kBodyBegin)
+      .def_prop_ro("environment_begin", &DeviceContactsArray::environment_begin, kEnvironmentBegin)
+      .def_prop_ro("environment_end", &DeviceContactsArray::environment_end, kEnvironmentEnd)
       .def("__repr__", [](const DeviceContactsArray& self) {
         return fmt::format("<softcd.DeviceContacts, {} on CUDA device {}>", self.size(), self.device());
       });
@@ -222,6 +253,8 @@ void bind_device_contacts(nb::module_& module) {
           "is_complete", &PendingContactsArray::is_complete,
           "On the GPU: 1 where all contacts are stored, int32 of shape (1,), or (0,) where no bodies are compared.")
       .def_prop_ro("body_begin", &PendingContactsArray::body_begin, kBodyBegin)
+      .def_prop_ro("environment_begin", &PendingContactsArray::environment_begin, kEnvironmentBegin)
+      .def_prop_ro("environment_end", &PendingContactsArray::environment_end, kEnvironmentEnd)
       .def_prop_ro("ready", &PendingContactsArray::ready,
                    "A cudaEvent_t after which all results are there, for cupy.cuda.runtime.streamWaitEvent and similar "
                    "functions, until the query's next detection is started.")

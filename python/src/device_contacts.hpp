@@ -30,6 +30,7 @@ class DeviceArray {
     nb::object query;       ///< keeps `ready`, where there is one
     void* ready = nullptr;  ///< a cudaEvent_t, or null: all is there
     std::int32_t device = 0;
+    std::uint32_t environments = 1;  ///< body b of environment e has the id b * environments + e
   };
   DeviceArray(Layout layout, const Origin& origin) : layout_(std::move(layout)), origin_(origin) {}
 
@@ -48,12 +49,14 @@ class DeviceArray {
 /// Contacts on a GPU, as columns, of a finished detection.
 class DeviceContactsArray {
  public:
-  DeviceContactsArray(const DeviceContacts& contacts, HeldContacts held);
+  DeviceContactsArray(const DeviceContacts& contacts, HeldContacts held, std::uint32_t environments);
 
   std::size_t size() const { return contacts_.count; }
   int device() const { return contacts_.device; }
   DeviceArray column(const std::string& name) const;
   DeviceArray body_begin() const;
+  DeviceArray environment_begin() const;
+  DeviceArray environment_end() const;
 
  private:
   DeviceContacts contacts_;
@@ -64,13 +67,16 @@ class DeviceContactsArray {
 class PendingContactsArray {
  public:
   /// `query` keeps the event that marks the contacts as complete.
-  PendingContactsArray(const PendingContacts& contacts, HeldContacts held, nb::object query);
+  PendingContactsArray(const PendingContacts& contacts, HeldContacts held, nb::object query,
+                       std::uint32_t environments);
 
   std::size_t capacity() const { return contacts_.counts != nullptr ? contacts_.capacity : 0; }
   int device() const { return contacts_.device; }
   std::uintptr_t ready() const { return reinterpret_cast<std::uintptr_t>(contacts_.ready); }
   DeviceArray column(const std::string& name) const;
   DeviceArray body_begin() const;
+  DeviceArray environment_begin() const;
+  DeviceArray environment_end() const;
   DeviceArray count() const;
   DeviceArray is_complete() const;
   int traverse(visitproc visit, void* arg) const;

@@ -66,7 +66,7 @@ class BoundQuery {
       found = ticket.on_device();
       if (found.counts != nullptr) memory = query_->hold_contacts();
     });
-    return {found, HeldContacts(std::move(memory), scene_.discarded()), std::move(query)};
+    return {found, HeldContacts(std::move(memory), scene_.discarded()), std::move(query), environments()};
   }
 
   QueryOptions options() {
@@ -104,6 +104,8 @@ class BoundQuery {
 
  protected:
   bool is_on_device() const { return query_->options().contacts_on_device; }
+  /// The number of environments that the scene's bodies are copies for.
+  virtual std::uint32_t environments() const { return 1; }
   /// Waits for the detection. Called within call().
   virtual Found wait_and_hold(Scene& /*scene*/, Ticket& ticket) {
     Found found;
@@ -120,7 +122,7 @@ class BoundQuery {
   nb::object to_array(Found found) {
     if (found.split) return contacts_of_environments(std::move(*found.split));
     HeldContacts held(found.memory, scene_.discarded());
-    if (found.on_device) return nb::cast(DeviceContactsArray(*found.on_device, std::move(held)));
+    if (found.on_device) return nb::cast(DeviceContactsArray(*found.on_device, std::move(held), environments()));
     return contacts_array(found.contacts, std::move(held));
   }
   bool ask(BodyId a, BodyId b) {
@@ -149,6 +151,8 @@ class BoundBatchQuery : public BoundQuery {
     found.split = batch_.split(ticket.wait(), scene.options().max_threads);
     return found;
   }
+
+  std::uint32_t environments() const override { return batch_.environments(); }
 
   BoundBatchScene& batch_;
 };

@@ -170,8 +170,18 @@ def test_contacts_of_environments_are_those_of_the_cpu():
     order = torch.argsort(environment, stable=True)
     times = torch.from_dlpack(contacts["time_of_impact"])[order].cpu().numpy()
     assert times.tobytes() == found[0].all["time_of_impact"].tobytes()
+    begin, end = torch.from_dlpack(contacts.environment_begin), torch.from_dlpack(contacts.environment_end)
+    assert begin.shape == end.shape == (2, 1, environments)
+    assert begin.data_ptr() == torch.from_dlpack(contacts.body_begin).data_ptr(), "not a copy"
+    assert (end - begin).sum(dim=(0, 1)).tolist() == np.diff(found[0].begins).tolist()
+    for k in range(environments):
+        rows = torch.cat([torch.arange(b, e) for b, e in zip(begin[:, 0, k].tolist(), end[:, 0, k].tolist())])
+        times = torch.from_dlpack(contacts["time_of_impact"])[rows.cuda()].cpu().numpy()
+        assert times.tobytes() == np.ascontiguousarray(found[0][k]["time_of_impact"]).tobytes()
     ticket = query.start()
-    assert ticket.on_device().capacity >= len(contacts) == len(ticket.wait())
+    pending = ticket.on_device()
+    assert torch.equal(torch.from_dlpack(pending.environment_end), end)
+    assert pending.capacity >= len(contacts) == len(ticket.wait())
 
 
 def test_contacts_are_told_of_before_anybody_waits():
@@ -226,6 +236,7 @@ def test_nothing_is_told_of_where_no_bodies_are_compared():
     query = softcd.Query(softcd.Scene(backend=softcd.Backend.cuda), contacts_on_device=True)
     pending = query.start().on_device()
     assert pending.capacity == 0 and pending.count.shape == pending.is_complete.shape == (0,)
+    assert pending.environment_begin.shape == pending.environment_end.shape == (2, 0, 1)
     assert torch.from_dlpack(pending["vertices"]).shape == (0, 4)
 
 

@@ -16,9 +16,9 @@ def examples():
     for name in ("docs/use/python.md", "docs/use/troubleshooting.md", "README.md", "python/README.md"):
         document = ROOT / name
         text = document.read_text()
-        for block in re.finditer(r"^```python( torch)?\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        for block in re.finditer(r"^```python( torch| jax)?\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
             line = text.count("\n", 0, block.start()) + 1
-            needed = "torch" if block[1] else "numpy"
+            needed = block[1].strip() if block[1] else "numpy"
             is_missing = importlib.util.find_spec(needed) is None
             marks = pytest.mark.skipif(is_missing, reason=f"there is no {needed}")
             yield pytest.param(block[2], id=f"{name}:{line}", marks=marks)

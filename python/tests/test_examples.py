@@ -62,3 +62,10 @@ def test_ipc_toolkit_misses_nothing(capsys):
 def test_warp_misses_nothing(capsys):
     text = run("audit_warp.py", capsys, "warp")
     assert counts(text, "missed") == counts(text, "invented") == [[0]] * 2 and min(counts(text, "confirmed")) > [1000]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_newton_misses_nothing(capsys):
+    text = run("audit_newton.py", capsys, "newton")
+    assert counts(text, "missed") == counts(text, "invented") == [[0, 0]] * 2
+    assert min(min(row) for row in counts(text, "confirmed")) > 1000

@@ -30,6 +30,38 @@ def test_nothing_touches_on_a_collision_free_step(seed):
     assert first - 1e-5 < step <= first + 1e-12
 
 
+def test_long_calls_tell_how_far_they_are():
+    frames = [PIERCING_T0, PIERCING_T0 + 1, PIERCING_T0 + 2]
+    told = []
+    softcd.certify(frames, PIERCING_TRIANGLES, progress=lambda *numbers: told.append(numbers))
+    assert told == [(1, 3), (2, 3), (3, 3)]
+    told.clear()
+    softcd.certify(iter(frames), PIERCING_TRIANGLES, progress=lambda *numbers: told.append(numbers))
+    assert told == [(1, None), (2, None), (3, None)]
+    told.clear()
+    softcd.self_intersections(PIERCING_T0, PIERCING_TRIANGLES, progress=lambda *numbers: told.append(numbers))
+    assert told == [(2, 2)]
+    told.clear()
+    pairs = np.zeros((0, 2), int)
+    softcd.audit(
+        PIERCING_T0, PIERCING_TRIANGLES, PIERCING_T1, vertex_triangle_pairs=pairs, edge_edge_pairs=pairs,
+        progress=lambda *numbers: told.append(numbers))  # fmt: skip
+    assert told == [(done, 11) for done in range(1, 12)]
+
+
+def test_a_progress_function_can_stop_a_long_call():
+    def stop(done, total):
+        raise KeyboardInterrupt
+
+    for call in (
+        lambda: softcd.certify([PIERCING_T0] * 3, PIERCING_TRIANGLES, progress=stop),
+        lambda: softcd.self_intersections(PIERCING_T0, PIERCING_TRIANGLES, progress=stop),
+        lambda: softcd.audit(PIERCING_T0, PIERCING_TRIANGLES, vertex_triangle_pairs=[], margin=0.1, progress=stop),
+    ):
+        with pytest.raises(KeyboardInterrupt):
+            call()
+
+
 def test_a_margin_keeps_its_distance():
     step = softcd.collision_free_step(PIERCING_T0, PIERCING_TRIANGLES, PIERCING_T1, margin=0.1)
     assert step == pytest.approx(0.4, abs=1e-4) and step <= 0.4

@@ -17,7 +17,7 @@ def test_examples_have_the_right_types(checker, tmp_path):
         pytest.skip(f"there is no {checker}")
     programs = [ROOT / "python" / "examples" / name for name in ("batch_lowering.py", "audit_float32.py")]
     for i, example in enumerate(examples()):
-        if "torch" in example.values[0]:
+        if any(package in example.values[0] for package in ("torch", "jax", "plot(")):
             continue
         programs.append(tmp_path / f"example_{i}.py")
         programs[-1].write_text(example.values[0])
