@@ -13,7 +13,7 @@ void write_png(const std::filesystem::path& path, const Image& image) {
   header.width = static_cast<png_uint_32>(image.width);
   header.height = static_cast<png_uint_32>(image.height);
   header.format = PNG_FORMAT_RGB;
-  if (png_image_write_to_file(&header, path.c_str(), /*convert_to_8bit=*/0, image.rgb.data(), /*row_stride=*/0,
+  if (png_image_write_to_file(&header, path.string().c_str(), /*convert_to_8bit=*/0, image.rgb.data(), /*row_stride=*/0,
                               /*colormap=*/nullptr) == 0) {
     throw std::runtime_error(
         fmt::format("{}: cannot be written ({}; does its folder exist?)", path.string(), header.message));

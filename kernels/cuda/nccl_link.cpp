@@ -1,4 +1,3 @@
-#include <dlfcn.h>
 #include <nccl.h>
 
 #include <algorithm>
@@ -9,20 +8,27 @@
 #include "check.hpp"
 #include "device_guard.hpp"
 #include "device_memory.hpp"
+#include "softcd/core/loaded_library.hpp"
 #include "softcd/pipeline/meeting_point.hpp"
 #include "softcd/pipeline/rank_link.hpp"
 
 namespace softcd {
 namespace {
 
-/// The functions of the NCCL library that the program has loaded, or else of libnccl.so.2, found at run time.
+#if defined(_WIN32)
+constexpr const char* kNcclLibrary = "nccl.dll";
+#else
+constexpr const char* kNcclLibrary = "libnccl.so.2";
+#endif
+
+/// The functions of the NCCL library that the program has loaded, or else of the one that the system finds.
 class Nccl {
  public:
   static const Nccl& instance() {
     static const Nccl nccl;
     return nccl;
   }
-  const std::string& problem() const { return problem_; }
+  const std::string& problem() const { return library_.problem(); }
 
   decltype(&ncclAllGather) all_gather = nullptr;
   decltype(&ncclBroadcast) broadcast = nullptr;
@@ -39,32 +45,21 @@ class Nccl {
 
  private:
   Nccl() {
-    void* const library = dlopen("libnccl.so.2", RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) {
-      problem_ = dlerror();
-      return;
-    }
-    find(library, "ncclAllGather", all_gather);
-    find(library, "ncclBroadcast", broadcast);
-    find(library, "ncclGroupStart", group_start);
-    find(library, "ncclGroupEnd", group_end);
-    find(library, "ncclCommInitAll", init_all);
-    find(library, "ncclCommDestroy", destroy);
-    find(library, "ncclCommAbort", abort);
-    find(library, "ncclCommCount", count);
-    find(library, "ncclCommUserRank", user_rank);
-    find(library, "ncclCommCuDevice", device);
-    find(library, "ncclCommGetAsyncError", async_error);
-    find(library, "ncclGetErrorString", error_string);
+    library_.find("ncclAllGather", all_gather);
+    library_.find("ncclBroadcast", broadcast);
+    library_.find("ncclGroupStart", group_start);
+    library_.find("ncclGroupEnd", group_end);
+    library_.find("ncclCommInitAll", init_all);
+    library_.find("ncclCommDestroy", destroy);
+    library_.find("ncclCommAbort", abort);
+    library_.find("ncclCommCount", count);
+    library_.find("ncclCommUserRank", user_rank);
+    library_.find("ncclCommCuDevice", device);
+    library_.find("ncclCommGetAsyncError", async_error);
+    library_.find("ncclGetErrorString", error_string);
   }
 
-  template <class Function>
-  void find(void* library, const char* name, Function& function) {
-    function = reinterpret_cast<Function>(dlsym(library, name));
-    if (function == nullptr) problem_ = std::string("libnccl.so.2 has no ") + name;
-  }
-
-  std::string problem_;
+  LoadedLibrary library_{kNcclLibrary};
 };
 
 void check_nccl(ncclResult_t result, const char* what) {

@@ -1,6 +1,5 @@
 #include "device_contacts.hpp"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
@@ -14,6 +13,7 @@
 #include "bindings.hpp"
 #include "collected.hpp"
 #include "contacts.hpp"
+#include "softcd/core/loaded_library.hpp"
 
 namespace softcd::python {
 namespace {
@@ -21,14 +21,22 @@ namespace {
 constexpr std::intptr_t kLegacyDefaultStream = 1;  // numbered as in CUDA and DLPack
 constexpr std::intptr_t kNoStream = -1;            // DLPack's value for a consumer that synchronizes by itself
 
+#if defined(_WIN32)
+constexpr const char* kDriver = "nvcuda.dll";
+#else
+constexpr const char* kDriver = "libcuda.so.1";
+#endif
+
 /// Lets work that is enqueued on a stream from now on wait for the event. It uses the driver, whose events and streams
 /// are those of CUDA's runtime. A module that is built without CUDA has nothing else, and the driver is loaded where
 /// there are events.
 void wait_on_stream(std::intptr_t stream, void* event) {
-  using StreamWaitEvent = int (*)(void* stream, void* event, unsigned int flags);
-  static void* const driver = dlopen("libcuda.so.1", RTLD_NOW);
-  static const auto stream_wait_event =
-      driver == nullptr ? nullptr : reinterpret_cast<StreamWaitEvent>(dlsym(driver, "cuStreamWaitEvent"));
+  using StreamWaitEvent = int(void* stream, void* event, unsigned int flags);
+  static StreamWaitEvent* const stream_wait_event = [] {
+    StreamWaitEvent* function = nullptr;
+    LoadedLibrary(kDriver).find("cuStreamWaitEvent", function);
+    return function;
+  }();
   const int result = stream_wait_event == nullptr ? -1 : stream_wait_event(reinterpret_cast<void*>(stream), event, 0);
   if (result != 0) {
     throw BackendError(
