@@ -424,10 +424,10 @@ class DetectorOn final : public Detector {
     if (Backend::kKnowsCounts) first_chunk_ = static_cast<std::uint32_t>(failed_chunk * chunks_ / kMostChunks);
   }
 
-  /// Reserves a list of the whole detection. Leaves the list of a chunk alone.
+  /// Reserves a list of the whole detection, with nothing to spare. Leaves the list of a chunk alone.
   template <class List>
   void reserve_whole(List& list, const Counters& reached) {
-    if constexpr (!List::kIsOfChunk) list.reserve(backend_, list.counted(reached), 0);
+    if constexpr (!List::kIsOfChunk) list.reserve_only(backend_, list.counted(reached));
   }
 
   void reserve_sorted_contacts(std::uint64_t count) {
