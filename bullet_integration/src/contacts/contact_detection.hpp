@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <unordered_set>
 #include <vector>
@@ -51,10 +52,10 @@ class ContactDetection {
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
   void find_uses(Span<const Contact> contacts);
-  ContactUse use_of(const MemberContact& found, bool chooses) const;
+  ContactUse use_of(const MemberContact& found) const;
+  bool is_used(const MemberContact& found) const;
+  void make_solver_contacts(Span<const Contact> contacts);
   void list_edge_contacts(Span<const Contact> contacts);
-  void write_and_note(const MemberContact& found, const ContactShare& share);
-  void write(const MemberContact& found, const ContactShare& share) const;
 
   const ContactsOfKind& kind_;
   WorldMirror& mirror_;
@@ -68,9 +69,9 @@ class ContactDetection {
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
-  /// The use of each of the step's contacts. Without economy no contact counts as `cannot_close`.
-  std::vector<ContactUse> uses_;
+  std::vector<ContactUse> uses_;  ///< of the step's contacts, if the economy chooses
   ContactEconomy economy_;
+  std::unique_ptr<SolverContacts> solver_contacts_;
   ContactNotes notes_;
 };
 
