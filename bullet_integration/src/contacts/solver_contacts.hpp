@@ -74,7 +74,7 @@ class SolverContactsOf final : public SolverContacts {
   }
 
  private:
-  static constexpr std::size_t kContactsOfBatch = 512;
+  static constexpr std::size_t kContactsOfBatch = 128;
 
   template <class F>
   void for_each_batch(const F& f) {
