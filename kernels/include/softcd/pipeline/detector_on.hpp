@@ -609,8 +609,8 @@ class DetectorOn final : public Detector {
     is_all_enqueued_ = false;
     w_.counters.reserve(backend_, 1, 0);
     // Samples of several ranks' tests are of entries in the order of cells. Bins take memory.
-    w_.lays_into_bins =
-        !Backend::kKnowsCounts && query_->lays_into_bins && settings_.partition.is_whole() && !account_->is_limited();
+    w_.lays_into_bins = !Backend::kKnowsCounts && query_->lays_into_bins && settings_.partition.is_whole() &&
+                        !account_->is_limited() && w_.lists.entries.capacity() <= kMostEntriesInBins;
     if (may_keep_ && !has_reused_) {
       keeping_.emplace(backend_, w_, scene_, host_bodies(), settings_, revision_, query_->usefulness);
     }
