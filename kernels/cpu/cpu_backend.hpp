@@ -166,7 +166,7 @@ class CpuBackend {
   template <class F, class... Targets>
   void for_each_work(const char* /*label*/, Count items, const std::uint64_t* offsets, const std::uint64_t* total,
                      const F& f, Appender<Targets>... lists) {
-    cpu::distribute<cpu::AllUnits<F>>(items, offsets, total, Share{0, 1}, f, lists...);
+    cpu::distribute<cpu::AllUnits<F>>(items, offsets, total, Share{0, 1}, kWorkGrain, f, lists...);
   }
 
   /// Does the same for a share of the work. Calls f.test(candidate, lists...) for each candidate that
@@ -174,7 +174,7 @@ class CpuBackend {
   template <class F, class... Targets>
   void for_each_work_filtered(const char* /*label*/, Count items, const std::uint64_t* offsets,
                               const std::uint64_t* total, Share share, const F& f, Appender<Targets>... lists) {
-    cpu::distribute<cpu::FilteredUnits<F>>(items, offsets, total, share, f, lists...);
+    cpu::distribute<cpu::FilteredUnits<F>>(items, offsets, total, share, kFilteredGrain, f, lists...);
   }
 
   /// Calls f(item, k, lists...) for every item = f.load_item(i) and k < item.part_count().
@@ -320,6 +320,9 @@ class CpuBackend {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::uint64_t kGrain = 512;
+  /// A child of a split triangle takes some 300 ns, and the filter of a pair a few.
+  static constexpr std::uint64_t kWorkGrain = 64;
+  static constexpr std::uint64_t kFilteredGrain = 4096;
   /// Additions are cheap, and most are made twice in parallel.
   static constexpr std::uint64_t kScanGrain = 1ULL << 15;
 

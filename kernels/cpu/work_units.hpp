@@ -183,15 +183,14 @@ class FilteredUnits {
 };
 
 /// Calls Units::run(item, begin, end, outputs...) in parallel, for shares of items' work that add up to all of it. Each
-/// task has its own Units{f}.
+/// task has its own Units{f}, and at least `grain` units of work if there are several tasks.
 template <class Units, class F, class... Targets>
-void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, const F& f,
-                Appender<Targets>... lists) {
+void distribute(Count items, const std::uint64_t* offsets, const std::uint64_t* total, Share share, std::uint64_t grain,
+                const F& f, Appender<Targets>... lists) {
   const std::uint64_t item_count = items.get();
   const std::uint64_t work = item_count == 0 ? 0 : *total;
   const std::uint64_t first = share.begin(work);
-  constexpr std::uint64_t kGrain = 4096;
-  parallel::for_ranges(share.end(work) - first, kGrain, [&](std::uint64_t range_begin, std::uint64_t range_end) {
+  parallel::for_ranges(share.end(work) - first, grain, [&](std::uint64_t range_begin, std::uint64_t range_end) {
     const std::uint64_t begin = first + range_begin;
     const std::uint64_t end = first + range_end;
     std::tuple<Output<Targets>...> outputs(lists...);

@@ -12,7 +12,9 @@
 namespace softcd {
 namespace {
 
-constexpr std::size_t kBlockSize = 2048;
+/// Vertices that a thread reads at once on the host, and a block of threads on the device.
+constexpr std::size_t kHostBlock = 512;
+constexpr std::size_t kDeviceBlock = 2048;
 
 bool is_new_on_host(const Body& body) {
   return body.positions.are_new() && !body.positions.are_on_device();
@@ -124,7 +126,7 @@ void ScenePositions::prepare_reading() {
 
 void ScenePositions::read_on_host(Vec3d origin) {
   try {
-    const std::vector<Block> blocks = blocks_of(is_new_on_host);
+    const std::vector<Block> blocks = blocks_of(is_new_on_host, kHostBlock);
     std::vector<StepSurvey> surveys(blocks.size());
     parallel::for_each(blocks.size(), [&](std::size_t i) { surveys[i] = read_block(blocks[i], origin); });
     merge_surveys(blocks, surveys);
@@ -148,7 +150,7 @@ std::exception_ptr ScenePositions::survey_on_device(DevicePositionReader* reader
   if (reader == nullptr) return nullptr;
   try {
     const std::vector<Block> blocks =
-        blocks_of([&](const Body& body) { return body.positions.are_on_device() && is_concerned(body); });
+        blocks_of([&](const Body& body) { return body.positions.are_on_device() && is_concerned(body); }, kDeviceBlock);
     for (const Block& block : blocks) {
       if (block.begin == 0) wait_until_ready(*block.body, *reader);
     }
@@ -183,17 +185,17 @@ void ScenePositions::finish_reading(Body& body, Vec3d origin) {
 }
 
 template <class IsConcerned>
-std::vector<ScenePositions::Block> ScenePositions::blocks_of(const IsConcerned& is_concerned) const {
+std::vector<ScenePositions::Block> ScenePositions::blocks_of(const IsConcerned& is_concerned, std::size_t size) const {
   std::vector<Block> blocks;
   for (Body& body : layout_.bodies()) {
-    if (is_concerned(body)) append_blocks(body, blocks);
+    if (is_concerned(body)) append_blocks(body, size, blocks);
   }
   return blocks;
 }
 
-void ScenePositions::append_blocks(Body& body, std::vector<Block>& blocks) {
-  for (std::size_t begin = 0; begin < body.vertices.count; begin += kBlockSize) {
-    blocks.push_back({&body, begin, std::min<std::size_t>(begin + kBlockSize, body.vertices.count)});
+void ScenePositions::append_blocks(Body& body, std::size_t size, std::vector<Block>& blocks) {
+  for (std::size_t begin = 0; begin < body.vertices.count; begin += size) {
+    blocks.push_back({&body, begin, std::min<std::size_t>(begin + size, body.vertices.count)});
   }
 }
 
@@ -246,7 +248,7 @@ void ScenePositions::predict(DevicePositionReader& reader) {
     if (!body.positions.are_set()) continue;
     if (body.positions.are_new()) {
       predicted_bodies.push_back(b);
-      append_blocks(body, blocks);
+      append_blocks(body, kDeviceBlock, blocks);
       predicted.resize(blocks.size(), prediction_.of(b));
       scene.moves |= prediction_.of(b).moves;
       wait_until_ready(body, reader);
@@ -353,7 +355,7 @@ std::uint64_t ScenePositions::fill_full() {
     full->resize(layout_.vertex_count());
   }
   try {
-    const std::vector<Block> blocks = blocks_of(is_read_on_host);
+    const std::vector<Block> blocks = blocks_of(is_read_on_host, kHostBlock);
     parallel::for_each(blocks.size(), [&](std::size_t i) { copy_full(blocks[i]); });
   } catch (...) {
     // Runs without parallelism, where memory or threads are lacking.

@@ -83,8 +83,8 @@ class ScenePositions {
   };
 
   template <class IsConcerned>
-  std::vector<Block> blocks_of(const IsConcerned& is_concerned) const;
-  static void append_blocks(Body& body, std::vector<Block>& blocks);
+  std::vector<Block> blocks_of(const IsConcerned& is_concerned, std::size_t size) const;
+  static void append_blocks(Body& body, std::size_t size, std::vector<Block>& blocks);
   static std::vector<SurveyedVertices> surveyed(const std::vector<Block>& blocks);
   static void merge_surveys(const std::vector<Block>& blocks, Span<const StepSurvey> surveys);
   static void wait_until_ready(const Body& body, DevicePositionReader& reader);

@@ -13,7 +13,7 @@
 namespace softcd::bullet {
 namespace {
 
-constexpr std::size_t kFacesAtOnce = 8192;
+constexpr std::size_t kFacesAtOnce = 2048;
 
 Triangle triangle_of(const btSoftBody::Face& face, const btSoftBody::Node* first_node) {
   Triangle triangle{};

@@ -35,7 +35,8 @@ ContactDetection::ContactDetection(const ContactsOfKind& kind, WorldMirror& mirr
       mirror_(mirror),
       settings_(settings),
       query_(mirror.scene(), kind.options(settings)),
-      economy_(kind, mirror, settings) {}
+      economy_(kind, mirror, settings),
+      solver_contacts_(kind.make_solver_contacts()) {}
 
 void ContactDetection::follow_settings() {
   query_.set_options(kind_.options(settings_));
@@ -90,27 +91,34 @@ void ContactDetection::finish(bool looks_at_crossings, const TangledNodes* relea
   BT_PROFILE("softcd contacts");
   released_ = released;
   releases_touches_ = looks_at_crossings && settings_.detection == Detection::ccd;
-  edge_contacts_.clear();
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);
   find_used(contacts);
   economy_.choose(contacts, is_used_);
   list_edge_contacts(contacts);
-  const bool keeps_notes = settings_.read_out != ReadOut::off;
-  notes_.reset(keeps_notes ? contacts.size() : 0);
+  make_solver_contacts(contacts);
+  notes_.reset(solver_contacts_->note_count());
   // Nothing throws below: Bullet's arrays get all contacts or none.
-  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
-    const auto i = static_cast<std::size_t>(&found.contact - contacts.begin());
-    const ContactShare share = economy_.share_of(i);
-    if (share.count > 0 && is_used_[i] != 0) keeps_notes ? write_and_note(found, share) : write(found, share);
-  });
+  solver_contacts_->write(notes_);
   notes_.arrange();
 }
 
+void ContactDetection::make_solver_contacts(Span<const Contact> contacts) {
+  const bool chooses = economy_.chooses();
+  const auto share_of = [&](std::size_t i, const MemberContact& found) {
+    const bool is_wanted = chooses ? is_used_[i] != 0 : is_used(found);
+    return is_wanted ? economy_.share_of(i) : ContactShare{/*count=*/0};
+  };
+  solver_contacts_->make(mirror_, contacts, settings_.detection, settings_.read_out != ReadOut::off, share_of);
+}
+
 void ContactDetection::list_edge_contacts(Span<const Contact> contacts) {
-  mirror_.for_each_contact(edge_contacts_in(contacts),
-                           [this](const MemberContact& found) { edge_contacts_.push_back(edge_contact_of(found)); });
+  const Span<const Contact> edges = edge_contacts_in(contacts);
+  edge_contacts_.resize(edges.size());
+  for_each_contact_in_parallel(mirror_, edges, [this](std::size_t i, const MemberContact& found) {
+    edge_contacts_[i] = edge_contact_of(found);
+  });
 }
 
 void ContactDetection::find_spoilt(Span<const Contact> contacts) {
@@ -157,36 +165,19 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
 }
 
 void ContactDetection::find_used(Span<const Contact> contacts) {
-  const bool chooses = economy_.chooses();
+  if (!economy_.chooses()) return;
   is_used_.resize(contacts.size());
-  for_each_contact_in_parallel(
-      mirror_, contacts, [&](std::size_t i, const MemberContact& found) { is_used_[i] = is_used(found, chooses); });
+  for_each_contact_in_parallel(mirror_, contacts, [&](std::size_t i, const MemberContact& found) {
+    const bool is_edges = found.contact.kind == ContactKind::edge_edge;
+    is_used_[i] = is_used(found) && (is_edges || kind_.is_written(found, settings_.detection));
+  });
 }
 
-/// Without economy, `write` leaves out what Bullet's formulas leave out.
-bool ContactDetection::is_used(const MemberContact& found, bool chooses) const {
-  if (found.contact.kind == ContactKind::edge_edge) {
-    return settings_.edge_contacts == EdgeContacts::respond && !is_released(found);
-  }
-  if (!is_with_face(found) || is_released(found)) return false;
-  return !chooses || kind_.is_written(found, settings_.detection);
-}
-
-/// The contact is in the array of one of the two bodies, for edges of either.
-void ContactDetection::write_and_note(const MemberContact& found, const ContactShare& share) {
+/// Returns whether the solver gets the contact if the economy does not choose.
+bool ContactDetection::is_used(const MemberContact& found) const {
   const bool is_edges = found.contact.kind == ContactKind::edge_edge;
-  const btSoftBody* const sides[2] = {found.a.body, found.b.body};
-  const int counts[2] = {kind_.count(*sides[0]), kind_.count(*sides[1])};
-  write(found, share);
-  for (int i = 0; i < 2; ++i) {
-    const int added = kind_.count(*sides[i]) - counts[i];
-    if (added == 0) continue;
-    notes_.add({{sides[i], ContactArray::soft, counts[i], added},
-                is_edges ? sides[0] : nullptr,
-                is_edges ? sides[1] : nullptr,
-                found.contact});
-    return;
-  }
+  const bool is_wanted = is_edges ? settings_.edge_contacts == EdgeContacts::respond : is_with_face(found);
+  return is_wanted && !is_released(found);
 }
 
 /// Returns whether the contact is left out, for one of four reasons. Its nodes move out of an intersection. Its
@@ -198,14 +189,6 @@ bool ContactDetection::is_released(const MemberContact& found) const {
   const bool would_spoil =
       !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
   return would_spoil || is_released_from_tangles(found);
-}
-
-void ContactDetection::write(const MemberContact& found, const ContactShare& share) const {
-  if (found.contact.kind == ContactKind::edge_edge) {
-    kind_.write_edges(found);
-  } else {
-    kind_.write(found, settings_.detection, share);
-  }
 }
 
 }  // namespace softcd::bullet

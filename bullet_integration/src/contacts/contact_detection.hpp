@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <unordered_set>
 #include <vector>
@@ -51,10 +52,9 @@ class ContactDetection {
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
   void find_used(Span<const Contact> contacts);
-  bool is_used(const MemberContact& found, bool chooses) const;
+  bool is_used(const MemberContact& found) const;
+  void make_solver_contacts(Span<const Contact> contacts);
   void list_edge_contacts(Span<const Contact> contacts);
-  void write_and_note(const MemberContact& found, const ContactShare& share);
-  void write(const MemberContact& found, const ContactShare& share) const;
 
   const ContactsOfKind& kind_;
   WorldMirror& mirror_;
@@ -68,8 +68,9 @@ class ContactDetection {
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
-  std::vector<std::uint8_t> is_used_;  ///< of each of the step's contacts; 0: Bullet's solver does not get it
+  std::vector<std::uint8_t> is_used_;  ///< of the step's contacts, if the economy chooses
   ContactEconomy economy_;
+  std::unique_ptr<SolverContacts> solver_contacts_;
   ContactNotes notes_;
 };
 

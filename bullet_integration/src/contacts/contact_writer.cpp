@@ -276,7 +276,8 @@ bool is_soft_contact(const MemberContact& found, Detection detection) {
   return soft_contact(found, detection).has_value();
 }
 
-void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share) {
+void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share,
+                        SoftContactBatch& out) {
   std::optional<btSoftBody::SContact> contact = soft_contact(found, detection);
   if (!contact) return;
   const bool is_within_body = found.a.body == found.b.body;
@@ -285,7 +286,7 @@ void write_soft_contact(const MemberContact& found, Detection detection, const C
   }
   if (share.count > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(share.count));
   contact->m_margin -= share.margin_cut;
-  found.a.body->m_scontacts.push_back(*contact);
+  out.add(*found.a.body, *contact);
 }
 
 btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberContact>& several, Detection detection) {
@@ -306,7 +307,7 @@ btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberConta
   return btMin(cut, grown_by);
 }
 
-void write_soft_edge_contact(const MemberContact& found) {
+void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   const btScalar face_inverse_mass = inverse_mass_of_edge(edge);
@@ -328,7 +329,7 @@ void write_soft_edge_contact(const MemberContact& found) {
     contact.m_friction = btMax(edge.node_body->m_cfg.kDF, edge.face_body->m_cfg.kDF);
     contact.m_cfm[0] = edge.node_weights[side] * edge.nodes[side]->m_im / sum * edge.node_body->m_cfg.kSHR;
     contact.m_cfm[1] = edge.node_weights[side] * face_inverse_mass / sum * edge.face_body->m_cfg.kSHR;
-    edge.node_body->m_scontacts.push_back(contact);
+    out.add(*edge.node_body, contact);
   }
 }
 
@@ -340,7 +341,7 @@ bool is_deformable_contact(const MemberContact& found) {
   return have_velocities(node, face) && node.m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;
 }
 
-void write_deformable_contact(const MemberContact& found, const ContactShare& share) {
+void write_deformable_contact(const MemberContact& found, const ContactShare& share, DeformableContactBatch& out) {
   if (!is_deformable_contact(found)) return;
   const Contact& contact = found.contact;
   btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
@@ -351,10 +352,10 @@ void write_deformable_contact(const MemberContact& found, const ContactShare& sh
   const btScalar margin = margin_sum(*found.a.body, *found.b.body);
   const btScalar depth = btMax(btScalar(0), margin - btScalar(contact.distance));
   deformable.m_margin = margin + btScalar(share.count - 1) * depth;
-  found.a.body->m_faceNodeContacts.push_back(deformable);
+  out.add(*found.a.body, deformable);
 }
 
-void write_deformable_edge_contact(const MemberContact& found) {
+void write_deformable_edge_contact(const MemberContact& found, DeformableContactBatch& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;
@@ -365,7 +366,7 @@ void write_deformable_edge_contact(const MemberContact& found) {
     deformable.m_bary = edge.weights;
     deformable.m_normal = edge.normal;
     deformable.m_margin = margin_sum(*edge.node_body, *edge.face_body) + edge.further[side];
-    edge.node_body->m_faceNodeContacts.push_back(deformable);
+    out.add(*edge.node_body, deformable);
   }
 }
 

@@ -4,11 +4,12 @@
 #include <vector>
 
 #include "bodies/world_mirror.hpp"
+#include "contacts/solver_contact_batch.hpp"
 #include "softcd/bullet/edge_contact.hpp"
 
-/// Puts contacts into Bullet's own arrays, so that its solvers treat them as their own. Appends nothing if no node of
-/// either side can move. Appends nothing to sleeping bodies either: Bullet neither applies nor clears their contacts,
-/// which would pile up.
+/// Makes contacts for Bullet's own arrays, so that its solvers treat them as their own. Makes none if no node of either
+/// side can move. Makes none for sleeping bodies either: Bullet neither applies nor clears their contacts, which would
+/// pile up.
 namespace softcd::bullet {
 
 /// Factor of a node's motion by which Bullet's CollideVF_SS enlarges the node's margin.
@@ -31,7 +32,8 @@ EdgeContact edge_contact_of(const MemberContact& found);
 /// `is_turned` pushes a node back to the side from which it came, where Bullet's formulas push it on. Within a body,
 /// where Bullet has no test, contacts of nodes that go through their face are always turned.
 bool is_soft_contact(const MemberContact& found, Detection detection);
-void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share);
+void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share,
+                        SoftContactBatch& out);
 
 /// Classic worlds: returns whether the node goes through the face in this step. A node that leaves another body, which
 /// is closed, does not count: it was inside and is on its way out.
@@ -43,15 +45,15 @@ btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberConta
 
 /// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, with a face at the other
 /// edge. Together they push the contact's points apart as one contact would.
-void write_soft_edge_contact(const MemberContact& found);
+void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out);
 
 /// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body by the formulas
 /// of Bullet's CollideVF_DD. Within a body, only where Bullet's rule (CollideFF_DD) has such contacts. A contact that
 /// carries several has a larger margin, so that Bullet's spring pushes as hard as all of them.
 bool is_deformable_contact(const MemberContact& found);
-void write_deformable_contact(const MemberContact& found, const ContactShare& share);
+void write_deformable_contact(const MemberContact& found, const ContactShare& share, DeformableContactBatch& out);
 
 /// Deformable world: an edge-edge contact becomes two DeformableFaceNodeContacts, as above.
-void write_deformable_edge_contact(const MemberContact& found);
+void write_deformable_edge_contact(const MemberContact& found, DeformableContactBatch& out);
 
 }  // namespace softcd::bullet

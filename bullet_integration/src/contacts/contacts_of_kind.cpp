@@ -20,6 +20,38 @@ QueryOptions deformable_options(const Settings& settings) {
   return options;
 }
 
+struct SoftContacts {
+  using Contact = btSoftBody::SContact;
+
+  static auto& array(btSoftBody& body) { return body.m_scontacts; }
+  static void add(const MemberContact& found, Detection detection, const ContactShare& share, SoftContactBatch& out) {
+    if (found.contact.kind == ContactKind::edge_edge) {
+      write_soft_edge_contact(found, out);
+    } else {
+      write_soft_contact(found, detection, share, out);
+    }
+  }
+};
+
+struct DeformableContacts {
+  using Contact = btSoftBody::DeformableFaceNodeContact;
+
+  static auto& array(btSoftBody& body) { return body.m_faceNodeContacts; }
+  static void add(const MemberContact& found, Detection /*detection*/, const ContactShare& share,
+                  DeformableContactBatch& out) {
+    if (found.contact.kind == ContactKind::edge_edge) {
+      write_deformable_edge_contact(found, out);
+    } else {
+      write_deformable_contact(found, share, out);
+    }
+  }
+};
+
+template <class Kind>
+std::unique_ptr<SolverContacts> make_solver_contacts() {
+  return std::make_unique<SolverContactsOf<Kind>>();
+}
+
 }  // namespace
 
 const ContactsOfKind kClassicContacts = {
@@ -31,9 +63,7 @@ const ContactsOfKind kClassicContacts = {
     .is_turned = [](const MemberContact& found,
                     Detection detection) { return detection == Detection::dcd && has_gone_astray(found); },
     .margin_cut = soft_margin_cut,
-    .write = write_soft_contact,
-    .write_edges = write_soft_edge_contact,
-    .count = [](const btSoftBody& body) { return body.m_scontacts.size(); },
+    .make_solver_contacts = make_solver_contacts<SoftContacts>,
 };
 
 // All contacts of a query are within their margins. Springs push at the same time, so no contact ends the approach for
@@ -46,10 +76,7 @@ const ContactsOfKind kDeformableContacts = {
     .is_written = [](const MemberContact& found, Detection) { return is_deformable_contact(found); },
     .is_turned = [](const MemberContact&, Detection) { return false; },
     .margin_cut = [](const MemberContact&, const std::vector<MemberContact>&, Detection) { return btScalar(0); },
-    .write = [](const MemberContact& found, Detection,
-                const ContactShare& share) { write_deformable_contact(found, share); },
-    .write_edges = write_deformable_edge_contact,
-    .count = [](const btSoftBody& body) { return body.m_faceNodeContacts.size(); },
+    .make_solver_contacts = make_solver_contacts<DeformableContacts>,
 };
 
 }  // namespace softcd::bullet

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "bodies/node_ends.hpp"
 #include "contacts/contact_writer.hpp"
+#include "contacts/solver_contacts.hpp"
 #include "native/pair_gate.hpp"
 
 namespace softcd::bullet {
@@ -20,17 +22,14 @@ struct ContactsOfKind {
   QueryOptions (*options)(const Settings&);
   /// Whether PairGate is asked about pairs of soft bodies.
   bool (*asks_gate)(const Settings&);
-  /// Whether write() would put a contact into Bullet's arrays.
+  /// Whether a contact gets into Bullet's arrays.
   bool (*is_written)(const MemberContact&, Detection);
   /// Whether a contact pushes its node back through the face: see ContactShare.
   bool (*is_turned)(const MemberContact&, Detection);
   /// Returns the amount to subtract from the margin of a contact that carries several, itself included.
   btScalar (*margin_cut)(const MemberContact& one, const std::vector<MemberContact>& several, Detection);
-  /// Put a contact into Bullet's arrays: see contact_writer.hpp. A vertex-face contact may carry several.
-  void (*write)(const MemberContact&, Detection, const ContactShare&);
-  void (*write_edges)(const MemberContact&);
-  /// Returns the number of contacts with faces of soft bodies in the body's array.
-  int (*count)(const btSoftBody&);
+  /// Makes contacts for Bullet's arrays by contact_writer.hpp. A vertex-face contact may carry several.
+  std::unique_ptr<SolverContacts> (*make_solver_contacts)();
 };
 
 extern const ContactsOfKind kClassicContacts, kDeformableContacts;

@@ -424,10 +424,10 @@ class DetectorOn final : public Detector {
     if (Backend::kKnowsCounts) first_chunk_ = static_cast<std::uint32_t>(failed_chunk * chunks_ / kMostChunks);
   }
 
-  /// Reserves a list of the whole detection. Leaves the list of a chunk alone.
+  /// Reserves a list of the whole detection, with nothing to spare. Leaves the list of a chunk alone.
   template <class List>
   void reserve_whole(List& list, const Counters& reached) {
-    if constexpr (!List::kIsOfChunk) list.reserve(backend_, list.counted(reached), 0);
+    if constexpr (!List::kIsOfChunk) list.reserve_only(backend_, list.counted(reached));
   }
 
   void reserve_sorted_contacts(std::uint64_t count) {
@@ -609,8 +609,8 @@ class DetectorOn final : public Detector {
     is_all_enqueued_ = false;
     w_.counters.reserve(backend_, 1, 0);
     // Samples of several ranks' tests are of entries in the order of cells. Bins take memory.
-    w_.lays_into_bins =
-        !Backend::kKnowsCounts && query_->lays_into_bins && settings_.partition.is_whole() && !account_->is_limited();
+    w_.lays_into_bins = !Backend::kKnowsCounts && query_->lays_into_bins && settings_.partition.is_whole() &&
+                        !account_->is_limited() && w_.lists.entries.capacity() <= kMostEntriesInBins;
     if (may_keep_ && !has_reused_) {
       keeping_.emplace(backend_, w_, scene_, host_bodies(), settings_, revision_, query_->usefulness);
     }

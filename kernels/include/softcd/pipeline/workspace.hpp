@@ -207,6 +207,15 @@ class List {
     bound_ = allocated_;
   }
 
+  /// Reserves no more than `wanted`, for when memory is short. The values are lost.
+  void reserve_only(Backend& backend, std::uint64_t wanted) {
+    if (wanted <= bound_) return;
+    if (wanted > kMostItems) throw std::bad_alloc();
+    bound_ = allocated_ = 0;  // until all columns have grown
+    reserve_columns(backend, wanted, 0);
+    bound_ = allocated_ = wanted;
+  }
+
   /// Lowers the capacity to that of a detection that counted `count` values. Work whose size the host does not know is
   /// sized by the capacity.
   void fit(std::uint64_t count) { bound_ = std::min(bound_, roomy(count)); }
